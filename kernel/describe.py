@@ -1,0 +1,211 @@
+"""The mechanics of a scene as plain data: what the nodes declare and the kernel compiles.
+
+Frozen dataclasses of numbers and names, without NumPy, so that a node process that only declares starts at once.
+SI units; rotations are row-major 3x3 tuples; a point is (body, position in that body's frame).  Monogram notation:
+`p_PJ` is the position of joint J from parent P, expressed in P.  The body "world" is the ground.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+Vector = tuple[float, float, float]
+Matrix = tuple[Vector, Vector, Vector]
+
+WORLD = "world"
+IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+JointKind = Literal["fixed", "revolute", "prismatic", "spherical", "free"]
+
+
+@dataclass(frozen=True)
+class Body:
+    """A rigid body; its frame is the frame of the joint that carries it."""
+
+    name: str
+    mass: float  # [kg]
+    com: Vector = (0.0, 0.0, 0.0)  # p_BC, centre of mass [m]
+    inertia: Matrix = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # about the centre of mass, body axes [kg m2]
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint places `child` on `parent`; its frame on the parent is (p_PJ, R_PJ).
+
+    q0 and v0 hold the initial coordinates and velocities: fixed (), revolute (angle), prismatic (travel),
+    spherical (quaternion x y z w; angular velocity in child axes), free (position, quaternion; linear then
+    angular velocity, both in child axes).
+    """
+
+    name: str
+    kind: JointKind
+    parent: str
+    child: str
+    p_PJ: Vector = (0.0, 0.0, 0.0)
+    R_PJ: Matrix = IDENTITY
+    axis: Vector = (0.0, 0.0, 1.0)  # unit vector in the joint frame
+    q0: tuple[float, ...] = ()
+    v0: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point fixed on a body."""
+
+    body: str
+    p: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class JointSpring:
+    """A linear spring and damper on a revolute or prismatic joint: force = k (q_rest - q) - d v."""
+
+    name: str
+    joint: str
+    k: float = 0.0  # [N/m] or [N m/rad]
+    d: float = 0.0  # [N s/m] or [N m s/rad]
+    q_rest: float = 0.0
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Unilateral end stops of a revolute or prismatic joint; k and d act beyond the limits only."""
+
+    name: str
+    joint: str
+    lower: float
+    upper: float
+    k: float
+    d: float
+
+
+@dataclass(frozen=True)
+class Brake:
+    """Dry brake on a revolute or prismatic joint: a spring-damper that slips at `moment`."""
+
+    name: str
+    joint: str
+    moment: float  # [N] or [N m]
+    k: float
+    d: float
+    engaged: bool = False
+
+
+@dataclass(frozen=True)
+class Drive:
+    """An actuator of a revolute or prismatic joint; what it follows is a `Profile` or `Follow` sent at run time.
+
+    prescribed: q is the reference itself (rheonomic).  servo: force = kp (ref - q) + kv (ref' - v).
+    speed: force = kv (ref' - v).
+    """
+
+    name: str
+    joint: str
+    kind: Literal["prescribed", "servo", "speed"]
+    kp: float = 0.0
+    kv: float = 0.0
+
+
+@dataclass(frozen=True)
+class Line:
+    """One straight part of a rope; `share` is its weight in the rope's length."""
+
+    a: Point
+    b: Point
+    share: float = 1.0
+
+
+@dataclass(frozen=True)
+class Rope:
+    """A massless, elastic, tension-only rope of one tension over one or more straight lines.
+
+    length l = sum(share * |a - b|), elongation e = l - L0, taut: T = max(0, EA e/L0 + damping (l' - L0')).
+    `winch`: L0 follows a Profile or Follow sent at run time.  `hooked` is its state at the start.
+    """
+
+    name: str
+    lines: tuple[Line, ...]
+    EA: float  # [N]
+    L0: float  # unstretched length [m]
+    damping: float = 0.0  # [N s/m]
+    winch: bool = False
+    hooked: bool = True
+
+
+@dataclass(frozen=True)
+class Support:
+    """A point of a body that a horizontal pad at `height` (world) can push up and rub, never pull.
+
+    N = max(0, k depth + d depth'); tangential spring-damper (kt, dt) anchored at touch-down, at most mu N.
+    """
+
+    name: str
+    point: Point
+    height: float
+    k: float
+    d: float
+    mu: float = 0.0
+    kt: float = 0.0
+    dt: float = 0.0
+
+
+@dataclass(frozen=True)
+class Master:
+    """A commanded scalar (such as the block angle of a turn) that several actuators follow."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A measured scalar that actuators can follow: attitude of `of` about world axis, or a joint coordinate.
+
+    kind "angle": rotation of body `of` about the horizontal axis `axis` (0 = x, 1 = y), positive as +w towards
+    +y for axis 0 (the lift's theta).  kind "joint": coordinate of joint `of`.
+    """
+
+    name: str
+    kind: Literal["angle", "joint"]
+    of: str
+    axis: int = 0
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """A guard on a scalar; it reports when the scalar crosses a value that is set at run time.
+
+    quantity: "height" (world z of `point`), "tension" (sum over `ropes`), "angle" (as Measured), "joint"
+    (coordinate of joint `of`), "speed" (velocity of joint `of`), "length" (unstretched length of ropes[0]).
+    """
+
+    name: str
+    quantity: Literal["height", "tension", "angle", "joint", "speed", "length"]
+    of: str = ""
+    point: Point | None = None
+    ropes: tuple[str, ...] = ()
+    axis: int = 0
+
+
+@dataclass(frozen=True)
+class System:
+    """Everything the kernel needs; declarations of several nodes are joined with `merge`."""
+
+    bodies: tuple[Body, ...] = ()
+    joints: tuple[Joint, ...] = ()
+    springs: tuple[JointSpring, ...] = ()
+    stops: tuple[Stop, ...] = ()
+    brakes: tuple[Brake, ...] = ()
+    drives: tuple[Drive, ...] = ()
+    ropes: tuple[Rope, ...] = ()
+    supports: tuple[Support, ...] = ()
+    masters: tuple[Master, ...] = ()
+    measured: tuple[Measured, ...] = ()
+    thresholds: tuple[Threshold, ...] = ()
+    gravity: float = field(default=9.80665)  # downwards along -z [m/s2]
+
+
+def merge(parts: list[System], gravity: float) -> System:
+    """One system from the declarations of all nodes, in the order given."""
+    names = ("bodies", "joints", "springs", "stops", "brakes", "drives", "ropes", "supports", "masters", "measured")
+    joined = {n: tuple(x for p in parts for x in getattr(p, n)) for n in (*names, "thresholds")}
+    return System(**joined, gravity=gravity)

@@ -1,0 +1,37 @@
+"""The exception tree of heavylift; every error that a user can cause ends in one sentence of one of these.
+
+    HeavyliftError
+    |- SceneError       a scene file or its physics            file:line:column, or the scene key
+    |- ModelError       a DEVS model broke the formalism       model path and (t, microstep)
+    |- KernelError      equations, laws, integration           body, joint or rope, and simulation time
+    |- ProtocolError    a message or process of a run          node, run and what arrived
+    `- RecordingError   a recording or an output file          path and what to do
+
+All other rooms import these names and add none: `except HeavyliftError` catches whatever a user did wrong.
+"""
+
+__all__ = ["HeavyliftError", "KernelError", "ModelError", "ProtocolError", "RecordingError", "SceneError"]
+
+
+class HeavyliftError(Exception):
+    """A sentence for the user: where, when (simulation time), what is wrong and what to do."""
+
+
+class SceneError(HeavyliftError):
+    """The scene cannot be read or cannot be built."""
+
+
+class ModelError(HeavyliftError):
+    """A DEVS model broke a rule of the formalism."""
+
+
+class KernelError(HeavyliftError):
+    """The mechanics cannot be generated or integrated."""
+
+
+class ProtocolError(HeavyliftError):
+    """A process or a message of a run is not what the protocol allows."""
+
+
+class RecordingError(HeavyliftError):
+    """A recording cannot be read or written."""
