@@ -1,0 +1,135 @@
+"""Recursive equations of motion of one tree: the paper's Fig. 6 (a)-(e), solved with CRBA and LTDL.
+
+World axes about the root body's origin, so that with the path matrix T the recursions are sums along paths:
+twists V = T^T S qd, composite inertias and wrenches likewise, H_kl = S_l^T I^c S_k for l on the path of k
+(Featherstone 2008, ch. 5-6; H = L^T D L without fill-in, ch. 8).  Sign of (d) as corrected:
+f_c,i = f_B,i - f_e,i + sum over children f_c,j.  The text runs on floats (oracle) and on symbols (machine code).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .joints import JOINTS
+from .spatial import force_cross, join, mirror, motion_cross, skew, spatial_inertia
+from .symbol import named
+from .trees import Tree
+
+__all__ = ["Kinematics", "dynamics", "energies", "kinematics"]
+
+
+@dataclass
+class Kinematics:
+    """Per body of a tree, in world axes: rotation R_WB, r from the tree's point o to the origin, twist V,
+    bias acceleration A (gravity as upward acceleration of the ground), columns S and dq/dt per joint."""
+
+    o: Any
+    R: list[Any] = field(default_factory=list)
+    r: list[Any] = field(default_factory=list)
+    V: list[Any] = field(default_factory=list)
+    A: list[Any] = field(default_factory=list)
+    S: list[list[Any]] = field(default_factory=list)
+    dq: list[Any] = field(default_factory=list)
+
+
+def kinematics(tree: Tree, q: Any, v: Any, g: Any, a_ref: Any = ()) -> Kinematics:
+    """Fig. 6 (a), (b) with zero acceleration except the prescribed joints' a_ref (n_prescribed,)."""
+    K = Kinematics(o=np.zeros(3))
+    prescribed = iter(a_ref)
+    for b in tree.bodies:
+        joint, x, u = JOINTS[b.kind], q[b.q], v[b.v]
+        root = b.parent < 0
+        R_WP, V_P = (np.eye(3), np.zeros(6)) if root else (K.R[b.parent], K.V[b.parent])
+        A_P = join(np.zeros(3), [0.0, 0.0, g]) if root else K.A[b.parent]
+        R_JB, p_JB = joint.placement(x, b.axis)
+        R_WJ = R_WP @ b.R_PJ
+        p_PB = R_WP @ b.p_PJ + R_WJ @ p_JB
+        R = named(f"R({b.name})", R_WJ @ R_JB)
+        if root:
+            K.o, r = p_PB, np.zeros(3)
+        else:
+            r = named(f"r({b.name})", K.r[b.parent] + p_PB)
+        S = joint.columns(R_WJ, R, r, b.axis)
+        V_J = sum((s * w for s, w in zip(S, u, strict=True)), np.zeros(6))
+        A = A_P + motion_cross(V_P) @ V_J
+        if b.prescribed:
+            A = A + S[0] * next(prescribed)
+        K.R.append(R)
+        K.r.append(r)
+        K.S.append(S)
+        K.V.append(named(f"V({b.name})", V_P + V_J))
+        K.A.append(named(f"A({b.name})", A))
+        K.dq.append(joint.rate(x, u))
+    return K
+
+
+def dynamics(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: Any = ()) -> tuple[Any, Any, Any]:
+    """dq/dt, dv/dt and the forces of prescribed joints; W: (6,) wrench on each body about the tree's point.
+
+    tau: (n_v,) joint forces of springs, drives, brakes and stops [N or N m].
+    """
+    K = kinematics(tree, q, v, g, a_ref)
+    I, F = [], []
+    for i, b in enumerate(tree.bodies):
+        J = spatial_inertia(b.mass, K.r[i] + K.R[i] @ b.com, mirror(K.R[i] @ b.inertia @ K.R[i].T))
+        I.append(J)
+        # (c), (d): what the joint must transmit if nothing accelerated
+        F.append(named(f"f({b.name})", J @ K.A[i] + force_cross(K.V[i]) @ (J @ K.V[i]) - W[i]))
+    for i in reversed(range(len(tree.bodies))):
+        p = tree.bodies[i].parent
+        if p >= 0:
+            I[p], F[p] = I[p] + I[i], F[p] + F[i]
+    S = [s for columns in K.S for s in columns]
+    H: dict[tuple[int, int], Any] = {}
+    for k, (i, path) in enumerate(zip(tree.body_of_dof, tree.dof_paths, strict=True)):
+        f = I[i] @ S[k]
+        for l in (k, *path):
+            H[k, l] = named(f"H({k},{l})", S[l] @ f)
+    rhs = [tau[k] - S[k] @ F[i] for k, i in enumerate(tree.body_of_dof)]  # (e)
+    free = [k for k in range(len(S)) if k not in tree.prescribed_dofs]
+    a = ltdl_solve({kl: h for kl, h in H.items()}, list(rhs), tree.free_paths, free)
+    reaction = [
+        -rhs[k] + sum((H[max(k, l), min(k, l)] * a[l] for l in free if (max(k, l), min(k, l)) in H), 0.0)
+        for k in tree.prescribed_dofs
+    ]
+    given = dict(zip(tree.prescribed_dofs, a_ref, strict=True))
+    dv = [given[k] if k in given else a[k] for k in range(len(S))]
+    return join(*K.dq), np.array(dv), np.array(reaction)
+
+
+def ltdl_solve(
+    H: dict[tuple[int, int], Any], b: list[Any], paths: list[list[int]], dofs: list[int]
+) -> dict[int, Any]:
+    """H x = b by H = L^T D L along the paths (Featherstone 2008, sections 6.5 and 8.6)."""
+    D: dict[int, Any] = {}
+    for k in reversed(dofs):
+        D[k] = 1.0 / H[k, k]
+        for n, i in enumerate(paths[k]):
+            a = H[k, i] * D[k]
+            for j in paths[k][n:]:
+                H[i, j] = H[i, j] - a * H[k, j]
+            H[k, i] = a
+            b[i] = b[i] - a * b[k]
+    x: dict[int, Any] = {}
+    for k in dofs:
+        t = b[k] * D[k]
+        for i in paths[k]:
+            t = t - H[k, i] * x[i]
+        x[k] = t
+    return x
+
+
+def energies(tree: Tree, K: Kinematics, g: Any) -> tuple[Any, Any]:
+    """Kinetic and gravitational energy of a tree [J]."""
+    kinetic: Any = 0.0
+    potential: Any = 0.0
+    for i, b in enumerate(tree.bodies):
+        c = K.r[i] + K.R[i] @ b.com
+        v_C = K.V[i][3:] + skew(K.V[i][:3]) @ c
+        w = K.R[i].T @ K.V[i][:3]
+        kinetic = kinetic + 0.5 * (b.mass * (v_C @ v_C) + w @ (b.inertia @ w))
+        potential = potential + b.mass * g * (K.o[2] + c[2])
+    return kinetic, potential

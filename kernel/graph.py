@@ -1,0 +1,135 @@
+"""From a list of bodies and joints to the graph of the paper: regular numbering, path matrix T, trees.
+
+T (rows bodies, columns joints) has T_ki = 1 where joint i lies on the path from the ground to body k: the paper's
+eq. (5), the unsigned transpose of Wittenburg's (2008), T = (I - P)^-1 for parents before children.  The joints whose
+constraint forces act on body i with a minus sign are the *set* of first ones to the right of column i over the rows k
+with T_ki = 1 (the paper's steps d-h); as a matrix, row i of T^-T.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .describe import WORLD, Body, Joint, System
+from .errors import KernelError
+from .joints import JOINTS
+
+__all__ = ["Graph", "Link", "build_graph", "children_of", "path_matrix"]
+
+
+@dataclass(frozen=True)
+class Link:
+    """A body with the joint that carries it; parent is a link number, -1 the ground; q and v index the state."""
+
+    body: Body
+    joint: Joint
+    parent: int
+    q: slice
+    v: slice
+
+
+@dataclass(frozen=True)
+class Graph:
+    """The numbered spanning tree of a system; each tree's links are consecutive, parents before children."""
+
+    links: tuple[Link, ...]
+    T: np.ndarray  # (n_bodies, n_bodies) path matrix
+    nq: int
+    nv: int
+
+    def number(self, body: str) -> int:
+        """Link number of a body, -1 for the ground; raises KeyError."""
+        return -1 if body == WORLD else self._numbers[body]
+
+    @property
+    def _numbers(self) -> dict[str, int]:
+        return {k.body.name: i for i, k in enumerate(self.links)}
+
+    def joint(self, name: str) -> Link:
+        """The link that a joint carries; raises KernelError if there is none."""
+        for link in self.links:
+            if link.joint.name == name:
+                return link
+        raise KernelError(f"joint '{name}': no such joint; joints are {', '.join(k.joint.name for k in self.links)}")
+
+    def trees(self) -> list[range]:
+        """Ranges of link numbers, one per body on the ground."""
+        roots = [i for i, k in enumerate(self.links) if k.parent < 0] + [len(self.links)]
+        return [range(a, b) for a, b in zip(roots, roots[1:], strict=False)]
+
+
+def build_graph(system: System) -> Graph:
+    """Number bodies depth first from the ground, in the order in which they were listed.
+
+    Raises KernelError naming the body or joint for duplicate, missing, doubly carried or unreachable bodies.
+    """
+    bodies = _by_name(system.bodies, "body")
+    carrier: dict[str, Joint] = {}
+    for name, joint in _by_name(system.joints, "joint").items():
+        if joint.child not in bodies:
+            raise KernelError(f"joint '{name}': there is no body '{joint.child}'")
+        if joint.parent != WORLD and joint.parent not in bodies:
+            raise KernelError(f"joint '{name}': there is no body '{joint.parent}'")
+        if joint.child in carrier:
+            other = carrier[joint.child].name
+            raise KernelError(f"joint '{name}': body '{joint.child}' is already carried by joint '{other}'")
+        carrier[joint.child] = joint
+    order: list[tuple[str, int]] = []
+
+    def visit(parent: str, number: int) -> None:
+        for body in bodies:
+            if body in carrier and carrier[body].parent == parent:
+                order.append((body, number))
+                visit(body, len(order) - 1)
+
+    visit(WORLD, -1)
+    lost = [b for b in bodies if b not in {name for name, _ in order}]
+    if lost:
+        raise KernelError(f"body '{lost[0]}': no joint connects it to the ground; add one (kind free if it floats)")
+    links, nq, nv = [], 0, 0
+    for name, parent in order:
+        joint = carrier[name]
+        kind = JOINTS[joint.kind]
+        _check(bodies[name], joint)
+        links.append(Link(bodies[name], joint, parent, slice(nq, nq + kind.n_q), slice(nv, nv + kind.n_v)))
+        nq, nv = nq + kind.n_q, nv + kind.n_v
+    return Graph(tuple(links), path_matrix([p for _, p in order]), nq, nv)
+
+
+def path_matrix(parents: list[int]) -> np.ndarray:
+    """(n, n) T of a regular numbering (parents[i] < i, -1 = ground)."""
+    n = len(parents)
+    T = np.eye(n, dtype=int)
+    for i, p in enumerate(parents):
+        if p >= 0:
+            T[i] += T[p]
+    return T
+
+
+def children_of(T: np.ndarray, i: int) -> list[int]:
+    """Joints to subtract in body i's equation: first 1 right of column i, over the rows k with T_ki = 1, as a set."""
+    first = {next((j for j in range(i + 1, len(T)) if T[k, j]), None) for k in range(len(T)) if T[k, i]}
+    return sorted(j for j in first if j is not None)
+
+
+def _by_name(items: tuple, what: str) -> dict:  # type: ignore[type-arg]
+    out = {x.name: x for x in items}
+    if len(out) < len(items):
+        names = [x.name for x in items]
+        twice = next(n for n in names if names.count(n) > 1)
+        raise KernelError(f"{what} '{twice}': two of this name; names must be unique")
+    return out
+
+
+def _check(body: Body, joint: Joint) -> None:
+    kind = JOINTS[joint.kind]
+    numbers = (body.mass, *body.com, *(x for row in body.inertia for x in row))
+    if not all(np.isfinite(numbers)):
+        raise KernelError(f"body '{body.name}': mass, centre of mass and inertia must be finite numbers")
+    if body.mass < 0.0:
+        raise KernelError(f"body '{body.name}': mass {body.mass:g} kg; a mass cannot be negative")
+    for given, n, what in ((joint.q0, kind.n_q, "coordinates"), (joint.v0, kind.n_v, "velocities")):
+        if given and len(given) != n:
+            raise KernelError(f"joint '{joint.name}': {len(given)} initial {what}; a {joint.kind} joint has {n}")

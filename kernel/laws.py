@@ -1,0 +1,173 @@
+"""Force laws: what ropes, supports, stops, brakes and drives do between events.
+
+Discrete states (hooked, taut, closed, stick) are numbers that stay frozen during a step; every law returns *guards*,
+scalars that are positive while the discrete states hold and whose fall below zero is a located event.
+So no clamp ever acts inside a step, and the integrators keep their order.
+Each law also returns the power that it turns into heat or takes from a motor: the energy balance integrates those.
+"""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from .spatial import cross, join
+from .symbol import maximum, minimum, named, select, sqrt
+
+__all__ = [
+    "attachment", "brake", "drive", "profile", "rope", "stop", "support",
+]  # fmt: skip
+
+SLIP_BLEND = 1e-6  # [m/s] below this speed the direction of sliding friction is that of the slip's start
+
+
+def attachment(body: Any, p_BX: Any) -> tuple[Any, Any, Any]:
+    """Place from the tree's point, place in the world, velocity of a body-fixed point X.
+
+    body: (21,) R_WB row-major, the tree's point o, r from o to the body's origin, twist V.
+    """
+    R, o, r, V = np.reshape(body[:9], (3, 3)), body[9:12], body[12:15], body[15:21]
+    x = r + R @ p_BX
+    return x, x + o, V[3:] + cross(V[:3], x)
+
+
+def profile(t: Any, p: Any) -> tuple[Any, Any, Any]:
+    """Reference, its rate and acceleration; p = (start, x0, v0, a1, d1, cruise, a2, d2), see `kernel.profile`."""
+    start, x0, v0, a1, d1, cruise, a2, d2 = p
+    s = t - start
+
+    def ramp(s: Any, d: Any) -> tuple[Any, Any, Any]:
+        c = minimum(maximum(s, 0.0), d)
+        inside = select(s > 0.0, select(d > s, 1.0, 0.0), 0.0)
+        return c * (maximum(s, 0.0) - 0.5 * c), c, inside
+
+    x1, c1, b1 = ramp(s, d1)
+    x2, c2, b2 = ramp(s - d1 - cruise, d2)
+    return x0 + v0 * maximum(s, 0.0) + a1 * x1 + a2 * x2, v0 + a1 * c1 + a2 * c2, a1 * b1 + a2 * b2
+
+
+def rope(p: Any, L0: Any, dL0: Any, bodies: list[tuple[Any, Any]]) -> SimpleNamespace:
+    """Tension-only elastic rope over straight lines, with winch.
+
+    p = (EA, damping, hooked, taut, then per line a(3), b(3), share); bodies: per line the two end bodies (21,).
+    Taut: T = max(0, EA e/L0 + c (l' - L0')).  Guards: slack -> taut when e rises through 0; taut -> slack when the
+    tension falls through 0.  Winch power -T L0' - (EA strain^2/2) L0': the second term is strain energy wound
+    onto the drum.  wrenches: per line the (6,) on its end bodies about their trees' points.
+    """
+    EA, c, hooked, taut = p[:4]
+    length, rate, ends = 0.0, 0.0, []
+    for n, (A, B) in enumerate(bodies):
+        q = p[4 + 7 * n : 11 + 7 * n]
+        (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(A, q[:3]), attachment(B, q[3:6])
+        d = p_b - p_a
+        l = sqrt(d @ d)
+        u = d * (1.0 / l)
+        length, rate = length + q[6] * l, rate + q[6] * (u @ (v_b - v_a))
+        ends.append((x_a, x_b, q[6] * u))
+    e, de = length - L0, rate - dL0
+    strain = e * (1.0 / L0)
+    trial = EA * strain + c * de
+    on = select(taut > 0.0, hooked, 0.0)
+    tension = named("T", select(on > 0.0, maximum(trial, 0.0), 0.0))
+    wrenches = []
+    for x_a, x_b, u in ends:
+        f = tension * u
+        wrenches.append((join(cross(x_a, f), f), -join(cross(x_b, f), f)))
+    wound = select(on > 0.0, 0.5 * EA * strain * strain, 0.0)
+    return SimpleNamespace(
+        tension=tension,
+        elongation=e,
+        length=length,
+        wrenches=wrenches,
+        guard=select(hooked > 0.0, select(taut > 0.0, trial, -minimum(e, trial)), 1.0),
+        heat=select(on > 0.0, c * de * de, 0.0),
+        work=-(tension + wound) * dL0,
+        stored=wound * L0,
+    )
+
+
+def _unilateral(depth: Any, rate: Any, k: Any, d: Any, closed: Any) -> tuple[Any, Any, Any, Any]:
+    """Force, guard, heat and stored energy of a one-sided spring-damper."""
+    trial = k * depth + d * rate
+    on = closed > 0.0
+    return (
+        select(on, maximum(trial, 0.0), 0.0),
+        select(on, trial, -minimum(depth, trial)),
+        select(on, d * rate * rate, 0.0),
+        select(on, 0.5 * k * depth * depth, 0.0),
+    )
+
+
+def _friction(s: Any, v: Any, limit: Any, k: Any, d: Any, stick: Any, direction: Any) -> tuple[Any, Any, Any, Any]:
+    """(n,) dry friction: a spring-damper from its anchor (s from it) that slips at `limit`.
+
+    Slipping, the force has the size of the limit and opposes the velocity; `direction` (n,) is that of the start of
+    the slip, and the slip ends when the velocity along it falls through zero.
+    """
+    held = k * s + d * v
+    size = sqrt(held @ held + 1e-300)
+    u = v + SLIP_BLEND * direction
+    u = u * (1.0 / sqrt(u @ u + 1e-300))
+    on = stick > 0.0
+    force = np.array([-select(on, h, limit * w) for h, w in zip(held, u, strict=True)])
+    return (
+        force,
+        select(on, limit - size, direction @ v),
+        select(on, d * (v @ v), limit * (u @ v)),
+        select(on, 0.5 * k * (s @ s), 0.0),
+    )
+
+
+def support(p: Any, body: Any) -> SimpleNamespace:
+    """Point on a horizontal pad; p = (point(3), height, k, d, mu, kt, dt, closed, stick, anchor(2), direction(2))."""
+    height, k, d, mu, kt, dt, closed, stick = p[3:11]
+    x, p_X, v_X = attachment(body, p[:3])
+    N, guard, heat, stored = _unilateral(height - p_X[2], -v_X[2], k, d, closed)
+    rub, slips, rubbed, held = _friction(p_X[:2] - p[11:13], v_X[:2], mu * N, kt, dt, stick, p[13:15])
+    on = select(mu > 0.0, closed, 0.0) > 0.0  # a pad without friction never sticks
+    f = np.array([select(on, rub[0], 0.0), select(on, rub[1], 0.0), N])
+    return SimpleNamespace(
+        normal=N,
+        tangential=f[:2],
+        wrench=join(cross(x, f), f),
+        guards=[guard, select(on, slips, 1.0)],
+        heat=heat + select(on, rubbed, 0.0),
+        stored=stored + select(on, held, 0.0),
+        place=p_X[:2],
+        velocity=v_X[:2],
+    )
+
+
+def stop(p: Any, q: Any, v: Any) -> SimpleNamespace:
+    """End stops of a joint; p = (lower, upper, k, d, closed at lower, closed at upper)."""
+    lower, upper, k, d, at_lower, at_upper = p
+    low, guard_low, heat_low, stored_low = _unilateral(lower - q, -v, k, d, at_lower)
+    up, guard_up, heat_up, stored_up = _unilateral(q - upper, v, k, d, at_upper)
+    return SimpleNamespace(
+        force=low - up, guards=[guard_low, guard_up], heat=heat_low + heat_up, stored=stored_low + stored_up
+    )
+
+
+def brake(p: Any, q: Any, v: Any) -> SimpleNamespace:
+    """Dry brake of a joint; p = (moment, k, d, engaged, stick, anchor, direction)."""
+    moment, k, d, engaged, stick, anchor, direction = p
+    force, guard, heat, stored = _friction(
+        np.array([q - anchor]), np.array([v]), moment, k, d, stick, np.array([direction])
+    )
+    on = engaged > 0.0
+    return SimpleNamespace(
+        force=select(on, force[0], 0.0),
+        guards=[select(on, guard, 1.0)],
+        heat=select(on, heat, 0.0),
+        stored=select(on, stored, 0.0),
+    )
+
+
+def drive(kind: str, p: Any, reference: tuple[Any, Any, Any], q: Any, v: Any) -> Any:
+    """Force of a servo or speed drive towards its reference (a prescribed joint needs none); p = (kp, kv)."""
+    ref, dref, _ = reference
+    if kind == "servo":
+        return p[0] * (ref - q) + p[1] * (dref - v)
+    return p[1] * (dref - v)

@@ -1,0 +1,45 @@
+"""Named parts of one block of doubles: the same names index it from Python and from traced text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from .symbol import is_sym, node
+
+__all__ = ["Layout"]
+
+
+class Layout:
+    """`sizes`: None = a scalar, n = n numbers; names in `vectors` are unpacked as one vector symbol."""
+
+    def __init__(self, sizes: Mapping[str, int | None], vectors: frozenset[str] = frozenset()) -> None:
+        self.at: dict[str, Any] = {}
+        self.vectors = vectors
+        n = 0
+        for name, m in sizes.items():
+            self.at[name] = n if m is None else slice(n, n + m)
+            n += 1 if m is None else m
+        self.size = n
+
+    def unpack(self, block: Any) -> SimpleNamespace:
+        """Parts of a block by name: scalars, arrays, and the vectors as one value."""
+
+        def part(name: str) -> Any:
+            x = block[self.at[name]]
+            if name in self.vectors and len(x) and is_sym(x[0]):
+                return node("slice", x[0].args[0], x[0].args[1], width=len(x))
+            return x
+
+        return SimpleNamespace(**{name: part(name) for name in self.at})
+
+    def pack(self, parts: SimpleNamespace) -> list[Any]:
+        """The block's values in order (a vector symbol stays one value)."""
+        out: list[Any] = []
+        for name in self.at:
+            x = getattr(parts, name)
+            out += x.ravel().tolist() if isinstance(x, np.ndarray) else x if isinstance(x, list) else [x]
+        return out

@@ -1,0 +1,90 @@
+"""LLVM IR -> machine code in this process, with a cache of object files.
+
+The key of the cache is made from the sources of the kernel, the structure of the scene, llvmlite and the processor,
+so that a second start needs neither tracing nor compiling.  Files appear by atomic rename; a broken one is replaced.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import os
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import llvmlite
+import llvmlite.binding as llvm
+import numpy as np
+
+__all__ = ["Library", "cache_folder"]
+
+_MOST_BLOCKS = 8
+
+
+def cache_folder() -> Path:
+    """Where object files are kept: $HEAVYLIFT_CACHE, else the user's cache folder."""
+    own = os.environ.get("HEAVYLIFT_CACHE")
+    base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+    return Path(own).expanduser() if own else Path(base).expanduser() / "heavylift"
+
+
+def _sources() -> bytes:
+    here = Path(__file__).parent
+    return b"".join(p.read_bytes() for p in sorted(here.glob("*.py")))
+
+
+class Library:
+    """Machine code of `ir()`, which is called only if `structure` is not in the cache; `opt`: LLVM's level 0 to 3."""
+
+    def __init__(self, structure: str, ir: Callable[[], str], opt: int = 2, cache: bool = True) -> None:
+        llvm.initialize_native_target()
+        llvm.initialize_native_asmprinter()
+        cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+        target = llvm.Target.from_default_triple()
+        self._machine = target.create_target_machine(opt=opt, cpu=cpu, features=features)
+        parts = [structure, cpu, features, llvmlite.__version__, str(opt), sys.platform]
+        key = hashlib.sha256(_sources() + "|".join(parts).encode()).hexdigest()
+        path = cache_folder() / f"{key}.o"
+        code = path.read_bytes() if cache and path.is_file() else b""
+        self.cached = bool(code)
+        if not code:
+            code = self._compile(ir(), opt)
+            if cache:
+                _write(path, code)
+        self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), self._machine)
+        self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+        self._engine.finalize_object()
+        self._calls: dict[str, Callable[..., None]] = {}
+
+    def _compile(self, ir: str, opt: int) -> bytes:
+        module = llvm.parse_assembly(ir)
+        if opt:
+            options = llvm.create_pipeline_tuning_options(speed_level=opt)
+            options.slp_vectorization = False
+            passes = llvm.create_pass_builder(self._machine, options)
+            passes.getModulePassManager().run(module, passes)
+        return bytes(self._machine.emit_object(module))
+
+    def call(self, name: str, *blocks: np.ndarray) -> None:
+        """Run a native function on contiguous float64 blocks; the caller vouches for their sizes."""
+        for b in blocks:
+            assert b.dtype == np.float64, f"{name}: block of {b.dtype}"
+            assert b.flags.c_contiguous, f"{name}: block is not contiguous"
+        if name not in self._calls:
+            address = self._engine.get_function_address(name)
+            assert address, f"no native function '{name}'"
+            self._calls[name] = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * _MOST_BLOCKS)(address)
+        pointers = [b.ctypes.data for b in blocks]
+        self._calls[name](*pointers, *[0] * (_MOST_BLOCKS - len(pointers)))
+
+
+def _write(path: Path, code: bytes) -> None:
+    """Atomic; a cache that cannot be written is no error, only slower starts."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part = path.with_suffix(f".{os.getpid()}")
+        part.write_bytes(code)
+        part.replace(path)
+    except OSError:
+        return

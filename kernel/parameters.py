@@ -1,0 +1,73 @@
+"""Where each number of a scene lives in the parameter block P that the machine code reads.
+
+Masses, geometry, laws, references and discrete states are run-time numbers: between native calls the simulation
+writes them, so hooking, switching and commands never compile anything.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .describe import Rope, System
+from .trees import Tree, numbers
+
+__all__ = ["PROFILE", "Parameters", "rope_numbers"]
+
+PROFILE = 8  # start, x0, v0, a1, d1, cruise, a2, d2
+ROPE_HEAD = 4  # EA, damping, hooked, taut
+ROPE_LINE = 7  # a(3), b(3), share
+
+
+def rope_numbers(rope: Rope) -> list[float]:
+    """EA, damping, hooked, taut and the lines of a rope."""
+    lines = [x for line in rope.lines for x in (*line.a.p, *line.b.p, line.share)]
+    return [rope.EA, rope.damping, float(rope.hooked), 0.0, *lines]
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Slices of P by kind and name; `initial` is P at the start of a run."""
+
+    at: dict[tuple[str, str], slice]
+    initial: np.ndarray  # (n,)
+
+    @staticmethod
+    def of(system: System, trees: list[Tree]) -> Parameters:
+        """Lay out a system; references rest at their initial values, thresholds are disarmed."""
+        at: dict[tuple[str, str], slice] = {}
+        values: list[float] = []
+
+        def put(kind: str, name: str, numbers_: list[float]) -> None:
+            at[kind, name] = slice(len(values), len(values) + len(numbers_))
+            values.extend(numbers_)
+
+        put("gravity", "", [system.gravity])
+        for i, tree in enumerate(trees):
+            put("tree", str(i), numbers(tree))
+        masters = [*system.masters, *system.measured]
+        for m in system.masters:
+            put("reference", m.name, [0.0] * PROFILE)
+        joint_q0 = {j.name: (j.q0[0] if j.q0 else 0.0) for j in system.joints if j.kind != "fixed"}
+        starts = [(d.name, joint_q0.get(d.joint, 0.0)) for d in system.drives]
+        starts += [(r.name, r.L0) for r in system.ropes]
+        for name, x0 in starts:
+            put("reference", name, [0.0, x0] + [0.0] * (PROFILE - 2))
+            put("follow", name, [0.0] * 3 * len(masters))
+        for d in system.drives:
+            put("drive", d.name, [d.kp, d.kv])
+        for s in system.springs:
+            put("spring", s.name, [s.k, s.d, s.q_rest])
+        for x in system.stops:
+            put("stop", x.name, [x.lower, x.upper, x.k, x.d, 0.0, 0.0])
+        for b in system.brakes:
+            put("brake", b.name, [b.moment, b.k, b.d, float(b.engaged), 1.0, joint_q0.get(b.joint, 0.0), 0.0])
+        for r in system.ropes:
+            put("rope", r.name, rope_numbers(r))
+        for u in system.supports:
+            laws = [u.height, u.k, u.d, u.mu, u.kt, u.dt]
+            put("support", u.name, [*u.point.p, *laws, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+        for h in system.thresholds:
+            put("threshold", h.name, [0.0, 0.0, 1.0, *(h.point.p if h.point else (0.0, 0.0, 0.0))])
+        return Parameters(at, np.array(values))

@@ -1,0 +1,80 @@
+"""Trapezoid speed profiles: the reference that every drive, winch and master follows.
+
+A profile starts with displacement 0 and speed v0, changes its speed at a1 for d1 seconds, cruises, changes it at a2
+for d2 seconds, and keeps the speed it then has (0, unless the move is endless).  Durations follow
+t = d/v + v/a if d >= v^2/a else 2 sqrt(d/a).  Plain Python, so that the DEVS models compute the same instants as the kernel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import copysign, inf, sqrt
+
+__all__ = ["REST", "Trapezoid", "trapezoid"]
+
+
+@dataclass(frozen=True)
+class Trapezoid:
+    """Speed v0 [m/s], then a1 [m/s2] for d1 [s], `cruise` [s] without change, a2 for d2."""
+
+    v0: float
+    a1: float
+    d1: float
+    cruise: float
+    a2: float
+    d2: float
+
+    @property
+    def duration(self) -> float:
+        """Seconds until the last change of speed; inf if the move is endless."""
+        return self.d1 + self.cruise + self.d2
+
+    def speed(self, t: float) -> float:
+        """Speed at t seconds after the start."""
+        return self.v0 + self.a1 * _clamp(t, self.d1) + self.a2 * _clamp(t - self.d1 - self.cruise, self.d2)
+
+    def displacement(self, t: float) -> float:
+        """Displacement at t seconds after the start."""
+        t = max(t, 0.0)
+        return self.v0 * t + self.a1 * _ramp(t, self.d1) + self.a2 * _ramp(t - self.d1 - self.cruise, self.d2)
+
+
+REST = Trapezoid(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+def _clamp(t: float, d: float) -> float:
+    return min(max(t, 0.0), d)
+
+
+def _ramp(t: float, d: float) -> float:
+    """Integral of the clamped time: t^2/2 inside the ramp, straight after it."""
+    c = _clamp(t, d)
+    return c * (max(t, 0.0) - 0.5 * c)
+
+
+def trapezoid(distance: float | None, speed: float, accel: float, v0: float = 0.0) -> Trapezoid:
+    """Shortest trapezoid from speed v0 over a signed distance; None = endless at `speed` (0: ramp down and stop).
+
+    `speed` is a magnitude where a distance is given, its sign otherwise the direction; accel > 0.  A start speed that
+    cannot be stopped within the distance overshoots and comes back.  Raises ValueError for accel <= 0 or for a
+    distance at speed 0.
+    """
+    if not accel > 0.0:
+        raise ValueError(f"acceleration must be positive, not {accel}")
+    if distance is None:
+        return Trapezoid(v0, copysign(accel, speed - v0), abs(speed - v0) / accel, inf, 0.0, 0.0)
+    if distance == 0.0 and v0 == 0.0:
+        return REST
+    if speed == 0.0:
+        raise ValueError("a distance cannot be travelled at speed 0")
+    stop = v0 * abs(v0) / (2.0 * accel)  # where braking at once would end
+    sign = copysign(1.0, distance - stop)
+    top = sign * abs(speed)
+    d1 = abs(top - v0) / accel
+    # ground covered by changing v0 -> top -> 0 without cruise
+    ramps = (v0 + top) / 2.0 * d1 + sign * top * top / (2.0 * accel)
+    cruise = (distance - ramps) / top
+    if cruise < 0.0:  # the top speed is not reached
+        top = sign * sqrt(max(0.0, sign * distance * accel + v0 * v0 / 2.0))
+        d1, cruise = abs(top - v0) / accel, 0.0
+    return Trapezoid(v0, copysign(accel, top - v0), d1, cruise, -sign * accel, abs(top) / accel)

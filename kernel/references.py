@@ -1,0 +1,112 @@
+"""What actuators follow: profiles that start at a tag, and functions of a master, continuous across every command.
+
+The simulation holds each actuator's present profile with its integer start time, so that the machine code sees starts
+relative to the last event and no precision is lost in long runs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, inf, sin
+
+import numpy as np
+
+from .errors import KernelError
+from .parameters import Parameters
+from .profile import REST, Trapezoid, trapezoid
+
+__all__ = ["References"]
+
+AT_REST = 1e-12  # [m/s] a speed left over by round-off
+
+
+@dataclass
+class _Actuator:
+    start_ns: int
+    x0: float
+    move: Trapezoid
+    follows: dict[int, tuple[float, float, float]]
+
+
+class References:
+    """Profiles and followed masters of every drive, winch and master; writes them into P."""
+
+    def __init__(self, parameters: Parameters, P: np.ndarray, masters: list[str]) -> None:
+        self._at, self._P, self._masters = parameters.at, P, masters
+        names = [name for kind, name in parameters.at if kind == "reference"]
+        self._actuators = {n: _Actuator(0, float(P[self._at["reference", n]][1]), REST, {}) for n in names}
+
+    def _actuator(self, name: str) -> _Actuator:
+        if name not in self._actuators:
+            raise KernelError(f"'{name}': no drive, winch or master of this name; there are {', '.join(self._actuators)}")
+        return self._actuators[name]
+
+    def own(self, name: str, t_ns: int) -> tuple[float, float]:
+        """Value and speed of an actuator's own profile at a time, without what it follows."""
+        a = self._actuator(name)
+        t = (t_ns - a.start_ns) * 1e-9
+        speed = a.move.speed(t)
+        return a.x0 + a.move.displacement(t), 0.0 if abs(speed) < AT_REST else speed
+
+    def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
+        """From its present value and speed, a trapezoid; raises KernelError for what cannot be driven."""
+        x0, v0 = self.own(name, start_ns)
+        a = self._actuator(name)
+        try:
+            a.move = trapezoid(distance, speed, accel, v0)
+        except ValueError as e:
+            raise KernelError(f"'{name}' at {start_ns * 1e-9:.3f} s: {e}") from e
+        a.start_ns, a.x0 = start_ns, x0
+
+    def set_value(self, name: str, t_ns: int, value: float) -> None:
+        """Rest at a value at once, as for a sling that is hooked with a new length."""
+        a = self._actuator(name)
+        a.start_ns, a.x0, a.move, a.follows = t_ns, value, REST, {}
+
+    def set_follow(self, name: str, t_ns: int, master: str, f: tuple[float, float, float], now: list[float]) -> None:
+        """Follow k1 s + kc cos s + ks sin s of a master ("" = none) without a jump; now: the masters' values."""
+        a = self._actuator(name)
+        if master and master not in self._masters:
+            raise KernelError(f"'{name}' cannot follow '{master}': masters are {', '.join(self._masters) or 'none'}")
+        before = sum(_follow(k, now[m]) for m, k in a.follows.items())
+        a.follows = {self._masters.index(master): f} if master else {}
+        after = sum(_follow(k, now[m]) for m, k in a.follows.items())
+        a.x0 += before - after
+
+    def write(self, epoch_ns: int) -> None:
+        """Bring P up to date; times become seconds since the epoch."""
+        for name, a in self._actuators.items():
+            m = a.move
+            start = (a.start_ns - epoch_ns) * 1e-9
+            cruise = m.cruise if m.cruise < inf else 1e12
+            self._P[self._at["reference", name]] = [start, a.x0, m.v0, m.a1, m.d1, cruise, m.a2, m.d2]
+            if ("follow", name) in self._at:
+                f = np.zeros(3 * len(self._masters))
+                for i, k in a.follows.items():
+                    f[3 * i : 3 * i + 3] = k
+                self._P[self._at["follow", name]] = f
+
+    def breaks(self, epoch_ns: int) -> list[float]:
+        """Seconds since the epoch at which a profile changes its acceleration, sorted, future ones only."""
+        out = set()
+        for a in self._actuators.values():
+            t = (a.start_ns - epoch_ns) * 1e-9
+            for d in (a.move.d1, a.move.cruise, a.move.d2):
+                t += d
+                if 0.0 < t < inf:
+                    out.add(t)
+        return sorted(out)
+
+    def rest(self, epoch_ns: int) -> float:
+        """Seconds since the epoch after which nothing is driven any more; inf while an endless move runs."""
+        moving = (a for a in self._actuators.values() if a.move.v0 or a.move.d1 or a.move.d2)
+        ends = [
+            (a.start_ns - epoch_ns) * 1e-9
+            + (a.move.duration if a.move.cruise < inf or a.move.speed(a.move.d1) else a.move.d1)
+            for a in moving
+        ]
+        return max(ends, default=0.0)
+
+
+def _follow(k: tuple[float, float, float], s: float) -> float:
+    return k[0] * s + k[1] * cos(s) + k[2] * sin(s)

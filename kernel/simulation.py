@@ -1,0 +1,327 @@
+"""Runs one compiled system in integer time: steps, located events, commands, samples.
+
+Local time is float seconds since the last event or command (the epoch); event times are rounded up to the next
+nanosecond and the state is integrated to that nanosecond.  Steps depend on the history of commands and state events
+only: `run(until)` never cuts a step, the one that passes `until` stays tentative, and a command inside it discards it.
+
+    next_ns        when something is known to happen: a located event, or the end of the tentative step
+    run(until)     commit steps below `until`; stops at an event that somebody subscribed to
+    fire()         take the located event: integrate to it, switch the laws, return what happened
+    interrupt(t)   integrate to t, so that commands can be given
+    settle()       after events and commands: new derivative, guards that the jump has made true
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import ceil
+from types import SimpleNamespace
+
+import numpy as np
+
+from .describe import System
+from .dopri5 import BREAK, EVENT, FAILED, RUNNING, STILL, Dopri5
+from .emit import module
+from .errors import KernelError
+from .native import Library
+from .oracle import Oracle
+from .rate import Program
+from .references import References
+from .switching import StateEvent, Switches
+
+__all__ = ["FOREVER_NS", "Simulation"]
+
+FOREVER_NS = 2**63 - 1
+ROWS = 512  # rows of the table that native code fills
+ROW_MARGIN = 64  # rows that one step may add
+BUDGET = 4000.0  # attempts per native call: about 25 ms, so that Ctrl-C and progress live
+CHATTER = 200  # events at one instant, after which the laws contradict each other
+NEVER = 1e15  # [s] local time that does not come
+
+
+class Simulation:
+    """`tolerance`: of a step, relative to 1 + |y|; `sample_ns`: period of samples; `subscribed`: names of laws whose
+    events stop `run`; `native=False` runs the same text on floats (slow oracle).  Raises KernelError."""
+
+    def __init__(
+        self,
+        system: System,
+        tolerance: float = 1e-7,
+        sample_ns: int = 500_000_000,
+        subscribed: frozenset[str] = frozenset(),
+        h_max: float = 0.1,
+        native: bool = True,
+        opt: int = 2,
+        cache: bool = True,
+    ) -> None:
+        self.program = Program(system)
+        if not self.program.nv:
+            raise KernelError("nothing in this scene can move: all joints are fixed")
+        self.method = Dopri5(self.program)
+        self._code: Library | Oracle = (
+            Library(self.structure(), self._ir, opt, cache) if native else Oracle(self.method)
+        )
+        self.P = self.program.parameters.initial.copy()
+        self.X = np.zeros(self.method.layout.size)
+        self._at = self.method.layout.at
+        self._table = np.zeros((ROWS, self.method.columns))
+        masters = [m.name for m in (*system.masters, *system.measured)]
+        self.references = References(self.program.parameters, self.P, masters)
+        self.switches = Switches(self.program, self.P)
+        self.subscribed = subscribed
+        self._sample_ns = sample_ns
+        self.rows: list[tuple[int, np.ndarray]] = []
+        self.log: list[tuple[int, StateEvent]] = []
+        self.epoch = 0
+        self._samples = 1  # number of the next periodic sample
+        self._fallen: list[int] = []
+        self._event_ns = FOREVER_NS
+        self._instant = 0  # events in a row at the same nanosecond
+        self._still = False
+        self._snapshot: np.ndarray | None = None
+        x = self.X
+        x[self._at["tol"]], x[self._at["h"]], x[self._at["error"]] = tolerance, 1e-4, 1e-4
+        x[self._at["h_min"]], x[self._at["h_max"]], x[self._at["rows"]] = 1e-12, h_max, ROWS - ROW_MARGIN
+        y0 = self.program.initial_state()
+        x[self._at["y"]] = y0
+        x[self._at["weight"]] = [1.0] * (self.program.nq + self.program.nv) + [0.0] * len(self.program.accounts)
+
+    def structure(self) -> str:
+        """Equal for scenes that share machine code."""
+        p = self.program
+        s = p.system
+        laws = [[(x.name, getattr(x, "kind", ""), getattr(x, "joint", "")) for x in g] for g in (s.drives, s.springs)]
+        laws += [[(x.joint,) for x in g] for g in (s.stops, s.brakes)]
+        ropes = [[(p.graph.number(e.body) for e in (k.a, k.b)) for k in r.lines] for r in s.ropes]
+        flat = [[tuple(e) for e in r] for r in ropes]
+        points = [p.graph.number(u.point.body) for u in s.supports]
+        numbered = [(h.quantity, h.of, h.ropes, h.point and h.point.body) for h in s.thresholds]
+        masters = [(m.kind, m.of, m.axis) for m in s.measured]
+        from .trees import kind_of
+
+        return repr(
+            [[kind_of(t) for t in p.trees], laws, flat, [r.winch for r in s.ropes], points, numbered, masters, len(s.masters)]
+        )
+
+    def _ir(self) -> str:
+        return module(self.method.advance, *self.method.functions.values())
+
+    # ---- small tools --------------------------------------------------------------------------------------
+
+    def __getitem__(self, name: str) -> float:
+        return float(self.X[self._at[name]])
+
+    def _set(self, **values: float) -> None:
+        for name, v in values.items():
+            self.X[self._at[name]] = v
+
+    def _call(self, name: str) -> None:
+        blocks = [self.X, self.P]
+        if name in ("advance", "sample", "look"):
+            blocks.append(self._table)
+        self._code.call(name, *blocks)
+
+    def _local(self, t_ns: int) -> float:
+        return (t_ns - self.epoch) * 1e-9 if t_ns < FOREVER_NS else NEVER
+
+    @property
+    def state(self) -> np.ndarray:
+        """(ny,) coordinates, velocities and accounts, committed or tentative."""
+        return self.X[self._at["y"]]
+
+    def row(self) -> SimpleNamespace:
+        """The present state as a sample row."""
+        self._call("look")
+        return self.method.row_layout.unpack(self._table[int(self["row"])].copy())
+
+    # ---- life ---------------------------------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Find the discrete states of the initial pose, take the first sample."""
+        self.references.write(0)
+        self._set(peak_time=0.0)
+        self._call("refresh")
+        for i, (kind, _) in enumerate(self.program.guards):
+            if kind in ("rope", "support", "lower", "upper") and self.X[self._at["G"]][i] < 0.0:
+                self.switches.fire(i, self.row(), self.state)
+        self._new_stretch(0)
+        self.settle()
+
+    @property
+    def next_ns(self) -> int:
+        """Time of the located event, or of the end of the tentative step; FOREVER_NS if nothing moves any more."""
+        if self._fallen:
+            return self._event_ns
+        if self._still:
+            return FOREVER_NS
+        return self.epoch + ceil(self["t"] * 1e9)
+
+    @property
+    def event(self) -> bool:
+        """Whether `next_ns` is an event that somebody subscribed to."""
+        return any(self.program.guards[i][1] in self.subscribed for i in self._fallen)
+
+    def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
+        """Commit steps that end before `until_ns`; `pause` is called every 25 ms of work."""
+        while not self._still:
+            if self._fallen:
+                if self.event or self._event_ns >= until_ns:
+                    return
+                self.fire()
+                self.settle()
+                continue
+            horizon = self._local(until_ns)
+            if self["t"] >= horizon and self["tentative"] > 0.0:
+                return
+            if self["t"] >= self["t_stop"]:
+                self._pass_break()
+            self._set(run=1.0, status=RUNNING, budget=BUDGET, until=horizon)
+            self._call("advance")
+            self._drain()
+            status = self["status"]
+            if status == FAILED or not np.isfinite(self["t"]):
+                raise self._failure()
+            if status == EVENT:
+                self._locate()
+            elif status == STILL:
+                self._restore()
+                self._still = True
+            pause()
+
+    def _pass_break(self) -> None:
+        """At the boundary between two pieces of a profile: commit, and a new derivative, since forces may jump."""
+        self._commit()
+        self._set(t_stop=min((b for b in self.references.breaks(self.epoch) if b > self["t"]), default=NEVER))
+        self._call("refresh")
+
+    def _commit(self) -> None:
+        self._call("commit")
+        while self["due"] > 0.0:
+            self._call("sample")
+            if self["row"] >= ROWS - 1:
+                self._drain()
+        self._drain()
+
+    def _drain(self) -> None:
+        n = int(self["row"])
+        for i in range(n):
+            self.rows.append((self._samples * self._sample_ns, self._absolute(self._table[i].copy())))
+            self._samples += 1
+        self._set(row=0.0)
+
+    def _absolute(self, row: np.ndarray) -> np.ndarray:
+        row[self.method.row_layout.at["peak_time"]] += self.epoch * 1e-9
+        return row
+
+    # ---- events -------------------------------------------------------------------------------------------
+
+    def _forced(self, t: float) -> None:
+        """One step from the committed state to local time t, accepted as it is; step control is not touched."""
+        h, error, t_stop = self["h"], self["error"], self["t_stop"]
+        if t > self["t"]:
+            self._set(h=NEVER, forced=1.0, t_stop=t)
+            self._call("step")
+            self._set(h=h, forced=0.0, error=error, t_stop=t_stop, locate=0.0)
+            if not np.isfinite(self.state).all():
+                raise self._failure()
+
+    def _restore(self) -> None:
+        """Back to the start of the tentative step."""
+        if self._snapshot is not None:
+            self.X[:] = self._snapshot
+            self._snapshot, self._fallen, self._event_ns = None, [], FOREVER_NS
+        if self["tentative"] > 0.0:
+            for name, old in (("t", "t0"), ("y", "d0"), ("f", "f0")):
+                self.X[self._at[name]] = self.X[self._at[old]]
+            self._set(tentative=0.0)
+
+    def _locate(self) -> None:
+        """A guard fell inside the tentative step: integrate to the next nanosecond and see what has fallen there."""
+        t_ns = self.epoch + max(0, ceil((self["t0"] + self["hi"] * self["h0"]) * 1e9))
+        self._snapshot = self.X.copy()
+        for name, old in (("t", "t0"), ("y", "d0"), ("f", "f0")):
+            self.X[self._at[name]] = self.X[self._at[old]]
+        self._set(tentative=0.0)
+        self._forced(self._local(t_ns))
+        fallen = np.flatnonzero(self.X[self._at["G"]] < 0.0)
+        if len(fallen):
+            self._fallen, self._event_ns = [int(i) for i in fallen], t_ns
+        else:  # the true solution crosses a moment later
+            self._snapshot = None
+
+    def fire(self) -> list[StateEvent]:
+        """Integrate to the located event and switch all laws whose guards have fallen there, in fixed order."""
+        fallen, t_ns = self._fallen, self._event_ns
+        self._snapshot, self._fallen, self._event_ns = None, [], FOREVER_NS
+        self._commit()
+        self._instant = self._instant + 1 if t_ns == self.epoch else 0
+        if self._instant > CHATTER:
+            names = ", ".join(sorted({self.program.guards[i][1] for i in fallen}))
+            raise KernelError(f"{names} at {t_ns * 1e-9:.9f} s: states switch without end; soften or damp the law")
+        self._new_stretch(t_ns)
+        row = self.row()
+        events = [self.switches.fire(i, row, self.state) for i in fallen]
+        self.log += [(t_ns, e) for e in events]
+        return events
+
+    def interrupt(self, t_ns: int) -> None:
+        """Integrate to t_ns (not beyond next_ns), so that commands can be given there."""
+        self._restore()
+        self._forced(self._local(t_ns) if not self._still else self["t"])
+        self._still = False
+        self._commit()
+        self._new_stretch(t_ns)
+        self._instant = 0
+
+    def settle(self) -> None:
+        """Derivative and guards after a jump; a guard that is below zero now is an event at once."""
+        self.references.write(self.epoch)
+        self._set(
+            t_stop=self.references.breaks(self.epoch)[0] if self.references.breaks(self.epoch) else NEVER,
+            t_rest=self.references.rest(self.epoch),
+        )
+        self._call("refresh")
+        row = self.row()
+        flat = np.array(self.method.row_layout.pack(row))
+        self.rows.append((self.epoch, self._absolute(flat)))
+        self.X[self._at["peak"]] = 0.0
+        fallen = np.flatnonzero(self.X[self._at["G"]] < 0.0)
+        self._fallen = [int(i) for i in fallen]
+        self._event_ns = self.epoch if len(fallen) else FOREVER_NS
+
+    def _new_stretch(self, t_ns: int) -> None:
+        """Local time starts again at t_ns."""
+        shift = (t_ns - self.epoch) * 1e-9
+        self.X[self._at["peak_time"]] -= shift
+        self.epoch = t_ns
+        base = (self._samples * self._sample_ns - t_ns) * 1e-9
+        self._set(t=0.0, t_base=base, t_out=base, dt_out=self._sample_ns * 1e-9, count=0.0, tentative=0.0)
+        self.references.write(t_ns)
+
+    def masters_now(self) -> list[float]:
+        """Values of masters and measured scalars at the epoch."""
+        s = self.program.system
+        values = [self.references.own(m.name, self.epoch)[0] for m in s.masters]
+        row = self.row()
+        for m in s.measured:
+            if m.kind == "joint":
+                values.append(float(row.q[self.program.graph.joint(m.of).q.start]))
+            else:
+                R = row.poses.reshape(-1, 12)[self.program.graph.number(m.of), 3:].reshape(3, 3)
+                values.append(float(np.arctan2(R[1 if m.axis == 0 else 0, 2], R[2, 2])))
+        return values
+
+    def _failure(self) -> KernelError:
+        """Name what went wrong: a body that is not finite, or a step that became too small."""
+        t = self.epoch * 1e-9 + self["t"]
+        for link in self.program.graph.links:
+            v = self.state[self.program.nq + link.v.start : self.program.nq + link.v.stop]
+            if not np.isfinite(v).all():
+                return KernelError(f"body '{link.body.name}' at {t:.6f} s: its motion is not finite; check its mass and forces")
+        rates = np.abs(self.X[self._at["f"]][self.program.nq : self.program.nq + self.program.nv])
+        worst = int(np.nanargmax(rates)) if np.isfinite(rates).any() else 0
+        link = next(k for k in self.program.graph.links if k.v.start <= worst < k.v.stop)
+        return KernelError(
+            f"body '{link.body.name}' at {t:.6f} s: the step became too small (below 1e-12 s); "
+            "a law near it is too stiff or jumps"
+        )

@@ -1,0 +1,86 @@
+"""Spatial algebra in world axes about a common point (Featherstone 2008, chapter 2), on floats and on symbols.
+
+Twists are [angular; linear], wrenches [moment; force].  Because every quantity of a tree is expressed in world axes
+about the same point, sums along a path need no transformations.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .symbol import cos, sin
+
+Array = Any  # (n,) or (n, m) of float or of Sym
+
+__all__ = [
+    "axis_rotation", "cross", "force_cross", "join", "mirror", "motion_cross", "quaternion_matrix",
+    "quaternion_rate", "skew", "spatial_inertia",
+]  # fmt: skip
+
+
+def join(*parts: Any) -> Array:
+    return np.concatenate([np.asarray(p) for p in parts]) if parts else np.zeros(0)
+
+
+def skew(a: Array) -> Array:
+    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
+
+
+def cross(a: Array, b: Array) -> Array:
+    return skew(a) @ b
+
+
+def mirror(A: Array) -> Array:
+    """The upper triangle on both sides: exactly symmetric, and each product is traced once."""
+    n = len(A)
+    return np.array([[A[min(i, j), max(i, j)] for j in range(n)] for i in range(n)])
+
+
+def motion_cross(V: Array) -> Array:
+    """(6, 6) crm(V): V x for twists."""
+    return np.block([[skew(V[:3]), np.zeros((3, 3))], [skew(V[3:]), skew(V[:3])]])
+
+
+def force_cross(V: Array) -> Array:
+    """(6, 6) crf(V) = -crm(V)^T: V x* for wrenches."""
+    return -motion_cross(V).T
+
+
+def axis_rotation(a: Array, q: Any) -> Array:
+    """(3, 3) rotation by q [rad] about the unit axis a; written so that principal axes fold to plain sin and cos."""
+    c, s, K = cos(q), sin(q), skew(a)
+    return np.array(
+        [[a[i] * a[j] + c * ((i == j) - a[i] * a[j]) + s * K[i, j] for j in range(3)] for i in range(3)]
+    )
+
+
+def quaternion_matrix(x: Any, y: Any, z: Any, w: Any) -> Array:
+    """(3, 3) rotation of a quaternion of any length, so that round-off in |q| never shears a body."""
+    s = 2.0 / (x * x + y * y + z * z + w * w)
+    return np.array(
+        [
+            [1 - s * (y * y + z * z), s * (x * y - z * w), s * (x * z + y * w)],
+            [s * (x * y + z * w), 1 - s * (x * x + z * z), s * (y * z - x * w)],
+            [s * (x * z - y * w), s * (y * z + x * w), 1 - s * (x * x + y * y)],
+        ]
+    )
+
+
+def quaternion_rate(x: Any, y: Any, z: Any, w: Any, o: Array) -> Array:
+    """(4,) time derivative of a quaternion turning with angular velocity o in body axes [rad/s]."""
+    return 0.5 * np.array(
+        [
+            w * o[0] + y * o[2] - z * o[1],
+            w * o[1] + z * o[0] - x * o[2],
+            w * o[2] + x * o[1] - y * o[0],
+            -x * o[0] - y * o[1] - z * o[2],
+        ]
+    )
+
+
+def spatial_inertia(mass: Any, c: Array, I_C: Array) -> Array:
+    """(6, 6) inertia about the common point; c: centre of mass from it [m], I_C: inertia about c, world axes."""
+    h = skew(mass * c)
+    return np.block([[mirror(I_C - h @ skew(c)), h], [-h, mass * np.eye(3)]])

@@ -1,0 +1,144 @@
+"""Discrete states of laws: what changes when a guard has fallen, and the energy that is lost by it.
+
+Coordinates and velocities are never touched.  Elastic energy that a law still holds when it lets go (a rope that
+slackens under damping, a sling unhooked, a pad that opens) counts as heat of that law.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, hypot, sin
+from types import SimpleNamespace
+
+import numpy as np
+
+from .errors import KernelError
+from .rate import Program
+
+__all__ = ["StateEvent", "Switches"]
+
+
+@dataclass(frozen=True)
+class StateEvent:
+    """A located change: `what` is taut, slack, closed, open, stick, slip or reached; `value` as the law's own."""
+
+    name: str
+    what: str
+    value: float
+
+
+class Switches:
+    """Reads and writes the discrete states in P; `row` is the present sample row (see `Dopri5._row_layout`)."""
+
+    def __init__(self, program: Program, P: np.ndarray) -> None:
+        self._program, self._P, self._at = program, P, program.parameters.at
+        self._account = {a: program.nq + program.nv + i for i, a in enumerate(program.accounts)}
+        self._stored = {name: i for i, (_, name) in enumerate(program.stored)}
+        s = program.system
+        self._ropes = {r.name: i for i, r in enumerate(s.ropes)}
+        self._supports = {u.name: i for i, u in enumerate(s.supports)}
+        self._brakes = {b.name: program.graph.joint(b.joint) for b in s.brakes}
+        self._thresholds = {h.name: h for h in s.thresholds}
+        self._values: dict[str, float] = {}
+
+    def fire(self, guard: int, row: SimpleNamespace, y: np.ndarray) -> StateEvent:
+        """Switch the law behind a fallen guard; y gets the heat."""
+        kind, name = self._program.guards[guard]
+        return getattr(self, f"_{kind}")(name, row, y)  # type: ignore[no-any-return]
+
+    def _lose(self, name: str, row: SimpleNamespace, y: np.ndarray, share: float = 1.0) -> None:
+        y[self._account["heat", name]] += share * row.stored[self._stored[name]]
+
+    def _rope(self, name: str, row: SimpleNamespace, y: np.ndarray) -> StateEvent:
+        p = self._P[self._at["rope", name]]
+        if p[3] > 0.0:
+            self._lose(name, row, y)
+        p[3] = 1.0 - p[3]
+        return StateEvent(name, "taut" if p[3] else "slack", float(row.elongation[self._ropes[name]]))
+
+    def _support(self, name: str, row: SimpleNamespace, y: np.ndarray) -> StateEvent:
+        p, i = self._P[self._at["support", name]], self._supports[name]
+        if p[9] > 0.0:
+            self._lose(name, row, y)
+        p[9] = 1.0 - p[9]
+        p[10], p[11:13], p[13:15] = 1.0, row.place[2 * i : 2 * i + 2], 0.0
+        return StateEvent(name, "closed" if p[9] else "open", float(row.normal[i]))
+
+    def _rub(self, name: str, row: SimpleNamespace, y: np.ndarray) -> StateEvent:
+        p, i = self._P[self._at["support", name]], self._supports[name]
+        place, velocity = row.place[2 * i : 2 * i + 2], row.velocity[2 * i : 2 * i + 2]
+        if p[10] > 0.0:
+            s = place - p[11:13]
+            held = p[7] * s + p[8] * velocity
+            y[self._account["heat", name]] += 0.5 * p[7] * float(s @ s)
+            p[10], p[13:15] = 0.0, held / max(hypot(*held), 1e-300)
+            return StateEvent(name, "slip", float(row.normal[i]))
+        p[10], p[11:13] = 1.0, place
+        return StateEvent(name, "stick", float(row.normal[i]))
+
+    def _lower(self, name: str, row: SimpleNamespace, y: np.ndarray) -> StateEvent:
+        return self._stop(name, 4, row, y)
+
+    def _upper(self, name: str, row: SimpleNamespace, y: np.ndarray) -> StateEvent:
+        return self._stop(name, 5, row, y)
+
+    def _stop(self, name: str, side: int, row: SimpleNamespace, y: np.ndarray) -> StateEvent:
+        p = self._P[self._at["stop", name]]
+        if p[side] > 0.0:
+            self._lose(name, row, y)
+        p[side] = 1.0 - p[side]
+        return StateEvent(name, "closed" if p[side] else "open", float(p[side - 4]))
+
+    def _brake(self, name: str, row: SimpleNamespace, y: np.ndarray) -> StateEvent:
+        p, link = self._P[self._at["brake", name]], self._brakes[name]
+        q, v = float(row.q[link.q.start]), float(row.v[link.v.start])
+        if p[4] > 0.0:
+            self._lose(name, row, y)
+            p[4], p[6] = 0.0, np.sign(p[1] * (q - p[5]) + p[2] * v)
+            return StateEvent(name, "slip", v)
+        p[4], p[5] = 1.0, q
+        return StateEvent(name, "stick", q)
+
+    def _threshold(self, name: str, row: SimpleNamespace, y: np.ndarray) -> StateEvent:
+        self.unwatch(name)
+        return StateEvent(name, "reached", self._values[name])
+
+    # ---- commands --------------------------------------------------------------------------------------
+
+    def watch(self, name: str, value: float, rising: bool) -> None:
+        """Arm a threshold; raises KernelError if there is none of this name."""
+        p = self._threshold_numbers(name)
+        sign = -1.0 if rising else 1.0
+        angle = self._thresholds[name].quantity == "angle"
+        p[:3] = [sign * cos(value), -sign * sin(value), 0.0] if angle else [sign, 0.0, -sign * value]
+        self._values[name] = value
+
+    def unwatch(self, name: str) -> None:
+        self._threshold_numbers(name)[:3] = [0.0, 0.0, 1.0]
+
+    def _threshold_numbers(self, name: str) -> np.ndarray:
+        if name not in self._thresholds:
+            raise KernelError(f"'{name}': no threshold of this name; there are {', '.join(self._thresholds) or 'none'}")
+        return self._P[self._at["threshold", name]]
+
+    def set_brake(self, name: str, engaged: bool, row: SimpleNamespace, y: np.ndarray) -> None:
+        """Close a brake where the joint stands, or open it."""
+        if name not in self._brakes:
+            raise KernelError(f"'{name}': no brake of this name; there are {', '.join(self._brakes) or 'none'}")
+        p = self._P[self._at["brake", name]]
+        if p[3] > 0.0 and not engaged:
+            self._lose(name, row, y)
+        p[3:] = [float(engaged), 1.0, row.q[self._brakes[name].q.start], 0.0]
+
+    def rope_numbers(self, name: str) -> np.ndarray:
+        """EA, damping, hooked, taut and lines of a rope; raises KernelError if there is none of this name."""
+        if name not in self._ropes:
+            raise KernelError(f"'{name}': no rope of this name; there are {', '.join(self._ropes) or 'none'}")
+        return self._P[self._at["rope", name]]
+
+    def unhook(self, name: str, row: SimpleNamespace, y: np.ndarray) -> None:
+        """Let a rope go; what it held becomes heat."""
+        p = self.rope_numbers(name)
+        if p[2] > 0.0 and p[3] > 0.0:
+            self._lose(name, row, y)
+        p[2:4] = 0.0

@@ -1,0 +1,332 @@
+"""Symbolic scalars: run a Python function on them and keep what it computed as a graph without duplicates.
+
+The text of the algorithms is written once.  On floats it computes; on these symbols the same text is recorded
+(hash-consing: an expression exists once; zeros and ones fold away, so sparse 6x6 matrices cost nothing).
+Rules for traced text: no `if`/`while` on a value (use `select`), loops over structure only, sin/cos/sqrt/atan2 from
+here, `d = 1/x` once instead of many divisions.  Violations raise TypeError and say what to write instead.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+__all__ = [
+    "Function", "Graph", "Sym", "any_of", "atan2", "cos", "is_sym", "less", "maximum", "minimum", "named",
+    "operands", "select", "sin", "sqrt",
+]  # fmt: skip
+
+GRAPHS: list[Graph] = []  # the graphs being recorded, innermost last
+
+
+class Graph:
+    """The nodes of one recording; `opaque`: named quantities become new symbols, so equations refer to names."""
+
+    def __init__(self, opaque: bool = False) -> None:
+        self.table: dict[Any, Sym] = {}
+        self.nodes: list[Sym] = []
+        self.opaque = opaque
+        self.equations: list[tuple[str, Any]] = []
+
+    def __enter__(self) -> Graph:
+        GRAPHS.append(self)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        GRAPHS.pop()
+
+
+class Sym:
+    """One value: operation and arguments; width 0 = scalar, n = vector of n elements (whole-state arithmetic)."""
+
+    __slots__ = ("args", "id", "op", "width")
+    op: str
+    args: tuple[Any, ...]
+    id: int
+    width: int
+
+    def __neg__(self) -> Any:
+        return neg(self)
+
+    def __add__(self, o: Any) -> Any:
+        return NotImplemented if isinstance(o, np.ndarray) else add(self, o)
+
+    def __sub__(self, o: Any) -> Any:
+        return NotImplemented if isinstance(o, np.ndarray) else add(self, neg(o))
+
+    def __mul__(self, o: Any) -> Any:
+        return NotImplemented if isinstance(o, np.ndarray) else mul(self, o)
+
+    def __truediv__(self, o: Any) -> Any:
+        return NotImplemented if isinstance(o, np.ndarray) else div(self, o)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def __rsub__(self, o: Any) -> Any:
+        return add(neg(self), o)
+
+    def __rtruediv__(self, o: Any) -> Any:
+        return div(o, self)
+
+    def __pow__(self, o: float) -> Any:
+        return mul(self, self) if o == 2 else node("pow", self, o)
+
+    def __abs__(self) -> Sym:
+        return node("abs", self)
+
+    def __matmul__(self, o: Sym) -> Sym:
+        return node("dot", self, o)
+
+    def __gt__(self, o: Any) -> Any:
+        return node("gt", self, o)
+
+    def __lt__(self, o: Any) -> Any:
+        return node("gt", o, self)
+
+    def __ge__(self, o: Any) -> Any:
+        return node("ge", self, o)
+
+    def __le__(self, o: Any) -> Any:
+        return node("ge", o, self)
+
+    def __and__(self, o: Any) -> Any:
+        return node("and", self, o)
+
+    def __or__(self, o: Any) -> Any:
+        return node("or", self, o)
+
+    def __eq__(self, o: object) -> bool:
+        if isinstance(o, Sym):
+            return self is o  # the node table needs identity
+        raise TypeError("== with a run-time value would silently be False in traced code: use select with > or >=")
+
+    __hash__ = object.__hash__
+
+    def __bool__(self) -> bool:
+        raise TypeError("traced code cannot branch on a value known only at run time: use select(condition, a, b)")
+
+    def __float__(self) -> float:
+        raise TypeError("a run-time value was forced to a float: use sin, cos, sqrt of kernel.symbol")
+
+
+def is_sym(x: Any) -> bool:
+    return isinstance(x, Sym)
+
+
+def node(op: str, *args: Any, width: int | None = None) -> Sym:
+    """The node of an operation in the graph being recorded, new or already there."""
+    graph = GRAPHS[-1]
+    index = op in ("in", "ret", "slice")
+    args = tuple(
+        x if isinstance(x, Sym | str | tuple | Function) else int(x) if index else float(x) for x in args
+    )
+    found = graph.table.get((op, args))
+    if found is not None:
+        return found
+    n = graph.table[op, args] = Sym()
+    n.op, n.args, n.id = op, args, len(graph.nodes)
+    widest = max((x.width for x in args if isinstance(x, Sym)), default=0)
+    n.width = width if width is not None else 0 if op == "dot" else widest
+    graph.nodes.append(n)
+    return n
+
+
+# ---- simplification while recording -------------------------------------------------------------------------
+
+
+def neg(x: Any) -> Any:
+    return -x if not is_sym(x) else x.args[0] if x.op == "neg" else node("neg", x)
+
+
+def add(a: Any, b: Any) -> Any:
+    if not is_sym(a):
+        a, b = b, a
+    if not is_sym(b):
+        return a if b == 0 else node("add", a, b)
+    a_negative, b_negative = a.op == "neg", b.op == "neg"
+    if a_negative and b_negative:
+        return neg(add(a.args[0], b.args[0]))
+    if a_negative:
+        a, b, b_negative = b, a, True
+    if b_negative:
+        return 0.0 if a is b.args[0] else node("sub", a, b.args[0])
+    return node("add", a, b) if a.id < b.id else node("add", b, a)
+
+
+def mul(a: Any, b: Any) -> Any:
+    if not is_sym(a):
+        a, b = b, a
+    if not is_sym(b):
+        if b == 0:
+            return 0.0
+        if b == 1:
+            return a
+        if b < 0:
+            return neg(mul(a, -b))
+        if a.op == "neg":
+            return neg(mul(a.args[0], b))
+        return node("mul", a, b)
+    if a.op == "neg":
+        return neg(mul(a.args[0], b))
+    if b.op == "neg":
+        return neg(mul(a, b.args[0]))
+    return node("mul", a, b) if a.id < b.id else node("mul", b, a)
+
+
+def div(a: Any, b: Any) -> Any:
+    if not is_sym(b):
+        return mul(a, 1.0 / b)
+    if not is_sym(a) and a == 0:
+        return 0.0
+    if is_sym(a) and a.op == "neg":
+        return neg(div(a.args[0], b))
+    return node("div", a, b)
+
+
+# ---- functions of traced text --------------------------------------------------------------------------------
+
+
+def _function(name: str) -> Callable[[Any], Any]:
+    plain = getattr(math, name)
+    return lambda x: node(name, x) if is_sym(x) else plain(x)
+
+
+sin, cos, sqrt = map(_function, ("sin", "cos", "sqrt"))
+
+
+def atan2(y: Any, x: Any) -> Any:
+    return node("atan2", y, x) if is_sym(y) or is_sym(x) else math.atan2(y, x)
+
+
+def _elementwise(f: Callable[..., Any]) -> Callable[..., Any]:
+    """Let a function of scalars (or of vector symbols) take arrays, too."""
+
+    def apply(*args: Any) -> Any:
+        if not any(isinstance(x, np.ndarray) for x in args):
+            return f(*args)
+        spread = np.broadcast_arrays(*args)
+        flat = [f(*x) for x in zip(*(x.ravel().tolist() for x in spread), strict=True)]
+        return np.array(flat).reshape(spread[0].shape)
+
+    return apply
+
+
+@_elementwise
+def select(condition: Any, a: Any, b: Any) -> Any:
+    """a if condition else b; both are computed."""
+    if not is_sym(condition):
+        return a if condition else b
+    return a if a is b else node("select", condition, a, b)
+
+
+less = _elementwise(lambda a, b: a < b)
+maximum = _elementwise(lambda a, b: select(a > b, a, b))
+minimum = _elementwise(lambda a, b: select(b > a, a, b))
+
+
+def any_of(conditions: Iterable[Any]) -> Any:
+    c: Any = False
+    for x in conditions:
+        c = x if c is False else c | x
+    return c
+
+
+def named(label: str, x: Any) -> Any:
+    """Give a traced quantity the name that printed equations use; returns x (an opaque graph: new symbols)."""
+    if not GRAPHS or not GRAPHS[-1].opaque:
+        return x
+    flat = np.ravel(np.asarray(x, dtype=object)).tolist()
+    suffix = {1: [""], 3: [".x", ".y", ".z"], 6: [".rx", ".ry", ".rz", ".x", ".y", ".z"]}
+    labels = [label + s for s in suffix.get(len(flat), [f".{i}" for i in range(len(flat))])]
+    GRAPHS[-1].equations += list(zip(labels, flat, strict=True))
+    fresh = [node("in", t, -1) if is_sym(e) else e for t, e in zip(labels, flat, strict=True)]
+    return np.array(fresh, dtype=object).reshape(np.shape(x)) if np.shape(x) else fresh[0]
+
+
+# ---- functions that are called -------------------------------------------------------------------------------
+
+
+def operands(n: Sym) -> list[Sym]:
+    args = [x for a in n.args[1:] for x in a] if n.op == "call" else n.args
+    return [x for x in args if isinstance(x, Sym)]
+
+
+def symbols(block: str, n: int) -> np.ndarray:
+    """(n,) the scalars of an input block."""
+    return np.array([node("in", block, i) for i in range(n)] + [None], dtype=object)[:-1]
+
+
+class Function:
+    """body(**blocks) -> {name: values, or (row, values) for a row of a table}, recorded once and called many times.
+
+    On floats a call runs the body itself; while another graph is recorded it adds one call node, so that the machine
+    code exists once.  `vectors` names outputs that callers get as one vector symbol.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        body: Callable[..., Mapping[str, Any]],
+        inputs: Mapping[str, int],
+        vectors: Sequence[str] = (),
+    ) -> None:
+        self.name, self.body, self.inputs, self.vectors = name, body, dict(inputs), vectors
+        self._nodes: list[Sym] | None = None
+        self.rows: dict[str, Any] = {}
+        self._outputs: dict[str, list[Any]] = {}
+
+    def record(self) -> None:
+        """Trace the body; keep only what the outputs need."""
+        if self._nodes is not None:
+            return
+        with Graph() as graph:
+            out = self.body(**{k: symbols(k, n) for k, n in self.inputs.items()})
+            self.rows = {k: v[0] for k, v in out.items() if isinstance(v, tuple)}
+            values = {k: v[1] if k in self.rows else v for k, v in out.items()}
+            self._outputs = {k: flatten(v) for k, v in values.items()}
+        live: set[Sym] = set()
+        todo = [x for v in (*self._outputs.values(), self.rows.values()) for x in v if is_sym(x)]
+        while todo:
+            x = todo.pop()
+            if x not in live:
+                live.add(x)
+                todo += operands(x)
+        self._nodes = [n for n in graph.nodes if n in live]
+
+    @property
+    def nodes(self) -> list[Sym]:
+        self.record()
+        assert self._nodes is not None
+        return self._nodes
+
+    @property
+    def outputs(self) -> dict[str, list[Any]]:
+        self.record()
+        return self._outputs
+
+    def __call__(self, **values: Any) -> SimpleNamespace:
+        if not GRAPHS or GRAPHS[-1].opaque:
+            out = self.body(**{k: np.array(flatten(v)) for k, v in values.items()})
+            return SimpleNamespace(**{k: np.array(flatten(v)) for k, v in out.items()})
+        call = node("call", self, *(tuple(flatten(values[k])) for k in self.inputs))
+
+        def returned(k: str, v: list[Any]) -> Any:
+            width = sum(max(1, x.width) if is_sym(x) else 1 for x in v)
+            if k in self.vectors:
+                return node("ret", call, k, 0, width=width)
+            return np.array([node("ret", call, k, i) for i in range(width)] + [None], dtype=object)[:-1]
+
+        return SimpleNamespace(**{k: returned(k, v) for k, v in self.outputs.items()})
+
+
+def flatten(x: Any) -> list[Any]:
+    """Scalars and vector symbols of a nested value in order."""
+    if is_sym(x) or isinstance(x, float | int):
+        return [x]
+    if isinstance(x, np.ndarray):
+        return list(x.ravel().tolist())
+    return [e for y in x for e in flatten(y)]

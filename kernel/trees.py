@@ -1,0 +1,135 @@
+"""One tree of the graph with its numbers, and trees of one kind sharing machine code.
+
+Numbers of a body that are 0, 1 or -1 are structure (they fold away in the traced code); all others are parameters of
+the run, so that one object file serves all variations of a scene and all equal trees of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from .graph import Graph
+
+__all__ = ["Tree", "TreeBody", "cut", "numbers", "with_numbers"]
+
+_FIELDS = ("mass", "com", "inertia", "p_PJ", "R_PJ", "axis")
+
+
+@dataclass(frozen=True)
+class TreeBody:
+    """A link with its numbers as floats or symbols; parent, q and v count within the tree."""
+
+    name: str
+    kind: str
+    parent: int
+    q: slice
+    v: slice
+    mass: Any
+    com: Any
+    inertia: Any
+    p_PJ: Any
+    R_PJ: Any
+    axis: Any
+    prescribed: bool
+
+
+@dataclass(frozen=True)
+class Tree:
+    """Links that hang together above the ground; q and v are its parts of the scene's state."""
+
+    bodies: tuple[TreeBody, ...]
+    first: int
+    q: slice
+    v: slice
+
+    @property
+    def body_of_dof(self) -> list[int]:
+        return [i for i, b in enumerate(self.bodies) for _ in range(b.v.start, b.v.stop)]
+
+    @property
+    def dof_paths(self) -> list[list[int]]:
+        """Degrees of freedom between each one and the ground, nearest first."""
+        paths: list[list[int]] = []
+        last: list[int | None] = []
+        for b in self.bodies:
+            up = last[b.parent] if b.parent >= 0 else None
+            for k in range(b.v.start, b.v.stop):
+                paths.append([] if up is None else [up, *paths[up]])
+                up = k
+            last.append(up)
+        return paths
+
+    @property
+    def prescribed_dofs(self) -> list[int]:
+        return [b.v.start for b in self.bodies if b.prescribed]
+
+    @property
+    def free_paths(self) -> list[list[int]]:
+        fixed = set(self.prescribed_dofs)
+        return [[k for k in path if k not in fixed] for path in self.dof_paths]
+
+
+def cut(graph: Graph, prescribed: set[str]) -> list[Tree]:
+    """The trees of a graph; `prescribed`: names of joints with a prescribed drive."""
+    out = []
+    for numbers_ in graph.trees():
+        links = [graph.links[i] for i in numbers_]
+        q0, v0 = links[0].q.start, links[0].v.start
+        bodies = tuple(
+            TreeBody(
+                name=k.body.name,
+                kind=k.joint.kind,
+                parent=k.parent - numbers_.start if k.parent >= 0 else -1,
+                q=slice(k.q.start - q0, k.q.stop - q0),
+                v=slice(k.v.start - v0, k.v.stop - v0),
+                mass=float(k.body.mass),
+                com=np.array(k.body.com, float),
+                inertia=np.array(k.body.inertia, float),
+                p_PJ=np.array(k.joint.p_PJ, float),
+                R_PJ=np.array(k.joint.R_PJ, float),
+                axis=np.array(k.joint.axis, float),
+                prescribed=k.joint.name in prescribed,
+            )
+            for k in links
+        )
+        q, v = slice(q0, links[-1].q.stop), slice(v0, links[-1].v.stop)
+        out.append(Tree(bodies, numbers_.start, q, v))
+    return out
+
+
+def numbers(tree: Tree) -> list[float]:
+    """The parameters of a tree in the order that `with_numbers` takes them."""
+    flat = [x for b in tree.bodies for f in _FIELDS for x in np.ravel(getattr(b, f)).tolist()]
+    return [x for x in flat if not _structural(x)]
+
+
+def with_numbers(tree: Tree, values: Any) -> Tree:
+    """The same tree with its parameters replaced, in traced text by symbols."""
+    given = iter(values)
+
+    def replaced(x: Any) -> Any:
+        if np.ndim(x) == 0:
+            return x if _structural(x) else next(given)
+        flat = [e if _structural(e) else next(given) for e in np.ravel(x).tolist()]
+        return np.array([*flat, None], dtype=object)[:-1].reshape(np.shape(x))
+
+    bodies = tuple(replace(b, **{f: replaced(getattr(b, f)) for f in _FIELDS}) for b in tree.bodies)
+    return replace(tree, bodies=bodies)
+
+
+def kind_of(tree: Tree) -> str:
+    """What must agree for two trees to share code: joints, numbering and the places of 0, 1 and -1."""
+
+    def pattern(x: Any) -> str:
+        return "".join(f"{e:+.0f}" if _structural(e) else "x" for e in np.ravel(x).tolist())
+
+    return repr(
+        [(b.kind, b.parent, b.prescribed, [pattern(getattr(b, f)) for f in _FIELDS]) for b in tree.bodies]
+    )
+
+
+def _structural(x: float) -> bool:
+    return x in (0.0, 1.0, -1.0)
