@@ -154,6 +154,7 @@ class Master:
     """A commanded scalar (such as the block angle of a turn) that several actuators follow."""
 
     name: str
+    value: float = 0.0  # at the start
 
 
 @dataclass(frozen=True)

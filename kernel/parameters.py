@@ -48,7 +48,7 @@ class Parameters:
             put("tree", str(i), numbers(tree))
         masters = [*system.masters, *system.measured]
         for m in system.masters:
-            put("reference", m.name, [0.0] * PROFILE)
+            put("reference", m.name, [0.0, m.value] + [0.0] * (PROFILE - 2))
         joint_q0 = {j.name: (j.q0[0] if j.q0 else 0.0) for j in system.joints if j.kind != "fixed"}
         starts = [(d.name, joint_q0.get(d.joint, 0.0)) for d in system.drives]
         starts += [(r.name, r.L0) for r in system.ropes]

@@ -19,7 +19,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from .describe import System
+from .describe import System, Vector
 from .dopri5 import BREAK, EVENT, FAILED, RUNNING, STILL, Dopri5
 from .emit import module
 from .errors import KernelError
@@ -249,6 +249,18 @@ class Simulation:
         else:  # the true solution crosses a moment later
             self._snapshot = None
 
+    @property
+    def fallen(self) -> bool:
+        """Whether `next_ns` is an event at all, subscribed or not."""
+        return bool(self._fallen)
+
+    def preview(self) -> list[StateEvent]:
+        """What `fire` will return; changes nothing."""
+        P, row, y = self.P.copy(), self.row(), self.state.copy()
+        events = [self.switches.fire(i, row, y) for i in self._fallen]
+        self.P[:] = P
+        return events
+
     def fire(self) -> list[StateEvent]:
         """Integrate to the located event and switch all laws whose guards have fallen there, in fixed order."""
         fallen, t_ns = self._fallen, self._event_ns
@@ -297,6 +309,38 @@ class Simulation:
         base = (self._samples * self._sample_ns - t_ns) * 1e-9
         self._set(t=0.0, t_base=base, t_out=base, dt_out=self._sample_ns * 1e-9, count=0.0, tentative=0.0)
         self.references.write(t_ns)
+
+    # ---- commands, between interrupt (or fire) and settle --------------------------------------------------
+
+    def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
+        """Let an actuator follow k1 s + kc cos s + ks sin s of a master from here on; "" releases it."""
+        self.references.set_follow(actuator, self.epoch, master, f, self.masters_now())
+
+    def set_brake(self, brake: str, engaged: bool) -> None:
+        """Close a brake where its joint stands, or open it."""
+        self.switches.set_brake(brake, engaged, self.row(), self.state)
+
+    def unhook(self, rope: str) -> None:
+        """Take a rope off; the energy that it held is lost."""
+        self.switches.unhook(rope, self.row(), self.state)
+
+    def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
+        """Hook a slack rope, at new points of the same bodies if given; raises KernelError if it is too short."""
+        p = self.switches.rope_numbers(rope)
+        if p[2] > 0.0:
+            raise KernelError(f"rope '{rope}' at {self.epoch * 1e-9:.3f} s: it is hooked already; unhook it first")
+        p[4:7], p[7:10] = a or p[4:7], b or p[7:10]
+        if L0 is not None:
+            self.references.set_value(rope, self.epoch, L0)
+            self.references.write(self.epoch)
+        names = [r.name for r in self.program.system.ropes]
+        gap = float(self.row().elongation[names.index(rope)])
+        if gap > 0.0:
+            raise KernelError(
+                f"rope '{rope}' at {self.epoch * 1e-9:.3f} s: {gap * 1e3:.0f} mm too short to be hooked there; "
+                "bring the hook closer"
+            )
+        p[2:4] = 1.0, 0.0
 
     def masters_now(self) -> list[float]:
         """Values of masters and measured scalars at the epoch."""

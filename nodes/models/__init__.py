@@ -1,1 +1,35 @@
-"""."""
+"""The models of a lift: cranes, loaders, block, mechanisms and their commander, made from a plan.
+
+build(plan), build_one(plan, name)     the coupled model of each node
+system(plan)                           what they declare together, for the kernel
+couplings(plan), subscriptions(plan)   how nodes and kernel are wired, who hears which state event
+tree(plan)                             the model tree as text; `messages` holds everything that travels
+"""
+
+from .assembly import (
+    COMMANDER,
+    KERNEL,
+    CommanderModel,
+    Coupling,
+    NodeModel,
+    build,
+    build_one,
+    couplings,
+    subscriptions,
+    system,
+)
+from .tree import tree
+
+__all__ = [
+    "COMMANDER",
+    "KERNEL",
+    "CommanderModel",
+    "Coupling",
+    "NodeModel",
+    "build",
+    "build_one",
+    "couplings",
+    "subscriptions",
+    "system",
+    "tree",
+]

@@ -1,0 +1,212 @@
+"""The coordinator: conservative Parallel DEVS in one round trip per decision. No input or output, no clock.
+
+State per node j: next_j, offer_j = lambda(next_j), quiet_j, lookahead L_j, and the pending inputs.
+  o_j  earliest output of j that is not held yet: min(q_j, after(first pending input, L_j)), q_j = succ(next_j) once
+       the offer is committed, else quiet_j; frozen at grant time while j runs
+  B_i  = min over j of o_j + D[j][i], the window of i; D from `distance`
+  COMMIT, to a fixpoint, before granting: an idle i with next_i <= B_i and next_i <= its first pending tag puts its
+       offer into the receivers' bags at next_i
+  GRANT idle i when e_i = min(next_i, first pending) < B_i and, if e_i = next_i, its offer is empty or committed
+Nothing is in flight when a decision is made. Committed and spoken events leave through `on_event` in total
+order (t, k, source, port, index) as soon as no earlier one can come: when their tag is below all o_j.
+
+After Chandy and Misra's bounds, with lambda computed ahead so that confluent transitions are exact. Not
+bounds: next_j + L_j (a scheduled output has no lookahead), and sending an imminent output to the next
+microstep.
+"""
+
+from bisect import bisect_left, insort
+from collections.abc import Callable, Iterable
+from enum import Enum
+from heapq import heappop, heappush
+
+from heavylift.kernel.errors import ProtocolError
+from heavylift.nodes.devs import FOREVER, Delivery, Event, Tag, after, succ
+from heavylift.nodes.devs.events import Order
+
+from .distance import Coupling, Matrix, distances, plus
+from .messages import Done, Grant, Hello
+
+
+class Outcome(Enum):
+    """Why nothing is left to do."""
+
+    FINISHED = "the finish port has spoken, and its time is completed"
+    BOUND = "the time bound is reached"
+    QUIET = "all nodes are passive and nothing is pending"
+
+
+class _Node:
+    """What the coordinator knows of a node."""
+
+    def __init__(self, name: str, rank: int) -> None:
+        self.name, self.rank, self.lookahead = name, rank, 0
+        self.next = self.quiet = FOREVER
+        self.offer: list[Event] = []
+        self.committed = False
+        self.pending: list[Delivery] = []  # sorted
+        self.frozen: Tag | None = None  # o_j while it runs, else None
+        self.gseq = 0
+        self.greeted = False
+
+    @property
+    def first(self) -> Tag:
+        return self.pending[0].event.tag if self.pending else FOREVER
+
+    @property
+    def earliest(self) -> Tag:
+        """o_j of the header."""
+        if self.frozen is not None:
+            return self.frozen
+        own = succ(self.next) if self.committed else self.quiet
+        return min(own, after(self.first, self.lookahead)) if self.pending else own
+
+
+class Coordinator:
+    """Say `hello` for each node and `done` for each DONE; send what `ready` returns; stop when it is `over`."""
+
+    def __init__(
+        self,
+        nodes: Iterable[str],
+        couplings: Iterable[tuple[str, str, str, str]],
+        end: Tag = FOREVER,
+        finish: tuple[str, str] | None = None,
+        on_event: Callable[[Event], None] = lambda event: None,
+    ) -> None:
+        """Run to events below `end`; an event on the port `finish` = (node, port) ends the run with its time."""
+        self._nodes = {name: _Node(name, i) for i, name in enumerate(sorted(nodes))}
+        self._couplings = [Coupling(*coupling) for coupling in couplings]
+        self._receivers: dict[tuple[str, str], list[tuple[_Node, str]]] = {}
+        self._finish, self._finished = finish, False
+        self.end, self._on_event = end, on_event
+        self._held: list[tuple[Order, Event]] = []  # heap of events that have not left yet
+        self._distance: Matrix = []
+
+    def hello(self, name: str, hello: Hello) -> None:
+        """A node has started; the last of them opens the run."""
+        node = self._node(name)
+        if node.greeted:
+            raise ProtocolError(f"{name} said HELLO twice: two nodes of one name, or an old one came back")
+        node.greeted, node.lookahead = True, hello.lookahead
+        self._take(node, hello)
+        nodes = self._nodes
+        if all(other.greeted for other in nodes.values()):
+            ahead = {other.name: other.lookahead for other in nodes.values()}
+            finish = self._finish[0] if self._finish else None
+            self._distance = distances(list(nodes), self._couplings, ahead, finish)
+            for source, port, target, into in self._couplings:
+                self._receivers.setdefault((source, port), []).append((nodes[target], into))
+
+    def done(self, name: str, done: Done) -> None:
+        """A node has done what it was granted."""
+        node = self._node(name)
+        if node.frozen is None or done.gseq != node.gseq:
+            raise ProtocolError(f"{name} sent DONE {done.gseq} out of order, its last GRANT is {node.gseq}")
+        for event in done.spoken:
+            if event.source != name:
+                raise ProtocolError(f"{name} spoke for {event.source}: a node says only its own events")
+            if event.tag < node.frozen:
+                raise ProtocolError(
+                    f"{name} spoke on port {event.port} at {event.tag}, earlier than the {node.frozen} it had "
+                    f"declared: the lookahead of that port is too long"
+                )
+        del node.pending[: _before(node.pending, done.reached)]
+        node.frozen, node.committed = None, False
+        self._take(node, done)
+        for event in done.spoken:
+            self._hold(event)
+
+    def ready(self) -> list[tuple[str, Grant]]:
+        """Commit what can be committed, let events leave, and grant every node that can move."""
+        if not self._distance:
+            return []
+        bound = self._commit()
+        floor = min(min(bound), self.end)
+        while self._held and self._held[0][1].tag < floor:
+            self._on_event(heappop(self._held)[1])
+        grants = []
+        for node in self._nodes.values():
+            if node.frozen is None:
+                tag, window = min(node.next, node.first), self._window(node, bound)
+                if tag < window and (tag < node.next or not node.offer or node.committed):
+                    grants.append((node.name, self._grant(node, window, bound[node.rank])))
+        return grants
+
+    @property
+    def over(self) -> Outcome | None:
+        """Why the run has ended, once `ready` has nothing to grant and nobody runs; else None."""
+        nodes = self._nodes.values()
+        if not self._distance or any(node.frozen is not None for node in nodes):
+            return None
+        first = min(min(node.next, node.first) for node in nodes)
+        if self._finished and first >= self.end:
+            return Outcome.FINISHED
+        if first == FOREVER:
+            return Outcome.QUIET
+        return Outcome.BOUND if first >= self.end else None
+
+    @property
+    def waiting(self) -> dict[str, int]:
+        """Nodes that have an outstanding GRANT, with its gseq."""
+        return {node.name: node.gseq for node in self._nodes.values() if node.frozen is not None}
+
+    def _node(self, name: str) -> _Node:
+        if name not in self._nodes:
+            raise ProtocolError(f"{name} is not a node of this run: they are {', '.join(self._nodes)}")
+        return self._nodes[name]
+
+    def _take(self, node: _Node, said: Hello | Done) -> None:
+        node.next, node.offer, node.quiet = said.next, said.offer, said.quiet
+
+    def _commit(self) -> list[Tag]:
+        """Commit to the fixpoint; returns o_j of all nodes."""
+        bound = [node.earliest for node in self._nodes.values()]
+        changed = True
+        while changed:
+            changed = False
+            for node in self._nodes.values():
+                if (
+                    node.offer
+                    and not node.committed
+                    and node.frozen is None
+                    and node.next < self.end
+                    and node.next <= node.first
+                    and node.next <= self._window(node, bound)
+                ):
+                    node.committed = changed = True
+                    bound[node.rank] = node.earliest
+                    for receiver in [r for event in node.offer for r in self._hold(event)]:
+                        bound[receiver.rank] = receiver.earliest
+        return bound
+
+    def _window(self, node: _Node, bound: list[Tag]) -> Tag:
+        """B_i of the header, below the end."""
+        window = self.end
+        for earliest, row in zip(bound, self._distance, strict=True):
+            if earliest < window and row is not self._distance[node.rank]:
+                window = min(window, plus(earliest, row[node.rank]))
+        return window
+
+    def _hold(self, event: Event) -> list[_Node]:
+        """Put an event into its receivers' bags and among those that wait to leave."""
+        if (event.source, event.port) == self._finish:
+            self.end, self._finished = min(self.end, Tag(event.t + 1)), True
+        heappush(self._held, (event.order, event))
+        receivers = self._receivers.get((event.source, event.port), [])
+        for node, into in receivers:
+            insort(node.pending, Delivery(event, into), key=_place)
+        return [node for node, _ in receivers]
+
+    def _grant(self, node: _Node, window: Tag, earliest: Tag) -> Grant:
+        inputs = node.pending[: _before(node.pending, window)]
+        node.frozen, node.gseq = earliest, node.gseq + 1
+        return Grant(node.gseq, window, self._distance[node.rank][node.rank], node.committed, inputs)
+
+
+def _place(delivery: Delivery) -> tuple[Order, str]:
+    return delivery.event.order, delivery.port
+
+
+def _before(pending: list[Delivery], tag: Tag) -> int:
+    """How many of them lie before `tag`."""
+    return bisect_left(pending, tag, key=lambda delivery: delivery.event.tag)

@@ -1,0 +1,51 @@
+"""The energy balance of a run: kinetic + potential + stored - work + heat must stay what it was at the start.
+
+Work of drives and winches and heat of every damper, brake, rope and stop are integrated from their own powers by the
+kernel, so a law whose power is not counted shows up here as an error.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from heavylift.recordings import SampleLayout
+
+__all__ = ["EnergyAudit"]
+
+
+class EnergyAudit:
+    """Largest imbalance [J] and energy turned over [J]: what drives and winches moved up or down, plus all heat."""
+
+    def __init__(self, layout: SampleLayout) -> None:
+        self._energy, self._accounts = layout.find("energy"), layout.find("account")
+        names = self._accounts.names if self._accounts else []
+        self._works = [i for i, n in enumerate(names) if n.endswith(".work")]
+        self._start: float | None = None
+        self._last_works: np.ndarray | None = None
+        self._heat = 0.0
+        self._moved = 0.0
+        self.imbalance = 0.0
+
+    def add(self, rows: np.ndarray) -> None:
+        """(n, columns) samples in order."""
+        if self._energy is None:
+            return
+        kinetic, potential, stored, work, heat = rows[:, self._energy.start : self._energy.stop].T
+        total = kinetic + potential + stored - work + heat
+        if self._start is None:
+            self._start = float(total[0])
+        self.imbalance = max(self.imbalance, float(np.abs(total - self._start).max()))
+        self._heat = float(heat[-1])
+        if self._accounts is not None and self._works:
+            works = rows[:, [self._accounts.start + i for i in self._works]]
+            before = works[:1] if self._last_works is None else self._last_works[None]
+            self._moved += float(np.abs(np.diff(np.vstack([before, works]), axis=0)).sum())
+            self._last_works = works[-1]
+
+    @property
+    def turned_over(self) -> float:
+        return self._moved + self._heat
+
+    @property
+    def error(self) -> float:
+        """Imbalance as a fraction of the energy turned over."""
+        return self.imbalance / self.turned_over if self.turned_over else 0.0

@@ -1,0 +1,105 @@
+"""Every message of a run travels in one frame: who says it, in which run, as which message, undamaged.
+
+    crc32 | sequence | magic | topic | epoch | len(run) | len(node) | run | node | payload      little-endian
+
+The CRC32 covers all that follows it. `Writer` numbers the messages of one node on one topic from 0 upwards;
+`Reader` accepts exactly the next one and refuses any other by name, so that a lost, repeated, foreign or
+damaged message ends a run with a sentence and never with a wrong trajectory. The epoch is the incarnation of
+a node: what a dead process still had under way is refused when its successor has taken over.
+"""
+
+from __future__ import annotations
+
+import struct
+from enum import IntEnum
+from zlib import crc32
+
+from heavylift.kernel.errors import ProtocolError
+
+__all__ = ["Reader", "Topic", "Writer"]
+
+MAGIC = b"HLF1"
+_START = struct.Struct("<IQ")  # crc32, sequence number
+_IDENTITY = struct.Struct("<4sBIBB")  # magic, topic, epoch, lengths of the run id and of the node's name
+_FIXED = _START.size + _IDENTITY.size
+
+
+class Topic(IntEnum):
+    """Direction and use of a message; the name in lower case is the last chunk of its key."""
+
+    IN = 0  # coordinator -> node
+    OUT = 1  # node -> coordinator
+    SAMPLES = 2  # node -> coordinator, data
+
+
+def _identity(run: str, node: str, topic: Topic, epoch: int) -> bytes:
+    run_bytes, node_bytes = run.encode(), node.encode()
+    head = _IDENTITY.pack(MAGIC, topic, epoch, len(run_bytes), len(node_bytes))
+    return head + run_bytes + node_bytes
+
+
+class Writer:
+    """Frames the messages of one node on one topic, numbered from 0."""
+
+    def __init__(self, run: str, node: str, topic: Topic, epoch: int) -> None:
+        self._identity = _identity(run, node, topic, epoch)
+        self._next = 0
+
+    def frame(self, payload: bytes) -> bytes:
+        """The next message: header and payload in one piece."""
+        number = self._next.to_bytes(8, "little")
+        self._next += 1
+        rest = b"".join((number, self._identity, payload))
+        return crc32(rest).to_bytes(4, "little") + rest
+
+
+class Reader:
+    """Opens the frames of one node on one topic, in order; refuses everything else with a ProtocolError."""
+
+    def __init__(self, run: str, node: str, topic: Topic, epoch: int) -> None:
+        self.run, self.node, self.topic, self.epoch = run, node, topic, epoch
+        self._identity = _identity(run, node, topic, epoch)
+        self._payload_at = _START.size + len(self._identity)
+        self._next = 0
+
+    def open(self, data: bytes) -> bytes:
+        """The payload of the next message."""
+        at = self._payload_at
+        if len(data) < at or data[_START.size : at] != self._identity:
+            raise self._refusal(data)
+        crc, number = _START.unpack_from(data)
+        if crc32(memoryview(data)[4:]) != crc or number != self._next:
+            raise self._refusal(data)
+        self._next += 1
+        return data[at:]
+
+    def _refusal(self, data: bytes) -> ProtocolError:
+        """The sentence for a frame that is not the next one of this node, topic, epoch and run."""
+        where = f"node {self.node}, message {self._next} on '{self.topic.name.lower()}'"
+        if len(data) < _FIXED or data[_START.size : _START.size + 4] != MAGIC:
+            return ProtocolError(
+                f"{where}: {len(data)} bytes arrived that are no heavylift message ({data[:16]!r}); "
+                "another program writes to this run's keys, end it and start the run again"
+            )
+        crc, number = _START.unpack_from(data)
+        if crc32(memoryview(data)[4:]) != crc:
+            return ProtocolError(
+                f"{where}: a message of {len(data)} bytes arrived damaged (its CRC32 does not match), "
+                "start the run again"
+            )
+        _, topic, epoch, n_run, n_node = _IDENTITY.unpack_from(data, _START.size)
+        run = data[_FIXED : _FIXED + n_run].decode(errors="replace")
+        node = data[_FIXED + n_run : _FIXED + n_run + n_node].decode(errors="replace")
+        if run != self.run:
+            what = f"a message of run {run} arrived in run {self.run}, end the other run's processes"
+        elif node != self.node:
+            what = f"a message of node {node} arrived in its place, each node must use its own name and key"
+        elif topic != self.topic:
+            name = Topic(topic).name.lower() if topic in tuple(Topic) else str(topic)
+            what = f"a message of topic '{name}' arrived, each topic must be written to its own key"
+        elif epoch != self.epoch:
+            what = f"a message of epoch {epoch} arrived in epoch {self.epoch}, end the node's older process"
+        else:
+            how = "messages were lost" if number > self._next else "it had arrived before"
+            what = f"message {number} arrived out of sequence ({how}), start the run again"
+        return ProtocolError(f"{where}: {what}")

@@ -1,0 +1,285 @@
+"""The coordinator's end of a run: `Hub` for nodes in their own processes, `LocalHub` for nodes in this one.
+
+Contract of both: messages of one node arrive in order, each once, each checked; anything else raises a
+ProtocolError. `samples` holds all batches that a node sent before the message that `receive` has given last.
+A node that is gone before `dismiss` makes `receive` raise, after all that the node had said before its end.
+
+Zenoh's `recv` has no timeout, so a watching thread wakes it with a message to ourselves: when a node is lost
+and when a deadline has passed (it looks 20 times a second, so timeouts are rounded up to the next 0.05 s).
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from types import TracebackType
+from typing import Self
+
+import zenoh
+from heavylift.coordinator.frame import Reader, Topic, Writer
+from heavylift.coordinator.link import FIFO, JOIN_s, LocalLink, matched
+from heavylift.coordinator.session import (
+    OBSERVER,
+    RunDirectory,
+    Ticket,
+    check_names,
+    hub_session,
+    key,
+    local_session,
+    new_password,
+    new_run_id,
+)
+from heavylift.kernel.errors import ProtocolError
+from zenoh.handlers import Callback, FifoChannel
+
+__all__ = ["Hub", "LocalHub"]
+
+TICK_s = 0.05  # how often the watching thread looks
+GRACE_s = 0.3  # how long a lost connection waits for the reason of its process's end
+EPOCH = 1  # the first incarnation of every node
+WAKE = "~hub"  # in place of a node's name: a message of the hub to itself
+
+
+class _Desk:
+    """What both hubs share: one publisher and two readers per node, events for observers, checked samples."""
+
+    def __init__(self, session: zenoh.Session, run: str, nodes: tuple[str, ...]) -> None:
+        block = zenoh.CongestionControl.BLOCK
+        self.run, self.nodes = run, nodes
+        self._session = session
+        self._publishers = {
+            n: session.declare_publisher(key(run, n, "in"), congestion_control=block) for n in nodes
+        }
+        self._writers = {n: Writer(run, n, Topic.IN, EPOCH) for n in nodes}
+        self._out = {key(run, n, "out"): (n, Reader(run, n, Topic.OUT, EPOCH)) for n in nodes}
+        self._data = {key(run, n, "samples"): (n, Reader(run, n, Topic.SAMPLES, EPOCH)) for n in nodes}
+        self._batches: deque[zenoh.Sample] = deque()
+        self._events: dict[tuple[str, str], zenoh.Publisher] = {}
+        keep = Callback(self._batches.append, indirect=False)
+        self._data_subscriber = session.declare_subscriber(key(run, "*", "samples"), keep)
+
+    def send(self, node: str, payload: bytes) -> None:
+        """Send a protocol message to a node."""
+        self._publishers[node].put(self._writers[node].frame(payload))
+
+    def samples(self) -> list[tuple[str, bytes]]:
+        """All (node, batch) that have arrived since the last call, in order per node."""
+        return [self._open(self._batches.popleft(), self._data) for _ in range(len(self._batches))]
+
+    def publish_event(self, path: str, port: str, payload: bytes) -> None:
+        """Show a committed event to observers (key event/<model path>/<port>); a slow one misses some."""
+        publisher = self._events.get((path, port))
+        if publisher is None:
+            publisher = self._events[path, port] = self._session.declare_publisher(
+                key(self.run, "event", path, port), congestion_control=zenoh.CongestionControl.DROP
+            )
+        publisher.put(payload)
+
+    def _open(self, sample: zenoh.Sample, readers: Mapping[str, tuple[str, Reader]]) -> tuple[str, bytes]:
+        at = str(sample.key_expr)
+        if at not in readers:
+            raise ProtocolError(
+                f"run {self.run}: a message arrived on {at}, but this run has no such node "
+                f"({', '.join(self.nodes)}), end the process that sends it"
+            )
+        node, reader = readers[at]
+        return node, reader.open(sample.payload.to_bytes())
+
+    def dismiss(self, payload: bytes) -> None:
+        """Send every node its last message; from now on nodes may leave."""
+        for node in self.nodes:
+            self.send(node, payload)
+
+    def close(self) -> None:
+        """End the session."""
+        self._session.close()  # type: ignore[no-untyped-call]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class Hub(_Desk):
+    """Connects the coordinator with node processes over a private unix socket."""
+
+    def __init__(self, nodes: Iterable[str]) -> None:
+        names = check_names(nodes)
+        self.directory = RunDirectory()
+        self._passwords = {user: new_password() for user in ("coordinator", OBSERVER, *names)}
+        run = new_run_id()
+        try:
+            super().__init__(hub_session(run, self.directory, self._passwords), run, names)
+        except ProtocolError:
+            self.directory.remove()
+            raise
+        self.when: Callable[[], str] = lambda: ""
+        """Gives the simulation time for a sentence, like "t = 12.5 s"; set by who knows it."""
+        self._met: set[str] = set()
+        self._failure: ProtocolError | None = None
+        self._deadline: float | None = None
+        self._dismissed = False
+        self._deaths: Callable[[], Mapping[str, str]] = dict
+        self._bell: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._wake_key = key(run, WAKE, "out")
+        channel: FifoChannel[zenoh.Sample] = FifoChannel(FIFO)
+        self._inbox = self._session.declare_subscriber(key(run, "*", "out"), channel)
+        tokens = Callback(self._token, indirect=False)
+        self._tokens = self._session.liveliness().declare_subscriber(key(run, "*", "alive"), tokens)
+        leave = Callback(self._leave, indirect=False)
+        self._leaving = self._session.declare_queryable(key(run, "*", "leave"), leave)
+        self._closed = threading.Event()
+        self._watcher = threading.Thread(target=self._watch, name="hub watch", daemon=True)
+        self._watcher.start()
+
+    def ticket(self, node: str) -> Ticket:
+        """What the process of this node needs to join."""
+        return Ticket(self.run, node, EPOCH, self.directory.socket, self._passwords[node])
+
+    def send(self, node: str, payload: bytes) -> None:
+        """Send a protocol message to a node; the first one waits until the node listens."""
+        if node not in self._met:
+            self._meet(node)
+        super().send(node, payload)
+
+    def _meet(self, node: str) -> None:
+        deadline = time.monotonic() + JOIN_s
+        while not matched(self._publishers[node]):
+            if self._failure is not None:
+                raise self._failure
+            if time.monotonic() > deadline:
+                raise ProtocolError(f"node {node} did not join within {JOIN_s:g} s, start the run again")
+            time.sleep(0.001)
+        self._met.add(node)
+
+    def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
+        """The next (node, message), or None after `timeout` [s]; a timeout of None waits for ever."""
+        self._deadline = deadline = None if timeout is None else time.monotonic() + timeout
+        while True:
+            sample = self._inbox.try_recv()
+            if sample is None:
+                if self._failure is not None:
+                    raise self._failure
+                if deadline is not None and time.monotonic() >= deadline:
+                    self._deadline = None
+                    return None
+                sample = self._inbox.recv()
+            if str(sample.key_expr) != self._wake_key:
+                return self._open(sample, self._out)
+
+    def supervise(self, deaths: Callable[[], Mapping[str, str]]) -> None:
+        """Let `deaths` tell which processes have ended and how; the watching thread calls it."""
+        self._deaths = deaths
+
+    def notice(self) -> None:
+        """Make the watching thread look at once."""
+        self._bell.put(None)
+
+    def dismiss(self, payload: bytes) -> None:
+        """Send every node that has joined its last message; from now on nodes may leave."""
+        self._dismissed = True
+        for node in self.nodes:
+            if matched(self._publishers[node]):
+                super().send(node, payload)
+
+    def close(self) -> None:
+        """End the session and remove the run's directory."""
+        self._dismissed = True
+        self._closed.set()
+        self.notice()
+        self._watcher.join(timeout=1.0)
+        super().close()
+        self.directory.remove()
+
+    def _leave(self, query: zenoh.Query) -> None:
+        """Answer a node that has waited with closing until all that it had sent is here."""
+        query.reply(query.key_expr, b"")
+
+    def _token(self, sample: zenoh.Sample) -> None:
+        if sample.kind == zenoh.SampleKind.DELETE:
+            self._bell.put(str(sample.key_expr).split("/")[-2])
+
+    def _watch(self) -> None:
+        """The watching thread: deadlines, lost connections, ended processes."""
+        lost: dict[str, float] = {}
+        woken: float | None = None
+        while not self._closed.is_set():
+            try:
+                node = self._bell.get(timeout=0.005 if lost else TICK_s)
+                if node is not None:
+                    lost.setdefault(node, time.monotonic())
+            except queue.Empty:
+                pass
+            deadline = self._deadline
+            if deadline is not None and deadline != woken and time.monotonic() >= deadline:
+                woken = deadline
+                self._wake()
+            if self._failure is None and not self._dismissed:
+                self._look_for_deaths(lost)
+            else:
+                lost.clear()
+
+    def _look_for_deaths(self, lost: dict[str, float]) -> None:
+        now = time.monotonic()
+        deaths = self._deaths()
+        for node in deaths:
+            since = lost.setdefault(node, now)
+            joined = matched(self._publishers[node])
+            if not joined or now - since > GRACE_s:  # its last messages have arrived
+                return self._fail(node, deaths[node])
+        for node, since in lost.items():
+            if node not in deaths and now - since > GRACE_s:
+                return self._fail(node, "it left the run")
+
+    def _fail(self, node: str, how: str) -> None:
+        if not self._dismissed:
+            at = self.when()
+            self._failure = ProtocolError(
+                f"node {node} is gone{' at ' + at if at else ''}: {how}; start the run again"
+            )
+            self._wake()
+
+    def _wake(self) -> None:
+        self._session.put(self._wake_key, b"", congestion_control=zenoh.CongestionControl.BLOCK)
+
+
+class LocalHub(_Desk):
+    """Connects the coordinator with nodes in this process: one thread, one session, no end point.
+
+    Each message is put through Zenoh and enqueued by a synchronous callback; `receive` is the one loop that
+    hands the queued messages to the nodes' handlers, in the order in which they were sent, until one speaks.
+    """
+
+    def __init__(self, nodes: Iterable[str]) -> None:
+        super().__init__(local_session(), new_run_id(), check_names(nodes))
+        self._inbox: deque[zenoh.Sample] = deque()
+        keep = Callback(self._inbox.append, indirect=False)
+        self._subscriber = self._session.declare_subscriber(key(self.run, "*", "out"), keep)
+        self._ready: deque[str] = deque()
+        self._links: dict[str, LocalLink] = {}
+
+    def link(self, node: str) -> LocalLink:
+        """The node's end; made on the first call."""
+        if node not in self._links:
+            self._links[node] = LocalLink(self._session, self.run, node, self._ready)
+        return self._links[node]
+
+    def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
+        """The next (node, message); lets nodes work until there is one; None if none can come in time."""
+        while not self._inbox:
+            if self._ready:
+                self._links[self._ready.popleft()].dispatch()
+            elif timeout is not None:
+                return None
+            else:
+                raise ProtocolError(
+                    f"run {self.run}: the coordinator waits for a message, but no node of this process "
+                    "has one to answer, send a message before receiving"
+                )
+        return self._open(self._inbox.popleft(), self._out)

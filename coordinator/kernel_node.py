@@ -1,0 +1,153 @@
+"""The kernel as a node: located state events are its offers, everything between them is silent work ahead.
+
+Zero lookahead.  `next_time` is the tag of the next located event that a model subscribed to, or of the end of the
+tentative step (a silent tag).  A committed event is a transition; an input inside the tentative step discards it.
+Samples come from committed steps only and leave through `publish`, numbered.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import msgspec
+import numpy as np
+from heavylift.kernel.describe import System, merge
+from heavylift.kernel.errors import KernelError, ModelError
+from heavylift.kernel.samples import channels, published
+from heavylift.kernel.simulation import FOREVER_NS, Simulation
+from heavylift.kernel.switching import StateEvent as Switched
+from heavylift.nodes.devs import FOREVER, Delivery, Event, Tag, encode, succ
+from heavylift.nodes.models import messages as m
+
+__all__ = ["KernelConfig", "KernelNode"]
+
+NAME = "kernel"
+BATCH = 64  # samples in one message
+
+
+class KernelConfig(msgspec.Struct, frozen=True):
+    """What the kernel is told when all other nodes have declared themselves."""
+
+    systems: list[System]
+    gravity: float
+    tolerance: float
+    sample_ns: int
+    subscriptions: dict[str, list[str]]  # element -> models that hear of its events
+
+
+class KernelNode:
+    """A `Steppable` around a `Simulation`; `publish(batch)` gets encoded samples, [first, times, rows]."""
+
+    lookahead = 0
+
+    def __init__(self, config: KernelConfig, publish: Callable[[bytes], None]) -> None:
+        self._subscriptions: Mapping[str, list[str]] = config.subscriptions
+        self._publish = publish
+        self._sent = 0
+        self._last = Tag(-1)
+        self._offer: list[Switched] | None = None
+        self.simulation = Simulation(
+            merge(config.systems, config.gravity),
+            config.tolerance,
+            config.sample_ns,
+            frozenset(config.subscriptions),
+        )
+
+    def layout(self) -> bytes:
+        """The channels of a sample, as the recording wants them."""
+        rows = [
+            {"topic": c.topic, "names": list(c.names), "unit": c.unit, "start": c.start, "stop": c.stop}
+            for c in channels(self.simulation.method)
+        ]
+        return msgspec.msgpack.encode({"channels": rows})
+
+    def start(self) -> None:
+        """Initial discrete states and the first tentative step; samples wait until the layout is known."""
+        self.simulation.start()
+        self.simulation.run(0)
+
+    @property
+    def next_time(self) -> Tag:
+        """Tag of the located event or of the end of the tentative step."""
+        t = self.simulation.next_ns
+        if t >= FOREVER_NS:
+            return FOREVER
+        return max(Tag(t), succ(self._last))
+
+    @property
+    def quiet(self) -> Tag:
+        """A tentative step without an event ends silently."""
+        return self.next_time if self.simulation.event else succ(self.next_time)
+
+    def outputs(self) -> list[Event]:
+        """The state events at `next_time`, one copy for each model that subscribed."""
+        if not self.simulation.event:
+            return []
+        if self._offer is None:
+            self._offer = self.simulation.preview()
+        tag, out, index = self.next_time, [], dict[str, int]()
+        for e in self._offer:
+            for model in self._subscriptions.get(e.name, ()):
+                port = f"state_{model}"
+                value = m.StateEvent(e.name, e.what, e.value)
+                out.append(Event(*tag, NAME, port, index.get(port, 0), "StateEvent", encode(value)))
+                index[port] = index.get(port, 0) + 1
+        return sorted(out, key=lambda e: e.order)
+
+    def advance(self, tag: Tag, bag: Sequence[Delivery], until: Tag) -> None:
+        """An event fires, inputs apply, or both (confluent: switch first, then the inputs); then work ahead."""
+        fires = self.simulation.fallen and tag == self.next_time
+        if fires:
+            self.simulation.fire()
+        elif bag:
+            self.simulation.interrupt(tag.t)
+        self._last = tag
+        try:
+            for delivery in bag:
+                self._apply(delivery.event.value, tag)
+        except KernelError as error:
+            raise ModelError(f"{NAME} at {tag}: {error}") from error
+        if fires or bag:
+            self.simulation.settle()
+        self._work(until)
+
+    def finish(self, end: Tag) -> str:
+        """Samples up to the end of the run, and one at it; the kernel waits for nothing."""
+        self.simulation.interrupt(end.t - 1)
+        self.simulation.settle()
+        self._flush(1)
+        return ""
+
+    def _work(self, until: Tag) -> None:
+        self._offer = None
+        self.simulation.run(until.t, lambda: self._flush(BATCH))
+        self._flush(1)
+
+    def _apply(self, x: m.KernelInput, tag: Tag) -> None:
+        s = self.simulation
+        match x:
+            case m.SetProfile():
+                s.references.set_profile(x.actuator, x.start_ns, x.speed, x.accel, x.distance)
+            case m.SetFollow():
+                s.set_follow(x.actuator, x.master, (x.k1, x.kc, x.ks))
+            case m.SetBrake():
+                s.set_brake(x.brake, x.engaged)
+            case m.Hook():
+                s.hook(x.rope, x.a, x.b, x.L0)
+            case m.Unhook():
+                s.unhook(x.rope)
+            case m.Watch():
+                s.switches.watch(x.threshold, x.value, x.rising)
+            case m.Unwatch():
+                s.switches.unwatch(x.threshold)
+            case _:
+                raise ModelError(f"{NAME} at {tag}: it has no use for a {type(x).__name__}")
+
+    def _flush(self, least: int) -> None:
+        rows = self.simulation.rows
+        while len(rows) >= least and rows:
+            some, rows[:] = rows[:BATCH], rows[BATCH:]
+            values = published(self.simulation.method, np.array([row for _, row in some]))
+            batch = (self._sent, [t for t, _ in some], values.astype("<f8").tobytes())
+            self._publish(msgspec.msgpack.encode(batch))
+            self._sent += len(some)

@@ -1,0 +1,142 @@
+"""The node's end of a run: `Link` in a process of its own, `LocalLink` in the coordinator's process.
+
+Contract of both: `send` never loses a message and `receive` gives the coordinator's messages in their order,
+each checked (frame.py). What was sent by `sample` before a `send` is at the coordinator when that `send` has
+arrived: both travel in one session, at one priority, in one order.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+from types import TracebackType
+from typing import Any, Self
+
+import zenoh
+from heavylift.coordinator.frame import Reader, Topic, Writer
+from heavylift.coordinator.session import Ticket, key, node_session
+from heavylift.kernel.errors import ProtocolError
+from zenoh.handlers import Callback, FifoChannel
+
+__all__ = ["Link", "LocalLink"]
+
+FIFO = 4096  # messages that may wait at a receiver before its senders wait
+JOIN_s = 10.0  # longest time from an open session to a coordinator that listens
+LEAVE_s = 10.0  # longest time that a node waits for its last messages to arrive
+
+
+def matched(publisher: zenoh.Publisher) -> bool:
+    """Whether somebody hears what is put."""
+    status: Any = publisher.matching_status  # declared as bool in zenoh's type hints
+    return bool(status.matching)
+
+
+class _Sender:
+    """The two topics that a node writes to."""
+
+    def __init__(self, session: zenoh.Session, run: str, node: str, epoch: int) -> None:
+        block = zenoh.CongestionControl.BLOCK
+        self.run, self.node = run, node
+        self._session = session
+        self._out = session.declare_publisher(key(run, node, "out"), congestion_control=block)
+        self._samples = session.declare_publisher(key(run, node, "samples"), congestion_control=block)
+        self._out_writer = Writer(run, node, Topic.OUT, epoch)
+        self._samples_writer = Writer(run, node, Topic.SAMPLES, epoch)
+        self._in_reader = Reader(run, node, Topic.IN, epoch)
+
+    def send(self, payload: bytes) -> None:
+        """Send a protocol message to the coordinator."""
+        self._out.put(self._out_writer.frame(payload))
+
+    def sample(self, payload: bytes) -> None:
+        """Send a batch of samples to the coordinator."""
+        self._samples.put(self._samples_writer.frame(payload))
+
+
+class Link(_Sender):
+    """A node process's connection to its coordinator; joins the run when it is made."""
+
+    def __init__(self, ticket: Ticket) -> None:
+        super().__init__(node_session(ticket), ticket.run, ticket.node, ticket.epoch)
+        channel: FifoChannel[zenoh.Sample] = FifoChannel(FIFO)
+        self._inbox = self._session.declare_subscriber(key(self.run, self.node, "in"), channel)
+        self._join()
+        self._alive = self._session.liveliness().declare_token(key(self.run, self.node, "alive"))
+
+    def _join(self) -> None:
+        """Wait until the coordinator hears both topics: what is put earlier would be lost without a word."""
+        deadline = time.monotonic() + JOIN_s
+        while not (matched(self._out) and matched(self._samples)):
+            if time.monotonic() > deadline:
+                self.close()
+                raise ProtocolError(
+                    f"node {self.node} reached run {self.run} but no coordinator listened within "
+                    f"{JOIN_s:g} s, start the run again"
+                )
+            time.sleep(0.001)
+
+    def receive(self) -> bytes:
+        """The coordinator's next message; waits for it."""
+        return self._in_reader.open(self._inbox.recv().payload.to_bytes())
+
+    def close(self) -> None:
+        """Leave the run, after all that was sent has arrived: a session that closes earlier cuts or loses it.
+
+        The coordinator's session answers a query in the order of arrival, so its answer tells.
+        """
+        if not self._session.is_closed():
+            block = zenoh.CongestionControl.BLOCK
+            at = key(self.run, self.node, "leave")
+            list(self._session.get(at, FifoChannel(1), congestion_control=block, timeout=LEAVE_s))
+            self._session.close()  # type: ignore[no-untyped-call]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class LocalLink(_Sender):
+    """A node's connection to a LocalHub over the same session; `serve` hands its messages to a function."""
+
+    def __init__(self, session: zenoh.Session, run: str, node: str, ready: deque[str]) -> None:
+        super().__init__(session, run, node, epoch=1)
+        self._pending: deque[zenoh.Sample] = deque()
+        self._ready = ready
+        self._handler: Callable[[bytes], None] | None = None
+        self._inbox = session.declare_subscriber(
+            key(run, node, "in"), Callback(self._enqueue, indirect=False)
+        )
+
+    def _enqueue(self, sample: zenoh.Sample) -> None:
+        self._pending.append(sample)
+        self._ready.append(self.node)
+
+    def serve(self, handler: Callable[[bytes], None]) -> None:
+        """Let the hub's `receive` call `handler` with each message; its exceptions reach that caller."""
+        self._handler = handler
+
+    def dispatch(self) -> bool:
+        """Hand one pending message to the handler; False if there is no message or no handler."""
+        if self._handler is None or not self._pending:
+            return False
+        self._handler(self.receive())
+        return True
+
+    def receive(self) -> bytes:
+        """The coordinator's next message; there is no other thread that could send it later."""
+        if not self._pending:
+            raise ProtocolError(
+                f"node {self.node} waits for a message that nobody in this process has sent, "
+                "send it before receiving"
+            )
+        return self._in_reader.open(self._pending.popleft().payload.to_bytes())
+
+    def close(self) -> None:
+        """Leave the run."""
+        self._handler = None
+        self._inbox.undeclare()  # type: ignore[no-untyped-call]

@@ -1,0 +1,61 @@
+"""Coordinator and nodes in one thread, without transport: the protocol alone, for tests and for trying things out.
+
+Every message goes through its wire form. With a random generator, DONEs are taken in random order, and
+grants can be cut at random; neither may change what the models do.
+"""
+
+from collections.abc import Iterable
+from random import Random
+
+import msgspec
+from heavylift.kernel.errors import ModelError, ProtocolError
+from heavylift.nodes.devs import Tag, after, succ
+
+from .core import Coordinator, Outcome
+from .messages import Done, Fail, Grant, decode, encode
+from .node import Node
+
+
+def run_in_memory(
+    coordinator: Coordinator, nodes: Iterable[Node], order: Random | None = None, cut: bool = False
+) -> Outcome:
+    """Run to the end; a node that fails raises ModelError with its sentence."""
+    order = order or Random(0)
+    by_name = {node.name: node for node in nodes}
+    for name in order.sample(sorted(by_name), len(by_name)):
+        hello = by_name[name].hello()
+        if isinstance(hello, Fail):
+            raise ModelError(hello.sentence)
+        coordinator.hello(name, hello)
+    answers: list[tuple[str, Done]] = []
+    while True:
+        for name, grant in coordinator.ready():
+            node = by_name[name]
+            if cut:
+                grant = _cut(grant, node, order)
+            answers.append((name, _answer(node, grant)))
+        if not answers:
+            break
+        name, done = answers.pop(order.randrange(len(answers)))
+        coordinator.done(name, done)
+    outcome = coordinator.over
+    if outcome is None:
+        raise ProtocolError("no node can be granted anything, though something is scheduled before the end")
+    return outcome
+
+
+def _answer(node: Node, grant: Grant) -> Done:
+    answer = node.handle(decode(encode(grant)))
+    if isinstance(answer, Fail):
+        raise ModelError(answer.sentence)
+    again = decode(encode(answer)) if answer is not None else None
+    if not isinstance(again, Done):
+        raise ProtocolError(f"{node.name} answered GRANT {grant.gseq} with {answer!r}")
+    return again
+
+
+def _cut(grant: Grant, node: Node, order: Random) -> Grant:
+    """The same grant, perhaps with an earlier end, yet late enough to do one tag."""
+    tag = min([node.model.next_time, *(delivery.event.tag for delivery in grant.inputs)])
+    end: Tag = order.choice([grant.until, succ(tag), after(tag, 1 + order.randrange(5))])
+    return msgspec.structs.replace(grant, until=min(end, grant.until))

@@ -1,0 +1,111 @@
+"""The messages of the time protocol, and what holds for each.
+
+| message | way         | carries                             | invariant                                 |
+|---------|-------------|-------------------------------------|-------------------------------------------|
+| HELLO   | node -> hub | declaration, version, scene hash,   | once per node; nothing is granted before  |
+|         |             | next, offer, quiet, lookahead       | all have said it                          |
+| WELCOME | hub -> node | epoch, config                       | once per incarnation; before HELLO where  |
+|         |             |                                     | a node needs what the others declared     |
+| GRANT   | hub -> node | gseq, until = B_i, echo = D[i][i],  | one outstanding per node; gseq counts up; |
+|         |             | committed, all pending inputs       | a repeated gseq is answered with the      |
+|         |             | before B_i, sorted                  | stored DONE                               |
+| DONE    | node -> hub | gseq, reached, spoken, next, offer, | all tags below `reached` are done; inputs |
+|         |             | quiet, hash                         | from there on stay pending at the hub     |
+| FAIL    | node -> hub | tag, path, sentence, traceback      | ends the run                              |
+| STOP    | hub -> node | end, why                            | nothing at or after `end` counts          |
+| BYE     | node -> hub | sentence: what it still waits for   | answers STOP; nothing follows             |
+
+`offer` = lambda(next), computed ahead. `quiet` = earliest tag at which the node can speak if nothing reaches it.
+`spoken` = outputs made under this grant that were not offered before. `hash` chains (tag, bag, outputs, next).
+Any other message, or one out of order, is refused by name. The wire form is MessagePack, one map per message.
+"""
+
+import msgspec
+from heavylift.kernel.errors import ProtocolError
+from heavylift.nodes.devs import Delivery, Event, Tag
+
+Delay = tuple[int, int]  # ns and microsteps
+
+
+class Hello(msgspec.Struct, frozen=True, tag="hello"):
+    """A node has started: what it is and when it can first speak."""
+
+    next: Tag
+    offer: list[Event]
+    quiet: Tag
+    lookahead: int
+    declaration: bytes = b""
+    version: str = ""
+    scene: str = ""
+
+
+class Welcome(msgspec.Struct, frozen=True, tag="welcome"):
+    """The hub knows the node; `epoch` tells incarnations of one node apart."""
+
+    epoch: int
+    config: bytes = b""
+
+
+class Grant(msgspec.Struct, frozen=True, tag="grant"):
+    """Leave to do everything before `until`."""
+
+    gseq: int
+    until: Tag
+    echo: Delay | None
+    committed: bool
+    inputs: list[Delivery]
+
+
+class Done(msgspec.Struct, frozen=True, tag="done"):
+    """Everything before `reached` is done."""
+
+    gseq: int
+    reached: Tag
+    spoken: list[Event]
+    next: Tag
+    offer: list[Event]
+    quiet: Tag
+    hash: bytes
+
+
+class Fail(msgspec.Struct, frozen=True, tag="fail"):
+    """The node cannot go on."""
+
+    tag: Tag
+    path: str
+    sentence: str
+    traceback: str
+
+
+class Stop(msgspec.Struct, frozen=True, tag="stop"):
+    """The run is over."""
+
+    end: Tag
+    why: str = ""
+
+
+class Bye(msgspec.Struct, frozen=True, tag="bye"):
+    """The node leaves; `sentence` says what it still waits for."""
+
+    sentence: str = ""
+
+    sentence: str = ""
+
+
+AnyMessage = Hello | Welcome | Grant | Done | Fail | Stop | Bye
+
+_ENCODER = msgspec.msgpack.Encoder()
+_DECODER: msgspec.msgpack.Decoder[AnyMessage] = msgspec.msgpack.Decoder(AnyMessage)
+
+
+def encode(message: AnyMessage) -> bytes:
+    """The wire form of a message."""
+    return _ENCODER.encode(message)
+
+
+def decode(data: bytes) -> AnyMessage:
+    """The message of a wire form; anything else is refused."""
+    try:
+        return _DECODER.decode(data)
+    except msgspec.MsgspecError as error:
+        raise ProtocolError(f"not a message of the time protocol: {error}") from None

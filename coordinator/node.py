@@ -1,0 +1,119 @@
+"""The node's side of the protocol: runs one `Steppable` under grants. No input or output, no clock.
+
+While tag = min(next, first input) < min(until, stop): lambda if next == tag, then one `advance`. Having
+spoken at a tag, what was said can come back after the shortest cycle: stop = max(succ(tag), tag + echo).
+Inputs that were not reached stay the coordinator's; it grants them again. The node checks what it
+promised: an output earlier than declared and an input later than its own past are fatal and named.
+"""
+
+import traceback
+from collections.abc import Callable
+from hashlib import blake2b
+
+import msgspec
+from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError
+from heavylift.nodes.devs import FOREVER, Event, Steppable, Tag, after, succ
+
+from .distance import plus
+from .messages import AnyMessage, Bye, Done, Fail, Grant, Hello, Stop, Welcome
+
+_ENCODER = msgspec.msgpack.Encoder()
+
+
+class Node:
+    """Answers each message of the coordinator; `finish(end)` is called when the run is over and
+    returns what the model still waits for ("" = nothing)."""
+
+    def __init__(self, name: str, model: Steppable, finish: Callable[[Tag], str] = lambda end: "") -> None:
+        self.name, self.model, self.epoch, self._finish = name, model, 0, finish
+        self._last, self._hash = Tag(-1), b""
+        self._done: Done | None = None
+        self._gseq, self._quiet = 0, FOREVER
+
+    def hello(self, declaration: bytes = b"", version: str = "", scene: str = "") -> Hello | Fail:
+        """Start the model and say what it is."""
+        try:
+            self.model.start()
+            tag, offer, self._quiet = self._present()
+        except Exception as error:
+            return self.failure(self.name, error)
+        return Hello(tag, offer, self._quiet, self.model.lookahead, declaration, version, scene)
+
+    def handle(self, message: AnyMessage) -> Done | Fail | Bye | None:
+        """The answer to a message of the coordinator."""
+        match message:
+            case Grant():
+                if self._done is not None and message.gseq == self._done.gseq:
+                    return self._done
+                if message.gseq != self._gseq + 1:
+                    raise ProtocolError(f"{self.name} got GRANT {message.gseq} after GRANT {self._gseq}")
+                self._gseq = message.gseq
+                try:
+                    self._done = self._run(message)
+                except Exception as error:
+                    return self.failure(self.name, error, self._last)
+                return self._done
+            case Stop():
+                try:
+                    return Bye(self._finish(message.end))
+                except Exception as error:
+                    return self.failure(self.name, error, self._last)
+            case Welcome():
+                self.epoch = message.epoch
+                return None
+        raise ProtocolError(f"{self.name} cannot be sent {type(message).__name__.upper()}")
+
+    def _run(self, grant: Grant) -> Done:
+        model, inputs, at, stop = self.model, grant.inputs, 0, grant.until
+        spoken: list[Event] = []
+        offered = grant.committed
+        declared = succ(model.next_time) if offered else self._quiet
+        if inputs:
+            declared = min(declared, after(inputs[0].event.tag, model.lookahead))
+        while True:
+            due = model.next_time
+            tag = min(due, inputs[at].event.tag) if at < len(inputs) else due
+            if tag >= stop:
+                break
+            if tag <= self._last:
+                event = inputs[at].event
+                raise ModelError(
+                    f"{self.name} at {self._last}: late message {event.source}.{event.port} for {tag}"
+                )
+            begin = at
+            while at < len(inputs) and inputs[at].event.tag == tag:
+                at += 1
+            bag = inputs[begin:at]
+            said = model.outputs() if tag == due else []
+            if said:
+                stop = min(stop, max(succ(tag), plus(tag, grant.echo)))
+                if not offered:
+                    self._check(said, declared)
+                    spoken += said
+            offered, self._last = False, tag
+            model.advance(tag, bag, min(stop, inputs[at].event.tag) if at < len(inputs) else stop)
+            link = _ENCODER.encode((self._hash, tag, bag, said, model.next_time))
+            self._hash = blake2b(link, digest_size=16).digest()
+        due, offer, self._quiet = self._present()
+        return Done(grant.gseq, stop, spoken, due, offer, self._quiet, self._hash)
+
+    def _present(self) -> tuple[Tag, list[Event], Tag]:
+        """Next tag, offer, quiet."""
+        due = self.model.next_time
+        return due, self.model.outputs() if due < FOREVER else [], self.model.quiet
+
+    def _check(self, said: list[Event], declared: Tag) -> None:
+        if said[0].tag < declared:
+            ports = ", ".join(sorted({event.port for event in said}))
+            raise ModelError(
+                f"{self.name} at {said[0].tag}: output on port {ports} earlier than the {declared} that was "
+                f"declared; declare a shorter lookahead"
+            )
+
+    @staticmethod
+    def failure(name: str, error: Exception, tag: Tag = Tag(0)) -> Fail:
+        """What a node says when it cannot go on."""
+        sentence = (
+            str(error) if isinstance(error, HeavyliftError) else f"{name}: {type(error).__name__}: {error}"
+        )
+        return Fail(tag, name, sentence, "".join(traceback.format_exception(error)))

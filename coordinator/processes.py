@@ -1,0 +1,152 @@
+"""Starts the node processes of a run, tells how they end, and ends them all.
+
+`Processes` starts its keeper (keeper.py) at once and in the background: make it first, do the slow imports
+and the scene meanwhile, then `start`. No node outlives the coordinator: when this process is gone, however it
+ended, the keeper kills the nodes within milliseconds, and nodes that have lost their keeper exit themselves.
+Nodes stand in a session of their own, so that Ctrl-C reaches the coordinator only, which ends them in order.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Mapping, Sequence
+from types import TracebackType
+from typing import Self
+
+from heavylift.coordinator.hub import Hub
+from heavylift.coordinator.keeper import python
+
+__all__ = ["Processes"]
+
+TERMINATE_s = 0.4  # from SIGTERM to SIGKILL
+KILL_s = 0.5  # from SIGKILL to giving up
+TAIL_chars = 300
+
+
+class Processes:
+    """The node processes of one run."""
+
+    def __init__(self, preload: Sequence[str] = (), fork: bool = sys.platform == "linux") -> None:
+        """`preload`: modules for every node that start no thread; without `fork`, fresh interpreters."""
+        modules = ["heavylift.coordinator.link", *preload]
+        self._keeper = subprocess.Popen(
+            python("keep", modules, not fork),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            start_new_session=True,
+        )
+        self.pids: dict[str, int] = {}
+        """Process id of each node that has been started."""
+        self._exits: dict[str, int] = {}
+        self._hub: Hub | None = None
+        self._keeper_gone = False
+        self._change = threading.Condition()
+        self._reader = threading.Thread(target=self._read_reports, name="keeper reports", daemon=True)
+        self._reader.start()
+
+    def start(self, hub: Hub, commands: Mapping[str, Sequence[str]]) -> None:
+        """Start every node: name -> (module, arguments...); the module's `main(arguments)` makes its Link."""
+        self._hub = hub
+        hub.supervise(self.deaths)
+        for node, (module, *arguments) in commands.items():
+            self._order(
+                do="start",
+                name=node,
+                module=module,
+                arguments=arguments,
+                environment=hub.ticket(node).to_environment(),
+                log=str(hub.directory.log(node)),
+                directory=str(hub.directory.path),
+            )
+
+    def deaths(self) -> dict[str, str]:
+        """How each process that has ended did so, with the last line that it wrote."""
+        with self._change:
+            exits = dict(self._exits)
+        if self._keeper_gone and self._hub is not None:
+            return dict.fromkeys(self._hub.nodes, "the process that starts and keeps all nodes has ended")
+        return {node: self._obituary(node, code) for node, code in exits.items()}
+
+    def output(self, node: str) -> str:
+        """All that a node has written to its standard output and error."""
+        assert self._hub is not None
+        log = self._hub.directory.log(node)
+        return log.read_text(errors="replace") if log.exists() else ""
+
+    def end(self, grace: float = 0.8) -> None:
+        """End all: wait `grace` [s] for nodes to leave, then SIGTERM, then SIGKILL; nothing is left."""
+        if self._keeper.returncode is not None:
+            return
+        for number, patience in (
+            (None, grace),
+            (signal.SIGTERM, TERMINATE_s),
+            (signal.SIGKILL, KILL_s),
+        ):
+            if self._keeper_gone:
+                break
+            if number is not None and self._alive():
+                self._order(do="signal", signal=int(number))
+            with self._change:
+                if self._change.wait_for(lambda: not self._alive(), timeout=patience):
+                    break
+        self._order(do="leave")
+        assert self._keeper.stdin is not None
+        with contextlib.suppress(BrokenPipeError):
+            self._keeper.stdin.close()
+        self._reader.join(timeout=KILL_s)  # the reports end with the keeper
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(self._keeper.pid, signal.SIGKILL)  # nodes that a killed keeper has left behind
+        self._keeper.wait()
+        self._reader.join()
+
+    def _alive(self) -> list[str]:
+        return [node for node in self.pids if node not in self._exits]
+
+    def _order(self, **order: object) -> None:
+        assert self._keeper.stdin is not None
+        try:
+            self._keeper.stdin.write(json.dumps(order).encode() + b"\n")
+            self._keeper.stdin.flush()
+        except (BrokenPipeError, ValueError):  # the keeper has ended: deaths() says so
+            return
+
+    def _read_reports(self) -> None:
+        assert self._keeper.stdout is not None
+        for line in self._keeper.stdout:
+            report = json.loads(line)
+            with self._change:
+                if "pid" in report:
+                    self.pids[report["name"]] = report["pid"]
+                else:
+                    self._exits[report["name"]] = report["ended"]
+                self._change.notify_all()
+            if "ended" in report and self._hub is not None:
+                self._hub.notice()
+        self._keeper_gone = True
+        if self._hub is not None:
+            self._hub.notice()
+
+    def _obituary(self, node: str, code: int) -> str:
+        if code >= 0:
+            how = f"its process ended with exit code {code}"
+        else:
+            try:
+                how = f"its process was ended by signal {-code} ({signal.Signals(-code).name})"
+            except ValueError:
+                how = f"its process was ended by signal {-code}"
+        lines = self.output(node)[-TAIL_chars:].strip().splitlines()
+        return f'{how} and last wrote "{lines[-1].strip()}"' if lines else how
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.end(grace=0.8 if error is None else 0.0)

@@ -1,0 +1,250 @@
+"""The three Zenoh sessions of a run, and the private place where they meet.
+
+The coordinator's session is the hub: it listens on one unix socket in a directory that only the user may
+enter (mode 0700) and on nothing else; no scouting, no gossip, no admin space. Every node is a client of that
+socket with its own password, and the hub's access control lets it write only to its own keys. `BLOCK`
+publishers never drop; `wait_before_close` and the lease are long, because Zenoh's defaults lose messages
+silently when a reader is slow.
+
+    heavylift/<run>/<node>/in | out | samples | alive | leave      one coordinator, one node per key
+    heavylift/<run>/event/<model path>/<port>                      committed events, for observers
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import secrets
+import shutil
+import tempfile
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import zenoh
+from heavylift.kernel.errors import ProtocolError
+
+__all__ = [
+    "RunDirectory",
+    "Ticket",
+    "hub_session",
+    "key",
+    "local_session",
+    "node_session",
+    "observer_session",
+]
+
+OBSERVER = "observer"  # the user name that may watch committed events and nothing else
+TICKET = "HEAVYLIFT_TICKET"
+SOCKET_PATH_LIMIT = 104  # bytes with the closing zero: the smaller of Linux (108) and macOS (104)
+LEASE_ms = 60_000
+CONNECT_ms = 10_000
+WAIT_BEFORE_CLOSE_us = 600_000_000
+# All of Zenoh's tasks on one thread: a third less time per round than its five thread pools.
+RUNTIME = "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover:app),app:(worker_threads:1))"
+
+
+def key(run: str, *chunks: str) -> str:
+    """The key of a topic of a run: `key(run, "west", "in")`."""
+    return "/".join(("heavylift", run, *chunks))
+
+
+def check_names(nodes: Iterable[str]) -> tuple[str, ...]:
+    """The nodes' names, refused unless they can stand in a key and differ from each other."""
+    names = tuple(nodes)
+    for name in names:
+        if not re.fullmatch(r"[A-Za-z0-9_-]{1,200}", name) or name in ("event", OBSERVER):
+            raise ProtocolError(
+                f"node name {name!r} cannot be used, choose 1 to 200 letters, digits, _ or - "
+                f"other than 'event' and '{OBSERVER}'"
+            )
+        if names.count(name) > 1:
+            raise ProtocolError(f"two nodes are named {name!r}, give each node its own name")
+    return names
+
+
+class Ticket(msgspec.Struct, frozen=True):
+    """What a node needs to join a run; reaches it through its environment, never on a command line."""
+
+    run: str
+    node: str
+    epoch: int
+    socket: str
+    password: str
+
+    def to_environment(self) -> dict[str, str]:
+        """The variable that carries the ticket into a process."""
+        return {TICKET: msgspec.json.encode(self).decode()}
+
+    @classmethod
+    def take(cls) -> Ticket:
+        """The ticket of this process; it is removed from the environment, so no child inherits it."""
+        try:
+            return msgspec.json.decode(os.environ.pop(TICKET), type=cls)
+        except (KeyError, msgspec.MsgspecError):
+            raise ProtocolError(
+                "this process has no ticket for a run, nodes are started by 'heavylift run' and not by hand"
+            ) from None
+
+
+class RunDirectory:
+    """A directory of mode 0700 for one run: its socket, its passwords and the nodes' output."""
+
+    def __init__(self) -> None:
+        self.path = _private_directory()
+        self.socket = str(self.path / "hub.sock")
+        self.users = self.path / "users"
+
+    def write_users(self, passwords: Mapping[str, str]) -> None:
+        """Write the dictionary of users that the hub admits, readable by this user only."""
+        with open(os.open(self.users, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w") as file:
+            file.writelines(f"{user}:{password}\n" for user, password in passwords.items())
+
+    def log(self, node: str) -> Path:
+        """The file that takes what the node writes to its standard output and error."""
+        return self.path / f"{node}.log"
+
+    def remove(self) -> None:
+        """Delete the directory and all in it."""
+        shutil.rmtree(self.path, ignore_errors=True)
+
+
+def _private_directory() -> Path:
+    for place in dict.fromkeys((tempfile.gettempdir(), os.environ.get("XDG_RUNTIME_DIR", "/tmp"), "/tmp")):
+        longest = Path(place) / "heavylift-12345678" / "hub.sock"
+        if len(os.fsencode(longest)) < SOCKET_PATH_LIMIT and os.access(place, os.W_OK | os.X_OK):
+            return Path(tempfile.mkdtemp(prefix="heavylift-", dir=place))
+    raise ProtocolError(
+        "no temporary directory is writable and short enough for a unix socket "
+        f"({tempfile.gettempdir()} is not), set TMPDIR to a shorter path"
+    )
+
+
+def new_run_id() -> str:
+    """A name for a run that no other run has."""
+    return secrets.token_hex(8)
+
+
+def new_password() -> str:
+    """A password for one user of one run."""
+    return secrets.token_urlsafe(24)
+
+
+def hub_session(run: str, directory: RunDirectory, passwords: Mapping[str, str]) -> zenoh.Session:
+    """The coordinator's session: listens on the run's socket for the users of `passwords` and nobody else."""
+    directory.write_users(passwords)
+    nodes = [user for user in passwords if user not in ("coordinator", OBSERVER)]
+    config = _config("peer", listen=[f"unixsock-stream/{directory.socket}"])
+    config["transport"]["unicast"]["max_sessions"] = len(passwords) + 16
+    config["transport"]["auth"] = {
+        "usrpwd": {
+            "user": "coordinator",
+            "password": passwords["coordinator"],
+            "dictionary_file": str(directory.users),
+        }
+    }
+    config["access_control"] = _access(run, nodes)
+    return _open(config, "the coordinator cannot listen on " + directory.socket)
+
+
+def node_session(ticket: Ticket) -> zenoh.Session:
+    """A node's session: a client of the run's socket."""
+    config = _config("client", connect=[f"unixsock-stream/{ticket.socket}"])
+    config["transport"]["auth"] = {"usrpwd": {"user": ticket.node, "password": ticket.password}}
+    return _open(config, f"node {ticket.node} cannot join run {ticket.run} at {ticket.socket}")
+
+
+def observer_session(directory: Path) -> zenoh.Session:
+    """A session that may watch the committed events of the run in this directory and nothing else."""
+    config = _config("client", connect=[f"unixsock-stream/{directory / 'hub.sock'}"])
+    users = dict(line.split(":", 1) for line in (directory / "users").read_text().splitlines())
+    config["transport"]["auth"] = {"usrpwd": {"user": OBSERVER, "password": users[OBSERVER]}}
+    return _open(config, f"an observer cannot join the run in {directory}")
+
+
+def local_session() -> zenoh.Session:
+    """A session without any end point: all nodes of a run live in this process."""
+    config = _config("peer")
+    config["transport"]["link"]["protocols"] = []
+    return _open(config, "the run in this process cannot start")
+
+
+def _config(mode: str, listen: list[str] | None = None, connect: list[str] | None = None) -> dict[str, Any]:
+    return {
+        "mode": mode,
+        "listen": {"endpoints": listen or [], "exit_on_failure": True},
+        "connect": {
+            "endpoints": connect or [],
+            "timeout_ms": CONNECT_ms,
+            "exit_on_failure": True,
+            "retry": {"period_init_ms": 5, "period_max_ms": 200, "period_increase_factor": 2},
+        },
+        "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+        "adminspace": {"enabled": False},
+        "transport": {
+            "unicast": {"lowlatency": False, "qos": {"enabled": True}},
+            "shared_memory": {"enabled": False},
+            "link": {
+                "protocols": ["unixsock-stream"],
+                "tx": {
+                    "lease": LEASE_ms,
+                    "keep_alive": 4,
+                    "queue": {
+                        "congestion_control": {"block": {"wait_before_close": WAIT_BEFORE_CLOSE_us}},
+                        "batching": {"enabled": True, "time_limit": 1},
+                    },
+                },
+            },
+        },
+    }
+
+
+def _access(run: str, nodes: list[str]) -> dict[str, Any]:
+    """Each node writes its own keys and hears its own; an observer hears events; all else is denied."""
+
+    def rule(name: str, flow: str, messages: list[str], *keys: str) -> dict[str, Any]:
+        return {
+            "id": name,
+            "permission": "allow",
+            "flows": [flow],
+            "messages": messages,
+            "key_exprs": list(keys),
+        }
+
+    rules = [
+        rule(
+            "egress",
+            "egress",
+            ["put", "declare_subscriber", "declare_queryable", "liveliness_token", "reply"],
+            key(run, "**"),
+        ),
+        rule("observe", "ingress", ["declare_subscriber"], key(run, "event", "**")),
+    ]
+    policies = [{"rules": ["observe", "egress"], "subjects": [OBSERVER]}]
+    for node in nodes:
+        out = [key(run, node, topic) for topic in ("out", "samples", "alive")]
+        rules.append(rule(f"{node}/out", "ingress", ["put", "liveliness_token"], *out))
+        rules.append(rule(f"{node}/in", "ingress", ["declare_subscriber"], key(run, node, "in")))
+        rules.append(rule(f"{node}/leave", "ingress", ["query"], key(run, node, "leave")))
+        policies.append(
+            {"rules": [f"{node}/out", f"{node}/in", f"{node}/leave", "egress"], "subjects": [node]}
+        )
+    subjects = [{"id": user, "usernames": [user]} for user in (*nodes, OBSERVER)]
+    return {
+        "enabled": True,
+        "default_permission": "deny",
+        "rules": rules,
+        "subjects": subjects,
+        "policies": policies,
+    }
+
+
+def _open(config: dict[str, Any], otherwise: str) -> zenoh.Session:
+    os.environ.setdefault("ZENOH_RUNTIME", RUNTIME)
+    try:
+        return zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
+    except zenoh.ZError as error:
+        reason = re.sub(r"[.!]? at \S+\.rs:\d+\.?", "", str(error).splitlines()[0])
+        raise ProtocolError(f"{otherwise}: {reason}; start the run again") from None

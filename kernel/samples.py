@@ -1,0 +1,91 @@
+"""What the kernel shows of a run: the columns of a sample and how raw rows of the native table become them.
+
+Columns are grouped in channels of one topic and unit.  Poses are (x, y, z, qx, qy, qz, qw) of a body's frame in the
+world; the energy channel carries the balance: kinetic + potential + stored - work + heat is constant.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from .dopri5 import Dopri5
+
+__all__ = ["Channel", "channels", "published"]
+
+_COORDINATES = {
+    "fixed": (),
+    "revolute": ("angle",),
+    "prismatic": ("travel",),
+    "spherical": ("qx", "qy", "qz", "qw"),
+    "free": ("x", "y", "z", "qx", "qy", "qz", "qw"),
+}
+_VELOCITIES = {
+    "fixed": (),
+    "revolute": ("rate",),
+    "prismatic": ("speed",),
+    "spherical": ("wx", "wy", "wz"),
+    "free": ("vx", "vy", "vz", "wx", "wy", "wz"),
+}
+
+
+@dataclass(frozen=True)
+class Channel:
+    """Columns start to stop of a sample under one topic."""
+
+    topic: str
+    names: tuple[str, ...]
+    unit: str
+    start: int
+    stop: int
+
+
+def channels(method: Dopri5) -> list[Channel]:
+    """The channels of a scene in the order of `published`'s columns."""
+    p = method.program
+    s = p.system
+    ropes = tuple(r.name for r in s.ropes)
+    winches = tuple(r.name for r in s.ropes if r.winch)
+    joints = [k.joint for k in p.graph.links]
+    groups: list[tuple[str, tuple[str, ...], str]] = [
+        ("joint/position", tuple(f"{j.name}.{c}" for j in joints for c in _COORDINATES[j.kind]), "m | rad"),
+        ("joint/velocity", tuple(f"{j.name}.{c}" for j in joints for c in _VELOCITIES[j.kind]), "m/s | rad/s"),
+        ("rope/tension", ropes, "N"),
+        ("rope/peak", ropes, "N"),
+        ("rope/peak_time", ropes, "s"),
+        ("rope/length", ropes, "m"),
+        ("rope/length_rate", ropes, "m/s"),
+        ("rope/elongation", ropes, "m"),
+        ("hook/load", winches, "N"),
+        ("support/force", tuple(u.name for u in s.supports), "N"),
+        ("energy", ("kinetic", "potential", "stored", "work", "heat"), "J"),
+        ("account", tuple(f"{name}.{what}" for what, name in p.accounts), "J"),
+    ]
+    groups += [(f"pose/{k.body.name}", ("x", "y", "z", "qx", "qy", "qz", "qw"), "m | 1") for k in p.graph.links]
+    out, at = [], 0
+    for topic, names, unit in groups:
+        if names:
+            out.append(Channel(topic, names, unit, at, at + len(names)))
+            at += len(names)
+    return out
+
+
+def published(method: Dopri5, rows: np.ndarray) -> np.ndarray:
+    """(n, columns) samples from (n, method.columns) raw rows."""
+    p, at = method.program, method.row_layout.at
+    part = {name: rows[:, i if isinstance(i, slice) else slice(i, i + 1)] for name, i in at.items()}
+    winches = [i for i, r in enumerate(p.system.ropes) if r.winch]
+    works = [i for i, (what, _) in enumerate(p.accounts) if what == "work"]
+    heats = [i for i, (what, _) in enumerate(p.accounts) if what == "heat"]
+    energy = [part["kinetic"], part["potential"]]
+    sums = (part["stored"], part["accounts"][:, works], part["accounts"][:, heats])
+    energy += [x.sum(axis=1, keepdims=True) for x in sums]
+    n = len(rows)
+    poses = part["poses"].reshape(n, -1, 12)
+    quaternions = Rotation.from_matrix(poses[:, :, 3:].reshape(-1, 3, 3)).as_quat(canonical=True)
+    pose = np.concatenate([poses[:, :, :3], quaternions.reshape(n, -1, 4)], axis=2).reshape(n, -1)
+    columns = [part[k] for k in ("q", "v", "tension", "peak", "peak_time", "length", "length_rate", "elongation")]
+    columns += [part["tension"][:, winches], part["normal"], *energy, part["accounts"], pose]
+    return np.ascontiguousarray(np.concatenate(columns, axis=1))

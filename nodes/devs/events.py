@@ -1,0 +1,76 @@
+"""What crosses the border of a node, and the face that a node process runs.
+
+An event is one message on an out port of a coupled model. Its total order is (t, k, source, port, index):
+no clock, process or arrival order enters. A delivery is the event together with the receiver's in port,
+looked up in the coupling table; one event fans out to as many deliveries as it has couplings. Whatever
+implements `Steppable` can be a node: the local `Simulator` does, and so does the mechanics kernel.
+"""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import msgspec
+
+from .messages import Message, decode
+from .tags import Tag
+
+Order = tuple[int, int, str, str, int]  # t, k, source, port, index: the total order of events
+
+
+class Event(msgspec.Struct, frozen=True, array_like=True, gc=False):
+    """One message on an out port: tag, source model, port, index in that bag, class name, bytes."""
+
+    t: int
+    k: int
+    source: str
+    port: str
+    index: int
+    type: str
+    payload: bytes
+
+    @property
+    def tag(self) -> Tag:
+        """When it is sent and received."""
+        return Tag(self.t, self.k)
+
+    @property
+    def order(self) -> Order:
+        """Its place in the total order."""
+        return self.t, self.k, self.source, self.port, self.index
+
+    @property
+    def value(self) -> Message:
+        """A new copy of the message."""
+        return decode(self.type, self.payload)
+
+
+class Delivery(msgspec.Struct, frozen=True, array_like=True, gc=False):
+    """An event on its way into the in port `port` of one receiver."""
+
+    event: Event
+    port: str
+
+
+class Steppable(Protocol):
+    """What a node runs. `outputs` is pure; `advance` is the only way forward."""
+
+    @property
+    def lookahead(self) -> int:
+        """[ns] smallest lookahead of its out ports."""
+
+    @property
+    def next_time(self) -> Tag:
+        """Tag of the next internal transition; FOREVER when passive."""
+
+    @property
+    def quiet(self) -> Tag:
+        """Earliest tag at which it can speak if nothing reaches it: next_time if the offer is not empty."""
+
+    def start(self) -> None:
+        """Set the initial state at (0, 0)."""
+
+    def outputs(self) -> list[Event]:
+        """The offer: lambda of next_time, in total order."""
+
+    def advance(self, tag: Tag, bag: Sequence[Delivery], until: Tag) -> None:
+        """Transit at `tag` <= next_time; may then work ahead below `until` while it is silent."""

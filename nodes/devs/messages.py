@@ -1,0 +1,103 @@
+"""What travels: frozen messages and their canonical bytes.
+
+A message is a frozen struct whose fields are immutable all the way down (checked when the class is
+defined), so that receivers inside one node may share it, and no receiver can change what another one sees.
+At the border of a node it becomes bytes and every receiver decodes its own copy. Canonical bytes =
+MessagePack map in field order. The class name identifies the type in a recording; two classes of one name
+are refused.
+"""
+
+import types
+import typing
+from enum import Enum
+from typing import Any
+
+import msgspec
+from heavylift.kernel.errors import ModelError
+
+_REGISTRY: dict[str, "type[Message]"] = {}
+_DECODERS: dict[str, "msgspec.msgpack.Decoder[Message]"] = {}
+_ENCODER = msgspec.msgpack.Encoder()
+_PLAIN = (bool, int, float, str, bytes, type(None))
+
+
+@typing.dataclass_transform(frozen_default=True, field_specifiers=(msgspec.field,))
+class _MessageType(msgspec.StructMeta):
+    """Registers each message class by its name and refuses fields that a receiver could change."""
+
+    def __init__(cls, name: str, bases: tuple[type, ...], namespace: dict[str, Any], **config: Any) -> None:
+        super().__init__(name, bases, namespace)
+        if not bases or bases == (msgspec.Struct,):
+            return
+        known = _REGISTRY.get(name)
+        if known is not None and (known.__module__, known.__qualname__) != (cls.__module__, cls.__qualname__):
+            raise ModelError(
+                f"message {name} is defined in {known.__module__} and again in {cls.__module__}: "
+                f"recordings tell messages apart by class name, rename one of them"
+            )
+        if not cls.__struct_config__.frozen:
+            raise ModelError(f"message {name} is not frozen: a receiver could change it, remove frozen=False")
+        try:
+            hints = typing.get_type_hints(cls, localns={name: cls}, include_extras=False)
+        except NameError as error:
+            raise ModelError(
+                f"message {name}: {error}; define the types of its fields at the top of its module"
+            ) from None
+        for field in cls.__struct_fields__:
+            if not _immutable(hints[field], cls):
+                raise ModelError(
+                    f"message {name}, field {field}: {_show(hints[field])} can be changed by a receiver, "
+                    f"use numbers, str, bytes, tuple[...], enums or other messages"
+                )
+        _REGISTRY[name] = typing.cast("type[Message]", cls)
+        _DECODERS.pop(name, None)
+
+
+class Message(msgspec.Struct, frozen=True, metaclass=_MessageType):
+    """Base of everything that a port can carry: `class HoistDone(Message): id: int`."""
+
+
+def _immutable(hint: Any, owner: type) -> bool:
+    if hint in _PLAIN or hint is owner or hint is Ellipsis:
+        return True
+    origin, args = typing.get_origin(hint), typing.get_args(hint)
+    if origin is typing.Literal:
+        return True
+    if origin in (tuple, typing.Union, types.UnionType):
+        return all(_immutable(arg, owner) for arg in args)
+    if isinstance(hint, type) and issubclass(hint, tuple) and hint is not tuple:
+        return all(_immutable(part, owner) for part in typing.get_type_hints(hint).values())
+    if isinstance(hint, type) and issubclass(hint, msgspec.Struct):
+        parts = typing.get_type_hints(hint)
+        return hint.__struct_config__.frozen and (
+            issubclass(hint, Message) or all(_immutable(parts[f], owner) for f in hint.__struct_fields__)
+        )
+    return isinstance(hint, type) and issubclass(hint, Enum)
+
+
+def _show(hint: Any) -> str:
+    return hint.__name__ if isinstance(hint, type) and not typing.get_args(hint) else str(hint)
+
+
+def message_type(name: str) -> type[Message]:
+    """The message class of that name."""
+    try:
+        return _REGISTRY[name]
+    except KeyError:
+        raise ModelError(f"unknown message type {name!r}: import the module that defines it") from None
+
+
+def encode(value: Message) -> bytes:
+    """Canonical bytes of a message."""
+    return _ENCODER.encode(value)
+
+
+def decode(name: str, payload: bytes) -> Message:
+    """A new message of the class `name` from its canonical bytes; every field is checked."""
+    decoder = _DECODERS.get(name)
+    if decoder is None:
+        decoder = _DECODERS[name] = msgspec.msgpack.Decoder(message_type(name))
+    try:
+        return decoder.decode(payload)
+    except msgspec.MsgspecError as error:
+        raise ModelError(f"message {name} cannot be decoded: {error}") from None

@@ -1,0 +1,179 @@
+"""Atomic and coupled models: Parallel DEVS (Chow and Zeigler 1994; Zeigler et al. 2000).
+
+    X, Y    the ports In, Out                            delta_ext   external(e, x)
+    S       the attributes, set by start()               delta_int   internal()
+    ta      hold_in(ns), passivate()                     delta_con   confluent(x)
+    lambda  output(): sends, and changes nothing
+
+`hold_in` counts from the tag of the transition that calls it; in `start()` it counts from before (0, 0),
+so that `hold_in(0)` there speaks at (0, 0). An `external` that calls neither leaves the schedule as it
+was; `internal` must call one of them. A coupled model has children and couplings only; flattening
+dissolves it.
+"""
+
+import re
+from typing import Any, TypeVar
+
+from heavylift.kernel.errors import ModelError
+
+from .messages import Message
+from .ports import Bag, In, InPort, M, Out, OutPort, Port, checked_type
+from .tags import FOREVER, NEVER, Tag
+
+_NAME = re.compile(r"[A-Za-z0-9_-]+")
+Child = TypeVar("Child", bound="Model")
+
+
+class Clock:
+    """The tag of the simulator that runs a model."""
+
+    __slots__ = ("now",)
+
+    def __init__(self) -> None:
+        self.now = Tag(0, 0)
+
+
+class Model:
+    """A named thing with ports; its path is the names from the root down, joined by dots."""
+
+    _sent: list[tuple[OutPort[Any], Any]] | None = None  # the simulator's, while output() runs
+
+    def __init__(self, name: str) -> None:
+        if not _NAME.fullmatch(name):
+            raise ModelError(f"{name!r} cannot name a model: use letters, digits, _ and - only")
+        self.name = name
+        self.parent: Coupled | None = None
+        self.ports: dict[str, Port[Any]] = {}
+        for cls in reversed(type(self).__mro__):
+            for key, declared in vars(cls).items():
+                if isinstance(declared, In):
+                    self.__dict__[key] = self.add_in(key, declared.type)
+                elif isinstance(declared, Out):
+                    self.__dict__[key] = self.add_out(key, declared.type, declared.lookahead)
+
+    @property
+    def path(self) -> str:
+        """Names from the root down to this model, joined by dots."""
+        return self.name if self.parent is None else f"{self.parent.path}.{self.name}"
+
+    def add_in(self, name: str, type: type[M]) -> InPort[M]:
+        """Add an in port that only this instance has."""
+        port = InPort(self, self._port_name(name), checked_type(type))
+        self.ports[name] = port
+        return port
+
+    def add_out(self, name: str, type: type[M], lookahead: int = 0) -> OutPort[M]:
+        """Add an out port that only this instance has, with its lookahead [ns]."""
+        if not isinstance(lookahead, int) or lookahead < 0:
+            raise ModelError(f"{self.path}: port {name}: lookahead {lookahead!r} is not a number of ns >= 0")
+        port = OutPort(self, self._port_name(name), checked_type(type), lookahead)
+        self.ports[name] = port
+        return port
+
+    def _port_name(self, name: str) -> str:
+        if not _NAME.fullmatch(name):
+            raise ModelError(f"{self.path}: {name!r} cannot name a port: use letters, digits, _ and - only")
+        if name in self.ports:
+            raise ModelError(f"{self.path}: port {name} is declared twice")
+        if hasattr(Atomic, name) or name in ("name", "parent", "ports", "children", "couplings"):
+            raise ModelError(f"{self.path}: a port cannot be called {name}: every model has that already")
+        return name
+
+
+class Atomic(Model):
+    """A model with behaviour: override `start`, `external`, `output`, `internal`, maybe `confluent`."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self._clock = Clock()
+        self._bag: dict[InPort[Any], list[Any]] = {}
+        self._ta: int | None = None  # [ns] what the running transition asked for
+        self._next = FOREVER
+        self._last = 0  # [ns] time of the last transition
+        self._set = 0  # [ns] time of the transition that made the present schedule
+        self._index = 0  # rank of the path among all atomics
+        self._promises = False  # whether an out port has a lookahead
+
+    @property
+    def now(self) -> Tag:
+        """The present tag, for laws and logging."""
+        return self._clock.now
+
+    def hold_in(self, wait: int) -> None:
+        """Schedule the next internal transition `wait` [ns] after this tag (0: at its next microstep)."""
+        if type(wait) is not int:
+            raise ModelError(f"hold_in({wait!r}): the wait must be an int in ns, use ns(seconds)")
+        if wait < 0:
+            raise ModelError(f"negative time advance: hold_in({wait}) [ns], the wait must be >= 0")
+        if self._sent is not None:
+            raise ModelError("output() must not change the state: call hold_in in a transition")
+        self._ta = wait
+
+    def passivate(self) -> None:
+        """Wait for the next input, for ever if need be."""
+        self.hold_in(NEVER)
+
+    def start(self) -> None:
+        """Set the initial state at (0, 0); without a schedule the model is passive."""
+
+    def external(self, e: int, x: Bag) -> None:
+        """Take the bag x that arrives e [ns] after the last transition."""
+        raise ModelError("an input arrived, but the model defines no external()")
+
+    def output(self) -> None:
+        """Send what leaves now; called before `internal`, changes nothing, may be called more than once."""
+
+    def internal(self) -> None:
+        """Move on at the scheduled tag."""
+        raise ModelError("the scheduled tag came, but the model defines no internal()")
+
+    def confluent(self, x: Bag) -> None:
+        """Move on and take the bag x at one tag; by default first the one, then the other."""
+        self.internal()
+        self.external(0, x)
+
+
+class Coupled(Model):
+    """A model made of others: `add` children, `connect` an out port to an in port."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.children: dict[str, Model] = {}
+        self.couplings: list[tuple[Port[Any], Port[Any]]] = []
+
+    def add(self, child: Child) -> Child:
+        """Take a child in; its name must be new here."""
+        if child.name in self.children:
+            raise ModelError(f"{self.path}: two children are called {child.name}, rename one of them")
+        if child.parent is not None or child is self:
+            raise ModelError(f"{self.path}: {child.path} already has its place and cannot be added here")
+        child.parent = self
+        self.children[child.name] = child
+        return child
+
+    def add_out(self, name: str, type: type[M], lookahead: int = 0) -> OutPort[M]:
+        """Add an out port; lookahead belongs to the atomics behind it."""
+        if lookahead:
+            raise ModelError(f"{self.path}: port {name}: declare the lookahead on the atomic that sends")
+        return super().add_out(name, type)
+
+    def connect(self, source: Port[Message] | Port[Any], target: Port[Message] | Port[Any]) -> None:
+        """Couple a child's or the own source to a child's or the own target (EIC, IC or EOC, by owner)."""
+        what = f"{self.path}: coupling {source!r} -> {target!r}"
+        for port in (source, target):
+            if port.owner is not self and port.owner.parent is not self:
+                raise ModelError(f"{what}: {port!r} is neither a port of {self.path} nor of its children")
+            if port.owner.ports.get(port.name) is not port:
+                raise ModelError(f"{what}: {port!r} is not a port of {port.owner.path}")
+        if isinstance(source, InPort) != (source.owner is self):
+            raise ModelError(f"{what}: {source!r} cannot be a source here, take an out port of a child")
+        if isinstance(target, OutPort) != (target.owner is self):
+            raise ModelError(f"{what}: {target!r} cannot be a target here, take an in port of a child")
+        if source.owner is target.owner:
+            through = "passes straight through" if source.owner is self else "feeds a model back to itself"
+            raise ModelError(f"{what}: {through}, which the formalism excludes; put an atomic between")
+        if not issubclass(source.type, target.type):
+            raise ModelError(f"{what}: {source.type.__name__} does not fit a port of {target.type.__name__}")
+        if (source, target) in self.couplings:
+            raise ModelError(f"{what}: is there already, a second one would double every message")
+        self.couplings.append((source, target))

@@ -1,0 +1,118 @@
+"""Typed ports: declared on the class, bound to each model.
+
+`command = In(HoistCommand)` and `done = Out(HoistDone, lookahead=ms(10))` are the X and Y of the DEVS. On
+an instance the same name is the bound port: the key of the bag and the thing that sends. Lookahead L [ns]
+is a promise: after a transition at t, no output that was not already scheduled leaves by this port before
+t + L. It is checked, not added.
+"""
+
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, overload
+
+from heavylift.kernel.errors import ModelError
+
+from .messages import Message
+
+if TYPE_CHECKING:
+    from .models import Model
+
+M = TypeVar("M", bound=Message)
+D = TypeVar("D")
+
+
+class Port(Generic[M]):
+    """A named place of a model where messages of one type enter or leave."""
+
+    __slots__ = ("name", "owner", "type")
+
+    def __init__(self, owner: "Model", name: str, type: type[M]) -> None:
+        self.owner, self.name, self.type = owner, name, type
+
+    def __repr__(self) -> str:
+        return f"{self.owner.path}.{self.name}"
+
+
+class InPort(Port[M]):
+    """A bound in port; `ranks` is the simulator's: the order of what lies in the bag now."""
+
+    __slots__ = ("ranks",)
+    ranks: list[int]
+
+
+class OutPort(Port[M]):
+    """A bound out port; `routes` and `exits` are the simulator's ways to atomics and out of the root."""
+
+    __slots__ = ("exits", "lookahead", "routes")
+
+    def __init__(self, owner: "Model", name: str, type: type[M], lookahead: int) -> None:
+        super().__init__(owner, name, type)
+        self.lookahead = lookahead
+        self.routes: tuple[tuple[InPort[Any], Any, int], ...] = ()
+        self.exits: tuple[tuple[OutPort[Any], int], ...] = ()
+
+    def send(self, value: M) -> None:
+        """Put one message into the bags of all receivers, at this tag; allowed inside `output()` only."""
+        sent = self.owner._sent
+        if sent is None:
+            raise ModelError(f"port {self.name} was sent to outside output(): only output() may speak")
+        if not isinstance(value, self.type):
+            raise ModelError(
+                f"port {self.name} carries {self.type.__name__}, not {type(value).__name__}: {value!r}"
+            )
+        sent.append((self, value))
+
+
+class In(Generic[M]):
+    """Declares an in port as a class attribute."""
+
+    def __init__(self, type: type[M]) -> None:
+        self.type = checked_type(type)
+
+    @overload
+    def __get__(self, model: None, owner: type) -> "In[M]": ...
+    @overload
+    def __get__(self, model: "Model", owner: type) -> InPort[M]: ...
+    def __get__(self, model: "Model | None", owner: type) -> "In[M] | InPort[M]":
+        """The declaration; an initialised model has its bound port under the same name."""
+        if model is not None:
+            raise ModelError(f"{owner.__name__}: call super().__init__(name) before using ports")
+        return self
+
+
+class Out(Generic[M]):
+    """Declares an out port as a class attribute, with its lookahead [ns]."""
+
+    def __init__(self, type: type[M], lookahead: int = 0) -> None:
+        self.type = checked_type(type)
+        self.lookahead = lookahead
+
+    @overload
+    def __get__(self, model: None, owner: type) -> "Out[M]": ...
+    @overload
+    def __get__(self, model: "Model", owner: type) -> OutPort[M]: ...
+    def __get__(self, model: "Model | None", owner: type) -> "Out[M] | OutPort[M]":
+        """The declaration; an initialised model has its bound port under the same name."""
+        if model is not None:
+            raise ModelError(f"{owner.__name__}: call super().__init__(name) before using ports")
+        return self
+
+
+def checked_type(type: type[M]) -> type[M]:
+    """The type itself if a port can carry it."""
+    if not issubclass(type, Message):
+        raise ModelError(f"a port cannot carry {type!r}: derive it from Message")
+    return type
+
+
+class Bag(Protocol):
+    """What arrives at one tag: for each in port that got something, its messages in order."""
+
+    def __getitem__(self, port: InPort[M], /) -> list[M]: ...
+    def __contains__(self, port: object, /) -> bool: ...
+    @overload
+    def get(self, port: InPort[M], /) -> list[M] | None: ...
+    @overload
+    def get(self, port: InPort[M], default: D, /) -> "list[M] | D": ...
+    def __iter__(self) -> Any: ...
+    def __len__(self) -> int: ...
+    def items(self) -> Any: ...
+    def values(self) -> Any: ...

@@ -1,0 +1,54 @@
+"""Superdense time: integer nanoseconds and microsteps.
+
+A tag (t, k) is the k-th instant at time t. Integers make 0.1 s and 0.3 s meet exactly; the microstep
+orders what happens at one time without letting time pass. Source: Manna and Pnueli's superdense time, as
+in adevs `sd_time` and Lingua Franca's tags. `after` is the only sum: a wait of zero costs one microstep, a
+positive wait starts at k = 0.
+"""
+
+from typing import NamedTuple
+
+
+class Tag(NamedTuple):
+    """One instant: t [ns] and the microstep k; ordered first by t, then by k."""
+
+    t: int
+    k: int = 0
+
+    def __str__(self) -> str:
+        """Show as `(1.5 s, 2)`, exact to the nanosecond."""
+        if self.t == NEVER:
+            return "(forever)"
+        sign, (whole, part) = "-" * (self.t < 0), divmod(abs(self.t), 10**9)
+        return f"({sign}{whole}{f'.{part:09d}'.rstrip('0') if part else ''} s, {self.k})"
+
+
+NEVER = 2**63 - 1  # [ns] the time advance of a passive model
+FOREVER = Tag(NEVER, 0)
+
+
+def succ(tag: Tag) -> Tag:
+    """The next microstep at the same time."""
+    return tag if tag.t == NEVER else Tag(tag.t, tag.k + 1)
+
+
+def after(tag: Tag, wait: int) -> Tag:
+    """The tag that lies `wait` [ns] after `tag`; zero costs one microstep; forever stays."""
+    if wait == 0:
+        return succ(tag)
+    return Tag(tag.t + wait, 0) if wait < NEVER - tag.t else FOREVER
+
+
+def ns(seconds: float) -> int:
+    """Nanoseconds of a time in seconds, rounded to the nearest."""
+    return round(seconds * 1e9)
+
+
+def us(microseconds: float) -> int:
+    """Nanoseconds of a time in microseconds, rounded to the nearest."""
+    return round(microseconds * 1e3)
+
+
+def ms(milliseconds: float) -> int:
+    """Nanoseconds of a time in milliseconds, rounded to the nearest."""
+    return round(milliseconds * 1e6)

@@ -1,0 +1,137 @@
+"""From a plan to models and couplings: what each node process builds, and how the coordinator wires them.
+
+One coupled model per real object and one for the commander, which also owns the rig (hook ropes and slings)
+and the Master of a turn.  Node names: "commander", cranes, loaders, block, mechanisms, and "kernel" for the
+mechanics.
+"""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+from heavylift.kernel.describe import WORLD, Line, Master, Point, Rope, System, merge
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import Coupled, In, Model, Out
+from heavylift.nodes.scene.plan import Plan
+
+from .block import BlockModel
+from .commander import Commander
+from .crane import CraneModel
+from .drive import DriveActor
+from .loader import LoaderModel
+from .mechanism import MechanismModel
+from .messages import Finished, KernelInput, Order, Report, Stage
+from .parts import LiveActor, Machine, RopeAtomic, declared
+from .roster import TURN, machines, turns
+
+COMMANDER, KERNEL = "commander", "kernel"
+Coupling: TypeAlias = tuple[str, str, str, str]  # source model, its out port, target model, its in port
+
+
+class Rig(Coupled):
+    """The connections between machines."""
+
+    def __init__(self, plan: Plan) -> None:
+        super().__init__("rig")
+        places = {lug.name: lug.p for lug in plan.block.lugs} if plan.block else {}
+        for rope in plan.rig.hook_ropes:
+            part = Rope(rope.name, rope.lines, rope.EA, rope.L0, rope.damping, winch=True)
+            self.add(RopeAtomic(rope.name.replace(".", "-"), part))
+        for sling in plan.rig.slings:
+            lug = Point(plan.block.name if plan.block else WORLD, places.get(sling.lug, (0.0, 0.0, 0.0)))
+            line, hooked = Line(sling.beam, lug), bool(sling.lug)
+            part = Rope(sling.name, (line,), sling.EA, sling.L0, sling.damping, hooked=hooked)
+            self.add(RopeAtomic(sling.name.replace(".", "-"), part))
+
+
+class CommanderModel(Coupled):
+    """The commander with its action list, the rig, and the actor of the Master "turn"."""
+
+    report = In(Report)
+    stage = Out(Stage)
+    finished = Out(Finished)
+
+    def __init__(self, plan: Plan) -> None:
+        super().__init__(COMMANDER)
+        self.actions = self.add(Commander("actions", plan))
+        self.connect(self.report, self.actions.report)
+        self.connect(self.actions.stage, self.stage)
+        self.connect(self.actions.finished, self.finished)
+        for name in machines(plan):
+            self.connect(self.actions.to[name], self.add_out(f"order_{name}", Order))
+        self.rig = self.add(Rig(plan))
+        if turns(plan):
+            turn = self.add(DriveActor(TURN, TURN, System(masters=(Master(TURN),)), start=plan.start))
+            self.connect(self.actions.to[TURN], turn.order)
+            self.connect(turn.report, self.actions.report)
+            self.connect(turn.input, self.add_out("input", KernelInput))
+
+    def waiting_for(self) -> str:
+        """What the action list lacks to go on, as a sentence; "" when it is done."""
+        return self.actions.waiting_for()
+
+    def declare(self) -> System:
+        """The rig and the Master."""
+        return declared(list(self.children.values()))
+
+
+NodeModel: TypeAlias = CommanderModel | Machine
+
+
+def build(plan: Plan) -> dict[str, NodeModel]:
+    """All models of a plan, by node name."""
+    return {name: build_one(plan, name) for name in (COMMANDER, *machines(plan))}
+
+
+def build_one(plan: Plan, name: str) -> NodeModel:
+    """The model of one node."""
+    if name == COMMANDER:
+        return CommanderModel(plan)
+    for crane in plan.cranes:
+        if crane.name == name:
+            return CraneModel(plan, crane)
+    for loader in plan.loaders:
+        if loader.name == name:
+            return LoaderModel(plan, loader)
+    if plan.block is not None and plan.block.name == name:
+        return BlockModel(plan, plan.block)
+    for mechanism in plan.mechanisms:
+        if mechanism.name == name:
+            return MechanismModel(plan, mechanism)
+    known = ", ".join([COMMANDER, *machines(plan)])
+    raise ModelError(f"there is no model {name} in {plan.name}, it has {known}")
+
+
+def system(plan: Plan) -> System:
+    """The mechanics that all models declare together."""
+    return merge([model.declare() for model in build(plan).values()], plan.gravity)
+
+
+def couplings(plan: Plan) -> list[Coupling]:
+    """All couplings between nodes, the kernel's included."""
+    found: list[Coupling] = []
+    if turns(plan):
+        found.append((COMMANDER, "input", KERNEL, f"input_{COMMANDER}"))
+    for name in machines(plan):
+        found += [
+            (COMMANDER, f"order_{name}", name, "order"),
+            (name, "report", COMMANDER, "report"),
+            (name, "input", KERNEL, f"input_{name}"),
+            (KERNEL, f"state_{name}", name, "state"),
+        ]
+    return found
+
+
+def subscriptions(plan: Plan) -> dict[str, tuple[str, ...]]:
+    """Which nodes hear the state events of which rope, support or threshold."""
+    found: dict[str, tuple[str, ...]] = {}
+    for name, model in build(plan).items():
+        for element in sorted({e for actor in _actors(model) for e in actor.hears}):
+            found[element] = (*found.get(element, ()), name)
+    return found
+
+
+def _actors(model: Model) -> list[LiveActor]:
+    if isinstance(model, Coupled):
+        return [actor for child in model.children.values() for actor in _actors(child)]
+    return [model] if isinstance(model, LiveActor) else []

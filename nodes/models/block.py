@@ -1,0 +1,33 @@
+"""The block: one body on a free joint, moved by slings, stools and gravity only.
+
+It reports lift-off, touch-down and landing from the states of its supports, and the attitude that was asked
+for.
+"""
+
+from __future__ import annotations
+
+from heavylift.kernel.describe import WORLD, Joint, Measured, System
+from heavylift.nodes.scene.plan import Block, Plan
+
+from .conditions import watched
+from .gauges import Gauge
+from .loader import REST6
+from .parts import BodyCoupled, JointCoupled, Law, Machine, body
+from .rigging import Stools
+
+
+class BlockModel(Machine):
+    """The block of the plan."""
+
+    def __init__(self, plan: Plan, block: Block) -> None:
+        super().__init__(block.name)
+        joint = Joint(f"{block.name}.free", "free", WORLD, block.name, q0=block.pose, v0=REST6)
+        self.take(JointCoupled("free", joint, Law("free")))
+        faces = {pad.support.name: pad.face for pad in block.pads}
+        closed = frozenset(pad.support.name for pad in block.pads if pad.closed)
+        laws = System(supports=tuple(pad.support for pad in block.pads))
+        stools = Stools("stools", block.name, laws, faces=faces, closed=closed)
+        theta = Law("theta", System(measured=(Measured(f"{block.name}.theta", "angle", block.name),)))
+        self.take(BodyCoupled("body", body(block.name, block.body), Law("weight"), stools, theta))
+        if thresholds := watched(plan, block.name):
+            self.take(Gauge("gauge", thresholds))

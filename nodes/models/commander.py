@@ -1,0 +1,313 @@
+"""The commander: an atomic model with an action list, connected to every actor (section 4.1 of the paper).
+
+It begins an action when its condition holds, sends each order to its actor once and in order, hears the
+reports, halts moves whose `until` holds, and says `stage` and at the end `finished`.  A move is closed by
+its Done report.  An action that contradicts what is going on ends the run with a sentence; `waiting_for`
+says what a run that stands still lacks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, OutPort, ns
+from heavylift.nodes.scene import actions as scene
+from heavylift.nodes.scene.plan import Plan
+
+from .checks import check
+from .conditions import OFF, Moment, crossings, holds, next_time, words
+from .messages import (
+    BrakeOrder,
+    Done,
+    Finished,
+    Follow,
+    Halt,
+    Hooked,
+    HookOrder,
+    Landed,
+    Lifted,
+    Limit,
+    Order,
+    Reached,
+    Report,
+    RopeState,
+    Run,
+    Stage,
+    Touched,
+    Unhooked,
+    UnhookOrder,
+    UnwatchOrder,
+    WatchOrder,
+)
+from .roster import TURN, first_lugs, first_picture, machines, owners, turns
+from .turn import Follower, followers
+
+
+@dataclass
+class Job:
+    """An order that is being carried out, until its Done (or, for a wait, its time) has come."""
+
+    id: int
+    action: int
+    order: scene.Order
+    verb: str
+    actor: str
+    since_ns: int
+    until: scene.Condition | None = None
+    ends_ns: int | None = None
+    followers: tuple[Follower, ...] = ()
+    halting: bool = False
+    limit: str = ""
+
+
+class Commander(Atomic):
+    """Carries out the action list of a plan."""
+
+    report = In(Report)
+    stage = Out(Stage)
+    finished = Out(Finished)
+
+    def __init__(self, name: str, plan: Plan) -> None:
+        super().__init__(name)
+        self.plan, self.owners = plan, owners(plan)
+        self.lug_places = {lug.name: lug.p for lug in plan.block.lugs} if plan.block else {}
+        targets = [*machines(plan), *([TURN] if turns(plan) else [])]
+        self.to: dict[str, OutPort[Order]] = {m: self.add_out(f"order_{m}", Order) for m in targets}
+
+    def start(self) -> None:
+        """Begin with the first action if its condition holds."""
+        self.picture, self.lugs, self.theta = first_picture(self.plan), first_lugs(self.plan), self.plan.start
+        self.jobs: list[Job] = []
+        self.index = self.ids = self.since = 0
+        self.over = False
+        self.outbox: list[tuple[OutPort[Order] | OutPort[Stage] | OutPort[Finished], Message]] = []
+        self._expect()
+        self._settle()
+
+    def external(self, e: int, x: Bag) -> None:
+        """Take the reports, then do what they allow."""
+        for report in x[self.report]:
+            self._hear(report)
+        self._settle()
+
+    def output(self) -> None:
+        """Send the orders."""
+        for port, message in self.outbox:
+            port.send(message)  # type: ignore[arg-type]
+
+    def internal(self) -> None:
+        """The orders are sent, or a time has come."""
+        self.outbox = []
+        self._settle()
+
+    def waiting_for(self) -> str:
+        """What the action list lacks to go on, as a sentence; "" when it is done."""
+        moment = Moment(self.now.t, self.since, self._open(self.index - 1))
+        if self.index == len(self.plan.actions):
+            lacks, where = words(scene.MovesDone(), self.picture, moment), ""
+        else:
+            action = self.plan.actions[self.index]
+            condition = action.when or scene.MovesDone()
+            where = condition.where or action.where
+            lacks = words(condition, self.picture, moment)
+        stuck = "".join(f"; {job.actor} stopped ({job.limit})" for job in self.jobs if job.limit)
+        since = _seconds(self.since)
+        return f"still waiting for {lacks} since {since}{stuck}, {where or 'end'}" if lacks else ""
+
+    def _settle(self) -> None:
+        """Do all that can be done now, then wait for the next report or time."""
+        while not self.over and (self._end_moves() or self._next_action()):
+            pass
+        times = [job.ends_ns for job in self.jobs if job.ends_ns is not None]
+        for job in self.jobs:
+            times += next_time(job.until, Moment(self.now.t, job.since_ns))
+        if self.index < len(self.plan.actions) and not self.outbox:
+            action = self.plan.actions[self.index]
+            times += next_time(action.when, Moment(self.now.t, self.since))
+            if action.timeout is not None:
+                times.append(self.since + ns(action.timeout))
+        if self.outbox:
+            self.hold_in(0)
+        elif times and not self.over:
+            self.hold_in(min(times) - self.now.t)
+        else:
+            self.passivate()
+
+    def _end_moves(self) -> bool:
+        """Close waits that are over, halt moves whose `until` holds; whether anything was closed."""
+        closed = False
+        for job in list(self.jobs):
+            if job.ends_ns is not None and job.ends_ns <= self.now.t:
+                self.jobs.remove(job)
+                closed = True
+            elif (
+                job.until is not None and not job.halting and self._holds(job.until, job.action, job.since_ns)
+            ):
+                job.halting = True
+                if job.limit:
+                    self.jobs.remove(job)
+                    closed = True
+                else:
+                    self._send(job.actor, Halt(job.actor, job.id, job.order.where))
+        return closed
+
+    def _next_action(self) -> bool:
+        """Begin the next action if its condition holds; at the end of the list say so."""
+        plan = self.plan
+        if self.index == len(plan.actions):
+            if plan.end is None and not self._open(self.index - 1):
+                self.over = True
+                self.outbox.append((self.finished, Finished()))
+            return False
+        action = plan.actions[self.index]
+        condition = action.when or scene.MovesDone()
+        if not self._holds(condition, self.index, self.since):
+            if action.timeout is not None and self.now.t >= self.since + ns(action.timeout):
+                raise ModelError(f"{self.waiting_for()}: timeout of {action.timeout:g} s")
+            return False
+        self._forget(condition)
+        self.index, self.since = self.index + 1, self.now.t
+        if action.stage:
+            self.outbox.append((self.stage, Stage(action.stage, self.index - 1, action.where)))
+        for order in action.orders:
+            self._give(order)
+        self._expect()
+        return True
+
+    def _give(self, order: scene.Order) -> None:
+        """Turn an order of the scene into orders to actors."""
+        check(order, self.plan, self.owners, self.picture, self.lugs)
+        where = order.where
+        match order:
+            case scene.Wait():
+                self._job(order, "wait", "", ends_ns=self.now.t + ns(order.seconds))
+            case scene.Move():
+                if order.until is None or not self._holds(order.until, self.index - 1, self.since):
+                    job = self._job(order, order.verb, order.actuator, order.until)
+                    run = Run(job.actor, job.id, where, order.speed, order.accel, order.by, order.to)
+                    self._send(job.actor, run)
+            case scene.Turn():
+                found = followers(self.plan, order, self.lugs)
+                for f in found:
+                    self._check_free(f.actuator, where)
+                job = self._job(order, "turn", TURN, order.until, followers=tuple(found))
+                for f in found:
+                    follow = Follow(f.actuator, job.id, where, TURN, self.theta, f.kc, f.ks)
+                    self._send(f.actuator, follow)
+                self._send(TURN, Run(TURN, job.id, where, order.rate, order.accel, to=order.to))
+            case scene.Hookup():
+                job = self._job(order, "hook", order.sling)
+                place = self.lug_places.get(order.lug)
+                self._send(order.sling, HookOrder(order.sling, job.id, where, order.lug, place))
+            case scene.Unhook():
+                job = self._job(order, "unhook", order.sling)
+                self._send(order.sling, UnhookOrder(order.sling, job.id, where))
+            case scene.Brake():
+                job = self._job(order, "brake", order.brake)
+                self._send(order.brake, BrakeOrder(order.brake, job.id, where, order.engaged))
+
+    def _check_free(self, actor: str, where: str) -> None:
+        """Refuse a second order to an actor that is busy; one that is ramping down or at a limit is not."""
+        for job in list(self.jobs):
+            if job.actor == actor and job.limit:
+                self.jobs.remove(job)
+            elif actor == job.actor and not job.halting:
+                at = f" ({job.order.where})" if job.order.where else ""
+                raise ModelError(
+                    f"{where}: {actor} gets an order while its {job.verb}{at} is not done, wait for "
+                    f"`moves done` or end that order with `until`"
+                )
+            elif any(actor == f.actuator for f in job.followers):
+                raise ModelError(
+                    f"{where}: {actor} gets an order while it follows the turn, wait until it is done"
+                )
+
+    def _job(
+        self,
+        order: scene.Order,
+        verb: str,
+        actor: str,
+        until: scene.Condition | None = None,
+        *,
+        ends_ns: int | None = None,
+        followers: tuple[Follower, ...] = (),
+    ) -> Job:
+        """Open a job and have the thresholds of its `until` watched."""
+        if actor:
+            self._check_free(actor, order.where)
+        self.ids += 1
+        job = Job(self.ids, self.index - 1, order, verb, actor, self.now.t, until, ends_ns, followers)
+        self.jobs.append(job)
+        self._watch(until)
+        return job
+
+    def _hear(self, report: Report) -> None:
+        """Bring the picture up to date."""
+        picture, actor = self.picture, report.actor
+        match report:
+            case Done():
+                for job in [job for job in self.jobs if job.id == report.id]:
+                    self._close(job, report.position)
+            case Limit():
+                for job in self.jobs:
+                    job.limit = report.limit if job.actor == actor else job.limit
+            case RopeState():
+                if picture.ropes[actor] != OFF:
+                    picture.ropes[actor] = report.state
+            case Hooked():
+                picture.ropes[actor] = "slack"
+                if report.lug:
+                    self.lugs[actor] = report.lug
+            case Unhooked():
+                picture.ropes[actor] = OFF
+                self.lugs.pop(actor, None)
+            case Touched():
+                picture.grounded.add(actor)
+            case Landed():
+                picture.landed.add(actor)
+            case Lifted():
+                picture.grounded.discard(actor)
+                picture.landed.discard(actor)
+            case Reached():
+                picture.reached.add(actor)
+
+    def _close(self, job: Job, position: float) -> None:
+        """An order is done; after a turn the followers hold their places."""
+        self.jobs.remove(job)
+        if job.until is not None:
+            self._forget(job.until)
+        if job.actor == TURN:
+            self.theta = position
+        for f in job.followers:
+            self._send(f.actuator, Follow(f.actuator, job.id, job.order.where, "", position))
+
+    def _expect(self) -> None:
+        """Have the thresholds of the next action's condition watched."""
+        if self.index < len(self.plan.actions):
+            self._watch(self.plan.actions[self.index].when)
+
+    def _watch(self, condition: scene.Condition | None) -> None:
+        for c in crossings(condition):
+            name = c.threshold.name
+            self.outbox.append((self.to[c.model], WatchOrder(name, 0, c.where, c.value, c.rising)))
+
+    def _forget(self, condition: scene.Condition) -> None:
+        for c in crossings(condition):
+            if c.threshold.name not in self.picture.reached:
+                self.outbox.append((self.to[c.model], UnwatchOrder(c.threshold.name, 0, c.where)))
+
+    def _send(self, actor: str, order: Order) -> None:
+        self.outbox.append((self.to[TURN if actor == TURN else self.owners[actor]], order))
+
+    def _holds(self, condition: scene.Condition, action: int, since_ns: int) -> bool:
+        return holds(condition, self.picture, Moment(self.now.t, since_ns, self._open(action - 1)))
+
+    def _open(self, action: int) -> tuple[tuple[str, str], ...]:
+        """The orders of an action that are not done, as (verb, actor)."""
+        return tuple((job.verb, job.actor) for job in self.jobs if job.action == action)
+
+
+def _seconds(t_ns: int) -> str:
+    """A time to the millisecond: "812.4 s"."""
+    return f"{t_ns / 1e9:.3f}".rstrip("0").rstrip(".") + " s"

@@ -1,0 +1,79 @@
+"""The goliath crane: main body on rails, upper and lower trolley on sliding joints, hooks with their winches.
+
+It executes moves through its actors, follows a turn, and reports moves done, end positions, drum empty, the
+upper limit switch of each hook, and overload of hook, trolley and crane.  Rated load = capacity plus the
+hook blocks, for the ropes carry both.
+"""
+
+from __future__ import annotations
+
+from heavylift.kernel.describe import WORLD, Drive, Joint, System, Threshold, Vector
+from heavylift.nodes.scene.plan import Axis, Crane, Hook, HookRope, Plan, Trolley
+
+from .conditions import watched
+from .drive import DriveActor, WinchActor
+from .gauges import Gauge, LoadCell
+from .parts import Actor, BodyCoupled, JointCoupled, Law, Machine, body
+
+X: Vector = (1.0, 0.0, 0.0)
+Y: Vector = (0.0, 1.0, 0.0)
+
+
+class CraneModel(Machine):
+    """One crane of the plan."""
+
+    def __init__(self, plan: Plan, crane: Crane) -> None:
+        super().__init__(crane.name)
+        self.gravity, self.crane = plan.gravity, crane
+        self.ropes = {rope.hook: rope for rope in plan.rig.hook_ropes if rope.crane == crane.name}
+        main = f"{crane.name}.main"
+        self.take(_slide("gantry", f"{crane.name}.gantry", WORLD, main, X, crane.gantry))
+        self.take(BodyCoupled("main", body(main, crane.main), Law("weight"), *self._cell(main, crane.hooks)))
+        for trolley in (crane.upper, crane.lower):
+            self._trolley(trolley, main)
+        if thresholds := watched(plan, crane.name):
+            self.take(Gauge("gauge", thresholds))
+
+    def _trolley(self, trolley: Trolley, main: str) -> None:
+        name = f"{main.removesuffix('main')}{trolley.name}"
+        hooks = tuple(h for h in self.crane.hooks if h.trolley == trolley.name and h.name in self.ropes)
+        winches: list[Actor] = []
+        for hook in hooks:
+            winches.append(_winch(hook, self.ropes[hook.name]))
+            winches += self._cell(hook.rope, (hook,), f"{hook.name}-load", hook.capacity)
+        cell = self._cell(name, hooks, "load", trolley.capacity) if len(hooks) > 1 else ()
+        self.take(_slide(f"{trolley.name}-slide", f"{name}-slide", main, name, Y, trolley.axis))
+        self.take(BodyCoupled(trolley.name, body(name, trolley.body), Law("weight"), *winches, *cell))
+
+    def _cell(
+        self, name: str, hooks: tuple[Hook, ...], cell: str = "load", capacity: float | None = None
+    ) -> tuple[Actor, ...]:
+        """A load cell over the ropes of some hooks, rated for what they may carry together [kg]."""
+        hooks = tuple(hook for hook in hooks if hook.name in self.ropes)
+        if not hooks:
+            return ()
+        mass = (self.crane.capacity if capacity is None else capacity) + sum(h.block_mass for h in hooks)
+        return (LoadCell(cell, f"{name}.load", tuple(h.rope for h in hooks), mass * self.gravity),)
+
+
+def _slide(name: str, element: str, parent: str, child: str, axis: Vector, motion: Axis) -> JointCoupled:
+    """A sliding joint with its servo."""
+    joint = Joint(element, "prismatic", parent, child, axis=axis, q0=(motion.start,), v0=(0.0,))
+    drive = Drive(f"{element}.drive", element, "servo", motion.kp, motion.kv)
+    actor = DriveActor(
+        "drive",
+        drive.name,
+        System(drives=(drive,)),
+        start=motion.start,
+        lower=motion.lower,
+        upper=motion.upper,
+    )
+    return JointCoupled(name, joint, actor)
+
+
+def _winch(hook: Hook, rope: HookRope) -> WinchActor:
+    """The winch of a hook; its rope stands in the rig."""
+    switch = (Threshold(f"{hook.rope}.highest", "height", point=rope.eye), hook.highest)
+    return WinchActor(
+        hook.name, hook.rope, start=rope.L0, lower=hook.shortest, upper=hook.drum, switch=switch
+    )

@@ -1,0 +1,70 @@
+"""The block loader: upper body (hook block, frame) on a free joint, beam on a hinge with stops and lock.
+
+It hooks and unhooks its slings and reports it, reports them taut and slack, its overload and its hinge
+lock, which holds the beam while no sling is hooked.
+"""
+
+from __future__ import annotations
+
+from heavylift.kernel.describe import WORLD, Brake, Joint, JointSpring, Stop, System
+from heavylift.nodes.scene.plan import Loader, Plan
+
+from .conditions import watched
+from .gauges import Gauge, LoadCell
+from .messages import Latch
+from .parts import BodyCoupled, JointCoupled, Law, Machine, body
+from .rigging import LockActor, SlingActor
+
+REST6 = (0.0,) * 6
+
+
+class LoaderModel(Machine):
+    """One loader of the plan."""
+
+    def __init__(self, plan: Plan, loader: Loader) -> None:
+        super().__init__(loader.name)
+        n = loader.name
+        slings = [sling for sling in plan.rig.slings if sling.loader == n]
+        upper, lower = body(f"{n}.upper", loader.upper), body(f"{n}.lower", loader.lower)
+        free = Joint(f"{n}.free", "free", WORLD, upper.name, q0=loader.pose, v0=REST6)
+        self.take(JointCoupled("free", free, Law("free")))
+        self.take(BodyCoupled("upper", upper, Law("weight")))
+
+        hinge = Joint(
+            f"{n}.hinge",
+            "revolute",
+            upper.name,
+            lower.name,
+            loader.hinge,
+            axis=(0.0, 1.0, 0.0),
+            q0=(0.0,),
+            v0=(0.0,),
+        )
+        damper = JointSpring(f"{hinge.name}.damper", hinge.name, d=loader.damping)
+        stop = Stop(
+            f"{hinge.name}.stop",
+            hinge.name,
+            loader.stop_lower,
+            loader.stop_upper,
+            loader.stop_k,
+            loader.stop_d,
+        )
+        hooked = frozenset(sling.name for sling in slings if sling.lug)
+        brake = Brake(
+            f"{hinge.name}.lock", hinge.name, loader.lock_moment, loader.lock_k, loader.lock_d, not hooked
+        )
+        lock = LockActor("lock", brake.name, System(brakes=(brake,)), hooked=hooked)
+        damped, stopped = Law("damper", System(springs=(damper,))), Law("stop", System(stops=(stop,)))
+        joint = self.take(JointCoupled("hinge", hinge, damped, stopped, lock))
+
+        actors = [SlingActor(f"sling-{i}", sling.name) for i, sling in enumerate(slings, 1)]
+        names = tuple(sling.name for sling in slings)
+        cells = [LoadCell("load", f"{n}.load", names, loader.capacity_N)] if names else []
+        beam = self.take(BodyCoupled("lower", lower, Law("weight"), *actors, *cells))
+        told, tells = joint.add_in("latch", Latch), beam.add_out("latch", Latch)
+        joint.connect(told, lock.latch)
+        self.connect(tells, told)
+        for actor in actors:
+            beam.connect(actor.latch, tells)
+        if thresholds := watched(plan, n):
+            self.take(Gauge("gauge", thresholds))

@@ -1,0 +1,96 @@
+"""A mechanism: a researcher's own bodies, joints and laws as one coupled model.
+
+Every joint becomes a joint coupled and every body a body coupled model (Fig. 7); each law goes to the actor
+of the joint or body that it acts on.  A rope belongs to the first body (not the ground) at its ends, a
+support to its body.
+"""
+
+from __future__ import annotations
+
+import re
+
+from heavylift.kernel.describe import WORLD, Rope, System
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.scene.plan import Actuator, Mechanism, Plan
+
+from .conditions import watched
+from .drive import DriveActor, WinchActor
+from .gauges import Gauge
+from .parts import Actor, BodyCoupled, JointCoupled, Law, Machine
+from .rigging import BrakeActor, SlingActor, Stools
+
+
+class MechanismModel(Machine):
+    """One mechanism of the plan."""
+
+    def __init__(self, plan: Plan, mechanism: Mechanism) -> None:
+        super().__init__(mechanism.name)
+        self.mechanism, self.system = mechanism, mechanism.system
+        self.actuators = {actuator.name: actuator for actuator in mechanism.actuators}
+        for joint in self.system.joints:
+            self.take(JointCoupled(f"joint-{_name(joint.name)}", joint, *self._joint_actors(joint.name)))
+        for body in self.system.bodies:
+            self.take(BodyCoupled(f"body-{_name(body.name)}", body, *self._body_actors(body.name)))
+        for master in self.system.masters:
+            self.take(self._drive(f"master-{_name(master.name)}", master.name, System(masters=(master,))))
+        if measured := self.system.measured:
+            self.take(Law("measured", System(measured=measured)))
+        if thresholds := watched(plan, mechanism.name):
+            self.take(Gauge("gauge", thresholds))
+
+    def _joint_actors(self, joint: str) -> list[Actor]:
+        system, actors = self.system, list[Actor]()
+        for drive in (d for d in system.drives if d.joint == joint):
+            actors.append(self._drive(_name(drive.name), drive.name, System(drives=(drive,))))
+        for brake in (b for b in system.brakes if b.joint == joint):
+            laws = System(brakes=(brake,))
+            actors.append(BrakeActor(_name(brake.name), brake.name, laws, engaged=brake.engaged))
+        for spring in (s for s in system.springs if s.joint == joint):
+            actors.append(Law(_name(spring.name), System(springs=(spring,))))
+        for stop in (s for s in system.stops if s.joint == joint):
+            actors.append(Law(_name(stop.name), System(stops=(stop,))))
+        return actors or [Law("free")]
+
+    def _body_actors(self, body: str) -> list[Actor]:
+        actors: list[Actor] = [Law("weight")]
+        for rope in (r for r in self.system.ropes if _body(r) == body):
+            laws = System(ropes=(rope,))
+            if rope.winch:
+                at = self._actuator(rope.name)
+                winch = WinchActor(
+                    _name(rope.name), rope.name, laws, start=at.start, lower=at.lower, upper=at.upper
+                )
+                actors.append(winch)
+            else:
+                actors.append(SlingActor(_name(rope.name), rope.name, laws))
+        supports = tuple(s for s in self.system.supports if s.point.body == body)
+        if supports:
+            faces = {support.name: body for support in supports}
+            closed = frozenset(self.mechanism.closed) & frozenset(faces)
+            actors.append(Stools("supports", body, System(supports=supports), faces=faces, closed=closed))
+        return actors
+
+    def _drive(self, name: str, element: str, laws: System) -> DriveActor:
+        at = self._actuator(element)
+        return DriveActor(name, element, laws, start=at.start, lower=at.lower, upper=at.upper)
+
+    def _actuator(self, name: str) -> Actuator:
+        """Where an actuator starts and what it can do; a rope starts at its length, the rest at 0."""
+        if name in self.actuators:
+            return self.actuators[name]
+        lengths = {rope.name: rope.L0 for rope in self.system.ropes}
+        return Actuator(name=name, start=lengths.get(name, 0.0), accel=0.0)
+
+
+def _body(rope: Rope) -> str:
+    """The body whose actor a rope is."""
+    for line in rope.lines:
+        for point in (line.a, line.b):
+            if point.body != WORLD:
+                return point.body
+    raise ModelError(f"rope {rope.name} hangs between two points of the ground, give it a body")
+
+
+def _name(element: str) -> str:
+    """A name for a model, from that of a mechanical element."""
+    return re.sub(r"[^A-Za-z0-9_-]", "-", element)

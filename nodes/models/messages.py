@@ -1,0 +1,243 @@
+"""What the models say to each other: orders, reports, inputs of the kernel and its state events.
+
+    commander --Order--> model --KernelInput--> kernel --StateEvent--> model --Report--> commander
+An order names one actor by its mechanical element (drive, winch rope, sling, brake, threshold, Master) and
+carries an id of its own; an actor that has carried it out answers Done with that id.  Coordinates are the
+actuator's own: joint coordinate of a drive, UNSTRETCHED LENGTH of a winch rope (hoisting is negative),
+value of a Master.  SI units.
+"""
+
+from heavylift.kernel.describe import Vector
+from heavylift.nodes.devs import Message
+
+# to the kernel
+
+
+class KernelInput(Message, frozen=True):
+    """Anything that changes a law, a mask or a guard of the kernel."""
+
+
+class SetProfile(KernelInput, frozen=True):
+    """Ramp to signed `speed`, cruise, ramp down so that the displacement is `distance` (None: go on)."""
+
+    actuator: str
+    start_ns: int
+    speed: float
+    accel: float
+    distance: float | None = None
+
+
+class SetFollow(KernelInput, frozen=True):
+    """ref = ref now + f(s) - f(s now), f(s) = k1 s + kc cos s + ks sin s; master "": hold your place."""
+
+    actuator: str
+    master: str = ""
+    k1: float = 0.0
+    kc: float = 0.0
+    ks: float = 0.0
+
+
+class SetBrake(KernelInput, frozen=True):
+    """Engage or release a brake."""
+
+    brake: str
+    engaged: bool
+
+
+class Hook(KernelInput, frozen=True):
+    """Hook a sling; None keeps an end point (on the same body, in its frame) or the unstretched length."""
+
+    rope: str
+    a: Vector | None = None
+    b: Vector | None = None
+    L0: float | None = None
+
+
+class Unhook(KernelInput, frozen=True):
+    """Take a sling off."""
+
+    rope: str
+
+
+class Watch(KernelInput, frozen=True):
+    """Arm a threshold; if it is already reached it fires at the next microstep."""
+
+    threshold: str
+    value: float
+    rising: bool
+
+
+class Unwatch(KernelInput, frozen=True):
+    """Disarm a threshold."""
+
+    threshold: str
+
+
+# from the kernel
+
+
+class StateEvent(Message, frozen=True):
+    """A rope is taut / slack, a support or stop closed / open, a brake stick / slip, a threshold reached."""
+
+    name: str
+    what: str
+    value: float
+
+
+# from the commander
+
+
+class Order(Message, frozen=True):
+    """To one actor; `where` is the line of the scene that asks for it."""
+
+    actor: str
+    id: int
+    where: str
+
+
+class Run(Order, frozen=True):
+    """Move by a signed distance, to a coordinate, or (both None) with signed speed until Halt."""
+
+    speed: float
+    accel: float
+    by: float | None = None
+    to: float | None = None
+
+
+class Halt(Order, frozen=True):
+    """Ramp down the move of that id; its Done comes when it stands."""
+
+
+class Follow(Order, frozen=True):
+    """Follow `master`, whose value is `s` now, with f(s) = kc cos s + ks sin s; master "": stand still."""
+
+    master: str
+    s: float
+    kc: float = 0.0
+    ks: float = 0.0
+
+
+class HookOrder(Order, frozen=True):
+    """Hook the sling to the lug at `p` (frame of the block; None: where it hung before)."""
+
+    lug: str
+    p: Vector | None
+
+
+class UnhookOrder(Order, frozen=True):
+    """Take the sling off."""
+
+
+class BrakeOrder(Order, frozen=True):
+    """Engage or release the brake."""
+
+    engaged: bool
+
+
+class WatchOrder(Order, frozen=True):
+    """Report when the threshold reaches `value`, once."""
+
+    value: float
+    rising: bool
+
+
+class UnwatchOrder(Order, frozen=True):
+    """It need not be reported any more."""
+
+
+# to the commander
+
+
+class Report(Message, frozen=True):
+    """From the actor of this mechanical element."""
+
+    actor: str
+
+
+class Done(Report, frozen=True):
+    """The order is carried out; the actuator stands at `position` (0 where there is none)."""
+
+    id: int
+    position: float = 0.0
+
+
+class Limit(Report, frozen=True):
+    """The actuator stopped at an end position or limit switch: "travel limit", "drum empty", ..."""
+
+    limit: str
+    position: float
+
+
+class RopeState(Report, frozen=True):
+    """A rope or sling became taut or slack; tension [N]."""
+
+    state: str
+    tension: float
+
+
+class Hooked(Report, frozen=True):
+    """The sling hangs on this lug."""
+
+    lug: str
+
+
+class Unhooked(Report, frozen=True):
+    """The sling is off."""
+
+
+class BrakeState(Report, frozen=True):
+    """The brake or hinge lock is engaged or released."""
+
+    engaged: bool
+
+
+class Overload(Report, frozen=True):
+    """The tension [N] passed its rated value upwards (over) or is back below it."""
+
+    tension: float
+    rated: float
+    over: bool
+
+
+class Reached(Report, frozen=True):
+    """The threshold that was watched is reached at this value."""
+
+    value: float
+
+
+class Lifted(Report, frozen=True):
+    """The last support of the body opened."""
+
+
+class Touched(Report, frozen=True):
+    """The first support of the body closed."""
+
+    support: str
+
+
+class Landed(Report, frozen=True):
+    """All supports of this face of the body are closed."""
+
+    face: str
+
+
+class Latch(Message, frozen=True):
+    """Inside a loader: a sling was hooked or taken off."""
+
+    sling: str
+    hooked: bool
+
+
+# on record
+
+
+class Stage(Message, frozen=True):
+    """A stage of the action list begins."""
+
+    name: str
+    action: int
+    where: str
+
+
+class Finished(Message, frozen=True):
+    """The last action is done; the run ends at this tag."""

@@ -1,0 +1,68 @@
+"""The model tree as text: coupled models, joint and body atomics, actors, and their ports.
+
+Printed by `heavylift tree SCENE`; each line is one model with what it holds and, in brackets, ports in ->
+out.
+"""
+
+from __future__ import annotations
+
+from heavylift.nodes.devs import Coupled, InPort, Model
+from heavylift.nodes.scene.plan import Plan
+
+from .assembly import CommanderModel, Rig, build
+from .block import BlockModel
+from .commander import Commander
+from .crane import CraneModel
+from .loader import LoaderModel
+from .mechanism import MechanismModel
+from .parts import Actor, BodyAtomic, BodyCoupled, JointAtomic, JointCoupled, RopeAtomic
+
+KINDS: dict[type[Model], str] = {
+    CommanderModel: "coupled: commander",
+    CraneModel: "coupled: crane",
+    LoaderModel: "coupled: loader",
+    BlockModel: "coupled: block",
+    MechanismModel: "coupled: mechanism",
+    JointCoupled: "joint coupled",
+    BodyCoupled: "body coupled",
+    Rig: "coupled: rig",
+}
+
+
+def tree(plan: Plan) -> str:
+    """The tree of all models of a plan."""
+    models = list(build(plan).values())
+    lines = [f"{plan.name}: {len(models)} coupled models"]
+    for i, model in enumerate(models):
+        _draw(model, "", i == len(models) - 1, lines)
+    return "\n".join(lines)
+
+
+def _draw(model: Model, indent: str, last: bool, lines: list[str]) -> None:
+    lines.append(f"{indent}{'└─' if last else '├─'} {model.name}  {_kind(model)}{_ports(model)}")
+    children = list(model.children.values()) if isinstance(model, Coupled) else []
+    for i, child in enumerate(children):
+        _draw(child, indent + ("   " if last else "│  "), i == len(children) - 1, lines)
+
+
+def _kind(model: Model) -> str:
+    match model:
+        case JointAtomic():
+            return f"joint atomic: {model.joint.kind}, {model.joint.parent} to {model.joint.child}"
+        case BodyAtomic():
+            return f"body atomic: {model.body.mass / 1e3:g} t"
+        case RopeAtomic():
+            ends = " and ".join(f"{line.a.body} to {line.b.body}" for line in model.rope.lines[:1])
+            return f"rope atomic: {ends}, L0 = {model.rope.L0:g} m"
+        case Commander():
+            return f"commander atomic: {len(model.plan.actions)} actions"
+        case Actor():
+            return f"actor: {type(model).__name__}"
+        case _:
+            return KINDS[type(model)]
+
+
+def _ports(model: Model) -> str:
+    into = [name for name, port in model.ports.items() if isinstance(port, InPort)]
+    out = [name for name in model.ports if name not in into]
+    return f"  [{' '.join(into)} -> {' '.join(out)}]" if into or out else ""

@@ -1,0 +1,236 @@
+"""The `mechanism:` of a scene file as its part of the plan.
+
+Every joint, rope and law is checked against the bodies and joints there are; units are read again where they depend
+on whether a joint slides or turns.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from heavylift.kernel import describe as k
+
+from . import kinematics, mechanics, plan, units
+from .faults import closest
+from .source import Fault, Path, Source
+from .units import Dimension
+
+TOUCH = 1e-9  # a rope or support this close carries [m]
+# key of a law -> its dimension on a sliding and on a turning joint
+_UNITS: dict[str, tuple[Dimension, Dimension]] = {
+    "stiffness": (units.STIFFNESS, units.TURN_STIFFNESS),
+    "damping": (units.DAMPING, units.TURN_DAMPING),
+    "holds": (units.FORCE, units.MOMENT),
+    "rest": (units.LENGTH, units.ANGLE),
+    "range": (units.LENGTH, units.ANGLE),
+    "ramp": (units.ACCELERATION, units.ANGULAR_ACCELERATION),
+}
+
+
+def build_mechanism(source: Source, given: mechanics.Mechanism, gravity: float) -> plan.Mechanism:
+    """The mechanism of the plan; what is wrong is added to the faults of the source."""
+    return _Assembly(source, given).build(gravity)
+
+
+class _Assembly:
+    def __init__(self, source: Source, given: mechanics.Mechanism) -> None:
+        self.source, self.given = source, given
+        self.bodies = [k.WORLD, *given.bodies]
+
+    def build(self, gravity: float) -> plan.Mechanism:
+        given = self.given
+        self._tree()
+        self._names()
+        self._laws()
+        before = len(self.source.faults)
+        ropes = [self._rope(name, rope) for name, rope in given.ropes.items()]
+        for name, support in given.supports.items():
+            self._known(("mechanism", "supports", name, "body"), support.body)
+        system = k.System(
+            bodies=tuple(
+                k.Body(name, body.mass, body.com, _matrix(body.inertia)) for name, body in given.bodies.items()
+            ),
+            joints=tuple(_joint(name, joint) for name, joint in given.joints.items()),
+            springs=tuple(
+                k.JointSpring(n, x.joint, x.stiffness, x.damping, x.rest) for n, x in given.springs.items()
+            ),
+            stops=tuple(
+                k.Stop(n, x.joint, *x.range, x.stiffness, x.damping) for n, x in given.stops.items()
+            ),
+            brakes=tuple(
+                k.Brake(n, x.joint, x.holds, x.stiffness, x.damping, x.engaged)
+                for n, x in given.brakes.items()
+            ),
+            drives=tuple(
+                k.Drive(n, x.joint, x.type, x.stiffness, x.damping) for n, x in given.drives.items()
+            ),
+            ropes=tuple(ropes),
+            supports=tuple(_support(name, support) for name, support in given.supports.items()),
+            gravity=gravity,
+        )
+        taut, closed = self._carrying(system) if len(self.source.faults) == before else ((), ())
+        return plan.Mechanism(
+            name=given.name,
+            system=system,
+            actuators=tuple(self._actuators(system)),
+            taut=taut,
+            closed=closed,
+            where=self.source.where(("mechanism",)),
+        )
+
+    def _carrying(self, system: k.System) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        at = kinematics.poses(system)
+        if len(at) <= len(system.bodies):
+            return (), ()
+        taut = (r.name for r in system.ropes if r.hooked and kinematics.length(r, at) > r.L0 + TOUCH)
+        closed = (s.name for s in system.supports if kinematics.place(s.point, at)[2] < s.height - TOUCH)
+        return tuple(taut), tuple(closed)
+
+    def _tree(self) -> None:
+        """Each body is the child of one joint, and all hang together with the world."""
+        carried: dict[str, str] = {}
+        for name, joint in self.given.joints.items():
+            path: Path = ("mechanism", "joints", name)
+            self._known((*path, "parent"), joint.parent)
+            self._known((*path, "child"), joint.child)
+            if joint.child == k.WORLD:
+                self._fault((*path, "child"), "the world cannot be carried by a joint")
+            elif joint.child in carried:
+                other = carried[joint.child]
+                self._fault((*path, "child"), f"the body '{joint.child}' is already carried by joint '{other}'")
+            carried.setdefault(joint.child, name)
+            if isinstance(joint, mechanics.Revolute | mechanics.Prismatic) and not any(joint.axis):
+                self._fault((*path, "axis"), "an axis needs a direction, such as [0, 0, 1]")
+            if isinstance(joint, mechanics.Spherical | mechanics.Free) and not any(joint.attitude):
+                self._fault((*path, "attitude"), "a quaternion x y z w must not be zero, [0, 0, 0, 1] is no turn")
+        for body in self.given.bodies:
+            above, seen = body, set[str]()
+            while above in carried and above not in seen:
+                seen.add(above)
+                above = self.given.joints[carried[above]].parent
+            if above == body and not seen:
+                self._fault(("mechanism", "bodies", body), f"no joint carries the body '{body}'", on_key=True)
+            elif above in seen:
+                told = f"the joints of '{body}' go in a circle and never reach the world"
+                self._fault(("mechanism", "bodies", body), told, on_key=True)
+
+    def _names(self) -> None:
+        """Ropes, supports and laws share one set of names."""
+        taken: dict[str, str] = {}
+        for kind in ("joints", "ropes", "supports", "springs", "stops", "brakes", "drives"):
+            for name in getattr(self.given, kind):
+                if name in taken:
+                    told = f"the name '{name}' is given twice: one of the {taken[name]} has it, too"
+                    self._fault(("mechanism", kind, name), told, on_key=True)
+                taken.setdefault(name, kind)
+
+    def _laws(self) -> None:
+        driven: dict[str, str] = {}
+        for kind, laws in self.given.laws.items():
+            for name, law in laws.items():
+                path: Path = ("mechanism", kind, name)
+                joint = self.given.joints.get(law.joint)
+                if joint is None:
+                    hint = closest(law.joint, self.given.joints)
+                    self._fault((*path, "joint"), f"there is no joint '{law.joint}'", hint)
+                elif not isinstance(joint, mechanics.Revolute | mechanics.Prismatic):
+                    told = f"a {joint.type} joint has no single coordinate to act on: '{law.joint}'"
+                    self._fault((*path, "joint"), told)
+                else:
+                    self._dimensions(path, joint)
+                if kind == "drives":
+                    if law.joint in driven:
+                        other = driven[law.joint]
+                        told = f"the joint '{law.joint}' has two drives, '{other}' and '{name}'"
+                        self._fault((*path, "joint"), f"{told}: keep one")
+                    driven.setdefault(law.joint, name)
+                if kind in {"stops", "drives"} and law.range and law.range[0] >= law.range[1]:
+                    self._fault((*path, "range"), "the first end must be below the second")
+
+    def _dimensions(self, path: Path, joint: mechanics.Revolute | mechanics.Prismatic) -> None:
+        """The units of a law fit the joint it acts on."""
+        written: Any = self.source.data
+        for part in path:
+            written = written[part]
+        for key, dimensions in _UNITS.items():
+            values = written.get(key)
+            dimension = dimensions[isinstance(joint, mechanics.Revolute)]
+            many = isinstance(values, list)
+            for i, value in enumerate(values if isinstance(values, list) else [values]):
+                if value is not None:
+                    try:
+                        dimension.read(value)
+                    except ValueError as error:
+                        self._fault((*path, key, i) if many else (*path, key), str(error))
+
+    def _rope(self, name: str, rope: mechanics.Rope) -> k.Rope:
+        path: Path = ("mechanism", "ropes", name)
+        lines = [(line.start, line.end, line.share, (*path, "lines", i)) for i, line in enumerate(rope.lines)]
+        if rope.start and rope.end and not rope.lines:
+            lines = [(rope.start, rope.end, 1.0, path)]
+        elif rope.start or rope.end or not rope.lines:
+            self._fault(path, "a rope has either 'start' and 'end' or 'lines'", on_key=True)
+        for start, end, _, at in lines:
+            self._known((*at, "start", "body"), start.body)
+            self._known((*at, "end", "body"), end.body)
+        if rope.winch and not rope.winch.shortest <= rope.length <= rope.winch.longest:
+            told = f"{rope.length:g} m of rope is not between {rope.winch.shortest:g} and {rope.winch.longest:g} m"
+            self._fault((*path, "length"), told)
+        made = tuple(k.Line(k.Point(a.body, a.at), k.Point(b.body, b.at), share) for a, b, share, _ in lines)
+        return k.Rope(name, made, rope.EA, rope.length, rope.damping, rope.winch is not None, rope.hooked)
+
+    def _actuators(self, system: k.System) -> list[plan.Actuator]:
+        found = []
+        starts = {joint.name: joint.q0[0] for joint in system.joints if joint.q0}
+        for name, drive in self.given.drives.items():
+            lower, upper = drive.range or (None, None)
+            where, start = self.source.where(("mechanism", "drives", name)), starts.get(drive.joint, 0.0)
+            found.append(
+                plan.Actuator(name=name, start=start, accel=drive.ramp, lower=lower, upper=upper, where=where)
+            )
+        for name, rope in self.given.ropes.items():
+            if rope.winch:
+                where = self.source.where(("mechanism", "ropes", name, "winch"))
+                ends = {"lower": rope.winch.shortest, "upper": rope.winch.longest}
+                found.append(
+                    plan.Actuator(name=name, start=rope.length, accel=rope.winch.ramp, where=where, **ends)
+                )
+        return found
+
+    def _known(self, path: Path, body: str) -> None:
+        if body not in self.bodies:
+            self._fault(path, f"there is no body '{body}'", closest(body, self.bodies))
+
+    def _fault(self, path: Path, sentence: str, hint: str = "", *, on_key: bool = False) -> None:
+        self.source.faults.append(Fault(path, sentence, hint, on_key))
+
+
+def _joint(name: str, joint: Any) -> k.Joint:
+    q0: tuple[float, ...] = ()
+    v0: tuple[float, ...] = ()
+    axis = (0.0, 0.0, 1.0)
+    match joint:
+        case mechanics.Revolute() | mechanics.Prismatic():
+            q0, v0, axis = (joint.start,), (joint.speed,), _unit(joint.axis)
+        case mechanics.Spherical():
+            q0, v0 = _unit(joint.attitude), joint.rate
+        case mechanics.Free():
+            q0, v0 = joint.position + _unit(joint.attitude), joint.velocity + joint.rate
+    return k.Joint(name, joint.type, joint.parent, joint.child, joint.at, axis=axis, q0=q0, v0=v0)
+
+
+def _unit(vector: tuple[float, ...]) -> Any:
+    norm = math.sqrt(sum(x * x for x in vector)) or 1.0
+    return tuple(x / norm for x in vector)
+
+
+def _matrix(i: tuple[float, ...]) -> k.Matrix:
+    xx, yy, zz, xy, xz, yz = (*i, 0.0, 0.0, 0.0)[:6]
+    return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+
+
+def _support(name: str, s: mechanics.Support) -> k.Support:
+    at = k.Point(s.body, s.at)
+    kt, dt = s.tangential_stiffness, s.tangential_damping
+    return k.Support(name, at, s.height, s.stiffness, s.damping, s.friction, kt, dt)

@@ -1,0 +1,51 @@
+"""Every error of a scene, written so that an editor can jump to it: `file:line:col: error: path: sentence`.
+
+Below each stands the source line with a caret and, where a name is close to a known one, a did-you-mean.  All errors
+of a scene are told at once, in the order of the text.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+from heavylift.kernel.errors import SceneError
+
+from .source import Fault, Mark, Source, shown
+
+
+def closest(word: str, known: Iterable[str]) -> str:
+    """`did you mean 'x'?` for a known word near `word`, else the list of the known words."""
+    words = list(known)
+    near = difflib.get_close_matches(word, words, 1) or difflib.get_close_matches(
+        word.lower(), [w for w in words if w.lower() == word.lower()], 1
+    )
+    if near:
+        return f"did you mean '{near[0]}'?"
+    return f"known: {', '.join(words[:12])}{', ...' if len(words) > 12 else ''}" if words else ""
+
+
+def raise_faults(source: Source, faults: Iterable[Fault]) -> None:
+    """Raises one SceneError with the text of all faults, if there are any."""
+    told = sorted({(_mark(source, f), f.path, f) for f in faults}, key=lambda x: (_order(source, x[0]), str(x[1])))
+    texts = list(dict.fromkeys(_text(mark, fault) for mark, _, fault in told))
+    if texts:
+        count = f"{len(texts)} error{'s' if len(texts) > 1 else ''} in {source.name}"
+        raise SceneError("\n".join([*texts, count]))
+
+
+def _mark(source: Source, fault: Fault) -> Mark:
+    found = fault.mark or source.mark(fault.path, on_key=fault.on_key)
+    return Mark(found.file, found.line, found.column + fault.column, found.text)
+
+
+def _order(source: Source, mark: Mark) -> tuple[bool, str, int, int]:
+    return (mark.file != source.name, mark.file, mark.line, mark.column)
+
+
+def _text(mark: Mark, fault: Fault) -> str:
+    gutter = f"{mark.line:5d} | "
+    blank = "".join("\t" if c == "\t" else " " for c in mark.text[: mark.column - 1]).ljust(mark.column - 1)
+    caret = f"{' ' * (len(gutter) - 2)}| {blank}^{' ' + fault.hint if fault.hint else ''}"
+    head = f"{mark.file}:{mark.line}:{mark.column}: error: {shown(fault.path)}: {fault.sentence}"
+    return f"{head}\n{gutter}{mark.text}\n{caret}"

@@ -1,0 +1,228 @@
+"""The keys of `mechanism:` in a scene file: a researcher's own bodies, joints and laws.
+
+Body frames sit in their joint; `at` of a joint is its place on the parent.  Each joint type is one model with its own
+units.  Laws name the joint they act on; whether their units are those of a sliding or a turning joint is seen there.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+
+from .units import (
+    Angle,
+    AnyDamping,
+    AnyStiffness,
+    Damping,
+    Effort,
+    Extent,
+    Force,
+    Inertia,
+    Length,
+    Number,
+    Product,
+    Rate,
+    Ratio,
+    Stiffness,
+    Stroke,
+    StrokeRamp,
+    Velocity,
+)
+from .units import Mass as MassValue
+from .units import Ramp as RampValue
+
+
+def _named(word: str) -> str:
+    if not word or not word.isascii() or not (word[0].isalpha() or word[0] == "_"):
+        raise ValueError(f"a name begins with a letter, unlike '{word}'")
+    bad = next((c for c in word if not (c.isalnum() or c in "_-")), "")
+    if bad:
+        raise ValueError(f"a name has letters, digits, '-' and '_' only, but '{word}' has '{bad}'")
+    return word
+
+
+Name = Annotated[str, AfterValidator(_named)]
+Place = tuple[Length, Length, Length]
+Direction = tuple[Number, Number, Number]
+Quaternion = tuple[Number, Number, Number, Number]
+
+
+class Base(BaseModel):
+    """Frozen; unknown keys are errors; underscores of Python are blanks in YAML."""
+
+    model_config = ConfigDict(
+        frozen=True, extra="forbid", populate_by_name=True, alias_generator=lambda name: name.replace("_", " ")
+    )
+
+
+class Body(Base):
+    """A rigid body; `inertia` about its centre of mass: Ixx, Iyy, Izz and, if need be, Ixy, Ixz, Iyz."""
+
+    mass: MassValue
+    com: Place = (0.0, 0.0, 0.0)
+    inertia: tuple[Inertia, Inertia, Inertia] | tuple[Inertia, Inertia, Inertia, Product, Product, Product] = (
+        0.0,
+        0.0,
+        0.0,
+    )
+
+
+class _Joint(Base):
+    parent: str = "world"
+    child: str
+    at: Place = (0.0, 0.0, 0.0)
+
+
+class Fixed(_Joint):
+    """No motion."""
+
+    type: Literal["fixed"]
+
+
+class Revolute(_Joint):
+    """Turns about `axis`."""
+
+    type: Literal["revolute"]
+    axis: Direction
+    start: Angle = 0.0
+    speed: Rate = 0.0
+
+
+class Prismatic(_Joint):
+    """Slides along `axis`."""
+
+    type: Literal["prismatic"]
+    axis: Direction
+    start: Length = 0.0
+    speed: Velocity = 0.0
+
+
+class Spherical(_Joint):
+    """Turns about all axes; `attitude` is a quaternion x y z w, `rate` in the child's axes."""
+
+    type: Literal["spherical"]
+    attitude: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    rate: tuple[Rate, Rate, Rate] = (0.0, 0.0, 0.0)
+
+
+class Free(_Joint):
+    """All six freedoms; velocity and rate in the child's axes."""
+
+    type: Literal["free"]
+    position: Place = (0.0, 0.0, 0.0)
+    attitude: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    velocity: tuple[Velocity, Velocity, Velocity] = (0.0, 0.0, 0.0)
+    rate: tuple[Rate, Rate, Rate] = (0.0, 0.0, 0.0)
+
+
+Joint = Annotated[Fixed | Revolute | Prismatic | Spherical | Free, Field(discriminator="type")]
+JOINT_TYPES = ("fixed", "revolute", "prismatic", "spherical", "free")
+
+
+class End(Base):
+    """A point of a body."""
+
+    body: str
+    at: Place = (0.0, 0.0, 0.0)
+
+
+class Line(Base):
+    """One straight part of a rope, with its weight in the rope's length."""
+
+    start: End
+    end: End
+    share: Ratio = 1.0
+
+
+class Winch(Base):
+    """The rope's length is driven: ramp and shortest and longest unstretched length."""
+
+    ramp: RampValue
+    shortest: Extent
+    longest: Extent
+
+
+class Rope(Base):
+    """A tension-only elastic rope from `start` to `end`, or over several `lines`; `length` is unstretched."""
+
+    start: End | None = None
+    end: End | None = None
+    lines: list[Line] = []
+    EA: Force
+    length: Extent
+    damping: Damping = 0.0
+    winch: Winch | None = None
+    hooked: bool = True
+    rated: Force | None = None
+
+
+class Support(Base):
+    """A point that a horizontal pad can push up and rub, never pull."""
+
+    body: str
+    at: Place = (0.0, 0.0, 0.0)
+    height: Length
+    stiffness: Stiffness
+    damping: Damping = 0.0
+    friction: Ratio = 0.0
+    tangential_stiffness: Stiffness = 0.0
+    tangential_damping: Damping = 0.0
+
+
+class Spring(Base):
+    """A linear spring and damper on a joint."""
+
+    joint: str
+    stiffness: AnyStiffness = 0.0
+    damping: AnyDamping = 0.0
+    rest: Stroke = 0.0
+
+
+class Stop(Base):
+    """End stops of a joint."""
+
+    joint: str
+    range: tuple[Stroke, Stroke]
+    stiffness: AnyStiffness
+    damping: AnyDamping = 0.0
+
+
+class Brake(Base):
+    """A dry brake on a joint, slipping at `holds`."""
+
+    joint: str
+    holds: Effort
+    stiffness: AnyStiffness
+    damping: AnyDamping = 0.0
+    engaged: bool = False
+
+
+class Drive(Base):
+    """A drive of a joint, following what the action list orders."""
+
+    joint: str
+    type: Literal["prescribed", "servo", "speed"]
+    stiffness: AnyStiffness = 0.0  # servo: per displacement
+    damping: AnyDamping = 0.0  # servo and speed: per velocity
+    ramp: StrokeRamp
+    range: tuple[Stroke, Stroke] | None = None
+
+
+class Mechanism(Base):
+    """A system of bodies, joints and laws; it becomes one coupled model."""
+
+    name: Name = "mechanism"
+    bodies: dict[Name, Body]
+    joints: dict[Name, Joint]
+    ropes: dict[Name, Rope] = {}
+    supports: dict[Name, Support] = {}
+    springs: dict[Name, Spring] = {}
+    stops: dict[Name, Stop] = {}
+    brakes: dict[Name, Brake] = {}
+    drives: dict[Name, Drive] = {}
+
+    @property
+    def laws(self) -> dict[str, dict[str, Any]]:
+        """All that acts on a joint, by key."""
+        return {"springs": self.springs, "stops": self.stops, "brakes": self.brakes, "drives": self.drives}

@@ -1,0 +1,233 @@
+"""The plan: a scene after reading, its names resolved, its numbers in SI units, one actor for every order.
+
+What `heavylift.nodes.scene` makes of a scene file and what `heavylift.nodes.models` builds the DEVS models
+from. It goes to every node process and into the recording, so it is plain frozen msgspec data (finite
+numbers only) and needs no pydantic.  `where` ("turnover.yaml:31:5") lets a sentence at run time point at
+the line that caused it.
+
+Names of mechanical elements follow from the names in the plan (C = crane, L = loader, B = block):
+    bodies   C.main C.upper C.lower    L.upper L.lower    B
+    joints   C.gantry C.upper-slide C.lower-slide    L.free L.hinge    B.free
+    drives   C.gantry.drive C.upper-slide.drive C.lower-slide.drive
+    ropes    as named in the rig (by custom C.H1 and L.sling-1)
+    others   brake (hinge lock) L.hinge.lock, stop L.hinge.stop, Master "turn", Measured B.theta
+Orders and conditions stand in `actions`.  An actuator is addressed by the name of its Drive, winch rope or
+Master; a model by the name of the machine.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import msgspec
+from heavylift.kernel.describe import Line, Point, Support, System, Vector
+
+from .actions import Action, Item
+
+# machines
+
+
+class Inertia(Item, frozen=True, kw_only=True):
+    """Mass [kg], centre of mass in the body frame [m], moments about it along the body axes [kg m2]."""
+
+    mass: float
+    com: Vector = (0.0, 0.0, 0.0)
+    moments: Vector
+
+
+class Axis(Item, frozen=True, kw_only=True):
+    """A servo-driven sliding joint: start and end positions [m], ramp [m/s2], gains [N/m] and [N s/m]."""
+
+    start: float
+    lower: float
+    upper: float
+    accel: float
+    kp: float
+    kv: float
+
+
+class Trolley(Item, frozen=True, kw_only=True):
+    """A trolley of a crane; its frame has the main body's axes, origin at y = 0, z = 0; capacity [kg]."""
+
+    name: Literal["upper", "lower"]
+    body: Inertia
+    axis: Axis  # coordinate y [m], world y of the trolley
+    capacity: float
+
+
+class Hook(Item, frozen=True, kw_only=True):
+    """A hook of a crane with its winch; lengths are unstretched lengths of the rope named `rope`."""
+
+    name: str  # "H1"
+    rope: str  # "west.H1", a HookRope of the rig
+    trolley: Literal["upper", "lower"]
+    accel: float  # of the winch [m/s2]
+    shortest: float  # [m]
+    drum: float  # longest: then the drum is empty [m]
+    highest: float  # world z of the hook eye where the upper limit switch trips [m]
+    capacity: float  # of what hangs below the hook block [kg]
+    block_mass: float  # hook block, which the rope carries besides [kg]
+
+
+class Crane(Item, frozen=True, kw_only=True):
+    """A goliath crane: main body on rails along x, upper and lower trolley along y.
+
+    The main body's frame has world axes and its origin at y = z = 0; the coordinate of the gantry is the
+    world x of the crane's centre.  `capacity` is the crane's [kg], already reduced where two cranes lift
+    together.
+    """
+
+    name: str
+    main: Inertia
+    gantry: Axis
+    upper: Trolley
+    lower: Trolley
+    hooks: tuple[Hook, ...]
+    capacity: float
+
+
+class Loader(Item, frozen=True, kw_only=True):
+    """A block loader: upper body on a free joint (frame at the hook eye), lower body on a hinge about y.
+
+    `pose` x y z qx qy qz qw of the upper body at the start; `hinge` in the upper body's frame; the lower
+    body's frame is at the hinge.  The lock holds the hinge while no sling of the loader is hooked.
+    """
+
+    name: str
+    pose: tuple[float, float, float, float, float, float, float]
+    upper: Inertia
+    lower: Inertia
+    hinge: Vector
+    damping: float  # of the hinge [N m s/rad]
+    stop_lower: float  # [rad]
+    stop_upper: float  # [rad]
+    stop_k: float  # [N m/rad]
+    stop_d: float  # [N m s/rad]
+    lock_moment: float  # of the locked hinge [N m]
+    lock_k: float
+    lock_d: float
+    capacity_N: float  # sum of its sling tensions above which it reports overload [N]
+
+
+class Lug(Item, frozen=True, kw_only=True):
+    """A lug of the block, in the block's frame [m]."""
+
+    name: str
+    p: Vector
+
+
+class Pad(Item, frozen=True, kw_only=True):
+    """A support of the block; `face` groups the pads it stands on together; `closed`: bears at the start."""
+
+    support: Support
+    face: str
+    closed: bool
+
+
+class Block(Item, frozen=True, kw_only=True):
+    """The block: a body on a free joint, frame in the middle of its box; theta turns +w towards +y."""
+
+    name: str = "block"
+    body: Inertia
+    pose: tuple[float, float, float, float, float, float, float]
+    lugs: tuple[Lug, ...]
+    pads: tuple[Pad, ...]
+
+
+class Actuator(Item, frozen=True, kw_only=True):
+    """How a Drive or winch rope of a mechanism can move: start, ramp, end positions (None: endless)."""
+
+    name: str
+    start: float
+    accel: float
+    lower: float | None = None
+    upper: float | None = None
+
+
+class Mechanism(Item, frozen=True, kw_only=True):
+    """A researcher's own multibody system, written as bodies, joints and laws; it becomes one coupled model.
+
+    `system` holds no thresholds (they come from the conditions).  `taut` and `closed` name the ropes and
+    supports that carry at the start.
+    """
+
+    name: str
+    system: System
+    actuators: tuple[Actuator, ...] = ()
+    taut: tuple[str, ...] = ()
+    closed: tuple[str, ...] = ()
+
+
+# the rig: connections between machines, owned by the commander
+
+
+class HookRope(Item, frozen=True, kw_only=True):
+    """A hook rope (winch) from a crane's trolley to what hangs on the hook; its lines share its length."""
+
+    name: str
+    crane: str
+    hook: str
+    carries: str  # loader (or block) on the hook
+    eye: Point  # whose height is the hook's height
+    lines: tuple[Line, ...]
+    L0: float
+    EA: float
+    damping: float
+    rated: float = 0.0  # tension that counts as 100 % of use [N]; 0: none given
+
+
+class Sling(Item, frozen=True, kw_only=True):
+    """A sling from a point of a loader's beam to a lug of the block; `lug` "" = not hooked at the start."""
+
+    name: str
+    loader: str
+    beam: Point
+    lug: str
+    L0: float
+    EA: float
+    damping: float
+    taut: bool = False
+    rated: float = 0.0  # tension that counts as 100 % of use [N]; 0: none given
+
+
+class Rig(Item, frozen=True, kw_only=True):
+    """All connections between the machines."""
+
+    hook_ropes: tuple[HookRope, ...] = ()
+    slings: tuple[Sling, ...] = ()
+
+
+# the plan
+
+
+class Plan(Item, frozen=True, kw_only=True):
+    """A resolved scene.  With `end` [s] the run ends there, without it when the last action is done."""
+
+    name: str
+    gravity: float = 9.80665
+    tolerance: float = 1e-6
+    seed: int = 0
+    samples_hz: float = 10.0
+    start: float = 0.0  # value of the Master "turn" at the start: the block's theta [rad]
+    end: float | None = None
+    cranes: tuple[Crane, ...] = ()
+    loaders: tuple[Loader, ...] = ()
+    block: Block | None = None
+    mechanisms: tuple[Mechanism, ...] = ()
+    rig: Rig = Rig()
+    actions: tuple[Action, ...] = ()
+
+
+def drive_name(crane: str, axis: Literal["gantry", "upper", "lower"]) -> str:
+    """Name of the actuator that moves a crane or one of its trolleys."""
+    return f"{crane}.gantry.drive" if axis == "gantry" else f"{crane}.{axis}-slide.drive"
+
+
+def encode(plan: Plan) -> bytes:
+    """The plan as canonical JSON."""
+    return msgspec.json.encode(plan)
+
+
+def decode(data: bytes) -> Plan:
+    """The plan from its canonical JSON; raises msgspec.ValidationError if it is none."""
+    return msgspec.json.decode(data, type=Plan)

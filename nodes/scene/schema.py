@@ -1,0 +1,230 @@
+"""The keys of a scene file, as frozen pydantic models: every key, its unit, its default.
+
+A key of several words is written with blanks in YAML (`upper trolley: 60.4 m`) and with underscores in Python.
+Defaults of a crane and a loader are those of a credible 900 t yard; a scene overrides what it knows better.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema, model_validator
+from pydantic_core import PydanticCustomError
+
+from .mechanics import Base, Mechanism, Name, Place
+from .phrases import OrderPhrase, PhraseError, Test, Waiting, read_condition, read_order
+from .units import (
+    ACCELERATION,
+    ANGLE,
+    FORCE,
+    LENGTH,
+    MASS,
+    SPEED,
+    Extent,
+    Factor,
+    Force,
+    Frequency,
+    Gap,
+    Gravity,
+    Inertia,
+    Length,
+    Mass,
+    Moment,
+    Ramp,
+    Ratio,
+    Speed,
+    Swing,
+    Time,
+    TurnDamping,
+    TurnStiffness,
+)
+
+RESERVED = ("world", "kernel", "commander", "all", "any", "hooks", "cranes", "loaders", "trolleys", "slings", "ropes")
+
+
+def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
+    if pair[0] >= pair[1]:
+        raise ValueError(f"the first end must be below the second, but {pair[0]:g} m >= {pair[1]:g} m")
+    return pair
+
+
+Range = Annotated[tuple[Length, Length], AfterValidator(_ordered)]
+
+
+class Crane(Base):
+    """A goliath crane: portal on rails along x, upper trolley (hooks H1, H2) and lower trolley (hook H3) along y."""
+
+    type: Literal["goliath-900"]
+    at: Length  # x of its centre
+    upper_trolley: Length | None = None  # y; left out: where its lugs are
+    lower_trolley: Length | None = None
+    rails: Range = (0.0, 400.0)  # x that the centre can reach
+    span: Extent = LENGTH.read("150 m")  # rails at y = 0 and y = span
+    width: Extent = LENGTH.read("34 m")  # of the portal along x, over the buffers
+    girder: Range = (10.0, 140.0)  # y that the trolleys can reach
+    trolley_length: Extent = LENGTH.read("10 m")  # along y
+    main_mass: Mass = MASS.read("4200 t")
+    upper_mass: Mass = MASS.read("300 t")
+    lower_mass: Mass = MASS.read("150 t")
+    upper_exit: Extent = LENGTH.read("102 m")  # z where the ropes leave
+    lower_exit: Extent = LENGTH.read("88 m")
+    hook_spacing: Extent = LENGTH.read("6 m")  # H1, H2 at -+ this x from the centre
+    highest_hook: Extent = LENGTH.read("80 m")  # z of the hook eye at the upper limit
+    shortest_rope: Extent = LENGTH.read("8 m")
+    drum: Extent = LENGTH.read("100 m")  # longest rope
+    gantry_speed: Speed = SPEED.read("30 m/min")
+    trolley_speed: Speed = SPEED.read("20 m/min")
+    hoist_speed: Speed = SPEED.read("3 m/min")  # loaded
+    empty_hoist_speed: Speed = SPEED.read("10 m/min")
+    ramp: Ramp = ACCELERATION.read("0.05 m/s2")
+    servo_frequency: Frequency = 1.0  # of the gantry and trolley drives
+    servo_damping: Ratio = 0.7
+    hook_capacity: Mass = MASS.read("450 t")
+    upper_capacity: Mass = MASS.read("900 t")
+    lower_capacity: Mass = MASS.read("450 t")
+    capacity: Mass = MASS.read("900 t")
+    tandem: Ratio = 0.75  # of the capacity, where two cranes lift together
+    hook_block: Mass = MASS.read("25 t")
+    falls: Annotated[int, Field(ge=1)] = 20
+    fall_EA: Force = FORCE.read("93.5088 MN")  # 44 mm 6x36: 890.6 mm2, 105 GPa
+    fall_breaking: Force = FORCE.read("1351 kN")
+    rope_damping: Ratio = 0.03  # of critical, with what it carries at the start
+    rope_factor: Factor = 5.6  # design factor, mechanism group M6
+
+
+class Supports(Base):
+    """Stools under the block: the same places serve on either face."""
+
+    height: Length
+    at: Annotated[list[tuple[Length, Length]], Field(min_length=3)]
+    settlement: Extent = LENGTH.read("5 mm")  # under its share of the weight
+    damping: Ratio = 0.3
+    friction: Ratio = 0.4
+
+
+class Block(Base):
+    """The block: a box with lugs; `at` is the middle of the box, `com` its centre of mass from there."""
+
+    mass: Mass
+    size: tuple[Extent, Extent, Extent]
+    at: Place
+    com: Place = (0.0, 0.0, 0.0)
+    inertia: tuple[Inertia, Inertia, Inertia] | None = None  # left out: a uniform box
+    lugs: dict[Name, Place]
+    supports: Supports
+
+
+class SlingType(Base):
+    """The slings: 96 mm wire, design factor 5."""
+
+    EA: Force = FORCE.read("445 MN")
+    breaking: Force = FORCE.read("6.43 MN")
+    factor: Factor = 5.0
+    damping: Ratio = 0.05
+
+
+class Loader(Base):
+    """A block loader on a hook, and the two slings from its beam."""
+
+    hook: str  # "west H1"
+    sling: Extent
+    lugs: tuple[str, str] | None = None  # hooked at the start
+    rope: Extent | None = None  # unstretched rope length at the start; left out: the rig's slack
+    upper_mass: Mass = MASS.read("10 t")  # besides the hook block
+    lower_mass: Mass = MASS.read("10 t")
+    height: Extent = LENGTH.read("3 m")  # hook eye to beam underside
+    hinge: Extent = LENGTH.read("2 m")  # below the hook eye
+    beam: Extent = LENGTH.read("4 m")  # between the slings
+    falls_apart: Extent = LENGTH.read("2 m")  # gives the yaw stiffness T b2 / 4L
+    hinge_damping: TurnDamping = 1e5
+    stop: Swing = ANGLE.read("30 deg")  # +- this
+    stop_stiffness: TurnStiffness = 1e7
+    stop_damping: TurnDamping = 1e5
+    lock_moment: Moment = 2e5
+    lock_stiffness: TurnStiffness = 1e7
+    lock_damping: TurnDamping = 2e5
+    capacity: Mass = MASS.read("300 t")  # of its slings
+
+
+class Rig(Base):
+    """What connects the machines: loaders on hooks, slings to lugs; and names for groups of hooks."""
+
+    loaders: dict[Name, Loader]
+    sling: SlingType = SlingType()
+    slack: Gap = LENGTH.read("0.3 m")  # of all slings at the start
+    groups: dict[Name, Annotated[list[str], Field(min_length=1)]] = {}
+
+
+def _phrase(error: PhraseError) -> PydanticCustomError:
+    context: dict[str, Any] = {"sentence": str(error), "hint": error.hint, "column": error.column}
+    return PydanticCustomError("phrase", "{sentence}", context)
+
+
+def _read_order(text: object) -> OrderPhrase:
+    if not isinstance(text, str):
+        raise ValueError("write what to do, such as 'hoist 3 m/min by 2 m'")
+    try:
+        return read_order(text)
+    except PhraseError as error:
+        raise _phrase(error) from None
+
+
+def _read_condition(text: object) -> Test:
+    if not isinstance(text, str):
+        raise ValueError("write a condition, such as 'all slings taut'")
+    try:
+        return read_condition(text)
+    except PhraseError as error:
+        raise _phrase(error) from None
+
+
+_TEXT = WithJsonSchema({"type": "string"})
+Order = Annotated[OrderPhrase, PlainValidator(_read_order), _TEXT]
+Condition = Annotated[Test, PlainValidator(_read_condition), _TEXT]
+
+
+class Action(BaseModel):
+    """One line of the action list: `target: what to do`, as many targets at once as one likes."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+    __pydantic_extra__: dict[str, Order] = Field(init=False)
+
+    stage: str = ""
+    when: Condition | None = None
+    timeout: Time | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _wait(cls, data: Any) -> Any:
+        if isinstance(data, str) and data.split()[:1] == ["wait"]:
+            return {"wait": data}
+        if isinstance(data, dict) and isinstance(data.get("wait"), str) and not data["wait"].startswith("wait"):
+            return {**data, "wait": f"wait {data['wait']}"}
+        return data
+
+    @property
+    def orders(self) -> dict[str, OrderPhrase]:
+        """What to do, by target."""
+        return dict(self.__pydantic_extra__)
+
+    @property
+    def waits(self) -> bool:
+        """Whether it only waits."""
+        return all(isinstance(order, Waiting) for order in self.orders.values())
+
+
+class Scene(Base):
+    """A scene file."""
+
+    heavylift: Literal[1]
+    name: Name
+    gravity: Gravity = 9.80665
+    accuracy: Factor = 1e-4  # of the rope tensions
+    samples: Frequency = 2.0
+    seed: Annotated[int, Field(ge=0)] = 0
+    end: Time | None = None
+    cranes: dict[Name, Crane] = {}
+    block: Block | None = None
+    rig: Rig | None = None
+    mechanism: Mechanism | None = None
+    actions: list[Action] = []

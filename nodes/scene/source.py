@@ -1,0 +1,236 @@
+"""The text of a scene with the place of every key and every value.
+
+YAML 1.2 through ruamel's composer: the nodes are walked once into plain data, and each path of that data gets the mark
+(file, line, column) of its key and of its value, so that any later error can point at what the user wrote.
+`extends: other.yaml` merges mappings key by key (lists and values replace); marks keep their own file.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+
+Path: TypeAlias = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A place in a scene file, counted from 1, with the source line it stands on."""
+
+    file: str
+    line: int
+    column: int
+    text: str
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One thing that is wrong, at a path of the data; `column` shifts the caret into the value."""
+
+    path: Path
+    sentence: str
+    hint: str = ""
+    on_key: bool = False
+    column: int = 0
+    mark: Mark | None = None
+
+
+@dataclass
+class Source:
+    """Plain data of a scene, and the mark of each key and value in it."""
+
+    name: str
+    data: dict[str, Any] = field(default_factory=dict)
+    keys: dict[Path, Mark] = field(default_factory=dict)
+    values: dict[Path, Mark] = field(default_factory=dict)
+    faults: list[Fault] = field(default_factory=list)
+    places: dict[str, Path] = field(default_factory=dict)
+
+    def mark(self, path: Path, *, on_key: bool = False) -> Mark:
+        """The mark of a path, or of the nearest thing above it that was written."""
+        while path:
+            found = (self.keys.get(path) if on_key else None) or self.values.get(path)
+            if found:
+                return found
+            path, on_key = path[:-1], True
+        return self.values.get((), Mark(self.name, 1, 1, ""))
+
+    def where(self, path: Path) -> str:
+        """`file:line:column` of a path for the plan (the file without its folder); `path_of` finds it again."""
+        mark = self.mark(path, on_key=True)
+        text = f"{mark.file.replace(chr(92), '/').rsplit('/', 1)[-1]}:{mark.line}:{mark.column}"
+        self.places.setdefault(text, path)
+        return text
+
+    def path_of(self, where: str) -> Path:
+        """The path of a `where` text."""
+        return self.places.get(where, ())
+
+    def merge(self, child: Source) -> Source:
+        """This scene with another one laid over it."""
+        merged = Source(child.name, self.data, dict(self.keys), dict(self.values), self.faults + child.faults)
+        merged.data = _overlay(merged, child, self.data, child.data, ())
+        merged.values[()] = child.mark(())
+        return merged
+
+
+def read(text: str, name: str) -> Source:
+    """Data and marks of one YAML text; what cannot be read becomes a fault."""
+    source = Source(name)
+    lines = text.splitlines() or [""]
+
+    def at(line: int, column: int) -> Mark:
+        line = min(line, len(lines) - 1)
+        return Mark(name, line + 1, column + 1, lines[line])
+
+    try:
+        root = YAML(typ="safe", pure=True).compose(text)
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        where = at(mark.line, mark.column) if mark else at(0, 0)
+        told = " ".join(str(error.problem or error.context).split())
+        source.faults.append(Fault((), f"this is not YAML: {told}", mark=where))
+        return source
+    except YAMLError as error:
+        source.faults.append(Fault((), f"this is not YAML: {' '.join(str(error).split())}", mark=at(0, 0)))
+        return source
+    source.values[()] = at(0, 0)
+    if not isinstance(root, MappingNode):
+        source.faults.append(Fault((), "a scene is a mapping of keys, beginning with 'heavylift: 1'"))
+        return source
+
+    def value_of(node: Node, path: Path, above: tuple[int, ...]) -> Any:
+        source.values[path] = at(node.start_mark.line, node.start_mark.column)
+        if id(node) in above:
+            source.faults.append(Fault(path, "an alias must not contain itself"))
+            return None
+        above = (*above, id(node))
+        if isinstance(node, SequenceNode):
+            return [value_of(child, (*path, i), above) for i, child in enumerate(node.value)]
+        if isinstance(node, MappingNode):
+            return mapping(node, path, above)
+        return _scalar(node, path, source)
+
+    def mapping(node: MappingNode, path: Path, above: tuple[int, ...]) -> dict[str, Any]:
+        made: dict[str, Any] = {}
+        for key, child in node.value:
+            mark = at(key.start_mark.line, key.start_mark.column)
+            word = key.value if isinstance(key, ScalarNode) else None
+            if word is None:
+                source.faults.append(Fault(path, "a key must be a word", mark=mark))
+            elif word in made:
+                first = source.keys[(*path, word)].line
+                told = f"the name '{word}' is given twice (first in line {first})"
+                source.faults.append(Fault((*path, word), told, mark=mark))
+            else:
+                source.keys[(*path, word)] = mark
+                made[word] = value_of(child, (*path, word), above)
+        return made
+
+    source.data = mapping(root, (), (id(root),))
+    return source
+
+
+def _scalar(node: Node, path: Path, source: Source) -> str | int | float | bool | None:
+    text = str(node.value)
+    kind = str(node.tag).rsplit(":", 1)[-1]
+    if kind == "null":
+        return None
+    if kind == "bool":
+        return text.lower() == "true"
+    if kind == "int":
+        return int(text.replace("_", ""), 0 if text.lstrip("+-")[:2] in {"0x", "0o", "0b"} else 10)
+    if kind == "float":
+        number = float(text.replace("_", "").replace(".inf", "inf").replace(".nan", "nan"))
+        if not math.isfinite(number):
+            source.faults.append(Fault(path, f"'{text}' is no finite number"))
+        return number
+    if node.style in {"'", '"'}:  # the text begins after the quote
+        mark = source.values[path]
+        source.values[path] = Mark(mark.file, mark.line, mark.column + 1, mark.text)
+    return text
+
+
+def override(source: Source, setting: str) -> None:
+    """Lays one `dotted.path=text` over the scene; its marks point into the setting itself."""
+    dotted, equals, text = setting.partition("=")
+    file = "--set"
+    path: Path = tuple(int(part) if part.isdigit() else part for part in dotted.strip().split("."))
+    mark = Mark(file, 1, len(dotted) + 2 + len(text) - len(text.lstrip()), setting)
+    if not equals or not dotted.strip():
+        source.faults.append(Fault((), "write a setting as key=value", mark=Mark(file, 1, 1, setting)))
+        return
+    inner = read(f"value: {text.strip()}", file)
+    if inner.faults:
+        source.faults.append(Fault(path, inner.faults[0].sentence, mark=mark))
+        return
+    at: Any = source.data
+    for depth, part in enumerate(path[:-1]):
+        below = _child(at, part)
+        if below is None and isinstance(at, dict) and isinstance(part, str):
+            below = at[part] = {}
+            source.keys[path[: depth + 1]] = Mark(file, 1, 1, setting)
+        at = below
+    last = path[-1]
+    if isinstance(at, dict) and isinstance(last, str):
+        at[last] = inner.data["value"]
+    elif isinstance(at, list) and isinstance(last, int) and last < len(at):
+        at[last] = inner.data["value"]
+    else:
+        source.faults.append(Fault(path, f"the scene has no place '{dotted}'", mark=Mark(file, 1, 1, setting)))
+        return
+    _forget(source, path)
+    source.keys[path] = Mark(file, 1, 1, setting)
+    for below_path in inner.values:
+        if below_path:
+            source.values[(*path, *below_path[1:])] = mark
+
+
+def shown(path: Path) -> str:
+    """A path as the user reads it: cranes.west.at, actions[3].all hooks."""
+    text = ""
+    for part in path:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
+    return text or "scene"
+
+
+def _child(at: Any, part: str | int) -> Any:
+    if isinstance(at, dict):
+        return at.get(part)
+    return at[part] if isinstance(at, list) and isinstance(part, int) and part < len(at) else None
+
+
+def _overlay(merged: Source, child: Source, below: Any, above: Any, path: Path) -> Any:
+    if isinstance(below, dict) and isinstance(above, dict):
+        joined = dict(below)
+        for key, value in above.items():
+            joined[key] = _overlay(merged, child, below.get(key), value, (*path, key))
+        if path:
+            _take(merged, child, path)
+        return joined
+    _forget(merged, path)
+    for found in _under(child.values, path):
+        _take(merged, child, found)
+    return above
+
+
+def _take(merged: Source, child: Source, path: Path) -> None:
+    merged.values[path] = child.values[path]
+    if path in child.keys:
+        merged.keys[path] = child.keys[path]
+
+
+def _forget(source: Source, path: Path) -> None:
+    for marks in (source.keys, source.values):
+        for found in list(_under(marks, path)):
+            del marks[found]
+
+
+def _under(marks: dict[Path, Mark], path: Path) -> Iterator[Path]:
+    return (found for found in marks if found[: len(path)] == path)

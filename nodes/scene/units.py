@@ -1,0 +1,157 @@
+"""Quantities with their units: `900 t`, `3 m/min`, `0.15 deg/s`, and the pydantic types that read them into SI.
+
+A number without a unit is refused where a unit is needed (0 needs none), and a unit of another kind is named as what
+it is.  `Dimension.read` raises ValueError with one sentence, in scene values and in action phrases alike.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, WithJsonSchema
+
+NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_DEGREE = math.pi / 180
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A kind of quantity: its units with their factors to SI; the first two units stand in its messages."""
+
+    name: str
+    units: dict[str, float]
+
+    def read(self, value: object) -> float:
+        """The value in SI units, from '900 t' or a number that needs no unit."""
+        if isinstance(value, bool) or not isinstance(value, str | int | float):
+            raise ValueError(f"{self.article} is needed here, such as {self._example(1.0)}")
+        if not isinstance(value, str):
+            return self._bare(float(value), f"{value:g}" if isinstance(value, float) else str(value))
+        match = re.fullmatch(rf"\s*({NUMBER})\s*(.*?)\s*", value)
+        if not match:
+            raise ValueError(f"'{value}' is no {self.name}: write a number and a unit of {', '.join(u for u in self.units if u)}")
+        number, unit = float(match[1]), tidy(match[2])
+        if not math.isfinite(number):
+            raise ValueError(f"'{value}' is no finite number")
+        if not unit:
+            return self._bare(number, match[1])
+        if unit not in self.units:
+            other = next((d.name for d in DIMENSIONS if unit in d.units), "")
+            told = f"'{match[2]}' is a unit of {other}" if other else f"'{match[2]}' is not a unit that is known here"
+            raise ValueError(f"'{value}' is no {self.name}: {told}; use {', '.join(self.units)}")
+        return number * self.units[unit]
+
+    def show(self, si: float) -> str:
+        """A value in the dimension's first unit, as a user writes it."""
+        unit, factor = next(iter(self.units.items()))
+        return f"{si / factor:.10g} {unit}".strip()
+
+    def _bare(self, number: float, text: str) -> float:
+        if number == 0 or "" in self.units:
+            return number
+        raise ValueError(f"missing unit: write {self._example(number, text)}")
+
+    @property
+    def article(self) -> str:
+        """The name with its article, for sentences."""
+        return f"{'an' if self.name[0] in 'aeiou' else 'a'} {self.name}"
+
+    def _example(self, number: float, text: str = "") -> str:
+        units = list(self.units.items())
+        if len(units) == 1 or units[0][0] == "":
+            return f"'{text or format(number, '.10g')} {units[0][0] or units[1][0]}'"
+        first, second = units[0], units[1]
+        return f"'{text or format(number, '.10g')} {first[0]}' or '{number * first[1] / second[1]:.10g} {second[0]}'"
+
+
+def tidy(unit: str) -> str:
+    """A unit in the spelling of the tables: no superscripts, dots or doubled blanks."""
+    for old, new in (("²", "2"), ("³", "3"), ("·", " "), ("*", " "), ("^", ""), ("°", "deg")):
+        unit = unit.replace(old, new)
+    return " ".join(unit.split())
+
+
+LENGTH = Dimension("length", {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3})
+MASS = Dimension("mass", {"t": 1e3, "kg": 1.0})
+FORCE = Dimension("force", {"kN": 1e3, "N": 1.0, "MN": 1e6})
+MOMENT = Dimension("moment", {"kN m": 1e3, "N m": 1.0, "MN m": 1e6})
+SPEED = Dimension("speed", {"m/min": 1 / 60, "m/s": 1.0, "mm/s": 1e-3})
+ACCELERATION = Dimension("acceleration", {"m/s2": 1.0, "mm/s2": 1e-3})
+ANGLE = Dimension("angle", {"deg": _DEGREE, "rad": 1.0})
+RATE = Dimension("angular rate", {"deg/s": _DEGREE, "rad/s": 1.0, "deg/min": _DEGREE / 60})
+ANGULAR_ACCELERATION = Dimension("angular acceleration", {"deg/s2": _DEGREE, "rad/s2": 1.0})
+TIME = Dimension("time", {"s": 1.0, "min": 60.0, "h": 3600.0, "ms": 1e-3})
+FREQUENCY = Dimension("frequency", {"Hz": 1.0, "/s": 1.0, "/min": 1 / 60})
+INERTIA = Dimension("moment of inertia", {"t m2": 1e3, "kg m2": 1.0})
+STIFFNESS = Dimension("stiffness", {"kN/m": 1e3, "N/m": 1.0, "MN/m": 1e6, "N/mm": 1e3})
+TURN_STIFFNESS = Dimension("torsional stiffness", {"kN m/rad": 1e3, "N m/rad": 1.0, "MN m/rad": 1e6})
+DAMPING = Dimension("damping", {"kN s/m": 1e3, "N s/m": 1.0, "MN s/m": 1e6})
+TURN_DAMPING = Dimension("torsional damping", {"kN m s/rad": 1e3, "N m s/rad": 1.0, "MN m s/rad": 1e6})
+RATIO = Dimension("ratio", {"": 1.0, "%": 1e-2})
+
+DIMENSIONS = (LENGTH, MASS, FORCE, MOMENT, SPEED, ACCELERATION, ANGLE, RATE, ANGULAR_ACCELERATION, TIME, FREQUENCY)
+DIMENSIONS += (INERTIA, STIFFNESS, TURN_STIFFNESS, DAMPING, TURN_DAMPING, RATIO)
+
+
+def either(first: Dimension, second: Dimension) -> Dimension:
+    """A dimension that reads both, such as a length of a sliding or an angle of a turning joint."""
+    return Dimension(f"{first.name} or {second.name}", {**first.units, **second.units})
+
+
+def _positive(dimension: Dimension, least: str) -> Callable[[Any], float]:
+    def read(value: Any) -> float:
+        number = dimension.read(value)
+        if number < 0 or (number == 0 and least == "positive"):
+            told = "greater than zero" if least == "positive" else "zero or more"
+            raise ValueError(f"{dimension.article} must be {told} here, not {value}")
+        return number
+
+    return read
+
+
+def _schema(dimension: Dimension) -> WithJsonSchema:
+    told = f"{dimension.name} with its unit: {', '.join(u or 'number' for u in dimension.units)}"
+    return WithJsonSchema({"type": ["string", "number"], "description": told})
+
+
+STROKE = either(LENGTH, ANGLE)
+STROKE_SPEED = either(SPEED, RATE)
+STROKE_RAMP = either(ACCELERATION, ANGULAR_ACCELERATION)
+EFFORT = either(FORCE, MOMENT)
+ANY_STIFFNESS = either(STIFFNESS, TURN_STIFFNESS)
+ANY_DAMPING = either(DAMPING, TURN_DAMPING)
+
+Length = Annotated[float, BeforeValidator(LENGTH.read), _schema(LENGTH)]
+Extent = Annotated[float, BeforeValidator(_positive(LENGTH, "positive")), _schema(LENGTH)]
+Gap = Annotated[float, BeforeValidator(_positive(LENGTH, "zero")), _schema(LENGTH)]
+Swing = Annotated[float, BeforeValidator(_positive(ANGLE, "positive")), _schema(ANGLE)]
+Mass = Annotated[float, BeforeValidator(_positive(MASS, "positive")), _schema(MASS)]
+Force = Annotated[float, BeforeValidator(_positive(FORCE, "positive")), _schema(FORCE)]
+Moment = Annotated[float, BeforeValidator(_positive(MOMENT, "positive")), _schema(MOMENT)]
+Speed = Annotated[float, BeforeValidator(_positive(SPEED, "positive")), _schema(SPEED)]
+Velocity = Annotated[float, BeforeValidator(SPEED.read), _schema(SPEED)]
+Ramp = Annotated[float, BeforeValidator(_positive(ACCELERATION, "positive")), _schema(ACCELERATION)]
+Gravity = Annotated[float, BeforeValidator(_positive(ACCELERATION, "zero")), _schema(ACCELERATION)]
+Angle = Annotated[float, BeforeValidator(ANGLE.read), _schema(ANGLE)]
+Rate = Annotated[float, BeforeValidator(RATE.read), _schema(RATE)]
+Time = Annotated[float, BeforeValidator(_positive(TIME, "positive")), _schema(TIME)]
+Frequency = Annotated[float, BeforeValidator(_positive(FREQUENCY, "positive")), _schema(FREQUENCY)]
+Inertia = Annotated[float, BeforeValidator(_positive(INERTIA, "zero")), _schema(INERTIA)]
+Product = Annotated[float, BeforeValidator(INERTIA.read), _schema(INERTIA)]
+TurnStiffness = Annotated[float, BeforeValidator(_positive(TURN_STIFFNESS, "zero")), _schema(TURN_STIFFNESS)]
+TurnDamping = Annotated[float, BeforeValidator(_positive(TURN_DAMPING, "zero")), _schema(TURN_DAMPING)]
+Stiffness = Annotated[float, BeforeValidator(_positive(STIFFNESS, "zero")), _schema(STIFFNESS)]
+Damping = Annotated[float, BeforeValidator(_positive(DAMPING, "zero")), _schema(DAMPING)]
+Ratio = Annotated[float, BeforeValidator(_positive(RATIO, "zero")), _schema(RATIO)]
+Factor = Annotated[float, BeforeValidator(_positive(RATIO, "positive")), _schema(RATIO)]
+Number = Annotated[float, BeforeValidator(RATIO.read), _schema(RATIO)]
+Stroke = Annotated[float, BeforeValidator(STROKE.read), _schema(STROKE)]
+StrokeSpeed = Annotated[float, BeforeValidator(STROKE_SPEED.read), _schema(STROKE_SPEED)]
+StrokeRamp = Annotated[float, BeforeValidator(_positive(STROKE_RAMP, "positive")), _schema(STROKE_RAMP)]
+Effort = Annotated[float, BeforeValidator(_positive(EFFORT, "positive")), _schema(EFFORT)]
+AnyStiffness = Annotated[float, BeforeValidator(_positive(ANY_STIFFNESS, "zero")), _schema(ANY_STIFFNESS)]
+AnyDamping = Annotated[float, BeforeValidator(_positive(ANY_DAMPING, "zero")), _schema(ANY_DAMPING)]

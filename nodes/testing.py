@@ -1,0 +1,57 @@
+"""Drive one atomic or one coupled model offline: timed inputs in, exact outputs out.
+
+    def test_hoist_reports_when_it_is_done() -> None:
+        said = drive(Hoist("hoist"), [(ns(1), "command", HoistCommand(id=7, duration=ns(2)))])
+        assert said == [(Tag(ns(3)), "done", HoistDone(7))]
+
+Inputs that stand at one tag arrive in one bag. `output` is called twice at every tag: a model that says
+something else the second time is refused.
+"""
+
+from collections.abc import Callable, Iterable
+
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import NEVER, Event, Message, Model, Simulator, Tag, Transition
+
+__all__ = ["Said", "drive"]
+
+Said = tuple[Tag, str, Message]  # when, by which port, what
+
+
+def drive(
+    model: Model,
+    inputs: Iterable[tuple[int | Tag, str, Message]] = (),
+    until: int = NEVER,
+    log: Callable[[Transition], None] | None = None,
+) -> list[Said]:
+    """All that leaves the model at t < `until` [ns]; inputs are (time [ns] or tag, in port, message)."""
+    simulator = Simulator(model, log)
+    simulator.start()
+    waiting = sorted(((_tag(when), port, value) for when, port, value in inputs), key=lambda entry: entry[0])
+    said: list[Said] = []
+    while True:
+        due = simulator.next_time
+        tag = min(due, waiting[0][0]) if waiting else due
+        if tag.t >= until:
+            return said
+        if tag == due:
+            said += [(event.tag, event.port, event.value) for event in _twice(simulator)]
+        while waiting and waiting[0][0] == tag:
+            _, port, value = waiting.pop(0)
+            simulator.inject(port, value)
+        simulator.advance(tag)
+
+
+def _tag(when: int | Tag) -> Tag:
+    return when if isinstance(when, Tag) else Tag(when)
+
+
+def _twice(simulator: Simulator) -> list[Event]:
+    first = simulator.outputs()
+    simulator._said = None
+    if simulator.outputs() != first:
+        path, tag = simulator.model.path, simulator.next_time
+        raise ModelError(
+            f"{path} at {tag}: output() says something else when called again; let it change nothing"
+        )
+    return first

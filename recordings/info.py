@@ -1,0 +1,105 @@
+"""The text of `heavylift info FILE`: what was run, how it ended, how fast, what stands in the file."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+from .reader import Recording
+
+__all__ = ["duration", "info"]
+
+
+def duration(seconds: float) -> str:
+    """A time span for people: 3.2 s, 4 min 05 s, 1 h 06 min 04 s."""
+    if seconds < 60:
+        return f"{seconds:.3g} s"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes:02} min {rest:02} s" if hours else f"{minutes} min {rest:02} s"
+
+
+def info(path: str | Path) -> str:
+    """The recording at `path` described in lines of text."""
+    rec = Recording(path)
+    parts = [_head(rec), _peaks(rec), _events(rec), _channels(rec), _attachments(rec)]
+    return "\n\n".join(part for part in parts if part)
+
+
+def _head(rec: Recording) -> str:
+    run = rec.run
+    lines = [("scene", run.get("scene", "without a name"))]
+    settings = [f"{name} {run[name]}" for name in ("seed", "accuracy") if run.get(name)]
+    if settings:
+        lines.append(("settings", ", ".join(settings)))
+    reason = rec.result.get("reason")
+    status = rec.result.get("status", "cut off")
+    lines.append(("status", f"{status}: {reason}" if reason else status))
+    if rec.result:
+        sim, wall = float(rec.fact("sim_s", 0.0)), float(rec.fact("wall_s", 0.0))
+        factor = f", {sim / wall:.3g} x real time" if wall > 0 else ""
+        lines.append(("time", f"{duration(sim)} simulated in {duration(wall)}{factor}"))
+        lines.append(("digest", rec.result.get("digest", "none")))
+    lines.append(
+        ("file", f"{_size(rec.size)}, {sum(t.messages for t in rec.topics.values())} messages, {rec.library}")
+    )
+    return "\n".join([str(rec.path), *(f"  {name:<9} {text}" for name, text in lines)])
+
+
+def _peaks(rec: Recording) -> str:
+    peaks = rec.fact("peaks", {})
+    rated = rec.fact("rated", {})
+    rows = []
+    for name, peak in peaks.items():
+        limit = rated.get(name)
+        use = [f"{limit / 1e3:.0f} kN", f"{100 * peak['tension'] / limit:.0f} %"] if limit else ["", ""]
+        rows.append([name, f"{peak['tension'] / 1e3:.1f} kN", duration(peak["time"]), *use])
+    return _table(["rope", "peak", "at", "rated", "use"], rows)
+
+
+def _events(rec: Recording) -> str:
+    count: Counter[str] = Counter()
+    ports: dict[str, list[str]] = {}
+    for topic in rec.topics.values():
+        if "port" in topic.metadata:
+            count[topic.metadata["model"]] += topic.messages
+            ports.setdefault(topic.metadata["model"], []).append(f"{topic.metadata['port']} {topic.messages}")
+    return _table(
+        ["model", "events", "by port"], [[m, str(n), ", ".join(ports[m])] for m, n in count.items()]
+    )
+
+
+def _channels(rec: Recording) -> str:
+    rows = [
+        [topic.name, str(topic.messages), topic.schema, topic.metadata.get("unit", "")]
+        for topic in sorted(rec.topics.values())
+        if "port" not in topic.metadata
+    ]
+    return _table(["channel", "messages", "schema", "unit"], rows)
+
+
+def _attachments(rec: Recording) -> str:
+    return _table(
+        ["attachment", "size"], [[name, _size(len(data))] for name, data in rec.attachments.items()]
+    )
+
+
+def _size(n: int) -> str:
+    return f"{n} B" if n < 1000 else f"{n / 1e3:.1f} kB" if n < 1e6 else f"{n / 1e6:.1f} MB"
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Columns side by side, numbers to the right; nothing if there are no rows."""
+    if not rows:
+        return ""
+    widths = [max(len(line[i]) for line in (head, *rows)) for i in range(len(head))]
+    right = [all(not row[i] or row[i][0].isdigit() for row in rows) for i in range(len(head))]
+    lines = [
+        "  ".join(
+            cell.rjust(width) if flush else cell.ljust(width)
+            for cell, width, flush in zip(line, widths, right, strict=True)
+        ).rstrip()
+        for line in (head, *rows)
+    ]
+    return "\n".join(f"  {line}" for line in lines)

@@ -1,0 +1,77 @@
+"""The file under construction: `<name>.part`, locked by its run, renamed when it is finished.
+
+So a file that bears its final name is always whole, and two runs cannot write into one another.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import BinaryIO
+
+from heavylift.kernel.errors import RecordingError
+
+__all__ = ["PartFile", "output_path"]
+
+
+def output_path(path: str | Path) -> Path:
+    """The path if a file can have it, else a RecordingError: it is a folder, or its folder is missing."""
+    path = Path(path)
+    if path.is_dir():
+        raise RecordingError(
+            f"{path}: is a folder; give the name of a file in it, such as {path / 'run.mcap'}"
+        )
+    if not path.parent.is_dir():
+        raise RecordingError(
+            f"{path}: the folder {path.parent} does not exist; make it or choose another place with -o"
+        )
+    return path
+
+
+class PartFile:
+    """`stream` writes to `<path>.part`; `finish()` gives the file its name."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = output_path(path)
+        self.part = self.path.with_name(self.path.name + ".part")
+        with self.writing():
+            descriptor = os.open(self.part, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            mine = os.path.samestat(os.fstat(descriptor), os.stat(self.part))  # not just renamed by its run
+        except OSError:
+            mine = False
+        if not mine:
+            os.close(descriptor)
+            raise RecordingError(
+                f"{self.part}: another run is writing this file; wait for it or choose another name with -o"
+            )
+        with self.writing():
+            os.ftruncate(descriptor, 0)
+        self.stream: BinaryIO = open(descriptor, "wb", buffering=1 << 18)  # noqa: SIM115 - closed by finish()
+
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """Turns the system's refusals into a sentence."""
+        try:
+            yield
+        except OSError as error:
+            raise RecordingError(
+                f"{self.part}: cannot be written ({error.strerror}); choose another place with -o"
+            ) from None
+
+    def finish(self) -> Path:
+        """Close the file and give it its final name."""
+        with self.writing():
+            self.stream.flush()
+            os.replace(self.part, self.path)  # while still locked
+            self.stream.close()
+        return self.path
+
+    def abandon(self) -> None:
+        """Close what cannot be finished; the part stays for whoever wants to read it."""
+        with suppress(OSError):
+            self.stream.close()

@@ -1,0 +1,88 @@
+"""The schemas of a recording: protobuf descriptors for numbers, JSON Schema for events and protocol traffic.
+
+`heavylift.Samples` is one row of numbers, `repeated double value = 1 [packed]`; names and unit stand in the
+channel's metadata.  It is built here from a descriptor, so no protoc is needed, and each protobuf schema of
+a file carries its whole FileDescriptorSet (MCAP well-known encoding "protobuf"), so any stock reader
+decodes it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import msgspec
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory  # type: ignore[import-untyped]
+
+JSON_INTEGER = {"type": "integer"}
+JSON_STRING = {"type": "string"}
+
+
+def _samples_class() -> Any:
+    file = descriptor_pb2.FileDescriptorProto(
+        name="heavylift/Samples.proto", package="heavylift", syntax="proto3"
+    )
+    field = file.message_type.add(name="Samples").field.add(
+        name="value",
+        number=1,
+        label=descriptor_pb2.FieldDescriptorProto.LABEL_REPEATED,
+        type=descriptor_pb2.FieldDescriptorProto.TYPE_DOUBLE,
+    )
+    field.options.packed = True
+    pool = descriptor_pool.DescriptorPool()
+    pool.Add(file)
+    return message_factory.GetMessageClass(pool.FindMessageTypeByName("heavylift.Samples"))
+
+
+Samples = _samples_class()
+
+
+def file_descriptor_set(message: Any) -> bytes:
+    """The serialised FileDescriptorSet of a protobuf message class, dependencies first."""
+    files: dict[str, Any] = {}
+
+    def visit(file: Any) -> None:
+        if file.name not in files:
+            for dependency in file.dependencies:
+                visit(dependency)
+            files[file.name] = file
+
+    visit(message.DESCRIPTOR.file)
+    out = descriptor_pb2.FileDescriptorSet()
+    for file in files.values():
+        file.CopyToProto(out.file.add())
+    return bytes(out.SerializeToString(deterministic=True))
+
+
+def event_schema(value: Mapping[str, Any]) -> bytes:
+    """JSON Schema of an event record whose `value` follows the one given; its $defs move to the root."""
+    inner = {name: part for name, part in value.items() if name != "$defs"}
+    properties = {
+        "t_ns": JSON_INTEGER,
+        "microstep": JSON_INTEGER,
+        "source": JSON_STRING,
+        "port": JSON_STRING,
+        "index": JSON_INTEGER,
+        "type": JSON_STRING,
+        "value": inner,
+    }
+    schema = {"type": "object", "properties": properties, "required": list(properties)}
+    if "$defs" in value:
+        schema["$defs"] = value["$defs"]
+    return msgspec.json.encode(schema)
+
+
+PROTOCOL_SCHEMA = msgspec.json.encode(
+    {
+        "type": "object",
+        "properties": {
+            "kind": JSON_STRING,
+            "node": JSON_STRING,
+            "direction": {"type": "string", "enum": ["to node", "from node"]},
+            "t_ns": JSON_INTEGER,
+            "summary": {"type": "object"},
+            "raw": {"type": "string", "contentEncoding": "base64"},
+        },
+        "required": ["kind", "node", "direction", "t_ns", "summary", "raw"],
+    }
+)

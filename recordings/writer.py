@@ -1,0 +1,237 @@
+"""The recorder: one MCAP file per run, written while it runs, whole once it bears its name.
+
+First the metadata `run` and the attachments; messages in the order of simulation time; last the metadata
+`result`, whose absence means "cut off".  log_time is the recorder's own simulation time [ns] and never goes
+back; publish_time is the sender's.  Events come in total order and samples in theirs, but not together:
+both wait until nothing earlier can come, that is below `settle(t)` or below both the last event and the
+last sample.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from itertools import count
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import msgspec
+from heavylift.kernel.errors import RecordingError
+
+from .digest import Digest
+from .drawing import Box, Log, RopeLine, SceneUpdate, boxes_message, log_message
+from .rows import Peak, Rows
+from .samples import SampleLayout, decode_batch
+from .schema import PROTOCOL_SCHEMA, event_schema
+from .sink import Sink
+
+__all__ = ["Recorder"]
+
+EVENT, SAMPLE = 0, 1  # at one instant events stand before the sample taken after them
+
+
+class Recorder:
+    """Writes the recording `path`; `run` are the facts known at the start, `attachments` files by name.
+
+    `lines_every` [s] of simulation time the ropes are drawn.  Used as a context, it closes the file as failed
+    when the body raises.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        run: Mapping[str, object],
+        attachments: Mapping[str, bytes] | None = None,
+        lines_every: float = 0.5,
+    ) -> None:
+        self.digest = Digest()
+        self._began = time.monotonic()
+        self._sink = Sink(path, run, attachments or {})
+        self._log = self._sink.protobuf("/log", Log)
+        self._ports: dict[tuple[str, str], int] = {}
+        self._rows: Rows | None = None
+        self._lines_every = lines_every
+        self._next_sample = 0
+        self._queue: list[tuple[int, int, int, Callable[[int], None]]] = []  # time, rank, ticket, write
+        self._ticket = count()
+        self._last_event = self._last_sample = self._settled = self._now = 0
+        self._closed = False
+
+    @property
+    def peaks(self) -> dict[str, Peak]:
+        """Largest tension of each rope so far."""
+        return self._rows.peaks if self._rows else {}
+
+    # what will be recorded
+
+    def add_port(
+        self,
+        model: str,
+        port: str,
+        schema: Mapping[str, Any],
+        key: str = "",
+        units: Mapping[str, str] | None = None,
+    ) -> None:
+        """Announce an output port: JSON Schema of its values, Zenoh key, units by field name."""
+        name = str(schema.get("title", schema.get("$ref", port))).rpartition("/")[2]
+        facts = {"model": model, "port": port, "key": key, "units": dict(units or {})}
+        self._ports[model, port] = self._sink.json(
+            f"/{model}/{port}", f"heavylift.event.{name}", event_schema(schema), facts
+        )
+
+    def layout(self, layout: SampleLayout) -> None:
+        """Announce the columns of the sample rows; once."""
+        self._rows = Rows(self._sink, layout, self._lines_every)
+
+    def boxes(self, boxes: Sequence[Box]) -> None:
+        """Draw these boxes on their bodies, from time 0 on; once, before the first message."""
+        channel = self._sink.protobuf("/scene", SceneUpdate)
+        self._message(channel, 0, boxes_message(boxes))
+
+    def ropes(self, t_ns: int, lines: Sequence[RopeLine]) -> None:
+        """Draw these ropes with the samples from this simulation time on, in place of those before."""
+        rows = self._announced()
+        ropes = rows.ropes(lines)
+        self._put(t_ns, EVENT, lambda _: rows.hang(ropes))
+
+    # what happens
+
+    def event(self, t_ns: int, k: int, source: str, port: str, index: int, type: str, payload: bytes) -> None:
+        """Record an event on a port of a coupled model, in total order; `payload` are its msgpack bytes."""
+        channel = self._ports.get((source, port))
+        if channel is None:
+            raise RecordingError(
+                f"event of {source}.{port}: this port was not announced; call add_port first"
+            )
+        self.digest.event(t_ns, k, source, port, index, type, payload)
+        record = {
+            "t_ns": t_ns,
+            "microstep": k,
+            "source": source,
+            "port": port,
+            "index": index,
+            "type": type,
+            "value": msgspec.msgpack.decode(payload),
+        }
+        self._message(channel, t_ns, msgspec.json.encode(record))
+        self._last_event = max(self._last_event, t_ns)
+        self._drain()
+
+    def samples(self, payload: bytes) -> None:
+        """Record a batch of the kernel in its wire form; numbers that are here already are passed over."""
+        rows = self._announced()
+        batch = decode_batch(payload, rows.layout.width)
+        skip = self._next_sample - batch.first
+        if skip < 0:
+            raise RecordingError(
+                f"samples {self._next_sample} to {batch.first - 1} are missing; "
+                "the sender lost them or sent out of order"
+            )
+        if skip >= len(batch.times):
+            return
+        for number, t_ns, values in zip(
+            range(self._next_sample, batch.first + len(batch.times)),
+            batch.times[skip:],
+            batch.rows[skip:],
+            strict=True,
+        ):
+            row = values.tobytes()
+            self.digest.samples(number, t_ns, row)
+            self._put(t_ns, SAMPLE, partial(rows.write, t_ns=t_ns, row=row))
+        rows.note_peaks(batch.times[skip:], batch.rows[skip:])
+        self._next_sample = batch.first + len(batch.times)
+        self._last_sample = max(self._last_sample, batch.times[-1])
+        self._drain()
+
+    def protocol(
+        self, t_ns: int, node: str, direction: str, kind: str, summary: Mapping[str, object], raw: bytes
+    ) -> None:
+        """Record a message of the time protocol; direction is "to node" or "from node"."""
+        topic = f"/protocol/{node}"
+        channel = self._sink.topics.get(topic)
+        if channel is None:
+            channel = self._sink.json(topic, "heavylift.protocol", PROTOCOL_SCHEMA, {"node": node})
+        record = {
+            "kind": kind,
+            "node": node,
+            "direction": direction,
+            "t_ns": t_ns,
+            "summary": summary,
+            "raw": raw,
+        }
+        self._put(self._now, EVENT, self._writes(channel, t_ns, msgspec.json.encode(record)))
+        self._drain()
+
+    def log(self, t_ns: int, level: str, name: str, message: str) -> None:
+        """Record a line for people; level is debug, info, warning, error or fatal, name says who speaks."""
+        self._message(self._log, t_ns, log_message(t_ns, level, name, message))
+
+    def settle(self, t_ns: int) -> None:
+        """Promise that nothing before this simulation time will come; what waits below it is written."""
+        self._settled = max(self._settled, t_ns)
+        self._drain()
+
+    def close(
+        self, status: str = "finished", reason: str = "", result: Mapping[str, object] | None = None
+    ) -> Path:
+        """Write all that waits and the metadata `result`, finish the file and give it its name."""
+        if self._closed:
+            return self._sink.path
+        self._closed = True
+        try:
+            self._write_below(math.inf)
+            own: dict[str, object] = {
+                "status": status,
+                "reason": reason,
+                "sim_s": self._now / 1e9,
+                "wall_s": time.monotonic() - self._began,
+                "samples": self._next_sample,
+                "peaks": {name: peak._asdict() for name, peak in self.peaks.items()},
+                "digest": self.digest.hexdigest(),
+            }
+            return self._sink.finish({**own, **(result or {})})
+        finally:
+            self._sink.abandon()
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is None:
+            self.close()
+        else:
+            self.close("failed", str(error) or type(error).__name__)
+
+    # in which order it is written
+
+    def _announced(self) -> Rows:
+        if self._rows is None:
+            raise RecordingError("samples came before their layout; announce the layout first")
+        return self._rows
+
+    def _writes(self, channel: int, publish_ns: int, data: bytes) -> Callable[[int], None]:
+        return lambda log_ns: self._sink.write(channel, log_ns, publish_ns, data)
+
+    def _message(self, channel: int, t_ns: int, data: bytes) -> None:
+        self._put(t_ns, EVENT, self._writes(channel, t_ns, data))
+
+    def _put(self, t_ns: int, rank: int, write: Callable[[int], None]) -> None:
+        heapq.heappush(self._queue, (max(t_ns, self._now), rank, next(self._ticket), write))
+
+    def _drain(self) -> None:
+        last_sample = self._last_sample if self._rows else self._last_event
+        self._write_below(max(self._settled, min(self._last_event, last_sample)))
+        self._sink.flush()
+
+    def _write_below(self, horizon: float) -> None:
+        queue = self._queue
+        with self._sink.writing():
+            while queue and queue[0][0] < horizon:
+                self._now, _, _, write = heapq.heappop(queue)
+                write(self._now)

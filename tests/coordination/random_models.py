@@ -1,0 +1,208 @@
+"""Random coupled models whose every transition depends on all that a Parallel DEVS may depend on.
+
+The state is a hash of everything that happened: kinds, bags with their order, elapsed times. A custom
+`confluent`, zero delays, lookaheads, silent transitions, schedules left standing, shared ports and a level
+of nesting all occur. Groups (the children of the root) become nodes. `flat` is the truth; `distributed`
+the protocol on our own code.
+"""
+
+from collections.abc import Callable, Sequence
+from hashlib import blake2b
+from random import Random
+from typing import Any, NamedTuple
+
+from heavylift.coordinator.core import Coordinator, Outcome
+from heavylift.coordinator.distance import Coupling
+from heavylift.coordinator.memory import run_in_memory
+from heavylift.coordinator.node import Node
+from heavylift.nodes.devs import (
+    Atomic,
+    Bag,
+    Coupled,
+    Delivery,
+    Event,
+    In,
+    Message,
+    Model,
+    Port,
+    Simulator,
+    Tag,
+    Transition,
+    succ,
+)
+
+END = 60  # [ns]
+MICROSTEPS = 250
+Logs = dict[str, list[Transition]]
+
+
+class Number(Message):
+    value: int
+
+
+def number(*of: object) -> int:
+    return int.from_bytes(blake2b(repr(of).encode(), digest_size=6).digest(), "little")
+
+
+class Chaotic(Atomic):
+    a, b = In(Number), In(Number)
+
+    def __init__(self, name: str, lookahead: int) -> None:
+        super().__init__(name)
+        self.lookahead = lookahead
+        self.y, self.z = (self.add_out(port, Number, lookahead) for port in "yz")
+
+    def start(self) -> None:
+        self.s = number(self.path)
+        if self.s % 5:
+            self.hold_in(self.s % 4)
+
+    def output(self) -> None:
+        r = self.s // 100
+        if r % 5 < 3:
+            (self.z if r % 2 else self.y).send(Number(r % 1000))
+        if r % 7 == 0:
+            self.y.send(Number(r % 999))
+            self.z.send(Number(r % 998))
+
+    def internal(self) -> None:
+        self.move("i", 0, None)
+
+    def external(self, e: int, x: Bag) -> None:
+        self.move("e", e, x)
+
+    def confluent(self, x: Bag) -> None:
+        self.move("c", 0, x)
+
+    def move(self, kind: str, e: int, x: Bag | None) -> None:
+        bag = [(port.name, number.value) for port in x for number in x[port]] if x else []
+        self.s = number(self.s, kind, e, bag)
+        r = self.s % 11
+        if r < 2:
+            self.passivate()
+        elif kind != "e" or self.lookahead or r < 9:
+            self.hold_in(max([0, 0, 1, 2, 3, 5, 7, 0, 9][r - 2], self.lookahead))
+
+
+def build(seed: int) -> Coupled:
+    """The same model for the same seed, always newly made."""
+    r = Random(seed)
+    zero = r.random() < 0.4
+    root = Coupled("yard")
+    for g in range(r.randint(2, 5)):
+        group = root.add(Coupled(f"g{g}"))
+        homes = [group]
+        if r.random() < 0.4:
+            homes.append(group.add(Coupled("sub")))
+        for i in range(r.randint(1, 3)):
+            r.choice(homes).add(Chaotic(f"m{i}", 0 if zero else r.choice([0, 1, 2, 4])))
+        for home in homes:
+            for p in ("p", "q"):
+                home.add_in(p, Number)
+            for p in ("u", "v"):
+                home.add_out(p, Number)
+    _couple(root, r, r.choice([0.08, 0.2]))
+    return root
+
+
+def _couple(model: Coupled, r: Random, density: float) -> None:
+    children = list(model.children.values())
+    for child in children:
+        if isinstance(child, Coupled):
+            _couple(child, r, 0.35)
+    sources = [p for m in children for p in _ports(m, "yzuv")] + _ports(model, "pq")
+    targets = [p for m in children for p in _ports(m, "abpq")] + _ports(model, "uv")
+    for source in sources:
+        for target in targets:
+            if source.owner is not target.owner and r.random() < density:
+                model.connect(source, target)
+
+
+def _ports(model: Model, names: str) -> list[Port[Any]]:
+    return [port for name, port in model.ports.items() if name in names]
+
+
+def _collect(logs: Logs) -> Callable[[Transition], None]:
+    return lambda line: logs.setdefault(line.path, []).append(line)
+
+
+def flat(seed: int, end: int = END) -> Logs:
+    """The truth: the whole model in one simulator."""
+    logs: Logs = {}
+    simulator = Simulator(build(seed), log=_collect(logs), microsteps=MICROSTEPS)
+    simulator.start()
+    simulator.run(end)
+    return logs
+
+
+def parts(seed: int, logs: Logs) -> tuple[dict[str, Simulator], list[Coupling]]:
+    """One simulator per group, and the couplings between them."""
+    root = build(seed)
+    simulators = {
+        name: Simulator(group, log=_collect(logs), microsteps=MICROSTEPS)
+        for name, group in root.children.items()
+    }
+    return simulators, [Coupling(s.owner.name, s.name, t.owner.name, t.name) for s, t in root.couplings]
+
+
+class Ahead:
+    """A node that works ahead silently below `until`, as the mechanics kernel does."""
+
+    def __init__(self, simulator: Simulator) -> None:
+        self.simulator = simulator
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.simulator, name)
+
+    def advance(self, tag: Tag, bag: Sequence[Delivery], until: Tag) -> None:
+        self.simulator.advance(tag, bag)
+        while self.simulator.next_time < until and not self.simulator.outputs():
+            self.simulator.advance(self.simulator.next_time)
+
+
+class Run(NamedTuple):
+    logs: Logs
+    events: list[Event]
+    outcome: Outcome
+    end: Tag
+
+
+def distributed(
+    seed: int, order: int = 0, cut: bool = False, ahead: bool = False, finish: tuple[str, str] | None = None
+) -> Run:
+    """The model cut into its groups, DONEs in random order."""
+    logs: Logs = {}
+    events: list[Event] = []
+    simulators, couplings = parts(seed, logs)
+    coordinator = Coordinator(simulators, couplings, Tag(END), finish, events.append)
+    nodes = [Node(name, Ahead(s) if ahead else s) for name, s in simulators.items()]
+    outcome = run_in_memory(coordinator, nodes, Random(order), cut)
+    return Run(logs, events, outcome, coordinator.end)
+
+
+def wave(seed: int) -> Logs:
+    """Mutant: all imminent nodes in one wave; what they say to other nodes arrives at the next microstep."""
+    logs: Logs = {}
+    simulators, couplings = parts(seed, logs)
+    pending: list[tuple[Tag, str, Delivery]] = []
+    for simulator in simulators.values():
+        simulator.start()
+    while True:
+        tag = min([s.next_time for s in simulators.values()] + [when for when, _, _ in pending])
+        if tag.t >= END:
+            return logs
+        now = [(name, delivery) for when, name, delivery in pending if when == tag]
+        pending = [entry for entry in pending if entry[0] != tag]
+        said: list[Event] = []
+        for name, simulator in simulators.items():
+            bag = sorted((d for to, d in now if to == name), key=lambda d: (d.event.order, d.port))
+            due = simulator.next_time == tag
+            said += simulator.outputs() if due else []
+            if bag or due:
+                simulator.advance(tag, bag)
+        for event in said:
+            pending += [
+                (succ(tag), target, Delivery(event, into))
+                for source, port, target, into in couplings
+                if (source, port) == (event.source, event.port)
+            ]

@@ -1,0 +1,265 @@
+"""The life of a recording: on disk at once, in order, named at the end, whole even if the run fails."""
+
+from __future__ import annotations
+
+import resource
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings import Peak, Recorder, Recording, RopeLine, SampleChannel, SampleLayout
+from mcap.reader import NonSeekingReader
+from mcap.records import Metadata
+from mcap.stream_reader import StreamReader
+from numpy.typing import NDArray
+
+Begin = Callable[[], Recorder]
+Batch = Callable[[int, int], bytes]
+Stage = Callable[[Recorder, int, str], None]
+SECOND = 1_000_000_000
+
+
+def test_the_file_has_its_name_only_when_it_is_whole(begin: Begin, tmp_path: Path) -> None:
+    rec = begin()
+    assert [path.name for path in tmp_path.iterdir()] == ["run.mcap.part"]
+    assert rec.close() == tmp_path / "run.mcap"
+    assert [path.name for path in tmp_path.iterdir()] == ["run.mcap"]
+    assert rec.close() == tmp_path / "run.mcap"
+
+
+def test_the_facts_are_on_disk_at_once(begin: Begin, tmp_path: Path) -> None:
+    rec = begin()
+    with (tmp_path / "run.mcap.part").open("rb") as stream:
+        records = iter(StreamReader(stream).records)
+        next(records)
+        first = next(records)
+    assert isinstance(first, Metadata)
+    assert first.metadata["scene"] == "lift"
+    rec.close()
+
+
+def test_once_a_second_what_is_settled_goes_to_disk(
+    begin: Begin, batch: Batch, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    clock = 0.0
+    monkeypatch.setattr(time, "monotonic", lambda: clock)
+    rec = begin()
+
+    def on_disk() -> list[int]:
+        with (tmp_path / "run.mcap.part").open("rb") as stream:
+            found = []
+            try:
+                for _, _, message in NonSeekingReader(stream).iter_messages(
+                    ["/rope/tension"], log_time_order=False
+                ):
+                    found.append(message.log_time // SECOND)
+            except Exception:
+                return found
+        raise AssertionError("a part cannot have an end")
+
+    rec.samples(batch(0, 3))
+    rec.settle(2 * SECOND)
+    assert on_disk() == []
+    clock = 1.1
+    rec.settle(2 * SECOND)
+    assert on_disk() == [0, 1]
+    rec.close()
+
+
+def test_samples_and_events_that_come_apart_are_written_in_order(
+    begin: Begin, batch: Batch, stage: Stage
+) -> None:
+    rec = begin()
+    stage(rec, 1, "hoist")
+    stage(rec, 3, "lower")
+    rec.samples(batch(0, 6))
+    stage(rec, 4, "rest")
+    path = rec.close()
+    with path.open("rb") as stream:
+        order = [
+            (channel.topic, message.log_time / SECOND)
+            for _, channel, message in NonSeekingReader(stream).iter_messages(
+                ["/commander/stage", "/rope/tension"], log_time_order=False
+            )
+        ]
+    tension, events = "/rope/tension", "/commander/stage"
+    assert order == [
+        (tension, 0.0),
+        (events, 1.0),
+        (tension, 1.0),
+        (tension, 2.0),
+        (tension, 2.5),
+        (events, 3.0),
+        (tension, 3.0),
+        (events, 4.0),
+        (tension, 4.0),
+    ]
+
+
+def test_a_run_that_raises_leaves_a_whole_file(begin: Begin, stage: Stage, tmp_path: Path) -> None:
+    def run() -> None:
+        with begin() as rec:
+            stage(rec, 0, "take up")
+            raise ValueError("the girder is gone")
+
+    with pytest.raises(ValueError, match="the girder is gone"):
+        run()
+    recording = Recording(tmp_path / "run.mcap")
+    assert (recording.result["status"], recording.result["reason"]) == ("failed", "the girder is gone")
+    assert [event.value["name"] for event in recording.events()] == ["take up"]
+
+
+def test_what_was_recorded_is_read_back(recorded: Path, rows: NDArray[np.float64]) -> None:
+    rec = Recording(recorded)
+    t, tension, names, unit = rec.signal("rope/tension")
+    assert list(t) == [0.0, 1.0, 2.0, 2.5, 3.0, 4.0]
+    assert (names, unit) == (["west.H1", "west.H2"], "N")
+    np.testing.assert_array_equal(tension, rows[:, 0:2])
+    np.testing.assert_array_equal(rec.signal("pose/hook").values, rows[:, 13:20])
+    assert rec.signals() == ["rope/tension", "rope/peak", "rope/peak_time", "pose/block", "pose/hook"]
+    assert [(e.t_ns, e.value["name"]) for e in rec.events("commander", "stage")] == [
+        (0, "take up"),
+        (SECOND, "hoist"),
+        (3 * SECOND, "lower"),
+    ]
+    assert rec.events("nobody") == []
+    assert rec.attachments == {"lift.yaml": b"heavylift: 1\n"}
+    assert rec.fact("energy") == {"closes": 1e-7}
+    assert rec.fact("sim_s") == 4.0
+
+
+def test_peaks_are_those_of_all_steps(begin: Begin, batch: Batch) -> None:
+    rec = begin()
+    rec.samples(batch(0, 2))
+    rec.samples(batch(2, 6))
+    assert rec.peaks == {"west.H1": Peak(451_000.0, 2.375), "west.H2": Peak(201_000.0, 0.0)}
+    rec.close()
+
+
+def test_repeated_samples_are_passed_over_and_missing_ones_refused(begin: Begin, batch: Batch) -> None:
+    rec = begin()
+    rec.samples(batch(0, 3))
+    rec.samples(batch(1, 4))
+    rec.samples(batch(0, 2))
+    with pytest.raises(RecordingError) as error:
+        rec.samples(batch(5, 6))
+    assert str(error.value) == "samples 4 to 4 are missing; the sender lost them or sent out of order"
+    assert len(Recording(rec.close()).signal("rope/tension").t) == 4
+
+
+def test_ropes_follow_a_change_from_its_time_on(begin: Begin, batch: Batch) -> None:
+    rec = begin()
+    line = RopeLine("block", (0, 0, 0), "hook", (0, 0, 0))
+    rec.ropes(0, [line])
+    rec.samples(batch(0, 3))
+    rec.ropes(2 * SECOND, [line, line])
+    rec.samples(batch(3, 6))
+    found = list(Recording(rec.close()).messages("/ropes"))
+    sizes = [len(raw.data) for raw in found]
+    assert [raw.log_time for raw in found] == [0, SECOND, 2 * SECOND, 2_500_000_000, 3 * SECOND, 4 * SECOND]
+    assert sizes[1] < sizes[2] == sizes[-1]
+
+
+def test_protocol_traffic_is_logged_at_the_recorders_time(begin: Begin, stage: Stage) -> None:
+    rec = begin()
+    stage(rec, 3, "lower")
+    rec.settle(4 * SECOND)
+    rec.protocol(SECOND, "west", "from node", "DONE", {"next": 5}, b"")
+    (raw,) = Recording(rec.close()).messages("/protocol/west")
+    assert (raw.log_time, raw.publish_time) == (3 * SECOND, SECOND)
+
+
+def test_places_that_cannot_be_written_are_refused_at_the_start(tmp_path: Path) -> None:
+    cases = {
+        tmp_path: f"{tmp_path}: is a folder; give the name of a file in it, such as {tmp_path}/run.mcap",
+        tmp_path / "no" / "run.mcap": f"{tmp_path}/no/run.mcap: the folder {tmp_path}/no does not exist; "
+        "make it or choose another place with -o",
+        Path("/proc/run.mcap"): "/proc/run.mcap.part: cannot be written (No such file or directory); "
+        "choose another place with -o",
+    }
+    for path, sentence in cases.items():
+        with pytest.raises(RecordingError) as error:
+            Recorder(path, {})
+        assert str(error.value) == sentence
+
+
+def test_two_runs_cannot_write_one_file(begin: Begin, tmp_path: Path) -> None:
+    rec = begin()
+    with pytest.raises(RecordingError) as error:
+        begin()
+    assert str(error.value) == (
+        f"{tmp_path}/run.mcap.part: another run is writing this file; "
+        "wait for it or choose another name with -o"
+    )
+    rec.close()
+    begin().close()
+
+
+def test_a_full_disk_is_said_in_one_sentence(begin: Begin, tmp_path: Path) -> None:
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    rec = begin()
+    resource.setrlimit(resource.RLIMIT_FSIZE, (2000, hard))
+    try:
+        with pytest.raises(RecordingError) as error:
+            rec.close()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert str(error.value) == (
+        f"{tmp_path}/run.mcap.part: cannot be written (File too large); choose another place with -o"
+    )
+
+
+def test_what_was_not_announced_is_refused(begin: Begin, batch: Batch, tmp_path: Path) -> None:
+    rec = begin()
+    refused: dict[str, Callable[[], None]] = {
+        "event of west.moved: this port was not announced; call add_port first": lambda: rec.event(
+            0, 0, "west", "moved", 0, "Done", b"\x80"
+        ),
+        "topic /commander/stage: announced twice; name models, ports and samples apart": lambda: rec.add_port(
+            "commander", "stage", {"type": "object"}
+        ),
+        "rope line on girder: the samples have no pose of it; check the name": lambda: rec.ropes(
+            0, [RopeLine("girder", (0, 0, 0), "hook", (0, 0, 0))]
+        ),
+        "samples from number 0: 1 rows of 20 values are 160 bytes, but 8 came; the sender's layout differs "
+        "from the announced one": lambda: rec.samples(b"\x93\x00\x91\x00\xc4\x08" + bytes(8)),
+    }
+    for sentence, call in refused.items():
+        with pytest.raises(RecordingError) as error:
+            call()
+        assert str(error.value) == sentence
+    rec.close()
+    bare = Recorder(tmp_path / "bare.mcap", {})
+    with pytest.raises(RecordingError, match="samples came before their layout; announce the layout first"):
+        bare.samples(batch(0, 1))
+    bare.close()
+
+
+@pytest.mark.parametrize(
+    ("channels", "sentence"),
+    [
+        (
+            [SampleChannel("rope/tension", ["a", "b"], "N", 0, 3)],
+            "sample channel rope/tension: 2 names for the columns 0 to 3; give one name per column",
+        ),
+        (
+            [SampleChannel("pose/block", ["x", "y", "z"], "m", 0, 3)],
+            "sample channel pose/block: a pose has 7 columns (x y z qx qy qz qw), not 3",
+        ),
+        (
+            [SampleChannel("energy", ["kinetic"], "J", 0, 1), SampleChannel("energy", ["work"], "J", 1, 2)],
+            "sample channel energy: announced twice; name each topic once",
+        ),
+    ],
+)
+def test_a_layout_that_does_not_fit_is_refused(
+    tmp_path: Path, channels: list[SampleChannel], sentence: str
+) -> None:
+    rec = Recorder(tmp_path / "run.mcap", {})
+    with pytest.raises(RecordingError) as error:
+        rec.layout(SampleLayout(channels))
+    assert str(error.value) == sentence
+    rec.close()

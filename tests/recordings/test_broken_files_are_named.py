@@ -1,0 +1,120 @@
+"""A recording that cannot be read ends in one sentence: its name and what to do, whatever its bytes are."""
+
+from __future__ import annotations
+
+import random
+import struct
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import zstandard
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings import Recorder, Recording
+from mcap.writer import Writer
+
+
+def refusal(path: Path) -> str:
+    with pytest.raises(RecordingError) as error:
+        Recording(path)
+    sentence = str(error.value)
+    assert sentence.startswith(f"{path}: ")
+    assert "\n" not in sentence
+    return sentence.removeprefix(f"{path}: ")
+
+
+def test_a_missing_file(tmp_path: Path) -> None:
+    assert refusal(tmp_path / "run.mcap") == "does not exist; check the name or make it with `heavylift run`"
+
+
+def test_a_file_whose_run_was_cut_off(begin: Callable[[], Recorder], tmp_path: Path) -> None:
+    rec = begin()
+    assert refusal(tmp_path / "run.mcap") == (
+        f"does not exist, but {tmp_path}/run.mcap.part does: its run is still going or was cut off; "
+        "run the scene again"
+    )
+    assert refusal(tmp_path / "run.mcap.part") == (
+        "is cut off: its end is missing, as in the .part file of a run that was killed; run the scene again"
+    )
+    rec.close()
+
+
+def test_a_folder_an_empty_file_and_another_format(tmp_path: Path) -> None:
+    (tmp_path / "empty.mcap").touch()
+    (tmp_path / "photo.mcap").write_bytes(b"\x89PNG\r\n\x1a\n" * 20)
+    assert refusal(tmp_path) == "is a folder; give the name of a recording, such as run.mcap"
+    assert refusal(tmp_path / "empty.mcap") == "is empty; run the scene again"
+    assert refusal(tmp_path / "photo.mcap") == (
+        "is not a recording (not an MCAP file); give a file made by `heavylift run`"
+    )
+
+
+def test_an_mcap_file_of_another_program(tmp_path: Path) -> None:
+    path = tmp_path / "robot.mcap"
+    with path.open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        writer.finish()  # type: ignore[no-untyped-call]
+    assert refusal(path) == "is an MCAP file of another program; give a file made by `heavylift run`"
+
+
+def test_every_truncation_is_refused(recorded: Path, tmp_path: Path) -> None:
+    data = recorded.read_bytes()
+    part = tmp_path / "short.mcap"
+    for length in [*range(1, 60), *range(60, len(data), 97), len(data) - 1]:
+        part.write_bytes(data[:length])
+        refusal(part)
+
+
+def test_damage_anywhere_is_a_sentence_or_harmless(recorded: Path, tmp_path: Path) -> None:
+    data = recorded.read_bytes()
+    rng = random.Random(11)
+    part = tmp_path / "damaged.mcap"
+    sentences = []
+    for _ in range(300):
+        broken = bytearray(data)
+        for _ in range(rng.choice((1, 1, 4, 40))):
+            broken[rng.randrange(len(broken))] = rng.randrange(256)
+        part.write_bytes(broken)
+        try:
+            rec = Recording(part)
+            rec.events()
+            for name in rec.signals():
+                rec.signal(name)
+        except RecordingError as error:
+            sentences.append(str(error))
+    assert len(sentences) > 250
+    assert all(sentence.startswith(f"{part}: ") and "\n" not in sentence for sentence in sentences)
+
+
+def test_a_chunk_that_claims_to_be_huge_is_not_unpacked(recorded: Path, tmp_path: Path) -> None:
+    rec = Recording(recorded)
+    (index,) = rec._file.summary.chunk_indexes
+    data = bytearray(recorded.read_bytes())
+    bomb = zstandard.compress(bytes(1 << 27))
+    place = index.chunk_start_offset + 9 + 16
+    struct.pack_into("<QI", data, place, 1 << 27, zlib.crc32(b""))
+    path = tmp_path / "bomb.mcap"
+    path.write_bytes(data)
+    with pytest.raises(RecordingError) as error:
+        Recording(path).events()
+    assert str(error.value) == (
+        f"{path}: is damaged (a chunk of 134217728 bytes is beyond the limit); run the scene again"
+    )
+    frame = place + 12 + 4 + len("zstd") + 8
+    struct.pack_into("<Q", data, place, index.uncompressed_size)
+    head = bomb[: index.compressed_size]
+    data[frame : frame + len(head)] = head
+    path.write_bytes(data)
+    with pytest.raises(RecordingError, match="a chunk has another size than it says"):
+        Recording(path).events()
+
+
+def test_an_unknown_signal_names_the_known_ones(recorded: Path) -> None:
+    with pytest.raises(RecordingError) as error:
+        Recording(recorded).signal("rope/colour")
+    assert str(error.value) == (
+        f"{recorded}: has no signal rope/colour; "
+        "it has rope/tension, rope/peak, rope/peak_time, pose/block, pose/hook"
+    )

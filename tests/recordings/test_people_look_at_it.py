@@ -1,0 +1,102 @@
+"""`info` and `plot`: what a person is told and shown about a recording."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings import Recorder, Recording, SampleLayout, info, plot
+from heavylift.recordings.info import duration
+from heavylift.recordings.plot import spread
+
+
+def test_info_tells_the_run_its_peaks_and_its_channels(recorded: Path) -> None:
+    text = info(recorded)
+    rec = Recording(recorded)
+    assert text.splitlines()[:4] == [
+        str(recorded),
+        "  scene     lift",
+        "  settings  seed 7",
+        "  status    finished",
+    ]
+    assert re.search(r"\n  time      4 s simulated in \S+ s, \S+ x real time\n", text)
+    assert f"\n  digest    {rec.result['digest']}\n" in text
+    assert "\n".join(
+        [
+            "  rope         peak      at   rated   use",
+            "  west.H1  451.0 kN  2.38 s  900 kN  50 %",
+            "  west.H2  201.0 kN     0 s",
+        ]
+    ) in re.sub(" +\n", "\n", text)
+    assert "  commander       3  stage 3" in text
+    assert re.search(r"\n  /rope/tension +6  heavylift.Samples +N\n", text)
+    assert "  lift.yaml   13 B" in text
+
+
+def test_info_gives_the_reason_of_a_failure(begin: Callable[[], Recorder]) -> None:
+    path = begin().close("failed", "west: rope H1 broke at 12 s")
+    assert "  status    failed: west: rope H1 broke at 12 s\n" in info(path)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"), [(0.0, "0 s"), (3.21, "3.21 s"), (245.0, "4 min 05 s"), (3964.4, "1 h 06 min 04 s")]
+)
+def test_time_spans_are_written_for_people(seconds: float, text: str) -> None:
+    assert duration(seconds) == text
+
+
+def test_the_plot_is_a_picture_of_the_asked_kind(recorded: Path, tmp_path: Path) -> None:
+    png = plot(recorded, tmp_path / "run.png", {"loader 1": "west.H1", "loader 2": "west.H2"})
+    svg = plot(recorded, tmp_path / "run.svg")
+    assert png.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    assert ElementTree.parse(svg).getroot().tag == "{http://www.w3.org/2000/svg}svg"
+    again = plot(recorded, tmp_path / "again.svg")
+    assert svg.read_bytes() == again.read_bytes()
+
+
+def test_what_cannot_be_plotted_is_said(
+    recorded: Path, begin: Callable[[], Recorder], tmp_path: Path
+) -> None:
+    cases: list[tuple[Path, Path, dict[str, str] | None, str]] = [
+        (
+            recorded,
+            tmp_path / "run.pdf",
+            None,
+            f"{tmp_path}/run.pdf: a figure is written as .png or .svg; give it one of these endings",
+        ),
+        (
+            recorded,
+            tmp_path / "no" / "run.png",
+            None,
+            f"{tmp_path}/no/run.png: the folder {tmp_path}/no does not exist; "
+            "make it or choose another place with -o",
+        ),
+        (
+            recorded,
+            tmp_path / "run.png",
+            {"loader 1": "east.H1"},
+            f"{recorded}: has no rope east.H1; it has west.H1, west.H2",
+        ),
+    ]
+    for path, out, loaders, sentence in cases:
+        with pytest.raises(RecordingError) as error:
+            plot(path, out, loaders)
+        assert str(error.value) == sentence
+    bare = Recorder(tmp_path / "bare.mcap", {"scene": "bare"})
+    bare.layout(SampleLayout([]))
+    with pytest.raises(
+        RecordingError, match=r"bare\.mcap: has no rope tensions and no joint positions to plot"
+    ):
+        plot(bare.close(), tmp_path / "run.png")
+
+
+def test_labels_move_apart_and_keep_their_order() -> None:
+    room = [100.0, 100.0, 95.0, 90.0]
+    assert spread([10, 40, 60, 80], room, 10) == [10, 40, 60, 80]
+    assert spread([50, 50, 50, 90], room, 10) == [40, 50, 60, 90]
+    assert spread([0, 0, 0, 0], room, 10) == [0, 10, 20, 30]
+    assert spread([99, 99, 99, 99], room, 10) == [60, 70, 80, 90]

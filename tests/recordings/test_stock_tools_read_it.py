@@ -1,0 +1,120 @@
+"""A recording is an ordinary MCAP file: these tests read it with the mcap library and protobuf alone."""
+
+from __future__ import annotations
+
+import json
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory  # type: ignore[import-untyped]
+from mcap.reader import NonSeekingReader, make_reader
+from mcap.records import Attachment, Header, Message, Metadata
+from mcap.stream_reader import StreamReader
+from numpy.typing import NDArray
+
+SECOND = 1_000_000_000
+
+
+def decoded(schema: Any, data: bytes) -> Any:
+    """A message decoded with nothing but the schema that the file carries."""
+    pool = descriptor_pool.DescriptorPool()
+    for file in descriptor_pb2.FileDescriptorSet.FromString(schema.data).file:
+        pool.Add(file)
+    return message_factory.GetMessageClass(pool.FindMessageTypeByName(schema.name)).FromString(data)
+
+
+def test_all_checksums_hold_and_every_channel_has_a_schema(recorded: Path) -> None:
+    with recorded.open("rb") as stream:
+        messages = list(NonSeekingReader(stream, validate_crcs=True).iter_messages())
+        stream.seek(0)
+        summary = make_reader(stream).get_summary()
+    assert summary is not None
+    assert all(channel.schema_id for channel in summary.channels.values())
+    assert {schema.encoding for schema in summary.schemas.values()} == {"protobuf", "jsonschema"}
+    assert len(messages) == 3 + 1 + 1 + 6 * 4
+
+
+def test_log_time_is_simulation_time_and_never_goes_back(recorded: Path) -> None:
+    with recorded.open("rb") as stream:
+        found = [
+            (channel.topic, message)
+            for _, channel, message in make_reader(stream).iter_messages(log_time_order=False)
+        ]
+    times = [message.log_time for _, message in found]
+    assert times == sorted(times)
+    assert [m.log_time for topic, m in found if topic == "/rope/tension"] == [
+        0,
+        SECOND,
+        2 * SECOND,
+        2_500_000_000,
+        3 * SECOND,
+        4 * SECOND,
+    ]
+    assert [m.log_time for topic, m in found if topic == "/commander/stage"] == [0, SECOND, 3 * SECOND]
+    assert all(message.log_time == message.publish_time for _, message in found)
+
+
+def test_the_facts_stand_first_and_the_result_last(recorded: Path) -> None:
+    with recorded.open("rb") as stream:
+        records = list(StreamReader(stream, validate_crcs=True).records)
+    header, run, scene = records[:3]
+    assert isinstance(header, Header)
+    assert header.library == f"heavylift {version('heavylift')} mcap-python/{version('mcap')}"
+    assert isinstance(run, Metadata)
+    assert run.name == "run"
+    assert run.metadata == {"scene": "lift", "seed": "7", "rated": '{"west.H1":900000.0}'}
+    assert isinstance(scene, Attachment)
+    assert (scene.name, scene.data) == ("lift.yaml", b"heavylift: 1\n")
+    last_message = max(i for i, record in enumerate(records) if isinstance(record, Message))
+    metadata = [record for record in records if isinstance(record, Metadata)]
+    assert [record.name for record in metadata] == ["run", "result"]
+    assert records.index(metadata[-1]) > last_message
+    assert metadata[-1].metadata["status"] == "finished"
+
+
+def test_numbers_decode_with_the_schema_in_the_file(recorded: Path, rows: NDArray[np.float64]) -> None:
+    with recorded.open("rb") as stream:
+        found = list(make_reader(stream).iter_messages(topics=["/rope/tension", "/poses"]))
+    tension = [(s, c, m) for s, c, m in found if c.topic == "/rope/tension"]
+    schema, channel, message = tension[2]
+    assert schema is not None
+    assert schema.name == "heavylift.Samples"
+    assert channel.metadata == {"names": '["west.H1","west.H2"]', "unit": "N"}
+    assert list(decoded(schema, message.data).value) == list(rows[2, :2])
+    schema, _, message = next((s, c, m) for s, c, m in found if c.topic == "/poses" and m.log_time == SECOND)
+    block, hook = decoded(schema, message.data).transforms
+    assert (block.parent_frame_id, block.child_frame_id, hook.child_frame_id) == ("world", "block", "hook")
+    assert [hook.rotation.x, hook.rotation.w] == [rows[1, 16], rows[1, 19]]
+    assert block.timestamp.seconds == 1
+
+
+def test_events_follow_their_json_schema(recorded: Path) -> None:
+    with recorded.open("rb") as stream:
+        schema, channel, message = next(make_reader(stream).iter_messages(topics=["/commander/stage"]))
+        stream.seek(0)
+        protocol = next(make_reader(stream).iter_messages(topics=["/protocol/west"]))[2]
+    assert json.loads(message.data) == {
+        "t_ns": 0,
+        "microstep": 1,
+        "source": "commander",
+        "port": "stage",
+        "index": 0,
+        "type": "Stage",
+        "value": {"name": "take up", "number": 0},
+    }
+    assert channel.metadata["key"] == "heavylift/r/event/commander/stage"
+    assert schema is not None
+    root = json.loads(schema.data)
+    assert root["type"] == "object"
+    assert root["properties"]["value"] == {"$ref": "#/$defs/Stage"}
+    assert list(root["$defs"]["Stage"]["properties"]) == ["name", "number"]
+    assert json.loads(protocol.data)["raw"] == "AQI="
+
+
+@pytest.mark.parametrize("topic", ["/scene", "/ropes"])
+def test_nothing_is_drawn_that_was_not_given(recorded: Path, topic: str) -> None:
+    with recorded.open("rb") as stream:
+        assert list(make_reader(stream).iter_messages(topics=[topic])) == []

@@ -1,0 +1,46 @@
+"""A node for the transport's tests: does what its arguments say, then answers each message until b"stop"."""
+
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+from heavylift.coordinator.link import Link
+from heavylift.coordinator.session import Ticket, key, observer_session
+from zenoh.handlers import FifoChannel
+
+
+def main(arguments: list[str]) -> int:
+    what = arguments[0] if arguments else "echo"
+    if what == "raise-early":
+        raise ValueError("the model has no mass")
+    ticket = Ticket.take()
+    link = Link(ticket)
+    link.send(b"hello")
+    if what == "say-and-die":
+        link.send(b"my last words")
+        sys.exit(3)
+    if what == "burst":
+        link.receive()
+        for number in range(int(arguments[1])):
+            link.send(number.to_bytes(4, "little"))
+        link.close()
+        return 0
+    if what == "observe":
+        watching = observer_session(Path(ticket.socket).parent)
+        watching.declare_subscriber(key(ticket.run, "event", "**"), FifoChannel(1))
+    if what == "deaf":
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        time.sleep(60)
+    while (message := link.receive()) != b"stop":
+        if message == b"sample":
+            for number in range(3):
+                link.sample(b"batch %d" % number)
+        elif message == b"raise":
+            raise RuntimeError("a rope was pushed")
+        elif message == b"pid":
+            message = str(os.getpid()).encode()
+        link.send(message)
+    link.close()
+    return 0

@@ -1,0 +1,129 @@
+"""No network socket, a directory for this user only, and no way from one run or node into another."""
+
+import os
+import queue
+import stat
+import sys
+from pathlib import Path
+
+import pytest
+import zenoh
+from conftest import Start, network_sockets, sockets
+from heavylift.coordinator.hub import Hub, LocalHub
+from heavylift.coordinator.session import key, node_session, observer_session
+from heavylift.kernel.errors import ProtocolError
+
+linux_only = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+
+
+@linux_only
+def test_no_process_of_a_run_has_a_network_socket(start: Start) -> None:
+    before = network_sockets(os.getpid())
+    _, processes = start(west=(), east=())
+    assert network_sockets(os.getpid()) == before
+    for pid in (*processes.pids.values(), processes._keeper.pid):
+        assert network_sockets(pid) == []
+
+
+@linux_only
+def test_a_run_in_one_process_opens_no_socket_at_all() -> None:
+    before = sockets(os.getpid())
+    with LocalHub(["west"]) as hub:
+        hub.link("west")
+        assert sockets(os.getpid()) == before
+
+
+def test_only_this_user_may_enter_the_run_directory() -> None:
+    with Hub(["west"]) as hub:
+        assert stat.S_IMODE(hub.directory.path.stat().st_mode) == 0o700
+        assert stat.S_IMODE(hub.directory.users.stat().st_mode) == 0o600
+        assert stat.S_ISSOCK(Path(hub.directory.socket).stat().st_mode)
+        assert len(hub.directory.socket.encode()) < 104
+    assert not hub.directory.path.exists()
+
+
+def test_a_long_temporary_directory_is_not_too_long_for_the_socket(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    deep = tmp_path / ("a" * 120)
+    deep.mkdir()
+    monkeypatch.setattr("tempfile.tempdir", str(deep))
+    with Hub(["west"]) as hub:
+        assert len(hub.directory.socket.encode()) < 104
+
+
+def test_a_ticket_is_neither_on_the_command_line_nor_in_the_environment_of_the_node(start: Start) -> None:
+    hub, processes = start(west=())
+    secret = hub.ticket("west").password.encode()
+    for place in ("cmdline", "environ"):
+        assert secret not in Path(f"/proc/{processes.pids['west']}/{place}").read_bytes()
+
+
+def test_two_runs_at_once_do_not_disturb_each_other(start: Start) -> None:
+    first, _ = start(west=(), east=())
+    second, other = start(west=(), east=())
+    assert first.run != second.run
+    assert first.directory.path != second.directory.path
+    for number in range(50):
+        first.send("west", b"first %d" % number)
+        second.send("west", b"second %d" % number)
+        assert first.receive(5) == ("west", b"first %d" % number)
+        assert second.receive(5) == ("west", b"second %d" % number)
+    second.dismiss(b"stop")
+    other.end()
+    second.close()
+    first.send("east", b"still here")
+    assert first.receive(5) == ("east", b"still here")
+
+
+def test_a_node_cannot_write_in_place_of_another(start: Start) -> None:
+    hub, _ = start(west=())
+    with Hub(["west"]) as other, node_session(other.ticket("west")) as session:
+        for at in (key(other.run, "east", "out"), key(hub.run, "west", "out"), key(other.run, "~hub", "out")):
+            session.put(at, b"forged", congestion_control=zenoh.CongestionControl.BLOCK)
+        assert other.receive(0.1) is None
+    assert hub.receive(0.1) is None
+
+
+def test_a_node_with_a_wrong_password_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("heavylift.coordinator.session.CONNECT_ms", 100)
+    with Hub(["west", "east"]) as hub:
+        ticket = hub.ticket("west")
+        wrong = type(ticket)(ticket.run, "east", ticket.epoch, ticket.socket, ticket.password)
+        with pytest.raises(ProtocolError, match="node east cannot join run"):
+            node_session(wrong)
+
+
+def test_an_observer_sees_events_and_nothing_else(start: Start) -> None:
+    hub, _ = start(west=())
+    seen: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
+
+    def note(sample: zenoh.Sample) -> None:
+        seen.put((str(sample.key_expr).removeprefix(f"heavylift/{hub.run}/"), sample.payload.to_bytes()))
+
+    with observer_session(hub.directory.path) as session:
+        for pattern in ("event/**", "west/in", "west/out", "**"):
+            session.declare_subscriber(key(hub.run, pattern), note)
+        heard = None
+        while heard is None:  # the first events come before the observer's wish to see them
+            hub.publish_event("west.hoist", "done", b"1")
+            try:
+                heard = seen.get(timeout=0.05)
+            except queue.Empty:
+                continue
+        hub.send("west", b"private")
+        assert hub.receive(5) == ("west", b"private")
+        hub.publish_event("block", "lifted", b"2")
+        while heard[1] == b"1":
+            assert heard[0] == "event/west.hoist/done"
+            heard = seen.get(timeout=5)
+        assert heard == ("event/block/lifted", b"2")
+
+
+def test_a_frozen_observer_does_not_stop_the_run(start: Start) -> None:
+    hub, processes = start(west=(), watcher=("observe",))
+    os.kill(processes.pids["watcher"], 19)
+    for _ in range(2000):
+        hub.publish_event("west.hoist", "done", b"e" * 1000)
+    hub.send("west", b"go on")
+    assert hub.receive(5) == ("west", b"go on")

@@ -1,0 +1,147 @@
+"""A damaged, foreign, repeated or missing message ends in one sentence that says what arrived."""
+
+import json
+
+import pytest
+import zenoh
+from heavylift.coordinator.frame import Reader, Topic, Writer
+from heavylift.coordinator.hub import Hub, LocalHub
+from heavylift.coordinator.session import key
+from heavylift.kernel.errors import ProtocolError
+
+RUN = "0123456789abcdef"
+
+
+def reader() -> Reader:
+    return Reader(RUN, "west", Topic.OUT, 1)
+
+
+def writer(run: str = RUN, node: str = "west", topic: Topic = Topic.OUT, epoch: int = 1) -> Writer:
+    return Writer(run, node, topic, epoch)
+
+
+def refusal(frame: bytes) -> str:
+    with pytest.raises(ProtocolError) as error:
+        reader().open(frame)
+    return str(error.value)
+
+
+def test_frames_in_order_give_their_payloads() -> None:
+    w, r = writer(), reader()
+    assert [r.open(w.frame(p)) for p in (b"", b"a", b"b" * 1_000_000)] == [b"", b"a", b"b" * 1_000_000]
+
+
+def test_every_single_flipped_bit_is_noticed() -> None:
+    frame = writer().frame(b"grant")
+    for bit in range(8 * len(frame)):
+        damaged = bytearray(frame)
+        damaged[bit // 8] ^= 1 << bit % 8
+        with pytest.raises(ProtocolError):
+            reader().open(bytes(damaged))
+
+
+def test_damage_is_named() -> None:
+    frame = writer().frame(b"grant")
+    assert refusal(frame[:-1] + b"T") == (
+        f"node west, message 0 on 'out': a message of {len(frame)} bytes arrived damaged "
+        "(its CRC32 does not match), start the run again"
+    )
+
+
+def test_a_cut_message_is_damaged() -> None:
+    assert "arrived damaged" in refusal(writer().frame(b"grant" * 10)[:-7])
+
+
+def test_bytes_of_another_program_are_named() -> None:
+    assert refusal(b"ping") == (
+        "node west, message 0 on 'out': 4 bytes arrived that are no heavylift message (b'ping'); "
+        "another program writes to this run's keys, end it and start the run again"
+    )
+
+
+def test_another_run_is_named() -> None:
+    assert refusal(writer(run="feed").frame(b"")) == (
+        "node west, message 0 on 'out': a message of run feed arrived in run 0123456789abcdef, "
+        "end the other run's processes"
+    )
+
+
+def test_another_node_is_named() -> None:
+    assert refusal(writer(node="east").frame(b"")) == (
+        "node west, message 0 on 'out': a message of node east arrived in its place, "
+        "each node must use its own name and key"
+    )
+
+
+def test_another_topic_is_named() -> None:
+    assert "a message of topic 'samples' arrived" in refusal(writer(topic=Topic.SAMPLES).frame(b""))
+
+
+def test_an_older_incarnation_is_named() -> None:
+    assert refusal(writer(epoch=0).frame(b"")) == (
+        "node west, message 0 on 'out': a message of epoch 0 arrived in epoch 1, end the node's older process"
+    )
+
+
+def test_a_lost_message_is_named() -> None:
+    w = writer()
+    w.frame(b"lost")
+    assert refusal(w.frame(b"")) == (
+        "node west, message 0 on 'out': message 1 arrived out of sequence (messages were lost), "
+        "start the run again"
+    )
+
+
+def test_a_repeated_message_is_named() -> None:
+    frame, r = writer().frame(b""), reader()
+    r.open(frame)
+    with pytest.raises(ProtocolError, match=r"message 0 arrived out of sequence \(it had arrived before\)"):
+        r.open(frame)
+
+
+def test_the_hub_refuses_what_a_node_says_wrongly() -> None:
+    with LocalHub(["west", "east"]) as hub:
+        put = hub._session.put
+        put(key(hub.run, "west", "out"), writer(run=hub.run, node="east").frame(b""))
+        put(key(hub.run, "west", "samples"), b"\x00" * 40)
+        put(key(hub.run, "gantry", "out"), writer(run=hub.run, node="gantry").frame(b""))
+        with pytest.raises(ProtocolError, match="a message of node east arrived in its place"):
+            hub.receive()
+        with pytest.raises(ProtocolError, match="40 bytes arrived that are no heavylift message"):
+            hub.samples()
+        with pytest.raises(ProtocolError, match=r"this run has no such node \(west, east\)"):
+            hub.receive()
+
+
+def test_the_node_refuses_what_the_hub_says_twice() -> None:
+    with LocalHub(["west"]) as hub:
+        link = hub.link("west")
+        frame = Writer(hub.run, "west", Topic.IN, 1).frame(b"grant")
+        for _ in range(2):
+            hub._session.put(key(hub.run, "west", "in"), frame)
+        assert link.receive() == b"grant"
+        with pytest.raises(ProtocolError, match="it had arrived before"):
+            link.receive()
+
+
+@pytest.mark.parametrize("name", ["", "west/out", "*", "event", "observer", "west crane"])
+def test_a_name_that_cannot_stand_in_a_key_is_refused(name: str) -> None:
+    with pytest.raises(ProtocolError, match="cannot be used, choose 1 to 200 letters"):
+        Hub([name])
+
+
+def test_two_nodes_of_one_name_are_refused() -> None:
+    with pytest.raises(ProtocolError, match="two nodes are named 'west', give each node its own name"):
+        LocalHub(["west", "east", "west"])
+
+
+def test_a_stranger_without_a_password_is_not_admitted() -> None:
+    with Hub(["west"]) as hub:
+        endpoint = f"unixsock-stream/{hub.directory.socket}"
+        config = {
+            "mode": "client",
+            "connect": {"endpoints": [endpoint], "timeout_ms": 300, "exit_on_failure": True},
+            "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
+        }
+        with pytest.raises(zenoh.ZError):
+            zenoh.open(zenoh.Config.from_json5(json.dumps(config)))

@@ -1,0 +1,106 @@
+"""Round trips, bursts and large messages over both transports: in order, each once, none lost."""
+
+import time
+
+import pytest
+from conftest import Start
+from heavylift.coordinator.hub import LocalHub
+from heavylift.kernel.errors import ProtocolError
+
+
+def test_a_node_process_answers(start: Start) -> None:
+    hub, _ = start(west=(), east=())
+    for number in range(100):
+        hub.send("west", b"to west %d" % number)
+        hub.send("east", b"to east %d" % number)
+        answers = {hub.receive(5), hub.receive(5)}
+        assert answers == {("west", b"to west %d" % number), ("east", b"to east %d" % number)}
+
+
+def test_fresh_interpreters_do_the_same_as_forked_nodes(start: Start) -> None:
+    hub, _ = start(fork=False, west=())
+    hub.send("west", b"x")
+    assert hub.receive(5) == ("west", b"x")
+
+
+def test_a_burst_arrives_whole(start: Start) -> None:
+    hub, _ = start(west=("burst", "20000"))
+    hub.send("west", b"go")
+    time.sleep(0.3)  # longer than the queues on the way can hold
+    assert [hub.receive(5) for _ in range(20_000)] == [
+        ("west", number.to_bytes(4, "little")) for number in range(20_000)
+    ]
+
+
+def test_a_large_message_passes_unchanged(start: Start) -> None:
+    hub, _ = start(west=())
+    large = bytes(range(256)) * 4096
+    hub.send("west", large)
+    assert hub.receive(10) == ("west", large)
+
+
+def test_samples_are_there_when_the_answer_is(start: Start) -> None:
+    hub, _ = start(west=())
+    for _ in range(50):
+        hub.send("west", b"sample")
+        assert hub.receive(5) == ("west", b"sample")
+        assert hub.samples() == [("west", b"batch 0"), ("west", b"batch 1"), ("west", b"batch 2")]
+        assert hub.samples() == []
+
+
+def test_what_is_said_just_before_leaving_arrives(start: Start) -> None:
+    hub, _ = start(west=("burst", "300"))
+    hub.dismiss(b"go")
+    assert [hub.receive(5) for _ in range(300)][-1] == ("west", (299).to_bytes(4, "little"))
+
+
+def test_receive_waits_no_longer_than_its_timeout(start: Start) -> None:
+    hub, _ = start(west=())
+    for timeout, longest in ((0.0, 0.2), (0.05, 0.3), (0.3, 0.6)):
+        begin = time.monotonic()
+        assert hub.receive(timeout) is None
+        assert timeout <= time.monotonic() - begin < longest
+    hub.send("west", b"x")
+    assert hub.receive(5) == ("west", b"x")
+
+
+def test_nodes_of_one_process_answer_in_the_order_of_the_messages() -> None:
+    with LocalHub(["west", "east"]) as hub:
+        for node in hub.nodes:
+            link = hub.link(node)
+            link.serve(lambda message, link=link: link.send(message + b" heard"))  # type: ignore[misc]
+        for number in range(1000):
+            hub.send("east", b"%d" % number)
+            hub.send("west", b"%d" % number)
+            assert hub.receive() == ("east", b"%d heard" % number)
+            assert hub.receive() == ("west", b"%d heard" % number)
+
+
+def test_one_process_takes_bursts_and_large_messages_too() -> None:
+    with LocalHub(["west"]) as hub:
+        link = hub.link("west")
+        for number in range(20_000):
+            link.send(b"%d" % number)
+        link.sample(b"s" * 1_000_000)
+        assert [hub.receive() for _ in range(20_000)][-1] == ("west", b"19999")
+        assert hub.samples() == [("west", b"s" * 1_000_000)]
+
+
+def test_an_exception_of_a_node_in_this_process_reaches_the_coordinator() -> None:
+    def handle(message: bytes) -> None:
+        raise ZeroDivisionError("a mass of zero")
+
+    with LocalHub(["west"]) as hub:
+        hub.link("west").serve(handle)
+        hub.send("west", b"go")
+        with pytest.raises(ZeroDivisionError, match="a mass of zero"):
+            hub.receive()
+
+
+def test_waiting_for_nobody_is_an_error_and_no_hang() -> None:
+    with LocalHub(["west"]) as hub:
+        assert hub.receive(timeout=5) is None
+        with pytest.raises(ProtocolError, match="no node of this process has one to answer"):
+            hub.receive()
+        with pytest.raises(ProtocolError, match="node west waits for a message that nobody"):
+            hub.link("west").receive()

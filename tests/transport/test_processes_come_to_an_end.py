@@ -1,0 +1,166 @@
+"""A node dies, a coordinator dies, Ctrl-C: a sentence or an end within 2 s, and nothing is left behind."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from conftest import Start, gone_within, running
+from heavylift.coordinator.hub import Hub
+from heavylift.coordinator.processes import Processes
+from heavylift.kernel.errors import ProtocolError
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+
+COORDINATOR = """
+from heavylift.coordinator.hub import Hub
+from heavylift.coordinator.processes import Processes
+with Hub(["west", "east"]) as hub, Processes(["echo_node"]) as processes:
+    processes.start(hub, {node: ("echo_node",) for node in hub.nodes})
+    hub.receive(10), hub.receive(10)
+    print(hub.directory.path, processes._keeper.pid, *processes.pids.values(), flush=True)
+    hub.receive()
+"""
+
+
+def sentence(hub: Hub) -> str:
+    begin = time.monotonic()
+    with pytest.raises(ProtocolError) as error:
+        hub.receive(5)
+    assert time.monotonic() - begin < 1
+    return str(error.value)
+
+
+def test_a_killed_node_is_named_with_its_signal_and_the_simulation_time(start: Start) -> None:
+    hub, processes = start(west=(), east=())
+    hub.when = lambda: "t = 12.5 s"
+    begin = time.monotonic()
+    os.kill(processes.pids["west"], signal.SIGKILL)
+    assert sentence(hub) == (
+        "node west is gone at t = 12.5 s: its process was ended by signal 9 (SIGKILL); start the run again"
+    )
+    assert time.monotonic() - begin < 0.5
+    assert "node west is gone" in sentence(hub)  # and again, whoever asks
+
+
+def test_an_exception_in_a_node_is_named_with_its_last_line(start: Start) -> None:
+    hub, processes = start(west=(), east=())
+    hub.send("east", b"raise")
+    assert sentence(hub) == (
+        "node east is gone: its process ended with exit code 1 and last wrote "
+        '"RuntimeError: a rope was pushed"; start the run again'
+    )
+    assert "Traceback" in processes.output("east")
+
+
+def test_a_node_that_never_joins_is_named(start: Start) -> None:
+    hub, _ = start(hello=False, west=(), east=("raise-early",))
+    with pytest.raises(ProtocolError, match='exit code 1 and last wrote "ValueError: the model has no mass"'):
+        hub.send("east", b"x")
+
+
+def test_what_a_node_said_before_its_end_comes_first(start: Start) -> None:
+    hub, _ = start(hello=False, west=("say-and-die",))
+    assert hub.receive(5) == ("west", b"hello")
+    assert hub.receive(5) == ("west", b"my last words")
+    assert "node west is gone: its process ended with exit code 3" in sentence(hub)
+
+
+def test_the_coordinator_in_a_long_computation_finds_the_end_later(start: Start) -> None:
+    hub, processes = start(west=())
+    os.kill(processes.pids["west"], signal.SIGSEGV)
+    time.sleep(0.5)
+    assert "signal 11 (SIGSEGV)" in sentence(hub)
+
+
+def test_an_ordered_end_leaves_nothing(start: Start) -> None:
+    hub, processes = start(west=(), east=())
+    hub.dismiss(b"stop")
+    begin = time.monotonic()
+    processes.end()
+    hub.close()
+    assert time.monotonic() - begin < 0.5
+    assert not any(running(pid) for pid in (*processes.pids.values(), processes._keeper.pid))
+    assert not hub.directory.path.exists()
+    assert processes._exits == {"west": 0, "east": 0}
+
+
+@pytest.mark.parametrize("state", ["deaf", "stopped"])
+def test_a_node_that_does_not_listen_is_killed_within_2_s(start: Start, state: str) -> None:
+    hub, processes = start(west=("deaf",) if state == "deaf" else ())
+    if state == "stopped":
+        os.kill(processes.pids["west"], signal.SIGSTOP)
+    begin = time.monotonic()
+    hub.dismiss(b"stop")
+    processes.end()
+    hub.close()
+    assert time.monotonic() - begin < 2
+    assert not running(processes.pids["west"])
+
+
+def launch() -> tuple["subprocess.Popen[str]", Path, list[int]]:
+    """A coordinator in a process of its own, its run directory, and the ids of its keeper and nodes."""
+    coordinator = subprocess.Popen(
+        [sys.executable, "-c", COORDINATOR],
+        env={**os.environ, "PYTHONPATH": os.path.dirname(__file__)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        process_group=0,
+    )
+    assert coordinator.stdout is not None
+    directory, *pids = coordinator.stdout.readline().split()
+    return coordinator, Path(directory), [int(pid) for pid in pids]
+
+
+def test_nothing_outlives_a_killed_coordinator() -> None:
+    coordinator, directory, pids = launch()
+    assert all(running(pid) for pid in pids)
+    coordinator.kill()
+    coordinator.wait()
+    assert gone_within(2, *pids)
+    assert not directory.exists()
+
+
+def test_nodes_do_not_even_outlive_coordinator_and_keeper() -> None:
+    coordinator, directory, (keeper, *nodes) = launch()
+    os.kill(keeper, signal.SIGSTOP)  # so that it cannot clean up
+    coordinator.kill()
+    coordinator.wait()
+    os.kill(keeper, signal.SIGKILL)
+    assert gone_within(2, *nodes)
+    shutil.rmtree(directory)
+
+
+def test_ctrl_c_reaches_a_waiting_coordinator_at_once() -> None:
+    coordinator, directory, pids = launch()
+    begin = time.monotonic()
+    os.killpg(coordinator.pid, signal.SIGINT)
+    _, errors = coordinator.communicate(timeout=5)
+    assert time.monotonic() - begin < 1.5
+    assert errors.count("KeyboardInterrupt") == 1
+    assert not any(running(pid) for pid in pids)
+    assert not directory.exists()
+
+
+def test_a_killed_keeper_ends_the_run_with_a_sentence(start: Start) -> None:
+    hub, processes = start(west=(), east=())
+    processes._keeper.kill()
+    assert "the process that starts and keeps all nodes has ended" in sentence(hub)
+    processes.end()
+    assert gone_within(1, *processes.pids.values())
+
+
+def test_twelve_nodes_stand_within_0_9_s() -> None:
+    nodes = [f"node{number}" for number in range(12)]
+    begin = time.monotonic()
+    with Processes(["echo_node"]) as processes, Hub(nodes) as hub:
+        processes.start(hub, {node: ("echo_node",) for node in nodes})
+        assert {hub.receive(5) for _ in nodes} == {(node, b"hello") for node in nodes}
+        assert time.monotonic() - begin < 0.9
+        hub.dismiss(b"stop")
+        processes.end()
