@@ -1,12 +1,13 @@
 """The coordinator: conservative Parallel DEVS in one round trip per decision. No input or output, no clock.
 
 State per node j: next_j, offer_j = lambda(next_j), quiet_j, lookahead L_j, and the pending inputs.
-  o_j  earliest output of j that is not held yet: min(q_j, after(first pending input, L_j)), q_j = succ(next_j) once
-       the offer is committed, else quiet_j; frozen at grant time while j runs
-  B_i  = min over j of o_j + D[j][i], the window of i; D from `distance`
-  COMMIT, to a fixpoint, before granting: an idle i with next_i <= B_i and next_i <= its first pending tag puts its
-       offer into the receivers' bags at next_i
-  GRANT idle i when e_i = min(next_i, first pending) < B_i and, if e_i = next_i, its offer is empty or committed
+  o_j  earliest output of j that is not held yet: min(q_j, after(first pending input, L_j)), with
+       q_j = succ(next_j) once the offer is committed, else quiet_j; frozen at grant time while j runs
+  B_i  = min over j != i of o_j + D[j][i], the window of i; D from `distance`
+  COMMIT, to a fixpoint, before granting: an idle i with next_i <= B_i and next_i <= its first pending tag
+       puts its offer into the receivers' bags at next_i
+  GRANT idle i when e_i = min(next_i, first pending) < B_i and, if e_i = next_i, its offer is empty or
+       committed
 Nothing is in flight when a decision is made. Committed and spoken events leave through `on_event` in total
 order (t, k, source, port, index) as soon as no earlier one can come: when their tag is below all o_j.
 
@@ -63,7 +64,7 @@ class _Node:
 
 
 class Coordinator:
-    """Say `hello` for each node and `done` for each DONE; send what `ready` returns; stop when it is `over`."""
+    """Say `hello` for each node and `done` for each DONE; send what `ready` returns until it is `over`."""
 
     def __init__(
         self,
@@ -73,12 +74,13 @@ class Coordinator:
         finish: tuple[str, str] | None = None,
         on_event: Callable[[Event], None] = lambda event: None,
     ) -> None:
-        """Run to events below `end`; an event on the port `finish` = (node, port) ends the run with its time."""
+        """Run to events below `end`; an event on the port `finish` = (node, port) ends it with its time."""
         self._nodes = {name: _Node(name, i) for i, name in enumerate(sorted(nodes))}
         self._couplings = [Coupling(*coupling) for coupling in couplings]
         self._receivers: dict[tuple[str, str], list[tuple[_Node, str]]] = {}
         self._finish, self._finished = finish, False
         self.end, self._on_event = end, on_event
+        self.floor = Tag(0)  # nothing below it comes any more
         self._held: list[tuple[Order, Event]] = []  # heap of events that have not left yet
         self._distance: Matrix = []
 
@@ -107,8 +109,8 @@ class Coordinator:
                 raise ProtocolError(f"{name} spoke for {event.source}: a node says only its own events")
             if event.tag < node.frozen:
                 raise ProtocolError(
-                    f"{name} spoke on port {event.port} at {event.tag}, earlier than the {node.frozen} it had "
-                    f"declared: the lookahead of that port is too long"
+                    f"{name} spoke on port {event.port} at {event.tag}, earlier than the {node.frozen} "
+                    f"that it had declared: the lookahead of that port is too long"
                 )
         del node.pending[: _before(node.pending, done.reached)]
         node.frozen, node.committed = None, False
@@ -121,7 +123,7 @@ class Coordinator:
         if not self._distance:
             return []
         bound = self._commit()
-        floor = min(min(bound), self.end)
+        self.floor = floor = min(min(bound), self.end)
         while self._held and self._held[0][1].tag < floor:
             self._on_event(heappop(self._held)[1])
         grants = []

@@ -19,7 +19,7 @@ Matrix = list[list[Delay | None]]  # [from][to]; None = no path
 
 
 class Coupling(NamedTuple):
-    """What node `source` says on `port` lies in the bag of the in port `into` of node `target`, at the same tag."""
+    """What `source` says on `port` lies in the bag of the in port `into` of `target`, at the same tag."""
 
     source: str
     port: str

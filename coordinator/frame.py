@@ -16,9 +16,10 @@ from zlib import crc32
 
 from heavylift.kernel.errors import ProtocolError
 
-__all__ = ["Reader", "Topic", "Writer"]
+__all__ = ["FIRST_EPOCH", "Reader", "Topic", "Writer"]
 
 MAGIC = b"HLF1"
+FIRST_EPOCH = 1
 _START = struct.Struct("<IQ")  # crc32, sequence number
 _IDENTITY = struct.Struct("<4sBIBB")  # magic, topic, epoch, lengths of the run id and of the node's name
 _FIXED = _START.size + _IDENTITY.size

@@ -19,7 +19,7 @@ from types import TracebackType
 from typing import Self
 
 import zenoh
-from heavylift.coordinator.frame import Reader, Topic, Writer
+from heavylift.coordinator.frame import FIRST_EPOCH, Reader, Topic, Writer
 from heavylift.coordinator.link import FIFO, JOIN_s, LocalLink, matched
 from heavylift.coordinator.session import (
     OBSERVER,
@@ -39,7 +39,6 @@ __all__ = ["Hub", "LocalHub"]
 
 TICK_s = 0.05  # how often the watching thread looks
 GRACE_s = 0.3  # how long a lost connection waits for the reason of its process's end
-EPOCH = 1  # the first incarnation of every node
 WAKE = "~hub"  # in place of a node's name: a message of the hub to itself
 
 
@@ -49,13 +48,15 @@ class _Desk:
     def __init__(self, session: zenoh.Session, run: str, nodes: tuple[str, ...]) -> None:
         block = zenoh.CongestionControl.BLOCK
         self.run, self.nodes = run, nodes
+        self.when: Callable[[], str] = lambda: ""
+        """Gives the simulation time for a sentence, like "t = 12.5 s"; set by who knows it."""
         self._session = session
         self._publishers = {
             n: session.declare_publisher(key(run, n, "in"), congestion_control=block) for n in nodes
         }
-        self._writers = {n: Writer(run, n, Topic.IN, EPOCH) for n in nodes}
-        self._out = {key(run, n, "out"): (n, Reader(run, n, Topic.OUT, EPOCH)) for n in nodes}
-        self._data = {key(run, n, "samples"): (n, Reader(run, n, Topic.SAMPLES, EPOCH)) for n in nodes}
+        self._writers = {n: Writer(run, n, Topic.IN, FIRST_EPOCH) for n in nodes}
+        self._out = {key(run, n, "out"): (n, Reader(run, n, Topic.OUT, FIRST_EPOCH)) for n in nodes}
+        self._data = {key(run, n, "samples"): (n, Reader(run, n, Topic.SAMPLES, FIRST_EPOCH)) for n in nodes}
         self._batches: deque[zenoh.Sample] = deque()
         self._events: dict[tuple[str, str], zenoh.Publisher] = {}
         keep = Callback(self._batches.append, indirect=False)
@@ -119,8 +120,6 @@ class Hub(_Desk):
         except ProtocolError:
             self.directory.remove()
             raise
-        self.when: Callable[[], str] = lambda: ""
-        """Gives the simulation time for a sentence, like "t = 12.5 s"; set by who knows it."""
         self._met: set[str] = set()
         self._failure: ProtocolError | None = None
         self._deadline: float | None = None
@@ -140,7 +139,7 @@ class Hub(_Desk):
 
     def ticket(self, node: str) -> Ticket:
         """What the process of this node needs to join."""
-        return Ticket(self.run, node, EPOCH, self.directory.socket, self._passwords[node])
+        return Ticket(self.run, node, FIRST_EPOCH, self.directory.socket, self._passwords[node])
 
     def send(self, node: str, payload: bytes) -> None:
         """Send a protocol message to a node; the first one waits until the node listens."""

@@ -14,7 +14,7 @@ from types import TracebackType
 from typing import Any, Self
 
 import zenoh
-from heavylift.coordinator.frame import Reader, Topic, Writer
+from heavylift.coordinator.frame import FIRST_EPOCH, Reader, Topic, Writer
 from heavylift.coordinator.session import Ticket, key, node_session
 from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback, FifoChannel
@@ -104,7 +104,7 @@ class LocalLink(_Sender):
     """A node's connection to a LocalHub over the same session; `serve` hands its messages to a function."""
 
     def __init__(self, session: zenoh.Session, run: str, node: str, ready: deque[str]) -> None:
-        super().__init__(session, run, node, epoch=1)
+        super().__init__(session, run, node, FIRST_EPOCH)
         self._pending: deque[zenoh.Sample] = deque()
         self._ready = ready
         self._handler: Callable[[bytes], None] | None = None

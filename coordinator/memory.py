@@ -1,4 +1,4 @@
-"""Coordinator and nodes in one thread, without transport: the protocol alone, for tests and for trying things out.
+"""Coordinator and nodes in one thread, without transport: the protocol alone, for tests and trials.
 
 Every message goes through its wire form. With a random generator, DONEs are taken in random order, and
 grants can be cut at random; neither may change what the models do.

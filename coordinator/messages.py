@@ -13,10 +13,10 @@
 |         |             | quiet, hash                         | from there on stay pending at the hub     |
 | FAIL    | node -> hub | tag, path, sentence, traceback      | ends the run                              |
 | STOP    | hub -> node | end, why                            | nothing at or after `end` counts          |
-| BYE     | node -> hub | sentence: what it still waits for   | answers STOP; nothing follows             |
+| BYE     | node -> hub | what the node still waits for       | answers STOP; nothing follows             |
 
-`offer` = lambda(next), computed ahead. `quiet` = earliest tag at which the node can speak if nothing reaches it.
-`spoken` = outputs made under this grant that were not offered before. `hash` chains (tag, bag, outputs, next).
+`offer` = lambda(next), computed ahead. `quiet` = earliest tag at which the node can speak if nothing reaches
+it. `spoken` = outputs made under this grant, not offered before. `hash` chains (tag, bag, outputs, next).
 Any other message, or one out of order, is refused by name. The wire form is MessagePack, one map per message.
 """
 
@@ -86,8 +86,6 @@ class Stop(msgspec.Struct, frozen=True, tag="stop"):
 
 class Bye(msgspec.Struct, frozen=True, tag="bye"):
     """The node leaves; `sentence` says what it still waits for."""
-
-    sentence: str = ""
 
     sentence: str = ""
 

@@ -18,11 +18,11 @@ from .distance import plus
 from .messages import AnyMessage, Bye, Done, Fail, Grant, Hello, Stop, Welcome
 
 _ENCODER = msgspec.msgpack.Encoder()
+_BEGIN = Tag(0)
 
 
 class Node:
-    """Answers each message of the coordinator; `finish(end)` is called when the run is over and
-    returns what the model still waits for ("" = nothing)."""
+    """Answers each message; in the end `finish(end)` returns what the model still waits for, or ""."""
 
     def __init__(self, name: str, model: Steppable, finish: Callable[[Tag], str] = lambda end: "") -> None:
         self.name, self.model, self.epoch, self._finish = name, model, 0, finish
@@ -111,7 +111,7 @@ class Node:
             )
 
     @staticmethod
-    def failure(name: str, error: Exception, tag: Tag = Tag(0)) -> Fail:
+    def failure(name: str, error: Exception, tag: Tag = _BEGIN) -> Fail:
         """What a node says when it cannot go on."""
         sentence = (
             str(error) if isinstance(error, HeavyliftError) else f"{name}: {type(error).__name__}: {error}"

@@ -97,6 +97,10 @@ class Record:
         self._last_ns = max(self._last_ns, rows.times[-1])
         return rows.times[-1]
 
+    def settle(self, t_ns: int) -> None:
+        """Nothing before this time comes any more: what waits below it may be written."""
+        self._recorder.settle(t_ns)
+
     def protocol(self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes) -> None:
         """A message of the time protocol; outside the digest."""
         kind = type(message).__name__.upper()

@@ -109,8 +109,9 @@ class _Session:
         self._greet()
         while True:
             for name, grant in self._core.ready():
-                self._send(name, grant, Tag(min(grant.until.t, 2**62)))
+                self._send(name, grant)
                 self.grants += 1
+            self._record.settle(self._core.floor.t)
             self._outcome = self._core.over
             if self._outcome is not None:
                 return
@@ -119,7 +120,7 @@ class _Session:
     def _greet(self) -> None:
         setup = Setup(plan=encode(self._plan))
         for name in self._models:
-            self._send(name, m.Welcome(1, msgspec.msgpack.encode(setup)), Tag(0))
+            self._send(name, m.Welcome(1, msgspec.msgpack.encode(setup)))
         declared = {name: self._hello(*self._receive(PATIENCE_s)) for name in self._models}
         systems = [msgspec.msgpack.decode(declared[name], type=System) for name in self._models]
         config = {
@@ -130,10 +131,10 @@ class _Session:
             "subscriptions": subscriptions(self._plan),
         }
         kernel = Setup(kernel=msgspec.msgpack.encode(config))
-        self._send(KERNEL, m.Welcome(1, msgspec.msgpack.encode(kernel)), Tag(0))
+        self._send(KERNEL, m.Welcome(1, msgspec.msgpack.encode(kernel)))
         self._record.layout(self._hello(*self._receive(PATIENCE_s)), systems)
 
-    def _send(self, node: str, message: m.AnyMessage, tag: Tag) -> None:
+    def _send(self, node: str, message: m.AnyMessage) -> None:
         data = m.encode(message)
         self._record.protocol(self.now.t, node, "to node", message, data)
         self._hub.send(node, data)

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from .emit import While
+from .evaluation import Evaluation
 from .layout import Layout
 from .rate import Program
 from .symbol import Function, any_of, maximum, minimum, select, sqrt
@@ -70,7 +71,8 @@ def step(s: SimpleNamespace, rate: Callable[[Any, Any], Any], n_error: float) ->
     room = s.t_stop - s.t
     last = s.h >= room
     h = select(last, room, s.h)
-    k, r = [s.f], None
+    k = [s.f]
+    y, r = s.y, s
     for c, a in zip(C[1:], A[1:], strict=True):
         y = s.y + h * combine(a, k)
         r = rate(s.t + c * h, y)
@@ -180,7 +182,7 @@ class Dopri5:
 
         state = {"t": 1, "y": p.ny, "P": n_p}
         self.f_rate = Function("rate", evaluate, state, vectors=["dy"])
-        self.f_row = Function("row", lambda t, y, P: {"values": self.row(p.observe(t[0], y, P))}, state)
+        self.f_row = Function("row", lambda t, y, P: {"values": self.row(p.evaluate(t[0], y, P))}, state)
         self.functions = {
             "step": self._on_block("step", lambda s, rate, row: step(s, rate, float(nq + nv))),
             "bisect": self._on_block("bisect", lambda s, rate, row: bisect(s, rate)),
@@ -204,11 +206,12 @@ class Dopri5:
         sizes |= {"poses": 12 * len(p.graph.links), "kinetic": None, "potential": None}
         return Layout(sizes | {"peak": ropes, "peak_time": ropes})
 
-    def row(self, x: SimpleNamespace) -> list[Any]:
+    def row(self, x: Evaluation) -> list[Any]:
         """The columns of `_row_layout` without the peaks."""
+        poses, kinetic, potential = x.poses_and_energies()
         parts = (x.q, x.v, x.accounts, x.tensions, x.lengths, x.length_rates, x.elongations, x.normals)
         flat = [e for part in parts for e in part]
-        return [*flat, *x.places, *x.velocities, *x.stored, *x.poses, x.kinetic, x.potential]
+        return [*flat, *x.places, *x.velocities, *x.stored, *poses, kinetic, potential]
 
     def _on_block(self, name: str, part: Callable[..., Any], table: bool = False, plain: bool = False) -> Function:
         """A function of the blocks X and P (and a table) made of `part(s, rate, row)`."""

@@ -13,14 +13,15 @@ import numpy as np
 from .describe import Rope, System
 from .trees import Tree, numbers
 
-__all__ = ["PROFILE", "Parameters", "rope_numbers"]
+__all__ = ["PROFILE", "ROPE_HEAD", "ROPE_LINE", "SUPPORT", "Parameters"]
 
 PROFILE = 8  # start, x0, v0, a1, d1, cruise, a2, d2
 ROPE_HEAD = 4  # EA, damping, hooked, taut
 ROPE_LINE = 7  # a(3), b(3), share
+SUPPORT = 15  # point(3), height, k, d, mu, kt, dt, closed, stick, anchor(2), direction(2)
 
 
-def rope_numbers(rope: Rope) -> list[float]:
+def _rope_numbers(rope: Rope) -> list[float]:
     """EA, damping, hooked, taut and the lines of a rope."""
     lines = [x for line in rope.lines for x in (*line.a.p, *line.b.p, line.share)]
     return [rope.EA, rope.damping, float(rope.hooked), 0.0, *lines]
@@ -64,7 +65,7 @@ class Parameters:
         for b in system.brakes:
             put("brake", b.name, [b.moment, b.k, b.d, float(b.engaged), 1.0, joint_q0.get(b.joint, 0.0), 0.0])
         for r in system.ropes:
-            put("rope", r.name, rope_numbers(r))
+            put("rope", r.name, _rope_numbers(r))
         for u in system.supports:
             laws = [u.height, u.k, u.d, u.mu, u.kt, u.dt]
             put("support", u.name, [*u.point.p, *laws, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0])

@@ -12,8 +12,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from .dopri5 import Dopri5
+from .graph import Graph
 
-__all__ = ["Channel", "channels", "published"]
+__all__ = ["Channel", "channels", "coordinate_names", "published"]
 
 _COORDINATES = {
     "fixed": (),
@@ -42,16 +43,23 @@ class Channel:
     stop: int
 
 
+def coordinate_names(graph: Graph) -> tuple[list[str], list[str]]:
+    """Names of all coordinates q and velocities v: joint and component."""
+    joints = [k.joint for k in graph.links]
+    q = [f"{j.name}.{c}" for j in joints for c in _COORDINATES[j.kind]]
+    return q, [f"{j.name}.{c}" for j in joints for c in _VELOCITIES[j.kind]]
+
+
 def channels(method: Dopri5) -> list[Channel]:
     """The channels of a scene in the order of `published`'s columns."""
     p = method.program
     s = p.system
     ropes = tuple(r.name for r in s.ropes)
     winches = tuple(r.name for r in s.ropes if r.winch)
-    joints = [k.joint for k in p.graph.links]
+    positions, velocities = coordinate_names(p.graph)
     groups: list[tuple[str, tuple[str, ...], str]] = [
-        ("joint/position", tuple(f"{j.name}.{c}" for j in joints for c in _COORDINATES[j.kind]), "m | rad"),
-        ("joint/velocity", tuple(f"{j.name}.{c}" for j in joints for c in _VELOCITIES[j.kind]), "m/s | rad/s"),
+        ("joint/position", tuple(positions), "m | rad"),
+        ("joint/velocity", tuple(velocities), "m/s | rad/s"),
         ("rope/tension", ropes, "N"),
         ("rope/peak", ropes, "N"),
         ("rope/peak_time", ropes, "s"),

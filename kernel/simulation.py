@@ -28,6 +28,7 @@ from .oracle import Oracle
 from .rate import Program
 from .references import References
 from .switching import StateEvent, Switches
+from .trees import kind_of
 
 __all__ = ["FOREVER_NS", "Simulation"]
 
@@ -97,10 +98,8 @@ class Simulation:
         points = [p.graph.number(u.point.body) for u in s.supports]
         numbered = [(h.quantity, h.of, h.ropes, h.point and h.point.body) for h in s.thresholds]
         masters = [(m.kind, m.of, m.axis) for m in s.measured]
-        from .trees import kind_of
-
         return repr(
-            [[kind_of(t) for t in p.trees], laws, flat, [r.winch for r in s.ropes], points, numbered, masters, len(s.masters)]
+            [[kind_of(t) for t, _ in p.instances], laws, flat, [r.winch for r in s.ropes], points, numbered, masters, len(s.masters)]
         )
 
     def _ir(self) -> str:

@@ -33,7 +33,7 @@ class Switches:
     def __init__(self, program: Program, P: np.ndarray) -> None:
         self._program, self._P, self._at = program, P, program.parameters.at
         self._account = {a: program.nq + program.nv + i for i, a in enumerate(program.accounts)}
-        self._stored = {name: i for i, (_, name) in enumerate(program.stored)}
+        self._stored = {name: i for i, name in enumerate(program.stored)}
         s = program.system
         self._ropes = {r.name: i for i, r in enumerate(s.ropes)}
         self._supports = {u.name: i for i, u in enumerate(s.supports)}

@@ -1,1 +1,29 @@
-"""."""
+"""Scene files: YAML with units in, a checked plan out.
+
+    load("turnover")            -> LoadedScene: plan, text, path      raises SceneError with all errors at once
+    load("lift.yaml", ["seed=7", "cranes.west.at=41 m"])              with settings laid over the file
+    parse(text)                 the same for a text that stands in no file
+    check(scene)                -> Report: sizes, static loads, use, safety factors; str(report) is a page
+    bundled()                   the scenes that come with heavylift, by name
+
+Node processes import `heavylift.nodes.scene.plan` only; what reads YAML is imported when it is first used.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .loading import LoadedScene, bundled, check, load, parse
+    from .report import Report
+
+__all__ = ["LoadedScene", "Report", "bundled", "check", "load", "parse"]
+
+
+def __getattr__(name: str) -> Any:
+    """The public names, imported when they are first used."""
+    if name not in __all__:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    from importlib import import_module
+
+    return getattr(import_module(".report" if name == "Report" else ".loading", __name__), name)

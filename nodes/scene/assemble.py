@@ -49,15 +49,14 @@ class _Assembly:
             self._known(("mechanism", "supports", name, "body"), support.body)
         system = k.System(
             bodies=tuple(
-                k.Body(name, body.mass, body.com, _matrix(body.inertia)) for name, body in given.bodies.items()
+                k.Body(name, body.mass, body.com, _matrix(body.inertia))
+                for name, body in given.bodies.items()
             ),
             joints=tuple(_joint(name, joint) for name, joint in given.joints.items()),
             springs=tuple(
                 k.JointSpring(n, x.joint, x.stiffness, x.damping, x.rest) for n, x in given.springs.items()
             ),
-            stops=tuple(
-                k.Stop(n, x.joint, *x.range, x.stiffness, x.damping) for n, x in given.stops.items()
-            ),
+            stops=tuple(k.Stop(n, x.joint, *x.range, x.stiffness, x.damping) for n, x in given.stops.items()),
             brakes=tuple(
                 k.Brake(n, x.joint, x.holds, x.stiffness, x.damping, x.engaged)
                 for n, x in given.brakes.items()
@@ -98,12 +97,16 @@ class _Assembly:
                 self._fault((*path, "child"), "the world cannot be carried by a joint")
             elif joint.child in carried:
                 other = carried[joint.child]
-                self._fault((*path, "child"), f"the body '{joint.child}' is already carried by joint '{other}'")
+                self._fault(
+                    (*path, "child"), f"the body '{joint.child}' is already carried by joint '{other}'"
+                )
             carried.setdefault(joint.child, name)
             if isinstance(joint, mechanics.Revolute | mechanics.Prismatic) and not any(joint.axis):
                 self._fault((*path, "axis"), "an axis needs a direction, such as [0, 0, 1]")
             if isinstance(joint, mechanics.Spherical | mechanics.Free) and not any(joint.attitude):
-                self._fault((*path, "attitude"), "a quaternion x y z w must not be zero, [0, 0, 0, 1] is no turn")
+                self._fault(
+                    (*path, "attitude"), "a quaternion x y z w must not be zero, [0, 0, 0, 1] is no turn"
+                )
         for body in self.given.bodies:
             above, seen = body, set[str]()
             while above in carried and above not in seen:

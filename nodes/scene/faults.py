@@ -27,7 +27,9 @@ def closest(word: str, known: Iterable[str]) -> str:
 
 def raise_faults(source: Source, faults: Iterable[Fault]) -> None:
     """Raises one SceneError with the text of all faults, if there are any."""
-    told = sorted({(_mark(source, f), f.path, f) for f in faults}, key=lambda x: (_order(source, x[0]), str(x[1])))
+    told = sorted(
+        {(_mark(source, f), f.path, f) for f in faults}, key=lambda x: (_order(source, x[0]), str(x[1]))
+    )
     texts = list(dict.fromkeys(_text(mark, fault) for mark, _, fault in told))
     if texts:
         count = f"{len(texts)} error{'s' if len(texts) > 1 else ''} in {source.name}"

@@ -39,7 +39,9 @@ class Step:
     where: str
     stage: str
     state: State
-    loads: dict[str, float] | None = None  # sling load by loader [kg]; None: nothing hangs or nothing can hold it
+    loads: dict[str, float] | None = (
+        None  # sling load by loader [kg]; None: nothing hangs or nothing can hold it
+    )
     lean: float = 0.0  # the centre of mass is so far from what could hold it [m]
 
 
@@ -50,6 +52,9 @@ class Following:
     steps: list[Step] = field(default_factory=list)
     faults: list[tuple[str, str]] = field(default_factory=list)
     known: bool = True
+    told_stages: list[str] = field(
+        default_factory=list
+    )  # those a table shows: of a turn every 30 degrees or so
 
 
 def follow(scene: schema.Scene, built: plan.Plan) -> Following:
@@ -210,7 +215,11 @@ class Follower:
                 return now + move.speed * until.seconds
             case actions.Slings() if move.verb in {"hoist", "lower"}:
                 gap = 0.0 if until.state == "taut" else 2 * SLACK
-                low = self.rest() if sign > 0 and not self.state.grounded and self._all(until) else self.state.at[2]
+                low = (
+                    self.rest()
+                    if sign > 0 and not self.state.grounded and self._all(until)
+                    else self.state.at[2]
+                )
                 return self._length_at(loaders, low, now, gap)
             case actions.Lifted():
                 return now
@@ -276,7 +285,7 @@ class Follower:
             o = self.offset(com, theta)
             at = (cx - o[0], cy - o[1], cz - o[2])
             self.state = replace(start, theta=theta, trolleys=trolleys, ropes=ropes, at=at)
-            self._step(order.where, f"{stage}, {math.degrees(theta):.0f} deg")
+            self._step(order.where, f"{stage}, {math.degrees(theta):.0f} deg", told=i % (SAMPLES // 3) == 0)
 
     def _mean(self, lugs: list[str], theta: float) -> tuple[float, float]:
         places = [self.offset(self.block.lugs[lug], theta) for lug in lugs]
@@ -307,7 +316,9 @@ class Follower:
     def _lug_mean(self, lugs: list[str], axis: int) -> float:
         return sum(self.offset(self.block.lugs[lug])[axis] for lug in lugs) / len(lugs)
 
-    def _step(self, where: str, stage: str) -> None:
+    def _step(self, where: str, stage: str, *, told: bool = True) -> None:
+        if told:
+            self.told.told_stages.append(stage)
         if self.state.grounded:
             self.told.steps.append(Step(where, stage, self.state))
             return
@@ -351,7 +362,9 @@ def reach(at: Follower, sling: str, lug: str) -> str:
     if gap <= SLACK / 10:
         return ""
     if beside > 0.05 * given.L0:
-        told = f"the hook stands {beside:.1f} m beside the lug {lug}, too far for the {given.L0:g} m of {sling}"
+        told = (
+            f"the hook stands {beside:.1f} m beside the lug {lug}, too far for the {given.L0:g} m of {sling}"
+        )
         return f"{told} ({gap * 1000:.0f} mm are missing): move crane or trolley first"
     told = f"{sling} is {gap * 1000:.0f} mm too short for the lug {lug}"
     return f"{told}: lower the hook or take a longer sling than {given.L0:g} m"

@@ -1,27 +1,208 @@
-"""Whether a scene fits: portals, trolleys, ropes, hooks, lugs, slings and the block on its stools.
+"""Whether a scene fits: portals, trolleys, ropes, hooks, lugs, slings, the block on its stools.
 
-Each check is one function that yields (where, sentence); the states come from following the action list.
+Each check is one function that yields (subject, where, sentence); it sees the start or, of the followed action list,
+what stood before and after an action.  A subject is told once per check.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from itertools import pairwise
+from collections.abc import Iterator
+from itertools import combinations, pairwise
 from typing import TypeAlias
 
 from . import plan, schema
-from .follow import Follower, Step, reach
-from .machines import HOOKS, exit_height
+from .follow import Follower, State, Step, reach
+from .machines import exit_height
 
-Told: TypeAlias = Iterator[tuple[str, str]]
-SAME_LEVEL = 5.0  # trolleys whose ropes leave closer together in height meet [m]
+Told: TypeAlias = Iterator[tuple[str, str, str]]
+SAME_LEVEL = 5.0  # trolleys whose ropes leave closer together in height run into each other [m]
+TOUCH = 1e-6  # [m]
 
 
-def geometry_checks(scene: schema.Scene, built: plan.Plan, steps: list[Step]) -> list[tuple[str, str]]:
-    """All that does not fit, at the start and after each action."""
-    found = [told for check in _ONCE for told in check(scene, built)]
+def start_checks(scene: schema.Scene, built: plan.Plan) -> list[tuple[str, str]]:
+    """What does not fit before anything moves."""
+    if scene.block is None or built.block is None:
+        return []
+    checks = (_on_stools, _stools_below_mass, _lugs_outside, _under_hooks, _slings_reach)
+    return [(where, told) for check in checks for _, where, told in check(scene, built)]
+
+
+def step_checks(scene: schema.Scene, built: plan.Plan, steps: list[Step]) -> list[tuple[str, str]]:
+    """What does not fit at the start or after an action."""
+    found: dict[tuple[str, str], tuple[str, str]] = {}
+    checks = (_portals, _rails, _girder_ends, _trolleys_meet, _rope_lengths, _hook_limits, _block_clear)
     for before, after in pairwise([steps[0], *steps]):
-        found += [told for each in _ALWAYS for told in each(scene, built, before, after)]
-    seen: set[str] = set()
-    return [seen.add(s[0] + s[1]) or s for s in found if s[0] + s[1] not in seen]  # type: ignore[func-returns-value]
+        for check in checks:
+            for subject, where, told in check(scene, built, before.state, after):
+                late = "" if after is steps[0] else f" ({after.stage})"
+                found.setdefault((check.__name__, subject), (after.where or where, told + late))
+    return list(found.values())
+
+
+# at the start
+
+
+def _on_stools(scene: schema.Scene, built: plan.Plan) -> Told:
+    """The block stands on its stools: neither above nor sunk into them."""
+    assert scene.block and built.block
+    gap = scene.block.at[2] - scene.block.size[2] / 2 - scene.block.supports.height
+    if abs(gap) > TOUCH:
+        how = f"{gap:g} m above" if gap > 0 else f"{-gap:g} m deep in"
+        z = scene.block.supports.height + scene.block.size[2] / 2
+        yield "block", built.block.where, f"the block is {how} its stools: put its middle at z = {z:g} m"
+
+
+def _stools_below_mass(scene: schema.Scene, built: plan.Plan) -> Told:
+    """All stools bear: the centre of mass is inside them, and they are under the block."""
+    assert scene.block and built.block
+    u, v, _ = scene.block.com
+    rows = [(x, y) for x, y in scene.block.supports.at]
+    a, b = (max(abs(c[i]) for c in rows) for i in (0, 1))
+    if a > scene.block.size[0] / 2 or b > scene.block.size[1] / 2:
+        yield "stools", built.block.pads[0].where, "a stool stands beside the block"
+    elif not _inside((u, v), rows):
+        told = f"the centre of mass at u = {u:g} m, v = {v:g} m is not above the stools: the block would tip"
+        yield "stools", built.block.pads[0].where, told
+
+
+def _lugs_outside(scene: schema.Scene, built: plan.Plan) -> Told:
+    """No lug is inside the block."""
+    assert scene.block and built.block
+    half = tuple(side / 2 for side in scene.block.size)
+    for lug in built.block.lugs:
+        depths = [h - abs(x) for h, x in zip(half, lug.p, strict=True)]
+        if min(depths) > TOUCH:
+            axis = "uvw"[depths.index(min(depths))]
+            told = f"the lug {lug.name} is inside the block, {min(depths):g} m below its face at {axis}"
+            yield (
+                lug.name,
+                lug.where,
+                f"{told} = {math.copysign(half['uvw'.index(axis)], lug.p[depths.index(min(depths))]):g} m",
+            )
+
+
+def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Told:
+    """Some hook is above the block."""
+    assert scene.block and built.block
+    x, y, _ = scene.block.at
+    a, b, _ = scene.block.size
+    over = [p for p in (loader.pose for loader in built.loaders) if abs(p[0] - x) <= a and abs(p[1] - y) <= b]
+    if not over:
+        told = f"the block at x = {x:g} m, y = {y:g} m lies under no hook"
+        hooks = ", ".join(f"{loader.pose[0]:g} / {loader.pose[1]:g} m" for loader in built.loaders)
+        yield (
+            "block",
+            built.block.where,
+            f"{told}: hooks hang at {hooks or 'no place, the rig has no loaders'}",
+        )
+
+
+def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Told:
+    """Each sling that is hooked at the start reaches its lug."""
+    if next(_under_hooks(scene, built), None):
+        return
+    at = Follower(scene, built)
+    for sling in built.rig.slings:
+        told = reach(at, sling.name, sling.lug) if sling.lug else ""
+        if told:
+            yield sling.name, sling.where, told
+
+
+# at the start and after each action
+
+
+def _portals(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
+    """Cranes on the same rails neither overlap nor pass through each other."""
+    for one, two in combinations(built.cranes, 2):
+        least = (scene.cranes[one.name].width + scene.cranes[two.name].width) / 2
+        gap = after.state.cranes[two.name] - after.state.cranes[one.name]
+        was = before.cranes[two.name] - before.cranes[one.name]
+        if abs(gap) < least - TOUCH or gap * was < 0:
+            told = f"the portals of {one.name} and {two.name} overlap: {abs(gap):g} m from centre to centre"
+            yield f"{one.name} {two.name}", two.where, f"{told}, but {least:g} m from buffer to buffer"
+
+
+def _rails(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
+    """No crane leaves its rails."""
+    for crane in built.cranes:
+        x = after.state.cranes[crane.name]
+        if not crane.gantry.lower - TOUCH <= x <= crane.gantry.upper + TOUCH:
+            told = f"{crane.name} at x = {x:g} m is past the end of its rails"
+            yield crane.name, crane.where, f"{told}, {crane.gantry.lower:g} to {crane.gantry.upper:g} m"
+
+
+def _girder_ends(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
+    """No trolley leaves its girder."""
+    for crane in built.cranes:
+        for trolley in (crane.upper, crane.lower):
+            y = after.state.trolleys[crane.name, trolley.name]
+            if not trolley.axis.lower - TOUCH <= y <= trolley.axis.upper + TOUCH:
+                told = (
+                    f"the {trolley.name} trolley of {crane.name} at y = {y:g} m is past the end of its girder"
+                )
+                ends = f"{trolley.axis.lower:g} to {trolley.axis.upper:g} m"
+                yield f"{crane.name} {trolley.name}", trolley.where, f"{told}, {ends}"
+
+
+def _trolleys_meet(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
+    """Trolleys of one level neither touch nor pass; on two levels the lower one passes beneath the upper."""
+    for crane in built.cranes:
+        given = scene.cranes[crane.name]
+        if abs(given.upper_exit - given.lower_exit) >= SAME_LEVEL:
+            continue
+        gap, was = (
+            s.trolleys[crane.name, "lower"] - s.trolleys[crane.name, "upper"] for s in (after.state, before)
+        )
+        if abs(gap) < given.trolley_length - TOUCH or gap * was < 0:
+            told = f"the trolleys of {crane.name} run on one level and through each other"
+            yield crane.name, crane.lower.where, f"{told}: {gap:g} m apart, {given.trolley_length:g} m long"
+
+
+def _rope_lengths(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
+    """Each rope is on its drum, and not wound up to the sheaves."""
+    for crane in built.cranes:
+        for hook in crane.hooks:
+            length = after.state.ropes[hook.rope]
+            if length < hook.shortest - TOUCH:
+                told = f"the rope {hook.rope} would be {length:g} m short, its minimum is {hook.shortest:g} m"
+                yield hook.rope, hook.where, told
+            elif length > hook.drum + TOUCH:
+                told = f"the rope {hook.rope} would be {length:g} m long, its drum holds {hook.drum:g} m"
+                yield hook.rope, hook.where, told
+
+
+def _hook_limits(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
+    """No hook goes above its upper limit."""
+    for crane in built.cranes:
+        for hook in crane.hooks:
+            eye = exit_height(scene.cranes[crane.name], hook.name) - after.state.ropes[hook.rope]
+            if eye > hook.highest + SAME_LEVEL / 100:
+                told = (
+                    f"the hook {hook.rope} would be at z = {eye:g} m, its upper limit is {hook.highest:g} m"
+                )
+                yield hook.rope, hook.where, told
+
+
+def _block_clear(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
+    """The block does not sweep through the ground while it hangs."""
+    if scene.block is None or after.state.grounded:
+        return
+    _, b, c = (side / 2 for side in scene.block.size)
+    s = after.state
+    lowest = s.at[2] - abs(b * math.sin(s.theta)) - abs(c * math.cos(s.theta))
+    if lowest < -TOUCH:
+        yield (
+            "block",
+            after.where,
+            f"the block would sweep {-lowest:.2f} m into the ground: hoist it higher first",
+        )
+
+
+def _inside(p: tuple[float, float], points: list[tuple[float, float]]) -> bool:
+    """Whether p is inside the convex hull: no direction has all points on its one side."""
+    if p in points:
+        return True
+    angles = sorted(math.atan2(y - p[1], x - p[0]) for x, y in points)
+    gaps = [(b - a) for a, b in pairwise([*angles, angles[0] + 2 * math.pi])]
+    return max(gaps) <= math.pi + 1e-9

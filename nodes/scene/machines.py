@@ -124,14 +124,14 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
         key = f"{which} trolley"
         place = yard.source.where(("cranes", name, key))
         slide = axis(y, crane.girder, mass)
-        kind: plan.Literal["upper", "lower"] = "upper" if which == UPPER else "lower"
+        kind: plan.Literal[upper, lower] = "upper" if which == UPPER else "lower"
         return plan.Trolley(name=kind, body=body, axis=slide, capacity=capacity, where=place)
 
     hooks = []
     for loader, (owner, hook) in yard.hooks.items():
         if owner == name:
             place = yard.source.where(("rig", "loaders", loader, "hook"))
-            which: plan.Literal["upper", "lower"] = "upper" if HOOKS[hook][0] == UPPER else "lower"
+            which: plan.Literal[upper, lower] = "upper" if HOOKS[hook][0] == UPPER else "lower"
             hooks.append(
                 plan.Hook(
                     name=hook,
@@ -287,7 +287,9 @@ def _block(yard: Yard, block: schema.Block) -> plan.Block:
             where = yard.source.where(("block", "supports", "at", i))
             pads.append(plan.Pad(support=support, face=face, closed=face == LOWER, where=where))
     return plan.Block(
-        body=plan.Inertia(mass=block.mass, com=block.com, moments=block.inertia or box(block.mass, block.size)),
+        body=plan.Inertia(
+            mass=block.mass, com=block.com, moments=block.inertia or box(block.mass, block.size)
+        ),
         pose=_resting(block),
         lugs=tuple(
             plan.Lug(name=lug, p=p, where=yard.source.where(("block", "lugs", lug)))

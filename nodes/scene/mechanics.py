@@ -52,7 +52,10 @@ class Base(BaseModel):
     """Frozen; unknown keys are errors; underscores of Python are blanks in YAML."""
 
     model_config = ConfigDict(
-        frozen=True, extra="forbid", populate_by_name=True, alias_generator=lambda name: name.replace("_", " ")
+        frozen=True,
+        extra="forbid",
+        populate_by_name=True,
+        alias_generator=lambda name: name.replace("_", " "),
     )
 
 
@@ -61,7 +64,9 @@ class Body(Base):
 
     mass: MassValue
     com: Place = (0.0, 0.0, 0.0)
-    inertia: tuple[Inertia, Inertia, Inertia] | tuple[Inertia, Inertia, Inertia, Product, Product, Product] = (
+    inertia: (
+        tuple[Inertia, Inertia, Inertia] | tuple[Inertia, Inertia, Inertia, Product, Product, Product]
+    ) = (
         0.0,
         0.0,
         0.0,

@@ -363,7 +363,9 @@ def _tension_state(r: _Reader) -> SlingTest:
     if each == "" and noun:
         each = "all"
     if each and not noun:
-        raise r.error(f"'slings' or 'ropes' must follow, not {r._found()}", closest(r.next, ("slings", "ropes")))
+        raise r.error(
+            f"'slings' or 'ropes' must follow, not {r._found()}", closest(r.next, ("slings", "ropes"))
+        )
     state = r.expect("taut", "slack", after="after the slings")
     return SlingTest(
         cast(Literal["all", "any"], each or "all"),

@@ -22,7 +22,8 @@ from typing import Literal
 import msgspec
 from heavylift.kernel.describe import Line, Point, Support, System, Vector
 
-from .actions import Action, Item
+from .actions import Action as Action
+from .actions import Item
 
 # machines
 

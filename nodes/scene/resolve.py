@@ -34,7 +34,7 @@ KINDS: dict[str, tuple[Kind, ...]] = {
     "release": ("brake",),
     "wait": ("none",),
 }
-TURN_TIME = 10.0  # a turn without `ramp` reaches its rate in this time [s]
+TURN_TIME = 20.0  # a turn without `ramp` reaches its rate in this time [s]
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,9 @@ class _Resolver:
         found = self.targets.get(words)
         if found is None:
             known = [*self.targets, "stage", "when", "timeout"]
-            self._fault(path, f"there is no '{target}' to give an order to", closest(words, known), on_key=True)
+            self._fault(
+                path, f"there is no '{target}' to give an order to", closest(words, known), on_key=True
+            )
             return ()
         verb = _verb(phrase)
         if found and found[0].kind not in KINDS[verb]:
@@ -173,9 +175,7 @@ class _Resolver:
             case phrases.Turning():
                 until = None if phrase.until is None else self.condition(path, phrase.until)
                 accel = phrase.ramp or phrase.rate / TURN_TIME
-                return [
-                    actions.Turn(rate=phrase.rate, accel=accel, to=phrase.to, until=until, where=where)
-                ]
+                return [actions.Turn(rate=phrase.rate, accel=accel, to=phrase.to, until=until, where=where)]
             case phrases.Hooking():
                 return self._hookups(path, found, phrase, where)
             case phrases.Simple("unhook"):
@@ -274,7 +274,9 @@ class _Resolver:
                 sets[name] = [s.name for s in self.yard.slings if s.loader in members]
         if of not in sets:
             what = "rope or sling" if noun == "one" else f"set of {noun}"
-            self._fault(path, f"there is no {what} '{of}'", closest(of, [s for s in sets if s]), column=column)
+            self._fault(
+                path, f"there is no {what} '{of}'", closest(of, [s for s in sets if s]), column=column
+            )
             return ()
         names = tuple(sets[of])
         if not names:
@@ -287,7 +289,9 @@ class _Resolver:
             return "block"
         if self.mechanism and self.mechanism.system.supports:
             return self.mechanism.name
-        self._fault(path, f"nothing in this scene can be {test.state}: it has no supports", column=test.column)
+        self._fault(
+            path, f"nothing in this scene can be {test.state}: it has no supports", column=test.column
+        )
         return ""
 
     def _crossing(self, path: Path, test: phrases.CrossTest, where: str) -> actions.Condition:
@@ -360,5 +364,3 @@ def _verb(phrase: phrases.OrderPhrase) -> str:
             return "hook"
         case phrases.Waiting():
             return "wait"
-
-

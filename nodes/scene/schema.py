@@ -8,7 +8,15 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    PlainValidator,
+    WithJsonSchema,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError
 
 from .mechanics import Base, Mechanism, Name, Place
@@ -39,7 +47,19 @@ from .units import (
     TurnStiffness,
 )
 
-RESERVED = ("world", "kernel", "commander", "all", "any", "hooks", "cranes", "loaders", "trolleys", "slings", "ropes")
+RESERVED = (
+    "world",
+    "kernel",
+    "commander",
+    "all",
+    "any",
+    "hooks",
+    "cranes",
+    "loaders",
+    "trolleys",
+    "slings",
+    "ropes",
+)
 
 
 def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
@@ -198,7 +218,11 @@ class Action(BaseModel):
     def _wait(cls, data: Any) -> Any:
         if isinstance(data, str) and data.split()[:1] == ["wait"]:
             return {"wait": data}
-        if isinstance(data, dict) and isinstance(data.get("wait"), str) and not data["wait"].startswith("wait"):
+        if (
+            isinstance(data, dict)
+            and isinstance(data.get("wait"), str)
+            and not data["wait"].startswith("wait")
+        ):
             return {**data, "wait": f"wait {data['wait']}"}
         return data
 

@@ -178,12 +178,12 @@ def override(source: Source, setting: str) -> None:
             source.keys[path[: depth + 1]] = Mark(file, 1, 1, setting)
         at = below
     last = path[-1]
-    if isinstance(at, dict) and isinstance(last, str):
-        at[last] = inner.data["value"]
-    elif isinstance(at, list) and isinstance(last, int) and last < len(at):
+    if (isinstance(at, dict) and isinstance(last, str)) or (isinstance(at, list) and isinstance(last, int) and last < len(at)):
         at[last] = inner.data["value"]
     else:
-        source.faults.append(Fault(path, f"the scene has no place '{dotted}'", mark=Mark(file, 1, 1, setting)))
+        source.faults.append(
+            Fault(path, f"the scene has no place '{dotted}'", mark=Mark(file, 1, 1, setting))
+        )
         return
     _forget(source, path)
     source.keys[path] = Mark(file, 1, 1, setting)

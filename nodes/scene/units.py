@@ -33,7 +33,9 @@ class Dimension:
             return self._bare(float(value), f"{value:g}" if isinstance(value, float) else str(value))
         match = re.fullmatch(rf"\s*({NUMBER})\s*(.*?)\s*", value)
         if not match:
-            raise ValueError(f"'{value}' is no {self.name}: write a number and a unit of {', '.join(u for u in self.units if u)}")
+            raise ValueError(
+                f"'{value}' is no {self.name}: write a number and a unit of {', '.join(u for u in self.units if u)}"
+            )
         number, unit = float(match[1]), tidy(match[2])
         if not math.isfinite(number):
             raise ValueError(f"'{value}' is no finite number")
@@ -41,7 +43,11 @@ class Dimension:
             return self._bare(number, match[1])
         if unit not in self.units:
             other = next((d.name for d in DIMENSIONS if unit in d.units), "")
-            told = f"'{match[2]}' is a unit of {other}" if other else f"'{match[2]}' is not a unit that is known here"
+            told = (
+                f"'{match[2]}' is a unit of {other}"
+                if other
+                else f"'{match[2]}' is not a unit that is known here"
+            )
             raise ValueError(f"'{value}' is no {self.name}: {told}; use {', '.join(self.units)}")
         return number * self.units[unit]
 
@@ -93,7 +99,19 @@ DAMPING = Dimension("damping", {"kN s/m": 1e3, "N s/m": 1.0, "MN s/m": 1e6})
 TURN_DAMPING = Dimension("torsional damping", {"kN m s/rad": 1e3, "N m s/rad": 1.0, "MN m s/rad": 1e6})
 RATIO = Dimension("ratio", {"": 1.0, "%": 1e-2})
 
-DIMENSIONS = (LENGTH, MASS, FORCE, MOMENT, SPEED, ACCELERATION, ANGLE, RATE, ANGULAR_ACCELERATION, TIME, FREQUENCY)
+DIMENSIONS = (
+    LENGTH,
+    MASS,
+    FORCE,
+    MOMENT,
+    SPEED,
+    ACCELERATION,
+    ANGLE,
+    RATE,
+    ANGULAR_ACCELERATION,
+    TIME,
+    FREQUENCY,
+)
 DIMENSIONS += (INERTIA, STIFFNESS, TURN_STIFFNESS, DAMPING, TURN_DAMPING, RATIO)
 
 

@@ -1,4 +1,4 @@
-"""A model that breaks a rule while it runs ends the run with one sentence: path, tag, what is wrong, what to do."""
+"""A model that breaks a rule ends the run with one sentence: path, tag, what is wrong, what to do."""
 
 import re
 from collections.abc import Callable

@@ -3,11 +3,12 @@
 import re
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import pytest
 from devs_stories import Generator, Item, Relay, Sink, coupled, run
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Atomic, Coupled, In, Message, Out, Simulator, Tag, ms, ns
+from heavylift.nodes.devs import Atomic, Coupled, In, Message, Out, Port, Simulator, Tag, ms, ns
 
 
 class Other(Message):
@@ -103,7 +104,7 @@ def test_couplings() -> None:
     i, o = r.add_in("i", Item), r.add_out("o", Item)
     other, stranger = r.add_in("other", Other), Relay("stranger")
     neither = "is neither a port of r nor of its children"
-    for source, target, why in [
+    refused: list[tuple[Port[Any], Port[Any], str]] = [
         (i, o, "passes straight through, which the formalism excludes; put an atomic between"),
         (a.out, a.into, "feeds a model back to itself, which the formalism excludes; put an atomic between"),
         (a.out, b.into, "is there already, a second one would double every message"),
@@ -114,7 +115,8 @@ def test_couplings() -> None:
         (a.out, b.out, "r.b.out cannot be a target here, take an in port of a child"),
         (o, a.into, "r.o cannot be a source here, take an out port of a child"),
         (a.out, i, "r.i cannot be a target here, take an in port of a child"),
-    ]:
+    ]
+    for source, target, why in refused:
         wrong(partial(r.connect, source, target), f"r: coupling {source!r} -> {target!r}: {why}")
 
 

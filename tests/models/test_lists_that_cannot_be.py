@@ -2,6 +2,7 @@
 
 import pytest
 from heavylift.kernel.errors import ModelError
+from heavylift.nodes.models.messages import StateEvent
 from heavylift.nodes.scene.actions import (
     Action,
     And,
@@ -27,9 +28,9 @@ def at(order: Order) -> Action:
     return Action(orders=(order,))
 
 
-def fails(plan: Plan, *script: object) -> str:
+def fails(plan: Plan, *script: tuple[float, StateEvent]) -> str:
     with pytest.raises(ModelError) as error:
-        Yard(plan, *script).run()  # type: ignore[arg-type]
+        Yard(plan, *script).run()
     return str(error.value).removeprefix("yard.commander.actions at ")
 
 
@@ -65,8 +66,8 @@ def test_an_order_for_an_actor_that_follows_the_turn() -> None:
 def test_travelling_with_a_block_that_still_stands() -> None:
     go = Action(when=taut(SLINGS[0]), orders=(line(travel("west", 120.0)),))
     assert fails(turnover(go), *events("taut", 9.0, SLINGS[0])) == (
-        f"(9 s, 1): {LINE}: west cannot travel while block stands on its supports and loader-1.sling-1 is taut, "
-        f"wait until it is lifted or slacken the slings"
+        f"(9 s, 1): {LINE}: west cannot travel while block stands on its supports and loader-1.sling-1 is "
+        f"taut, wait until it is lifted or slacken the slings"
     )
 
 
@@ -102,7 +103,8 @@ def test_all_slings_of_an_empty_set() -> None:
         names=("loader-3.sling-1", "loader-3.sling-2"), state="taut", text="B slings taut", where=LINE
     )
     assert fails(turnover(Action(when=when, orders=()), hooked="A")) == (
-        f"(0 s, 0): {LINE}: `B slings taut` speaks of no sling, none of loader-3.sling-1, loader-3.sling-2 is hooked"
+        f"(0 s, 0): {LINE}: `B slings taut` speaks of no sling, none of loader-3.sling-1, "
+        f"loader-3.sling-2 is hooked"
     )
 
 
@@ -110,7 +112,8 @@ def test_a_timeout_ends_the_wait_with_a_sentence() -> None:
     first = Action(orders=(hoist("west.H1", -9.5),))
     second = Action(when=taut(*SLINGS[:2]), where=LINE, timeout=60.0, orders=())
     assert fails(turnover(first, second), *events("taut", 30.0, SLINGS[0])) == (
-        f"(60 s, 0): still waiting for all of 2 slings taut (loader-1.sling-2 is slack) since 0 s, {LINE}: timeout of 60 s"
+        f"(60 s, 0): still waiting for all of 2 slings taut (loader-1.sling-2 is slack) since 0 s, "
+        f"{LINE}: timeout of 60 s"
     )
 
 
@@ -120,7 +123,7 @@ def test_a_list_that_stands_still_says_what_it_waits_for() -> None:
     second = Action(when=MovesDone(), orders=(hoist("west.H2", -9.5),))
     script = [e for s in SLINGS if s != "loader-3.sling-2" for e in events("taut", 30.0, s)]
     yard = Yard(turnover(first, second, Action(when=when, orders=())), *script).run()
-    assert yard.models["commander"].waiting_for() == (  # type: ignore[union-attr]
+    assert yard.waiting_for() == (
         f"still waiting for all slings taut (loader-3.sling-2 is slack) since 20 s, {LINE}"
     )
 
@@ -128,6 +131,6 @@ def test_a_list_that_stands_still_says_what_it_waits_for() -> None:
 def test_a_move_that_ends_at_a_limit_is_not_done() -> None:
     down = Action(orders=(line(hoist("west.H1", 40.0)),), where=LINE)
     yard = Yard(turnover(down, Action(orders=(), where=LINE))).run()
-    assert yard.models["commander"].waiting_for() == (  # type: ignore[union-attr]
+    assert yard.waiting_for() == (
         f"still waiting for moves done (lower of west.H1) since 0 s; west.H1 stopped (drum empty), {LINE}"
     )

@@ -20,6 +20,7 @@ from heavylift.kernel.describe import (
 from heavylift.nodes.devs import Coupled, Model
 from heavylift.nodes.models import build, build_one, couplings, subscriptions, system, tree
 from heavylift.nodes.models.commander import Commander
+from heavylift.nodes.models.gauges import LoadCell
 from heavylift.nodes.models.parts import Actor, BodyAtomic, BodyCoupled, JointAtomic, JointCoupled
 from heavylift.nodes.scene.actions import Action, Crossing, Turn
 from heavylift.nodes.scene.plan import Mechanism, Plan, decode, encode
@@ -130,7 +131,7 @@ def test_the_loader_declares_its_hinge_with_stops_damper_and_lock() -> None:
 
 
 def test_rated_values_count_the_hook_blocks() -> None:
-    cells = {m.element: m.rated for m in below(build_one(turnover(), "west")) if hasattr(m, "rated")}
+    cells = {m.element: m.rated for m in below(build_one(turnover(), "west")) if isinstance(m, LoadCell)}
     tons = {name: round(rated / 9.80665e3, 9) for name, rated in cells.items()}
     assert tons == {
         "west.H1.load": 475.0,
@@ -141,24 +142,32 @@ def test_rated_values_count_the_hook_blocks() -> None:
     }
 
 
-def test_changing_an_atomic_changes_what_is_declared() -> None:
+def test_a_heavier_block_is_declared_heavier() -> None:
     plan = turnover()
-    heavier = msgspec.structs.replace(
-        plan,
-        block=msgspec.structs.replace(plan.block, body=msgspec.structs.replace(plan.block.body, mass=910e3)),
-    )
-    assert system(heavier) != system(plan)
-    model = build_one(plan, "west")
-    joint, drive, main = (
-        model.children[a].children[b] for a, b in (("gantry", "joint"), ("gantry", "drive"), ("main", "body"))
-    )
+    assert plan.block
+    body = msgspec.structs.replace(plan.block.body, mass=910e3)
+    heavier = msgspec.structs.replace(plan, block=msgspec.structs.replace(plan.block, body=body))
+    assert [b.mass for b in system(heavier).bodies if b not in system(plan).bodies] == [910e3]
+
+
+def test_changing_a_joint_a_body_or_an_actor_changes_what_is_declared() -> None:
+    model = build_one(turnover(), "west")
     before = model.declare()
+    parts = {m.path: m for m in below(model)}
+    joint, drive, main = parts["west.gantry.joint"], parts["west.gantry.drive"], parts["west.main.body"]
+    assert isinstance(joint, JointAtomic)
+    assert isinstance(drive, Actor)
+    assert isinstance(main, BodyAtomic)
     joint.joint = replace(joint.joint, kind="fixed")
     drive.laws = System(drives=(replace(before.drives[0], kp=1.0),))
     main.body = replace(main.body, mass=1.0)
     after = model.declare()
     assert (after.joints[0].kind, after.drives[0].kp, after.bodies[0].mass) == ("fixed", 1.0, 1.0)
-    assert after.joints[1:] == before.joints[1:]
+    assert (after.joints[1:], after.drives[1:], after.bodies[1:]) == (
+        before.joints[1:],
+        before.drives[1:],
+        before.bodies[1:],
+    )
 
 
 def test_conditions_bring_their_thresholds_to_the_model_that_watches() -> None:

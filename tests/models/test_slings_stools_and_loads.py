@@ -33,7 +33,7 @@ def loader(hooked: str = "AB") -> Bench:
 def test_a_sling_is_hooked_at_its_new_lug_and_the_hinge_is_freed() -> None:
     bench = loader(hooked="A").put(1.0, "order", HookOrder(ONE, 7, "", "B'+16", (16.0, 12.0, -5.6)))
     bench.put(2.0, "order", HookOrder(TWO, 8, "", "B'+20", (20.0, 12.0, -5.6)))
-    assert bench.run().take() == [
+    assert bench.said() == [
         (0.0, "input", RATED),
         (1.0, "input", Hook(ONE, b=(16.0, 12.0, -5.6))),
         (1.0, "report", Hooked(ONE, "B'+16")),
@@ -48,7 +48,7 @@ def test_a_sling_is_hooked_at_its_new_lug_and_the_hinge_is_freed() -> None:
 
 def test_the_hinge_locks_when_the_last_sling_is_off() -> None:
     bench = loader().put(1.0, "order", UnhookOrder(ONE, 1, "")).put(2.0, "order", UnhookOrder(TWO, 2, ""))
-    assert bench.run().take()[1:] == [
+    assert bench.said()[1:] == [
         (1.0, "input", Unhook(ONE)),
         (1.0, "report", Unhooked(ONE)),
         (1.0, "report", Done(ONE, 1)),
@@ -66,7 +66,7 @@ def test_the_hinge_is_locked_by_order_once() -> None:
         .put(1.0, "order", BrakeOrder(LOCK, 4, "", True))
         .put(2.0, "order", BrakeOrder(LOCK, 5, "", True))
     )
-    assert bench.run().take()[1:] == [
+    assert bench.said()[1:] == [
         (1.0, "input", SetBrake(LOCK, True)),
         (1.0, "report", BrakeState(LOCK, True)),
         (1.0, "report", Done(LOCK, 4)),
@@ -76,7 +76,7 @@ def test_the_hinge_is_locked_by_order_once() -> None:
 
 def test_taut_and_slack_are_reported_at_once() -> None:
     bench = loader().put(1.5, "state", StateEvent(ONE, "taut", 0.0), StateEvent(TWO, "taut", 0.0))
-    assert bench.run().take()[1:] == [
+    assert bench.said()[1:] == [
         (1.5, "report", RopeState(ONE, "taut", 0.0)),
         (1.5, "report", RopeState(TWO, "taut", 0.0)),
     ]
@@ -86,7 +86,7 @@ def test_an_overload_is_reported_when_it_begins_and_when_it_ends() -> None:
     bench = loader()
     for t, tension in ((1.0, 2.6e6), (2.0, 2.5e6), (3.0, 2.6e6)):
         bench.put(t, "state", StateEvent("loader-3.load", "reached", tension))
-    assert bench.run().take() == [
+    assert bench.said() == [
         (0.0, "input", RATED),
         (1.0, "input", Watch("loader-3.load", 0.97 * 2.6e6, False)),
         (1.0, "report", Overload("loader-3.load", 2.6e6, 2.6e6, True)),
@@ -103,7 +103,7 @@ def test_the_block_lifts_off_with_its_last_support_and_lands_with_the_last_of_th
         bench.put(100.0 + i, "state", StateEvent(f"block.lower-{i}", "open", 0.0))
     for i in (1, 2, 3, 4):
         bench.put(200.0 + i, "state", StateEvent(f"block.upper-{i}", "closed", 0.0))
-    assert bench.run().take() == [
+    assert bench.said() == [
         (104.0, "report", Lifted("block")),
         (201.0, "report", Touched("block", "block.upper-1")),
         (204.0, "report", Landed("block", "upper")),

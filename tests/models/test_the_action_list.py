@@ -1,6 +1,7 @@
-"""The commander carries out its list: each action reaches its actor once, in order, when its condition holds."""
+"""The commander carries out its list: each action reaches its actor once, in order, on its condition."""
 
 from math import pi
+from typing import Literal
 
 import pytest
 from heavylift.kernel.describe import Threshold
@@ -45,7 +46,7 @@ COMMANDER = "commander.actions"
 
 def hoist(hook: str, by: float | None = None, speed: float = 0.5, until: Condition | None = None) -> Move:
     """Hoist (by < 0) or lower a hook at 0.5 m/s with ramps of 0.5 m/s2."""
-    verb = "lower" if (speed if by is None else by) > 0 else "hoist"
+    verb: Literal["lower", "hoist"] = "lower" if (speed if by is None else by) > 0 else "hoist"
     return Move(
         verb=verb, model=hook.split(".")[0], actuator=hook, speed=speed, accel=0.5, by=by, until=until
     )
@@ -55,7 +56,7 @@ def travel(crane: str, by: float) -> Move:
     return Move(verb="travel", model=crane, actuator=f"{crane}.gantry.drive", speed=0.5, accel=0.05, by=by)
 
 
-def taut(*names: str, state: str = "taut") -> Slings:
+def taut(*names: str, state: Literal["taut", "slack"] = "taut") -> Slings:
     return Slings(names=names or SLINGS, state=state)
 
 
@@ -85,7 +86,7 @@ def test_actions_follow_each_other_when_moves_are_done() -> None:
         crane, name = hook.split(".")
         winch = f"{crane}.{'lower' if name == 'H3' else 'upper'}.{name}"
         assert [m.actor for m in yard.got(winch, Order)].count(hook) == 1
-    assert yard.models["commander"].waiting_for() == ""
+    assert yard.waiting_for() == ""
 
 
 def test_editing_the_list_alone_changes_the_run() -> None:

@@ -62,6 +62,7 @@ def test_one_trolley_cannot_follow_two_places() -> None:
 
 def test_a_centre_of_gravity_off_the_middle_is_what_stays_in_place() -> None:
     plan = turnover()
+    assert plan.block
     body = msgspec.structs.replace(plan.block.body, com=(0.0, 0.5, 0.25))
     moved = msgspec.structs.replace(plan, block=msgspec.structs.replace(plan.block, body=body))
     assert laws(moved, half("B"))["west.H1"] == Follower("west", "west.H1", 0.25, -15.1)

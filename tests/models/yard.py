@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import radians
+from typing import TypeVar
 
 from heavylift.kernel.describe import Line, Point, Support
-from heavylift.nodes.devs import Atomic, Bag, Coupled, Message, Simulator, Tag, Transition, ns
-from heavylift.nodes.models import build, couplings, subscriptions
+from heavylift.nodes.devs import Atomic, Bag, Coupled, Message, Model, Simulator, Transition, ns
+from heavylift.nodes.models import CommanderModel, build, couplings, subscriptions
 from heavylift.nodes.models.messages import KernelInput, StateEvent
 from heavylift.nodes.scene.actions import Action
 from heavylift.nodes.scene.plan import (
@@ -29,7 +30,9 @@ from heavylift.nodes.scene.plan import (
     Sling,
     Trolley,
 )
+from heavylift.nodes.testing import drive
 
+M = TypeVar("M", bound=Message)
 LUGS = {
     "A": (-14.6, 0.0, (10.0, 14.0, 22.0, 26.0)),
     "B": (12.0, 5.6, (16.0, 20.0)),
@@ -39,7 +42,7 @@ HOOKS = ("H1", "H2", "H3")
 
 
 def crane(name: str, x: float) -> Crane:
-    def trolley(which: str, y: float, capacity: float) -> Trolley:
+    def trolley(which: Literal[upper, lower], y: float, capacity: float) -> Trolley:
         axis = Axis(start=y, lower=8.0, upper=142.0, accel=0.05, kp=5e6, kv=5e6)
         body = Inertia(mass=200e3, com=(0.0, 0.0, 100.0), moments=(1e6, 1e6, 1e6))
         return Trolley(name=which, body=body, axis=axis, capacity=capacity)
@@ -218,54 +221,39 @@ class Yard:
         self.simulator.run(ns(seconds))
         return self
 
-    def inputs(self, kind: type[KernelInput]) -> list[tuple[float, KernelInput]]:
+    def inputs(self, kind: type[M]) -> list[tuple[float, M]]:
+        """What the kernel got of one kind, with seconds."""
         return [(t, m) for t, _, m in self.kernel.got if isinstance(m, kind)]
 
-    def said(self, path: str, kind: type[Message]) -> list[tuple[float, Message]]:
+    def said(self, path: str, kind: type[M]) -> list[tuple[float, M]]:
         """What one atomic said of one kind, with seconds."""
-        return [
-            (x.tag.t / 1e9, m)
-            for x in self.log
-            if x.path == f"yard.{path}"
-            for _, m in x.sent
-            if isinstance(m, kind)
-        ]
+        mine = [x for x in self.log if x.path == f"yard.{path}"]
+        return [(x.tag.t / 1e9, m) for x in mine for _, m in x.sent if isinstance(m, kind)]
 
-    def got(self, path: str, kind: type[Message]) -> list[Message]:
+    def got(self, path: str, kind: type[M]) -> list[M]:
         """What one atomic received of one kind."""
-        return [m for x in self.log if x.path == f"yard.{path}" for _, m in x.bag if isinstance(m, kind)]
+        mine = [x for x in self.log if x.path == f"yard.{path}"]
+        return [m for x in mine for _, m in x.bag if isinstance(m, kind)]
+
+    def waiting_for(self) -> str:
+        """The commander's sentence."""
+        commander = self.models["commander"]
+        assert isinstance(commander, CommanderModel)
+        return commander.waiting_for()
 
 
 class Bench:
-    """One model alone on the bench: `put` messages in, `log` of (seconds, port, message) out."""
+    """One model alone: `put` messages in at seconds, `said` is all that it answers as (seconds, port, message)."""
 
-    def __init__(self, model: Coupled | Atomic) -> None:
-        self.simulator = Simulator(model)
-        self.simulator.start()
-        self.out: list[tuple[float, str, Message]] = []
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self.inputs: list[tuple[int, str, Message]] = []
 
     def put(self, seconds: float, port: str, *messages: Message) -> Bench:
-        """Deliver messages at a time in seconds, after everything before it."""
-        self.run(ns(seconds))
-        for message in messages:
-            self.simulator.inject(port, message)
-        tag = Tag(ns(seconds), 0)
-        self._note(tag)
-        self.simulator.advance(tag)
+        """Messages that arrive in one bag."""
+        self.inputs += [(ns(seconds), port, message) for message in messages]
         return self
 
-    def run(self, until: int = 10**15) -> Bench:
-        """Go on to a time in ns."""
-        while (tag := self.simulator.next_time).t < until:
-            self._note(tag)
-            self.simulator.advance(tag)
-        return self
-
-    def take(self) -> list[tuple[float, str, Message]]:
-        """What was said since the last take."""
-        said, self.out = self.out, []
-        return said
-
-    def _note(self, tag: Tag) -> None:
-        if tag == self.simulator.next_time:
-            self.out += [(e.t / 1e9, e.port, e.value) for e in self.simulator.outputs()]
+    def said(self) -> list[tuple[float, str, Message]]:
+        """Run it to the end."""
+        return [(tag.t / 1e9, port, message) for tag, port, message in drive(self.model, self.inputs)]

@@ -1,15 +1,12 @@
-"""A hub with its node processes for one test, and what the operating system says about them."""
+"""A hub with its node processes for one test."""
 
-import os
-import time
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, suppress
+from collections.abc import Iterator
+from contextlib import ExitStack
 
 import pytest
 from heavylift.coordinator.hub import Hub
 from heavylift.coordinator.processes import Processes
-
-Start = Callable[..., tuple[Hub, Processes]]
+from of_the_system import Start
 
 
 @pytest.fixture
@@ -27,42 +24,3 @@ def start() -> Iterator[Start]:
             return hub, processes
 
         yield go
-
-
-def running(pid: int) -> bool:
-    """Whether this process exists and is no zombie."""
-    try:
-        with open(f"/proc/{pid}/stat") as stat:
-            return stat.read().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
-
-
-def gone_within(seconds: float, *pids: int) -> bool:
-    """Whether all these processes have ended in time."""
-    deadline = time.monotonic() + seconds
-    while any(running(pid) for pid in pids):
-        if time.monotonic() > deadline:
-            return False
-        time.sleep(0.01)
-    return True
-
-
-def sockets(pid: int) -> set[str]:
-    """The inodes of all open sockets of a process."""
-    found = set()
-    for fd in os.listdir(f"/proc/{pid}/fd"):
-        with suppress(FileNotFoundError):
-            target = os.readlink(f"/proc/{pid}/fd/{fd}")
-            if target.startswith("socket:["):
-                found.add(target[8:-1])
-    return found
-
-
-def network_sockets(pid: int) -> list[str]:
-    """The TCP, UDP and raw sockets of a process, as lines of /proc/net."""
-    inodes, found = sockets(pid), []
-    for kind in ("tcp", "tcp6", "udp", "udp6", "raw", "raw6"):
-        with open(f"/proc/{pid}/net/{kind}") as table:
-            found += [f"{kind} {line}" for line in table.readlines()[1:] if line.split()[9] in inodes]
-    return found

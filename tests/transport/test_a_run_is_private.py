@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from conftest import Start, network_sockets, sockets
 from heavylift.coordinator.hub import Hub, LocalHub
 from heavylift.coordinator.session import key, node_session, observer_session
 from heavylift.kernel.errors import ProtocolError
+from of_the_system import Start, network_sockets, sockets
 
 linux_only = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 

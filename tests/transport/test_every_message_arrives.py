@@ -3,9 +3,9 @@
 import time
 
 import pytest
-from conftest import Start
 from heavylift.coordinator.hub import LocalHub
 from heavylift.kernel.errors import ProtocolError
+from of_the_system import Start
 
 
 def test_a_node_process_answers(start: Start) -> None:

@@ -9,10 +9,10 @@ import time
 from pathlib import Path
 
 import pytest
-from conftest import Start, gone_within, running
 from heavylift.coordinator.hub import Hub
 from heavylift.coordinator.processes import Processes
 from heavylift.kernel.errors import ProtocolError
+from of_the_system import Start, gone_within, running
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 

@@ -1,0 +1,120 @@
+"""The command line: `heavylift COMMAND`; every command says what to type next, every error is one sentence.
+
+Exit codes: 0 done; 1 the run or the file failed; 2 the command line is wrong; 130 stopped by Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from heavylift.kernel.errors import HeavyliftError
+
+__all__ = ["main"]
+
+app = typer.Typer(
+    add_completion=True,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    help="Simulates tandem crane lifts: one scene file, one process per model, every message on record.",
+)
+
+Scene = Annotated[str, typer.Argument(help="a scene file, or the name of a bundled scene (turnover, lift, arm, pendulum)")]
+File = Annotated[Path, typer.Argument(help="a recording (.mcap)")]
+Sets = Annotated[list[str] | None, typer.Option("--set", help="override a key: --set accuracy=0.5%")]
+
+
+@app.command()
+def run(
+    scene: Scene,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="recording; default NAME.mcap")] = None,
+    sets: Sets = None,
+    in_process: Annotated[bool, typer.Option("--in-process", help="all models in this process")] = False,
+) -> None:
+    """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
+    from .processes import Processes
+
+    crew = None if in_process else Processes()  # starts while the rest is imported
+    try:
+        from heavylift.nodes.scene import load
+
+        from .progress import Progress, summary
+        from .run import run as simulate
+
+        loaded = load(scene, sets or [])
+        path = output or Path(f"{loaded.plan.name}.mcap")
+        with Progress(loaded.plan) as watch:
+            result = simulate(loaded, path, in_process, watch, crew)
+    finally:
+        if crew is not None:
+            crew.end()
+    summary(loaded.plan, result, path)
+
+
+@app.command()
+def check(scene: Scene, sets: Sets = None) -> None:
+    """Check a scene and show its static loads; starts nothing.    heavylift check my-lift.yaml"""
+    from heavylift.nodes.scene import check as examine
+    from heavylift.nodes.scene import load
+
+    typer.echo(str(examine(load(scene, sets or []))))
+
+
+@app.command()
+def tree(scene: Scene, sets: Sets = None) -> None:
+    """Print the tree of DEVS models.    heavylift tree turnover"""
+    from heavylift.nodes.models import tree as draw
+    from heavylift.nodes.scene import load
+
+    typer.echo(draw(load(scene, sets or []).plan))
+
+
+@app.command()
+def equations(scene: Scene, sets: Sets = None) -> None:
+    """Print graph, path matrix and the equations of motion, body by body.    heavylift equations arm"""
+    from heavylift.kernel.equations import equations as write
+    from heavylift.nodes.models import system
+    from heavylift.nodes.scene import load
+
+    typer.echo(write(system(load(scene, sets or []).plan)))
+
+
+@app.command()
+def info(file: File) -> None:
+    """Say what a recording holds.    heavylift info turnover.mcap"""
+    from heavylift.recordings import info as describe
+
+    typer.echo(describe(file))
+
+
+@app.command()
+def plot(
+    file: File,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="picture, .png or .svg")] = None,
+) -> None:
+    """Draw the rope tensions of a recording.    heavylift plot turnover.mcap -o tension.svg"""
+    from heavylift.recordings import plot as draw
+
+    typer.echo(f"wrote {draw(file, output or file.with_suffix('.png'))}")
+
+
+def main() -> None:
+    """Entry point of the command `heavylift`."""
+    try:
+        app(standalone_mode=False)
+    except HeavyliftError as error:
+        print(f"heavylift: {error}" if "\n" not in str(error) else str(error), file=sys.stderr)
+        sys.exit(1)
+    except typer.Abort:
+        sys.exit(130)
+    except KeyboardInterrupt:
+        print("heavylift: stopped", file=sys.stderr)
+        sys.exit(130)
+    except Exception as error:
+        if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # how click reports a wrong command line
+            print(f"heavylift: {error.format_message()}", file=sys.stderr)
+            sys.exit(error.exit_code)
+        raise

@@ -1,0 +1,103 @@
+"""What a user sees of a run: a progress bar with stage and real-time factor, and at the end a summary per rope.
+
+Without a terminal the bar becomes one plain line per stage.
+"""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from heavylift.nodes.devs import Event
+from heavylift.nodes.scene.plan import Plan
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from .record import Result, rated
+from .watch import Watch
+
+__all__ = ["Progress", "summary"]
+
+
+class Progress(Watch):
+    """Draws simulated time, real-time factor, stage and actions begun out of all."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+        self._actions = max(1, len(plan.actions))
+        self._console = Console(stderr=True)
+        self._live = Live(console=self._console, refresh_per_second=8, transient=True) if self._console.is_terminal else None
+        self._began = time.perf_counter()
+        self._stage, self._action, self._t_ns = "starting", 0, 0
+
+    def __enter__(self) -> Self:
+        if self._live is not None:
+            self._live.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._live is not None:
+            self._live.stop()
+
+    def event(self, event: Event) -> None:
+        """A stage begins."""
+        if event.type == "Stage":
+            stage = event.value
+            self._stage, self._action = stage.name or self._stage, stage.action + 1  # type: ignore[attr-defined]
+            if self._live is None and stage.name:  # type: ignore[attr-defined]
+                self._console.print(f"{event.t * 1e-9:9.1f} s  {stage.name}", highlight=False)  # type: ignore[attr-defined]
+            self.progress(event.t)
+
+    def progress(self, t_ns: int) -> None:
+        """Simulated time moves on."""
+        self._t_ns = max(t_ns, self._t_ns)
+        if self._live is not None:
+            self._live.update(self._line())
+
+    def _line(self) -> Text:
+        seconds = self._t_ns * 1e-9
+        wall = time.perf_counter() - self._began
+        share = seconds / self._plan.end if self._plan.end else self._action / self._actions
+        width = 24
+        full = round(width * min(1.0, share))
+        bar = "━" * full + "╌" * (width - full)
+        return Text(
+            f"{bar}  {clock(seconds)} simulated  {seconds / wall if wall > 0 else 0:6.0f} x real time  {self._stage}"
+        )
+
+
+def clock(seconds: float) -> str:
+    """h:mm:ss of simulated time."""
+    s = int(seconds)
+    return f"{s // 3600}:{s // 60 % 60:02}:{s % 60:02}"
+
+
+def summary(plan: Plan, result: Result, path: Path) -> None:
+    """Print how the run ended and what each rope saw."""
+    console = Console(highlight=False)
+    if result.peaks:
+        limits = rated(plan)
+        table = Table(box=None, pad_edge=False, header_style="bold")
+        table.add_column("rope")
+        for title in ("peak kN", "at", "rated kN", "use %"):
+            table.add_column(title, justify="right")
+        for name, (tension, when) in result.peaks.items():
+            limit = limits.get(name)
+            rest = [f"{limit / 1e3:.0f}", f"{100 * tension / limit:.1f}"] if limit else ["-", "-"]
+            table.add_row(name, f"{tension / 1e3:.1f}", clock(when), *rest)
+        console.print(table)
+    factor = result.sim_s / result.wall_s if result.wall_s else 0.0
+    console.print(
+        f"\n{clock(result.sim_s)} simulated in {result.wall_s:.1f} s, {factor:.0f} x real time, {result.grants} grants"
+    )
+    if result.energy_turned_over:
+        console.print(
+            f"energy balance closes to {result.energy_error:.1e} of the {result.energy_turned_over / 1e6:.4g} MJ turned over"
+        )
+    console.print(f"digest {result.digest}\nwrote {path}\n\nnext: heavylift plot {path}")

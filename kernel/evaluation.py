@@ -1,0 +1,250 @@
+"""The equations of a whole scene at one instant: places -> laws -> forces -> accelerations.
+
+The one text that the float oracle runs and the tracer turns into machine code.  Each method is one stage; they run in
+the order in which they stand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import laws
+from .describe import Drive, Measured, Threshold
+from .spatial import cross, join
+from .symbol import atan2, cos, named, sin, sqrt
+
+if TYPE_CHECKING:
+    from .rate import Program
+
+__all__ = ["Evaluation"]
+
+GROUND = np.concatenate([np.eye(3).ravel(), np.zeros(12)])
+Reference = tuple[Any, Any, Any]  # value, rate, acceleration
+
+
+class Evaluation:
+    """`dy`, `tensions`, `guards` and what samples show, at time t [s], state y, parameters P."""
+
+    def __init__(self, program: Program, t: Any, y: Any, P: Any) -> None:
+        self.program, self.system, self.graph, self.t, self._P = program, program.system, program.graph, t, P
+        nq, nv = program.nq, program.nv
+        self.q, self.v = list(y[:nq]), list(y[nq : nq + nv])
+        self.accounts = list(y[nq + nv :])
+        self.tensions: list[Any] = []
+        self.elongations: list[Any] = []
+        self.lengths: list[Any] = []
+        self.length_rates: list[Any] = []
+        self.normals: list[Any] = []
+        self.places: list[Any] = []
+        self.velocities: list[Any] = []
+        self.guards: list[Any] = []
+        self.stored: list[Any] = []
+        self._heat: list[Any] = []
+        self._work: list[Any] = []
+        self._ends: dict[int, Any] = {-1: GROUND}
+        self._wrenches: list[Any] = [np.zeros(6) for _ in self.graph.links]
+        self._tau: list[Any] = [0.0] * nv
+        self._masters: list[tuple[Any, Any, Any, Any, Any]] = []
+        self._references: dict[str, Reference] = {}
+        self._drive_work: dict[str, Any] = {}
+        self._follow_and_place()
+        self._ropes()
+        self._supports()
+        self._joints()
+        self._accelerate()
+        self._thresholds()
+
+    def _numbers(self, kind: str, name: str) -> Any:
+        return self._P[self.program.parameters.at[kind, name]]
+
+    @property
+    def gravity(self) -> Any:
+        return self._numbers("gravity", "")[0]
+
+    # ---- references, then places -------------------------------------------------------------------------
+
+    def _follow_and_place(self) -> None:
+        """Prescribed joints first (they follow commanded masters only), then places, measured masters, servos."""
+        self._masters = [self._commanded(m.name) for m in self.system.masters]
+        for d in self.system.drives:
+            if d.kind == "prescribed":
+                x = self._references[d.name] = self._reference(d.name)
+                link = self.graph.joint(d.joint)
+                self.q[link.q.start], self.v[link.v.start] = x[0], x[1]
+        for i, (tree, shared) in enumerate(self.program.instances):
+            if shared.ends:
+                out = shared.place(q=self.q[tree.q], v=self.v[tree.v], P=self._numbers("tree", str(i)))
+                self._ends.update({tree.first + b: getattr(out, f"b{b}") for b in shared.ends})
+        self._masters += [self._measured(m) for m in self.system.measured]
+        for d in self.system.drives:
+            if d.kind != "prescribed":
+                self._references[d.name] = self._reference(d.name)
+
+    def _commanded(self, name: str) -> tuple[Any, Any, Any, Any, Any]:
+        """s, ds/dt, d2s/dt2, sin s, cos s of a master."""
+        x = self.program.profile(t=[self.t], p=self._numbers("reference", name))
+        return x.x[0], x.v[0], x.a[0], sin(x.x[0]), cos(x.x[0])
+
+    def _measured(self, m: Measured) -> tuple[Any, Any, Any, Any, Any]:
+        if m.kind == "joint":
+            _, x, u = self._joint(m.of)
+            return x, u, 0.0, sin(x), cos(x)
+        sine, cosine, rate = attitude(self._ends[self.graph.number(m.of)], m.axis)
+        square = sine * sine + cosine * cosine
+        n = 1.0 / sqrt(square)
+        return atan2(sine, cosine), rate / square, 0.0, sine * n, cosine * n
+
+    def _reference(self, name: str) -> Reference:
+        """A profile plus f(s) of every master known so far: f = k1 s + kc cos s + ks sin s."""
+        x = self.program.profile(t=[self.t], p=self._numbers("reference", name))
+        ref, dref, ddref = x.x[0], x.v[0], x.a[0]
+        follow = self._numbers("follow", name)
+        for i, (s, ds, dds, sine, cosine) in enumerate(self._masters):
+            k1, kc, ks = follow[3 * i : 3 * i + 3]
+            slope = k1 - kc * sine + ks * cosine
+            ref = ref + k1 * s + kc * cosine + ks * sine
+            dref = dref + slope * ds
+            ddref = ddref + slope * dds - (kc * cosine + ks * sine) * ds * ds
+        return ref, dref, ddref
+
+    # ---- laws --------------------------------------------------------------------------------------------
+
+    def _push(self, body: int, wrench: Any) -> None:
+        if body >= 0:
+            self._wrenches[body] = self._wrenches[body] + wrench
+
+    def _joint(self, name: str) -> tuple[int, Any, Any]:
+        """Number of the degree of freedom, coordinate and velocity of a one-axis joint."""
+        link = self.graph.joint(name)
+        return link.v.start, self.q[link.q.start], self.v[link.v.start]
+
+    def _ropes(self) -> None:
+        for r in self.system.ropes:
+            L0, dL0 = self._numbers("reference", r.name)[1], 0.0
+            if r.winch:
+                L0, dL0, _ = self._reference(r.name)
+            bodies = [(self.graph.number(line.a.body), self.graph.number(line.b.body)) for line in r.lines]
+            ends = {f"{e}{n}": self._ends[i] for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)}
+            x = self.program.ropes[len(r.lines)](L=[L0, dL0], p=self._numbers("rope", r.name), **ends)
+            self.tensions.append(named(f"T({r.name})", x.tension[0]))
+            self.elongations.append(x.elongation[0])
+            self.lengths.append(L0)
+            self.length_rates.append(dL0)
+            self.guards.append(x.guard[0])
+            self._heat.append(x.heat[0])
+            self.stored.append(x.stored[0])
+            if r.winch:
+                self._work.append(x.work[0])
+            for n, (a, b) in enumerate(bodies):
+                self._push(a, getattr(x, f"wa{n}"))
+                self._push(b, getattr(x, f"wb{n}"))
+
+    def _supports(self) -> None:
+        for u in self.system.supports:
+            body = self.graph.number(u.point.body)
+            x = self.program.support(p=self._numbers("support", u.name), body=self._ends[body])
+            self._push(body, x.wrench)
+            self.normals.append(x.normal[0])
+            self.places += list(x.place)
+            self.velocities += list(x.velocity)
+            self.guards += list(x.guards)
+            self._heat.append(x.heat[0])
+            self.stored.append(x.stored[0])
+
+    def _joints(self) -> None:
+        """Springs, stops, brakes and drives: forces along one degree of freedom."""
+        for c in self.system.springs:
+            (k, x, u), (stiff, damp, rest) = self._joint(c.joint), self._numbers("spring", c.name)
+            self._tau[k] = self._tau[k] + stiff * (rest - x) - damp * u
+            self._heat.append(damp * u * u)
+            self.stored.append(0.5 * stiff * (rest - x) * (rest - x))
+        for name, joint, law in self._unilateral():
+            k, x, u = self._joint(joint)
+            f = law(self._numbers(*name), x, u)
+            self._tau[k] = self._tau[k] + f.force
+            self.guards += f.guards
+            self._heat.append(f.heat)
+            self.stored.append(f.stored)
+        for d in self.system.drives:
+            if d.kind != "prescribed":
+                k, x, u = self._joint(d.joint)
+                force = laws.drive(d.kind, self._numbers("drive", d.name), self._references[d.name], x, u)
+                self._tau[k] = self._tau[k] + force
+                self._drive_work[d.name] = force * u
+
+    def _unilateral(self) -> Iterator[tuple[tuple[str, str], str, Any]]:
+        yield from ((("stop", s.name), s.joint, laws.stop) for s in self.system.stops)
+        yield from ((("brake", b.name), b.joint, laws.brake) for b in self.system.brakes)
+
+    # ---- accelerations and guards ------------------------------------------------------------------------
+
+    def _accelerate(self) -> None:
+        dq: list[Any] = []
+        dv: list[Any] = []
+        prescribed = {self.graph.joint(d.joint).body.name: d for d in self.system.drives if d.kind == "prescribed"}
+        for i, (tree, shared) in enumerate(self.program.instances):
+            drives: list[Drive] = [prescribed[b.name] for b in tree.bodies if b.name in prescribed]
+            x = shared.accelerate(
+                q=self.q[tree.q],
+                v=self.v[tree.v],
+                tau=self._tau[tree.v] or [0.0],
+                P=self._numbers("tree", str(i)),
+                g=[self.gravity],
+                a=[self._references[d.name][2] for d in drives] or [0.0],
+                **{f"w{b}": self._wrenches[tree.first + b] for b in shared.ends},
+            )
+            dq += list(x.dq)
+            dv += list(x.dv)
+            for d, force in zip(drives, x.reaction, strict=False):
+                # the drive carries what the other laws of its joint do not
+                self._drive_work[d.name] = force * self._references[d.name][1]
+        self._work += [self._drive_work[d.name] for d in self.system.drives]
+        self.dy = join(dq, dv, self._heat, self._work)
+
+    def _thresholds(self) -> None:
+        self.guards += [self._threshold(h) for h in self.system.thresholds]
+
+    def _threshold(self, h: Threshold) -> Any:
+        """a x + b, for angles a sin + a2 cos + b; Python sets a, a2, b when a threshold is armed."""
+        p = self._numbers("threshold", h.name)
+        a, a2, b = p[:3]
+        if h.quantity == "angle":
+            sine, cosine, _ = attitude(self._ends[self.graph.number(h.of)], h.axis)
+            return a * sine + a2 * cosine + b
+        names = [r.name for r in self.system.ropes]
+        if h.quantity == "height":
+            assert h.point is not None, "checked by the program"
+            x = laws.attachment(self._ends[self.graph.number(h.point.body)], p[3:6])[1][2]
+        elif h.quantity == "tension":
+            x = sum((self.tensions[names.index(r)] for r in h.ropes), 0.0)
+        elif h.quantity == "length":
+            x = self.lengths[names.index(h.ropes[0])]
+        else:
+            x = self._joint(h.of)[1 if h.quantity == "joint" else 2]
+        return a * x + b
+
+    # ---- for samples -------------------------------------------------------------------------------------
+
+    def poses_and_energies(self) -> tuple[list[Any], Any, Any]:
+        """Origin and rotation of every body (12 numbers each), kinetic and gravitational energy [J]."""
+        poses: list[Any] = []
+        kinetic: Any = 0.0
+        potential: Any = 0.0
+        for i, (tree, shared) in enumerate(self.program.instances):
+            numbers = self._numbers("tree", str(i))
+            x = shared.pose(q=self.q[tree.q], v=self.v[tree.v], P=numbers, g=[self.gravity])
+            poses += list(x.poses)
+            kinetic, potential = kinetic + x.energy[0], potential + x.energy[1]
+        return poses, kinetic, potential
+
+
+def attitude(body: Any, axis: int) -> tuple[Any, Any, Any]:
+    """sin, cos (not normalised) of the angle by which body axis w leans towards +y (axis 0, about -x) or +x (axis 1,
+    about +y), and sin' cos - sin cos'."""
+    w = np.reshape(body[:9], (3, 3))[:, 2]
+    dw = cross(body[15:18], w)
+    i = 1 if axis == 0 else 0
+    return w[i], w[2], dw[i] * w[2] - w[i] * dw[2]

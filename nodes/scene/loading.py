@@ -1,0 +1,178 @@
+"""From a scene's path or name to its plan: read, lay over, validate, build, check.
+
+Errors of one step are told all at once; a later step starts only when the earlier ones found nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from importlib.resources import files
+from pathlib import Path
+
+from heavylift.kernel.errors import SceneError
+
+from . import plan, schema
+from .assemble import build_mechanism
+from .capacity import capacity_checks
+from .faults import closest, raise_faults
+from .follow import Following, follow
+from .geometry import start_checks, step_checks
+from .machines import build_machines
+from .report import Report, report
+from .resolve import build_actions
+from .source import Fault, Source, override, read
+from .validate import validate
+
+SCALE = 1e-2  # integrator tolerance / accuracy of the rope tensions
+
+
+@dataclass(frozen=True)
+class LoadedScene:
+    """A scene that can be run: its plan, its text as it stands in the file, its path, its keys."""
+
+    plan: plan.Plan
+    text: str
+    path: Path
+    scene: schema.Scene
+
+    @cached_property
+    def followed(self) -> Following | None:
+        """The action list followed statically; None where no block is lifted."""
+        return follow(self.scene, self.plan) if self.scene.block else None
+
+
+def bundled() -> dict[str, Path]:
+    """The scenes that come with heavylift, by name."""
+    folder = Path(str(files("heavylift.nodes.scenes")))
+    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
+
+
+def load(scene: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
+    """The scene of a path, or a bundled one by name, with `key=value` settings laid over it."""
+    path = _find(str(scene))
+    name = path.name if path in bundled().values() else str(scene)
+    return _build(path, name, _text(path, name), overrides)
+
+
+def parse(text: str, name: str = "scene.yaml", overrides: Sequence[str] = ()) -> LoadedScene:
+    """The scene of a YAML text that stands in no file yet."""
+    return _build(Path(name), name, text, overrides)
+
+
+def check(scene: LoadedScene) -> Report:
+    """Sizes, static hook loads, use and safety factors of a scene that was loaded without errors."""
+    return report(scene.scene, scene.plan, scene.followed)
+
+
+def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedScene:
+    source = _source(path, name, text, ())
+    for setting in overrides:
+        override(source, setting)
+    scene = validate(source)
+    raise_faults(source, source.faults)
+    assert scene is not None
+    yard = build_machines(source, scene)
+    _needs(source, scene)
+    mechanism = build_mechanism(source, scene.mechanism, scene.gravity) if scene.mechanism else None
+    raise_faults(source, source.faults)
+    loaded = LoadedScene(
+        plan.Plan(
+            name=scene.name,
+            gravity=scene.gravity,
+            tolerance=scene.accuracy * SCALE,
+            seed=scene.seed,
+            samples_hz=scene.samples,
+            end=scene.end,
+            cranes=tuple(yard.cranes),
+            loaders=tuple(yard.loaders),
+            block=yard.block,
+            mechanisms=(mechanism,) if mechanism else (),
+            rig=plan.Rig(hook_ropes=tuple(yard.ropes), slings=tuple(yard.slings)),
+            actions=build_actions(yard, mechanism),
+        ),
+        text,
+        path,
+        scene,
+    )
+    raise_faults(source, [*source.faults, *_physics(source, loaded)])
+    return loaded
+
+
+def _needs(source: Source, scene: schema.Scene) -> None:
+    """A lift needs cranes, a rig and a block; a scene needs something that moves."""
+    parts = {"cranes": bool(scene.cranes), "block": scene.block is not None, "rig": scene.rig is not None}
+    missing = [key for key, there in parts.items() if not there]
+    if len(missing) == len(parts):
+        if scene.mechanism is None:
+            told = "a scene needs cranes, a block and a rig, or a mechanism"
+            source.faults.append(Fault((), told))
+    elif missing:
+        there = " and ".join(key for key in parts if key not in missing)
+        told = f"a scene with {there} needs {' and '.join(missing)}, too"
+        source.faults.append(Fault((), told))
+    names = {*scene.cranes, *(scene.rig.loaders if scene.rig else ()), "block"}
+    if scene.mechanism and scene.mechanism.name in names:
+        told = f"the name '{scene.mechanism.name}' is given twice: another machine has it, too"
+        source.faults.append(Fault(("mechanism", "name"), told))
+    if not scene.actions and scene.end is None:
+        told = "the scene never ends: give it 'actions' or an 'end', such as 'end: 60 s'"
+        source.faults.append(Fault((), told))
+
+
+def _physics(source: Source, loaded: LoadedScene) -> list[Fault]:
+    """What cannot be built or would be overloaded; loads are judged only where everything fits."""
+    scene, built = loaded.scene, loaded.plan
+    told = start_checks(scene, built)
+    if not told and loaded.followed:
+        steps = loaded.followed.steps
+        told = step_checks(scene, built, steps) + loaded.followed.faults
+        told = told or capacity_checks(scene, built, steps)
+    return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in told]
+
+
+def _source(path: Path, name: str, text: str, above: tuple[Path, ...]) -> Source:
+    """The data of a file laid over that of the file which it extends."""
+    source = read(text, name)
+    base = source.data.pop("extends", None)
+    if base is None:
+        return source
+    at = ("extends",)
+    here = (*above, path.resolve())
+    if not isinstance(base, str):
+        source.faults.append(Fault(at, "write the path of a scene, such as 'extends: lift.yaml'"))
+        return source
+    beside = path.parent / base
+    below = beside if beside.is_file() else bundled().get(base, beside)
+    if below.resolve() in here:
+        source.faults.append(Fault(at, f"'{base}' extends itself in a circle"))
+        return source
+    try:
+        name_below = str(below) if path.parent != Path() else base
+        under = _source(below, name_below, _text(below, base), here)
+    except SceneError as error:
+        source.faults.append(Fault(at, str(error)))
+        return source
+    return under.merge(source)
+
+
+def _find(scene: str) -> Path:
+    path = Path(scene)
+    known = bundled()
+    if path.is_file() or scene not in known:
+        if not path.is_file() and not path.suffix and "/" not in scene and "\\" not in scene:
+            told = f"there is no scene '{scene}', neither a file nor a bundled one: {closest(scene, known)}"
+            raise SceneError(told)
+        return path
+    return known[scene]
+
+
+def _text(path: Path, name: str) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise SceneError(f"there is no scene file '{name}'") from None
+    except (OSError, UnicodeDecodeError) as error:
+        reason = "it is not UTF-8 text" if isinstance(error, UnicodeDecodeError) else error.strerror
+        raise SceneError(f"the scene file '{name}' cannot be read: {reason}") from None

@@ -1,0 +1,289 @@
+"""The coordinator and a node, message by message: barrier, commit, windows, end, and everything refused."""
+
+from collections.abc import Sequence
+from random import Random
+
+import pytest
+from heavylift.coordinator.core import Coordinator, Outcome
+from heavylift.coordinator.distance import Coupling
+from heavylift.coordinator.memory import run_in_memory
+from heavylift.coordinator.messages import (
+    AnyMessage,
+    Bye,
+    Done,
+    Fail,
+    Grant,
+    Hello,
+    Stop,
+    Welcome,
+    decode,
+    encode,
+)
+from heavylift.coordinator.node import Node
+from heavylift.kernel.errors import ModelError, ProtocolError
+from heavylift.nodes.devs import FOREVER, Atomic, Bag, Delivery, Event, In, Message, Out, Simulator, Tag
+from heavylift.nodes.devs import encode as encode_value
+
+
+class Word(Message):
+    n: int
+
+
+class Clockwork(Atomic):
+    """Says n at the n-th of its times [ns], and what it hears again `delay` [ns] later."""
+
+    into, out, last = In(Word), Out(Word), Out(Word)
+
+    def __init__(self, name: str, times: Sequence[int] = (), delay: int | None = None) -> None:
+        super().__init__(name)
+        self.times, self.delay = times, delay
+
+    def start(self) -> None:
+        self.n, self.heard = 0, list[tuple[Tag, int]]()
+        self.again = 0
+        self.plan(-1)
+
+    def plan(self, t: int) -> None:
+        if self.n < len(self.times):
+            self.hold_in(self.times[self.n] - max(t, 0))
+        else:
+            self.passivate()
+
+    def output(self) -> None:
+        if self.again:
+            self.out.send(Word(self.again))
+        else:
+            self.out.send(Word(self.n))
+            if self.n == len(self.times) - 1:
+                self.last.send(Word(self.n))
+
+    def internal(self) -> None:
+        if not self.again:
+            self.n += 1
+        self.again = 0
+        self.plan(self.now.t)
+
+    def external(self, e: int, x: Bag) -> None:
+        self.heard += [(self.now, word.n) for word in x[self.into]]
+        if self.delay is not None:
+            self.again = 100
+            self.hold_in(self.delay)
+
+
+def event(t: int, source: str = "a", n: int = 0, k: int = 0, port: str = "out") -> Event:
+    return Event(t, k, source, port, 0, "Word", encode_value(Word(n)))
+
+
+def hello(t: int, offer: Sequence[Event] = (), lookahead: int = 0) -> Hello:
+    quiet = Tag(t) if offer or t == FOREVER.t else Tag(t, 1)
+    return Hello(Tag(t), list(offer), quiet, lookahead)
+
+
+PAIR = [Coupling("a", "out", "b", "into"), Coupling("b", "out", "a", "into")]
+
+
+def test_nothing_is_granted_before_all_have_said_hello() -> None:
+    core = Coordinator(["a", "b"], PAIR)
+    core.hello("a", hello(5, [event(5)]))
+    assert (core.ready(), core.over) == ([], None)
+    core.hello("b", hello(FOREVER.t))
+    assert [name for name, _ in core.ready()] == ["a", "b"]
+
+
+def test_an_offer_is_committed_into_the_receivers_bag_at_its_own_tag() -> None:
+    core = Coordinator(["a", "b"], PAIR)
+    core.hello("a", hello(5, [event(5)]))
+    core.hello("b", hello(5, [event(5, "b")]))
+    assert dict(core.ready()) == {
+        "a": Grant(1, Tag(5, 1), (0, 1), True, [Delivery(event(5, "b"), "into")]),
+        "b": Grant(1, Tag(5, 1), (0, 1), True, [Delivery(event(5), "into")]),
+    }
+    assert core.waiting == {"a": 1, "b": 1}
+    assert core.ready() == []
+
+
+def test_a_lookahead_widens_the_window_of_others_after_an_input_only() -> None:
+    core = Coordinator(["a", "b", "c"], [("a", "out", "b", "into"), ("b", "out", "c", "into")])
+    core.hello("a", hello(5, [event(5)]))
+    core.hello("b", hello(FOREVER.t, lookahead=10))
+    core.hello("c", hello(1))
+    assert dict(core.ready())["c"].until == Tag(15)
+
+
+def test_an_earlier_input_voids_an_offer_that_is_not_committed() -> None:
+    core = Coordinator(["a", "b"], [Coupling("a", "out", "b", "into")])
+    core.hello("a", hello(5, [event(5)]))
+    core.hello("b", hello(7, [event(7, "b")]))
+    grants = dict(core.ready())
+    assert not grants["b"].committed
+    assert grants["b"].inputs == [Delivery(event(5), "into")]
+
+
+def test_events_leave_in_total_order_once_no_earlier_one_can_come() -> None:
+    left: list[Event] = []
+    core = Coordinator(["a", "b"], [], on_event=left.append)
+    core.hello("a", hello(5, [event(5)]))
+    core.hello("b", hello(3, [event(3, "b")]))
+    core.ready()
+    assert left == [event(3, "b")]
+    core.done("a", Done(1, FOREVER, [event(9)], FOREVER, [], FOREVER, b""))
+    core.ready()
+    assert left == [event(3, "b")]
+    core.done("b", Done(1, FOREVER, [event(7, "b")], FOREVER, [], FOREVER, b""))
+    assert core.ready() == []
+    assert (left, core.over) == ([event(3, "b"), event(5), event(7, "b"), event(9)], Outcome.QUIET)
+
+
+def started(*models: Clockwork) -> list[Node]:
+    return [Node(model.name, Simulator(model)) for model in models]
+
+
+@pytest.mark.parametrize("order", range(5))
+def test_the_three_ways_to_end(order: int) -> None:
+    told: list[Event] = []
+    nodes = started(Clockwork("a", [5, 7, 9]), Clockwork("b", delay=0))
+    core = Coordinator(["a", "b"], PAIR, Tag(9), on_event=told.append)
+    assert run_in_memory(core, nodes, Random(order)) is Outcome.BOUND
+    assert [(e.t, e.k, e.source) for e in told] == [(5, 0, "a"), (5, 1, "b"), (7, 0, "a"), (7, 1, "b")]
+
+    core = Coordinator(["a", "b"], PAIR)
+    nodes = started(Clockwork("a", [5, 7, 9]), Clockwork("b", delay=0))
+    assert run_in_memory(core, nodes, Random(order)) is Outcome.QUIET
+
+    told.clear()
+    a, b = Clockwork("a", [5, 7, 9]), Clockwork("b", [12, 14], delay=0)
+    core = Coordinator(["a", "b"], PAIR, finish=("a", "last"), on_event=told.append)
+    assert run_in_memory(core, started(a, b), Random(order)) is Outcome.FINISHED
+    assert core.end == Tag(10)
+    assert [(e.t, e.k, e.source, e.port) for e in told][-3:] == [
+        (9, 0, "a", "last"),
+        (9, 0, "a", "out"),
+        (9, 1, "b", "out"),
+    ]
+    assert a.heard[-1] == (Tag(9, 1), 100)
+
+
+def test_a_zero_delay_cycle_between_nodes_is_ended_by_the_microstep_limit() -> None:
+    models = [Clockwork("a", [5], delay=0), Clockwork("b", delay=0)]
+    nodes = [Node(model.name, Simulator(model, microsteps=50)) for model in models]
+    with pytest.raises(ModelError, match=r"^[ab] at \(0.000000005 s, 50\): zero-time loop, 50 microsteps"):
+        run_in_memory(Coordinator(["a", "b"], PAIR), nodes)
+
+
+def test_a_repeated_grant_is_answered_with_the_stored_done() -> None:
+    (node,) = started(Clockwork("a", [5, 7]))
+    node.hello()
+    grant = Grant(1, Tag(6), None, True, [])
+    done = node.handle(grant)
+    assert isinstance(done, Done)
+    assert (done.reached, done.spoken, done.next) == (Tag(6), [], Tag(7))
+    assert done.offer == [event(7, n=1, port="last"), event(7, n=1)]
+    assert node.handle(grant) is done
+    with pytest.raises(ProtocolError, match=r"^a got GRANT 3 after GRANT 1$"):
+        node.handle(Grant(3, Tag(9), None, False, []))
+
+
+def test_what_was_not_reached_stays_with_the_coordinator() -> None:
+    (node,) = started(Clockwork("a", delay=0))
+    node.hello()
+    inputs = [Delivery(event(t, "b"), "into") for t in (5, 6)]
+    done = node.handle(Grant(1, Tag(100), (0, 1), False, inputs))
+    assert isinstance(done, Done)
+    assert (done.reached, [e.tag for e in done.spoken], done.next) == (Tag(5, 2), [Tag(5, 1)], FOREVER)
+
+
+def test_the_hash_chains_everything() -> None:
+    hashes = []
+    for n in (1, 1, 2):
+        (node,) = started(Clockwork("a", delay=0))
+        node.hello()
+        done = node.handle(Grant(1, Tag(100), None, False, [Delivery(event(5, "b", n), "into")]))
+        assert isinstance(done, Done)
+        hashes.append(done.hash)
+    assert hashes[0] == hashes[1] != hashes[2]
+
+
+def test_welcome_and_stop() -> None:
+    ends: list[Tag] = []
+
+    def finish(end: Tag) -> str:
+        ends.append(end)
+        return "still waiting for b"
+
+    node = Node("a", Simulator(Clockwork("a")), finish)
+    assert (node.handle(Welcome(3)), node.epoch) == (None, 3)
+    assert (node.handle(Stop(Tag(9))), ends) == (Bye("still waiting for b"), [Tag(9)])
+    assert started(Clockwork("c"))[0].handle(Stop(Tag(9))) == Bye()
+    for message in (Bye(), hello(3), Fail(Tag(0), "a", "", "")):
+        with pytest.raises(ProtocolError, match=rf"^a cannot be sent {type(message).__name__.upper()}$"):
+            node.handle(message)
+
+
+def test_every_message_survives_the_wire_and_nothing_else_does() -> None:
+    messages: list[AnyMessage] = [
+        hello(3, [event(3)]),
+        Welcome(1, b"x"),
+        Grant(1, FOREVER, (5, 0), True, [Delivery(event(2), "into")]),
+        Done(1, Tag(3), [event(2)], Tag(4), [], Tag(4, 1), b"h"),
+        Fail(Tag(3), "a.b", "it broke", ""),
+        Stop(Tag(3), "finished"),
+        Bye(),
+    ]
+    for message in messages:
+        assert decode(encode(message)) == message
+    for data in (b"", b"\x81\xa4type\xa5ghost", encode(Welcome(1))[:-2]):
+        with pytest.raises(ProtocolError, match=r"^not a message of the time protocol: "):
+            decode(data)
+
+
+def test_what_a_node_may_not_say() -> None:
+    core = Coordinator(["a", "b"], PAIR)
+    with pytest.raises(ProtocolError, match=r"^x is not a node of this run: they are a, b$"):
+        core.hello("x", hello(1))
+    core.hello("a", hello(5, [event(5)]))
+    with pytest.raises(ProtocolError, match=r"^a said HELLO twice"):
+        core.hello("a", hello(5))
+    core.hello("b", hello(FOREVER.t))
+    done = Done(1, FOREVER, [], FOREVER, [], FOREVER, b"")
+    with pytest.raises(ProtocolError, match=r"^a sent DONE 1 out of order, its last GRANT is 0$"):
+        core.done("a", done)
+    core.ready()
+    with pytest.raises(ProtocolError, match=r"^a spoke for b: a node says only its own events$"):
+        core.done("a", Done(1, FOREVER, [event(6, "b")], FOREVER, [], FOREVER, b""))
+    early = r"^a spoke on port out at \(0.000000005 s, 0\), earlier than the \(0.000000005 s, 1\)"
+    with pytest.raises(ProtocolError, match=early):
+        core.done("a", Done(1, FOREVER, [event(5)], FOREVER, [], FOREVER, b""))
+
+
+def test_a_node_that_speaks_earlier_than_declared_names_the_port() -> None:
+    (node,) = started(Clockwork("a", delay=10))
+    node.model.lookahead = 50  # type: ignore[misc]
+    node.hello()
+    fail = node.handle(Grant(1, Tag(100), None, False, [Delivery(event(5, "b"), "into")]))
+    assert isinstance(fail, Fail)
+    assert fail.sentence == (
+        "a at (0.000000015 s, 0): output on port out earlier than the (0.000000055 s, 0) that was declared; "
+        "declare a shorter lookahead"
+    )
+
+
+def test_a_late_message_is_fatal_and_named() -> None:
+    (node,) = started(Clockwork("a", [5]))
+    node.hello()
+    node.handle(Grant(1, Tag(6), None, True, []))
+    fail = node.handle(Grant(2, Tag(9), None, False, [Delivery(event(4, "b"), "into")]))
+    assert isinstance(fail, Fail)
+    assert fail.sentence == "a at (0.000000005 s, 0): late message b.out for (0.000000004 s, 0)"
+
+
+def test_a_model_that_raises_is_a_fail_with_its_sentence_and_traceback() -> None:
+    class Broken(Clockwork):
+        def internal(self) -> None:
+            raise ValueError("no rope")
+
+    (node,) = started(Broken("a", [5]))
+    node.hello()
+    fail = node.handle(Grant(1, Tag(6), None, True, []))
+    assert isinstance(fail, Fail)
+    assert fail.sentence == "a at (0.000000005 s, 0): internal() raised ValueError: no rope"
+    assert "in internal" in fail.traceback
