@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from heavylift.kernel.errors import HeavyliftError
+from heavylift.kernel.errors import HeavyliftError, Stopped
 
 __all__ = ["main"]
 
@@ -22,7 +22,9 @@ app = typer.Typer(
     help="Simulates tandem crane lifts: one scene file, one process per model, every message on record.",
 )
 
-Scene = Annotated[str, typer.Argument(help="a scene file, or the name of a bundled scene (turnover, lift, arm, pendulum)")]
+Scene = Annotated[
+    str, typer.Argument(help="a scene file, or the name of a bundled scene (turnover, lift, arm, pendulum)")
+]
 File = Annotated[Path, typer.Argument(help="a recording (.mcap)")]
 Sets = Annotated[list[str] | None, typer.Option("--set", help="override a key: --set accuracy=0.5%")]
 
@@ -35,9 +37,10 @@ def run(
     in_process: Annotated[bool, typer.Option("--in-process", help="all models in this process")] = False,
 ) -> None:
     """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
+    from .participant import PRELOAD
     from .processes import Processes
 
-    crew = None if in_process else Processes()  # starts while the rest is imported
+    crew = None if in_process else Processes(PRELOAD)  # starts while the rest is imported
     try:
         from heavylift.nodes.scene import load
 
@@ -94,10 +97,13 @@ def info(file: File) -> None:
 def plot(
     file: File,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="picture, .png or .svg")] = None,
+    lift: Annotated[bool, typer.Option("--lift", help="the lift itself at some instants")] = False,
 ) -> None:
     """Draw the rope tensions of a recording.    heavylift plot turnover.mcap -o tension.svg"""
-    from heavylift.recordings import plot as draw
+    from heavylift.recordings import plot as tensions
+    from heavylift.recordings import storyboard
 
+    draw = storyboard if lift else tensions
     typer.echo(f"wrote {draw(file, output or file.with_suffix('.png'))}")
 
 
@@ -105,6 +111,9 @@ def main() -> None:
     """Entry point of the command `heavylift`."""
     try:
         app(standalone_mode=False)
+    except Stopped as error:
+        print(f"heavylift: {error}", file=sys.stderr)
+        sys.exit(130)
     except HeavyliftError as error:
         print(f"heavylift: {error}" if "\n" not in str(error) else str(error), file=sys.stderr)
         sys.exit(1)

@@ -25,8 +25,8 @@ from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.devs import FOREVER, Delivery, Event, Tag, after, succ
 from heavylift.nodes.devs.events import Order
 
-from .distance import Coupling, Matrix, distances, plus
-from .messages import Done, Grant, Hello
+from .distance import Coupling, distances
+from .messages import Delay, Done, Grant, Hello
 
 
 class Outcome(Enum):
@@ -46,13 +46,16 @@ class _Node:
         self.offer: list[Event] = []
         self.committed = False
         self.pending: list[Delivery] = []  # sorted
+        self.first = FOREVER  # tag of the first pending input
+        self.ways: list[tuple[int, Delay]] = []  # ranks of the nodes that can reach it, with their D
+        self.echo: Delay | None = None  # D[i][i]
         self.frozen: Tag | None = None  # o_j while it runs, else None
         self.gseq = 0
         self.greeted = False
 
-    @property
-    def first(self) -> Tag:
-        return self.pending[0].event.tag if self.pending else FOREVER
+    def change(self) -> None:
+        """Take note of a change of `pending`."""
+        self.first = self.pending[0].event.tag if self.pending else FOREVER
 
     @property
     def earliest(self) -> Tag:
@@ -82,7 +85,7 @@ class Coordinator:
         self.end, self._on_event = end, on_event
         self.floor = Tag(0)  # nothing below it comes any more
         self._held: list[tuple[Order, Event]] = []  # heap of events that have not left yet
-        self._distance: Matrix = []
+        self._open = False  # whether all have said HELLO
 
     def hello(self, name: str, hello: Hello) -> None:
         """A node has started; the last of them opens the run."""
@@ -95,9 +98,13 @@ class Coordinator:
         if all(other.greeted for other in nodes.values()):
             ahead = {other.name: other.lookahead for other in nodes.values()}
             finish = self._finish[0] if self._finish else None
-            self._distance = distances(list(nodes), self._couplings, ahead, finish)
+            D = distances(list(nodes), self._couplings, ahead, finish)
+            for i, other in enumerate(nodes.values()):
+                other.ways = [(j, d) for j, row in enumerate(D) if j != i and (d := row[i]) is not None]
+                other.echo = D[i][i]
             for source, port, target, into in self._couplings:
                 self._receivers.setdefault((source, port), []).append((nodes[target], into))
+            self._open = True
 
     def done(self, name: str, done: Done) -> None:
         """A node has done what it was granted."""
@@ -113,6 +120,7 @@ class Coordinator:
                     f"that it had declared: the lookahead of that port is too long"
                 )
         del node.pending[: _before(node.pending, done.reached)]
+        node.change()
         node.frozen, node.committed = None, False
         self._take(node, done)
         for event in done.spoken:
@@ -120,7 +128,7 @@ class Coordinator:
 
     def ready(self) -> list[tuple[str, Grant]]:
         """Commit what can be committed, let events leave, and grant every node that can move."""
-        if not self._distance:
+        if not self._open:
             return []
         bound = self._commit()
         self.floor = floor = min(min(bound), self.end)
@@ -128,17 +136,20 @@ class Coordinator:
             self._on_event(heappop(self._held)[1])
         grants = []
         for node in self._nodes.values():
-            if node.frozen is None:
-                tag, window = min(node.next, node.first), self._window(node, bound)
-                if tag < window and (tag < node.next or not node.offer or node.committed):
+            if node.frozen is None and (node.first < node.next or not node.offer or node.committed):
+                tag = min(node.next, node.first)
+                if tag < self.end and tag < (window := self._window(node, bound)):
                     grants.append((node.name, self._grant(node, window, bound[node.rank])))
+        if not grants and not self.waiting and self.over is None:
+            next_ = ", ".join(f"{node.name} {min(node.next, node.first)}" for node in self._nodes.values())
+            raise ProtocolError(f"no node can move before the end, {self.end}, though they wait for {next_}")
         return grants
 
     @property
     def over(self) -> Outcome | None:
         """Why the run has ended, once `ready` has nothing to grant and nobody runs; else None."""
         nodes = self._nodes.values()
-        if not self._distance or any(node.frozen is not None for node in nodes):
+        if not self._open or any(node.frozen is not None for node in nodes):
             return None
         first = min(min(node.next, node.first) for node in nodes)
         if self._finished and first >= self.end:
@@ -158,7 +169,15 @@ class Coordinator:
         return self._nodes[name]
 
     def _take(self, node: _Node, said: Hello | Done) -> None:
-        node.next, node.offer, node.quiet = said.next, said.offer, said.quiet
+        """What a node says of its future; an empty offer is silent at next_j whatever `quiet` says."""
+        for event in said.offer:
+            if event.source != node.name or event.tag != said.next:
+                raise ProtocolError(
+                    f"{node.name} offers {event.source}.{event.port} at {event.tag}: an offer holds its own "
+                    f"events at its next tag, {said.next}"
+                )
+        node.next, node.offer = said.next, said.offer
+        node.quiet = said.quiet if said.offer else max(said.quiet, succ(said.next))
 
     def _commit(self) -> list[Tag]:
         """Commit to the fixpoint; returns o_j of all nodes."""
@@ -182,12 +201,16 @@ class Coordinator:
         return bound
 
     def _window(self, node: _Node, bound: list[Tag]) -> Tag:
-        """B_i of the header, below the end."""
-        window = self.end
-        for earliest, row in zip(bound, self._distance, strict=True):
-            if earliest < window and row is not self._distance[node.rank]:
-                window = min(window, plus(earliest, row[node.rank]))
-        return window
+        """B_i of the header, below the end; `plus` is written out, for nothing runs more often."""
+        t, k = self.end
+        for rank, (wait, steps) in node.ways:
+            earliest = bound[rank]
+            reach = earliest.t + wait
+            if reach <= t:
+                step = steps if wait else earliest.k + steps
+                if reach < t or step < k:
+                    t, k = reach, step
+        return Tag(t, k)
 
     def _hold(self, event: Event) -> list[_Node]:
         """Put an event into its receivers' bags and among those that wait to leave."""
@@ -197,12 +220,13 @@ class Coordinator:
         receivers = self._receivers.get((event.source, event.port), [])
         for node, into in receivers:
             insort(node.pending, Delivery(event, into), key=_place)
+            node.change()
         return [node for node, _ in receivers]
 
     def _grant(self, node: _Node, window: Tag, earliest: Tag) -> Grant:
         inputs = node.pending[: _before(node.pending, window)]
         node.frozen, node.gseq = earliest, node.gseq + 1
-        return Grant(node.gseq, window, self._distance[node.rank][node.rank], node.committed, inputs)
+        return Grant(node.gseq, window, node.echo, node.committed, inputs)
 
 
 def _place(delivery: Delivery) -> tuple[Order, str]:

@@ -51,9 +51,7 @@ class _Desk:
         self.when: Callable[[], str] = lambda: ""
         """Gives the simulation time for a sentence, like "t = 12.5 s"; set by who knows it."""
         self._session = session
-        self._publishers = {
-            n: session.declare_publisher(key(run, n, "in"), congestion_control=block) for n in nodes
-        }
+        self._publishers = {n: session.declare_publisher(key(run, n, "in"), congestion_control=block) for n in nodes}
         self._writers = {n: Writer(run, n, Topic.IN, FIRST_EPOCH) for n in nodes}
         self._out = {key(run, n, "out"): (n, Reader(run, n, Topic.OUT, FIRST_EPOCH)) for n in nodes}
         self._data = {key(run, n, "samples"): (n, Reader(run, n, Topic.SAMPLES, FIRST_EPOCH)) for n in nodes}
@@ -239,9 +237,7 @@ class Hub(_Desk):
     def _fail(self, node: str, how: str) -> None:
         if not self._dismissed:
             at = self.when()
-            self._failure = ProtocolError(
-                f"node {node} is gone{' at ' + at if at else ''}: {how}; start the run again"
-            )
+            self._failure = ProtocolError(f"node {node} is gone{' at ' + at if at else ''}: {how}; start the run again")
             self._wake()
 
     def _wake(self) -> None:

@@ -16,7 +16,7 @@ from heavylift.kernel.errors import KernelError, ModelError
 from heavylift.kernel.samples import channels, published
 from heavylift.kernel.simulation import FOREVER_NS, Simulation
 from heavylift.kernel.switching import StateEvent as Switched
-from heavylift.nodes.devs import FOREVER, Delivery, Event, Tag, encode, succ
+from heavylift.nodes.devs import FOREVER, Delivery, Event, Message, Tag, encode, succ
 from heavylift.nodes.models import messages as m
 
 __all__ = ["KernelConfig", "KernelNode"]
@@ -123,7 +123,7 @@ class KernelNode:
         self.simulation.run(until.t, lambda: self._flush(BATCH))
         self._flush(1)
 
-    def _apply(self, x: m.KernelInput, tag: Tag) -> None:
+    def _apply(self, x: Message, tag: Tag) -> None:
         s = self.simulation
         match x:
             case m.SetProfile():

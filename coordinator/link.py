@@ -108,9 +108,7 @@ class LocalLink(_Sender):
         self._pending: deque[zenoh.Sample] = deque()
         self._ready = ready
         self._handler: Callable[[bytes], None] | None = None
-        self._inbox = session.declare_subscriber(
-            key(run, node, "in"), Callback(self._enqueue, indirect=False)
-        )
+        self._inbox = session.declare_subscriber(key(run, node, "in"), Callback(self._enqueue, indirect=False))
 
     def _enqueue(self, sample: zenoh.Sample) -> None:
         self._pending.append(sample)
@@ -131,8 +129,7 @@ class LocalLink(_Sender):
         """The coordinator's next message; there is no other thread that could send it later."""
         if not self._pending:
             raise ProtocolError(
-                f"node {self.node} waits for a message that nobody in this process has sent, "
-                "send it before receiving"
+                f"node {self.node} waits for a message that nobody in this process has sent, send it before receiving"
             )
         return self._in_reader.open(self._pending.popleft().payload.to_bytes())
 

@@ -77,9 +77,7 @@ class Node:
                 break
             if tag <= self._last:
                 event = inputs[at].event
-                raise ModelError(
-                    f"{self.name} at {self._last}: late message {event.source}.{event.port} for {tag}"
-                )
+                raise ModelError(f"{self.name} at {self._last}: late message {event.source}.{event.port} for {tag}")
             begin = at
             while at < len(inputs) and inputs[at].event.tag == tag:
                 at += 1
@@ -113,7 +111,5 @@ class Node:
     @staticmethod
     def failure(name: str, error: Exception, tag: Tag = _BEGIN) -> Fail:
         """What a node says when it cannot go on."""
-        sentence = (
-            str(error) if isinstance(error, HeavyliftError) else f"{name}: {type(error).__name__}: {error}"
-        )
+        sentence = str(error) if isinstance(error, HeavyliftError) else f"{name}: {type(error).__name__}: {error}"
         return Fail(tag, name, sentence, "".join(traceback.format_exception(error)))

@@ -14,9 +14,11 @@ from heavylift.nodes.devs import Simulator
 from . import messages as m
 from .node import Node
 
-__all__ = ["KERNEL", "Participant", "Setup"]
+__all__ = ["KERNEL", "NODE_MODULE", "PRELOAD", "Participant", "Setup"]
 
 KERNEL = "kernel"
+NODE_MODULE = "heavylift.coordinator.node_process"
+PRELOAD = (NODE_MODULE, "heavylift.nodes.models", "heavylift.nodes.scene.plan")  # what every node imports
 
 
 class Setup(msgspec.Struct, frozen=True):

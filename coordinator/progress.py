@@ -30,7 +30,9 @@ class Progress(Watch):
         self._plan = plan
         self._actions = max(1, len(plan.actions))
         self._console = Console(stderr=True)
-        self._live = Live(console=self._console, refresh_per_second=8, transient=True) if self._console.is_terminal else None
+        self._live = (
+            Live(console=self._console, refresh_per_second=8, transient=True) if self._console.is_terminal else None
+        )
         self._began = time.perf_counter()
         self._stage, self._action, self._t_ns = "starting", 0, 0
 

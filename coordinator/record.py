@@ -14,11 +14,12 @@ from heavylift.kernel.describe import System
 from heavylift.nodes.devs import Event, Message, OutPort
 from heavylift.nodes.models import NodeModel
 from heavylift.nodes.models.messages import StateEvent
-from heavylift.nodes.scene.plan import Plan, encode
-from heavylift.recordings import Box, Recorder, RopeLine, SampleLayout
+from heavylift.nodes.scene.plan import HookRope, Plan, Sling, encode
+from heavylift.recordings import Recorder, SampleLayout
 from heavylift.recordings.samples import decode_batch
 
 from . import messages as m
+from .drawing import RopeLines, boxes
 from .energy import EnergyAudit
 
 if TYPE_CHECKING:
@@ -50,11 +51,12 @@ class Record:
         self._energy: EnergyAudit | None = None
         self._layout = SampleLayout([])
         self._last_ns = 0
+        self._ropes = RopeLines([])
         carried = {r.carries: r.name for r in plan.rig.hook_ropes}
         facts = {
             "scene": plan.name,
             "seed": plan.seed,
-            "accuracy": plan.tolerance,
+            "accuracy": f"{plan.tolerance:g}",
             "samples_hz": plan.samples_hz,
             "nodes": [*models, KERNEL],
             "rated": rated(plan),
@@ -78,15 +80,16 @@ class Record:
         self._layout = msgspec.msgpack.decode(data, type=SampleLayout)
         self._energy = EnergyAudit(self._layout)
         self._recorder.layout(self._layout)
-        bodies = [b for s in systems for b in s.bodies if b.mass > 0.0]
-        self._recorder.boxes([Box(b.name, b.com, equivalent_box(b.mass, b.inertia)) for b in bodies])
-        lines = [line for s in systems for r in s.ropes if r.hooked for line in r.lines]
-        self._recorder.ropes(0, [RopeLine(x.a.body, x.a.p, x.b.body, x.b.p) for x in lines])
+        self._recorder.boxes(boxes(self._plan, systems))
+        self._ropes = RopeLines(systems)
+        self._recorder.ropes(0, self._ropes.drawn())
 
     def event(self, e: Event) -> None:
         """A committed event, in total order."""
         self._last_ns = max(self._last_ns, e.t)
         self._recorder.event(e.t, e.k, e.source, e.port, e.index, e.type, e.payload)
+        if self._ropes.change(e):
+            self._recorder.ropes(e.t, self._ropes.drawn())
 
     def samples(self, batch: bytes) -> int:
         """A batch of the kernel; returns the time of its last sample [ns]."""
@@ -139,23 +142,26 @@ class Record:
 
 def rated(plan: Plan) -> dict[str, float]:
     """Tension that counts as 100 % of use, per rope [N]; ropes without one are left out."""
-    return {r.name: r.rated for r in (*plan.rig.hook_ropes, *plan.rig.slings) if r.rated}
-
-
-def equivalent_box(mass: float, inertia: tuple[tuple[float, float, float], ...]) -> tuple[float, float, float]:
-    """Edges of the homogeneous box of this mass and principal inertia; 1 m where a body has no extent."""
-    I = [inertia[i][i] for i in range(3)]
-    squares = [6.0 * (sum(I) - 2.0 * I[i]) / mass for i in range(3)]
-    x, y, z = (s**0.5 if s > 1e-6 else 1.0 for s in squares)
-    return x, y, z
+    ropes: list[HookRope | Sling] = [*plan.rig.hook_ropes, *plan.rig.slings]
+    return {r.name: r.rated for r in ropes if r.rated}
 
 
 def _summary(message: m.AnyMessage) -> dict[str, object]:
     match message:
         case m.Grant():
-            return {"gseq": message.gseq, "until": message.until, "inputs": len(message.inputs), "committed": message.committed}
+            return {
+                "gseq": message.gseq,
+                "until": message.until,
+                "inputs": len(message.inputs),
+                "committed": message.committed,
+            }
         case m.Done():
-            return {"gseq": message.gseq, "next": message.next, "spoken": len(message.spoken), "offer": len(message.offer)}
+            return {
+                "gseq": message.gseq,
+                "next": message.next,
+                "spoken": len(message.spoken),
+                "offer": len(message.offer),
+            }
         case m.Hello():
             return {"next": message.next, "lookahead": message.lookahead}
         case m.Fail():

@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.kernel.describe import System
-from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError
+from heavylift.kernel.errors import ModelError, ProtocolError, Stopped
 from heavylift.nodes.devs import FOREVER, Event, Tag, ns
-from heavylift.nodes.models import build, couplings, subscriptions
+from heavylift.nodes.models import NodeModel, build, couplings, subscriptions
 from heavylift.nodes.scene.plan import encode
 
 from . import messages as m
 from .core import Coordinator, Outcome
 from .hub import Hub, LocalHub
-from .participant import KERNEL, Participant, Setup
+from .participant import KERNEL, NODE_MODULE, PRELOAD, Participant, Setup
 from .processes import Processes
 from .record import Record, Result
 from .watch import Watch
@@ -33,8 +33,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Result", "run"]
 
-NODE_MODULE = "heavylift.coordinator.node_process"
-PRELOAD = (NODE_MODULE, "heavylift.nodes.models", "heavylift.nodes.scene.plan")
 COMMANDER = "commander"
 PATIENCE_s = 30.0  # for a node's HELLO
 LOOK_s = 0.2  # how often samples are taken while a node works
@@ -83,7 +81,8 @@ def _nodes(names: list[str], in_process: bool, processes: Processes | None) -> I
 
 def _named(error: BaseException, session: _Session) -> BaseException:
     if isinstance(error, KeyboardInterrupt):
-        return HeavyliftError(f"stopped by the user at {session.now.t * 1e-9:.3f} s; the recording is complete so far")
+        at = session.now.t * 1e-9
+        return Stopped(f"stopped by the user at {at:.3f} s; the recording is complete up to there")
     return error
 
 
@@ -91,16 +90,25 @@ class _Session:
     """The conversation with the nodes of one run."""
 
     def __init__(
-        self, scene: LoadedScene, models: dict, hub: Hub | LocalHub, record: Record, watch: Watch  # type: ignore[type-arg]
+        self,
+        scene: LoadedScene,
+        models: dict[str, NodeModel],
+        hub: Hub | LocalHub,
+        record: Record,
+        watch: Watch,
     ) -> None:
-        self._plan, self._models, self._hub, self._record, self._watch = scene.plan, models, hub, record, watch
+        self._plan, self._models, self._hub, self._record, self._watch = (
+            scene.plan,
+            models,
+            hub,
+            record,
+            watch,
+        )
         self.now = Tag(0)
         self.grants = 0
         self._outcome: Outcome | None = None
         end = Tag(ns(self._plan.end)) if self._plan.end is not None else FOREVER
-        self._core = Coordinator(
-            [*models, KERNEL], couplings(self._plan), end, (COMMANDER, "finished"), self._event
-        )
+        self._core = Coordinator([*models, KERNEL], couplings(self._plan), end, (COMMANDER, "finished"), self._event)
         if isinstance(hub, Hub):
             hub.when = lambda: f"t = {self.now.t * 1e-9:.3f} s"
 

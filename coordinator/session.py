@@ -228,9 +228,7 @@ def _access(run: str, nodes: list[str]) -> dict[str, Any]:
         rules.append(rule(f"{node}/out", "ingress", ["put", "liveliness_token"], *out))
         rules.append(rule(f"{node}/in", "ingress", ["declare_subscriber"], key(run, node, "in")))
         rules.append(rule(f"{node}/leave", "ingress", ["query"], key(run, node, "leave")))
-        policies.append(
-            {"rules": [f"{node}/out", f"{node}/in", f"{node}/leave", "egress"], "subjects": [node]}
-        )
+        policies.append({"rules": [f"{node}/out", f"{node}/in", f"{node}/leave", "egress"], "subjects": [node]})
     subjects = [{"id": user, "usernames": [user]} for user in (*nodes, OBSERVER)]
     return {
         "enabled": True,

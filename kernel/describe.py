@@ -25,7 +25,11 @@ class Body:
     name: str
     mass: float  # [kg]
     com: Vector = (0.0, 0.0, 0.0)  # p_BC, centre of mass [m]
-    inertia: Matrix = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # about the centre of mass, body axes [kg m2]
+    inertia: Matrix = (
+        (0.0, 0.0, 0.0),
+        (0.0, 0.0, 0.0),
+        (0.0, 0.0, 0.0),
+    )  # about the centre of mass, body axes [kg m2]
 
 
 @dataclass(frozen=True)
@@ -207,6 +211,17 @@ class System:
 
 def merge(parts: list[System], gravity: float) -> System:
     """One system from the declarations of all nodes, in the order given."""
-    names = ("bodies", "joints", "springs", "stops", "brakes", "drives", "ropes", "supports", "masters", "measured")
+    names = (
+        "bodies",
+        "joints",
+        "springs",
+        "stops",
+        "brakes",
+        "drives",
+        "ropes",
+        "supports",
+        "masters",
+        "measured",
+    )
     joined = {n: tuple(x for p in parts for x in getattr(p, n)) for n in (*names, "thresholds")}
     return System(**joined, gravity=gravity)

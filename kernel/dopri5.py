@@ -123,7 +123,7 @@ def commit(s: SimpleNamespace, quaternions: list[int], velocities: slice) -> Non
 
     `still` is set when all velocities and accelerations vanish after the last command has run out.
     """
-    higher = [(s.tentative > 0.0) & (T > p) for T, p in zip(s.T, s.peak, strict=True)]
+    higher = [(s.tentative > 0.0) & (p < T) for T, p in zip(s.T, s.peak, strict=True)]
     s.peak = np.array([select(c, T, p) for c, T, p in zip(higher, s.T, s.peak, strict=True)], dtype=object)
     s.peak_time = np.array([select(c, s.t, p) for c, p in zip(higher, s.peak_time, strict=True)], dtype=object)
     y = s.y.copy()
@@ -131,7 +131,7 @@ def commit(s: SimpleNamespace, quaternions: list[int], velocities: slice) -> Non
         q = s.y[i : i + 4]
         y[i : i + 4] = q * (1.0 / sqrt(q @ q))
     s.y = y
-    slow = [STILL_SQUARE > sum(e * e for e in x[velocities]) for x in (s.y, s.f)]
+    slow = [sum(e * e for e in x[velocities]) < STILL_SQUARE for x in (s.y, s.f)]
     s.still = select(s.t >= s.t_rest, select(slow[0], select(slow[1], 1.0, 0.0), 0.0), 0.0)
     s.due = select(s.tentative > 0.0, select(s.t >= s.t_out, 1.0, 0.0), 0.0)
     s.tentative = 0.0
@@ -186,7 +186,9 @@ class Dopri5:
         self.functions = {
             "step": self._on_block("step", lambda s, rate, row: step(s, rate, float(nq + nv))),
             "bisect": self._on_block("bisect", lambda s, rate, row: bisect(s, rate)),
-            "commit": self._on_block("commit", lambda s, rate, row: commit(s, p.quaternions, slice(nq, nq + nv)), plain=True),
+            "commit": self._on_block(
+                "commit", lambda s, rate, row: commit(s, p.quaternions, slice(nq, nq + nv)), plain=True
+            ),
             "sample": self._on_block("sample", lambda s, rate, row: sample(s, row), table=True),
             "refresh": self._on_block("refresh", lambda s, rate, row: refresh(s, rate)),
             "look": self._on_block("look", lambda s, rate, row: look(s, row), table=True),
@@ -202,7 +204,12 @@ class Dopri5:
         ropes, supports = len(p.system.ropes), len(p.system.supports)
         sizes: dict[str, int | None] = {"q": p.nq, "v": p.nv, "accounts": len(p.accounts)}
         sizes |= dict.fromkeys(("tension", "length", "length_rate", "elongation"), ropes)
-        sizes |= {"normal": supports, "place": 2 * supports, "velocity": 2 * supports, "stored": len(p.stored)}
+        sizes |= {
+            "normal": supports,
+            "place": 2 * supports,
+            "velocity": 2 * supports,
+            "stored": len(p.stored),
+        }
         sizes |= {"poses": 12 * len(p.graph.links), "kinetic": None, "potential": None}
         return Layout(sizes | {"peak": ropes, "peak_time": ropes})
 

@@ -100,9 +100,7 @@ def dynamics(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: 
     return join(*K.dq), np.array(dv), np.array(reaction)
 
 
-def ltdl_solve(
-    H: dict[tuple[int, int], Any], b: list[Any], paths: list[list[int]], dofs: list[int]
-) -> dict[int, Any]:
+def ltdl_solve(H: dict[tuple[int, int], Any], b: list[Any], paths: list[list[int]], dofs: list[int]) -> dict[int, Any]:
     """H x = b by H = L^T D L along the paths (Featherstone 2008, sections 6.5 and 8.6)."""
     D: dict[int, Any] = {}
     for k in reversed(dofs):

@@ -90,7 +90,8 @@ exit:
 
 
 def _constant(x: float) -> str:
-    return "0x%016X" % struct.unpack("<Q", struct.pack("<d", float(x)))[0]
+    (bits,) = struct.unpack("<Q", struct.pack("<d", float(x)))
+    return f"0x{bits:016X}"
 
 
 def _ref(x: Any) -> str:
@@ -137,7 +138,13 @@ class _Emitter:
                 base = f"%base_{name}"
             self.store(values, base, f"o_{name}", unchanged=name)
         parameters = ", ".join(f"ptr noalias %{k}" for k in blocks(f))
-        lines = [f"define void @{f.name}({parameters}) noinline nounwind {{", *self.head, *self.body, "ret void", "}"]
+        lines = [
+            f"define void @{f.name}({parameters}) noinline nounwind {{",
+            *self.head,
+            *self.body,
+            "ret void",
+            "}",
+        ]
         return "\n".join(lines)
 
     def load(self, n: Sym, base: str, index: int) -> None:
@@ -172,7 +179,7 @@ class _Emitter:
 
     def pointer(self, values: tuple[Any, ...], tag: str) -> str:
         """Address of consecutive values: where they already lie so in a block, else a copy on the stack."""
-        v = values[0] if values else None
+        v: Any = values[0] if values else None
         if (
             is_sym(v)
             and v.op in ("in", "ret", "slice")

@@ -17,13 +17,25 @@ from .symbol import Sym, is_sym, symbols
 
 __all__ = ["balance", "equations"]
 
-_INFIX = {"add": (" + ", 1), "sub": (" - ", 1), "mul": ("*", 2), "div": ("/", 2), "gt": (" > ", 0), "ge": (" >= ", 0)}
+_INFIX = {
+    "add": (" + ", 1),
+    "sub": (" - ", 1),
+    "mul": ("*", 2),
+    "div": ("/", 2),
+    "gt": (" > ", 0),
+    "ge": (" >= ", 0),
+}
 
 
 def equations(system: System) -> str:
     """Everything that is known of the motion of a system, as text; raises KernelError for an impossible one."""
     program = Program(system)
-    parts = [_graph(program.graph), _path_matrix(program.graph), _balances(program.graph), _recursion(program)]
+    parts = [
+        _graph(program.graph),
+        _path_matrix(program.graph),
+        _balances(program.graph),
+        _recursion(program),
+    ]
     return "\n\n".join(parts)
 
 

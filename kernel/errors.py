@@ -5,12 +5,21 @@
     |- ModelError       a DEVS model broke the formalism       model path and (t, microstep)
     |- KernelError      equations, laws, integration           body, joint or rope, and simulation time
     |- ProtocolError    a message or process of a run          node, run and what arrived
-    `- RecordingError   a recording or an output file          path and what to do
+    |- RecordingError   a recording or an output file          path and what to do
+    `- Stopped          the user ended the run (Ctrl-C)        simulation time; the recording is finished
 
 All other rooms import these names and add none: `except HeavyliftError` catches whatever a user did wrong.
 """
 
-__all__ = ["HeavyliftError", "KernelError", "ModelError", "ProtocolError", "RecordingError", "SceneError"]
+__all__ = [
+    "HeavyliftError",
+    "KernelError",
+    "ModelError",
+    "ProtocolError",
+    "RecordingError",
+    "SceneError",
+    "Stopped",
+]
 
 
 class HeavyliftError(Exception):
@@ -35,3 +44,7 @@ class ProtocolError(HeavyliftError):
 
 class RecordingError(HeavyliftError):
     """A recording cannot be read or written."""
+
+
+class Stopped(HeavyliftError):
+    """The user ended the run."""

@@ -67,14 +67,14 @@ JOINTS: dict[str, JointType] = {
     "spherical": JointType(
         (0.0, 0.0, 0.0, 1.0), 3,
         lambda q, a: (quaternion_matrix(*q), np.zeros(3)),
-        lambda q, v: quaternion_rate(*q, v),
+        lambda q, v: quaternion_rate(q, v),
         lambda R_WJ, R_WB, r, a: [_turn(r, e) for e in R_WB.T],
         quaternion=0,
     ),
     "free": JointType(
         (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0), 6,
         lambda q, a: (quaternion_matrix(*q[3:]), q[:3]),
-        lambda q, v: join(quaternion_matrix(*q[3:]) @ v[:3], quaternion_rate(*q[3:], v[3:])),
+        lambda q, v: join(quaternion_matrix(*q[3:]) @ v[:3], quaternion_rate(q[3:], v[3:])),
         lambda R_WJ, R_WB, r, a: [*(_slide(e) for e in R_WB.T), *(_turn(r, e) for e in R_WB.T)],
         quaternion=3,
     ),

@@ -62,9 +62,7 @@ class Program:
         self.guards += [("brake", b.name) for b in system.brakes]
         self.guards += [("threshold", h.name) for h in system.thresholds]
         self.quaternions = [
-            k.q.start + start
-            for k in self.graph.links
-            if (start := JOINTS[k.joint.kind].quaternion) is not None
+            k.q.start + start for k in self.graph.links if (start := JOINTS[k.joint.kind].quaternion) is not None
         ]
         self.instances = self._share(trees)
         self.profile = Function("profile", _profile, {"t": 1, "p": PROFILE})

@@ -38,7 +38,9 @@ class References:
 
     def _actuator(self, name: str) -> _Actuator:
         if name not in self._actuators:
-            raise KernelError(f"'{name}': no drive, winch or master of this name; there are {', '.join(self._actuators)}")
+            raise KernelError(
+                f"'{name}': no drive, winch or master of this name; there are {', '.join(self._actuators)}"
+            )
         return self._actuators[name]
 
     def own(self, name: str, t_ns: int) -> tuple[float, float]:

@@ -20,7 +20,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from .describe import System, Vector
-from .dopri5 import BREAK, EVENT, FAILED, RUNNING, STILL, Dopri5
+from .dopri5 import EVENT, FAILED, RUNNING, STILL, Dopri5
 from .emit import module
 from .errors import KernelError
 from .native import Library
@@ -88,18 +88,22 @@ class Simulation:
         x[self._at["weight"]] = [1.0] * (self.program.nq + self.program.nv) + [0.0] * len(self.program.accounts)
 
     def structure(self) -> str:
-        """Equal for scenes that share machine code."""
-        p = self.program
-        s = p.system
-        laws = [[(x.name, getattr(x, "kind", ""), getattr(x, "joint", "")) for x in g] for g in (s.drives, s.springs)]
-        laws += [[(x.joint,) for x in g] for g in (s.stops, s.brakes)]
-        ropes = [[(p.graph.number(e.body) for e in (k.a, k.b)) for k in r.lines] for r in s.ropes]
-        flat = [[tuple(e) for e in r] for r in ropes]
-        points = [p.graph.number(u.point.body) for u in s.supports]
-        numbered = [(h.quantity, h.of, h.ropes, h.point and h.point.body) for h in s.thresholds]
-        masters = [(m.kind, m.of, m.axis) for m in s.measured]
+        """Equal for scenes that share machine code: everything that the traced text branches or indexes on."""
+        p, s = self.program, self.program.system
+        number = p.graph.number
         return repr(
-            [[kind_of(t) for t, _ in p.instances], laws, flat, [r.winch for r in s.ropes], points, numbered, masters, len(s.masters)]
+            [
+                [(kind_of(t), x.ends) for t, x in p.instances],
+                [(d.kind, d.joint) for d in s.drives],
+                [x.joint for x in (*s.springs, *s.stops, *s.brakes)],
+                [len(x) for x in (s.springs, s.stops, s.brakes, s.masters)],
+                [(r.winch, [(number(k.a.body), number(k.b.body)) for k in r.lines]) for r in s.ropes],
+                [number(u.point.body) for u in s.supports],
+                [(m.kind, m.of, m.axis) for m in s.measured],
+                [(h.quantity, h.of, h.ropes, h.axis, h.point and h.point.body) for h in s.thresholds],
+                [(k.joint.name, k.q.start, k.v.start) for k in p.graph.links],
+                [r.name for r in s.ropes],
+            ]
         )
 
     def _ir(self) -> str:
@@ -126,7 +130,8 @@ class Simulation:
     @property
     def state(self) -> np.ndarray:
         """(ny,) coordinates, velocities and accounts, committed or tentative."""
-        return self.X[self._at["y"]]
+        y: np.ndarray = self.X[self._at["y"]]
+        return y
 
     def row(self) -> SimpleNamespace:
         """The present state as a sample row."""
@@ -360,7 +365,9 @@ class Simulation:
         for link in self.program.graph.links:
             v = self.state[self.program.nq + link.v.start : self.program.nq + link.v.stop]
             if not np.isfinite(v).all():
-                return KernelError(f"body '{link.body.name}' at {t:.6f} s: its motion is not finite; check its mass and forces")
+                return KernelError(
+                    f"body '{link.body.name}' at {t:.6f} s: its motion is not finite; check its mass and forces"
+                )
         rates = np.abs(self.X[self._at["f"]][self.program.nq : self.program.nq + self.program.nv])
         worst = int(np.nanargmax(rates)) if np.isfinite(rates).any() else 0
         link = next(k for k in self.program.graph.links if k.v.start <= worst < k.v.stop)

@@ -51,9 +51,7 @@ def force_cross(V: Array) -> Array:
 def axis_rotation(a: Array, q: Any) -> Array:
     """(3, 3) rotation by q [rad] about the unit axis a; written so that principal axes fold to plain sin and cos."""
     c, s, K = cos(q), sin(q), skew(a)
-    return np.array(
-        [[a[i] * a[j] + c * ((i == j) - a[i] * a[j]) + s * K[i, j] for j in range(3)] for i in range(3)]
-    )
+    return np.array([[a[i] * a[j] + c * ((i == j) - a[i] * a[j]) + s * K[i, j] for j in range(3)] for i in range(3)])
 
 
 def quaternion_matrix(x: Any, y: Any, z: Any, w: Any) -> Array:
@@ -68,8 +66,9 @@ def quaternion_matrix(x: Any, y: Any, z: Any, w: Any) -> Array:
     )
 
 
-def quaternion_rate(x: Any, y: Any, z: Any, w: Any, o: Array) -> Array:
-    """(4,) time derivative of a quaternion turning with angular velocity o in body axes [rad/s]."""
+def quaternion_rate(quaternion: Array, o: Array) -> Array:
+    """(4,) time derivative of a quaternion (x y z w) turning with angular velocity o in body axes [rad/s]."""
+    x, y, z, w = quaternion
     return 0.5 * np.array(
         [
             w * o[0] + y * o[2] - z * o[1],

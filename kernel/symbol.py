@@ -121,9 +121,7 @@ def node(op: str, *args: Any, width: int | None = None) -> Sym:
     """The node of an operation in the graph being recorded, new or already there."""
     graph = GRAPHS[-1]
     index = op in ("in", "ret", "slice")
-    args = tuple(
-        x if isinstance(x, Sym | str | tuple | Function) else int(x) if index else float(x) for x in args
-    )
+    args = tuple(x if isinstance(x, Sym | str | tuple | Function) else int(x) if index else float(x) for x in args)
     found = graph.table.get((op, args))
     if found is not None:
         return found

@@ -126,9 +126,7 @@ def kind_of(tree: Tree) -> str:
     def pattern(x: Any) -> str:
         return "".join(f"{e:+.0f}" if _structural(e) else "x" for e in np.ravel(x).tolist())
 
-    return repr(
-        [(b.kind, b.parent, b.prescribed, [pattern(getattr(b, f)) for f in _FIELDS]) for b in tree.bodies]
-    )
+    return repr([(b.kind, b.parent, b.prescribed, [pattern(getattr(b, f)) for f in _FIELDS]) for b in tree.bodies])
 
 
 def _structural(x: float) -> bool:

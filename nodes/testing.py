@@ -51,7 +51,5 @@ def _twice(simulator: Simulator) -> list[Event]:
     simulator._said = None
     if simulator.outputs() != first:
         path, tag = simulator.model.path, simulator.next_time
-        raise ModelError(
-            f"{path} at {tag}: output() says something else when called again; let it change nothing"
-        )
+        raise ModelError(f"{path} at {tag}: output() says something else when called again; let it change nothing")
     return first

@@ -3,7 +3,7 @@
 A run:      with Recorder("run.mcap", {"scene": "lift", "seed": 1}) as rec: rec.add_port(...); rec.event(...)
 Numbers:    rec.layout(SampleLayout([...])); rec.samples(batch)
 Reading:    Recording("run.mcap").signal("rope/tension"), .events(), .run, .result
-For people: info("run.mcap") is a text, plot("run.mcap", "run.png") a figure.
+For people: info("run.mcap") is a text, plot("run.mcap", "run.png") a figure, storyboard(...) the lift itself.
 Equal runs: Digest().hexdigest() is one line that two equal runs share.
 """
 
@@ -14,6 +14,7 @@ from .plot import plot
 from .reader import RecordedEvent, Recording, Signal, Topic
 from .rows import Peak
 from .samples import SampleChannel, SampleLayout
+from .storyboard import storyboard
 from .writer import Recorder
 
 __all__ = [
@@ -30,4 +31,5 @@ __all__ = [
     "Topic",
     "info",
     "plot",
+    "storyboard",
 ]

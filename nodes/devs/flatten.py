@@ -77,8 +77,6 @@ def _ways(
             yield from _ways(target, (hop, *hops), ahead, root)
 
 
-def _routes(
-    ends: list[tuple[Port[Any], _Hops]], rank: dict[Port[Any], dict[_Hops, int]]
-) -> tuple[Route, ...]:
+def _routes(ends: list[tuple[Port[Any], _Hops]], rank: dict[Port[Any], dict[_Hops, int]]) -> tuple[Route, ...]:
     found = [(t, t.owner, rank[t][hops]) for t, hops in ends if isinstance(t, InPort)]
     return tuple((t, m, r) for t, m, r in found if isinstance(m, Atomic))

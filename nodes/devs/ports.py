@@ -55,9 +55,7 @@ class OutPort(Port[M]):
         if sent is None:
             raise ModelError(f"port {self.name} was sent to outside output(): only output() may speak")
         if not isinstance(value, self.type):
-            raise ModelError(
-                f"port {self.name} carries {self.type.__name__}, not {type(value).__name__}: {value!r}"
-            )
+            raise ModelError(f"port {self.name} carries {self.type.__name__}, not {type(value).__name__}: {value!r}")
         sent.append((self, value))
 
 

@@ -41,9 +41,7 @@ class Transition(NamedTuple):
 class Simulator:
     """Runs one model, alone or as the `Steppable` of a node."""
 
-    def __init__(
-        self, model: Model, log: Callable[[Transition], None] | None = None, microsteps: int = 10_000
-    ) -> None:
+    def __init__(self, model: Model, log: Callable[[Transition], None] | None = None, microsteps: int = 10_000) -> None:
         """`log` hears every transition; `microsteps` is the length at which a zero-time loop is an error."""
         self.model, self.log, self.microsteps = model, log, microsteps
         self.atomics, self._entries = flatten(model)
@@ -134,7 +132,8 @@ class Simulator:
         for port, value in said:
             _deliver(port.routes, value, movers)
 
-        atomics, t, soon, log = self.atomics, tag.t, succ(tag), self.log
+        atomics, t, log = self.atomics, tag.t, self.log
+        soon: Tag | None = None
         for i in sorted(movers):
             m = atomics[i]
             x: Any = m._bag
@@ -156,7 +155,10 @@ class Simulator:
                 if imminent:
                     _fail(m, tag, kind, ModelError(f"{kind}() scheduled nothing: call hold_in or passivate"))
             else:
-                later = soon if wait == 0 else Tag(t + wait) if wait < NEVER - t else FOREVER
+                if wait == 0:
+                    later = soon = soon or succ(tag)
+                else:
+                    later = Tag(t + wait) if wait < NEVER - t else FOREVER
                 if imminent or later != m._next:
                     self._schedule(m, later, imminent)
                     m._set = t
@@ -256,11 +258,7 @@ def _keep_promises(m: Atomic, tag: Tag, sent: list[tuple[OutPort[Any], Any]]) ->
 
 
 def _fail(m: Atomic, tag: Tag, what: str, error: Exception) -> NoReturn:
-    sentence = (
-        str(error)
-        if isinstance(error, HeavyliftError)
-        else f"{what}() raised {type(error).__name__}: {error}"
-    )
+    sentence = str(error) if isinstance(error, HeavyliftError) else f"{what}() raised {type(error).__name__}: {error}"
     raise ModelError(f"{m.path} at {tag}: {sentence}") from error
 
 

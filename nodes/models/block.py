@@ -1,7 +1,7 @@
 """The block: one body on a free joint, moved by slings, stools and gravity only.
 
-It reports lift-off, touch-down and landing from the states of its supports, and the attitude that was asked
-for.
+It reports lift-off, touch-down and landing from the states of its supports, and its attitude every 30
+degrees.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from heavylift.kernel.describe import WORLD, Joint, Measured, System
 from heavylift.nodes.scene.plan import Block, Plan
 
 from .conditions import watched
-from .gauges import Gauge
+from .gauges import Gauge, Inclinometer
 from .loader import REST6
 from .parts import BodyCoupled, JointCoupled, Law, Machine, body
 from .rigging import Stools
@@ -28,6 +28,7 @@ class BlockModel(Machine):
         laws = System(supports=tuple(pad.support for pad in block.pads))
         stools = Stools("stools", block.name, laws, faces=faces, closed=closed)
         theta = Law("theta", System(measured=(Measured(f"{block.name}.theta", "angle", block.name),)))
-        self.take(BodyCoupled("body", body(block.name, block.body), Law("weight"), stools, theta))
+        level = Inclinometer("attitude", block.name, plan.start)
+        self.take(BodyCoupled("body", body(block.name, block.body), Law("weight"), stools, theta, level))
         if thresholds := watched(plan, block.name):
             self.take(Gauge("gauge", thresholds))

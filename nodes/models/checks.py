@@ -16,9 +16,7 @@ from heavylift.nodes.scene.plan import Plan
 from .conditions import OFF, Picture
 
 
-def check(
-    order: Order, plan: Plan, owners: Mapping[str, str], picture: Picture, lugs: Mapping[str, str]
-) -> None:
+def check(order: Order, plan: Plan, owners: Mapping[str, str], picture: Picture, lugs: Mapping[str, str]) -> None:
     """Refuse an order that contradicts the plan or what is known; `lugs` = lug of each hooked sling."""
     match order:
         case Move():

@@ -8,8 +8,6 @@ says what a run that stands still lacks.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, OutPort, ns
 from heavylift.nodes.scene import actions as scene
@@ -17,6 +15,7 @@ from heavylift.nodes.scene.plan import Plan
 
 from .checks import check
 from .conditions import OFF, Moment, crossings, holds, next_time, words
+from .jobs import Job, seconds
 from .messages import (
     BrakeOrder,
     Done,
@@ -42,23 +41,6 @@ from .messages import (
 )
 from .roster import TURN, first_lugs, first_picture, machines, owners, turns
 from .turn import Follower, followers
-
-
-@dataclass
-class Job:
-    """An order that is being carried out, until its Done (or, for a wait, its time) has come."""
-
-    id: int
-    action: int
-    order: scene.Order
-    verb: str
-    actor: str
-    since_ns: int
-    until: scene.Condition | None = None
-    ends_ns: int | None = None
-    followers: tuple[Follower, ...] = ()
-    halting: bool = False
-    limit: str = ""
 
 
 class Commander(Atomic):
@@ -112,7 +94,7 @@ class Commander(Atomic):
             where = condition.where or action.where
             lacks = words(condition, self.picture, moment)
         stuck = "".join(f"; {job.actor} stopped ({job.limit})" for job in self.jobs if job.limit)
-        since = _seconds(self.since)
+        since = seconds(self.since)
         return f"still waiting for {lacks} since {since}{stuck}, {where or 'end'}" if lacks else ""
 
     def _settle(self) -> None:
@@ -141,9 +123,7 @@ class Commander(Atomic):
             if job.ends_ns is not None and job.ends_ns <= self.now.t:
                 self.jobs.remove(job)
                 closed = True
-            elif (
-                job.until is not None and not job.halting and self._holds(job.until, job.action, job.since_ns)
-            ):
+            elif job.until is not None and not job.halting and self._holds(job.until, job.action, job.since_ns):
                 job.halting = True
                 if job.limit:
                     self.jobs.remove(job)
@@ -219,9 +199,7 @@ class Commander(Atomic):
                     f"`moves done` or end that order with `until`"
                 )
             elif any(actor == f.actuator for f in job.followers):
-                raise ModelError(
-                    f"{where}: {actor} gets an order while it follows the turn, wait until it is done"
-                )
+                raise ModelError(f"{where}: {actor} gets an order while it follows the turn, wait until it is done")
 
     def _job(
         self,
@@ -306,8 +284,3 @@ class Commander(Atomic):
     def _open(self, action: int) -> tuple[tuple[str, str], ...]:
         """The orders of an action that are not done, as (verb, actor)."""
         return tuple((job.verb, job.actor) for job in self.jobs if job.action == action)
-
-
-def _seconds(t_ns: int) -> str:
-    """A time to the millisecond: "812.4 s"."""
-    return f"{t_ns / 1e9:.3f}".rstrip("0").rstrip(".") + " s"

@@ -74,6 +74,4 @@ def _slide(name: str, element: str, parent: str, child: str, axis: Vector, motio
 def _winch(hook: Hook, rope: HookRope) -> WinchActor:
     """The winch of a hook; its rope stands in the rig."""
     switch = (Threshold(f"{hook.rope}.highest", "height", point=rope.eye), hook.highest)
-    return WinchActor(
-        hook.name, hook.rope, start=rope.L0, lower=hook.shortest, upper=hook.drum, switch=switch
-    )
+    return WinchActor(hook.name, hook.rope, start=rope.L0, lower=hook.shortest, upper=hook.drum, switch=switch)

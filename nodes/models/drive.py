@@ -186,13 +186,7 @@ class WinchActor(DriveActor):
 
     def run(self, order: Run) -> None:
         """Refuse to hoist any higher while the limit switch is open."""
-        way = (
-            order.by
-            if order.by is not None
-            else order.speed
-            if order.to is None
-            else order.to - self.reference()[0]
-        )
+        way = order.by if order.by is not None else order.speed if order.to is None else order.to - self.reference()[0]
         if self.tripped and way < 0.0:
             self.say(Limit(self.element, "upper limit", self.reference()[0]))
         else:

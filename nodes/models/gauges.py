@@ -1,15 +1,19 @@
-"""Actors that measure: load cells with their own rated value, and gauges that the commander sets.
+"""Actors that measure: load cells with a rated value, an inclinometer, and gauges that the commander sets.
 
-Both arm thresholds of the kernel and hear when they are reached; they generate no force.
+They arm thresholds of the kernel and hear when they are reached; they generate no force.
 """
 
 from __future__ import annotations
 
+from math import floor, radians
+
 from heavylift.kernel.describe import System, Threshold
 
-from .messages import Order, Overload, Reached, StateEvent, Unwatch, UnwatchOrder, Watch, WatchOrder
+from .messages import Attitude, Order, Overload, Reached, StateEvent, Unwatch, UnwatchOrder, Watch, WatchOrder
 from .parts import LiveActor
 
+MARK, FLUTTER = radians(30.0), radians(1.0)  # of the inclinometer
+TOUCH = 1e-9  # a start this close to a mark is on it
 RELIEF = 0.97  # an overload is over below this part of the rated value
 
 
@@ -35,6 +39,36 @@ class LoadCell(LiveActor):
     def arm(self) -> None:
         """Wait for the other state."""
         self.say(Watch(self.element, self.rated * (RELIEF if self.over else 1.0), not self.over))
+
+
+class Inclinometer(LiveActor):
+    """Reports each time the angle of the body `element` passes another multiple of 30 degrees.
+
+    Armed are always the next mark above and, a degree lower so that it does not flutter, the last one below.
+    """
+
+    def __init__(self, name: str, element: str, start: float) -> None:
+        self.up, self.down = f"{element}.attitude-up", f"{element}.attitude-down"
+        guards = tuple(Threshold(guard, "angle", of=element) for guard in (self.up, self.down))
+        super().__init__(name, element, System(thresholds=guards), hears=(self.up, self.down))
+        self.first = floor(start / MARK + TOUCH)
+
+    def begin(self) -> None:
+        """Between two marks."""
+        self.mark = self.first
+        self.arm()
+
+    def notice(self, event: StateEvent) -> None:
+        """One mark on."""
+        rising = event.name == self.up
+        angle = MARK * (self.mark + 1) if rising else MARK * self.mark - FLUTTER
+        self.mark += 1 if rising else -1
+        self.say(Attitude(self.element, angle, rising))
+        self.arm()
+
+    def arm(self) -> None:
+        """Wait for the marks above and below."""
+        self.say(Watch(self.up, MARK * (self.mark + 1), True), Watch(self.down, MARK * self.mark - FLUTTER, False))
 
 
 class Gauge(LiveActor):

@@ -50,9 +50,7 @@ class LoaderModel(Machine):
             loader.stop_d,
         )
         hooked = frozenset(sling.name for sling in slings if sling.lug)
-        brake = Brake(
-            f"{hinge.name}.lock", hinge.name, loader.lock_moment, loader.lock_k, loader.lock_d, not hooked
-        )
+        brake = Brake(f"{hinge.name}.lock", hinge.name, loader.lock_moment, loader.lock_k, loader.lock_d, not hooked)
         lock = LockActor("lock", brake.name, System(brakes=(brake,)), hooked=hooked)
         damped, stopped = Law("damper", System(springs=(damper,))), Law("stop", System(stops=(stop,)))
         joint = self.take(JointCoupled("hinge", hinge, damped, stopped, lock))

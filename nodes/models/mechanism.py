@@ -57,9 +57,7 @@ class MechanismModel(Machine):
             laws = System(ropes=(rope,))
             if rope.winch:
                 at = self._actuator(rope.name)
-                winch = WinchActor(
-                    _name(rope.name), rope.name, laws, start=at.start, lower=at.lower, upper=at.upper
-                )
+                winch = WinchActor(_name(rope.name), rope.name, laws, start=at.start, lower=at.lower, upper=at.upper)
                 actors.append(winch)
             else:
                 actors.append(SlingActor(_name(rope.name), rope.name, laws))

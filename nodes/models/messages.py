@@ -205,6 +205,13 @@ class Reached(Report, frozen=True):
     value: float
 
 
+class Attitude(Report, frozen=True):
+    """The measured angle of the body [rad] passed this value, upwards (rising) or downwards."""
+
+    angle: float
+    rising: bool
+
+
 class Lifted(Report, frozen=True):
     """The last support of the body opened."""
 

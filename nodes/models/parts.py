@@ -111,9 +111,7 @@ class LiveActor(Actor):
     input = Out(KernelInput)
     report = Out(Report)
 
-    def __init__(
-        self, name: str, element: str, laws: System | None = None, hears: tuple[str, ...] = ()
-    ) -> None:
+    def __init__(self, name: str, element: str, laws: System | None = None, hears: tuple[str, ...] = ()) -> None:
         super().__init__(name, laws)
         self.element = element
         self.hears = frozenset(hears)

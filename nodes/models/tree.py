@@ -15,7 +15,7 @@ from .commander import Commander
 from .crane import CraneModel
 from .loader import LoaderModel
 from .mechanism import MechanismModel
-from .parts import Actor, BodyAtomic, BodyCoupled, JointAtomic, JointCoupled, RopeAtomic
+from .parts import Actor, BodyAtomic, BodyCoupled, JointAtomic, JointCoupled, LiveActor, RopeAtomic
 
 KINDS: dict[type[Model], str] = {
     CommanderModel: "coupled: commander",
@@ -56,13 +56,24 @@ def _kind(model: Model) -> str:
             return f"rope atomic: {ends}, L0 = {model.rope.L0:g} m"
         case Commander():
             return f"commander atomic: {len(model.plan.actions)} actions"
+        case LiveActor():
+            return f"actor: {type(model).__name__} of {model.element}"
         case Actor():
-            return f"actor: {type(model).__name__}"
+            return " ".join(["actor: law", *_elements(model)])
         case _:
             return KINDS[type(model)]
+
+
+def _elements(actor: Actor) -> list[str]:
+    """Names of the laws that an actor declares; weight and nothing have none."""
+    laws = actor.declare()
+    names = [s.name for s in laws.springs] + [s.name for s in laws.stops] + [m.name for m in laws.measured]
+    return [f"of {name}" for name in names]
 
 
 def _ports(model: Model) -> str:
     into = [name for name, port in model.ports.items() if isinstance(port, InPort)]
     out = [name for name in model.ports if name not in into]
+    if orders := [name for name in out if name.startswith("order_")]:
+        out = [name for name in out if name not in orders] + [f"{len(orders)} x order"]
     return f"  [{' '.join(into)} -> {' '.join(out)}]" if into or out else ""

@@ -1,12 +1,13 @@
 """Scene files: YAML with units in, a checked plan out.
 
-    load("turnover")            -> LoadedScene: plan, text, path      raises SceneError with all errors at once
+    load("turnover")            -> LoadedScene: plan, text, path; raises SceneError with all errors
     load("lift.yaml", ["seed=7", "cranes.west.at=41 m"])              with settings laid over the file
     parse(text)                 the same for a text that stands in no file
     check(scene)                -> Report: sizes, static loads, use, safety factors; str(report) is a page
     bundled()                   the scenes that come with heavylift, by name
 
-Node processes import `heavylift.nodes.scene.plan` only; what reads YAML is imported when it is first used.
+Node processes import `heavylift.nodes.scene.plan` only; what reads YAML is imported when it is first
+used.
 """
 
 from __future__ import annotations

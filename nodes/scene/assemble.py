@@ -1,7 +1,7 @@
 """The `mechanism:` of a scene file as its part of the plan.
 
-Every joint, rope and law is checked against the bodies and joints there are; units are read again where they depend
-on whether a joint slides or turns.
+Every joint, rope and law is checked against the bodies and joints there are; units are read again where
+they depend on whether a joint slides or turns.
 """
 
 from __future__ import annotations
@@ -49,21 +49,15 @@ class _Assembly:
             self._known(("mechanism", "supports", name, "body"), support.body)
         system = k.System(
             bodies=tuple(
-                k.Body(name, body.mass, body.com, _matrix(body.inertia))
-                for name, body in given.bodies.items()
+                k.Body(name, body.mass, body.com, _matrix(body.inertia)) for name, body in given.bodies.items()
             ),
             joints=tuple(_joint(name, joint) for name, joint in given.joints.items()),
-            springs=tuple(
-                k.JointSpring(n, x.joint, x.stiffness, x.damping, x.rest) for n, x in given.springs.items()
-            ),
+            springs=tuple(k.JointSpring(n, x.joint, x.stiffness, x.damping, x.rest) for n, x in given.springs.items()),
             stops=tuple(k.Stop(n, x.joint, *x.range, x.stiffness, x.damping) for n, x in given.stops.items()),
             brakes=tuple(
-                k.Brake(n, x.joint, x.holds, x.stiffness, x.damping, x.engaged)
-                for n, x in given.brakes.items()
+                k.Brake(n, x.joint, x.holds, x.stiffness, x.damping, x.engaged) for n, x in given.brakes.items()
             ),
-            drives=tuple(
-                k.Drive(n, x.joint, x.type, x.stiffness, x.damping) for n, x in given.drives.items()
-            ),
+            drives=tuple(k.Drive(n, x.joint, x.type, x.stiffness, x.damping) for n, x in given.drives.items()),
             ropes=tuple(ropes),
             supports=tuple(_support(name, support) for name, support in given.supports.items()),
             gravity=gravity,
@@ -97,16 +91,12 @@ class _Assembly:
                 self._fault((*path, "child"), "the world cannot be carried by a joint")
             elif joint.child in carried:
                 other = carried[joint.child]
-                self._fault(
-                    (*path, "child"), f"the body '{joint.child}' is already carried by joint '{other}'"
-                )
+                self._fault((*path, "child"), f"the body '{joint.child}' is already carried by joint '{other}'")
             carried.setdefault(joint.child, name)
             if isinstance(joint, mechanics.Revolute | mechanics.Prismatic) and not any(joint.axis):
                 self._fault((*path, "axis"), "an axis needs a direction, such as [0, 0, 1]")
             if isinstance(joint, mechanics.Spherical | mechanics.Free) and not any(joint.attitude):
-                self._fault(
-                    (*path, "attitude"), "a quaternion x y z w must not be zero, [0, 0, 0, 1] is no turn"
-                )
+                self._fault((*path, "attitude"), "a quaternion x y z w must not be zero, [0, 0, 0, 1] is no turn")
         for body in self.given.bodies:
             above, seen = body, set[str]()
             while above in carried and above not in seen:
@@ -178,7 +168,8 @@ class _Assembly:
             self._known((*at, "start", "body"), start.body)
             self._known((*at, "end", "body"), end.body)
         if rope.winch and not rope.winch.shortest <= rope.length <= rope.winch.longest:
-            told = f"{rope.length:g} m of rope is not between {rope.winch.shortest:g} and {rope.winch.longest:g} m"
+            ends = f"{rope.winch.shortest:g} and {rope.winch.longest:g} m"
+            told = f"{rope.length:g} m of rope is not between {ends}"
             self._fault((*path, "length"), told)
         made = tuple(k.Line(k.Point(a.body, a.at), k.Point(b.body, b.at), share) for a, b, share, _ in lines)
         return k.Rope(name, made, rope.EA, rope.length, rope.damping, rope.winch is not None, rope.hooked)
@@ -189,16 +180,12 @@ class _Assembly:
         for name, drive in self.given.drives.items():
             lower, upper = drive.range or (None, None)
             where, start = self.source.where(("mechanism", "drives", name)), starts.get(drive.joint, 0.0)
-            found.append(
-                plan.Actuator(name=name, start=start, accel=drive.ramp, lower=lower, upper=upper, where=where)
-            )
+            found.append(plan.Actuator(name=name, start=start, accel=drive.ramp, lower=lower, upper=upper, where=where))
         for name, rope in self.given.ropes.items():
             if rope.winch:
                 where = self.source.where(("mechanism", "ropes", name, "winch"))
                 ends = {"lower": rope.winch.shortest, "upper": rope.winch.longest}
-                found.append(
-                    plan.Actuator(name=name, start=rope.length, accel=rope.winch.ramp, where=where, **ends)
-                )
+                found.append(plan.Actuator(name=name, start=rope.length, accel=rope.winch.ramp, where=where, **ends))
         return found
 
     def _known(self, path: Path, body: str) -> None:

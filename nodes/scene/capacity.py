@@ -1,33 +1,29 @@
 """Whether cranes, hooks and slings may carry what they would, in every static state of the action list.
 
-Load of a hook, a trolley and a crane = what hangs below the hook blocks: block and loaders.  A crane that lifts
-together with another may use its tandem share only.  Design factors: breaking force / static tension.
+Load of a hook, a trolley and a crane = what hangs below the hook blocks: block and loaders.  A crane that
+lifts together with another may use its tandem share only.  Design factors: breaking force / static
+tension.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TypeAlias
-
 from . import plan, schema
+from .findings import Findings, Told
 from .follow import Step
-from .machines import HOOKS
-
-Told: TypeAlias = Iterator[tuple[str, str, str]]
+from .yard import HOOKS
 
 
 def capacity_checks(scene: schema.Scene, built: plan.Plan, steps: list[Step]) -> list[tuple[str, str]]:
     """All that would be overloaded, or that nothing could hold, told once per subject."""
-    found: dict[tuple[str, str], tuple[str, str]] = {}
+    found = Findings()
     for step in steps:
         for check in (_held, _hooks, _trolleys, _cranes, _slings, _ropes):
-            for subject, where, told in check(scene, built, step):
-                found.setdefault((check.__name__, subject), (where, f"{told} ({step.stage})"))
-    return list(found.values())
+            found.take(check.__name__, check(scene, built, step), step.stage, step.where)
+    return found.list()
 
 
 def below(scene: schema.Scene, built: plan.Plan, step: Step) -> dict[str, float]:
-    """What hangs below the hook block of each hook rope: its loader and the loader's share of the block [kg]."""
+    """What hangs below the hook block of each rope: the loader and its share of the block [kg]."""
     assert scene.rig is not None
     found = {}
     for rope in built.rig.hook_ropes:
@@ -51,10 +47,11 @@ def sling_tension(built: plan.Plan, step: Step, sling: plan.Sling) -> float:
 def _held(scene: schema.Scene, built: plan.Plan, step: Step) -> Told:
     """The centre of mass is inside the polygon of the lugs that carry."""
     if not step.state.grounded and step.loads is None and built.block:
-        told = "nothing holds the block: no sling is taut"
+        told = "no sling is taut: the block would fall"
         if step.lean:
-            told = f"the centre of mass is {step.lean:.2f} m outside the polygon of the lugs that carry"
-        yield "block", step.where or built.block.where, f"{told}; the block would tip"
+            out = f"{step.lean:.2f} m outside the polygon of the lugs that carry"
+            told = f"the centre of mass is {out}: the block would tip"
+        yield "block", step.where or built.block.where, told
 
 
 def _hooks(scene: schema.Scene, built: plan.Plan, step: Step) -> Told:
@@ -72,9 +69,7 @@ def _trolleys(scene: schema.Scene, built: plan.Plan, step: Step) -> Told:
         for trolley in (crane.upper, crane.lower):
             load = crane_load(built, loads, crane.name, trolley.name)
             if load > trolley.capacity * (1 + 1e-9):
-                told = _over(
-                    f"the {trolley.name} trolley of {crane.name} would carry", load, trolley.capacity
-                )
+                told = _over(f"the {trolley.name} trolley of {crane.name} would carry", load, trolley.capacity)
                 yield f"{crane.name} {trolley.name}", step.where or trolley.where, told
 
 
@@ -96,10 +91,9 @@ def _slings(scene: schema.Scene, built: plan.Plan, step: Step) -> Told:
     for sling in built.rig.slings:
         tension = sling_tension(built, step, sling)
         if tension > sling.rated * (1 + 1e-9):
-            told = _factor(
-                f"the sling {sling.name}", scene.rig.sling.breaking, tension, scene.rig.sling.factor
-            )
-            yield sling.name, step.where or sling.where, told
+            given = scene.rig.sling
+            told = _factor(f"each sling of {sling.loader}", given.breaking, tension, given.factor)
+            yield sling.loader, step.where or sling.where, told
 
 
 def _ropes(scene: schema.Scene, built: plan.Plan, step: Step) -> Told:
@@ -109,9 +103,7 @@ def _ropes(scene: schema.Scene, built: plan.Plan, step: Step) -> Told:
         crane = scene.cranes[rope.crane]
         tension = (loads[rope.name] + crane.hook_block) * built.gravity
         if tension > rope.rated * (1 + 1e-9):
-            told = _factor(
-                f"the rope {rope.name}", crane.falls * crane.fall_breaking, tension, crane.rope_factor
-            )
+            told = _factor(f"the rope {rope.name}", crane.falls * crane.fall_breaking, tension, crane.rope_factor)
             yield rope.name, step.where or rope.where, told
 
 

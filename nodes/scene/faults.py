@@ -1,7 +1,7 @@
 """Every error of a scene, written so that an editor can jump to it: `file:line:col: error: path: sentence`.
 
-Below each stands the source line with a caret and, where a name is close to a known one, a did-you-mean.  All errors
-of a scene are told at once, in the order of the text.
+Below each stands the source line with a caret and, where a name is close to a known one, a did-you-
+mean.  All errors of a scene are told at once, in the order of the text.
 """
 
 from __future__ import annotations
@@ -27,10 +27,8 @@ def closest(word: str, known: Iterable[str]) -> str:
 
 def raise_faults(source: Source, faults: Iterable[Fault]) -> None:
     """Raises one SceneError with the text of all faults, if there are any."""
-    told = sorted(
-        {(_mark(source, f), f.path, f) for f in faults}, key=lambda x: (_order(source, x[0]), str(x[1]))
-    )
-    texts = list(dict.fromkeys(_text(mark, fault) for mark, _, fault in told))
+    told = sorted(((_mark(source, fault), fault) for fault in faults), key=lambda x: _order(source, x[0]))
+    texts = list(dict.fromkeys(_text(mark, fault) for mark, fault in told))
     if texts:
         count = f"{len(texts)} error{'s' if len(texts) > 1 else ''} in {source.name}"
         raise SceneError("\n".join([*texts, count]))

@@ -1,43 +1,43 @@
 """Whether a scene fits: portals, trolleys, ropes, hooks, lugs, slings, the block on its stools.
 
-Each check is one function that yields (subject, where, sentence); it sees the start or, of the followed action list,
-what stood before and after an action.  A subject is told once per check.
+Each check is one function that yields (subject, where, sentence); it sees the start or, of the followed
+action list, what stood before and after an action.  A subject is told once per check.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from itertools import combinations, pairwise
-from typing import TypeAlias
 
 from . import plan, schema
-from .follow import Follower, State, Step, reach
-from .machines import exit_height
+from .findings import Findings, Told
+from .follow import Step
+from .standing import Standing, State, reach
+from .yard import exit_height
 
-Told: TypeAlias = Iterator[tuple[str, str, str]]
 SAME_LEVEL = 5.0  # trolleys whose ropes leave closer together in height run into each other [m]
 TOUCH = 1e-6  # [m]
 
 
-def start_checks(scene: schema.Scene, built: plan.Plan) -> list[tuple[str, str]]:
-    """What does not fit before anything moves."""
-    if scene.block is None or built.block is None:
-        return []
-    checks = (_on_stools, _stools_below_mass, _lugs_outside, _under_hooks, _slings_reach)
-    return [(where, told) for check in checks for _, where, told in check(scene, built)]
+def start_checks(scene: schema.Scene, built: plan.Plan, start: Step) -> list[tuple[str, str]]:
+    """What does not fit before anything moves; slings are judged where cranes and block stand well."""
+    found = Findings()
+    for fits in (_on_stools, _stools_below_mass, _lugs_outside, _under_hooks):
+        found.take(fits.__name__, fits(scene, built))
+    for check in _ALWAYS:
+        found.take(check.__name__, check(scene, built, start.state, start))
+    if not found.sentences:
+        found.take("slings", _slings_reach(scene, built))
+    return found.list()
 
 
 def step_checks(scene: schema.Scene, built: plan.Plan, steps: list[Step]) -> list[tuple[str, str]]:
-    """What does not fit at the start or after an action."""
-    found: dict[tuple[str, str], tuple[str, str]] = {}
-    checks = (_portals, _rails, _girder_ends, _trolleys_meet, _rope_lengths, _hook_limits, _block_clear)
-    for before, after in pairwise([steps[0], *steps]):
-        for check in checks:
-            for subject, where, told in check(scene, built, before.state, after):
-                late = "" if after is steps[0] else f" ({after.stage})"
-                found.setdefault((check.__name__, subject), (after.where or where, told + late))
-    return list(found.values())
+    """What does not fit after an action."""
+    found = Findings()
+    for before, after in pairwise(steps):
+        for check in _ALWAYS:
+            found.take(check.__name__, check(scene, built, before.state, after), after.stage, after.where)
+    return found.list()
 
 
 # at the start
@@ -45,7 +45,8 @@ def step_checks(scene: schema.Scene, built: plan.Plan, steps: list[Step]) -> lis
 
 def _on_stools(scene: schema.Scene, built: plan.Plan) -> Told:
     """The block stands on its stools: neither above nor sunk into them."""
-    assert scene.block and built.block
+    assert scene.block is not None
+    assert built.block is not None
     gap = scene.block.at[2] - scene.block.size[2] / 2 - scene.block.supports.height
     if abs(gap) > TOUCH:
         how = f"{gap:g} m above" if gap > 0 else f"{-gap:g} m deep in"
@@ -55,7 +56,8 @@ def _on_stools(scene: schema.Scene, built: plan.Plan) -> Told:
 
 def _stools_below_mass(scene: schema.Scene, built: plan.Plan) -> Told:
     """All stools bear: the centre of mass is inside them, and they are under the block."""
-    assert scene.block and built.block
+    assert scene.block is not None
+    assert built.block is not None
     u, v, _ = scene.block.com
     rows = [(x, y) for x, y in scene.block.supports.at]
     a, b = (max(abs(c[i]) for c in rows) for i in (0, 1))
@@ -68,7 +70,8 @@ def _stools_below_mass(scene: schema.Scene, built: plan.Plan) -> Told:
 
 def _lugs_outside(scene: schema.Scene, built: plan.Plan) -> Told:
     """No lug is inside the block."""
-    assert scene.block and built.block
+    assert scene.block is not None
+    assert built.block is not None
     half = tuple(side / 2 for side in scene.block.size)
     for lug in built.block.lugs:
         depths = [h - abs(x) for h, x in zip(half, lug.p, strict=True)]
@@ -84,7 +87,8 @@ def _lugs_outside(scene: schema.Scene, built: plan.Plan) -> Told:
 
 def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Told:
     """Some hook is above the block."""
-    assert scene.block and built.block
+    assert scene.block is not None
+    assert built.block is not None
     x, y, _ = scene.block.at
     a, b, _ = scene.block.size
     over = [p for p in (loader.pose for loader in built.loaders) if abs(p[0] - x) <= a and abs(p[1] - y) <= b]
@@ -100,13 +104,11 @@ def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Told:
 
 def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Told:
     """Each sling that is hooked at the start reaches its lug."""
-    if next(_under_hooks(scene, built), None):
-        return
-    at = Follower(scene, built)
+    at = Standing(scene, built)
     for sling in built.rig.slings:
         told = reach(at, sling.name, sling.lug) if sling.lug else ""
         if told:
-            yield sling.name, sling.where, told
+            yield sling.loader, sling.where, told
 
 
 # at the start and after each action
@@ -138,9 +140,7 @@ def _girder_ends(scene: schema.Scene, built: plan.Plan, before: State, after: St
         for trolley in (crane.upper, crane.lower):
             y = after.state.trolleys[crane.name, trolley.name]
             if not trolley.axis.lower - TOUCH <= y <= trolley.axis.upper + TOUCH:
-                told = (
-                    f"the {trolley.name} trolley of {crane.name} at y = {y:g} m is past the end of its girder"
-                )
+                told = f"the {trolley.name} trolley of {crane.name} at y = {y:g} m is past the end of its girder"
                 ends = f"{trolley.axis.lower:g} to {trolley.axis.upper:g} m"
                 yield f"{crane.name} {trolley.name}", trolley.where, f"{told}, {ends}"
 
@@ -151,12 +151,11 @@ def _trolleys_meet(scene: schema.Scene, built: plan.Plan, before: State, after: 
         given = scene.cranes[crane.name]
         if abs(given.upper_exit - given.lower_exit) >= SAME_LEVEL:
             continue
-        gap, was = (
-            s.trolleys[crane.name, "lower"] - s.trolleys[crane.name, "upper"] for s in (after.state, before)
-        )
+        gap, was = (s.trolleys[crane.name, "lower"] - s.trolleys[crane.name, "upper"] for s in (after.state, before))
         if abs(gap) < given.trolley_length - TOUCH or gap * was < 0:
-            told = f"the trolleys of {crane.name} run on one level and through each other"
-            yield crane.name, crane.lower.where, f"{told}: {gap:g} m apart, {given.trolley_length:g} m long"
+            told = f"the trolleys of {crane.name} run on one level and would go through each other"
+            least = f"{given.trolley_length:g} m from middle to middle, not {abs(gap):g} m"
+            yield crane.name, crane.lower.where, f"{told}: they need {least}"
 
 
 def _rope_lengths(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
@@ -165,7 +164,7 @@ def _rope_lengths(scene: schema.Scene, built: plan.Plan, before: State, after: S
         for hook in crane.hooks:
             length = after.state.ropes[hook.rope]
             if length < hook.shortest - TOUCH:
-                told = f"the rope {hook.rope} would be {length:g} m short, its minimum is {hook.shortest:g} m"
+                told = f"the rope {hook.rope} would be wound to {length:g} m, its minimum is {hook.shortest:g} m"
                 yield hook.rope, hook.where, told
             elif length > hook.drum + TOUCH:
                 told = f"the rope {hook.rope} would be {length:g} m long, its drum holds {hook.drum:g} m"
@@ -178,9 +177,7 @@ def _hook_limits(scene: schema.Scene, built: plan.Plan, before: State, after: St
         for hook in crane.hooks:
             eye = exit_height(scene.cranes[crane.name], hook.name) - after.state.ropes[hook.rope]
             if eye > hook.highest + SAME_LEVEL / 100:
-                told = (
-                    f"the hook {hook.rope} would be at z = {eye:g} m, its upper limit is {hook.highest:g} m"
-                )
+                told = f"the hook {hook.rope} would be at z = {eye:g} m, its upper limit is {hook.highest:g} m"
                 yield hook.rope, hook.where, told
 
 
@@ -197,6 +194,9 @@ def _block_clear(scene: schema.Scene, built: plan.Plan, before: State, after: St
             after.where,
             f"the block would sweep {-lowest:.2f} m into the ground: hoist it higher first",
         )
+
+
+_ALWAYS = (_portals, _rails, _girder_ends, _trolleys_meet, _rope_lengths, _hook_limits, _block_clear)
 
 
 def _inside(p: tuple[float, float], points: list[tuple[float, float]]) -> bool:

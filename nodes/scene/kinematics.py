@@ -32,9 +32,7 @@ def poses(system: System) -> Poses:
 
 def length(rope: Rope, at: Poses) -> float:
     """Geometric length of a rope: the sum over its lines, each with its share [m]."""
-    return sum(
-        line.share * float(np.linalg.norm(place(line.a, at) - place(line.b, at))) for line in rope.lines
-    )
+    return sum(line.share * float(np.linalg.norm(place(line.a, at) - place(line.b, at))) for line in rope.lines)
 
 
 def place(point: Point, at: Poses) -> Array:

@@ -68,6 +68,8 @@ def check(scene: LoadedScene) -> Report:
 
 def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedScene:
     source = _source(path, name, text, ())
+    if not source.data:
+        raise_faults(source, source.faults)
     for setting in overrides:
         override(source, setting)
     scene = validate(source)
@@ -96,7 +98,8 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
         path,
         scene,
     )
-    raise_faults(source, [*source.faults, *_physics(source, loaded)])
+    raise_faults(source, source.faults)
+    raise_faults(source, _physics(source, loaded))
     return loaded
 
 
@@ -124,11 +127,12 @@ def _needs(source: Source, scene: schema.Scene) -> None:
 def _physics(source: Source, loaded: LoadedScene) -> list[Fault]:
     """What cannot be built or would be overloaded; loads are judged only where everything fits."""
     scene, built = loaded.scene, loaded.plan
-    told = start_checks(scene, built)
-    if not told and loaded.followed:
-        steps = loaded.followed.steps
-        told = step_checks(scene, built, steps) + loaded.followed.faults
-        told = told or capacity_checks(scene, built, steps)
+    if loaded.followed is None:
+        return []
+    steps = loaded.followed.steps
+    told = start_checks(scene, built, steps[0])
+    told = told or step_checks(scene, built, steps) + loaded.followed.findings.list()
+    told = told or capacity_checks(scene, built, steps)
     return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in told]
 
 

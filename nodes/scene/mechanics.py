@@ -1,7 +1,8 @@
 """The keys of `mechanism:` in a scene file: a researcher's own bodies, joints and laws.
 
-Body frames sit in their joint; `at` of a joint is its place on the parent.  Each joint type is one model with its own
-units.  Laws name the joint they act on; whether their units are those of a sliding or a turning joint is seen there.
+Body frames sit in their joint; `at` of a joint is its place on the parent.  Each joint type is one model
+with its own units.  Laws name the joint they act on; whether their units are those of a sliding or a
+turning joint is seen there.
 """
 
 from __future__ import annotations
@@ -64,9 +65,7 @@ class Body(Base):
 
     mass: MassValue
     com: Place = (0.0, 0.0, 0.0)
-    inertia: (
-        tuple[Inertia, Inertia, Inertia] | tuple[Inertia, Inertia, Inertia, Product, Product, Product]
-    ) = (
+    inertia: tuple[Inertia, Inertia, Inertia] | tuple[Inertia, Inertia, Inertia, Product, Product, Product] = (
         0.0,
         0.0,
         0.0,
@@ -153,13 +152,12 @@ class Rope(Base):
 
     start: End | None = None
     end: End | None = None
-    lines: list[Line] = []
+    lines: list[Line] = Field(default_factory=list)
     EA: Force
     length: Extent
     damping: Damping = 0.0
     winch: Winch | None = None
     hooked: bool = True
-    rated: Force | None = None
 
 
 class Support(Base):
@@ -220,12 +218,12 @@ class Mechanism(Base):
     name: Name = "mechanism"
     bodies: dict[Name, Body]
     joints: dict[Name, Joint]
-    ropes: dict[Name, Rope] = {}
-    supports: dict[Name, Support] = {}
-    springs: dict[Name, Spring] = {}
-    stops: dict[Name, Stop] = {}
-    brakes: dict[Name, Brake] = {}
-    drives: dict[Name, Drive] = {}
+    ropes: dict[Name, Rope] = Field(default_factory=dict)
+    supports: dict[Name, Support] = Field(default_factory=dict)
+    springs: dict[Name, Spring] = Field(default_factory=dict)
+    stops: dict[Name, Stop] = Field(default_factory=dict)
+    brakes: dict[Name, Brake] = Field(default_factory=dict)
+    drives: dict[Name, Drive] = Field(default_factory=dict)
 
     @property
     def laws(self) -> dict[str, dict[str, Any]]:

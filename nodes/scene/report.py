@@ -1,4 +1,4 @@
-"""What `heavylift check SCENE` prints: the size of a scene and the static loads of every stage of its action list.
+"""What `heavylift check SCENE` prints: the size of a scene and the static loads of each stage.
 
 Shares are those of the plumb equilibrium; "on the rope" counts the hook block, "below the hook" does not.
 """
@@ -10,7 +10,7 @@ from itertools import groupby
 
 from . import plan, schema
 from .capacity import below, crane_load, sling_tension
-from .follow import Following
+from .follow import Following, Step
 
 
 @dataclass(frozen=True)
@@ -54,9 +54,7 @@ def report(scene: schema.Scene, built: plan.Plan, followed: Following | None) ->
     models = len(built.cranes) + len(built.loaders) + (built.block is not None) + len(built.mechanisms) + 1
     counts = (bodies, dof, ropes, slings, models, actions)
     words = ("bodies", "degrees of freedom", "ropes", "slings", "models", "actions")
-    lines = [
-        f"{built.name}: " + ", ".join(f"{n} {_many(n, word)}" for n, word in zip(counts, words, strict=True))
-    ]
+    lines = [f"{built.name}: " + ", ".join(f"{n} {_many(n, word)}" for n, word in zip(counts, words, strict=True))]
     rows: list[Row] = []
     if followed:
         rows = _rows(scene, built, followed)
@@ -91,7 +89,7 @@ def _page(scene: schema.Scene, built: plan.Plan, followed: Following, rows: list
     lines = ["", _line("static sling load [t]", hooks)]
     shown: list[str] = []
     for stage, group in groupby(rows, key=lambda row: row.stage):
-        cells = [f"{row.sling_load / 1e3:.1f}" for row in group]
+        cells = [f"{row.sling_load / 1e3 + 0.0:.1f}" for row in group]
         if cells != shown and stage in followed.told_stages:
             lines.append(_line(stage, cells))
             shown = cells

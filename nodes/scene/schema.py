@@ -1,7 +1,8 @@
 """The keys of a scene file, as frozen pydantic models: every key, its unit, its default.
 
-A key of several words is written with blanks in YAML (`upper trolley: 60.4 m`) and with underscores in Python.
-Defaults of a crane and a loader are those of a credible 900 t yard; a scene overrides what it knows better.
+A key of several words is written with blanks in YAML (`upper trolley: 60.4 m`) and with underscores in
+Python. Defaults of a crane and a loader are those of a credible 900 t yard; a scene overrides what it
+knows better.
 """
 
 from __future__ import annotations
@@ -19,8 +20,9 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from .grammar import read_condition, read_order
 from .mechanics import Base, Mechanism, Name, Place
-from .phrases import OrderPhrase, PhraseError, Test, Waiting, read_condition, read_order
+from .phrases import OrderPhrase, PhraseError, Test, Waiting
 from .units import (
     ACCELERATION,
     ANGLE,
@@ -72,7 +74,7 @@ Range = Annotated[tuple[Length, Length], AfterValidator(_ordered)]
 
 
 class Crane(Base):
-    """A goliath crane: portal on rails along x, upper trolley (hooks H1, H2) and lower trolley (hook H3) along y."""
+    """A goliath crane: portal on rails along x; upper trolley (H1, H2) and lower trolley (H3) along y."""
 
     type: Literal["goliath-900"]
     at: Length  # x of its centre
@@ -172,7 +174,7 @@ class Rig(Base):
     loaders: dict[Name, Loader]
     sling: SlingType = SlingType()
     slack: Gap = LENGTH.read("0.3 m")  # of all slings at the start
-    groups: dict[Name, Annotated[list[str], Field(min_length=1)]] = {}
+    groups: dict[Name, Annotated[list[str], Field(min_length=1)]] = Field(default_factory=dict)
 
 
 def _phrase(error: PhraseError) -> PydanticCustomError:
@@ -218,11 +220,7 @@ class Action(BaseModel):
     def _wait(cls, data: Any) -> Any:
         if isinstance(data, str) and data.split()[:1] == ["wait"]:
             return {"wait": data}
-        if (
-            isinstance(data, dict)
-            and isinstance(data.get("wait"), str)
-            and not data["wait"].startswith("wait")
-        ):
+        if isinstance(data, dict) and isinstance(data.get("wait"), str) and not data["wait"].startswith("wait"):
             return {**data, "wait": f"wait {data['wait']}"}
         return data
 
@@ -247,8 +245,8 @@ class Scene(Base):
     samples: Frequency = 2.0
     seed: Annotated[int, Field(ge=0)] = 0
     end: Time | None = None
-    cranes: dict[Name, Crane] = {}
+    cranes: dict[Name, Crane] = Field(default_factory=dict)
     block: Block | None = None
     rig: Rig | None = None
     mechanism: Mechanism | None = None
-    actions: list[Action] = []
+    actions: list[Action] = Field(default_factory=list)

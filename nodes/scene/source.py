@@ -1,8 +1,9 @@
 """The text of a scene with the place of every key and every value.
 
-YAML 1.2 through ruamel's composer: the nodes are walked once into plain data, and each path of that data gets the mark
-(file, line, column) of its key and of its value, so that any later error can point at what the user wrote.
-`extends: other.yaml` merges mappings key by key (lists and values replace); marks keep their own file.
+YAML 1.2 through ruamel's composer: the nodes are walked once into plain data, and each path of that data
+gets the mark (file, line, column) of its key and of its value, so that any later error can point at what
+the user wrote. `extends: other.yaml` merges mappings key by key (lists and values replace); marks keep
+their own file.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ class Source:
         return self.values.get((), Mark(self.name, 1, 1, ""))
 
     def where(self, path: Path) -> str:
-        """`file:line:column` of a path for the plan (the file without its folder); `path_of` finds it again."""
+        """`file:line:column` of a path, the file without its folder; `path_of` finds it again."""
         mark = self.mark(path, on_key=True)
         text = f"{mark.file.replace(chr(92), '/').rsplit('/', 1)[-1]}:{mark.line}:{mark.column}"
         self.places.setdefault(text, path)
@@ -100,7 +101,7 @@ def read(text: str, name: str) -> Source:
     except YAMLError as error:
         source.faults.append(Fault((), f"this is not YAML: {' '.join(str(error).split())}", mark=at(0, 0)))
         return source
-    source.values[()] = at(0, 0)
+    source.values[()] = at(root.start_mark.line, root.start_mark.column) if root else at(0, 0)
     if not isinstance(root, MappingNode):
         source.faults.append(Fault((), "a scene is a mapping of keys, beginning with 'heavylift: 1'"))
         return source
@@ -151,7 +152,7 @@ def _scalar(node: Node, path: Path, source: Source) -> str | int | float | bool 
         if not math.isfinite(number):
             source.faults.append(Fault(path, f"'{text}' is no finite number"))
         return number
-    if node.style in {"'", '"'}:  # the text begins after the quote
+    if isinstance(node, ScalarNode) and node.style in {"'", '"'}:  # the text begins after the quote
         mark = source.values[path]
         source.values[path] = Mark(mark.file, mark.line, mark.column + 1, mark.text)
     return text
@@ -178,12 +179,11 @@ def override(source: Source, setting: str) -> None:
             source.keys[path[: depth + 1]] = Mark(file, 1, 1, setting)
         at = below
     last = path[-1]
-    if (isinstance(at, dict) and isinstance(last, str)) or (isinstance(at, list) and isinstance(last, int) and last < len(at)):
+    in_list = isinstance(at, list) and isinstance(last, int) and last < len(at)
+    if in_list or (isinstance(at, dict) and isinstance(last, str)):
         at[last] = inner.data["value"]
     else:
-        source.faults.append(
-            Fault(path, f"the scene has no place '{dotted}'", mark=Mark(file, 1, 1, setting))
-        )
+        source.faults.append(Fault(path, f"the scene has no place '{dotted}'", mark=Mark(file, 1, 1, setting)))
         return
     _forget(source, path)
     source.keys[path] = Mark(file, 1, 1, setting)

@@ -1,8 +1,8 @@
 """What each of several plumb elastic hangers carries of a rigid load, none of them ever pushing.
 
-The elongations of the hangers are those of a plane (the load is rigid), so T_i = k_i (a + b x_i + c y_i) with
-sum T = W and no moment about the centre of mass; a hanger that would push is taken away and the rest solved again.
-Three hangers give the barycentric shares whatever their stiffness.
+The elongations of the hangers are those of a plane (the load is rigid), so T_i = k_i (a + b x_i + c y_i)
+with sum T = W and no moment about the centre of mass; a hanger that would push is taken away and the rest
+solved again. Three hangers give the barycentric shares whatever their stiffness.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
-"""Quantities with their units: `900 t`, `3 m/min`, `0.15 deg/s`, and the pydantic types that read them into SI.
+"""Quantities with units, `900 t`, `3 m/min`, `0.15 deg/s`, and the pydantic types that read them into SI.
 
-A number without a unit is refused where a unit is needed (0 needs none), and a unit of another kind is named as what
-it is.  `Dimension.read` raises ValueError with one sentence, in scene values and in action phrases alike.
+A number without a unit is refused where a unit is needed (0 needs none), and a unit of another kind is
+named as what it is.  `Dimension.read` raises ValueError with one sentence, in scene values and in action
+phrases alike.
 """
 
 from __future__ import annotations
@@ -33,9 +34,8 @@ class Dimension:
             return self._bare(float(value), f"{value:g}" if isinstance(value, float) else str(value))
         match = re.fullmatch(rf"\s*({NUMBER})\s*(.*?)\s*", value)
         if not match:
-            raise ValueError(
-                f"'{value}' is no {self.name}: write a number and a unit of {', '.join(u for u in self.units if u)}"
-            )
+            known = ", ".join(unit for unit in self.units if unit)
+            raise ValueError(f"'{value}' is no {self.name}: write a number and a unit of {known}")
         number, unit = float(match[1]), tidy(match[2])
         if not math.isfinite(number):
             raise ValueError(f"'{value}' is no finite number")
@@ -43,11 +43,7 @@ class Dimension:
             return self._bare(number, match[1])
         if unit not in self.units:
             other = next((d.name for d in DIMENSIONS if unit in d.units), "")
-            told = (
-                f"'{match[2]}' is a unit of {other}"
-                if other
-                else f"'{match[2]}' is not a unit that is known here"
-            )
+            told = f"'{match[2]}' is a unit of {other}" if other else f"'{match[2]}' is not a unit that is known here"
             raise ValueError(f"'{value}' is no {self.name}: {told}; use {', '.join(self.units)}")
         return number * self.units[unit]
 
@@ -71,7 +67,8 @@ class Dimension:
         if len(units) == 1 or units[0][0] == "":
             return f"'{text or format(number, '.10g')} {units[0][0] or units[1][0]}'"
         first, second = units[0], units[1]
-        return f"'{text or format(number, '.10g')} {first[0]}' or '{number * first[1] / second[1]:.10g} {second[0]}'"
+        other = number * first[1] / second[1]
+        return f"'{text or format(number, '.10g')} {first[0]}' or '{other:.10g} {second[0]}'"
 
 
 def tidy(unit: str) -> str:
@@ -99,20 +96,10 @@ DAMPING = Dimension("damping", {"kN s/m": 1e3, "N s/m": 1.0, "MN s/m": 1e6})
 TURN_DAMPING = Dimension("torsional damping", {"kN m s/rad": 1e3, "N m s/rad": 1.0, "MN m s/rad": 1e6})
 RATIO = Dimension("ratio", {"": 1.0, "%": 1e-2})
 
-DIMENSIONS = (
-    LENGTH,
-    MASS,
-    FORCE,
-    MOMENT,
-    SPEED,
-    ACCELERATION,
-    ANGLE,
-    RATE,
-    ANGULAR_ACCELERATION,
-    TIME,
-    FREQUENCY,
+DIMENSIONS: tuple[Dimension, ...] = (
+    *(LENGTH, MASS, FORCE, MOMENT, SPEED, ACCELERATION, ANGLE, RATE, ANGULAR_ACCELERATION, TIME, FREQUENCY),
+    *(INERTIA, STIFFNESS, TURN_STIFFNESS, DAMPING, TURN_DAMPING, RATIO),
 )
-DIMENSIONS += (INERTIA, STIFFNESS, TURN_STIFFNESS, DAMPING, TURN_DAMPING, RATIO)
 
 
 def either(first: Dimension, second: Dimension) -> Dimension:

@@ -1,7 +1,7 @@
 """Scene data through the pydantic models; pydantic's errors become sentences at the place of the text.
 
-pydantic tells all errors at once; here each gets its path in the file (without pydantic's own union tags), a plain
-sentence, and for an unknown key or word the nearest known one.
+pydantic tells all errors at once; here each gets its path in the file (without pydantic's own union
+tags), a plain sentence, and for an unknown key or word the nearest known one.
 """
 
 from __future__ import annotations

@@ -139,8 +139,7 @@ def parts(seed: int, logs: Logs) -> tuple[dict[str, Simulator], list[Coupling]]:
     """One simulator per group, and the couplings between them."""
     root = build(seed)
     simulators = {
-        name: Simulator(group, log=_collect(logs), microsteps=MICROSTEPS)
-        for name, group in root.children.items()
+        name: Simulator(group, log=_collect(logs), microsteps=MICROSTEPS) for name, group in root.children.items()
     }
     return simulators, [Coupling(s.owner.name, s.name, t.owner.name, t.name) for s, t in root.couplings]
 

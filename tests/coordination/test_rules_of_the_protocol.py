@@ -110,6 +110,13 @@ def test_a_lookahead_widens_the_window_of_others_after_an_input_only() -> None:
     assert dict(core.ready())["c"].until == Tag(15)
 
 
+def test_silent_nodes_that_could_only_speak_later_do_not_wait_for_each_other() -> None:
+    core = Coordinator(["a", "b"], PAIR)
+    for name in ("a", "b"):
+        core.hello(name, Hello(Tag(5), [], Tag(5), 0))
+    assert [name for name, _ in core.ready()] == ["a", "b"]
+
+
 def test_an_earlier_input_voids_an_offer_that_is_not_committed() -> None:
     core = Coordinator(["a", "b"], [Coupling("a", "out", "b", "into")])
     core.hello("a", hello(5, [event(5)]))
@@ -250,6 +257,12 @@ def test_what_a_node_may_not_say() -> None:
     core.ready()
     with pytest.raises(ProtocolError, match=r"^a spoke for b: a node says only its own events$"):
         core.done("a", Done(1, FOREVER, [event(6, "b")], FOREVER, [], FOREVER, b""))
+    with pytest.raises(ProtocolError, match=r"^a offers a\.out at \(0.000000007 s, 0\): an offer holds its own"):
+        core.done("a", Done(1, FOREVER, [], Tag(8), [event(7)], Tag(8), b""))
+    core = Coordinator(["a", "b"], PAIR)
+    core.hello("a", hello(5, [event(5)]))
+    core.hello("b", hello(FOREVER.t))
+    core.ready()
     early = r"^a spoke on port out at \(0.000000005 s, 0\), earlier than the \(0.000000005 s, 1\)"
     with pytest.raises(ProtocolError, match=early):
         core.done("a", Done(1, FOREVER, [event(5)], FOREVER, [], FOREVER, b""))

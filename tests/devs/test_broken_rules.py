@@ -109,9 +109,7 @@ def test_a_zero_time_loop_names_its_models() -> None:
 
 def test_an_input_to_a_model_without_external() -> None:
     g, m = Generator("g", ns(0.5)), Model("m")
-    with pytest.raises(
-        ModelError, match=re.escape("r.m at (0.5 s, 0): an input arrived, but the model defines no")
-    ):
+    with pytest.raises(ModelError, match=re.escape("r.m at (0.5 s, 0): an input arrived, but the model defines no")):
         run(coupled("r", [g, m], (g.out, m.into)), 1)
 
 

@@ -94,7 +94,5 @@ def test_an_output_that_changes_its_model_is_refused() -> None:
             self.n += 1
             super().output()
 
-    with pytest.raises(
-        ModelError, match=r"^g at \(1 s, 0\): output\(\) says something else when called again; "
-    ):
+    with pytest.raises(ModelError, match=r"^g at \(1 s, 0\): output\(\) says something else when called again; "):
         drive(Impure("g", ns(1)), until=ns(3))

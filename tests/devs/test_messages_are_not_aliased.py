@@ -110,8 +110,7 @@ def test_bags_and_decoded_copies_are_the_receivers_own() -> None:
         (
             "Item",
             b"\x81\xa1n\xa1x",
-            "s.into at (1 s, 0): message Item cannot be decoded: Expected `int`, got `str` "
-            "- at `$.n` (from x.o)",
+            "s.into at (1 s, 0): message Item cannot be decoded: Expected `int`, got `str` - at `$.n` (from x.o)",
         ),
     ],
 )

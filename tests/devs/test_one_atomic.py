@@ -47,9 +47,7 @@ def test_output_comes_before_internal_and_asking_again_changes_nothing() -> None
     simulator.start()
     for tick in range(10):
         assert simulator.next_time == Tag(ns(10) * (tick + 1))
-        assert (
-            [e.value for e in simulator.outputs()] == [Item(tick)] == [e.value for e in simulator.outputs()]
-        )
+        assert [e.value for e in simulator.outputs()] == [Item(tick)] == [e.value for e in simulator.outputs()]
         assert g.n == tick
         simulator.advance(simulator.next_time)
         assert g.n == tick + 1
@@ -168,15 +166,7 @@ def test_starting_again_is_a_fresh_run_and_two_simulators_do_not_interact() -> N
 def test_superdense_time_is_ordered_by_time_then_microstep() -> None:
     assert after(Tag(1, 1), 0) == succ(Tag(1, 1)) == Tag(1, 2)
     assert after(Tag(1, 3), 4) == Tag(5, 0)
-    assert (
-        Tag(1, 9)
-        < Tag(2, 0)
-        < Tag(2, 1)
-        < FOREVER
-        == after(FOREVER, 5)
-        == succ(FOREVER)
-        == after(Tag(3), NEVER)
-    )
+    assert Tag(1, 9) < Tag(2, 0) < Tag(2, 1) < FOREVER == after(FOREVER, 5) == succ(FOREVER) == after(Tag(3), NEVER)
     assert [ns(0.1), ms(2.5), ns(1e-9 / 3)] == [100_000_000, 2_500_000, 0]
     assert [str(t) for t in (Tag(ns(1.5), 2), Tag(-1), FOREVER)] == [
         "(1.5 s, 2)",

@@ -42,18 +42,14 @@ def line(order: Order) -> Order:
 
 def test_two_orders_for_one_actor_in_one_action() -> None:
     both = Action(orders=(hoist("west.H1", -2.0), line(hoist("west.H1", 2.0))))
-    assert fails(turnover(both)) == (
-        f"(0 s, 0): {LINE}: west.H1 gets an order while its hoist is not done, {DONE}"
-    )
+    assert fails(turnover(both)) == (f"(0 s, 0): {LINE}: west.H1 gets an order while its hoist is not done, {DONE}")
 
 
 def test_an_order_for_an_actor_that_is_still_moving() -> None:
     first = Action(orders=(line(hoist("west.H1", -9.5)),))
     lifted = [e for i in (1, 2, 3, 4) for e in events("open", 5.0, f"block.lower-{i}")]
     second = Action(when=Lifted(), orders=(hoist("west.H1", 2.0),))
-    assert f"west.H1 gets an order while its hoist ({LINE}) is not done" in fails(
-        turnover(first, second), *lifted
-    )
+    assert f"west.H1 gets an order while its hoist ({LINE}) is not done" in fails(turnover(first, second), *lifted)
 
 
 def test_an_order_for_an_actor_that_follows_the_turn() -> None:
@@ -99,12 +95,9 @@ def test_orders_without_an_object(order: Order, sentence: str) -> None:
 
 
 def test_all_slings_of_an_empty_set() -> None:
-    when = Slings(
-        names=("loader-3.sling-1", "loader-3.sling-2"), state="taut", text="B slings taut", where=LINE
-    )
+    when = Slings(names=("loader-3.sling-1", "loader-3.sling-2"), state="taut", text="B slings taut", where=LINE)
     assert fails(turnover(Action(when=when, orders=()), hooked="A")) == (
-        f"(0 s, 0): {LINE}: `B slings taut` speaks of no sling, none of loader-3.sling-1, "
-        f"loader-3.sling-2 is hooked"
+        f"(0 s, 0): {LINE}: `B slings taut` speaks of no sling, none of loader-3.sling-1, loader-3.sling-2 is hooked"
     )
 
 
@@ -123,9 +116,7 @@ def test_a_list_that_stands_still_says_what_it_waits_for() -> None:
     second = Action(when=MovesDone(), orders=(hoist("west.H2", -9.5),))
     script = [e for s in SLINGS if s != "loader-3.sling-2" for e in events("taut", 30.0, s)]
     yard = Yard(turnover(first, second, Action(when=when, orders=())), *script).run()
-    assert yard.waiting_for() == (
-        f"still waiting for all slings taut (loader-3.sling-2 is slack) since 20 s, {LINE}"
-    )
+    assert yard.waiting_for() == (f"still waiting for all slings taut (loader-3.sling-2 is slack) since 20 s, {LINE}")
 
 
 def test_a_move_that_ends_at_a_limit_is_not_done() -> None:

@@ -35,9 +35,7 @@ C24 = {  # distance [m], speed [m/s], ramp [m/s2]
 }
 
 
-def run(
-    speed: float, accel: float = 0.05, by: float | None = None, to: float | None = None, id: int = 1
-) -> Run:
+def run(speed: float, accel: float = 0.05, by: float | None = None, to: float | None = None, id: int = 1) -> Run:
     return Run("x", id, "lift.yaml:7:5", speed, accel, by, to)
 
 
@@ -99,10 +97,8 @@ def test_a_new_move_takes_over_from_one_that_ramps_down() -> None:
 
 def test_two_moves_at_once_are_refused_with_the_line_of_the_second() -> None:
     bench = drive()
-    with pytest.raises(
-        ModelError, match=r"drive at \(1 s, 0\): lift\.yaml:7:5: x is moving already, wait for"
-    ):
-        bench.put(1.0, "order", run(1.0, by=4.0), run(1.0, by=-4.0, id=2))
+    with pytest.raises(ModelError, match=r"drive at \(1 s, 0\): lift\.yaml:7:5: x is moving already, wait for"):
+        bench.put(1.0, "order", run(1.0, by=4.0), run(1.0, by=-4.0, id=2)).said()
 
 
 def test_orders_to_others_are_not_heard() -> None:

@@ -1,7 +1,10 @@
 """Loader and block alone: hooking, the hinge lock, taut and slack, overload, lift-off and landing."""
 
+from math import degrees
+
 from heavylift.nodes.models import build_one
 from heavylift.nodes.models.messages import (
+    Attitude,
     BrakeOrder,
     BrakeState,
     Done,
@@ -61,11 +64,7 @@ def test_the_hinge_locks_when_the_last_sling_is_off() -> None:
 
 
 def test_the_hinge_is_locked_by_order_once() -> None:
-    bench = (
-        loader()
-        .put(1.0, "order", BrakeOrder(LOCK, 4, "", True))
-        .put(2.0, "order", BrakeOrder(LOCK, 5, "", True))
-    )
+    bench = loader().put(1.0, "order", BrakeOrder(LOCK, 4, "", True)).put(2.0, "order", BrakeOrder(LOCK, 5, "", True))
     assert bench.said()[1:] == [
         (1.0, "input", SetBrake(LOCK, True)),
         (1.0, "report", BrakeState(LOCK, True)),
@@ -103,8 +102,19 @@ def test_the_block_lifts_off_with_its_last_support_and_lands_with_the_last_of_th
         bench.put(100.0 + i, "state", StateEvent(f"block.lower-{i}", "open", 0.0))
     for i in (1, 2, 3, 4):
         bench.put(200.0 + i, "state", StateEvent(f"block.upper-{i}", "closed", 0.0))
-    assert bench.said() == [
+    assert [line for line in bench.said() if line[1] == "report"] == [
         (104.0, "report", Lifted("block")),
         (201.0, "report", Touched("block", "block.upper-1")),
         (204.0, "report", Landed("block", "upper")),
     ]
+
+
+def test_the_block_reports_its_attitude_every_30_degrees_without_flutter() -> None:
+    up, down = "block.attitude-up", "block.attitude-down"
+    bench = Bench(build_one(turnover(), "block")).put(1.0, "state", StateEvent(up, "reached", 0.0))
+    bench.put(2.0, "state", StateEvent(down, "reached", 0.0))
+    said = [(t, m) for t, _, m in bench.said()]
+    marks = [(m.threshold, round(degrees(m.value), 9)) for _, m in said if isinstance(m, Watch)]
+    assert marks == [(up, 30.0), (down, -1.0), (up, 60.0), (down, 29.0), (up, 30.0), (down, -1.0)]
+    reports = [(t, round(degrees(m.angle), 9), m.rising) for t, m in said if isinstance(m, Attitude)]
+    assert reports == [(1.0, 30.0, True), (2.0, 29.0, False)]

@@ -42,9 +42,7 @@ def test_lengths_and_places_of_both_halves(lug: str, table: list[tuple[float, ..
 
 def test_every_trolley_and_winch_follows_and_no_crane_travels() -> None:
     names = ["upper-slide.drive", "H1", "H2", "lower-slide.drive", "H3"]
-    assert list(laws(turnover(), half("B"))) == [
-        f"{crane}.{name}" for crane in ("west", "east") for name in names
-    ]
+    assert list(laws(turnover(), half("B"))) == [f"{crane}.{name}" for crane in ("west", "east") for name in names]
 
 
 def test_a_winch_without_slings_stays_where_it_is() -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import radians
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 from heavylift.kernel.describe import Line, Point, Support
 from heavylift.nodes.devs import Atomic, Bag, Coupled, Message, Model, Simulator, Transition, ns
@@ -42,7 +42,7 @@ HOOKS = ("H1", "H2", "H3")
 
 
 def crane(name: str, x: float) -> Crane:
-    def trolley(which: Literal[upper, lower], y: float, capacity: float) -> Trolley:
+    def trolley(which: Literal["upper", "lower"], y: float, capacity: float) -> Trolley:
         axis = Axis(start=y, lower=8.0, upper=142.0, accel=0.05, kp=5e6, kv=5e6)
         body = Inertia(mass=200e3, com=(0.0, 0.0, 100.0), moments=(1e6, 1e6, 1e6))
         return Trolley(name=which, body=body, axis=axis, capacity=capacity)
@@ -158,9 +158,7 @@ def turnover(*actions: Action, hooked: str = "AB", end: float | None = None) -> 
         pads=pads,
     )
     rig = Rig(hook_ropes=tuple(ropes), slings=tuple(slings))
-    return Plan(
-        name="turnover", cranes=cranes, loaders=tuple(loaders), block=block, rig=rig, actions=actions, end=end
-    )
+    return Plan(name="turnover", cranes=cranes, loaders=tuple(loaders), block=block, rig=rig, actions=actions, end=end)
 
 
 class KernelDouble(Atomic):
@@ -243,7 +241,7 @@ class Yard:
 
 
 class Bench:
-    """One model alone: `put` messages in at seconds, `said` is all that it answers as (seconds, port, message)."""
+    """One model alone: `put` messages in at seconds; `said`: all it answers, as (seconds, port, message)."""
 
     def __init__(self, model: Model) -> None:
         self.model = model

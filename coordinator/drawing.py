@@ -1,0 +1,74 @@
+"""What viewers draw of a plan: boxes on bodies, and the lines of ropes as they are hooked and unhooked."""
+
+from __future__ import annotations
+
+from heavylift.kernel.describe import Line, Matrix, Point, System
+from heavylift.nodes.devs import Event
+from heavylift.nodes.models import messages as m
+from heavylift.nodes.scene.plan import Crane, Plan
+from heavylift.recordings import Box, RopeLine
+
+__all__ = ["RopeLines", "boxes"]
+
+LEG, GIRDER = 4.0, 8.0  # width of a portal's legs and girder in the picture [m]
+YELLOW, BLUE, RED = (0.93, 0.68, 0.13, 1.0), (0.25, 0.45, 0.65, 1.0), (0.72, 0.27, 0.20, 1.0)
+
+
+def boxes(plan: Plan, systems: list[System]) -> list[Box]:
+    """A portal per crane, and for every other body the homogeneous box of its mass and inertia."""
+    portals = {f"{c.name}.main": c for c in plan.cranes}
+    out: list[Box] = []
+    for body in (b for s in systems for b in s.bodies if b.mass > 0.0):
+        if body.name in portals:
+            out += _portal(portals[body.name], plan)
+        else:
+            colour = RED if plan.block and body.name == plan.block.name else BLUE
+            out.append(Box(body.name, body.com, equivalent_box(body.mass, body.inertia), colour))
+    return out
+
+
+def _portal(crane: Crane, plan: Plan) -> list[Box]:
+    """Girder between the two levels of rope exits, two pairs of legs on the rails."""
+    exits = [line.a.p[2] for r in plan.rig.hook_ropes if r.crane == crane.name for line in r.lines]
+    low, high = min(exits) + 2.0, max(exits) - 2.0
+    span = 2.0 * crane.main.com[1]
+    body, half = f"{crane.name}.main", 13.0
+    girder = Box(body, (0.0, span / 2, (low + high) / 2), (GIRDER, span + LEG, max(high - low, LEG)), YELLOW)
+    legs = [Box(body, (x, y, low / 2), (LEG, LEG, low), YELLOW) for x in (-half, half) for y in (0.0, span)]
+    return [girder, *legs]
+
+
+def equivalent_box(mass: float, inertia: Matrix) -> tuple[float, float, float]:
+    """Edges of the homogeneous box of this mass and principal inertia; 1 m where a body has no extent."""
+    I = [inertia[i][i] for i in range(3)]
+    squares = [6.0 * (sum(I) - 2.0 * I[i]) / mass for i in range(3)]
+    x, y, z = (s**0.5 if s > 1e-6 else 1.0 for s in squares)
+    return x, y, z
+
+
+class RopeLines:
+    """The ropes that hang in the scene now."""
+
+    def __init__(self, systems: list[System]) -> None:
+        ropes = [r for s in systems for r in s.ropes]
+        self._lines = {r.name: r.lines for r in ropes}
+        self._hooked = {r.name: r.hooked for r in ropes}
+
+    def change(self, event: Event) -> bool:
+        """Whether an event hooked or unhooked something."""
+        if event.type not in ("Hook", "Unhook"):
+            return False
+        value = event.value
+        if isinstance(value, m.Unhook):
+            self._hooked[value.rope] = False
+        elif isinstance(value, m.Hook):
+            line = self._lines[value.rope][0]
+            ends = (Point(e.body, p or e.p) for e, p in ((line.a, value.a), (line.b, value.b)))
+            self._lines[value.rope] = (Line(*ends),)
+            self._hooked[value.rope] = True
+        return True
+
+    def drawn(self) -> list[RopeLine]:
+        """The lines of all hooked ropes."""
+        lines = [x for name, lines in self._lines.items() if self._hooked[name] for x in lines]
+        return [RopeLine(x.a.body, x.a.p, x.b.body, x.b.p) for x in lines]

@@ -1,0 +1,43 @@
+"""What the checks of a scene's physics find, told once per subject and without repeating a sentence.
+
+A check yields (subject, where, sentence).  Of several subjects with the same trouble at the same place
+the first is told in full and the others are named.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+Told: TypeAlias = Iterator[tuple[str, str, str]]
+
+
+@dataclass
+class Findings:
+    """Findings of many checks over many states, in the order they were met."""
+
+    seen: set[tuple[str, str]] = field(default_factory=set)
+    sentences: dict[tuple[str, str, str], str] = field(default_factory=dict)
+    others: dict[tuple[str, str, str], list[str]] = field(default_factory=dict)
+
+    def take(self, check: str, told: Told, stage: str = "", where: str = "") -> None:
+        """Adds what a check tells; `where` of the action that leads to it replaces that of the thing."""
+        for subject, place, sentence in told:
+            if (check, subject) in self.seen:
+                continue
+            self.seen.add((check, subject))
+            key = (check, where or place, stage)
+            if where and key in self.sentences:
+                self.others.setdefault(key, []).append(subject)
+            else:
+                self.sentences.setdefault(key, sentence)
+
+    def list(self) -> list[tuple[str, str]]:
+        """(where, sentence) of each finding."""
+        found = []
+        for key, sentence in self.sentences.items():
+            _, where, stage = key
+            likewise = f"; likewise {', '.join(self.others[key])}" if key in self.others else ""
+            found.append((where, sentence + likewise + (f" ({stage})" if stage else "")))
+        return found

@@ -1,0 +1,126 @@
+"""A picture of the lift itself: some instants of a recording side by side, seen along the rails.
+
+The instants are spread evenly over the way that the bodies have gone (shift and turn), so a long wait takes no frame.
+Drawn from what the recording holds for any viewer: boxes of /scene, frames of /poses, lines of /ropes.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.errors import RecordingError
+from numpy.typing import NDArray
+
+from .drawing import SceneUpdate
+from .info import duration
+from .reader import Recording, Signal
+
+__all__ = ["storyboard"]
+
+Floats = NDArray[np.float64]
+SUFFIXES = (".png", ".svg")
+TURN_LENGTH = 20.0  # [m] way that one radian of turning counts as
+FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
+
+
+def storyboard(path: str | Path, out: str | Path, frames: int = 6) -> Path:
+    """Draw `frames` instants of the recording into a .png or .svg; RecordingError if that cannot be done."""
+    out = Path(out)
+    if out.suffix not in SUFFIXES:
+        raise RecordingError(f"{out}: a picture is {' or '.join(SUFFIXES)}; choose one of them")
+    rec = Recording(path)
+    poses = {name.removeprefix("pose/"): rec.signal(name) for name in rec.signals() if name.startswith("pose/")}
+    if not poses:
+        raise RecordingError(f"{rec.path}: there are no poses to draw; record a scene with bodies")
+    from matplotlib.figure import Figure
+
+    times = _instants(list(poses.values()), frames)
+    columns = min(frames, 3)
+    rows = -(-frames // columns)
+    figure = Figure(figsize=(4.2 * columns, 3.2 * rows), layout="constrained")
+    axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
+    boxes, ropes, stages = _boxes(rec), _ropes(rec, times), _stages(rec)
+    for ax, t, lines in zip(axes, times, ropes, strict=False):
+        _frame(ax, t, poses, boxes, lines)
+        stage = next((name for at, name in reversed(stages) if at <= t), rec.run.get("scene", ""))
+        ax.set_title(f"{stage}, {duration(t)}", fontsize=9, loc="left")
+    for ax in axes[len(times) :]:
+        ax.set_visible(False)
+    figure.savefig(out, dpi=150)
+    return out
+
+
+def _instants(poses: list[Signal], frames: int) -> list[float]:
+    """Times that cut the way of all bodies into equal parts, first and last included."""
+    way = np.zeros(len(poses[0].t))
+    for pose in poses:
+        step = np.linalg.norm(np.diff(pose.values[:, :3], axis=0), axis=1)
+        cosine = np.abs((pose.values[1:, 3:] * pose.values[:-1, 3:]).sum(axis=1))
+        turn = 2.0 * np.arccos(np.minimum(cosine, 1.0))
+        way[1:] += np.cumsum(step + TURN_LENGTH * turn)
+    wanted = np.linspace(0.0, way[-1], frames)
+    return [float(poses[0].t[i]) for i in np.minimum(np.searchsorted(way, wanted), len(way) - 1)]
+
+
+def _boxes(rec: Recording) -> list[tuple[str, Floats, tuple[float, ...]]]:
+    """Body, (8, 3) corners in its frame, colour."""
+    out = []
+    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+    for raw in rec.messages("/scene"):
+        for entity in SceneUpdate.FromString(raw.data).entities:
+            for cube in entity.cubes:
+                p, s, c = cube.pose.position, cube.size, cube.color
+                corners = np.array([p.x, p.y, p.z]) + 0.5 * signs * np.array([s.x, s.y, s.z])
+                out.append((entity.frame_id, corners, (c.r, c.g, c.b, c.a)))
+    return out
+
+
+def _ropes(rec: Recording, times: list[float]) -> list[Floats]:
+    """(n, 2, 3) ends of the rope lines at the message next after each time."""
+    found: list[Floats] = []
+    empty = np.zeros((0, 2, 3))
+    last = empty
+    for raw in rec.messages("/ropes"):
+        while len(found) < len(times) and raw.log_time * 1e-9 > times[len(found)]:
+            found.append(last)
+        lines = [x for e in SceneUpdate.FromString(raw.data).entities for x in e.lines]
+        last = np.array([[q.x, q.y, q.z] for x in lines for q in x.points]).reshape(-1, 2, 3)
+    return found + [last] * (len(times) - len(found))
+
+
+def _stages(rec: Recording) -> list[tuple[float, str]]:
+    return [(e.t_ns * 1e-9, e.value["name"]) for e in rec.events(port="stage") if e.value.get("name")]
+
+
+def _frame(ax: Any, t: float, poses: dict[str, Signal], boxes: list[Any], lines: Floats) -> None:
+    """One instant: faces from far to near, then ropes, seen along x."""
+    from matplotlib.collections import LineCollection, PolyCollection
+
+    faces = []
+    for body, corners, colour in boxes:
+        pose = poses[body]
+        row = pose.values[min(int(np.searchsorted(pose.t, t)), len(pose.t) - 1)]
+        world = corners @ _rotation(row[3:]).T + row[:3]
+        faces += [(world[list(f), 0].mean(), world[list(f), 1:], colour) for f in FACES]
+    faces.sort(key=lambda face: -face[0])
+    ax.add_collection(
+        PolyCollection(
+            [f[1] for f in faces], facecolors=[f[2] for f in faces], edgecolors=(0, 0, 0, 0.25), linewidths=0.3
+        )
+    )
+    ax.add_collection(LineCollection(list(lines[:, :, 1:]), colors="0.15", linewidths=0.8))
+    ax.axhline(0.0, color="0.5", linewidth=1.0)
+    ax.set_aspect("equal")
+    ax.autoscale_view()
+    ax.margins(0.03)
+    ax.set_axis_off()
+
+
+def _rotation(q: Floats) -> Floats:
+    """(3, 3) rotation of a unit quaternion x y z w."""
+    x, y, z, w = q
+    u = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turned: Floats = np.eye(3) + 2.0 * w * u + 2.0 * u @ u
+    return turned
