@@ -10,8 +10,9 @@ from heavylift.recordings import Box, RopeLine
 
 __all__ = ["RopeLines", "boxes"]
 
-LEG, GIRDER = 4.0, 8.0  # width of a portal's legs and girder in the picture [m]
-YELLOW, BLUE, RED = (0.93, 0.68, 0.13, 1.0), (0.25, 0.45, 0.65, 1.0), (0.72, 0.27, 0.20, 1.0)
+LEG, GIRDER, DECK = 4.0, 8.0, 1.2  # widths of a portal's legs and girder, height of a deck in the picture [m]
+YELLOW, BLUE = (0.93, 0.68, 0.13, 1.0), (0.25, 0.45, 0.65, 1.0)
+RED, DARK = (0.72, 0.27, 0.20, 1.0), (0.25, 0.09, 0.07, 1.0)
 
 
 def boxes(plan: Plan, systems: list[System]) -> list[Box]:
@@ -22,8 +23,12 @@ def boxes(plan: Plan, systems: list[System]) -> list[Box]:
         if body.name in portals:
             out += _portal(portals[body.name], plan)
         else:
-            colour = RED if plan.block and body.name == plan.block.name else BLUE
-            out.append(Box(body.name, body.com, equivalent_box(body.mass, body.inertia), colour))
+            size = equivalent_box(body.mass, body.inertia)
+            block = plan.block is not None and body.name == plan.block.name
+            out.append(Box(body.name, body.com, size, RED if block else BLUE))
+            if block:  # a dark deck shows which face was up
+                x, y, z = body.com
+                out.append(Box(body.name, (x, y, z + size[2] / 2), (size[0], size[1], DECK), DARK))
     return out
 
 
@@ -63,8 +68,8 @@ class RopeLines:
             self._hooked[value.rope] = False
         elif isinstance(value, m.Hook):
             line = self._lines[value.rope][0]
-            ends = (Point(e.body, p or e.p) for e, p in ((line.a, value.a), (line.b, value.b)))
-            self._lines[value.rope] = (Line(*ends),)
+            a, b = Point(line.a.body, value.a or line.a.p), Point(line.b.body, value.b or line.b.p)
+            self._lines[value.rope] = (Line(a, b),)
             self._hooked[value.rope] = True
         return True
 

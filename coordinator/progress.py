@@ -99,7 +99,6 @@ def summary(plan: Plan, result: Result, path: Path) -> None:
         f"\n{clock(result.sim_s)} simulated in {result.wall_s:.1f} s, {factor:.0f} x real time, {result.grants} grants"
     )
     if result.energy_turned_over:
-        console.print(
-            f"energy balance closes to {result.energy_error:.1e} of the {result.energy_turned_over / 1e6:.4g} MJ turned over"
-        )
+        moved = f"{result.energy_turned_over / 1e6:.4g} MJ turned over"
+        console.print(f"energy balance closes to {result.energy_error:.1e} of the {moved}")
     console.print(f"digest {result.digest}\nwrote {path}\n\nnext: heavylift plot {path}")

@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from .errors import KernelError
 from .joints import JOINTS
 from .spatial import force_cross, join, mirror, motion_cross, skew, spatial_inertia
-from .symbol import named
+from .symbol import is_sym, named
 from .trees import Tree
 
 __all__ = ["Kinematics", "dynamics", "energies", "kinematics"]
@@ -90,6 +91,12 @@ def dynamics(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: 
             H[k, l] = named(f"H({k},{l})", S[l] @ f)
     rhs = [tau[k] - S[k] @ F[i] for k, i in enumerate(tree.body_of_dof)]  # (e)
     free = [k for k in range(len(S)) if k not in tree.prescribed_dofs]
+    for k in free:
+        if not is_sym(H[k, k]) and H[k, k] == 0.0:
+            name = tree.bodies[tree.body_of_dof[k]].name
+            raise KernelError(
+                f"body '{name}': nothing resists its motion; give it, or what it carries, mass or inertia"
+            )
     a = ltdl_solve({kl: h for kl, h in H.items()}, list(rhs), tree.free_paths, free)
     reaction = [
         -rhs[k] + sum((H[max(k, l), min(k, l)] * a[l] for l in free if (max(k, l), min(k, l)) in H), 0.0)

@@ -72,7 +72,7 @@ def _balances(graph: Graph) -> str:
 
 def _recursion(program: Program) -> str:
     head = [
-        "RECURSION  world axes; V twist, A acceleration without joint accelerations, f wrench that the joint must carry,",
+        "RECURSION  world axes; V twist, A acceleration without joint accelerations, f wrench that a joint must carry,",
         "H joint-space inertia, T tension; q, v state, P parameters; .rx .ry .rz angular, .x .y .z linear components",
         "H v' = tau - S^T f (sums along the paths of T), solved by H = L^T D L",
     ]

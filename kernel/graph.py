@@ -9,6 +9,7 @@ with T_ki = 1 (the paper's steps d-h); as a matrix, row i of T^-T.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -57,7 +58,7 @@ class Graph:
     def trees(self) -> list[range]:
         """Ranges of link numbers, one per body on the ground."""
         roots = [i for i, k in enumerate(self.links) if k.parent < 0] + [len(self.links)]
-        return [range(a, b) for a, b in zip(roots, roots[1:], strict=False)]
+        return [range(a, b) for a, b in pairwise(roots)]
 
 
 def build_graph(system: System) -> Graph:

@@ -2,7 +2,8 @@
 
 A profile starts with displacement 0 and speed v0, changes its speed at a1 for d1 seconds, cruises, changes it at a2
 for d2 seconds, and keeps the speed it then has (0, unless the move is endless).  Durations follow
-t = d/v + v/a if d >= v^2/a else 2 sqrt(d/a).  Plain Python, so that the DEVS models compute the same instants as the kernel.
+t = d/v + v/a if d >= v^2/a else 2 sqrt(d/a).  Plain Python, so that the DEVS models compute the same instants as the
+kernel.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""A compiled description: the layout of state, parameters, guards and accounts, and the functions that equal parts share.
+"""A compiled description: layout of state, parameters, guards and accounts, and the functions that equal parts share.
 
 State y = [q, v, w]: coordinates, velocities, and one integral per law of the work it takes or the heat it makes.
 Equal trees and equal laws are one traced function each, called for every instance with its own numbers: code stays

@@ -66,7 +66,7 @@ class Simulation:
         self.X = np.zeros(self.method.layout.size)
         self._at = self.method.layout.at
         self._table = np.zeros((ROWS, self.method.columns))
-        masters = [m.name for m in (*system.masters, *system.measured)]
+        masters = [m.name for m in system.masters] + [m.name for m in system.measured]
         self.references = References(self.program.parameters, self.P, masters)
         self.switches = Switches(self.program, self.P)
         self.subscribed = subscribed
@@ -95,8 +95,8 @@ class Simulation:
             [
                 [(kind_of(t), x.ends) for t, x in p.instances],
                 [(d.kind, d.joint) for d in s.drives],
-                [x.joint for x in (*s.springs, *s.stops, *s.brakes)],
-                [len(x) for x in (s.springs, s.stops, s.brakes, s.masters)],
+                [[x.joint for x in s.springs], [x.joint for x in s.stops], [x.joint for x in s.brakes]],
+                len(s.masters),
                 [(r.winch, [(number(k.a.body), number(k.b.body)) for k in r.lines]) for r in s.ropes],
                 [number(u.point.body) for u in s.supports],
                 [(m.kind, m.of, m.axis) for m in s.measured],

@@ -83,8 +83,7 @@ class Container:
         except FileNotFoundError:
             if part.exists():
                 raise self.error(
-                    f"does not exist, but {part} does: its run is still going or was cut off; "
-                    "run the scene again"
+                    f"does not exist, but {part} does: its run is still going or was cut off; run the scene again"
                 ) from None
             raise self.error("does not exist; check the name or make it with `heavylift run`") from None
         except OSError as error:
@@ -97,8 +96,7 @@ class Container:
         self._stream.seek(max(0, self.size - len(MAGIC)))
         if self.size < 2 * len(MAGIC) + FOOTER.size or self._stream.read() != MAGIC:
             raise self.error(
-                "is cut off: its end is missing, as in the .part file of a run that was killed; "
-                "run the scene again"
+                "is cut off: its end is missing, as in the .part file of a run that was killed; run the scene again"
             )
         self._check_summary()
         self._stream.seek(0)

@@ -41,9 +41,7 @@ def _head(rec: Recording) -> str:
         factor = f", {sim / wall:.3g} x real time" if wall > 0 else ""
         lines.append(("time", f"{duration(sim)} simulated in {duration(wall)}{factor}"))
         lines.append(("digest", rec.result.get("digest", "none")))
-    lines.append(
-        ("file", f"{_size(rec.size)}, {sum(t.messages for t in rec.topics.values())} messages, {rec.library}")
-    )
+    lines.append(("file", f"{_size(rec.size)}, {sum(t.messages for t in rec.topics.values())} messages, {rec.library}"))
     return "\n".join([str(rec.path), *(f"  {name:<9} {text}" for name, text in lines)])
 
 
@@ -65,9 +63,7 @@ def _events(rec: Recording) -> str:
         if "port" in topic.metadata:
             count[topic.metadata["model"]] += topic.messages
             ports.setdefault(topic.metadata["model"], []).append(f"{topic.metadata['port']} {topic.messages}")
-    return _table(
-        ["model", "events", "by port"], [[m, str(n), ", ".join(ports[m])] for m, n in count.items()]
-    )
+    return _table(["model", "events", "by port"], [[m, str(n), ", ".join(ports[m])] for m, n in count.items()])
 
 
 def _channels(rec: Recording) -> str:
@@ -80,9 +76,7 @@ def _channels(rec: Recording) -> str:
 
 
 def _attachments(rec: Recording) -> str:
-    return _table(
-        ["attachment", "size"], [[name, _size(len(data))] for name, data in rec.attachments.items()]
-    )
+    return _table(["attachment", "size"], [[name, _size(len(data))] for name, data in rec.attachments.items()])
 
 
 def _size(n: int) -> str:

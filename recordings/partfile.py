@@ -21,9 +21,7 @@ def output_path(path: str | Path) -> Path:
     """The path if a file can have it, else a RecordingError: it is a folder, or its folder is missing."""
     path = Path(path)
     if path.is_dir():
-        raise RecordingError(
-            f"{path}: is a folder; give the name of a file in it, such as {path / 'run.mcap'}"
-        )
+        raise RecordingError(f"{path}: is a folder; give the name of a file in it, such as {path / 'run.mcap'}")
     if not path.parent.is_dir():
         raise RecordingError(
             f"{path}: the folder {path.parent} does not exist; make it or choose another place with -o"

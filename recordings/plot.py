@@ -67,9 +67,7 @@ def plot(path: str | Path, out: str | Path, loaders: Mapping[str, str] | None = 
             facts = {"Date": None} if out.suffix.lower() == ".svg" else None
             figure.savefig(out, dpi=160, metadata=facts)
         except OSError as error:
-            raise RecordingError(
-                f"{out}: cannot be written ({error.strerror}); choose another place"
-            ) from None
+            raise RecordingError(f"{out}: cannot be written ({error.strerror}); choose another place") from None
     return out
 
 
@@ -93,9 +91,7 @@ def _curves(rec: Recording, loaders: Mapping[str, str] | None) -> tuple[Curves, 
     scale, clock = (1 / 60, "min") if long else (1.0, "s")
     quantity = f"{'Tension' if name == 'rope/tension' else 'Position'} [{unit}]"
     return (
-        Curves(
-            t * scale, clock, values[:, picks] * factor, peaks[:, picks] * factor, [*chosen], rated, quantity
-        ),
+        Curves(t * scale, clock, values[:, picks] * factor, peaks[:, picks] * factor, [*chosen], rated, quantity),
         scale,
     )
 

@@ -112,11 +112,7 @@ class Recording:
 
     def signals(self) -> list[str]:
         """The names that `signal` knows."""
-        names = [
-            topic.name.removeprefix("/")
-            for topic in self.topics.values()
-            if topic.schema == "heavylift.Samples"
-        ]
+        names = [topic.name.removeprefix("/") for topic in self.topics.values() if topic.schema == "heavylift.Samples"]
         bodies = self._names(self.topics["/poses"]) if "/poses" in self.topics else []
         return names + [POSE + body for body in bodies]
 
@@ -132,13 +128,9 @@ class Recording:
         length = len(head) + 8 * len(names)
         found = list(self.messages(topic.name))
         if any(len(raw.data) != length or not raw.data.startswith(head) for raw in found):
-            raise self._file.error(
-                f"is damaged (a sample of {name} has not {len(names)} values); run the scene again"
-            )
+            raise self._file.error(f"is damaged (a sample of {name} has not {len(names)} values); run the scene again")
         values = np.frombuffer(b"".join(raw.data[len(head) :] for raw in found), "<f8")
-        return Signal(
-            _seconds(found), values.reshape(len(found), len(names)), names, topic.metadata.get("unit", "")
-        )
+        return Signal(_seconds(found), values.reshape(len(found), len(names)), names, topic.metadata.get("unit", ""))
 
     def _names(self, topic: Topic) -> list[str]:
         with self._file.reading():
@@ -153,9 +145,7 @@ class Recording:
                 one = FrameTransforms.FromString(raw.data).transforms[place]
                 p, q = one.translation, one.rotation
                 row[:] = p.x, p.y, p.z, q.x, q.y, q.z, q.w
-        return Signal(
-            _seconds(found), values, ["x", "y", "z", "qx", "qy", "qz", "qw"], "m, quaternion x y z w"
-        )
+        return Signal(_seconds(found), values, ["x", "y", "z", "qx", "qy", "qz", "qw"], "m, quaternion x y z w")
 
 
 def _seconds(found: list[Raw]) -> NDArray[np.float64]:

@@ -56,9 +56,7 @@ class Rows:
         for line in lines:
             for body in (line.a_body, line.b_body):
                 if body != WORLD and body not in self.bodies:
-                    raise RecordingError(
-                        f"rope line on {body}: the samples have no pose of it; check the name"
-                    )
+                    raise RecordingError(f"rope line on {body}: the samples have no pose of it; check the name")
         return Ropes(lines, self.bodies)
 
     def hang(self, ropes: Ropes) -> None:

@@ -19,9 +19,7 @@ JSON_STRING = {"type": "string"}
 
 
 def _samples_class() -> Any:
-    file = descriptor_pb2.FileDescriptorProto(
-        name="heavylift/Samples.proto", package="heavylift", syntax="proto3"
-    )
+    file = descriptor_pb2.FileDescriptorProto(name="heavylift/Samples.proto", package="heavylift", syntax="proto3")
     field = file.message_type.add(name="Samples").field.add(
         name="value",
         number=1,

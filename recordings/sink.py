@@ -36,8 +36,7 @@ def library() -> str:
 def texts(facts: Mapping[str, object]) -> dict[str, str]:
     """Metadata values: text as it is, everything else as JSON."""
     return {
-        name: value if isinstance(value, str) else msgspec.json.encode(value).decode()
-        for name, value in facts.items()
+        name: value if isinstance(value, str) else msgspec.json.encode(value).decode() for name, value in facts.items()
     }
 
 
@@ -65,9 +64,7 @@ class Sink:
         """A new channel of this protobuf message class."""
         schema = file_descriptor_set(message)
         name = message.DESCRIPTOR.full_name
-        return self._channel(
-            topic, MessageEncoding.Protobuf, name, SchemaEncoding.Protobuf, schema, facts or {}
-        )
+        return self._channel(topic, MessageEncoding.Protobuf, name, SchemaEncoding.Protobuf, schema, facts or {})
 
     def json(self, topic: str, name: str, schema: bytes, facts: Mapping[str, object]) -> int:
         """A new channel of JSON objects with this JSON Schema."""

@@ -22,6 +22,8 @@ __all__ = ["storyboard"]
 Floats = NDArray[np.float64]
 SUFFIXES = (".png", ".svg")
 TURN_LENGTH = 20.0  # [m] way that one radian of turning counts as
+GRID = 200  # instants between which the way is measured
+SWAY = 0.5  # [m] way between two of them that may be swing
 FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
 
 
@@ -53,20 +55,25 @@ def storyboard(path: str | Path, out: str | Path, frames: int = 6) -> Path:
 
 
 def _instants(poses: list[Signal], frames: int) -> list[float]:
-    """Times that cut the way of all bodies into equal parts, first and last included."""
-    way = np.zeros(len(poses[0].t))
+    """Times that cut the way of all bodies, as far as it is seen along x, into equal parts."""
+    t = poses[0].t
+    coarse = np.unique(np.linspace(0, len(t) - 1, GRID).round().astype(int))
+    way = np.zeros(len(coarse))
     for pose in poses:
-        step = np.linalg.norm(np.diff(pose.values[:, :3], axis=0), axis=1)
-        cosine = np.abs((pose.values[1:, 3:] * pose.values[:-1, 3:]).sum(axis=1))
-        turn = 2.0 * np.arccos(np.minimum(cosine, 1.0))
-        way[1:] += np.cumsum(step + TURN_LENGTH * turn)
+        place, quaternion = pose.values[coarse, 1:3], pose.values[coarse, 3:]
+        step = np.linalg.norm(np.diff(place, axis=0), axis=1)
+        cosine = np.abs((quaternion[1:] * quaternion[:-1]).sum(axis=1))
+        step += TURN_LENGTH * 2.0 * np.arccos(np.minimum(cosine, 1.0))
+        way[1:] += np.cumsum(np.maximum(step - SWAY, 0.0))
+    if way[-1] == 0.0:
+        way = t[coarse]
     wanted = np.linspace(0.0, way[-1], frames)
-    return [float(poses[0].t[i]) for i in np.minimum(np.searchsorted(way, wanted), len(way) - 1)]
+    return [float(x) for x in np.interp(wanted, way, t[coarse])]
 
 
 def _boxes(rec: Recording) -> list[tuple[str, Floats, tuple[float, ...]]]:
     """Body, (8, 3) corners in its frame, colour."""
-    out = []
+    out: list[tuple[str, Floats, tuple[float, ...]]] = []
     signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
     for raw in rec.messages("/scene"):
         for entity in SceneUpdate.FromString(raw.data).entities:

@@ -104,9 +104,7 @@ class Recorder:
         """Record an event on a port of a coupled model, in total order; `payload` are its msgpack bytes."""
         channel = self._ports.get((source, port))
         if channel is None:
-            raise RecordingError(
-                f"event of {source}.{port}: this port was not announced; call add_port first"
-            )
+            raise RecordingError(f"event of {source}.{port}: this port was not announced; call add_port first")
         self.digest.event(t_ns, k, source, port, index, type, payload)
         record = {
             "t_ns": t_ns,
@@ -175,9 +173,7 @@ class Recorder:
         self._settled = max(self._settled, t_ns)
         self._drain()
 
-    def close(
-        self, status: str = "finished", reason: str = "", result: Mapping[str, object] | None = None
-    ) -> Path:
+    def close(self, status: str = "finished", reason: str = "", result: Mapping[str, object] | None = None) -> Path:
         """Write all that waits and the metadata `result`, finish the file and give it its name."""
         if self._closed:
             return self._sink.path

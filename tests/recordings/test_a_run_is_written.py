@@ -52,9 +52,7 @@ def test_once_a_second_what_is_settled_goes_to_disk(
         with (tmp_path / "run.mcap.part").open("rb") as stream:
             found = []
             try:
-                for _, _, message in NonSeekingReader(stream).iter_messages(
-                    ["/rope/tension"], log_time_order=False
-                ):
+                for _, _, message in NonSeekingReader(stream).iter_messages(["/rope/tension"], log_time_order=False):
                     found.append(message.log_time // SECOND)
             except Exception:
                 return found
@@ -69,9 +67,7 @@ def test_once_a_second_what_is_settled_goes_to_disk(
     rec.close()
 
 
-def test_samples_and_events_that_come_apart_are_written_in_order(
-    begin: Begin, batch: Batch, stage: Stage
-) -> None:
+def test_samples_and_events_that_come_apart_are_written_in_order(begin: Begin, batch: Batch, stage: Stage) -> None:
     rec = begin()
     stage(rec, 1, "hoist")
     stage(rec, 3, "lower")
@@ -191,8 +187,7 @@ def test_two_runs_cannot_write_one_file(begin: Begin, tmp_path: Path) -> None:
     with pytest.raises(RecordingError) as error:
         begin()
     assert str(error.value) == (
-        f"{tmp_path}/run.mcap.part: another run is writing this file; "
-        "wait for it or choose another name with -o"
+        f"{tmp_path}/run.mcap.part: another run is writing this file; wait for it or choose another name with -o"
     )
     rec.close()
     begin().close()
@@ -255,9 +250,7 @@ def test_what_was_not_announced_is_refused(begin: Begin, batch: Batch, tmp_path:
         ),
     ],
 )
-def test_a_layout_that_does_not_fit_is_refused(
-    tmp_path: Path, channels: list[SampleChannel], sentence: str
-) -> None:
+def test_a_layout_that_does_not_fit_is_refused(tmp_path: Path, channels: list[SampleChannel], sentence: str) -> None:
     rec = Recorder(tmp_path / "run.mcap", {})
     with pytest.raises(RecordingError) as error:
         rec.layout(SampleLayout(channels))

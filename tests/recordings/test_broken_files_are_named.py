@@ -31,8 +31,7 @@ def test_a_missing_file(tmp_path: Path) -> None:
 def test_a_file_whose_run_was_cut_off(begin: Callable[[], Recorder], tmp_path: Path) -> None:
     rec = begin()
     assert refusal(tmp_path / "run.mcap") == (
-        f"does not exist, but {tmp_path}/run.mcap.part does: its run is still going or was cut off; "
-        "run the scene again"
+        f"does not exist, but {tmp_path}/run.mcap.part does: its run is still going or was cut off; run the scene again"
     )
     assert refusal(tmp_path / "run.mcap.part") == (
         "is cut off: its end is missing, as in the .part file of a run that was killed; run the scene again"
@@ -115,6 +114,5 @@ def test_an_unknown_signal_names_the_known_ones(recorded: Path) -> None:
     with pytest.raises(RecordingError) as error:
         Recording(recorded).signal("rope/colour")
     assert str(error.value) == (
-        f"{recorded}: has no signal rope/colour; "
-        "it has rope/tension, rope/peak, rope/peak_time, pose/block, pose/hook"
+        f"{recorded}: has no signal rope/colour; it has rope/tension, rope/peak, rope/peak_time, pose/block, pose/hook"
     )

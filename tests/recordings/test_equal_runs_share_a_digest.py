@@ -51,8 +51,7 @@ def test_every_part_of_an_event_and_of_a_row_counts() -> None:
     ]
     others = [digest(events, ROWS) for events in changed]
     others += [
-        digest(EVENTS, rows)
-        for rows in (ROWS[:2], [(0, 1, b"a" * 8), *ROWS[1:]], [(0, 0, b"x" * 8), *ROWS[1:]])
+        digest(EVENTS, rows) for rows in (ROWS[:2], [(0, 1, b"a" * 8), *ROWS[1:]], [(0, 0, b"x" * 8), *ROWS[1:]])
     ]
     assert len({digest(EVENTS, ROWS), *others}) == 1 + len(others)
 

@@ -58,9 +58,7 @@ def test_the_plot_is_a_picture_of_the_asked_kind(recorded: Path, tmp_path: Path)
     assert svg.read_bytes() == again.read_bytes()
 
 
-def test_what_cannot_be_plotted_is_said(
-    recorded: Path, begin: Callable[[], Recorder], tmp_path: Path
-) -> None:
+def test_what_cannot_be_plotted_is_said(recorded: Path, begin: Callable[[], Recorder], tmp_path: Path) -> None:
     cases: list[tuple[Path, Path, dict[str, str] | None, str]] = [
         (
             recorded,
@@ -72,8 +70,7 @@ def test_what_cannot_be_plotted_is_said(
             recorded,
             tmp_path / "no" / "run.png",
             None,
-            f"{tmp_path}/no/run.png: the folder {tmp_path}/no does not exist; "
-            "make it or choose another place with -o",
+            f"{tmp_path}/no/run.png: the folder {tmp_path}/no does not exist; make it or choose another place with -o",
         ),
         (
             recorded,
@@ -88,9 +85,7 @@ def test_what_cannot_be_plotted_is_said(
         assert str(error.value) == sentence
     bare = Recorder(tmp_path / "bare.mcap", {"scene": "bare"})
     bare.layout(SampleLayout([]))
-    with pytest.raises(
-        RecordingError, match=r"bare\.mcap: has no rope tensions and no joint positions to plot"
-    ):
+    with pytest.raises(RecordingError, match=r"bare\.mcap: has no rope tensions and no joint positions to plot"):
         plot(bare.close(), tmp_path / "run.png")
 
 

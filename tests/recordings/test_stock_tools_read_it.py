@@ -40,8 +40,7 @@ def test_all_checksums_hold_and_every_channel_has_a_schema(recorded: Path) -> No
 def test_log_time_is_simulation_time_and_never_goes_back(recorded: Path) -> None:
     with recorded.open("rb") as stream:
         found = [
-            (channel.topic, message)
-            for _, channel, message in make_reader(stream).iter_messages(log_time_order=False)
+            (channel.topic, message) for _, channel, message in make_reader(stream).iter_messages(log_time_order=False)
         ]
     times = [message.log_time for _, message in found]
     assert times == sorted(times)

@@ -87,8 +87,7 @@ def test_a_lost_message_is_named() -> None:
     w = writer()
     w.frame(b"lost")
     assert refusal(w.frame(b"")) == (
-        "node west, message 0 on 'out': message 1 arrived out of sequence (messages were lost), "
-        "start the run again"
+        "node west, message 0 on 'out': message 1 arrived out of sequence (messages were lost), start the run again"
     )
 
 
