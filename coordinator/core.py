@@ -158,6 +158,15 @@ class Coordinator:
             return Outcome.QUIET
         return Outcome.BOUND if first >= self.end else None
 
+    def extend(self, end: Tag) -> None:
+        """Move a time bound that was not reached yet, or only now, to a later one; an end that was said stays."""
+        if not self._finished:
+            self.end = max(self.end, end)
+
+    def scheduled(self, names: Iterable[str]) -> Tag:
+        """The earliest thing that these nodes have before them; FOREVER if they only react."""
+        return min(min(self._nodes[name].next, self._nodes[name].first) for name in names)
+
     @property
     def waiting(self) -> dict[str, int]:
         """Nodes that have an outstanding GRANT, with its gseq."""

@@ -35,6 +35,7 @@ __all__ = ["Result", "run"]
 
 COMMANDER = "commander"
 PATIENCE_s = 30.0  # for a node's HELLO
+PATIENCE_ns = 4 * 3600 * 10**9  # simulated time without an order, after which a scene without an end is stuck
 LOOK_s = 0.2  # how often samples are taken while a node works
 
 
@@ -107,7 +108,7 @@ class _Session:
         self.now = Tag(0)
         self.grants = 0
         self._outcome: Outcome | None = None
-        end = Tag(ns(self._plan.end)) if self._plan.end is not None else FOREVER
+        end = Tag(ns(self._plan.end)) if self._plan.end is not None else Tag(PATIENCE_ns)
         self._core = Coordinator([*models, KERNEL], couplings(self._plan), end, (COMMANDER, "finished"), self._event)
         if isinstance(hub, Hub):
             hub.when = lambda: f"t = {self.now.t * 1e-9:.3f} s"
@@ -121,9 +122,17 @@ class _Session:
                 self.grants += 1
             self._record.settle(self._core.floor.t)
             self._outcome = self._core.over
-            if self._outcome is not None:
+            if self._outcome is None:
+                self._done(*self._receive())
+            elif self._outcome is not Outcome.BOUND or self._plan.end is not None or not self._hope():
                 return
-            self._done(*self._receive())
+
+    def _hope(self) -> bool:
+        """Whether a scene without an end may go on: a model has something before it, not only a load that swings."""
+        due = self._core.scheduled(self._models)
+        if due < FOREVER:
+            self._core.extend(Tag(due.t + PATIENCE_ns))
+        return due < FOREVER
 
     def _greet(self) -> None:
         setup = Setup(plan=encode(self._plan))
@@ -177,6 +186,8 @@ class _Session:
     def _event(self, event: Event) -> None:
         self.now = max(self.now, event.tag)
         self._record.event(event)
+        if event.source == COMMANDER and self._plan.end is None:
+            self._core.extend(Tag(event.t + PATIENCE_ns))
         self._hub.publish_event(event.source, event.port, event.payload)
         self._watch.event(event)
 
@@ -187,8 +198,7 @@ class _Session:
 
     def dismiss(self) -> None:
         """The ordered end: STOP, the last samples, BYE; raises ModelError if a model still waits for something."""
-        quiet = self._outcome is Outcome.QUIET
-        end = Tag(self.now.t + 1) if quiet else self._core.end
+        end = Tag(self.now.t + 1) if self._outcome is Outcome.QUIET else self._core.end
         self._hub.dismiss(m.encode(m.Stop(end)))
         staying = {*self._models, KERNEL}
         sentences = []
@@ -198,7 +208,7 @@ class _Session:
                 staying.discard(node)
                 sentences += [message.sentence] if message.sentence else []
         self._take_samples()
-        if quiet and sentences:
+        if sentences and self._plan.end is None and self._outcome is not Outcome.FINISHED:
             raise ModelError(sentences[0])
 
     def abort(self) -> None:

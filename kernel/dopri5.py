@@ -42,6 +42,8 @@ RUNNING, BREAK, EVENT, STILL, FAILED = 0.0, 1.0, 2.0, 3.0, 4.0  # why a native c
 LOCATED = 2.5e-10  # [s] width to which a guard's root is bracketed
 STILL_SQUARE = 1e-14  # |v|^2 and |dv/dt|^2 of a scene at rest [SI]
 
+Rate = Callable[[Any, Any, Any], Any]  # (t, a time inside the step, y) -> dy, T, G
+
 _SCALARS = (
     # control: loop flags, then why it stopped, attempts left in this call
     "run", "due", "locate", "status", "budget",
@@ -66,16 +68,21 @@ def dense(s: SimpleNamespace, x: Any) -> Any:
     return s.d0 + x * (s.d1 + (1.0 - x) * (s.d2 + x * (s.d3 + (1.0 - x) * s.d4)))
 
 
-def step(s: SimpleNamespace, rate: Callable[[Any, Any], Any], n_error: float) -> None:
+def inside(s: SimpleNamespace) -> Any:
+    """A time in the piece of the profiles that begins at t: no step crosses t_stop, where the next one begins."""
+    return s.t + 0.5 * minimum(1.0, s.t_stop - s.t)
+
+
+def step(s: SimpleNamespace, rate: Rate, n_error: float) -> None:
     """One attempt from (t, y, f); f is the derivative at y (first same as last).  `forced` accepts whatever comes."""
     room = s.t_stop - s.t
     last = s.h >= room
     h = select(last, room, s.h)
-    k = [s.f]
+    k, among = [s.f], inside(s)
     y, r = s.y, s
     for c, a in zip(C[1:], A[1:], strict=True):
         y = s.y + h * combine(a, k)
-        r = rate(s.t + c * h, y)
+        r = rate(s.t + c * h, among, y)
         k.append(r.dy)
     e = h * combine(E, k) * s.weight * (1.0 / (s.tol * (1.0 + maximum(abs(s.y), abs(y)))))
     error = sqrt(e @ e * (1.0 / n_error))
@@ -108,10 +115,11 @@ def step(s: SimpleNamespace, rate: Callable[[Any, Any], Any], n_error: float) ->
     s.run = select(s.status > RUNNING, 0.0, more)
 
 
-def bisect(s: SimpleNamespace, rate: Callable[[Any, Any], Any]) -> None:
+def bisect(s: SimpleNamespace, rate: Rate) -> None:
     """Halve the bracket [lo, hi] around the first fall of a guard in the last step; G holds the guards at hi."""
     x = 0.5 * (s.lo + s.hi)
-    G = rate(s.t0 + x * s.h0, dense(s, x)).G
+    t = s.t0 + x * s.h0
+    G = rate(t, t, dense(s, x)).G
     fallen = any_of(g < 0.0 for g in G)
     s.G = select(fallen, G, s.G)
     s.lo, s.hi = select(fallen, s.lo, x), select(fallen, x, s.hi)
@@ -137,9 +145,9 @@ def commit(s: SimpleNamespace, quaternions: list[int], velocities: slice) -> Non
     s.tentative = 0.0
 
 
-def refresh(s: SimpleNamespace, rate: Callable[[Any, Any], Any]) -> None:
+def refresh(s: SimpleNamespace, rate: Rate) -> None:
     """After a change of state, laws or discrete states: derivative, tensions and guards at (t, y)."""
-    r = rate(s.t, s.y)
+    r = rate(s.t, inside(s), s.y)
     s.f, s.T, s.G = r.dy, r.T, r.G
     s.tentative = 0.0
 
@@ -177,11 +185,11 @@ class Dopri5:
         self.columns = self.row_layout.size
 
         def evaluate(t: Any, y: Any, P: Any) -> dict[str, Any]:
-            x = p.evaluate(t[0], y, P)
+            x = p.evaluate(t[0], y, P, t[1])
             return {"dy": x.dy, "T": x.tensions, "G": x.guards}
 
         state = {"t": 1, "y": p.ny, "P": n_p}
-        self.f_rate = Function("rate", evaluate, state, vectors=["dy"])
+        self.f_rate = Function("rate", evaluate, {**state, "t": 2}, vectors=["dy"])
         self.f_row = Function("row", lambda t, y, P: {"values": self.row(p.evaluate(t[0], y, P))}, state)
         self.functions = {
             "step": self._on_block("step", lambda s, rate, row: step(s, rate, float(nq + nv))),
@@ -228,7 +236,7 @@ class Dopri5:
             s = layout.unpack(X)
             r = part(
                 s,
-                lambda t, y: self.f_rate(t=[t], y=y, P=P),
+                lambda t, among, y: self.f_rate(t=[t, among], y=y, P=P),
                 lambda t, y: list(self.f_row(t=[t], y=y, P=P).values),
             )
             return {"X": layout.pack(s), **({"table": r} if table else {})}

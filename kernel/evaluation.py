@@ -28,8 +28,9 @@ Reference = tuple[Any, Any, Any]  # value, rate, acceleration
 class Evaluation:
     """`dy`, `tensions`, `guards` and what samples show, at time t [s], state y, parameters P."""
 
-    def __init__(self, program: Program, t: Any, y: Any, P: Any) -> None:
-        self.program, self.system, self.graph, self.t, self._P = program, program.system, program.graph, t, P
+    def __init__(self, program: Program, t: Any, y: Any, P: Any, inside: Any) -> None:
+        self.program, self.system, self.graph, self._P = program, program.system, program.graph, P
+        self._t = [t, inside]
         nq, nv = program.nq, program.nv
         self.q, self.v = list(y[:nq]), list(y[nq : nq + nv])
         self.accounts = list(y[nq + nv :])
@@ -85,7 +86,7 @@ class Evaluation:
 
     def _commanded(self, name: str) -> tuple[Any, Any, Any, Any, Any]:
         """s, ds/dt, d2s/dt2, sin s, cos s of a master."""
-        x = self.program.profile(t=[self.t], p=self._numbers("reference", name))
+        x = self.program.profile(t=self._t, p=self._numbers("reference", name))
         return x.x[0], x.v[0], x.a[0], sin(x.x[0]), cos(x.x[0])
 
     def _measured(self, m: Measured) -> tuple[Any, Any, Any, Any, Any]:
@@ -99,7 +100,7 @@ class Evaluation:
 
     def _reference(self, name: str) -> Reference:
         """A profile plus f(s) of every master known so far: f = k1 s + kc cos s + ks sin s."""
-        x = self.program.profile(t=[self.t], p=self._numbers("reference", name))
+        x = self.program.profile(t=self._t, p=self._numbers("reference", name))
         ref, dref, ddref = x.x[0], x.v[0], x.a[0]
         follow = self._numbers("follow", name)
         for i, (s, ds, dds, sine, cosine) in enumerate(self._masters):

@@ -126,9 +126,6 @@ def _by_name(items: tuple, what: str) -> dict:  # type: ignore[type-arg]
 
 def _check(body: Body, joint: Joint) -> None:
     kind = JOINTS[joint.kind]
-    numbers = (body.mass, *body.com, *(x for row in body.inertia for x in row))
-    if not all(np.isfinite(numbers)):
-        raise KernelError(f"body '{body.name}': mass, centre of mass and inertia must be finite numbers")
     if body.mass < 0.0:
         raise KernelError(f"body '{body.name}': mass {body.mass:g} kg; a mass cannot be negative")
     for given, n, what in ((joint.q0, kind.n_q, "coordinates"), (joint.v0, kind.n_v, "velocities")):

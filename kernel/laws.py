@@ -33,18 +33,21 @@ def attachment(body: Any, p_BX: Any) -> tuple[Any, Any, Any]:
     return x, x + o, V[3:] + cross(V[:3], x)
 
 
-def profile(t: Any, p: Any) -> tuple[Any, Any, Any]:
-    """Reference, its rate and acceleration; p = (start, x0, v0, a1, d1, cruise, a2, d2), see `kernel.profile`."""
+def profile(t: Any, inside: Any, p: Any) -> tuple[Any, Any, Any]:
+    """Reference, its rate and acceleration; p = (start, x0, v0, a1, d1, cruise, a2, d2), see `kernel.profile`.
+
+    The acceleration jumps where two pieces meet; `inside`, a time within the present step, says which piece is meant.
+    """
     start, x0, v0, a1, d1, cruise, a2, d2 = p
-    s = t - start
 
-    def ramp(s: Any, d: Any) -> tuple[Any, Any, Any]:
+    def ramp(s: Any, among: Any, d: Any) -> tuple[Any, Any, Any]:
         c = minimum(maximum(s, 0.0), d)
-        inside = select(s > 0.0, select(d > s, 1.0, 0.0), 0.0)
-        return c * (maximum(s, 0.0) - 0.5 * c), c, inside
+        on = select(among > 0.0, select(d > among, 1.0, 0.0), 0.0)
+        return c * (maximum(s, 0.0) - 0.5 * c), c, on
 
-    x1, c1, b1 = ramp(s, d1)
-    x2, c2, b2 = ramp(s - d1 - cruise, d2)
+    s, among = t - start, inside - start
+    x1, c1, b1 = ramp(s, among, d1)
+    x2, c2, b2 = ramp(s - d1 - cruise, among - d1 - cruise, d2)
     return x0 + v0 * maximum(s, 0.0) + a1 * x1 + a2 * x2, v0 + a1 * c1 + a2 * c2, a1 * b1 + a2 * b2
 
 

@@ -1,7 +1,8 @@
 """LLVM IR -> machine code in this process, with a cache of object files.
 
 The key of the cache is made from the sources of the kernel, the structure of the scene, llvmlite and the processor,
-so that a second start needs neither tracing nor compiling.  Files appear by atomic rename; a broken one is replaced.
+so that a second start needs neither tracing nor compiling.  Files appear by atomic rename and begin with a checksum;
+a broken one is replaced.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import numpy as np
 __all__ = ["Library", "cache_folder"]
 
 _MOST_BLOCKS = 8
+_CHECKSUM = 32  # bytes of a SHA-256
 
 
 def cache_folder() -> Path:
@@ -46,7 +48,7 @@ class Library:
         parts = [structure, cpu, features, llvmlite.__version__, str(opt), sys.platform]
         key = hashlib.sha256(_sources() + "|".join(parts).encode()).hexdigest()
         path = cache_folder() / f"{key}.o"
-        code = path.read_bytes() if cache and path.is_file() else b""
+        code = _read(path) if cache else b""
         self.cached = bool(code)
         if not code:
             code = self._compile(ir(), opt)
@@ -79,12 +81,22 @@ class Library:
         self._calls[name](*pointers, *[0] * (_MOST_BLOCKS - len(pointers)))
 
 
+def _read(path: Path) -> bytes:
+    """The code of a cache file, empty if there is none or it is damaged."""
+    try:
+        whole = path.read_bytes()
+    except OSError:
+        return b""
+    checksum, code = whole[:_CHECKSUM], whole[_CHECKSUM:]
+    return code if checksum == hashlib.sha256(code).digest() else b""
+
+
 def _write(path: Path, code: bytes) -> None:
     """Atomic; a cache that cannot be written is no error, only slower starts."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         part = path.with_suffix(f".{os.getpid()}")
-        part.write_bytes(code)
+        part.write_bytes(hashlib.sha256(code).digest() + code)
         part.replace(path)
     except OSError:
         return

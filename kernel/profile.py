@@ -9,7 +9,7 @@ kernel.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import copysign, inf, sqrt
+from math import copysign, inf, isfinite, sqrt
 
 __all__ = ["REST", "Trapezoid", "trapezoid"]
 
@@ -60,8 +60,10 @@ def trapezoid(distance: float | None, speed: float, accel: float, v0: float = 0.
     cannot be stopped within the distance overshoots and comes back.  Raises ValueError for accel <= 0 or for a
     distance at speed 0.
     """
-    if not accel > 0.0:
+    if not (isfinite(accel) and accel > 0.0):
         raise ValueError(f"acceleration must be positive, not {accel}")
+    if not (isfinite(speed) and isfinite(v0) and isfinite(distance or 0.0)):
+        raise ValueError(f"speed {speed} and distance {distance} must be finite numbers")
     if distance is None:
         return Trapezoid(v0, copysign(accel, speed - v0), abs(speed - v0) / accel, inf, 0.0, 0.0)
     if distance == 0.0 and v0 == 0.0:

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from . import laws
+from .checks import check_description
 from .describe import System
 from .dynamics import dynamics, energies, kinematics
 from .errors import KernelError
@@ -44,6 +45,7 @@ class Program:
     """What a system becomes.  Raises KernelError if a law names what is not there or two drives share a joint."""
 
     def __init__(self, system: System) -> None:
+        check_description(system)
         self.system = system
         self.graph = build_graph(system)
         self._check()
@@ -65,7 +67,7 @@ class Program:
             k.q.start + start for k in self.graph.links if (start := JOINTS[k.joint.kind].quaternion) is not None
         ]
         self.instances = self._share(trees)
-        self.profile = Function("profile", _profile, {"t": 1, "p": PROFILE})
+        self.profile = Function("profile", _profile, {"t": 2, "p": PROFILE})
         self.ropes = {n: _rope_function(n) for n in sorted({len(r.lines) for r in system.ropes})}
         self.support = Function("support", _support, {"p": SUPPORT, "body": END})
 
@@ -77,10 +79,13 @@ class Program:
         s = self.system
         driven: dict[str, str] = {}
         joint_laws: list[Any] = [*s.springs, *s.stops, *s.brakes, *s.drives]
-        for law in joint_laws:
-            kind = self.graph.joint(law.joint).joint.kind
+        joints = [(law.name, law.joint) for law in joint_laws]
+        joints += [(m.name, m.of) for m in s.measured if m.kind == "joint"]
+        joints += [(h.name, h.of) for h in s.thresholds if h.quantity in ("joint", "speed")]
+        for name, joint in joints:
+            kind = self.graph.joint(joint).joint.kind
             if kind not in ONE_AXIS:
-                raise KernelError(f"'{law.name}': joint '{law.joint}' is {kind}; it must be one of {ONE_AXIS}")
+                raise KernelError(f"'{name}': joint '{joint}' is {kind}; it must be one of {ONE_AXIS}")
         for d in s.drives:
             if d.joint in driven:
                 raise KernelError(f"drive '{d.name}': joint '{d.joint}' already has the drive '{driven[d.joint]}'")
@@ -96,6 +101,11 @@ class Program:
         for h in s.thresholds:
             if h.quantity == "height" and h.point is None:
                 raise KernelError(f"threshold '{h.name}': a height needs a point")
+            if h.quantity in ("tension", "length") and not h.ropes:
+                raise KernelError(f"threshold '{h.name}': a {h.quantity} needs a rope")
+            for r in h.ropes:
+                if r not in {x.name for x in s.ropes}:
+                    raise KernelError(f"threshold '{h.name}': there is no rope '{r}'")
 
     def initial_state(self) -> np.ndarray:
         """(ny,) state at the start of a run."""
@@ -105,9 +115,9 @@ class Program:
             y[self.nq + k.v.start : self.nq + k.v.stop] = k.joint.v0 or (0.0,) * (k.v.stop - k.v.start)
         return y
 
-    def evaluate(self, t: Any, y: Any, P: Any) -> Evaluation:
-        """The scene's equations at time t [s]."""
-        return Evaluation(self, t, y, P)
+    def evaluate(self, t: Any, y: Any, P: Any, inside: Any = None) -> Evaluation:
+        """The scene's equations at time t [s]; `inside`: a time within the present step (see `laws.profile`)."""
+        return Evaluation(self, t, y, P, t if inside is None else inside)
 
     def _share(self, trees: list[Tree]) -> list[tuple[Tree, SharedTree]]:
         s, number = self.system, self.graph.number
@@ -128,7 +138,7 @@ class Program:
 
 
 def _profile(t: Any, p: Any) -> dict[str, Any]:
-    x, v, a = laws.profile(t[0], p)
+    x, v, a = laws.profile(t[0], t[1], p)
     return {"x": [x], "v": [v], "a": [a]}
 
 

@@ -7,10 +7,11 @@ relative to the last event and no precision is lost in long runs.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, inf, sin
+from math import cos, inf, isfinite, sin
 
 import numpy as np
 
+from .describe import System
 from .errors import KernelError
 from .parameters import Parameters
 from .profile import REST, Trapezoid, trapezoid
@@ -31,8 +32,12 @@ class _Actuator:
 class References:
     """Profiles and followed masters of every drive, winch and master; writes them into P."""
 
-    def __init__(self, parameters: Parameters, P: np.ndarray, masters: list[str]) -> None:
-        self._at, self._P, self._masters = parameters.at, P, masters
+    def __init__(self, parameters: Parameters, P: np.ndarray, system: System) -> None:
+        self._at, self._P = parameters.at, P
+        self._masters = [m.name for m in (*system.masters, *system.measured)]
+        self._commanded = {m.name for m in system.masters}
+        self._still = {r.name for r in system.ropes if not r.winch}
+        self._placed = {d.name for d in system.drives if d.kind == "prescribed"}  # before anything is measured
         names = [name for kind, name in parameters.at if kind == "reference"]
         self._actuators = {n: _Actuator(0, float(P[self._at["reference", n]][1]), REST, {}) for n in names}
 
@@ -42,6 +47,12 @@ class References:
                 f"'{name}': no drive, winch or master of this name; there are {', '.join(self._actuators)}"
             )
         return self._actuators[name]
+
+    def _driven(self, name: str) -> _Actuator:
+        a = self._actuator(name)
+        if name in self._still:
+            raise KernelError(f"rope '{name}': it has no winch; declare one to drive it")
+        return a
 
     def own(self, name: str, t_ns: int) -> tuple[float, float]:
         """Value and speed of an actuator's own profile at a time, without what it follows."""
@@ -53,7 +64,7 @@ class References:
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
         """From its present value and speed, a trapezoid; raises KernelError for what cannot be driven."""
         x0, v0 = self.own(name, start_ns)
-        a = self._actuator(name)
+        a = self._driven(name)
         try:
             a.move = trapezoid(distance, speed, accel, v0)
         except ValueError as e:
@@ -67,9 +78,13 @@ class References:
 
     def set_follow(self, name: str, t_ns: int, master: str, f: tuple[float, float, float], now: list[float]) -> None:
         """Follow k1 s + kc cos s + ks sin s of a master ("" = none) without a jump; now: the masters' values."""
-        a = self._actuator(name)
-        if master and master not in self._masters:
+        a = self._driven(name)
+        if master and (master not in self._masters or name in self._masters):
             raise KernelError(f"'{name}' cannot follow '{master}': masters are {', '.join(self._masters) or 'none'}")
+        if master and name in self._placed and master not in self._commanded:
+            raise KernelError(f"'{name}' cannot follow '{master}': a prescribed drive follows commanded masters only")
+        if not all(map(isfinite, f)):
+            raise KernelError(f"'{name}' cannot follow {f}: the coefficients must be finite numbers")
         before = sum(_follow(k, now[m]) for m, k in a.follows.items())
         a.follows = {self._masters.index(master): f} if master else {}
         after = sum(_follow(k, now[m]) for m, k in a.follows.items())

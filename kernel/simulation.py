@@ -33,8 +33,8 @@ from .trees import kind_of
 __all__ = ["FOREVER_NS", "Simulation"]
 
 FOREVER_NS = 2**63 - 1
-ROWS = 512  # rows of the table that native code fills
-ROW_MARGIN = 64  # rows that one step may add
+ROWS = 512  # rows of the table that native code fills, besides those that one step may add
+SHORTEST_SAMPLE = 100_000  # [ns]
 BUDGET = 4000.0  # attempts per native call: about 25 ms, so that Ctrl-C and progress live
 CHATTER = 200  # events at one instant, after which the laws contradict each other
 NEVER = 1e15  # [s] local time that does not come
@@ -55,6 +55,10 @@ class Simulation:
         opt: int = 2,
         cache: bool = True,
     ) -> None:
+        if not 0.0 < tolerance < 1.0:
+            raise KernelError(f"tolerance {tolerance:g}: it must lie between 0 and 1")
+        if sample_ns < SHORTEST_SAMPLE:
+            raise KernelError(f"samples every {sample_ns} ns: they must be at least {SHORTEST_SAMPLE} ns apart")
         self.program = Program(system)
         if not self.program.nv:
             raise KernelError("nothing in this scene can move: all joints are fixed")
@@ -65,9 +69,9 @@ class Simulation:
         self.P = self.program.parameters.initial.copy()
         self.X = np.zeros(self.method.layout.size)
         self._at = self.method.layout.at
-        self._table = np.zeros((ROWS, self.method.columns))
-        masters = [m.name for m in system.masters] + [m.name for m in system.measured]
-        self.references = References(self.program.parameters, self.P, masters)
+        one_step = ceil(h_max * 1e9 / sample_ns) + 2
+        self._table = np.zeros((ROWS + one_step, self.method.columns))
+        self.references = References(self.program.parameters, self.P, system)
         self.switches = Switches(self.program, self.P)
         self.subscribed = subscribed
         self._sample_ns = sample_ns
@@ -82,7 +86,7 @@ class Simulation:
         self._snapshot: np.ndarray | None = None
         x = self.X
         x[self._at["tol"]], x[self._at["h"]], x[self._at["error"]] = tolerance, 1e-4, 1e-4
-        x[self._at["h_min"]], x[self._at["h_max"]], x[self._at["rows"]] = 1e-12, h_max, ROWS - ROW_MARGIN
+        x[self._at["h_min"]], x[self._at["h_max"]], x[self._at["rows"]] = 1e-12, h_max, ROWS
         y0 = self.program.initial_state()
         x[self._at["y"]] = y0
         x[self._at["weight"]] = [1.0] * (self.program.nq + self.program.nv) + [0.0] * len(self.program.accounts)
@@ -101,7 +105,7 @@ class Simulation:
                 [number(u.point.body) for u in s.supports],
                 [(m.kind, m.of, m.axis) for m in s.measured],
                 [(h.quantity, h.of, h.ropes, h.axis, h.point and h.point.body) for h in s.thresholds],
-                [(k.joint.name, k.q.start, k.v.start) for k in p.graph.links],
+                [(k.body.name, k.joint.name, k.q.start, k.v.start) for k in p.graph.links],
                 [r.name for r in s.ropes],
             ]
         )
@@ -147,7 +151,7 @@ class Simulation:
         self._call("refresh")
         for i, (kind, _) in enumerate(self.program.guards):
             if kind in ("rope", "support", "lower", "upper") and self.X[self._at["G"]][i] < 0.0:
-                self.switches.fire(i, self.row(), self.state)
+                self.switches.fire(i, self.row())
         self._new_stretch(0)
         self.settle()
 
@@ -202,7 +206,7 @@ class Simulation:
         self._call("commit")
         while self["due"] > 0.0:
             self._call("sample")
-            if self["row"] >= ROWS - 1:
+            if self["row"] >= ROWS:
                 self._drain()
         self._drain()
 
@@ -260,10 +264,15 @@ class Simulation:
 
     def preview(self) -> list[StateEvent]:
         """What `fire` will return; changes nothing."""
-        P, row, y = self.P.copy(), self.row(), self.state.copy()
-        events = [self.switches.fire(i, row, y) for i in self._fallen]
+        P, row = self.P.copy(), self.row()
+        events = [self.switches.fire(i, row) for i in self._fallen]
         self.P[:] = P
         return events
+
+    def _heat(self, before: SimpleNamespace) -> None:
+        """What the laws hold less than before a switch has become their heat; what they hold more comes back from it."""
+        first = self.program.nq + self.program.nv
+        self.state[first : first + len(before.stored)] += before.stored - self.row().stored
 
     def fire(self) -> list[StateEvent]:
         """Integrate to the located event and switch all laws whose guards have fallen there, in fixed order."""
@@ -276,18 +285,35 @@ class Simulation:
             raise KernelError(f"{names} at {t_ns * 1e-9:.9f} s: states switch without end; soften or damp the law")
         self._new_stretch(t_ns)
         row = self.row()
-        events = [self.switches.fire(i, row, self.state) for i in fallen]
+        events = [self.switches.fire(i, row) for i in fallen]
+        self._heat(row)
         self.log += [(t_ns, e) for e in events]
         return events
 
     def interrupt(self, t_ns: int) -> None:
         """Integrate to t_ns (not beyond next_ns), so that commands can be given there."""
+        self.run(t_ns)  # a step may end within the nanosecond before t_ns
+        if self._fallen and not self.event:
+            self.fire()
+            return
         self._restore()
-        self._forced(self._local(t_ns) if not self._still else self["t"])
-        self._still = False
+        if self._still:
+            self._rest(t_ns)
+        else:
+            self._forced(self._local(t_ns))
         self._commit()
         self._new_stretch(t_ns)
         self._instant = 0
+
+    def _rest(self, t_ns: int) -> None:
+        """Samples of a scene at rest up to t_ns: nothing is integrated, all are equal."""
+        self._still = False
+        self.X[self._at["peak"]] = np.maximum(self.X[self._at["peak"]], self.X[self._at["T"]])
+        row = self._absolute(np.array(self.method.row_layout.pack(self.row())))
+        while self._samples * self._sample_ns <= t_ns:
+            self.rows.append((self._samples * self._sample_ns, row.copy()))
+            self._samples += 1
+        self._set(t=self._local(t_ns))
 
     def settle(self) -> None:
         """Derivative and guards after a jump; a guard that is below zero now is an event at once."""
@@ -322,24 +348,30 @@ class Simulation:
 
     def set_brake(self, brake: str, engaged: bool) -> None:
         """Close a brake where its joint stands, or open it."""
-        self.switches.set_brake(brake, engaged, self.row(), self.state)
+        row = self.row()
+        self.switches.set_brake(brake, engaged, row)
+        self._heat(row)
 
     def unhook(self, rope: str) -> None:
         """Take a rope off; the energy that it held is lost."""
-        self.switches.unhook(rope, self.row(), self.state)
+        row = self.row()
+        self.switches.unhook(rope)
+        self._heat(row)
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
         """Hook a slack rope, at new points of the same bodies if given; raises KernelError if it is too short."""
         p = self.switches.rope_numbers(rope)
         if p[2] > 0.0:
             raise KernelError(f"rope '{rope}' at {self.epoch * 1e-9:.3f} s: it is hooked already; unhook it first")
-        p[4:7], p[7:10] = a or p[4:7], b or p[7:10]
         if L0 is not None:
+            if not 0.0 < L0 < np.inf:
+                raise KernelError(f"rope '{rope}' at {self.epoch * 1e-9:.3f} s: length {L0:g} m; it must be positive")
             self.references.set_value(rope, self.epoch, L0)
             self.references.write(self.epoch)
+        p[4:7], p[7:10] = a or p[4:7], b or p[7:10]
         names = [r.name for r in self.program.system.ropes]
         gap = float(self.row().elongation[names.index(rope)])
-        if gap > 0.0:
+        if not gap <= 0.0:
             raise KernelError(
                 f"rope '{rope}' at {self.epoch * 1e-9:.3f} s: {gap * 1e3:.0f} mm too short to be hooked there; "
                 "bring the hook closer"

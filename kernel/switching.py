@@ -1,13 +1,13 @@
-"""Discrete states of laws: what changes when a guard has fallen, and the energy that is lost by it.
+"""Discrete states of laws: what changes when a guard has fallen or a command says so.
 
 Coordinates and velocities are never touched.  Elastic energy that a law still holds when it lets go (a rope that
-slackens under damping, a sling unhooked, a pad that opens) counts as heat of that law.
+slackens under damping, a sling unhooked, a pad that opens) counts as heat of that law; the simulation books it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, hypot, sin
+from math import cos, hypot, isfinite, sin
 from types import SimpleNamespace
 
 import numpy as np
@@ -32,8 +32,6 @@ class Switches:
 
     def __init__(self, program: Program, P: np.ndarray) -> None:
         self._program, self._P, self._at = program, P, program.parameters.at
-        self._account = {a: program.nq + program.nv + i for i, a in enumerate(program.accounts)}
-        self._stored = {name: i for i, name in enumerate(program.stored)}
         s = program.system
         self._ropes = {r.name: i for i, r in enumerate(s.ropes)}
         self._supports = {u.name: i for i, u in enumerate(s.supports)}
@@ -41,65 +39,54 @@ class Switches:
         self._thresholds = {h.name: h for h in s.thresholds}
         self._values: dict[str, float] = {}
 
-    def fire(self, guard: int, row: SimpleNamespace, y: np.ndarray) -> StateEvent:
-        """Switch the law behind a fallen guard; y gets the heat."""
+    def fire(self, guard: int, row: SimpleNamespace) -> StateEvent:
+        """Switch the law behind a fallen guard."""
         kind, name = self._program.guards[guard]
-        return getattr(self, f"_{kind}")(name, row, y)  # type: ignore[no-any-return]
+        return getattr(self, f"_{kind}")(name, row)  # type: ignore[no-any-return]
 
-    def _lose(self, name: str, row: SimpleNamespace, y: np.ndarray, share: float = 1.0) -> None:
-        y[self._account["heat", name]] += share * row.stored[self._stored[name]]
-
-    def _rope(self, name: str, row: SimpleNamespace, y: np.ndarray) -> StateEvent:
+    def _rope(self, name: str, row: SimpleNamespace) -> StateEvent:
         p = self._P[self._at["rope", name]]
-        if p[3] > 0.0:
-            self._lose(name, row, y)
         p[3] = 1.0 - p[3]
         return StateEvent(name, "taut" if p[3] else "slack", float(row.elongation[self._ropes[name]]))
 
-    def _support(self, name: str, row: SimpleNamespace, y: np.ndarray) -> StateEvent:
+    def _support(self, name: str, row: SimpleNamespace) -> StateEvent:
         p, i = self._P[self._at["support", name]], self._supports[name]
-        if p[9] > 0.0:
-            self._lose(name, row, y)
         p[9] = 1.0 - p[9]
         p[10], p[11:13], p[13:15] = 1.0, row.place[2 * i : 2 * i + 2], 0.0
         return StateEvent(name, "closed" if p[9] else "open", float(row.normal[i]))
 
-    def _rub(self, name: str, row: SimpleNamespace, y: np.ndarray) -> StateEvent:
+    def _rub(self, name: str, row: SimpleNamespace) -> StateEvent:
         p, i = self._P[self._at["support", name]], self._supports[name]
         place, velocity = row.place[2 * i : 2 * i + 2], row.velocity[2 * i : 2 * i + 2]
         if p[10] > 0.0:
             s = place - p[11:13]
             held = p[7] * s + p[8] * velocity
-            y[self._account["heat", name]] += 0.5 * p[7] * float(s @ s)
             p[10], p[13:15] = 0.0, held / max(hypot(*held), 1e-300)
             return StateEvent(name, "slip", float(row.normal[i]))
         p[10], p[11:13] = 1.0, place
         return StateEvent(name, "stick", float(row.normal[i]))
 
-    def _lower(self, name: str, row: SimpleNamespace, y: np.ndarray) -> StateEvent:
-        return self._stop(name, 4, row, y)
+    def _lower(self, name: str, row: SimpleNamespace) -> StateEvent:
+        return self._stop(name, 4)
 
-    def _upper(self, name: str, row: SimpleNamespace, y: np.ndarray) -> StateEvent:
-        return self._stop(name, 5, row, y)
+    def _upper(self, name: str, row: SimpleNamespace) -> StateEvent:
+        return self._stop(name, 5)
 
-    def _stop(self, name: str, side: int, row: SimpleNamespace, y: np.ndarray) -> StateEvent:
+    def _stop(self, name: str, side: int) -> StateEvent:
         p = self._P[self._at["stop", name]]
-        if p[side] > 0.0:
-            self._lose(name, row, y)
         p[side] = 1.0 - p[side]
         return StateEvent(name, "closed" if p[side] else "open", float(p[side - 4]))
 
-    def _brake(self, name: str, row: SimpleNamespace, y: np.ndarray) -> StateEvent:
+    def _brake(self, name: str, row: SimpleNamespace) -> StateEvent:
         p, link = self._P[self._at["brake", name]], self._brakes[name]
         q, v = float(row.q[link.q.start]), float(row.v[link.v.start])
         if p[4] > 0.0:
-            self._lose(name, row, y)
             p[4], p[6] = 0.0, np.sign(p[1] * (q - p[5]) + p[2] * v)
             return StateEvent(name, "slip", v)
         p[4], p[5] = 1.0, q
         return StateEvent(name, "stick", q)
 
-    def _threshold(self, name: str, row: SimpleNamespace, y: np.ndarray) -> StateEvent:
+    def _threshold(self, name: str, row: SimpleNamespace) -> StateEvent:
         self.unwatch(name)
         return StateEvent(name, "reached", self._values[name])
 
@@ -108,6 +95,8 @@ class Switches:
     def watch(self, name: str, value: float, rising: bool) -> None:
         """Arm a threshold; raises KernelError if there is none of this name."""
         p = self._threshold_numbers(name)
+        if not isfinite(value):
+            raise KernelError(f"threshold '{name}': {value} is no value to wait for; it must be a finite number")
         sign = -1.0 if rising else 1.0
         angle = self._thresholds[name].quantity == "angle"
         p[:3] = [sign * cos(value), -sign * sin(value), 0.0] if angle else [sign, 0.0, -sign * value]
@@ -121,14 +110,13 @@ class Switches:
             raise KernelError(f"'{name}': no threshold of this name; there are {', '.join(self._thresholds) or 'none'}")
         return self._P[self._at["threshold", name]]
 
-    def set_brake(self, name: str, engaged: bool, row: SimpleNamespace, y: np.ndarray) -> None:
-        """Close a brake where the joint stands, or open it."""
+    def set_brake(self, name: str, engaged: bool, row: SimpleNamespace) -> None:
+        """Close a brake where the joint stands, or open it; one that is closed already keeps its place."""
         if name not in self._brakes:
             raise KernelError(f"'{name}': no brake of this name; there are {', '.join(self._brakes) or 'none'}")
         p = self._P[self._at["brake", name]]
-        if p[3] > 0.0 and not engaged:
-            self._lose(name, row, y)
-        p[3:] = [float(engaged), 1.0, row.q[self._brakes[name].q.start], 0.0]
+        if bool(p[3]) != engaged:
+            p[3:] = [float(engaged), 1.0, row.q[self._brakes[name].q.start], 0.0]
 
     def rope_numbers(self, name: str) -> np.ndarray:
         """EA, damping, hooked, taut and lines of a rope; raises KernelError if there is none of this name."""
@@ -136,9 +124,6 @@ class Switches:
             raise KernelError(f"'{name}': no rope of this name; there are {', '.join(self._ropes) or 'none'}")
         return self._P[self._at["rope", name]]
 
-    def unhook(self, name: str, row: SimpleNamespace, y: np.ndarray) -> None:
-        """Let a rope go; what it held becomes heat."""
-        p = self.rope_numbers(name)
-        if p[2] > 0.0 and p[3] > 0.0:
-            self._lose(name, row, y)
-        p[2:4] = 0.0
+    def unhook(self, name: str) -> None:
+        """Let a rope go."""
+        self.rope_numbers(name)[2:4] = 0.0

@@ -43,7 +43,6 @@ class _Assembly:
         self._tree()
         self._names()
         self._laws()
-        before = len(self.source.faults)
         ropes = [self._rope(name, rope) for name, rope in given.ropes.items()]
         for name, support in given.supports.items():
             self._known(("mechanism", "supports", name, "body"), support.body)
@@ -62,7 +61,7 @@ class _Assembly:
             supports=tuple(_support(name, support) for name, support in given.supports.items()),
             gravity=gravity,
         )
-        taut, closed = self._carrying(system) if len(self.source.faults) == before else ((), ())
+        taut, closed = self._carrying(system) if not self.source.faults else ((), ())
         return plan.Mechanism(
             name=given.name,
             system=system,
@@ -74,8 +73,6 @@ class _Assembly:
 
     def _carrying(self, system: k.System) -> tuple[tuple[str, ...], tuple[str, ...]]:
         at = kinematics.poses(system)
-        if len(at) <= len(system.bodies):
-            return (), ()
         taut = (r.name for r in system.ropes if r.hooked and kinematics.length(r, at) > r.L0 + TOUCH)
         closed = (s.name for s in system.supports if kinematics.place(s.point, at)[2] < s.height - TOUCH)
         return tuple(taut), tuple(closed)
@@ -97,6 +94,9 @@ class _Assembly:
                 self._fault((*path, "axis"), "an axis needs a direction, such as [0, 0, 1]")
             if isinstance(joint, mechanics.Spherical | mechanics.Free) and not any(joint.attitude):
                 self._fault((*path, "attitude"), "a quaternion x y z w must not be zero, [0, 0, 0, 1] is no turn")
+            if joint.type == "free" and joint.child in self.given.bodies and not self._solid(joint.child):
+                told = f"the body '{joint.child}' moves freely and nothing resists its turning: give it moments"
+                self._fault(("mechanism", "bodies", joint.child), f"{told} with 'inertia'", on_key=True)
         for body in self.given.bodies:
             above, seen = body, set[str]()
             while above in carried and above not in seen:
@@ -107,6 +107,11 @@ class _Assembly:
             elif above in seen:
                 told = f"the joints of '{body}' go in a circle and never reach the world"
                 self._fault(("mechanism", "bodies", body), told, on_key=True)
+
+    def _solid(self, body: str) -> bool:
+        """Whether all moments of inertia are there, or other bodies may bring them."""
+        carries = any(joint.parent == body for joint in self.given.joints.values())
+        return carries or all(self.given.bodies[body].inertia[:3])
 
     def _names(self) -> None:
         """Ropes, supports and laws share one set of names."""

@@ -9,6 +9,7 @@ their own file.
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
@@ -91,7 +92,9 @@ def read(text: str, name: str) -> Source:
         return Mark(name, line + 1, column + 1, lines[line])
 
     try:
-        root = YAML(typ="safe", pure=True).compose(text)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # an anchor may be used again
+            root = YAML(typ="safe", pure=True).compose(text)
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = at(mark.line, mark.column) if mark else at(0, 0)

@@ -31,7 +31,7 @@ class Dimension:
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             raise ValueError(f"{self.article} is needed here, such as {self._example(1.0)}")
         if not isinstance(value, str):
-            return self._bare(float(value), f"{value:g}" if isinstance(value, float) else str(value))
+            return self._bare(float(value), format(value, ".12g"))
         match = re.fullmatch(rf"\s*({NUMBER})\s*(.*?)\s*", value)
         if not match:
             known = ", ".join(unit for unit in self.units if unit)
@@ -89,7 +89,7 @@ RATE = Dimension("angular rate", {"deg/s": _DEGREE, "rad/s": 1.0, "deg/min": _DE
 ANGULAR_ACCELERATION = Dimension("angular acceleration", {"deg/s2": _DEGREE, "rad/s2": 1.0})
 TIME = Dimension("time", {"s": 1.0, "min": 60.0, "h": 3600.0, "ms": 1e-3})
 FREQUENCY = Dimension("frequency", {"Hz": 1.0, "/s": 1.0, "/min": 1 / 60})
-INERTIA = Dimension("moment of inertia", {"t m2": 1e3, "kg m2": 1.0})
+INERTIA = Dimension("moment of inertia", {"kg m2": 1.0, "t m2": 1e3})
 STIFFNESS = Dimension("stiffness", {"kN/m": 1e3, "N/m": 1.0, "MN/m": 1e6, "N/mm": 1e3})
 TURN_STIFFNESS = Dimension("torsional stiffness", {"kN m/rad": 1e3, "N m/rad": 1.0, "MN m/rad": 1e6})
 DAMPING = Dimension("damping", {"kN s/m": 1e3, "N s/m": 1.0, "MN s/m": 1e6})

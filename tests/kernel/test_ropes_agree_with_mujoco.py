@@ -9,7 +9,7 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
-from goliath import HINGE_DAMPING, HOOK_Y, KP, KV, G, scene
+from goliath import HINGE_DAMPING, KP, KV, G, scene
 from heavylift.kernel.simulation import Simulation
 
 SAME = 1e-9  # relative to the largest acceleration

@@ -87,7 +87,7 @@ BAD = {
     ),
     "trolley past the girder": (
         "lift",
-        [("by 3 m", "by 80 m")],
+        [("by 2 m", "by 80 m")],
         "stage: sideways",
         (
             "actions[3]: the upper trolley of crane at y = 149 m is past the end of its girder, 10 to"
@@ -98,7 +98,7 @@ BAD = {
         "lift",
         [
             ("at: 40 m}", "at: 40 m, lower exit: 100 m}"),
-            ("    trolleys: traverse 20 m/min by 3 m", "    lower trolleys: traverse 20 m/min by -15 m"),
+            ("    trolleys: traverse 20 m/min by 2 m", "    lower trolleys: traverse 20 m/min by -15 m"),
         ],
         "stage: sideways",
         (
@@ -309,7 +309,7 @@ BAD = {
         [
             (
                 "mechanism:",
-                "mechanism:\n  drives:\n    one: {joint: J1, type: servo, stiffness: 1 kN m/rad, damping: 1 kN m s/rad, ramp: 1 deg/s2}\n    two: {joint: J1, type: prescribed, ramp: 1 deg/s2}",
+                DRIVES,
             )
         ],
         "J1, type:",
@@ -320,7 +320,7 @@ BAD = {
         [
             (
                 "mechanism:",
-                "mechanism:\n  drives:\n    one: {joint: J1, type: servo, stiffness: 1 kN m/rad, damping: 1 kN m s/rad, ramp: 1 m/s2}\n    two: {joint: J2, type: prescribed, ramp: 1 deg/s2}",
+                DRIVES.replace("1 deg/s2", "1 m/s2", 1).replace("two: {joint: J1", "two: {joint: J2"),
             )
         ],
         "1 m/s2",
@@ -426,6 +426,13 @@ BAD = {
         [("    J4: {", "    # J4: {")],
         "link-4: {mass:",
         "mechanism.bodies.link-4: no joint carries the body 'link-4'",
+    ),
+    "a free point": (
+        "pendulum",
+        [("pivot: {type: revolute, child: load, axis: [0, 1, 0], start: 10 deg}", "pivot: {type: free, child: load}")],
+        "load:",
+        "mechanism.bodies.load: the body 'load' moves freely and nothing resists its turning: "
+        "give it moments with 'inertia'",
     ),
     "no YAML": (
         "lift",

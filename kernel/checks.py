@@ -1,0 +1,100 @@
+"""What a description must fulfil before it becomes equations: names that mean one thing, numbers that mean something.
+
+Each violation is one KernelError that names the item, the field and what it should be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from .describe import WORLD, Joint, System
+from .errors import KernelError
+
+__all__ = ["check_description"]
+
+UNIT = 1e-6  # how far an axis or a rotation may be off by rounding
+# groups within which a command or an event is addressed by name alone
+ADDRESSED = (("drives", "ropes", "masters", "measured"), ("ropes", "supports", "stops", "brakes", "thresholds"))
+POSITIVE = {"Rope": ("EA", "L0")}
+NOT_NEGATIVE = {
+    "JointSpring": ("k", "d"),
+    "Stop": ("k", "d"),
+    "Brake": ("moment", "k", "d"),
+    "Drive": ("kp", "kv"),
+    "Rope": ("damping",),
+    "Support": ("k", "d", "mu", "kt", "dt"),
+}
+
+
+def check_description(system: System) -> None:
+    """Raises KernelError for the first item that cannot be."""
+    if not isfinite(system.gravity):
+        raise KernelError(f"gravity is {system.gravity}; it must be a finite number")
+    for group in [(f.name,) for f in fields(system) if f.name not in ("bodies", "joints", "gravity")] + [*ADDRESSED]:
+        seen: set[str] = set()
+        for x in (x for name in group for x in getattr(system, name)):
+            if x.name in seen:
+                raise KernelError(f"'{x.name}': two of this name; names of laws, drives and masters must be unique")
+            seen.add(x.name)
+    for f in fields(system):
+        for x in getattr(system, f.name) if f.name != "gravity" else ():
+            _check_item(x)
+    for b in system.bodies:
+        if b.name == WORLD:
+            raise KernelError(f"body '{WORLD}': this is the name of the ground; choose another one")
+        if not np.allclose(b.inertia, np.transpose(b.inertia), rtol=UNIT, atol=0.0):
+            raise KernelError(f"body '{b.name}': its inertia must be a symmetric matrix")
+    for j in system.joints:
+        _check_joint(j)
+    for r in system.ropes:
+        if not r.lines:
+            raise KernelError(f"rope '{r.name}': it has no line; give it at least one")
+    for s in system.stops:
+        if s.lower > s.upper:
+            raise KernelError(f"stop '{s.name}': its lower limit {s.lower:g} lies above the upper one, {s.upper:g}")
+
+
+def _check_item(x: Any) -> None:
+    """Finite numbers everywhere, the right sign where there is one."""
+    kind, where = type(x).__name__, f"{_word(type(x).__name__)} '{x.name}'"
+    for field, value in _numbers(x):
+        if not isfinite(value):
+            raise KernelError(f"{where}: {field} is {value}; it must be a finite number")
+    for field in POSITIVE.get(kind, ()):
+        if not getattr(x, field) > 0.0:
+            raise KernelError(f"{where}: {field} is {getattr(x, field):g}; it must be positive")
+    for field in NOT_NEGATIVE.get(kind, ()):
+        if getattr(x, field) < 0.0:
+            raise KernelError(f"{where}: {field} is {getattr(x, field):g}; it cannot be negative")
+
+
+def _word(kind: str) -> str:
+    return "spring" if kind == "JointSpring" else kind.lower()
+
+
+def _numbers(x: Any, field: str = "") -> Iterator[tuple[str, float]]:
+    """All numbers of a description with the field that holds them."""
+    if is_dataclass(x):
+        for f in fields(x):
+            yield from _numbers(getattr(x, f.name), field or f.name)
+    elif isinstance(x, tuple):
+        for e in x:
+            yield from _numbers(e, field)
+    elif isinstance(x, float | int):
+        yield field, x
+
+
+def _check_joint(j: Joint) -> None:
+    R = np.array(j.R_PJ)
+    if np.abs(R @ R.T - np.eye(3)).max() > UNIT or np.linalg.det(R) < 0.0:
+        raise KernelError(f"joint '{j.name}': R_PJ is not a rotation; its rows must be right-handed unit vectors")
+    if abs(float(np.linalg.norm(j.axis)) - 1.0) > UNIT:
+        raise KernelError(f"joint '{j.name}': its axis has length {np.linalg.norm(j.axis):g}; it must be a unit vector")
+    quaternion = j.q0[-4:] if j.kind in ("spherical", "free") else ()
+    if quaternion and not any(quaternion):
+        raise KernelError(f"joint '{j.name}': its initial quaternion is zero; it must have length 1")

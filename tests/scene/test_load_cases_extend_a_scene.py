@@ -1,0 +1,76 @@
+"""`extends` lays a load case over a scene; errors point into the file in which they were written."""
+
+from pathlib import Path
+
+import pytest
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene import load
+
+HEAVIER = """\
+heavylift: 1
+extends: lift
+name: heavier
+block: {mass: 350 t}
+"""
+
+
+def test_a_bundled_scene_is_extended_by_its_name(tmp_path: Path) -> None:
+    (tmp_path / "heavier.yaml").write_text(HEAVIER)
+    scene = load(tmp_path / "heavier.yaml")
+    assert scene.plan.name == "heavier"
+    assert scene.text == HEAVIER
+    assert scene.plan.block is not None
+    assert scene.plan.block.body.mass == 350e3
+    assert len(scene.plan.block.lugs) == 6
+    assert scene.plan.block.where == "heavier.yaml:4:1"
+    assert scene.plan.actions[0].where.startswith("lift.yaml:")
+
+
+def test_a_chain_of_files_and_settings_on_top(tmp_path: Path) -> None:
+    (tmp_path / "heavier.yaml").write_text(HEAVIER)
+    (tmp_path / "slow.yaml").write_text("heavylift: 1\nextends: heavier.yaml\nname: slow\nseed: 3\n")
+    scene = load(tmp_path / "slow.yaml", ["seed=7", "actions.2.all hooks=hoist 1 m/min by 0.5 m"])
+    assert (scene.plan.name, scene.plan.seed) == ("slow", 7)
+    assert scene.plan.block is not None
+    assert scene.plan.block.body.mass == 350e3
+    assert [getattr(order, "by", None) for order in scene.plan.actions[2].orders] == [-0.5] * 3
+
+
+def test_errors_point_at_the_right_file(tmp_path: Path) -> None:
+    base, case = tmp_path / "base.yaml", tmp_path / "case.yaml"
+    base.write_text("heavylift: 1\nname: base\nend: 3 s\nsamples: 5\n")
+    case.write_text("heavylift: 1\nextends: base.yaml\nname: case\nsed: 4\nend: 4\n")
+    with pytest.raises(SceneError) as refusal:
+        load(case)
+    heads = [line for line in str(refusal.value).splitlines() if ": error: " in line]
+    assert heads == [
+        f"{case}:4:1: error: sed: unknown key 'sed'",
+        f"{case}:5:6: error: end: missing unit: write '4 s' or '0.06666666667 min'",
+        f"{base}:4:10: error: samples: missing unit: write '5 Hz' or '5 /s'",
+    ]
+
+
+def test_a_scene_that_extends_itself_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text("heavylift: 1\nextends: b.yaml\n")
+    (tmp_path / "b.yaml").write_text("heavylift: 1\nextends: a.yaml\n")
+    with pytest.raises(SceneError, match=r"b.yaml:2:10: error: extends: 'a.yaml' extends itself in a circle"):
+        load(tmp_path / "a.yaml")
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("turnovr", "there is no scene 'turnovr', neither a file nor a bundled one: did you mean 'turnover'?"),
+        ("yard/none.yaml", "there is no scene file 'yard/none.yaml'"),
+    ],
+)
+def test_a_scene_that_is_not_there(name: str, told: str) -> None:
+    with pytest.raises(SceneError) as refusal:
+        load(name)
+    assert str(refusal.value) == told
+
+
+def test_a_file_that_is_no_text(tmp_path: Path) -> None:
+    (tmp_path / "run.yaml").write_bytes(b"\x89MCAP\xff\xfe")
+    with pytest.raises(SceneError, match="cannot be read: it is not UTF-8 text"):
+        load(tmp_path / "run.yaml")

@@ -1,0 +1,56 @@
+"""Quantities carry their units: every unit reads into SI, and what is missing or of another kind is said."""
+
+import math
+
+import pytest
+from heavylift.nodes.scene import units
+
+READS = [
+    (units.LENGTH, "54 m", 54.0),
+    (units.LENGTH, "5 mm", 0.005),
+    (units.LENGTH, "-12.5 cm", -0.125),
+    (units.MASS, "900 t", 900e3),
+    (units.MASS, "9e5 kg", 900e3),
+    (units.FORCE, "6.43 MN", 6.43e6),
+    (units.SPEED, "3 m/min", 0.05),
+    (units.SPEED, "5 mm/s", 0.005),
+    (units.ACCELERATION, "0.05 m/s²", 0.05),
+    (units.ANGLE, "90 deg", math.pi / 2),
+    (units.ANGLE, "90°", math.pi / 2),
+    (units.RATE, "0.15 deg/s", math.radians(0.15)),
+    (units.TIME, "15 min", 900.0),
+    (units.TIME, "1.5 h", 5400.0),
+    (units.FREQUENCY, "2 Hz", 2.0),
+    (units.INERTIA, "6.63e7 kg m2", 6.63e7),
+    (units.INERTIA, "3 t·m²", 3e3),
+    (units.STIFFNESS, "31.2 MN/m", 31.2e6),
+    (units.TURN_DAMPING, "100 kN m s/rad", 1e5),
+    (units.RATIO, "75 %", 0.75),
+    (units.RATIO, 0.75, 0.75),
+    (units.LENGTH, 0, 0.0),
+]
+
+REFUSES = [
+    (units.MASS, 900, "missing unit: write '900 t' or '900000 kg'"),
+    (units.MASS, "900", "missing unit: write '900 t' or '900000 kg'"),
+    (units.SPEED, 3, "missing unit: write '3 m/min' or '0.05 m/s'"),
+    (units.INERTIA, 6.63e7, "missing unit: write '66300000 kg m2' or '66300 t m2'"),
+    (units.LENGTH, "3 kN", "'3 kN' is no length: 'kN' is a unit of force; use m, mm, cm, km"),
+    (units.TIME, "3 weeks", "'3 weeks' is no time: 'weeks' is not a unit that is known here; use s, min, h, ms"),
+    (units.LENGTH, "long", "'long' is no length: write a number and a unit of m, mm, cm, km"),
+    (units.LENGTH, True, "a length is needed here, such as '1 m' or '1000 mm'"),
+    (units.ACCELERATION, None, "an acceleration is needed here, such as '1 m/s2' or '1000 mm/s2'"),
+    (units.TIME, "1e999 s", "'1e999 s' is no finite number"),
+]
+
+
+@pytest.mark.parametrize(("dimension", "text", "si"), READS)
+def test_a_unit_reads_into_si(dimension: units.Dimension, text: object, si: float) -> None:
+    assert dimension.read(text) == pytest.approx(si, rel=1e-15)
+
+
+@pytest.mark.parametrize(("dimension", "text", "told"), REFUSES)
+def test_what_is_no_quantity_is_said(dimension: units.Dimension, text: object, told: str) -> None:
+    with pytest.raises(ValueError) as refusal:  # noqa: PT011
+        dimension.read(text)
+    assert str(refusal.value) == told
