@@ -138,7 +138,10 @@ class _Session:
         setup = Setup(plan=encode(self._plan))
         for name in self._models:
             self._send(name, m.Welcome(1, msgspec.msgpack.encode(setup)))
-        declared = {name: self._hello(*self._receive(PATIENCE_s)) for name in self._models}
+        declared: dict[str, bytes] = {}
+        while len(declared) < len(self._models):  # they arrive in any order
+            node, hello = self._receive(PATIENCE_s)
+            declared[node] = self._hello(node, hello)
         systems = [msgspec.msgpack.decode(declared[name], type=System) for name in self._models]
         config = {
             "systems": systems,

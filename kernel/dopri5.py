@@ -18,7 +18,7 @@ from .emit import While
 from .evaluation import Evaluation
 from .layout import Layout
 from .rate import Program
-from .symbol import Function, any_of, maximum, minimum, select, sqrt
+from .symbol import Function, any_of, flatten, maximum, minimum, select, sqrt
 
 __all__ = ["BREAK", "EVENT", "FAILED", "RUNNING", "STILL", "Dopri5"]
 
@@ -190,7 +190,7 @@ class Dopri5:
 
         state = {"t": 1, "y": p.ny, "P": n_p}
         self.f_rate = Function("rate", evaluate, {**state, "t": 2}, vectors=["dy"])
-        self.f_row = Function("row", lambda t, y, P: {"values": self.row(p.evaluate(t[0], y, P))}, state)
+        self.f_row = Function("row", lambda t, y, P: {"values": self.row(p.evaluate(t[0], y, P))}, state, ["values"])
         self.functions = {
             "step": self._on_block("step", lambda s, rate, row: step(s, rate, float(nq + nv))),
             "bisect": self._on_block("bisect", lambda s, rate, row: bisect(s, rate)),
@@ -237,7 +237,7 @@ class Dopri5:
             r = part(
                 s,
                 lambda t, among, y: self.f_rate(t=[t, among], y=y, P=P),
-                lambda t, y: list(self.f_row(t=[t], y=y, P=P).values),
+                lambda t, y: flatten(self.f_row(t=[t], y=y, P=P).values),
             )
             return {"X": layout.pack(s), **({"table": r} if table else {})}
 

@@ -10,7 +10,7 @@ import struct
 from dataclasses import dataclass
 from typing import Any
 
-from .symbol import Function, Sym, is_sym
+from .symbol import Function, Sym, is_sym, placed
 
 __all__ = ["While", "module"]
 
@@ -136,7 +136,7 @@ class _Emitter:
                     f"%base_{name} = getelementptr double, ptr %{name}, i64 %first_{name}",
                 ]
                 base = f"%base_{name}"
-            self.store(values, base, f"o_{name}", unchanged=name)
+            self.store(placed("" if name in f.rows else name, values), base, f"o_{name}")
         parameters = ", ".join(f"ptr noalias %{k}" for k in blocks(f))
         lines = [
             f"define void @{f.name}({parameters}) noinline nounwind {{",
@@ -154,11 +154,11 @@ class _Emitter:
                 f"%t{n.id}{piece} = load {_type(lanes)}, ptr %g{n.id}{piece}, align 8",
             ]
 
-    def store(self, values: list[Any], base: str, tag: str, unchanged: str | None = None) -> None:
+    def store(self, values: list[tuple[Any, bool]], base: str, tag: str) -> None:
+        """Write values one after the other, except those that stand there already."""
         i = 0
-        for x in values:
-            same = is_sym(x) and x.op in ("in", "slice") and x.args == (unchanged, i)
-            for piece, offset, lanes in [] if same else _pieces(x) if is_sym(x) else [("", 0, 0)]:
+        for x, kept in values:
+            for piece, offset, lanes in [] if kept else _pieces(x) if is_sym(x) else [("", 0, 0)]:
                 self.body += [
                     f"%{tag}_{i + offset} = getelementptr double, ptr {base}, i64 {i + offset}",
                     f"store {_type(lanes)} {_ref(x)}{piece}, ptr %{tag}_{i + offset}, align 8",
@@ -193,7 +193,7 @@ class _Emitter:
         else:
             size = max(1, sum(map(_width, values)))
             self.head.append(f"%{tag} = alloca [{size} x double], align 64")
-            self.store(list(values), f"%{tag}", tag)
+            self.store([(x, False) for x in values], f"%{tag}", tag)
         return f"ptr %{tag}"
 
     def node(self, n: Sym) -> None:

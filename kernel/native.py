@@ -39,7 +39,7 @@ def _sources() -> bytes:
 class Library:
     """Machine code of `ir()`, which is called only if `structure` is not in the cache; `opt`: LLVM's level 0 to 3."""
 
-    def __init__(self, structure: str, ir: Callable[[], str], opt: int = 2, cache: bool = True) -> None:
+    def __init__(self, structure: str, ir: Callable[[], str], opt: int = 1, cache: bool = True) -> None:
         llvm.initialize_native_target()
         llvm.initialize_native_asmprinter()
         cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()

@@ -25,6 +25,7 @@ from .emit import module
 from .errors import KernelError
 from .native import Library
 from .oracle import Oracle
+from .parameters import PROFILE
 from .rate import Program
 from .references import References
 from .switching import StateEvent, Switches
@@ -52,7 +53,7 @@ class Simulation:
         subscribed: frozenset[str] = frozenset(),
         h_max: float = 0.1,
         native: bool = True,
-        opt: int = 2,
+        opt: int = 1,
         cache: bool = True,
     ) -> None:
         if not 0.0 < tolerance < 1.0:
@@ -213,13 +214,19 @@ class Simulation:
     def _drain(self) -> None:
         n = int(self["row"])
         for i in range(n):
-            self.rows.append((self._samples * self._sample_ns, self._absolute(self._table[i].copy())))
+            self._keep(self._samples * self._sample_ns, self._table[i].copy())
             self._samples += 1
         self._set(row=0.0)
 
-    def _absolute(self, row: np.ndarray) -> np.ndarray:
-        row[self.method.row_layout.at["peak_time"]] += self.epoch * 1e-9
-        return row
+    def _keep(self, t_ns: int, row: np.ndarray) -> None:
+        """Take a row of the native table as a sample; raises KernelError if a rope is used up."""
+        at = self.method.row_layout.at
+        for rope, length in zip(self.program.system.ropes, row[at["length"]], strict=True):
+            if length <= 0.0:
+                where = f"rope '{rope.name}' at {t_ns * 1e-9:.3f} s"
+                raise KernelError(f"{where}: it is wound up, {length:.3f} m are left; stop its winch before")
+        row[at["peak_time"]] += self.epoch * 1e-9
+        self.rows.append((t_ns, row))
 
     # ---- events -------------------------------------------------------------------------------------------
 
@@ -309,9 +316,9 @@ class Simulation:
         """Samples of a scene at rest up to t_ns: nothing is integrated, all are equal."""
         self._still = False
         self.X[self._at["peak"]] = np.maximum(self.X[self._at["peak"]], self.X[self._at["T"]])
-        row = self._absolute(np.array(self.method.row_layout.pack(self.row())))
+        row = np.array(self.method.row_layout.pack(self.row()))
         while self._samples * self._sample_ns <= t_ns:
-            self.rows.append((self._samples * self._sample_ns, row.copy()))
+            self._keep(self._samples * self._sample_ns, row.copy())
             self._samples += 1
         self._set(t=self._local(t_ns))
 
@@ -323,9 +330,7 @@ class Simulation:
             t_rest=self.references.rest(self.epoch),
         )
         self._call("refresh")
-        row = self.row()
-        flat = np.array(self.method.row_layout.pack(row))
-        self.rows.append((self.epoch, self._absolute(flat)))
+        self._keep(self.epoch, np.array(self.method.row_layout.pack(self.row())))
         self.X[self._at["peak"]] = 0.0
         fallen = np.flatnonzero(self.X[self._at["G"]] < 0.0)
         self._fallen = [int(i) for i in fallen]
@@ -363,19 +368,23 @@ class Simulation:
         p = self.switches.rope_numbers(rope)
         if p[2] > 0.0:
             raise KernelError(f"rope '{rope}' at {self.epoch * 1e-9:.3f} s: it is hooked already; unhook it first")
-        if L0 is not None:
-            if not 0.0 < L0 < np.inf:
-                raise KernelError(f"rope '{rope}' at {self.epoch * 1e-9:.3f} s: length {L0:g} m; it must be positive")
-            self.references.set_value(rope, self.epoch, L0)
-            self.references.write(self.epoch)
+        if L0 is not None and not 0.0 < L0 < np.inf:
+            raise KernelError(f"rope '{rope}' at {self.epoch * 1e-9:.3f} s: length {L0:g} m; it must be positive")
+        before = self.P.copy()
         p[4:7], p[7:10] = a or p[4:7], b or p[7:10]
+        if L0 is not None:
+            at = self.program.parameters.at
+            self.P[at["reference", rope]], self.P[at["follow", rope]] = [0.0, L0] + [0.0] * (PROFILE - 2), 0.0
         names = [r.name for r in self.program.system.ropes]
         gap = float(self.row().elongation[names.index(rope)])
         if not gap <= 0.0:
+            self.P[:] = before
             raise KernelError(
                 f"rope '{rope}' at {self.epoch * 1e-9:.3f} s: {gap * 1e3:.0f} mm too short to be hooked there; "
                 "bring the hook closer"
             )
+        if L0 is not None:
+            self.references.set_value(rope, self.epoch, L0)
         p[2:4] = 1.0, 0.0
 
     def masters_now(self) -> list[float]:

@@ -9,13 +9,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import cos, hypot, isfinite, sin
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
 from .errors import KernelError
+from .laws import SLIP_BLEND
 from .rate import Program
 
 __all__ = ["StateEvent", "Switches"]
+
+JUST_BELOW = 1.0 - 1e-9  # part of the limit that a spring holds which begins to stick, so that it does not slip at once
+
+
+def _deflection(force: Any, velocity: Any, k: float, d: float) -> Any:
+    """How far a friction spring is from its anchor when a slip ends: it goes on with the force that it had."""
+    return (JUST_BELOW * force - d * velocity) / k if k > 0.0 else 0.0 * force
 
 
 @dataclass(frozen=True)
@@ -63,7 +72,9 @@ class Switches:
             held = p[7] * s + p[8] * velocity
             p[10], p[13:15] = 0.0, held / max(hypot(*held), 1e-300)
             return StateEvent(name, "slip", float(row.normal[i]))
-        p[10], p[11:13] = 1.0, place
+        direction = velocity + SLIP_BLEND * p[13:15]
+        force = p[6] * row.normal[i] * direction / max(hypot(*direction), 1e-300)
+        p[10], p[11:13] = 1.0, place - _deflection(force, velocity, p[7], p[8])
         return StateEvent(name, "stick", float(row.normal[i]))
 
     def _lower(self, name: str, row: SimpleNamespace) -> StateEvent:
@@ -83,7 +94,7 @@ class Switches:
         if p[4] > 0.0:
             p[4], p[6] = 0.0, np.sign(p[1] * (q - p[5]) + p[2] * v)
             return StateEvent(name, "slip", v)
-        p[4], p[5] = 1.0, q
+        p[4], p[5] = 1.0, q - _deflection(p[0] * p[6], v, p[1], p[2])
         return StateEvent(name, "stick", q)
 
     def _threshold(self, name: str, row: SimpleNamespace) -> StateEvent:

@@ -287,7 +287,8 @@ class Function:
             values = {k: v[1] if k in self.rows else v for k, v in out.items()}
             self._outputs = {k: flatten(v) for k, v in values.items()}
         live: set[Sym] = set()
-        todo = [x for v in (*self._outputs.values(), self.rows.values()) for x in v if is_sym(x)]
+        written = [x for name, v in self._outputs.items() for x, kept in placed(name, v) if not kept]
+        todo = [x for x in (*written, *self.rows.values()) if is_sym(x)]
         while todo:
             x = todo.pop()
             if x not in live:
@@ -319,6 +320,15 @@ class Function:
             return np.array([node("ret", call, k, i) for i in range(width)] + [None], dtype=object)[:-1]
 
         return SimpleNamespace(**{k: returned(k, v) for k, v in self.outputs.items()})
+
+
+def placed(block: str, values: list[Any]) -> list[tuple[Any, bool]]:
+    """Each value written to a block, with whether it already stands at its place there."""
+    out, at = [], 0
+    for x in values:
+        out.append((x, is_sym(x) and x.op in ("in", "slice") and x.args == (block, at)))
+        at += max(1, x.width) if is_sym(x) else 1
+    return out
 
 
 def flatten(x: Any) -> list[Any]:

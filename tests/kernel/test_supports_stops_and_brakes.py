@@ -1,11 +1,11 @@
 """One-sided laws against closed forms: shares, bounces, sticking and slipping."""
 
 from dataclasses import replace
-from math import cos, hypot, pi, radians, sin, sqrt
+from math import atan2, cos, hypot, pi, radians, sin, sqrt
 
 import pytest
 from heavylift.kernel.describe import Body, Brake, Joint, JointSpring, Line, Point, Rope, Stop, Support, System
-from small_scenes import SECOND, G, X, Y, cube, events, hand_over, slider, started, times
+from small_scenes import SECOND, G, X, cube, events, hand_over, slider, started, times
 
 FINE = {"tolerance": 1e-11, "h_max": 0.01}
 
@@ -35,7 +35,7 @@ def test_three_pads_share_a_block_by_its_centre_of_mass():
     N = s.row().normal
     # the block leans by the different settlements, which moves its centre of mass 5 m above the pads by millimetres
     assert N / 5883990.0 == pytest.approx(shares, abs=2e-3)
-    assert N.sum() == pytest.approx(5883990.0, rel=1e-9)
+    assert N.sum() == pytest.approx(5883990.0, rel=1e-7)
     flat = started(block_on_pads(mass, (1.5, 0.6, 0.0), feet, 0.0), **FINE)
     flat.run(120 * SECOND)
     assert flat.row().normal / 5883990.0 == pytest.approx(shares, rel=1e-5)
@@ -65,25 +65,21 @@ def test_a_sliding_block_stops_after_half_v_squared_over_mu_g():
     assert {e for e in events(s)} == {(f"pad{i}", what) for i in range(4) for what in ("slip", "stick")}
 
 
-@pytest.mark.parametrize(("slope", "slips"), [(0.19, False), (0.21, True)])
-def test_a_block_on_a_slope_sticks_below_the_angle_of_friction_and_slips_above(slope, slips):
-    """Pads are level, so the slope is an inclined pull by a servo-less winch: a rope that tugs with slope * N."""
+@pytest.mark.parametrize(("pull", "slips"), [(0.9, False), (1.1, True)])
+def test_a_pulled_block_sticks_below_the_limit_of_friction_and_slips_above(pull, slips):
+    """Pads are level, so a tow rope takes the part of the slope; its sudden pull makes the block slip a little first."""
     mass, mu = 1.0e5, 0.2
     feet = ((-4.0, -4.0), (-4.0, 4.0), (4.0, -4.0), (4.0, 4.0))
     scene = block_on_pads(mass, (0.0, 0.0, 0.0), feet, -5e-3, mu)
-    # a long soft rope along x keeps its tension while the block creeps
-    length, EA = 1000.0, 1.0e7
-    pull = slope * mass * G
-    rope = Rope("tug", (Line(Point("block"), Point("world", (length, 0.0, -5e-3))),), EA, length / (1 + pull / EA))
+    length, EA, force = 1000.0, 1.0e7, pull * mu * mass * G  # long and soft: the tension stays
+    rope = Rope("tow", (Line(Point("block"), Point("world", (length, 0.0, -5e-3))),), EA, length / (1 + force / EA))
     s = started(replace(scene, ropes=(rope,)), **FINE)
-    s.run(2 * SECOND)
-    assert (("pad0", "slip") in events(s)) == slips or not slips
-    moved = s.state[0]
+    s.run(3 * SECOND)
     if slips:
-        assert moved > 0.05
+        assert s.state[0] == pytest.approx((pull - 1.0) * mu * G * 3.0**2 / 2, rel=0.1)
     else:
-        assert abs(moved) < 2e-3
-        assert s.state[s.program.nq] == pytest.approx(0.0, abs=1e-3)
+        assert 0.0 < s.state[0] < 3e-3, "no creep: the springs go on with the force at which the slip ended"
+        assert s.state[s.program.nq] == pytest.approx(0.0, abs=1e-6)
 
 
 def test_a_door_bounces_between_stop_and_closer_with_the_period_of_two_half_swings():
@@ -110,22 +106,19 @@ def test_a_stop_lets_go_without_pulling():
     """With damping its force vanishes while the joint is still beyond the limit."""
     scene = replace(slider(axis=X, mass=1.0e4, v0=1.0), stops=(Stop("buffer", "load-guide", -1.0, 0.5, 4.0e5, 4.0e4),))
     s = started(scene, **FINE)
-    s.run(round(0.9 * SECOND))
+    s.run(2 * SECOND)
     (_, closed), (t_open, opened) = s.log[:2]
     assert (closed.what, closed.value, opened.what) == ("closed", 0.5, "open")
     w, zeta = sqrt(4.0e5 / 1.0e4), 4.0e4 / (2 * sqrt(4.0e5 * 1.0e4))
     damped = w * sqrt(1 - zeta**2)
     # k x + d x' = 0 for x = exp(-zeta w t) sin(wd t): contact time of a damped bounce
-    contact = (pi - 2 * pi * 0.0 - _angle(zeta)) / damped
+    contact = (pi - _lead(zeta)) / damped
     assert t_open * 1e-9 - 0.5 == pytest.approx(contact, abs=1e-8)
-    assert s.state[0] > 0.5 - 1.0 * 0.9
-    assert s.state[1] < 0.0
+    assert -1.0 < s.state[1] < 0.0
 
 
-def _angle(zeta):
+def _lead(zeta):
     """Phase by which the force leads the deflection: tan = 2 zeta sqrt(1 - zeta^2) / (1 - 2 zeta^2)."""
-    from math import atan2
-
     return atan2(2 * zeta * sqrt(1 - zeta**2), 1 - 2 * zeta**2)
 
 
@@ -168,5 +161,4 @@ def test_an_inclined_guide_is_a_slope():
     s.run(3 * SECOND)
     a = G * (sin(angle) - mu * cos(angle))
     assert events(s) == [("friction", "slip")]
-    assert s.state[1] == pytest.approx(a * 3.0, rel=1e-3)
-    assert Y == (0.0, 1.0, 0.0)
+    assert s.state[1] == pytest.approx(a * 3.0, abs=0.01)  # the spring gives way first

@@ -1,0 +1,320 @@
+"""Whatever a user did wrong ends in one sentence that names it; nothing hangs, nothing is silently accepted."""
+
+from dataclasses import replace
+from math import inf, nan
+
+import pytest
+from heavylift.kernel.describe import (
+    Body, Brake, Drive, Joint, JointSpring, Line, Master, Measured, Point, Rope, Stop, Support, System, Threshold,
+)  # fmt: skip
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.rate import Program
+from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.switching import Switches
+from small_scenes import SECOND, X, Z, cube, hand_over, hung, slider, started
+
+ONE = slider("a")
+BODY, GUIDE = ONE.bodies[0], ONE.joints[0]
+LINE = (Line(Point("world"), Point("a")),)
+ROPE = Rope("rope", LINE, 1e8, 10.0)
+SHEARED = ((1.0, 0.5, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+LEFT_HANDED = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))
+FLOAT = Joint("float", "free", "world", "a")
+
+
+def with_(**parts):
+    return replace(ONE, **parts)
+
+
+DESCRIPTIONS = [
+    # the graph
+    (with_(bodies=(BODY, BODY)), "body 'a': two of this name; names must be unique"),
+    (with_(joints=(GUIDE, GUIDE)), "joint 'a-guide': two of this name; names must be unique"),
+    (with_(joints=(replace(GUIDE, child="b"),)), "joint 'a-guide': there is no body 'b'"),
+    (with_(joints=(replace(GUIDE, parent="b"),)), "joint 'a-guide': there is no body 'b'"),
+    (
+        with_(joints=(GUIDE, replace(GUIDE, name="j"))),
+        "joint 'j': body 'a' is already carried by joint 'a-guide'",
+    ),
+    (with_(joints=()), "body 'a': no joint connects it to the ground; add one (kind free if it floats)"),
+    (
+        with_(joints=(replace(GUIDE, parent="a"),)),
+        "body 'a': no joint connects it to the ground; add one (kind free if it floats)",
+    ),
+    (
+        with_(bodies=(Body("world", 1.0),), joints=(replace(GUIDE, child="world"),)),
+        "body 'world': this is the name of the ground; choose another one",
+    ),
+    (with_(bodies=(Body("a", -1.0),)), "body 'a': mass -1 kg; a mass cannot be negative"),
+    (with_(joints=(replace(GUIDE, q0=(0.0, 1.0)),)), "joint 'a-guide': 2 initial coordinates; a prismatic joint has 1"),
+    (with_(joints=(replace(GUIDE, v0=(0.0, 1.0)),)), "joint 'a-guide': 2 initial velocities; a prismatic joint has 1"),
+    # numbers
+    (with_(bodies=(Body("a", nan),)), "body 'a': mass is nan; it must be a finite number"),
+    (with_(bodies=(Body("a", 1.0, (0.0, inf, 0.0)),)), "body 'a': com is inf; it must be a finite number"),
+    (with_(bodies=(Body("a", 1.0, inertia=SHEARED),)), "body 'a': its inertia must be a symmetric matrix"),
+    (with_(joints=(replace(GUIDE, p_PJ=(nan, 0.0, 0.0)),)), "joint 'a-guide': p_PJ is nan; it must be a finite number"),
+    (with_(joints=(replace(GUIDE, q0=(-inf,)),)), "joint 'a-guide': q0 is -inf; it must be a finite number"),
+    (
+        with_(joints=(replace(GUIDE, axis=(1.0, 1.0, 0.0)),)),
+        "joint 'a-guide': its axis has length 1.41421; it must be a unit vector",
+    ),
+    *(
+        (
+            with_(joints=(replace(GUIDE, R_PJ=R),)),
+            "joint 'a-guide': R_PJ is not a rotation; its rows must be right-handed unit vectors",
+        )
+        for R in (SHEARED, LEFT_HANDED)
+    ),
+    (
+        with_(joints=(replace(FLOAT, q0=(0.0,) * 7),)),
+        "joint 'float': its initial quaternion is zero; it must have length 1",
+    ),
+    (with_(gravity=nan), "gravity is nan; it must be a finite number"),
+    (with_(ropes=(replace(ROPE, EA=nan),)), "rope 'rope': EA is nan; it must be a finite number"),
+    (with_(ropes=(replace(ROPE, EA=0.0),)), "rope 'rope': EA is 0; it must be positive"),
+    (with_(ropes=(replace(ROPE, L0=-3.0),)), "rope 'rope': L0 is -3; it must be positive"),
+    (with_(ropes=(replace(ROPE, damping=-1.0),)), "rope 'rope': damping is -1; it cannot be negative"),
+    (with_(ropes=(replace(ROPE, lines=()),)), "rope 'rope': it has no line; give it at least one"),
+    (
+        with_(ropes=(replace(ROPE, lines=(Line(Point("a", (0.0, 0.0, nan)), Point("world")),)),)),
+        "rope 'rope': lines is nan; it must be a finite number",
+    ),
+    (
+        with_(supports=(Support("pad", Point("a"), 0.0, 1e6, -1.0),)),
+        "support 'pad': d is -1; it cannot be negative",
+    ),
+    (
+        with_(springs=(JointSpring("spring", "a-guide", -1.0),)),
+        "spring 'spring': k is -1; it cannot be negative",
+    ),
+    (
+        with_(stops=(Stop("stop", "a-guide", 1.0, -1.0, 1e6, 0.0),)),
+        "stop 'stop': its lower limit 1 lies above the upper one, -1",
+    ),
+    (
+        with_(brakes=(Brake("brake", "a-guide", -1.0, 1e6, 0.0),)),
+        "brake 'brake': moment is -1; it cannot be negative",
+    ),
+    # laws
+    (
+        with_(springs=(JointSpring("spring", "b-guide"),)),
+        "joint 'b-guide': no such joint; joints are a-guide",
+    ),
+    (
+        with_(joints=(FLOAT,), brakes=(Brake("brake", "float", 1.0, 1.0, 1.0),)),
+        "'brake': joint 'float' is free; it must be one of ('revolute', 'prismatic')",
+    ),
+    (
+        with_(drives=(Drive("d", "a-guide", "servo"), Drive("e", "a-guide", "servo"))),
+        "drive 'e': joint 'a-guide' already has the drive 'd'",
+    ),
+    (with_(ropes=(replace(ROPE, lines=(Line(Point("b"), Point("a")),)),)), "'rope': there is no body 'b'"),
+    (with_(supports=(Support("pad", Point("b"), 0.0, 1.0, 1.0),)), "'pad': there is no body 'b'"),
+    (with_(measured=(Measured("theta", "angle", "b"),)), "'theta': there is no body 'b'"),
+    (with_(measured=(Measured("way", "joint", "b"),)), "joint 'b': no such joint; joints are a-guide"),
+    (
+        with_(joints=(FLOAT,), measured=(Measured("way", "joint", "float"),)),
+        "'way': joint 'float' is free; it must be one of ('revolute', 'prismatic')",
+    ),
+    (with_(thresholds=(Threshold("t", "angle", of="b"),)), "'t': there is no body 'b'"),
+    (with_(thresholds=(Threshold("t", "speed", of="b"),)), "joint 'b': no such joint; joints are a-guide"),
+    (with_(thresholds=(Threshold("t", "height"),)), "threshold 't': a height needs a point"),
+    (with_(thresholds=(Threshold("t", "tension"),)), "threshold 't': a tension needs a rope"),
+    (with_(thresholds=(Threshold("t", "length", ropes=("r",)),)), "threshold 't': there is no rope 'r'"),
+    (
+        with_(ropes=(ROPE, ROPE)),
+        "'rope': two of this name; names of laws, drives and masters must be unique",
+    ),
+    (
+        with_(ropes=(ROPE,), masters=(Master("rope"),)),
+        "'rope': two of this name; names of laws, drives and masters must be unique",
+    ),
+    (
+        with_(ropes=(ROPE,), thresholds=(Threshold("rope", "tension", ropes=("rope",)),)),
+        "'rope': two of this name; names of laws, drives and masters must be unique",
+    ),
+]
+
+
+@pytest.mark.parametrize(("system", "sentence"), DESCRIPTIONS, ids=[s[:60] for _, s in DESCRIPTIONS])
+def test_descriptions_that_cannot_be(system, sentence):
+    with pytest.raises(KernelError) as e:
+        Program(system)
+    assert str(e.value) == sentence
+
+
+@pytest.mark.parametrize(
+    ("system", "options", "sentence"),
+    [
+        (
+            System((Body("a", 1.0),), (Joint("weld", "fixed", "world", "a"),)),
+            {},
+            "nothing in this scene can move: all joints are fixed",
+        ),
+        (
+            with_(bodies=(Body("a", 0.0),)),
+            {},
+            "body 'a': nothing resists its motion; give it, or what it carries, mass or inertia",
+        ),
+        (ONE, {"tolerance": 0.0}, "tolerance 0: it must lie between 0 and 1"),
+        (ONE, {"tolerance": nan}, "tolerance nan: it must lie between 0 and 1"),
+        (ONE, {"sample_ns": 0}, "samples every 0 ns: they must be at least 100000 ns apart"),
+    ],
+)
+def test_simulations_that_cannot_start(system, options, sentence):
+    with pytest.raises(KernelError) as e:
+        Simulation(system, cache=False, **options)
+    assert str(e.value) == sentence
+
+
+def driven():
+    scene = replace(
+        hung(60.1, winch=True),
+        bodies=(Body("load", 4.5e5), Body("b", 1.0), Body("c", 1.0)),
+        joints=(
+            *hung(60.1).joints,
+            Joint("rail", "prismatic", "world", "b", axis=X),
+            Joint("other", "prismatic", "world", "c", axis=X),
+        ),
+        drives=(Drive("drive", "rail", "prescribed"),),
+        masters=(Master("theta"),),
+        measured=(Measured("way", "joint", "other"),),
+        brakes=(Brake("brake", "other", 1.0, 1.0, 1.0),),
+        thresholds=(Threshold("low", "joint", of="other"),),
+    )
+    return replace(scene, ropes=(*scene.ropes, Rope("sling", (Line(Point("world"), Point("b")),), 1e8, 5.0)))
+
+
+COMMANDS = [
+    (
+        lambda s: s.references.set_profile("x", 0, 1.0, 1.0, None),
+        "'x': no drive, winch or master of this name; there are theta, drive, rope, sling",
+    ),
+    (lambda s: s.references.set_profile("sling", 0, 1.0, 1.0, 1.0), "rope 'sling': it has no winch; declare one to drive it"),
+    (
+        lambda s: s.references.set_profile("rope", SECOND, 1.0, 0.0, 1.0),
+        "'rope' at 1.000 s: acceleration must be positive, not 0.0",
+    ),
+    (
+        lambda s: s.references.set_profile("rope", 0, 1.0, inf, 1.0),
+        "'rope' at 0.000 s: acceleration must be positive, not inf",
+    ),
+    (
+        lambda s: s.references.set_profile("rope", 0, 0.0, 1.0, 1.0),
+        "'rope' at 0.000 s: a distance cannot be travelled at speed 0",
+    ),
+    (
+        lambda s: s.references.set_profile("rope", 0, nan, 1.0, None),
+        "'rope' at 0.000 s: speed nan and distance None must be finite numbers",
+    ),
+    (
+        lambda s: s.references.set_profile("rope", 0, 1.0, 1.0, inf),
+        "'rope' at 0.000 s: speed 1.0 and distance inf must be finite numbers",
+    ),
+    (lambda s: s.set_follow("sling", "theta", (1.0, 0.0, 0.0)), "rope 'sling': it has no winch; declare one to drive it"),
+    (
+        lambda s: s.set_follow("rope", "x", (1.0, 0.0, 0.0)),
+        "'rope' cannot follow 'x': masters are theta, way",
+    ),
+    (
+        lambda s: s.set_follow("theta", "way", (1.0, 0.0, 0.0)),
+        "'theta' cannot follow 'way': masters are theta, way",
+    ),
+    (
+        lambda s: s.set_follow("drive", "way", (1.0, 0.0, 0.0)),
+        "'drive' cannot follow 'way': a prescribed drive follows commanded masters only",
+    ),
+    (
+        lambda s: s.set_follow("rope", "theta", (nan, 0.0, 0.0)),
+        "'rope' cannot follow (nan, 0.0, 0.0): the coefficients must be finite numbers",
+    ),
+    (lambda s: s.set_brake("x", True), "'x': no brake of this name; there are brake"),
+    (lambda s: s.switches.watch("x", 1.0, True), "'x': no threshold of this name; there are low"),
+    (lambda s: s.switches.unwatch("x"), "'x': no threshold of this name; there are low"),
+    (
+        lambda s: s.switches.watch("low", nan, True),
+        "threshold 'low': nan is no value to wait for; it must be a finite number",
+    ),
+    (lambda s: s.unhook("x"), "'x': no rope of this name; there are rope, sling"),
+    (lambda s: s.hook("x"), "'x': no rope of this name; there are rope, sling"),
+    (lambda s: s.hook("rope"), "rope 'rope' at 0.000 s: it is hooked already; unhook it first"),
+]
+
+
+@pytest.fixture(scope="module")
+def simulation():
+    return started(driven())
+
+
+@pytest.mark.parametrize(("command", "sentence"), COMMANDS, ids=[s[:60] for _, s in COMMANDS])
+def test_commands_that_cannot_be(simulation, command, sentence):
+    before = simulation.P.tobytes()
+    with pytest.raises(KernelError) as e:
+        command(simulation)
+    assert str(e.value) == sentence
+    simulation.references.write(simulation.epoch)
+    assert simulation.P.tobytes() == before, "a refused command changes nothing"
+
+
+def test_names_of_none():
+    switches = Switches(Program(ONE), Program(ONE).parameters.initial)
+    for what, call in (
+        ("rope", switches.rope_numbers),
+        ("threshold", switches.unwatch),
+        ("brake", lambda name: switches.set_brake(name, True, None)),
+    ):
+        with pytest.raises(KernelError, match=f"'x': no {what} of this name; there are none"):
+            call("x")
+
+
+def test_a_winch_that_pays_in_more_rope_than_there_is():
+    s = started(hung(60.1, winch=True))
+    s.references.set_profile("rope", 0, -9.0, 10.0, None)
+    s.settle()
+    with pytest.raises(KernelError) as e:
+        s.run(60 * SECOND)
+    assert str(e.value) == "rope 'rope' at 7.500 s: it is wound up, -3.450 m are left; stop its winch before"
+
+
+def test_motion_that_is_not_finite_names_the_body():
+    scene = System(
+        (Body("a", 1.0), Body("b", 1e-320)),
+        (Joint("j", "prismatic", "world", "a", axis=X), Joint("k", "prismatic", "a", "b", axis=Z)),
+        springs=(JointSpring("s", "k", 1e300, q_rest=1e300),),
+    )
+    s = started(scene)
+    with pytest.raises(KernelError) as e:
+        hand_over(s, SECOND)
+    assert str(e.value).startswith("body '")
+    assert "\n" not in str(e.value)
+
+
+def test_a_law_that_jumps_is_named_by_its_body():
+    """A brake as stiff as numbers allow: the step shrinks below a picosecond and the run ends."""
+    brake = Brake("brake", "a-guide", 1e30, 1e36, 0.0, True)
+    s = started(replace(slider("a", 1.0, v0=1.0), brakes=(brake,)))
+    with pytest.raises(KernelError) as e:
+        s.run(SECOND)
+    assert str(e.value) == (
+        "body 'a' at 0.000000 s: the step became too small (below 1e-12 s); a law near it is too stiff or jumps"
+    )
+
+
+def test_states_that_switch_without_end_are_named():
+    """A stop that closes and opens at the same place for ever: both limits at one point and a spring through it."""
+    s = started(hung(59.0))
+    s.run(SECOND // 2)
+    while not s.fallen:
+        s.run(s.next_ns + 1)
+    with pytest.raises(KernelError, match=r"^rope at 0\.\d{9} s: states switch without end; soften or damp the law$"):
+        for _ in range(300):
+            s._fallen, s._event_ns = [0], s.epoch
+            s.fire()
+
+
+@pytest.mark.parametrize("value", [nan, inf, -inf])
+@pytest.mark.parametrize("place", ["q0", "v0"])
+def test_states_that_are_not_finite_are_refused(value, place):
+    with pytest.raises(KernelError, match=f"joint 'a-guide': {place} is {value}; it must be a finite number"):
+        Simulation(with_(joints=(replace(GUIDE, **{place: (value,)}),)))
+    assert cube(6.0)[0][0] == 4.0

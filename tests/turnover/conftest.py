@@ -1,0 +1,64 @@
+"""One run of `turnover` for all tests of this folder: eleven node processes, full recording, read once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+from heavylift.coordinator.run import Result, run
+from heavylift.nodes.scene import load
+from independent_mechanics import Mechanics
+from stock_reader import Array, Reading
+
+
+@dataclass(frozen=True)
+class Lift:
+    """The recording and how the run ended."""
+
+    path: Path
+    result: Result
+
+
+@dataclass(frozen=True)
+class Stage:
+    """From when to when [s], and the numbers of the samples in between."""
+
+    start: float
+    end: float
+    samples: Array
+
+    def last(self, seconds: float) -> Array:
+        """The samples of its last seconds, two to the second."""
+        return self.samples[-round(2 * seconds) :]
+
+
+@pytest.fixture(scope="session")
+def lift(tmp_path_factory: pytest.TempPathFactory) -> Lift:
+    path = tmp_path_factory.mktemp("turnover") / "turnover.mcap"
+    return Lift(path, run(load("turnover"), path))
+
+
+@pytest.fixture(scope="session")
+def reading(lift: Lift) -> Reading:
+    return Reading(lift.path)
+
+
+@pytest.fixture(scope="session")
+def mechanics(reading: Reading) -> Mechanics:
+    return Mechanics(reading)
+
+
+@pytest.fixture(scope="session")
+def stages(reading: Reading) -> dict[str, Stage]:
+    """By name; a name that comes again is counted: "settle", "settle 2"."""
+    said = reading.said("commander", "stage")
+    starts = [e["t_ns"] * 1e-9 for e in said]
+    found: dict[str, Stage] = {}
+    for event, start, end in zip(said, starts, [*starts[1:], reading.t[-1] + 1e-9], strict=True):
+        name = event["value"]["name"]
+        count = sum(e["value"]["name"] == name for e in said[: len(found)])
+        samples = np.flatnonzero((reading.t >= start) & (reading.t < end))
+        found[f"{name} {count + 1}" if count else name] = Stage(start, end, samples)
+    return found
