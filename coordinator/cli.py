@@ -124,6 +124,7 @@ def main() -> None:
         sys.exit(130)
     except Exception as error:
         if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # how click reports a wrong command line
-            print(f"heavylift: {error.format_message()}", file=sys.stderr)
+            asked = type(error).__name__ == "NoArgsIsHelpError"
+            print(error.format_message() if asked else f"heavylift: {error.format_message()}", file=sys.stderr)
             sys.exit(error.exit_code)
         raise

@@ -16,9 +16,10 @@ import numpy as np
 
 from .emit import While
 from .evaluation import Evaluation
+from .function import Function, flatten
 from .layout import Layout
 from .rate import Program
-from .symbol import Function, any_of, flatten, maximum, minimum, select, sqrt
+from .symbol import any_of, maximum, minimum, select, sqrt
 
 __all__ = ["BREAK", "EVENT", "FAILED", "RUNNING", "STILL", "Dopri5"]
 

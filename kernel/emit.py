@@ -10,7 +10,8 @@ import struct
 from dataclasses import dataclass
 from typing import Any
 
-from .symbol import Function, Sym, is_sym, placed
+from .function import Function, placed
+from .symbol import Sym, is_sym
 
 __all__ = ["While", "module"]
 

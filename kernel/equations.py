@@ -10,10 +10,11 @@ from __future__ import annotations
 import numpy as np
 
 from .describe import WORLD, System
+from .function import symbols
 from .graph import Graph, children_of
 from .rate import Program
 from .symbol import Graph as Trace
-from .symbol import Sym, is_sym, symbols
+from .symbol import Sym, is_sym
 
 __all__ = ["balance", "equations"]
 

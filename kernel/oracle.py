@@ -9,7 +9,7 @@ import numpy as np
 
 from .dopri5 import Dopri5
 from .emit import While
-from .symbol import Function, flatten
+from .function import Function, flatten
 
 __all__ = ["Oracle"]
 

@@ -18,11 +18,11 @@ from .describe import System
 from .dynamics import dynamics, energies, kinematics
 from .errors import KernelError
 from .evaluation import Evaluation
+from .function import Function
 from .graph import build_graph
 from .joints import JOINTS
 from .parameters import PROFILE, ROPE_HEAD, ROPE_LINE, SUPPORT, Parameters
 from .spatial import join
-from .symbol import Function
 from .trees import Tree, cut, kind_of, numbers, with_numbers
 
 __all__ = ["Program", "SharedTree"]

@@ -34,7 +34,7 @@ class References:
 
     def __init__(self, parameters: Parameters, P: np.ndarray, system: System) -> None:
         self._at, self._P = parameters.at, P
-        self._masters = [m.name for m in (*system.masters, *system.measured)]
+        self._masters = [m.name for m in system.masters] + [m.name for m in system.measured]
         self._commanded = {m.name for m in system.masters}
         self._still = {r.name for r in system.ropes if not r.winch}
         self._placed = {d.name for d in system.drives if d.kind == "prescribed"}  # before anything is measured

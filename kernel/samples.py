@@ -89,8 +89,8 @@ def published(method: Dopri5, rows: np.ndarray) -> np.ndarray:
     heats = [i for i, (what, _) in enumerate(p.accounts) if what == "heat"]
     energy = [part["kinetic"], part["potential"]]
     sums = (part["stored"], part["accounts"][:, works], part["accounts"][:, heats])
-    energy += [x.sum(axis=1, keepdims=True) for x in sums]
     n = len(rows)
+    energy += [sum(x.T, start=np.zeros(n))[:, None] for x in sums]  # one by one: equal in any batch
     poses = part["poses"].reshape(n, -1, 12)
     quaternions = Rotation.from_matrix(poses[:, :, 3:].reshape(-1, 3, 3)).as_quat(canonical=True)
     pose = np.concatenate([poses[:, :, :3], quaternions.reshape(n, -1, 4)], axis=2).reshape(n, -1)

@@ -277,7 +277,7 @@ class Simulation:
         return events
 
     def _heat(self, before: SimpleNamespace) -> None:
-        """What the laws hold less than before a switch has become their heat; what they hold more comes back from it."""
+        """What the laws hold less than before a switch has become their heat; what they hold more comes from it."""
         first = self.program.nq + self.program.nv
         self.state[first : first + len(before.stored)] += before.stored - self.row().stored
 

@@ -9,15 +9,14 @@ here, `d = 1/x` once instead of many divisions.  Violations raise TypeError and 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from types import SimpleNamespace
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
 
 __all__ = [
-    "Function", "Graph", "Sym", "any_of", "atan2", "cos", "is_sym", "less", "maximum", "minimum", "named",
-    "operands", "select", "sin", "sqrt",
+    "GRAPHS", "Graph", "Sym", "any_of", "atan2", "cos", "is_sym", "maximum", "minimum", "named", "node", "select",
+    "sin", "sqrt",
 ]  # fmt: skip
 
 GRAPHS: list[Graph] = []  # the graphs being recorded, innermost last
@@ -121,7 +120,7 @@ def node(op: str, *args: Any, width: int | None = None) -> Sym:
     """The node of an operation in the graph being recorded, new or already there."""
     graph = GRAPHS[-1]
     index = op in ("in", "ret", "slice")
-    args = tuple(x if isinstance(x, Sym | str | tuple | Function) else int(x) if index else float(x) for x in args)
+    args = tuple((int(x) if index else float(x)) if isinstance(x, float | int | np.number) else x for x in args)
     found = graph.table.get((op, args))
     if found is not None:
         return found
@@ -243,98 +242,3 @@ def named(label: str, x: Any) -> Any:
     GRAPHS[-1].equations += list(zip(labels, flat, strict=True))
     fresh = [node("in", t, -1) if is_sym(e) else e for t, e in zip(labels, flat, strict=True)]
     return np.array(fresh, dtype=object).reshape(np.shape(x)) if np.shape(x) else fresh[0]
-
-
-# ---- functions that are called -------------------------------------------------------------------------------
-
-
-def operands(n: Sym) -> list[Sym]:
-    args = [x for a in n.args[1:] for x in a] if n.op == "call" else n.args
-    return [x for x in args if isinstance(x, Sym)]
-
-
-def symbols(block: str, n: int) -> np.ndarray:
-    """(n,) the scalars of an input block."""
-    return np.array([node("in", block, i) for i in range(n)] + [None], dtype=object)[:-1]
-
-
-class Function:
-    """body(**blocks) -> {name: values, or (row, values) for a row of a table}, recorded once and called many times.
-
-    On floats a call runs the body itself; while another graph is recorded it adds one call node, so that the machine
-    code exists once.  `vectors` names outputs that callers get as one vector symbol.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        body: Callable[..., Mapping[str, Any]],
-        inputs: Mapping[str, int],
-        vectors: Sequence[str] = (),
-    ) -> None:
-        self.name, self.body, self.inputs, self.vectors = name, body, dict(inputs), vectors
-        self._nodes: list[Sym] | None = None
-        self.rows: dict[str, Any] = {}
-        self._outputs: dict[str, list[Any]] = {}
-
-    def record(self) -> None:
-        """Trace the body; keep only what the outputs need."""
-        if self._nodes is not None:
-            return
-        with Graph() as graph:
-            out = self.body(**{k: symbols(k, n) for k, n in self.inputs.items()})
-            self.rows = {k: v[0] for k, v in out.items() if isinstance(v, tuple)}
-            values = {k: v[1] if k in self.rows else v for k, v in out.items()}
-            self._outputs = {k: flatten(v) for k, v in values.items()}
-        live: set[Sym] = set()
-        written = [x for name, v in self._outputs.items() for x, kept in placed(name, v) if not kept]
-        todo = [x for x in (*written, *self.rows.values()) if is_sym(x)]
-        while todo:
-            x = todo.pop()
-            if x not in live:
-                live.add(x)
-                todo += operands(x)
-        self._nodes = [n for n in graph.nodes if n in live]
-
-    @property
-    def nodes(self) -> list[Sym]:
-        self.record()
-        assert self._nodes is not None
-        return self._nodes
-
-    @property
-    def outputs(self) -> dict[str, list[Any]]:
-        self.record()
-        return self._outputs
-
-    def __call__(self, **values: Any) -> SimpleNamespace:
-        if not GRAPHS or GRAPHS[-1].opaque:
-            out = self.body(**{k: np.array(flatten(v)) for k, v in values.items()})
-            return SimpleNamespace(**{k: np.array(flatten(v)) for k, v in out.items()})
-        call = node("call", self, *(tuple(flatten(values[k])) for k in self.inputs))
-
-        def returned(k: str, v: list[Any]) -> Any:
-            width = sum(max(1, x.width) if is_sym(x) else 1 for x in v)
-            if k in self.vectors:
-                return node("ret", call, k, 0, width=width)
-            return np.array([node("ret", call, k, i) for i in range(width)] + [None], dtype=object)[:-1]
-
-        return SimpleNamespace(**{k: returned(k, v) for k, v in self.outputs.items()})
-
-
-def placed(block: str, values: list[Any]) -> list[tuple[Any, bool]]:
-    """Each value written to a block, with whether it already stands at its place there."""
-    out, at = [], 0
-    for x in values:
-        out.append((x, is_sym(x) and x.op in ("in", "slice") and x.args == (block, at)))
-        at += max(1, x.width) if is_sym(x) else 1
-    return out
-
-
-def flatten(x: Any) -> list[Any]:
-    """Scalars and vector symbols of a nested value in order."""
-    if is_sym(x) or isinstance(x, float | int):
-        return [x]
-    if isinstance(x, np.ndarray):
-        return list(x.ravel().tolist())
-    return [e for y in x for e in flatten(y)]

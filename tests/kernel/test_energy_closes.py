@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from heavylift.kernel import laws
 from heavylift.kernel.describe import Body, Brake, Drive, Joint, JointSpring, Line, Point, Rope, Stop, Support, System
-
 from small_scenes import EA, MASS, SECOND, G, X, Y, Z, column, cube, events, hand_over, hung, imbalance, slider, started
 
 CLOSES = 1e-10  # of the energy turned over
@@ -62,7 +61,7 @@ def test_a_damper_left_out_of_the_accounts_shows(monkeypatch):
 
 @pytest.mark.parametrize("damping", [0.0, 3.0e5, 2.0e7])
 def test_a_load_that_falls_into_its_rope_and_bounces(damping):
-    """Slack under damping leaves strain in the rope, which counts as heat; pulled taut again it does not come for free."""
+    """Slack under damping leaves strain in the rope, which counts as heat; taut again, it is not for free."""
     s = started(hung(59.0, damping=damping), **FINE)
     s.run(6 * SECOND)
     bounces = [("rope", "taut"), ("rope", "slack"), ("rope", "taut")] if damping < 1e6 else [("rope", "taut")]
@@ -71,7 +70,7 @@ def test_a_load_that_falls_into_its_rope_and_bounces(damping):
 
 
 def test_strain_that_comes_back_after_slack_is_counted():
-    """A drum that pays out fast makes a stretched rope slack; when it stops, the rope is taut at once, still stretched."""
+    """A drum that pays out fast makes a stretched rope slack; when it stops, the rope is taut and stretched at once."""
     s = started(hung(60.0 * (1 + STRETCH), damping=3.0e7, winch=True), **FINE)
     s.references.set_profile("rope", 0, 0.5, 50.0, 0.02)
     s.settle()
@@ -122,11 +121,16 @@ def test_the_work_of_a_drive_is_the_energy_that_it_gives(kind):
 
 def test_everything_at_once():
     """Supports with friction, stops, a brake that slips, hinge springs, a sling that slackens."""
-    bodies = (Body("block", 5.0e4, (0.3, 0.1, 0.0), cube(5.0e4, 4.0)), Body("arm", 2.0e4, (1.0, 0.0, 0.0), cube(2.0e4)))
+    bodies = (
+        Body("block", 5.0e4, (0.3, 0.1, 0.0), cube(5.0e4, 4.0)),
+        Body("arm", 2.0e4, (1.0, 0.0, 0.0), cube(2.0e4)),
+    )
+    q0, v0 = (0.0, 0.0, 2.3, 0.0, 0.0, 0.0, 1.0), (0.8, 0.3, 0.0, 0.0, 0.1, 0.0)
     joints = (
-        Joint("float", "free", "world", "block", q0=(0.0, 0.0, 2.3, 0.0, 0.0, 0.0, 1.0), v0=(0.8, 0.3, 0.0, 0.0, 0.1, 0.0)),
+        Joint("float", "free", "world", "block", q0=q0, v0=v0),
         Joint("hinge", "revolute", "block", "arm", (0.0, 0.0, 1.0), axis=Y, v0=(1.0,)),
     )
+    sling = Line(Point("world", (0.0, 0.0, 9.0)), Point("block", (0.0, 0.0, 2.0)))
     pads = tuple(
         Support(f"pad{x}{y}", Point("block", (2.0 * x, 2.0 * y, -2.0)), 0.0, 3.0e7, 3.0e5, 0.3, 3.0e7, 3.0e5)
         for x in (-1, 1)
@@ -138,7 +142,7 @@ def test_everything_at_once():
         springs=(JointSpring("hinge-spring", "hinge", 1.0e4, 1.0e3),),
         stops=(Stop("hinge-stop", "hinge", -0.2, 0.3, 5.0e6, 3.0e4),),
         brakes=(Brake("hinge-brake", "hinge", 3.0e4, 1.0e7, 1.0e5, True),),
-        ropes=(Rope("sling", (Line(Point("world", (0.0, 0.0, 9.0)), Point("block", (0.0, 0.0, 2.0))),), 1e8, 6.0, 1e5),),
+        ropes=(Rope("sling", (sling,), 1e8, 6.0, 1e5),),
         supports=pads,
         gravity=G,
     )

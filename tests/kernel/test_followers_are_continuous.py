@@ -12,10 +12,9 @@ FINE = {"tolerance": 1e-11, "h_max": 0.01}
 SAME = 1e-12  # [m]
 
 
-def turn(t, rate=radians(10.0), ramp=radians(5.0)):
+def turn(t):
     """The master's profile: up to 10 degrees per second within two seconds, then on."""
-    up = rate / ramp
-    return ramp * t * t / 2 if t < up else rate * (t - up / 2)
+    return radians(5.0) * t * t / 2 if t < 2.0 else radians(10.0) * (t - 1.0)
 
 
 def test_a_winch_and_a_trolley_follow_a_commanded_angle():
@@ -52,7 +51,10 @@ def test_the_prescribed_trolley_moves_with_the_second_derivative_of_its_law():
     """A pendulum below it feels the acceleration: compared with central differences of the speed."""
     scene = System(
         (Body("trolley", 1e5), Body("bob", 1e4, (0.0, 0.0, -30.0), cube(1e4))),
-        (Joint("rail", "prismatic", "world", "trolley", axis=X), Joint("hinge", "revolute", "trolley", "bob", axis=(0.0, 1.0, 0.0))),
+        (
+            Joint("rail", "prismatic", "world", "trolley", axis=X),
+            Joint("hinge", "revolute", "trolley", "bob", axis=(0.0, 1.0, 0.0)),
+        ),
         drives=(Drive("drive", "rail", "prescribed"),),
         masters=(Master("theta", 0.2),),
         gravity=G,

@@ -5,13 +5,26 @@ from math import inf, nan
 
 import pytest
 from heavylift.kernel.describe import (
-    Body, Brake, Drive, Joint, JointSpring, Line, Master, Measured, Point, Rope, Stop, Support, System, Threshold,
+    Body,
+    Brake,
+    Drive,
+    Joint,
+    JointSpring,
+    Line,
+    Master,
+    Measured,
+    Point,
+    Rope,
+    Stop,
+    Support,
+    System,
+    Threshold,
 )  # fmt: skip
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.rate import Program
 from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.switching import Switches
-from small_scenes import SECOND, X, Z, cube, hand_over, hung, slider, started
+from small_scenes import SECOND, X, Z, hand_over, hung, slider, started
 
 ONE = slider("a")
 BODY, GUIDE = ONE.bodies[0], ONE.joints[0]
@@ -190,7 +203,10 @@ COMMANDS = [
         lambda s: s.references.set_profile("x", 0, 1.0, 1.0, None),
         "'x': no drive, winch or master of this name; there are theta, drive, rope, sling",
     ),
-    (lambda s: s.references.set_profile("sling", 0, 1.0, 1.0, 1.0), "rope 'sling': it has no winch; declare one to drive it"),
+    (
+        lambda s: s.references.set_profile("sling", 0, 1.0, 1.0, 1.0),
+        "rope 'sling': it has no winch; declare one to drive it",
+    ),
     (
         lambda s: s.references.set_profile("rope", SECOND, 1.0, 0.0, 1.0),
         "'rope' at 1.000 s: acceleration must be positive, not 0.0",
@@ -211,7 +227,10 @@ COMMANDS = [
         lambda s: s.references.set_profile("rope", 0, 1.0, 1.0, inf),
         "'rope' at 0.000 s: speed 1.0 and distance inf must be finite numbers",
     ),
-    (lambda s: s.set_follow("sling", "theta", (1.0, 0.0, 0.0)), "rope 'sling': it has no winch; declare one to drive it"),
+    (
+        lambda s: s.set_follow("sling", "theta", (1.0, 0.0, 0.0)),
+        "rope 'sling': it has no winch; declare one to drive it",
+    ),
     (
         lambda s: s.set_follow("rope", "x", (1.0, 0.0, 0.0)),
         "'rope' cannot follow 'x': masters are theta, way",
@@ -301,15 +320,17 @@ def test_a_law_that_jumps_is_named_by_its_body():
 
 
 def test_states_that_switch_without_end_are_named():
-    """A stop that closes and opens at the same place for ever: both limits at one point and a spring through it."""
+    """A guard that falls again at the same instant, whatever its law does, for ever."""
     s = started(hung(59.0))
-    s.run(SECOND // 2)
-    while not s.fallen:
-        s.run(s.next_ns + 1)
-    with pytest.raises(KernelError, match=r"^rope at 0\.\d{9} s: states switch without end; soften or damp the law$"):
+
+    def chatter():
         for _ in range(300):
             s._fallen, s._event_ns = [0], s.epoch
             s.fire()
+
+    with pytest.raises(KernelError) as e:
+        chatter()
+    assert str(e.value) == "rope at 0.000000000 s: states switch without end; soften or damp the law"
 
 
 @pytest.mark.parametrize("value", [nan, inf, -inf])
@@ -317,4 +338,3 @@ def test_states_that_switch_without_end_are_named():
 def test_states_that_are_not_finite_are_refused(value, place):
     with pytest.raises(KernelError, match=f"joint 'a-guide': {place} is {value}; it must be a finite number"):
         Simulation(with_(joints=(replace(GUIDE, **{place: (value,)}),)))
-    assert cube(6.0)[0][0] == 4.0

@@ -1,6 +1,5 @@
 """State events of a rope: taut when it becomes straight, slack when its tension is gone, hooked only if long enough."""
 
-import re
 from dataclasses import replace
 from math import atan2, pi, sqrt
 
@@ -68,13 +67,12 @@ def test_lift_off_at_constant_drum_speed():
 def test_a_sling_is_hooked_only_if_it_is_long_enough():
     s = started(hung(60.25, hooked=False), **FINE)
     before = s.P.copy()
-    with pytest.raises(
-        KernelError, match=re.escape("rope 'rope' at 0.000 s: 250 mm too short to be hooked there; bring the hook closer")
-    ):
+    with pytest.raises(KernelError) as e:
         s.hook("rope")
+    assert str(e.value) == "rope 'rope' at 0.000 s: 250 mm too short to be hooked there; bring the hook closer"
     with pytest.raises(KernelError, match="750 mm too short"):
         s.hook("rope", a=(0.0, 0.0, 0.5))
-    with pytest.raises(KernelError, match="rope 'rope' at 0.000 s: length -1 m; it must be positive"):
+    with pytest.raises(KernelError, match=r"rope 'rope' at 0\.000 s: length -1 m; it must be positive"):
         s.hook("rope", L0=-1.0)
     with pytest.raises(KernelError, match="length nan m"):
         s.hook("rope", L0=float("nan"))

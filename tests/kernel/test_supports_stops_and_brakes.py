@@ -14,9 +14,7 @@ def block_on_pads(mass, com, feet, z, mu=0.0, v0=(0.0,) * 6):
     """A floating block whose underside is its frame's plane z = 0, at height z above pads of 5 mm settlement."""
     k = mass * G / len(feet) / 5e-3
     d = 2 * 0.3 * sqrt(k * mass / len(feet))
-    pads = tuple(
-        Support(f"pad{i}", Point("block", (x, y, 0.0)), 0.0, k, d, mu, k, d) for i, (x, y) in enumerate(feet)
-    )
+    pads = tuple(Support(f"pad{i}", Point("block", (x, y, 0.0)), 0.0, k, d, mu, k, d) for i, (x, y) in enumerate(feet))
     return System(
         (Body("block", mass, com, cube(mass, 10.0)),),
         (Joint("float", "free", "world", "block", q0=(0.0, 0.0, z, 0.0, 0.0, 0.0, 1.0), v0=v0),),
@@ -34,7 +32,7 @@ def test_three_pads_share_a_block_by_its_centre_of_mass():
     shares = (0.1886904761904762, 0.2636904761904762, 0.5476190476190477)
     N = s.row().normal
     # the block leans by the different settlements, which moves its centre of mass 5 m above the pads by millimetres
-    assert N / 5883990.0 == pytest.approx(shares, abs=2e-3)
+    assert pytest.approx(shares, abs=2e-3) == N / 5883990.0
     assert N.sum() == pytest.approx(5883990.0, rel=1e-7)
     flat = started(block_on_pads(mass, (1.5, 0.6, 0.0), feet, 0.0), **FINE)
     flat.run(120 * SECOND)
@@ -67,7 +65,7 @@ def test_a_sliding_block_stops_after_half_v_squared_over_mu_g():
 
 @pytest.mark.parametrize(("pull", "slips"), [(0.9, False), (1.1, True)])
 def test_a_pulled_block_sticks_below_the_limit_of_friction_and_slips_above(pull, slips):
-    """Pads are level, so a tow rope takes the part of the slope; its sudden pull makes the block slip a little first."""
+    """Pads are level, so a tow rope takes the part of the slope; its sudden pull makes the block slip first."""
     mass, mu = 1.0e5, 0.2
     feet = ((-4.0, -4.0), (-4.0, 4.0), (4.0, -4.0), (4.0, 4.0))
     scene = block_on_pads(mass, (0.0, 0.0, 0.0), feet, -5e-3, mu)

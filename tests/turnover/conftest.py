@@ -62,3 +62,11 @@ def stages(reading: Reading) -> dict[str, Stage]:
         samples = np.flatnonzero((reading.t >= start) & (reading.t < end))
         found[f"{name} {count + 1}" if count else name] = Stage(start, end, samples)
     return found
+
+
+@pytest.fixture(scope="session")
+def fine(tmp_path_factory: pytest.TempPathFactory) -> Mechanics:
+    """The first 100 s of the scene, until the block hangs free and rises, sampled fifty times a second."""
+    path = tmp_path_factory.mktemp("fine") / "fine.mcap"
+    run(load("turnover", ["end=100 s", "samples=50 Hz"]), path, in_process=True)
+    return Mechanics(Reading(path))

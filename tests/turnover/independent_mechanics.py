@@ -16,7 +16,7 @@ from stock_reader import Array, Reading
 
 @dataclass(frozen=True)
 class Body:
-    """Rotation (n, 3, 3), place, velocity of the origin and angular velocity, in world axes; mass and its centre."""
+    """Rotation (n, 3, 3), place, velocity, angular velocity, in world axes; mass, its centre, its moments."""
 
     R: Array
     p: Array
@@ -24,6 +24,7 @@ class Body:
     w: Array
     mass: float
     com: Array
+    moments: Array
 
     def place(self, x: Any) -> Array:
         """Where a point of the body is; x (3,) or (n, 3) in its frame."""
@@ -36,11 +37,14 @@ class Body:
 
 @dataclass(frozen=True)
 class Pull:
-    """Tension (n,) of a rope and, per line, the force (n, 3) on its lower end there."""
+    """Tension (n,) of a rope and, per line, force and direction (n, 3) at its lower end; its energy and powers [W]."""
 
     tension: Array
     forces: list[Array]
     directions: list[Array]
+    stored: Array
+    heating: Array
+    winding: Array
 
     @property
     def force(self) -> Array:
@@ -67,8 +71,8 @@ class Mechanics:
 
         def take(name: str, v: Array, w: Array, inertia: dict[str, Any]) -> None:
             pose = self.reading.pose[name]
-            com = np.array(inertia.get("com", (0.0, 0.0, 0.0)))
-            found[name] = Body(_rotation(pose[:, 3:]), pose[:, :3], v, w, inertia["mass"], com)
+            com, moments = np.array(inertia.get("com", (0.0, 0.0, 0.0))), np.array(inertia["moments"])
+            found[name] = Body(_rotation(pose[:, 3:]), pose[:, :3], v, w, inertia["mass"], com, moments)
 
         def rate(name: str) -> Array:
             return self.reading.column("/joint/velocity", name)
@@ -135,9 +139,12 @@ class Mechanics:
             ways.append((u, share))
         stretch = length - L0
         spring = rope["EA"] * stretch / L0 + rope["damping"] * (rate - dL0)
-        tension = np.where((stretch > 0.0) & (spring > 0.0), spring, 0.0)  # off: NaN compares false
+        taut = (stretch > 0.0) & (spring > 0.0)  # off: NaN compares false
+        tension = np.where(taut, spring, 0.0)
         forces = [np.nan_to_num(u) * (share * tension)[:, None] for u, share in ways]
-        return Pull(tension, forces, [u for u, _ in ways])
+        strain = np.where(taut, rope["EA"] * (stretch / L0) ** 2 / 2, 0.0)
+        heating = np.where(taut, rope["damping"] * (rate - dL0) ** 2, 0.0)
+        return Pull(tension, forces, [u for u, _ in ways], strain * L0, heating, -(tension + strain) * dL0)
 
     @cached_property
     def on_block(self) -> Array:
@@ -165,6 +172,20 @@ class Mechanics:
         supports = self.reading.values["/support/force"].sum(axis=1)
         force = sum(self.pulls[name].force for name in self.hook_ropes) + np.outer(supports, (0.0, 0.0, 1.0))
         return force / mass - np.array([0.0, 0.0, self.g])
+
+    @cached_property
+    def kinetic(self) -> Array:
+        """(n,) [J] of all bodies."""
+        total = np.zeros(len(self.reading.t))
+        for b in self.bodies.values():
+            spin = np.einsum("nji,nj->ni", b.R, b.w)
+            total += b.mass * np.sum(b.velocity(b.com) ** 2, axis=1) / 2 + np.sum(b.moments * spin**2, axis=1) / 2
+        return total
+
+    @cached_property
+    def potential(self) -> Array:
+        """(n,) [J] of all bodies."""
+        return sum(b.mass * self.g * b.place(b.com)[:, 2] for b in self.bodies.values())  # type: ignore[return-value]
 
     @cached_property
     def theta(self) -> Array:

@@ -30,7 +30,9 @@ class Reading:
             summary = reader.get_summary()
             assert summary is not None
             channels, schemas = summary.channels, summary.schemas
-            topics = [c.topic for c in channels.values() if not c.topic.startswith("/protocol/") and c.topic != "/ropes"]
+            topics = [
+                c.topic for c in channels.values() if not c.topic.startswith("/protocol/") and c.topic != "/ropes"
+            ]
             decode = {i: _decoder(s.name, s.data) for i, s in schemas.items() if s.encoding == "protobuf"}
             rows: dict[str, list[Any]] = defaultdict(list)
             times: dict[str, list[int]] = defaultdict(list)
@@ -55,7 +57,9 @@ class Reading:
             topic: np.array([list(m.value) for m in found]) for topic, found in rows.items() if topic != "/poses"
         }
         self.names: dict[str, list[str]] = names
-        poses = np.array([[_seven(x) for x in m.transforms] for m in rows["/poses"]])
+        poses = np.array([[_seven(x) for x in m.transforms] for m in rows["/poses"]]).reshape(
+            -1, len(names["/poses"]), 7
+        )
         self.pose: dict[str, Array] = {body: poses[:, i] for i, body in enumerate(names["/poses"])}
 
     def column(self, topic: str, name: str) -> Array:

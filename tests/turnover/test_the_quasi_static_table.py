@@ -44,9 +44,7 @@ def loads(theta: Array, half: int) -> tuple[Array, Array]:
 
 def carried(mechanics: Mechanics, loaders: tuple[str, ...]) -> Array:
     """(n, len(loaders)) vertical sling force per loader [t]."""
-    by = [
-        sum(mechanics.pulls[s].force[:, 2] for s in mechanics.slings if s.startswith(loader)) for loader in loaders
-    ]
+    by = [sum(mechanics.pulls[s].force[:, 2] for s in mechanics.slings if s.startswith(loader)) for loader in loaders]
     return np.stack(by, axis=1) / mechanics.g / 1e3
 
 
@@ -197,9 +195,7 @@ def test_while_still_the_hook_ropes_hang_plumb(mechanics: Mechanics, stages: dic
             assert np.degrees(np.arccos(u[k, 2])).max() < OFF_LEAD, name
 
 
-def test_no_winch_hoists_faster_in_the_turns_than_2_3_m_per_minute(
-    reading: Reading, stages: dict[str, Stage]
-) -> None:
+def test_no_winch_hoists_faster_in_the_turns_than_2_3_m_per_minute(reading: Reading, stages: dict[str, Stage]) -> None:
     for stage in ("turn to 90 degrees", "turn to 180 degrees"):
         rates = reading.values["/rope/length_rate"][stages[stage].samples] * 60.0
         assert np.abs(rates).max() == pytest.approx(2.3, abs=ROUNDED)

@@ -1,0 +1,126 @@
+"""Who edits the action list, or a joint, a body or a law of the scene, gets another run; nothing else decides it."""
+
+import re
+from math import pi, sqrt
+from pathlib import Path
+
+import numpy as np
+import pytest
+from chain import G, channel, play
+from heavylift.nodes.scene import load
+from heavylift.recordings import Recording
+
+LIFT = load("lift").text
+STAGES = ("take up slack", "lift off", "up", "sideways")
+SEEN = 1e-3  # [m] a difference that a user sees in the block's last place
+SAME = 1e-6  # relative, of a static stretch or of a period
+
+
+def without(text: str, stage: str) -> str:
+    """The scene with one action taken off its list."""
+    left, removed = re.subn(rf"  - stage: {stage}\b.*\n(?:    .*\n)*", "", text)
+    assert removed == 1
+    return left
+
+
+def last_place(recording: Recording) -> np.ndarray:
+    return recording.signal("pose/block").values[-1, :3]
+
+
+def stages(recording: Recording) -> list[str]:
+    return [e.value["name"] for e in recording.events(source="commander", port="stage")]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    """The bundled lift as it is."""
+    return play(tmp_path_factory.mktemp("whole"), LIFT)
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_an_action_that_is_removed_is_missed(tmp_path: Path, whole: Recording, stage: str) -> None:
+    assert stages(whole)[:4] == list(STAGES)
+
+    poorer = play(tmp_path, without(LIFT, stage))
+
+    assert stages(poorer) == [name for name in stages(whole) if name != stage]
+    assert np.abs(last_place(poorer) - last_place(whole)).max() > SEEN
+
+
+def test_a_longer_way_in_the_action_list_is_gone(tmp_path: Path, whole: Recording) -> None:
+    further = play(tmp_path, LIFT, ["actions.3.trolleys=traverse 20 m/min by 3 m"])
+
+    for trolley in ("upper", "lower"):
+        _, far = channel(further, f"pose/crane.{trolley}", "y")
+        _, near = channel(whole, f"pose/crane.{trolley}", "y")
+        assert far[-1] - near[-1] == pytest.approx(1.0, abs=SEEN)
+
+
+def test_an_action_list_in_another_order_runs_in_that_order(tmp_path: Path, whole: Recording) -> None:
+    head, *actions = LIFT.split("  - stage: ")
+    actions[2], actions[3] = actions[3], actions[2]
+
+    swapped = play(tmp_path, "  - stage: ".join([head, *actions]))
+
+    assert stages(swapped)[2:4] == ["sideways", "up"]
+    assert np.abs(last_place(swapped) - last_place(whole)).max() > SEEN
+
+
+PENDULUM = """\
+heavylift: 1
+name: pendulum
+accuracy: 1e-6 %
+samples: 20 Hz
+end: 40 s
+mechanism:
+  bodies:
+    load: {mass: 450 t, com: [0, 0, -60 m]}
+  joints:
+    pivot: {type: revolute, child: load, axis: [0, 1, 0], start: 0.01 deg}
+"""
+
+
+def half_period(recording: Recording) -> float:
+    """Seconds between the first two passages through the vertical, by straight lines between samples."""
+    t, place = channel(recording, "joint/position", recording.signal("joint/position").names[0])
+    at = np.flatnonzero(place[:-1] * place[1:] < 0.0)[:2]
+    first, second = t[at] - place[at] * (t[at + 1] - t[at]) / (place[at + 1] - place[at])
+    return float(second - first)
+
+
+# Ten thousandths of a degree swing like the linear pendulum, and a straight line through zero errs by 1e-6 s.
+@pytest.mark.parametrize(
+    ("atomic", "change", "period"),
+    [
+        ("none", {}, 2 * pi * sqrt(60 / G)),
+        ("body: the link's length", {"-60 m": "-15 m"}, 2 * pi * sqrt(15 / G)),
+        ("body: the mass of a point", {"450 t": "45 t"}, 2 * pi * sqrt(60 / G)),
+        (
+            "body: the moment of inertia",
+            {"-60 m]": "-60 m], inertia: [0, 1.62e9 kg m2, 0]"},
+            2 * pi * sqrt((60 + 60.0) / G),
+        ),
+        (
+            "actor: a spring on the joint",
+            {"0.01 deg}": "0.01 deg}\n  springs: {coil: {joint: pivot, stiffness: 794.33865 MN m/rad}}"},
+            2 * pi * sqrt(60 / (4 * G)),
+        ),
+        (
+            "joint: a sliding one, on a spring",
+            {
+                "type: revolute": "type: prismatic",
+                "0.01 deg}": "1 mm}\n  springs: {coil: {joint: pivot, stiffness: 450 kN/m}}",
+            },
+            2 * pi,
+        ),
+    ],
+)
+def test_each_atomic_carries_its_part_of_the_motion(
+    tmp_path: Path, atomic: str, change: dict[str, str], period: float
+) -> None:
+    text = PENDULUM
+    for old, new in change.items():
+        assert old in text, atomic
+        text = text.replace(old, new)
+
+    assert 2 * half_period(play(tmp_path, text)) == pytest.approx(period, rel=SAME)

@@ -1,0 +1,136 @@
+"""Each of the ten models receives and sends in the lift; what the lift has no cause for, a smaller lift provokes."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from math import pi
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.nodes.scene import load
+from heavylift.nodes.scene.plan import Plan
+from msgspec.structs import replace as changed
+from stock_reader import Reading
+
+G = 9.80665
+CRANES, LOADERS = ("west", "east"), tuple(f"loader-{i}" for i in range(1, 7))
+SENT = {
+    **{crane: {"Done", "SetProfile", "SetFollow", "Watch"} for crane in CRANES},
+    **{loader: {"RopeState", "Watch"} for loader in LOADERS},
+    **{
+        loader: {"RopeState", "Watch", "Hook", "Unhook", "Hooked", "Unhooked", "SetBrake", "BrakeState", "Done"}
+        for loader in ("loader-3", "loader-6")
+    },
+    "block": {"Lifted", "Touched", "Landed", "Attitude", "Watch"},
+    "commander": {"Stage", "Finished", "Run", "Halt", "Follow", "HookOrder", "UnhookOrder", "SetProfile"},
+}
+HEARD = {
+    **{crane: {"Run", "Halt", "Follow"} for crane in CRANES},
+    **{loader: {"StateEvent"} for loader in LOADERS},
+    **{loader: {"StateEvent", "HookOrder", "UnhookOrder"} for loader in ("loader-3", "loader-6")},
+    "block": {"StateEvent"},
+    "commander": {"Done", "RopeState", "Hooked", "Unhooked", "Lifted", "Landed"},
+}
+
+
+@pytest.fixture(scope="session")
+def sent(reading: Reading) -> dict[str, Counter[str]]:
+    """Events by source and type."""
+    found: dict[str, Counter[str]] = {}
+    for e in reading.events:
+        found.setdefault(e["source"], Counter())[e["type"]] += 1
+    return found
+
+
+def test_the_run_has_ten_models_and_the_kernel(reading: Reading, sent: dict[str, Counter[str]]) -> None:
+    assert set(sent) == {*SENT, "kernel"}
+    assert len(SENT) == 10
+
+
+@pytest.mark.parametrize("model", SENT)
+def test_each_model_speaks(sent: dict[str, Counter[str]], model: str) -> None:
+    assert set(sent[model]) >= SENT[model]
+
+
+@pytest.mark.parametrize("model", HEARD)
+def test_each_model_is_spoken_to(reading: Reading, model: str) -> None:
+    ports = {f"order_{model}", f"state_{model}", *({"report"} if model == "commander" else ())}
+    assert {e["type"] for e in reading.events if e["port"] in ports} >= HEARD[model]
+
+
+def test_every_order_is_answered_once(reading: Reading) -> None:
+    """An order with an id of its own that moves, hooks or unhooks has one Done; an actor gets each but once."""
+    for model in (*CRANES, "loader-3", "loader-6"):
+        orders = reading.said("commander", f"order_{model}")
+        asked = [e["value"]["id"] for e in orders if e["type"] in ("Run", "HookOrder", "UnhookOrder")]
+        done = [e["value"]["id"] for e in reading.said(model, "report", "Done")]
+        assert sorted(asked) == sorted(done)
+        assert len(set(asked)) == len(asked)
+
+
+def test_the_block_tells_its_attitude_every_thirty_degrees(reading: Reading) -> None:
+    told = [round(e["value"]["angle"] * 180 / pi, 6) for e in reading.said("block", "report", "Attitude")]
+    assert list(dict.fromkeys(told))[:5] == [30.0, 60.0, 90.0, 120.0, 150.0]
+
+
+def test_the_hinge_is_locked_while_no_sling_is_hooked(reading: Reading) -> None:
+    for loader in ("loader-3", "loader-6"):
+        states = [(e["t_ns"], e["value"]["engaged"]) for e in reading.said(loader, "report", "BrakeState")]
+        unhooked = {e["t_ns"] for e in reading.said(loader, "report", "Unhooked")}
+        hooked = {e["t_ns"] for e in reading.said(loader, "report", "Hooked")}
+        assert states == [(max(unhooked), True), (min(hooked), False)]
+
+
+Story = Callable[[Callable[[Plan], Plan]], Reading]
+
+
+@pytest.fixture
+def smaller(tmp_path: Path) -> Story:
+    """Run `lift` with a changed plan."""
+
+    def go(change: Callable[[Plan], Plan]) -> Reading:
+        scene = load("lift")
+        run(replace(scene, plan=change(scene.plan)), tmp_path / "lift.mcap", in_process=True)
+        return Reading(tmp_path / "lift.mcap")
+
+    return go
+
+
+def test_a_crane_that_is_too_weak_reports_overload(smaller: Story) -> None:
+    """360 t and three hook blocks of 25 t, against 300 t, three loaders of 45 t and the jerk of the lift-off."""
+    reading = smaller(lambda p: changed(p, cranes=(changed(p.cranes[0], capacity=360e3),)))
+    told = reading.said("crane", "report", "Overload")[0]["value"]
+    rated = (360e3 + 3 * 25e3) * G
+    assert told == {"actor": "crane.main.load", "tension": rated, "rated": rated, "over": True}
+
+
+def test_a_loader_that_is_too_weak_reports_overload(smaller: Story) -> None:
+    reading = smaller(lambda p: changed(p, loaders=tuple(changed(x, capacity_N=1.1e6) for x in p.loaders)))
+    told = [(e["source"], e["value"]["over"]) for e in reading.events if e["type"] == "Overload"]
+    assert told == [("loader-3", True)]  # the others carry 1.0 MN each
+
+
+def test_a_trolley_stops_at_its_end_position(smaller: Story) -> None:
+    def change(p: Plan) -> Plan:
+        c = p.cranes[0]
+        short = changed(c.upper.axis, upper=c.upper.axis.start + 1.0)
+        return changed(p, cranes=(changed(c, upper=changed(c.upper, axis=short)),))
+
+    told = [e["value"] for e in smaller(change).said("crane", "report", "Limit")]
+    assert told == [{"actor": "crane.upper-slide.drive", "limit": "travel limit", "position": 70.0}]
+
+
+def test_a_hook_stops_at_its_upper_limit_switch(smaller: Story) -> None:
+    def change(p: Plan) -> Plan:
+        low = tuple(changed(hook, highest=p.loaders[0].pose[2] + 0.5) for hook in p.cranes[0].hooks)
+        return changed(p, cranes=(changed(p.cranes[0], hooks=low),))
+
+    reading = smaller(change)
+    tripped = {e["value"]["name"]: e["t_ns"] for e in reading.said("kernel", "state_crane")}
+    stopped = {e["value"]["actor"]: e["t_ns"] for e in reading.said("crane", "report", "Limit")}
+    assert set(stopped) == {"crane.H1", "crane.H2", "crane.H3"}
+    for hook, t in stopped.items():
+        assert t == tripped[f"{hook}.highest"] + 1_000_000_000  # 3 m/min ramped down with 0.05 m/s2

@@ -1,0 +1,81 @@
+"""No process and no action of the lift can be left out: the run ends with a sentence, or it is another one."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.kernel.errors import HeavyliftError
+from heavylift.nodes.scene import bundled, parse
+from stock_reader import Reading
+
+PATIENCE_s = 30.0
+GONE_s = 2.0  # within which no process is left
+NODES = ["commander", "west", "east", *(f"loader-{i}" for i in range(1, 7)), "block", "kernel"]
+
+
+@pytest.mark.parametrize("node", NODES)
+def test_a_killed_process_ends_the_run_with_a_sentence_that_names_it(tmp_path: Path, node: str) -> None:
+    command = [sys.executable, Path(__file__).with_name("killer.py"), node, "run", "turnover"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_s)
+    *_, sentence = done.stderr.strip().splitlines()
+    assert done.returncode == 1
+    assert sentence.startswith(f"heavylift: node {node} is gone at t = ")
+    assert "its process was ended by signal 9 (SIGKILL)" in sentence
+    assert "Traceback" not in done.stderr
+    pids = [int(pid) for pid in done.stdout.splitlines()[0].split()]
+    assert len(pids) == len(NODES)
+    deadline = time.monotonic() + GONE_s
+    while any(_lives(pid) for pid in pids):
+        assert time.monotonic() < deadline, "a process is left"
+        time.sleep(0.02)
+    assert Reading(tmp_path / "turnover.mcap").metadata["result"]["status"] == "failed"
+
+
+def test_without_taking_up_slack_the_load_never_comes(tmp_path: Path) -> None:
+    with pytest.raises(HeavyliftError, match="still waiting for all slings taut"):
+        _run_without("take up slack", tmp_path, end="")
+
+
+def test_without_the_loading_the_hoist_begins_on_the_stools(tmp_path: Path) -> None:
+    """The block still lifts off, but at full speed: earlier, and with a jerk."""
+    whole, other = _run_without("", tmp_path), _run_without("load", tmp_path)
+    assert whole.said("block", "report", "Lifted")[0]["t_ns"] > other.said("block", "report", "Lifted")[0]["t_ns"]
+    assert other.values["/rope/peak"].max() > 1.01 * whole.values["/rope/peak"].max()
+
+
+@pytest.mark.parametrize("stage", ["unhook B", "hook C", "re-rig, pass beneath"])
+def test_a_re_rigging_with_a_step_left_out_cannot_be_run(tmp_path: Path, stage: str) -> None:
+    with pytest.raises(HeavyliftError) as told:
+        _run_without(stage, tmp_path)
+    assert "turnover.yaml:" in str(told.value)
+
+
+def _run_without(stage: str, folder: Path, end: str = "95 s") -> Reading:
+    """The beginning of the lift without the action of this stage."""
+    scene = parse(without(stage), "turnover.yaml", [f"end={end}"] if end else [])
+    run(scene, folder / f"{stage}.mcap", in_process=True)
+    return Reading(folder / f"{stage}.mcap")
+
+
+def without(stage: str) -> str:
+    """The text of the scene less one action ("": all of it)."""
+    head, *actions = bundled()["turnover"].read_text().split("\n  - ")
+    kept = [a for a in actions if not stage or not a.startswith((f"stage: {stage}\n", f"stage: {stage} "))]
+    assert len(kept) == len(actions) - bool(stage)
+    return "\n  - ".join([head, *kept])
+
+
+def _lives(pid: int) -> bool:
+    """Whether the process runs; one that has ended and waits to be collected does not."""
+    try:
+        os.kill(pid, 0)
+        status = Path(f"/proc/{pid}/stat")
+        return not (status.exists() and status.read_text().rpartition(")")[2].split()[0] == "Z")
+    except (ProcessLookupError, FileNotFoundError):
+        return False

@@ -1,0 +1,127 @@
+"""A run is a function of its scene: processes, start order, hash seeds, repeats and random grants change no byte.
+
+The digest is SHA-256 over all events and sample rows.  `lift` stands for all combinations; `turnover` is run once
+more, in one process.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import heavylift.coordinator.run as runner
+import pytest
+from conftest import Lift
+from heavylift.coordinator.core import Coordinator
+from heavylift.coordinator.messages import Done, Grant, Hello
+from heavylift.nodes.devs import FOREVER, Tag, after, succ
+from heavylift.nodes.scene import load
+from msgspec.structs import replace
+from stock_reader import Reading
+
+HEAVYLIFT = Path(sys.executable).with_name("heavylift")
+NODES = ["commander", "crane", "loader-1", "loader-2", "loader-3", "block", "kernel"]
+
+
+@pytest.fixture(scope="session")
+def truth(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Digest of `lift` in one process."""
+    return runner.run(load("lift"), tmp_path_factory.mktemp("truth") / "lift.mcap", in_process=True).digest
+
+
+def test_turnover_in_one_process_is_turnover_in_twelve(lift: Lift, tmp_path: Path) -> None:
+    alone = runner.run(load("turnover"), tmp_path / "turnover.mcap", in_process=True)
+    assert alone.digest == lift.result.digest
+    assert alone.peaks == lift.result.peaks
+    assert alone.energy_error == lift.result.energy_error
+
+
+def test_the_recording_tells_the_digest_of_the_run(lift: Lift, reading: Reading) -> None:
+    assert reading.metadata["result"]["digest"] == lift.result.digest
+
+
+@pytest.mark.parametrize("seed", [None, 1, 2])
+def test_the_order_in_which_processes_start_does_not_matter(truth: str, tmp_path: Path, seed: int | None) -> None:
+    order = NODES if seed is None else Random(seed).sample(NODES, len(NODES))
+    assert runner.run(load("lift"), tmp_path / "lift.mcap", order=order).digest == truth
+
+
+@pytest.mark.parametrize("seed", [3, 4])
+def test_the_order_of_nodes_in_one_process_does_not_matter(truth: str, tmp_path: Path, seed: int) -> None:
+    order = Random(seed).sample(NODES, len(NODES))
+    assert runner.run(load("lift"), tmp_path / "lift.mcap", in_process=True, order=order).digest == truth
+
+
+@pytest.mark.parametrize(("seed", "where"), [("0", []), ("1", []), ("4711", ["--in-process"])])
+def test_hash_seeds_do_not_matter(truth: str, tmp_path: Path, seed: str, where: list[str]) -> None:
+    environment = {**os.environ, "PYTHONHASHSEED": seed}
+    subprocess.run(
+        [HEAVYLIFT, "run", "lift", *where], cwd=tmp_path, env=environment, check=True, capture_output=True, timeout=60
+    )
+    digest = Reading(tmp_path / "lift.mcap").metadata["result"]["digest"]
+    assert digest.strip('"') == truth
+
+
+def test_another_scene_has_another_digest(truth: str, tmp_path: Path) -> None:
+    other = runner.run(load("lift", ["rig.slack=51 mm"]), tmp_path / "lift.mcap", in_process=True)
+    assert other.digest != truth
+
+
+class CutShort(Coordinator):
+    """Ends grants at random before their window does, yet late enough to do one tag."""
+
+    random = Random(0)
+    cuts = 0
+
+    def __init__(self, *arguments: Any, **settings: Any) -> None:
+        super().__init__(*arguments, **settings)
+        self._due: dict[str, Tag] = {}
+
+    def hello(self, name: str, hello: Hello) -> None:
+        self._due[name] = hello.next
+        super().hello(name, hello)
+
+    def done(self, name: str, done: Done) -> None:
+        self._due[name] = done.next
+        super().done(name, done)
+
+    def ready(self) -> list[tuple[str, Grant]]:
+        return [(name, self._cut(name, grant)) for name, grant in super().ready()]
+
+    def _cut(self, name: str, grant: Grant) -> Grant:
+        tag = min([self._due[name], *(delivery.event.tag for delivery in grant.inputs)])
+        if tag >= FOREVER:
+            return grant
+        some = self.random.choice([0, 0, 1, 1_000, 1_000_000, 50_000_000, 300_000_000])
+        until = min(grant.until, after(tag, some) if some else succ(tag))
+        type(self).cuts += until < grant.until
+        return replace(grant, until=until)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_grant_limits_leave_every_byte_equal(
+    truth: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seed: int
+) -> None:
+    monkeypatch.setattr(runner, "Coordinator", CutShort)
+    CutShort.random, CutShort.cuts = Random(seed), 0
+    run = runner.run(load("lift"), tmp_path / "lift.mcap", in_process=True)
+    assert CutShort.cuts > 100, CutShort.cuts
+    assert run.digest == truth
+
+
+def test_random_grant_limits_leave_the_loaded_lift_of_turnover_equal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first 100 s with two cranes and twelve slings: the slings chatter as they come taut."""
+    scene = load("turnover", ["end=100 s"])
+    whole = runner.run(scene, tmp_path / "whole.mcap", in_process=True)
+    monkeypatch.setattr(runner, "Coordinator", CutShort)
+    CutShort.random, CutShort.cuts = Random(7), 0
+    cut = runner.run(scene, tmp_path / "cut.mcap", in_process=True)
+    assert CutShort.cuts > 100, CutShort.cuts
+    assert cut.grants > whole.grants
+    assert cut.digest == whole.digest
