@@ -20,11 +20,12 @@ from .rate import Program
 __all__ = ["StateEvent", "Switches"]
 
 JUST_BELOW = 1.0 - 1e-9  # part of the limit that a spring holds which begins to stick, so that it does not slip at once
+GIVEN_WAY = 0.5  # part that it holds after the limit has fallen below it
 
 
 def _deflection(force: Any, velocity: Any, k: float, d: float) -> Any:
-    """How far a friction spring is from its anchor when a slip ends: it goes on with the force that it had."""
-    return (JUST_BELOW * force - d * velocity) / k if k > 0.0 else 0.0 * force
+    """How far a friction spring is from its anchor to hold a force; without a spring nothing is held."""
+    return (force - d * velocity) / k if k > 0.0 else 0.0 * force
 
 
 @dataclass(frozen=True)
@@ -70,10 +71,13 @@ class Switches:
         if p[10] > 0.0:
             s = place - p[11:13]
             held = p[7] * s + p[8] * velocity
-            p[10], p[13:15] = 0.0, held / max(hypot(*held), 1e-300)
+            if float(held @ velocity) > 0.0 or p[7] == 0.0:
+                p[10], p[13:15] = 0.0, held / max(hypot(*held), 1e-300)
+            else:  # the limit has fallen faster than the spring relaxes: it gives way and holds on
+                p[11:13] = place - _deflection(GIVEN_WAY * held, velocity, p[7], p[8])
             return StateEvent(name, "slip", float(row.normal[i]))
         direction = velocity + SLIP_BLEND * p[13:15]
-        force = p[6] * row.normal[i] * direction / max(hypot(*direction), 1e-300)
+        force = JUST_BELOW * p[6] * row.normal[i] * direction / max(hypot(*direction), 1e-300)
         p[10], p[11:13] = 1.0, place - _deflection(force, velocity, p[7], p[8])
         return StateEvent(name, "stick", float(row.normal[i]))
 
@@ -94,7 +98,7 @@ class Switches:
         if p[4] > 0.0:
             p[4], p[6] = 0.0, np.sign(p[1] * (q - p[5]) + p[2] * v)
             return StateEvent(name, "slip", v)
-        p[4], p[5] = 1.0, q - _deflection(p[0] * p[6], v, p[1], p[2])
+        p[4], p[5] = 1.0, q - _deflection(JUST_BELOW * p[0] * p[6], v, p[1], p[2])
         return StateEvent(name, "stick", q)
 
     def _threshold(self, name: str, row: SimpleNamespace) -> StateEvent:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chain import CLOSED_FORMS, channel, happenings, play, the_only
+from chain import CLOSED_FORMS, channel, happenings, play
 from heavylift.recordings import Recording
 
 FORM = CLOSED_FORMS["C10a"]

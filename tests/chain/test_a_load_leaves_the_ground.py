@@ -1,6 +1,4 @@
-"""The winch winds at constant speed; the load leaves the ground when the rope carries it, and dances by a known factor."""
-
-from pathlib import Path
+"""A load leaves the ground when the winch has stretched the rope to its weight, and dances by a known factor."""
 
 import pytest
 from chain import CLOSED_FORMS, channel, happenings, near, play, the_only

@@ -1,7 +1,5 @@
 """Every move of a crane ends on the nanosecond that its trapezoid says: t = d/v + v/a, or 2 sqrt(d/a)."""
 
-from pathlib import Path
-
 import pytest
 from chain import CLOSED_FORMS, play
 from heavylift.nodes.devs import ns

@@ -62,7 +62,8 @@ def test_a_second_run_into_the_same_file_is_refused_and_the_first_goes_on(tmp_pa
 
 
 def test_a_model_that_contradicts_itself_says_where(tmp_path):
-    text = bundled()["lift"].read_text().replace("  - stage: up", "  - stage: again\n    all hooks: hook\n  - stage: up")
+    again = "  - stage: again\n    all hooks: hook\n  - stage: up"
+    text = bundled()["lift"].read_text().replace("  - stage: up", again)
     (tmp_path / "twice.yaml").write_text(text)
     code, _, error = finish(tmp_path, "run", "twice.yaml")
     assert code == 1
