@@ -2,6 +2,6 @@
 
 describe    bodies, joints, ropes and laws as plain data        (no NumPy: node processes import only this)
 graph       numbering and path matrix T                         rate, evaluation    the equations, written once
-symbol, emit, native    tracing, LLVM IR, machine code          dopri5, simulation  steps, events, samples
+symbol, function, emit, native    tracing, LLVM IR, machine code          dopri5, stepper, simulation  steps, events, samples
 equations   the same text, printed                              errors              the exception tree of heavylift
 """

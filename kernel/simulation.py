@@ -20,28 +20,19 @@ from types import SimpleNamespace
 import numpy as np
 
 from .describe import System, Vector
-from .dopri5 import EVENT, FAILED, RUNNING, STILL, Dopri5
-from .emit import module
+from .dopri5 import EVENT, FAILED, RUNNING, STILL
 from .errors import KernelError
-from .native import Library
-from .oracle import Oracle
 from .parameters import PROFILE
-from .rate import Program
-from .references import References
+from .stepper import FOREVER_NS, NEVER, Stepper
 from .switching import StateEvent, Switches
-from .trees import kind_of
 
 __all__ = ["FOREVER_NS", "Simulation"]
 
-FOREVER_NS = 2**63 - 1
-ROWS = 512  # rows of the table that native code fills, besides those that one step may add
-SHORTEST_SAMPLE = 100_000  # [ns]
 BUDGET = 4000.0  # attempts per native call: about 25 ms, so that Ctrl-C and progress live
 CHATTER = 200  # events at one instant, after which the laws contradict each other
-NEVER = 1e15  # [s] local time that does not come
 
 
-class Simulation:
+class Simulation(Stepper):
     """`tolerance`: of a step, relative to 1 + |y|; `sample_ns`: period of samples; `subscribed`: names of laws whose
     events stop `run`; `native=False` runs the same text on floats (slow oracle).  Raises KernelError."""
 
@@ -56,92 +47,15 @@ class Simulation:
         opt: int = 1,
         cache: bool = True,
     ) -> None:
-        if not 0.0 < tolerance < 1.0:
-            raise KernelError(f"tolerance {tolerance:g}: it must lie between 0 and 1")
-        if sample_ns < SHORTEST_SAMPLE:
-            raise KernelError(f"samples every {sample_ns} ns: they must be at least {SHORTEST_SAMPLE} ns apart")
-        self.program = Program(system)
-        if not self.program.nv:
-            raise KernelError("nothing in this scene can move: all joints are fixed")
-        self.method = Dopri5(self.program)
-        self._code: Library | Oracle = (
-            Library(self.structure(), self._ir, opt, cache) if native else Oracle(self.method)
-        )
-        self.P = self.program.parameters.initial.copy()
-        self.X = np.zeros(self.method.layout.size)
-        self._at = self.method.layout.at
-        one_step = ceil(h_max * 1e9 / sample_ns) + 2
-        self._table = np.zeros((ROWS + one_step, self.method.columns))
-        self.references = References(self.program.parameters, self.P, system)
+        super().__init__(system, tolerance, sample_ns, h_max, native, opt, cache)
         self.switches = Switches(self.program, self.P)
         self.subscribed = subscribed
-        self._sample_ns = sample_ns
-        self.rows: list[tuple[int, np.ndarray]] = []
         self.log: list[tuple[int, StateEvent]] = []
-        self.epoch = 0
-        self._samples = 1  # number of the next periodic sample
         self._fallen: list[int] = []
         self._event_ns = FOREVER_NS
         self._instant = 0  # events in a row at the same nanosecond
         self._still = False
         self._snapshot: np.ndarray | None = None
-        x = self.X
-        x[self._at["tol"]], x[self._at["h"]], x[self._at["error"]] = tolerance, 1e-4, 1e-4
-        x[self._at["h_min"]], x[self._at["h_max"]], x[self._at["rows"]] = 1e-12, h_max, ROWS
-        y0 = self.program.initial_state()
-        x[self._at["y"]] = y0
-        x[self._at["weight"]] = [1.0] * (self.program.nq + self.program.nv) + [0.0] * len(self.program.accounts)
-
-    def structure(self) -> str:
-        """Equal for scenes that share machine code: everything that the traced text branches or indexes on."""
-        p, s = self.program, self.program.system
-        number = p.graph.number
-        return repr(
-            [
-                [(kind_of(t), x.ends) for t, x in p.instances],
-                [(d.kind, d.joint) for d in s.drives],
-                [[x.joint for x in s.springs], [x.joint for x in s.stops], [x.joint for x in s.brakes]],
-                len(s.masters),
-                [(r.winch, [(number(k.a.body), number(k.b.body)) for k in r.lines]) for r in s.ropes],
-                [number(u.point.body) for u in s.supports],
-                [(m.kind, m.of, m.axis) for m in s.measured],
-                [(h.quantity, h.of, h.ropes, h.axis, h.point and h.point.body) for h in s.thresholds],
-                [(k.body.name, k.joint.name, k.q.start, k.v.start) for k in p.graph.links],
-                [r.name for r in s.ropes],
-            ]
-        )
-
-    def _ir(self) -> str:
-        return module(self.method.advance, *self.method.functions.values())
-
-    # ---- small tools --------------------------------------------------------------------------------------
-
-    def __getitem__(self, name: str) -> float:
-        return float(self.X[self._at[name]])
-
-    def _set(self, **values: float) -> None:
-        for name, v in values.items():
-            self.X[self._at[name]] = v
-
-    def _call(self, name: str) -> None:
-        blocks = [self.X, self.P]
-        if name in ("advance", "sample", "look"):
-            blocks.append(self._table)
-        self._code.call(name, *blocks)
-
-    def _local(self, t_ns: int) -> float:
-        return (t_ns - self.epoch) * 1e-9 if t_ns < FOREVER_NS else NEVER
-
-    @property
-    def state(self) -> np.ndarray:
-        """(ny,) coordinates, velocities and accounts, committed or tentative."""
-        y: np.ndarray = self.X[self._at["y"]]
-        return y
-
-    def row(self) -> SimpleNamespace:
-        """The present state as a sample row."""
-        self._call("look")
-        return self.method.row_layout.unpack(self._table[int(self["row"])].copy())
 
     # ---- life ---------------------------------------------------------------------------------------------
 
@@ -203,42 +117,7 @@ class Simulation:
         self._set(t_stop=min((b for b in self.references.breaks(self.epoch) if b > self["t"]), default=NEVER))
         self._call("refresh")
 
-    def _commit(self) -> None:
-        self._call("commit")
-        while self["due"] > 0.0:
-            self._call("sample")
-            if self["row"] >= ROWS:
-                self._drain()
-        self._drain()
-
-    def _drain(self) -> None:
-        n = int(self["row"])
-        for i in range(n):
-            self._keep(self._samples * self._sample_ns, self._table[i].copy())
-            self._samples += 1
-        self._set(row=0.0)
-
-    def _keep(self, t_ns: int, row: np.ndarray) -> None:
-        """Take a row of the native table as a sample; raises KernelError if a rope is used up."""
-        at = self.method.row_layout.at
-        for rope, length in zip(self.program.system.ropes, row[at["length"]], strict=True):
-            if length <= 0.0:
-                where = f"rope '{rope.name}' at {t_ns * 1e-9:.3f} s"
-                raise KernelError(f"{where}: it is wound up, {length:.3f} m are left; stop its winch before")
-        row[at["peak_time"]] += self.epoch * 1e-9
-        self.rows.append((t_ns, row))
-
     # ---- events -------------------------------------------------------------------------------------------
-
-    def _forced(self, t: float) -> None:
-        """One step from the committed state to local time t, accepted as it is; step control is not touched."""
-        h, error, t_stop = self["h"], self["error"], self["t_stop"]
-        if t > self["t"]:
-            self._set(h=NEVER, forced=1.0, t_stop=t)
-            self._call("step")
-            self._set(h=h, forced=0.0, error=error, t_stop=t_stop, locate=0.0)
-            if not np.isfinite(self.state).all():
-                raise self._failure()
 
     def _restore(self) -> None:
         """Back to the start of the tentative step."""
@@ -246,17 +125,13 @@ class Simulation:
             self.X[:] = self._snapshot
             self._snapshot, self._fallen, self._event_ns = None, [], FOREVER_NS
         if self["tentative"] > 0.0:
-            for name, old in (("t", "t0"), ("y", "d0"), ("f", "f0")):
-                self.X[self._at[name]] = self.X[self._at[old]]
-            self._set(tentative=0.0)
+            self._to_start()
 
     def _locate(self) -> None:
         """A guard fell inside the tentative step: integrate to the next nanosecond and see what has fallen there."""
         t_ns = self.epoch + max(0, ceil((self["t0"] + self["hi"] * self["h0"]) * 1e9))
         self._snapshot = self.X.copy()
-        for name, old in (("t", "t0"), ("y", "d0"), ("f", "f0")):
-            self.X[self._at[name]] = self.X[self._at[old]]
-        self._set(tentative=0.0)
+        self._to_start()
         self._forced(self._local(t_ns))
         fallen = np.flatnonzero(self.X[self._at["G"]] < 0.0)
         if len(fallen):
@@ -336,15 +211,6 @@ class Simulation:
         self._fallen = [int(i) for i in fallen]
         self._event_ns = self.epoch if len(fallen) else FOREVER_NS
 
-    def _new_stretch(self, t_ns: int) -> None:
-        """Local time starts again at t_ns."""
-        shift = (t_ns - self.epoch) * 1e-9
-        self.X[self._at["peak_time"]] -= shift
-        self.epoch = t_ns
-        base = (self._samples * self._sample_ns - t_ns) * 1e-9
-        self._set(t=0.0, t_base=base, t_out=base, dt_out=self._sample_ns * 1e-9, count=0.0, tentative=0.0)
-        self.references.write(t_ns)
-
     # ---- commands, between interrupt (or fire) and settle --------------------------------------------------
 
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
@@ -399,20 +265,3 @@ class Simulation:
                 R = row.poses.reshape(-1, 12)[self.program.graph.number(m.of), 3:].reshape(3, 3)
                 values.append(float(np.arctan2(R[1 if m.axis == 0 else 0, 2], R[2, 2])))
         return values
-
-    def _failure(self) -> KernelError:
-        """Name what went wrong: a body that is not finite, or a step that became too small."""
-        t = self.epoch * 1e-9 + self["t"]
-        for link in self.program.graph.links:
-            v = self.state[self.program.nq + link.v.start : self.program.nq + link.v.stop]
-            if not np.isfinite(v).all():
-                return KernelError(
-                    f"body '{link.body.name}' at {t:.6f} s: its motion is not finite; check its mass and forces"
-                )
-        rates = np.abs(self.X[self._at["f"]][self.program.nq : self.program.nq + self.program.nv])
-        worst = int(np.nanargmax(rates)) if np.isfinite(rates).any() else 0
-        link = next(k for k in self.program.graph.links if k.v.start <= worst < k.v.stop)
-        return KernelError(
-            f"body '{link.body.name}' at {t:.6f} s: the step became too small (below 1e-12 s); "
-            "a law near it is too stiff or jumps"
-        )

@@ -1,0 +1,187 @@
+"""The native blocks of one simulation and what is done to them between events: steps, commits, samples, stretches.
+
+Local time is float seconds since the last event or command (the epoch); a new *stretch* begins at each of them, so
+precision does not fade in long runs.  Samples lie on a grid of integer nanoseconds and are numbered.
+"""
+
+from __future__ import annotations
+
+from math import ceil
+from types import SimpleNamespace
+
+import numpy as np
+
+from .describe import System
+from .dopri5 import Dopri5
+from .emit import module
+from .errors import KernelError
+from .native import Library
+from .oracle import Oracle
+from .rate import Program
+from .references import References
+from .trees import kind_of
+
+__all__ = ["FOREVER_NS", "NEVER", "Stepper"]
+
+FOREVER_NS = 2**63 - 1
+ROWS = 512  # rows of the table that native code fills, besides those that one step may add
+SHORTEST_SAMPLE = 100_000  # [ns]
+NEVER = 1e15  # [s] local time that does not come
+
+
+class Stepper:
+    """X (state), P (parameters) and the table of samples, with the machine code that works on them."""
+
+    def __init__(
+        self,
+        system: System,
+        tolerance: float,
+        sample_ns: int,
+        h_max: float,
+        native: bool,
+        opt: int,
+        cache: bool,
+    ) -> None:
+        if not 0.0 < tolerance < 1.0:
+            raise KernelError(f"tolerance {tolerance:g}: it must lie between 0 and 1")
+        if sample_ns < SHORTEST_SAMPLE:
+            raise KernelError(f"samples every {sample_ns} ns: they must be at least {SHORTEST_SAMPLE} ns apart")
+        self.program = Program(system)
+        if not self.program.nv:
+            raise KernelError("nothing in this scene can move: all joints are fixed")
+        self.method = Dopri5(self.program)
+        self._code: Library | Oracle = (
+            Library(self.structure(), self._ir, opt, cache) if native else Oracle(self.method)
+        )
+        self.P = self.program.parameters.initial.copy()
+        self.X = np.zeros(self.method.layout.size)
+        self._at = self.method.layout.at
+        one_step = ceil(h_max * 1e9 / sample_ns) + 2
+        self._table = np.zeros((ROWS + one_step, self.method.columns))
+        self.references = References(self.program.parameters, self.P, system)
+        self._sample_ns = sample_ns
+        self.rows: list[tuple[int, np.ndarray]] = []
+        self.epoch = 0
+        self._samples = 1  # number of the next periodic sample
+        x = self.X
+        x[self._at["tol"]], x[self._at["h"]], x[self._at["error"]] = tolerance, 1e-4, 1e-4
+        x[self._at["h_min"]], x[self._at["h_max"]], x[self._at["rows"]] = 1e-12, h_max, ROWS
+        y0 = self.program.initial_state()
+        x[self._at["y"]] = y0
+        x[self._at["weight"]] = [1.0] * (self.program.nq + self.program.nv) + [0.0] * len(self.program.accounts)
+
+    def structure(self) -> str:
+        """Equal for scenes that share machine code: everything that the traced text branches or indexes on."""
+        p, s = self.program, self.program.system
+        number = p.graph.number
+        return repr(
+            [
+                [(kind_of(t), x.ends) for t, x in p.instances],
+                [(d.kind, d.joint) for d in s.drives],
+                [[x.joint for x in s.springs], [x.joint for x in s.stops], [x.joint for x in s.brakes]],
+                len(s.masters),
+                [(r.winch, [(number(k.a.body), number(k.b.body)) for k in r.lines]) for r in s.ropes],
+                [number(u.point.body) for u in s.supports],
+                [(m.kind, m.of, m.axis) for m in s.measured],
+                [(h.quantity, h.of, h.ropes, h.axis, h.point and h.point.body) for h in s.thresholds],
+                [(k.body.name, k.joint.name, k.q.start, k.v.start) for k in p.graph.links],
+                [r.name for r in s.ropes],
+            ]
+        )
+
+    def _ir(self) -> str:
+        return module(self.method.advance, *self.method.functions.values())
+
+    def __getitem__(self, name: str) -> float:
+        return float(self.X[self._at[name]])
+
+    def _set(self, **values: float) -> None:
+        for name, v in values.items():
+            self.X[self._at[name]] = v
+
+    def _call(self, name: str) -> None:
+        blocks = [self.X, self.P]
+        if name in ("advance", "sample", "look"):
+            blocks.append(self._table)
+        self._code.call(name, *blocks)
+
+    def _local(self, t_ns: int) -> float:
+        return (t_ns - self.epoch) * 1e-9 if t_ns < FOREVER_NS else NEVER
+
+    @property
+    def state(self) -> np.ndarray:
+        """(ny,) coordinates, velocities and accounts, committed or tentative."""
+        y: np.ndarray = self.X[self._at["y"]]
+        return y
+
+    def row(self) -> SimpleNamespace:
+        """The present state as a sample row."""
+        self._call("look")
+        return self.method.row_layout.unpack(self._table[int(self["row"])].copy())
+
+    def _commit(self) -> None:
+        self._call("commit")
+        while self["due"] > 0.0:
+            self._call("sample")
+            if self["row"] >= ROWS:
+                self._drain()
+        self._drain()
+
+    def _drain(self) -> None:
+        n = int(self["row"])
+        for i in range(n):
+            self._keep(self._samples * self._sample_ns, self._table[i].copy())
+            self._samples += 1
+        self._set(row=0.0)
+
+    def _keep(self, t_ns: int, row: np.ndarray) -> None:
+        """Take a row of the native table as a sample; raises KernelError if a rope is used up."""
+        at = self.method.row_layout.at
+        for rope, length in zip(self.program.system.ropes, row[at["length"]], strict=True):
+            if length <= 0.0:
+                where = f"rope '{rope.name}' at {t_ns * 1e-9:.3f} s"
+                raise KernelError(f"{where}: it is wound up, {length:.3f} m are left; stop its winch before")
+        row[at["peak_time"]] += self.epoch * 1e-9
+        self.rows.append((t_ns, row))
+
+    def _forced(self, t: float) -> None:
+        """One step from the committed state to local time t, accepted as it is; step control is not touched."""
+        h, error, t_stop = self["h"], self["error"], self["t_stop"]
+        if t > self["t"]:
+            self._set(h=NEVER, forced=1.0, t_stop=t)
+            self._call("step")
+            self._set(h=h, forced=0.0, error=error, t_stop=t_stop, locate=0.0)
+            if not np.isfinite(self.state).all():
+                raise self._failure()
+
+    def _to_start(self) -> None:
+        """Back to the start of the tentative step."""
+        for name, old in (("t", "t0"), ("y", "d0"), ("f", "f0")):
+            self.X[self._at[name]] = self.X[self._at[old]]
+        self._set(tentative=0.0)
+
+    def _new_stretch(self, t_ns: int) -> None:
+        """Local time starts again at t_ns."""
+        shift = (t_ns - self.epoch) * 1e-9
+        self.X[self._at["peak_time"]] -= shift
+        self.epoch = t_ns
+        base = (self._samples * self._sample_ns - t_ns) * 1e-9
+        self._set(t=0.0, t_base=base, t_out=base, dt_out=self._sample_ns * 1e-9, count=0.0, tentative=0.0)
+        self.references.write(t_ns)
+
+    def _failure(self) -> KernelError:
+        """Name what went wrong: a body that is not finite, or a step that became too small."""
+        t = self.epoch * 1e-9 + self["t"]
+        for link in self.program.graph.links:
+            v = self.state[self.program.nq + link.v.start : self.program.nq + link.v.stop]
+            if not np.isfinite(v).all():
+                return KernelError(
+                    f"body '{link.body.name}' at {t:.6f} s: its motion is not finite; check its mass and forces"
+                )
+        rates = np.abs(self.X[self._at["f"]][self.program.nq : self.program.nq + self.program.nv])
+        worst = int(np.nanargmax(rates)) if np.isfinite(rates).any() else 0
+        link = next(k for k in self.program.graph.links if k.v.start <= worst < k.v.stop)
+        return KernelError(
+            f"body '{link.body.name}' at {t:.6f} s: the step became too small (below 1e-12 s); "
+            "a law near it is too stiff or jumps"
+        )
