@@ -23,6 +23,7 @@ __all__ = ["KernelConfig", "KernelNode"]
 
 NAME = "kernel"
 BATCH = 64  # samples in one message
+SILENT = 2**30  # microstep of silent tags
 
 
 class KernelConfig(msgspec.Struct, frozen=True):
@@ -44,7 +45,7 @@ class KernelNode:
         self._subscriptions: Mapping[str, list[str]] = config.subscriptions
         self._publish = publish
         self._sent = 0
-        self._last = Tag(-1)
+        self._last = self._spoke = Tag(-1)  # of all transitions; of those with an event or an input
         self._offer: list[Switched] | None = None
         self.simulation = Simulation(
             merge(config.systems, config.gravity),
@@ -68,16 +69,22 @@ class KernelNode:
 
     @property
     def next_time(self) -> Tag:
-        """Tag of the located event or of the end of the tentative step."""
+        """Tag of the located event, or just before the nanosecond in which the tentative step ends.
+
+        A silent tag never shares its nanosecond with an event that is found later: where steps end must not show in
+        the microsteps of events.
+        """
         t = self.simulation.next_ns
         if t >= FOREVER_NS:
             return FOREVER
-        return max(Tag(t), succ(self._last))
+        if self.simulation.event:
+            return max(Tag(t), succ(self._spoke))
+        return max(Tag(t - 1, SILENT), succ(self._last))
 
     @property
     def quiet(self) -> Tag:
         """A tentative step without an event ends silently."""
-        return self.next_time if self.simulation.event else succ(self.next_time)
+        return self.next_time if self.simulation.event else max(Tag(self.simulation.next_ns), succ(self.next_time))
 
     def outputs(self) -> list[Event]:
         """The state events at `next_time`, one copy for each model that subscribed."""
@@ -96,12 +103,14 @@ class KernelNode:
 
     def advance(self, tag: Tag, bag: Sequence[Delivery], until: Tag) -> None:
         """An event fires, inputs apply, or both (confluent: switch first, then the inputs); then work ahead."""
-        fires = self.simulation.fallen and tag == self.next_time
+        fires = self.simulation.event and tag == self.next_time
         if fires:
             self.simulation.fire()
         elif bag:
             self.simulation.interrupt(tag.t)
         self._last = tag
+        if fires or bag:
+            self._spoke = tag
         try:
             for delivery in bag:
                 self._apply(delivery.event.value, tag)

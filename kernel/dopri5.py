@@ -75,16 +75,23 @@ def inside(s: SimpleNamespace) -> Any:
 
 
 def step(s: SimpleNamespace, rate: Rate, n_error: float) -> None:
-    """One attempt from (t, y, f); f is the derivative at y (first same as last).  `forced` accepts whatever comes."""
+    """One attempt from (t, y, f); f is the derivative at y (first same as last).  `forced` accepts whatever comes.
+
+    Guards are looked at in every stage, so that one that falls and recovers within the step is not missed; a stage
+    that was wrong about it only shortens the step.
+    """
     room = s.t_stop - s.t
     last = s.h >= room
     h = select(last, room, s.h)
     k, among = [s.f], inside(s)
     y, r = s.y, s
+    below, earliest = False, 1.0
     for c, a in zip(C[1:], A[1:], strict=True):
         y = s.y + h * combine(a, k)
         r = rate(s.t + c * h, among, y)
         k.append(r.dy)
+        fell = any_of(g < 0.0 for g in r.G)
+        below, earliest = any_of([below, fell]), select(below, earliest, select(fell, c, earliest))
     e = h * combine(E, k) * s.weight * (1.0 / (s.tol * (1.0 + maximum(abs(s.y), abs(y)))))
     error = sqrt(e @ e * (1.0 / n_error))
     good = error <= 1.0
@@ -101,10 +108,9 @@ def step(s: SimpleNamespace, rate: Rate, n_error: float) -> None:
     s.h = minimum(s.h_max, select(good, select(last, maximum(s.h, h * up), h * up), h * down))
     s.tentative = select(ok, 1.0, 0.0)
     s.T = select(ok, r.T, s.T)
-    below = any_of(g < 0.0 for g in r.G)
     fallen = below if below is False else ok & below
     s.locate = select(fallen, 1.0, 0.0)
-    s.lo, s.hi = 0.0, 1.0
+    s.lo, s.hi = 0.0, earliest
     s.G = r.G
     s.status = select(
         s.h < s.h_min,
@@ -112,7 +118,7 @@ def step(s: SimpleNamespace, rate: Rate, n_error: float) -> None:
         select(s.still > 0.0, STILL, select(fallen, EVENT, select(ok & last, BREAK, RUNNING))),
     )
     s.budget = s.budget - 1.0
-    more = select(s.budget > 0.0, select(s.rows > s.row, select(s.until > s.t, 1.0, 0.0), 0.0), 0.0)
+    more = select(s.budget > 0.0, select(s.rows > s.row, select(s.until >= s.t, 1.0, 0.0), 0.0), 0.0)
     s.run = select(s.status > RUNNING, 0.0, more)
 
 

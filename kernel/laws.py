@@ -20,6 +20,7 @@ __all__ = [
     "attachment", "brake", "drive", "profile", "rope", "stop", "support",
 ]  # fmt: skip
 
+ROUND_OFF = 1e-12  # [m] deflection of a friction spring that round-off in places far from the origin can feign
 SLIP_BLEND = 1e-6  # [m/s] below this speed the direction of sliding friction is that of the slip's start
 
 
@@ -117,7 +118,7 @@ def _friction(s: Any, v: Any, limit: Any, k: Any, d: Any, stick: Any, direction:
     force = np.array([-select(on, h, limit * w) for h, w in zip(held, u, strict=True)])
     return (
         force,
-        select(on, limit - size, direction @ v),
+        select(on, limit + k * ROUND_OFF - size, direction @ v),
         select(on, d * (v @ v), limit * (u @ v)),
         select(on, 0.5 * k * (s @ s), 0.0),
     )

@@ -5,7 +5,7 @@ nanosecond and the state is integrated to that nanosecond.  Steps depend on the 
 only: `run(until)` never cuts a step, the one that passes `until` stays tentative, and a command inside it discards it.
 
     next_ns        when something is known to happen: a located event, or the end of the tentative step
-    run(until)     commit steps below `until`; stops at an event that somebody subscribed to
+    run(until)     commit steps up to `until`; stops at an event that somebody subscribed to
     fire()         take the located event: integrate to it, switch the laws, return what happened
     interrupt(t)   integrate to t, so that commands can be given
     settle()       after events and commands: new derivative, guards that the jump has made true
@@ -85,16 +85,16 @@ class Simulation(Stepper):
         return any(self.program.guards[i][1] in self.subscribed for i in self._fallen)
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
-        """Commit steps that end before `until_ns`; `pause` is called every 25 ms of work."""
+        """Commit steps that end by `until_ns`; `pause` is called every 25 ms of work."""
         while not self._still:
             if self._fallen:
-                if self.event or self._event_ns >= until_ns:
+                if self.event or self._event_ns > until_ns:
                     return
                 self.fire()
                 self.settle()
                 continue
             horizon = self._local(until_ns)
-            if self["t"] >= horizon and self["tentative"] > 0.0:
+            if self["t"] > horizon and self["tentative"] > 0.0:
                 return
             if self["t"] >= self["t_stop"]:
                 self._pass_break()
@@ -141,7 +141,7 @@ class Simulation(Stepper):
 
     @property
     def fallen(self) -> bool:
-        """Whether `next_ns` is an event at all, subscribed or not."""
+        """Whether `next_ns` is an event at all, heard or not."""
         return bool(self._fallen)
 
     def preview(self) -> list[StateEvent]:
@@ -174,10 +174,7 @@ class Simulation(Stepper):
 
     def interrupt(self, t_ns: int) -> None:
         """Integrate to t_ns (not beyond next_ns), so that commands can be given there."""
-        self.run(t_ns)  # a step may end within the nanosecond before t_ns
-        if self._fallen and not self.event:
-            self.fire()
-            return
+        self.run(t_ns)  # what ends or happens unheard by then comes first
         self._restore()
         if self._still:
             self._rest(t_ns)

@@ -140,7 +140,7 @@ class Stepper:
         for rope, length in zip(self.program.system.ropes, row[at["length"]], strict=True):
             if length <= 0.0:
                 where = f"rope '{rope.name}' at {t_ns * 1e-9:.3f} s"
-                raise KernelError(f"{where}: it is wound up, {length:.3f} m are left; stop its winch before")
+                raise KernelError(f"{where}: all of it is wound up; stop its winch before")
         row[at["peak_time"]] += self.epoch * 1e-9
         self.rows.append((t_ns, row))
 

@@ -292,7 +292,7 @@ def test_a_winch_that_pays_in_more_rope_than_there_is():
     s.settle()
     with pytest.raises(KernelError) as e:
         s.run(60 * SECOND)
-    assert str(e.value) == "rope 'rope' at 7.500 s: it is wound up, -3.450 m are left; stop its winch before"
+    assert str(e.value) == "rope 'rope' at 7.117 s: all of it is wound up; stop its winch before"
 
 
 def test_motion_that_is_not_finite_names_the_body():
