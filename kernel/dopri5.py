@@ -53,8 +53,8 @@ _SCALARS = (
     # tolerance and step control, earliest time at which a scene may count as still
     "tol", "h_min", "h_max", "error", "forced", "t_rest",
     "accepted", "rejected", "tentative", "still",
-    # last step: start, length, bracket of a root
-    "t0", "h0", "lo", "hi",
+    # last step: start, length, bracket of a root, whether only a stage has seen it, status and loop without it
+    "t0", "h0", "lo", "hi", "doubt", "calm", "more",
     # samples: next, period, local time of sample 0 of this stretch, number within the stretch, row, rows allowed
     "t_out", "dt_out", "t_base", "count", "row", "rows",
 )  # fmt: skip
@@ -77,8 +77,7 @@ def inside(s: SimpleNamespace) -> Any:
 def step(s: SimpleNamespace, rate: Rate, n_error: float) -> None:
     """One attempt from (t, y, f); f is the derivative at y (first same as last).  `forced` accepts whatever comes.
 
-    Guards are looked at in every stage, so that one that falls and recovers within the step is not missed; a stage
-    that was wrong about it only shortens the step.
+    Guards are looked at in every stage, so that one that falls and recovers within the step is not missed.
     """
     room = s.t_stop - s.t
     last = s.h >= room
@@ -92,7 +91,7 @@ def step(s: SimpleNamespace, rate: Rate, n_error: float) -> None:
         k.append(r.dy)
         fell = any_of(g < 0.0 for g in r.G)
         below, earliest = any_of([below, fell]), select(below, earliest, select(fell, c, earliest))
-    e = h * combine(E, k) * s.weight * (1.0 / (s.tol * (1.0 + maximum(abs(s.y), abs(y)))))
+    e = h * combine(E, k) * (1.0 / (s.tol * (1.0 + maximum(abs(s.y), abs(y)))))
     error = sqrt(e @ e * (1.0 / n_error))
     good = error <= 1.0
     ok = good | (s.forced > 0.0)
@@ -108,29 +107,39 @@ def step(s: SimpleNamespace, rate: Rate, n_error: float) -> None:
     s.h = minimum(s.h_max, select(good, select(last, maximum(s.h, h * up), h * up), h * down))
     s.tentative = select(ok, 1.0, 0.0)
     s.T = select(ok, r.T, s.T)
+    ended = any_of(g < 0.0 for g in r.G)
     fallen = below if below is False else ok & below
     s.locate = select(fallen, 1.0, 0.0)
-    s.lo, s.hi = 0.0, earliest
+    s.doubt = select(ended, 0.0, 1.0)
+    s.lo, s.hi = 0.0, select(ended, 1.0, earliest)
     s.G = r.G
-    s.status = select(
-        s.h < s.h_min,
-        FAILED,
-        select(s.still > 0.0, STILL, select(fallen, EVENT, select(ok & last, BREAK, RUNNING))),
-    )
     s.budget = s.budget - 1.0
-    more = select(s.budget > 0.0, select(s.rows > s.row, select(s.until >= s.t, 1.0, 0.0), 0.0), 0.0)
-    s.run = select(s.status > RUNNING, 0.0, more)
+    s.more = select(s.budget > 0.0, select(s.rows > s.row, select(s.until >= s.t, 1.0, 0.0), 0.0), 0.0)
+    s.calm = select(s.h < s.h_min, FAILED, select(s.still > 0.0, STILL, select(ok & last, BREAK, RUNNING)))
+    go_on(s, select(fallen, select(s.calm > BREAK, s.calm, EVENT), s.calm))
+
+
+def go_on(s: SimpleNamespace, status: Any) -> None:
+    """The loop goes on while nothing has happened and there is budget, room for samples, and time."""
+    s.status = status
+    s.run = select(status > RUNNING, 0.0, s.more)
 
 
 def bisect(s: SimpleNamespace, rate: Rate) -> None:
-    """Halve the bracket [lo, hi] around the first fall of a guard in the last step; G holds the guards at hi."""
-    x = 0.5 * (s.lo + s.hi)
+    """Halve the bracket [lo, hi] around the first fall of a guard in the last step; G holds the guards at hi.
+
+    A fall that only a stage has seen is in doubt: if the solution does not show it at that time there was none.
+    """
+    x = select(s.doubt > 0.0, s.hi, 0.5 * (s.lo + s.hi))
     t = s.t0 + x * s.h0
     G = rate(t, t, dense(s, x)).G
     fallen = any_of(g < 0.0 for g in G)
+    none = select(fallen, 0.0, s.doubt)
     s.G = select(fallen, G, s.G)
     s.lo, s.hi = select(fallen, s.lo, x), select(fallen, x, s.hi)
-    s.locate = select((s.hi - s.lo) * s.h0 > LOCATED, 1.0, 0.0)
+    s.locate = select(none > 0.0, 0.0, select((s.hi - s.lo) * s.h0 > LOCATED, 1.0, 0.0))
+    s.doubt = 0.0
+    go_on(s, select(none > 0.0, s.calm, s.status))
 
 
 def commit(s: SimpleNamespace, quaternions: list[int], velocities: slice) -> None:
@@ -182,7 +191,7 @@ class Dopri5:
         p = self.program = program
         nq, nv = p.nq, p.nv
         n_ropes, n_guards = len(p.system.ropes), len(p.guards)
-        states = dict.fromkeys(("y", "f", "f0", "d0", "d1", "d2", "d3", "d4", "weight"), p.ny)
+        states = dict.fromkeys(("y", "f", "f0", "d0", "d1", "d2", "d3", "d4"), p.ny)
         ropes = dict.fromkeys(("T", "peak", "peak_time"), n_ropes)
         sizes = {**dict.fromkeys(_SCALARS), **states, **ropes, "G": n_guards}
         self.layout = Layout(sizes, frozenset(states))

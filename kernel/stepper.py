@@ -26,6 +26,7 @@ __all__ = ["FOREVER_NS", "NEVER", "Stepper"]
 FOREVER_NS = 2**63 - 1
 ROWS = 512  # rows of the table that native code fills, besides those that one step may add
 SHORTEST_SAMPLE = 100_000  # [ns]
+SHORTEST_ROPE = 1e-6  # [m] below which EA/L0 makes any step too small
 NEVER = 1e15  # [s] local time that does not come
 
 
@@ -68,7 +69,6 @@ class Stepper:
         x[self._at["h_min"]], x[self._at["h_max"]], x[self._at["rows"]] = 1e-12, h_max, ROWS
         y0 = self.program.initial_state()
         x[self._at["y"]] = y0
-        x[self._at["weight"]] = [1.0] * (self.program.nq + self.program.nv) + [0.0] * len(self.program.accounts)
 
     def structure(self) -> str:
         """Equal for scenes that share machine code: everything that the traced text branches or indexes on."""
@@ -137,12 +137,14 @@ class Stepper:
     def _keep(self, t_ns: int, row: np.ndarray) -> None:
         """Take a row of the native table as a sample; raises KernelError if a rope is used up."""
         at = self.method.row_layout.at
-        for rope, length in zip(self.program.system.ropes, row[at["length"]], strict=True):
-            if length <= 0.0:
-                where = f"rope '{rope.name}' at {t_ns * 1e-9:.3f} s"
-                raise KernelError(f"{where}: all of it is wound up; stop its winch before")
+        self._check_lengths(t_ns * 1e-9, row[at["length"]])
         row[at["peak_time"]] += self.epoch * 1e-9
         self.rows.append((t_ns, row))
+
+    def _check_lengths(self, t: float, lengths: np.ndarray) -> None:
+        for rope, length in zip(self.program.system.ropes, lengths, strict=True):
+            if length < SHORTEST_ROPE:
+                raise KernelError(f"rope '{rope.name}' at {t:.3f} s: all of it is wound up; stop its winch before")
 
     def _forced(self, t: float) -> None:
         """One step from the committed state to local time t, accepted as it is; step control is not touched."""
@@ -172,6 +174,7 @@ class Stepper:
     def _failure(self) -> KernelError:
         """Name what went wrong: a body that is not finite, or a step that became too small."""
         t = self.epoch * 1e-9 + self["t"]
+        self._check_lengths(t, self.row().length)
         for link in self.program.graph.links:
             v = self.state[self.program.nq + link.v.start : self.program.nq + link.v.stop]
             if not np.isfinite(v).all():

@@ -1,7 +1,7 @@
 """A load of 450 t below one winch: the scene that the hoisting stories share, and its law in SciPy.
 
 The rope leaves above the pad on which the load stands (or nearly does).  The pad is so stiff that it settles by 5 nm
-under the whole weight: at 0.05 m/s that is wound in 1e-7 s.
+under the whole weight: at 0.05 m/s that is wound in 1e-7 s.  The accuracy keeps steps to 1e-11 m, far below the 5 nm.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SUPPORTS = f"""
 SCENE = """\
 heavylift: 1
 name: hoist
-accuracy: 1e-8 %
+accuracy: 1e-9 %
 samples: {samples} Hz
 end: {end} s
 mechanism:

@@ -60,7 +60,7 @@ BAD = {
     ),
     "portals overlap on the way": (
         "turnover",
-        [("cranes: travel 30 m/min by 120 m", "west: travel 30 m/min by 3 m")],
+        [("cranes: travel 30 m/min ramp 0.03234 m/s2 by 120 m", "west: travel 30 m/min by 3 m")],
         "stage: travel",
         (
             "actions[3]: the portals of west and east overlap: 33 m from centre to centre, but 34 m "
@@ -126,7 +126,7 @@ BAD = {
     ),
     "hooked from too far": (
         "turnover",
-        [("traverse 20 m/min by -11.2 m", "traverse 20 m/min by -3 m")],
+        [("traverse 20 m/min ramp 0.0278 m/s2 by -11.2 m", "traverse 20 m/min by -3 m")],
         "B hooks:",
         (
             "actions[13].B hooks: the hook stands 8.2 m beside the lug C1, too far for the 30 m of "
@@ -392,7 +392,7 @@ BAD = {
             ("hoist 0.3 m/min until lifted", "hoist 0.3 m/min by 1 mm"),
             ("to 61 m of rope", "by 1 mm"),
             ("to 19.4 m of rope", "by 1 mm"),
-            ("cranes: travel 30 m/min by 120 m", "wait: 1 s"),
+            ("cranes: travel 30 m/min ramp 0.03234 m/s2 by 120 m", "wait: 1 s"),
         ],
         "block: turn",
         "actions[5].block: the block stands on its stools and cannot turn: hoist it first",

@@ -1,9 +1,9 @@
 """Work of drives and winches = kinetic + potential + stored energy + heat of every damper, rope, stool and stop.
 
 The turned-over energy counts what every drive and winch has put in or taken out, and all heat.  A lift is stiff work:
-of 899 MJ turned over in `turnover` its dampers make no more than some kJ, so that 1e-6 of the whole, 0.9 kJ, would
-pass over a single one.  Therefore the balance up to the landing is held to 2e-8 (18 J) as well: there every
-hinge damper (150 J), hook rope (25 to 50 J) and B sling (33 J) is missed when it is not counted.
+of 892 MJ turned over in `turnover` all its dampers together make less than 1 kJ, so that 1e-6 of the whole would
+pass over a single one.  Therefore the balance up to the landing is held to 5e-9 (4.5 J) as well: there every
+hinge damper (8 to 23 J), hook rope (28 to 40 J) and B sling (33 J) is missed when it is not counted.
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ from independent_mechanics import Mechanics
 from stock_reader import Array, Reading
 
 CLOSES = 1e-6  # of the energy turned over
-CLOSES_IN_THE_AIR = 2e-8  # of the same, before the block lands
+CLOSES_IN_THE_AIR = 5e-9  # of the same, before the block lands
+CLOSES_ON_THE_WHOLE = 5e-8  # of the same, at the end
 WORK, HEAT = 1e-5, 1e-3  # own integrals of powers at 50 samples per second, relative
 EXACT = 1e-9  # own sums of energies, of the energy turned over
 
@@ -113,7 +114,7 @@ def test_the_audit_itself_fails_when_dampers_make_heat_that_it_is_not_told(readi
         for part in np.array_split(rows, 100):
             audit.add(part)
         errors.append(audit.error)
-    assert errors[0] < CLOSES < errors[1]
+    assert errors[0] < CLOSES_ON_THE_WHOLE < errors[1]
 
 
 def _noticed(reading: Reading, stages: dict[str, Stage], name: str) -> None:
