@@ -6,6 +6,8 @@ Exit codes: 0 done; 1 the run or the file failed; 2 the command line is wrong; 1
 from __future__ import annotations
 
 import sys
+import tempfile
+import traceback
 from pathlib import Path
 from typing import Annotated
 
@@ -127,4 +129,11 @@ def main() -> None:
             asked = type(error).__name__ == "NoArgsIsHelpError"
             print(error.format_message() if asked else f"heavylift: {error.format_message()}", file=sys.stderr)
             sys.exit(error.exit_code)
-        raise
+        with tempfile.NamedTemporaryFile("w", prefix="heavylift-", suffix=".txt", delete=False) as file:
+            traceback.print_exc(file=file)
+        print(
+            f"heavylift: internal error, {type(error).__name__}: {error}; this is a defect of heavylift, {file.name} "
+            "tells its makers more",
+            file=sys.stderr,
+        )
+        sys.exit(1)

@@ -17,11 +17,11 @@ from heavylift.kernel.samples import channels, published
 from heavylift.kernel.simulation import FOREVER_NS, Simulation
 from heavylift.kernel.switching import StateEvent as Switched
 from heavylift.nodes.devs import FOREVER, Delivery, Event, Message, Tag, encode, succ
+from heavylift.nodes.models import KERNEL
 from heavylift.nodes.models import messages as m
 
 __all__ = ["KernelConfig", "KernelNode"]
 
-NAME = "kernel"
 BATCH = 64  # samples in one message
 SILENT = 2**30  # microstep of silent tags
 
@@ -97,7 +97,7 @@ class KernelNode:
             for model in self._subscriptions.get(e.name, ()):
                 port = f"state_{model}"
                 value = m.StateEvent(e.name, e.what, e.value)
-                out.append(Event(*tag, NAME, port, index.get(port, 0), "StateEvent", encode(value)))
+                out.append(Event(*tag, KERNEL, port, index.get(port, 0), "StateEvent", encode(value)))
                 index[port] = index.get(port, 0) + 1
         return sorted(out, key=lambda e: e.order)
 
@@ -115,7 +115,7 @@ class KernelNode:
             for delivery in bag:
                 self._apply(delivery.event.value, tag)
         except KernelError as error:
-            raise ModelError(f"{NAME} at {tag}: {error}") from error
+            raise ModelError(f"{KERNEL} at {tag}: {error}") from error
         if fires or bag:
             self.simulation.settle()
         self._work(until)
@@ -150,7 +150,7 @@ class KernelNode:
             case m.Unwatch():
                 s.switches.unwatch(x.threshold)
             case _:
-                raise ModelError(f"{NAME} at {tag}: it has no use for a {type(x).__name__}")
+                raise ModelError(f"{KERNEL} at {tag}: it has no use for a {type(x).__name__}")
 
     def _flush(self, least: int) -> None:
         rows = self.simulation.rows

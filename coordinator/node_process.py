@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from heavylift.nodes.models import KERNEL
+
 from .link import Link
-from .participant import KERNEL, Participant
+from .participant import Participant
 from .session import Ticket
 
 __all__ = ["main"]

@@ -7,6 +7,8 @@ declares: its part of the mechanics, or the kernel's sample layout.
 from __future__ import annotations
 
 from collections.abc import Callable
+from hashlib import blake2b
+from importlib import metadata
 
 import msgspec
 from heavylift.nodes.devs import Simulator
@@ -14,17 +16,26 @@ from heavylift.nodes.devs import Simulator
 from . import messages as m
 from .node import Node
 
-__all__ = ["KERNEL", "NODE_MODULE", "PRELOAD", "Participant", "Setup"]
+__all__ = ["NODE_MODULE", "PRELOAD", "Participant", "Setup", "fingerprint", "version"]
 
-KERNEL = "kernel"
 NODE_MODULE = "heavylift.coordinator.node_process"
 PRELOAD = (NODE_MODULE, "heavylift.nodes.models", "heavylift.nodes.scene.plan")  # what every node imports
 
 
-class Setup(msgspec.Struct, frozen=True):
-    """Config of a WELCOME: the plan for a model, the kernel's config for the kernel."""
+def version() -> str:
+    """The version of heavylift that this process runs."""
+    return metadata.version("heavylift")
 
-    plan: bytes = b""
+
+def fingerprint(plan: bytes) -> str:
+    """What two nodes of one run must agree on."""
+    return blake2b(plan, digest_size=16).hexdigest()
+
+
+class Setup(msgspec.Struct, frozen=True):
+    """Config of a WELCOME: the plan, and for the kernel what the models have declared."""
+
+    plan: bytes
     kernel: bytes = b""
 
 
@@ -69,4 +80,4 @@ class Participant:
         except Exception as error:
             return Node.failure(self.name, error)
         self._node.handle(welcome)
-        return self._node.hello(declaration)
+        return self._node.hello(declaration, version(), fingerprint(setup.plan))

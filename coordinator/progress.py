@@ -5,6 +5,8 @@ Without a terminal the bar becomes one plain line per stage.
 
 from __future__ import annotations
 
+import shutil
+import sys
 import time
 from pathlib import Path
 from types import TracebackType
@@ -76,7 +78,7 @@ class Progress(Watch):
 
 def clock(seconds: float) -> str:
     """h:mm:ss of simulated time."""
-    s = int(seconds)
+    s = round(seconds)
     return f"{s // 3600}:{s // 60 % 60:02}:{s % 60:02}"
 
 
@@ -101,4 +103,13 @@ def summary(plan: Plan, result: Result, path: Path) -> None:
     if result.energy_turned_over:
         moved = f"{result.energy_turned_over / 1e6:.4g} MJ turned over"
         console.print(f"energy balance closes to {result.energy_error:.1e} of the {moved}")
-    console.print(f"digest {result.digest}\nwrote {path}\n\nnext: heavylift plot {path}")
+    console.print(f"digest {result.digest}\nwrote {path}")
+    if result.unfinished:
+        console.print(f"at its end the run was {result.unfinished}", style="bold")
+    console.print(f"\nnext: {command()} plot {path}")
+
+
+def command() -> str:
+    """The command as the user has called it, so that the next one can be copied."""
+    called = sys.argv[0]
+    return "heavylift" if shutil.which("heavylift") == str(Path(called).absolute()) else called

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Self
 import msgspec
 from heavylift.kernel.describe import System
 from heavylift.nodes.devs import Event, Message, OutPort
-from heavylift.nodes.models import NodeModel
+from heavylift.nodes.models import KERNEL, NodeModel
 from heavylift.nodes.models.messages import StateEvent
-from heavylift.nodes.scene.plan import HookRope, Plan, Sling, encode
+from heavylift.nodes.scene.plan import TOLERANCE_OF_ACCURACY, HookRope, Plan, Sling, encode
 from heavylift.recordings import Recorder, SampleLayout
 from heavylift.recordings.samples import decode_batch
 
@@ -27,12 +27,11 @@ if TYPE_CHECKING:
 
 __all__ = ["Record", "Result", "rated"]
 
-KERNEL = "kernel"
-
 
 @dataclass(frozen=True)
 class Result:
-    """How a run ended: times, digest, per rope (peak tension [N], when [s]), and how well the energy closes."""
+    """How a run ended: times, digest, per rope (peak tension [N], when [s]), how well the energy closes, and what the
+    action list still waited for when a time bound ended the run ("" = nothing)."""
 
     sim_s: float
     wall_s: float
@@ -41,6 +40,7 @@ class Result:
     energy_error: float
     energy_turned_over: float
     grants: int
+    unfinished: str
 
 
 class Record:
@@ -56,7 +56,8 @@ class Record:
         facts = {
             "scene": plan.name,
             "seed": plan.seed,
-            "accuracy": f"{plan.tolerance:g}",
+            "accuracy": f"{100 * plan.tolerance / TOLERANCE_OF_ACCURACY:.6g} %",
+            "tolerance": f"{plan.tolerance:.6g}",
             "samples_hz": plan.samples_hz,
             "nodes": [*models, KERNEL],
             "rated": rated(plan),
@@ -113,7 +114,7 @@ class Record:
         """A node cannot go on: its traceback belongs to the record, not on the user's screen."""
         self._recorder.log(message.tag.t, "error", message.path, f"{message.sentence}\n{message.traceback}")
 
-    def finish(self, grants: int, wall_s: float) -> Result:
+    def finish(self, grants: int, wall_s: float, unfinished: str) -> Result:
         """Close the recording."""
         audit = self._energy
         result = Result(
@@ -124,8 +125,9 @@ class Record:
             energy_error=audit.error if audit else 0.0,
             energy_turned_over=audit.turned_over if audit else 0.0,
             grants=grants,
+            unfinished=unfinished,
         )
-        facts = {"sim_s": result.sim_s, "wall_s": wall_s, "grants": grants}
+        facts: dict[str, object] = {"sim_s": result.sim_s, "wall_s": wall_s, "grants": grants, "unfinished": unfinished}
         facts |= {"energy_error": result.energy_error, "energy_turned_over": result.energy_turned_over}
         self._recorder.close("finished", "", facts)
         return result

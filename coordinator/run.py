@@ -17,13 +17,13 @@ import msgspec
 from heavylift.kernel.describe import System
 from heavylift.kernel.errors import ModelError, ProtocolError, Stopped
 from heavylift.nodes.devs import FOREVER, Event, Tag, ns
-from heavylift.nodes.models import NodeModel, build, couplings, subscriptions
+from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings, subscriptions
 from heavylift.nodes.scene.plan import encode
 
 from . import messages as m
 from .core import Coordinator, Outcome
 from .hub import Hub, LocalHub
-from .participant import KERNEL, NODE_MODULE, PRELOAD, Participant, Setup
+from .participant import NODE_MODULE, PRELOAD, Participant, Setup, fingerprint, version
 from .processes import Processes
 from .record import Record, Result
 from .watch import Watch
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Result", "run"]
 
-COMMANDER = "commander"
 PATIENCE_s = 30.0  # for a node's HELLO
-PATIENCE_ns = 4 * 3600 * 10**9  # simulated time without an order, after which a scene without an end is stuck
+PATIENCE_ns = 4 * 3600 * 10**9  # simulated time without an order after which a scene without an end is stuck: a load
+# that swings undamped never comes to rest, and a run must not go on for ever
 LOOK_s = 0.2  # how often samples are taken while a node works
 
 
@@ -63,7 +63,7 @@ def run(
         except BaseException as error:
             session.abort()
             raise _named(error, session) from error
-        return record.finish(session.grants, time.perf_counter() - started)
+        return record.finish(session.grants, time.perf_counter() - started, session.unfinished)
 
 
 @contextmanager
@@ -107,6 +107,7 @@ class _Session:
         )
         self.now = Tag(0)
         self.grants = 0
+        self.unfinished = ""
         self._outcome: Outcome | None = None
         end = Tag(ns(self._plan.end)) if self._plan.end is not None else Tag(PATIENCE_ns)
         self._core = Coordinator([*models, KERNEL], couplings(self._plan), end, (COMMANDER, "finished"), self._event)
@@ -135,7 +136,9 @@ class _Session:
         return due < FOREVER
 
     def _greet(self) -> None:
-        setup = Setup(plan=encode(self._plan))
+        plan = encode(self._plan)
+        self._fingerprint = fingerprint(plan)
+        setup = Setup(plan)
         for name in self._models:
             self._send(name, m.Welcome(1, msgspec.msgpack.encode(setup)))
         declared: dict[str, bytes] = {}
@@ -150,7 +153,7 @@ class _Session:
             "sample_ns": round(1e9 / self._plan.samples_hz),
             "subscriptions": subscriptions(self._plan),
         }
-        kernel = Setup(kernel=msgspec.msgpack.encode(config))
+        kernel = Setup(plan, msgspec.msgpack.encode(config))
         self._send(KERNEL, m.Welcome(1, msgspec.msgpack.encode(kernel)))
         self._record.layout(self._hello(*self._receive(PATIENCE_s)), systems)
 
@@ -178,6 +181,11 @@ class _Session:
     def _hello(self, node: str, message: m.AnyMessage) -> bytes:
         if not isinstance(message, m.Hello):
             raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where HELLO was expected")
+        if (message.version, message.scene) != (version(), self._fingerprint):
+            raise ProtocolError(
+                f"node {node} runs heavylift {message.version} with another scene or version than the coordinator's "
+                f"{version()}; use one installation for all nodes"
+            )
         self._core.hello(node, message)
         return message.declaration
 
@@ -213,6 +221,7 @@ class _Session:
         self._take_samples()
         if sentences and self._plan.end is None and self._outcome is not Outcome.FINISHED:
             raise ModelError(sentences[0])
+        self.unfinished = "; ".join(sentences)
 
     def abort(self) -> None:
         """Nodes may go; what they sampled so far is kept."""

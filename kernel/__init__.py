@@ -1,7 +1,10 @@
 """The multibody kernel: a compiler from described mechanics to machine code, with located events.
 
-describe    bodies, joints, ropes and laws as plain data        (no NumPy: node processes import only this)
-graph       numbering and path matrix T                         rate, evaluation    the equations, written once
-symbol, function, emit, native    tracing, LLVM IR, machine code          dopri5, stepper, simulation  steps, events, samples
-equations   the same text, printed                              errors              the exception tree of heavylift
+describe                          bodies, joints, ropes and laws as plain data; needs no NumPy
+graph, trees                      numbering, path matrix T, trees of one kind
+joints, dynamics, laws            the joint table, the recursion, the forces
+rate, evaluation                  the equations of a scene, written once
+symbol, function, emit, native    the same text traced, as LLVM IR, as machine code
+dopri5, stepper, simulation       steps, samples, located events, commands
+equations, errors                 the text in print; the exception tree of heavylift
 """

@@ -7,7 +7,7 @@ SI units; rotations are row-major 3x3 tuples; a point is (body, position in that
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Literal
 
 Vector = tuple[float, float, float]
@@ -211,17 +211,5 @@ class System:
 
 def merge(parts: list[System], gravity: float) -> System:
     """One system from the declarations of all nodes, in the order given."""
-    names = (
-        "bodies",
-        "joints",
-        "springs",
-        "stops",
-        "brakes",
-        "drives",
-        "ropes",
-        "supports",
-        "masters",
-        "measured",
-    )
-    joined = {n: tuple(x for p in parts for x in getattr(p, n)) for n in (*names, "thresholds")}
-    return System(**joined, gravity=gravity)
+    groups = [f.name for f in fields(System) if f.name != "gravity"]
+    return System(**{g: tuple(x for p in parts for x in getattr(p, g)) for g in groups}, gravity=gravity)

@@ -21,20 +21,34 @@ __all__ = ["JOINTS", "JointType"]
 class JointType:
     """One row of the table; `placement(q, axis) -> R_JB, p_JB`, `rate(q, v) -> dq/dt`.
 
-    `columns(R_WJ, R_WB, r, axis)` -> n_v columns S in world axes about the tree's point, r from that point to the
-    child's origin.  `rest` is the coordinate vector of the undisplaced joint; `quaternion` where a unit one starts.
+    `columns(R_WJ, R_WB, r, axis)` -> one column S per velocity, in world axes about the tree's point, r from that
+    point to the child's origin.  `coordinates` maps the coordinates' names to their values in the undisplaced joint,
+    `velocities` names the velocities; `quaternion` is where a unit one starts.
     """
 
-    rest: tuple[float, ...]
-    n_v: int
+    coordinates: dict[str, float]
+    velocities: tuple[str, ...]
     placement: Callable[[Any, Any], tuple[Any, Any]]
     rate: Callable[[Any, Any], Any]
     columns: Callable[[Any, Any, Any, Any], list[Any]]
     quaternion: int | None = None
 
     @property
+    def rest(self) -> tuple[float, ...]:
+        return tuple(self.coordinates.values())
+
+    @property
     def n_q(self) -> int:
-        return len(self.rest)
+        return len(self.coordinates)
+
+    @property
+    def n_v(self) -> int:
+        return len(self.velocities)
+
+    @property
+    def one_axis(self) -> bool:
+        """Whether a spring, stop, brake or drive can act along it."""
+        return self.n_v == 1 and self.n_q == 1
 
 
 def _slide(e: Any) -> Any:
@@ -45,34 +59,36 @@ def _turn(r: Any, e: Any) -> Any:
     return join(e, cross(r, e))
 
 
+QUATERNION = {"qx": 0.0, "qy": 0.0, "qz": 0.0, "qw": 1.0}
+
 JOINTS: dict[str, JointType] = {
     "fixed": JointType(
-        (), 0,
+        {}, (),
         lambda q, a: (np.eye(3), np.zeros(3)),
         lambda q, v: np.zeros(0),
         lambda R_WJ, R_WB, r, a: [],
     ),
     "revolute": JointType(
-        (0.0,), 1,
+        {"angle": 0.0}, ("rate",),
         lambda q, a: (axis_rotation(a, q[0]), np.zeros(3)),
         lambda q, v: v,
         lambda R_WJ, R_WB, r, a: [_turn(r, R_WJ @ a)],
     ),
     "prismatic": JointType(
-        (0.0,), 1,
+        {"travel": 0.0}, ("speed",),
         lambda q, a: (np.eye(3), a * q[0]),
         lambda q, v: v,
         lambda R_WJ, R_WB, r, a: [_slide(R_WJ @ a)],
     ),
     "spherical": JointType(
-        (0.0, 0.0, 0.0, 1.0), 3,
+        QUATERNION, ("wx", "wy", "wz"),
         lambda q, a: (quaternion_matrix(*q), np.zeros(3)),
         lambda q, v: quaternion_rate(q, v),
         lambda R_WJ, R_WB, r, a: [_turn(r, e) for e in R_WB.T],
         quaternion=0,
     ),
     "free": JointType(
-        (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0), 6,
+        {"x": 0.0, "y": 0.0, "z": 0.0, **QUATERNION}, ("vx", "vy", "vz", "wx", "wy", "wz"),
         lambda q, a: (quaternion_matrix(*q[3:]), q[:3]),
         lambda q, v: join(quaternion_matrix(*q[3:]) @ v[:3], quaternion_rate(q[3:], v[3:])),
         lambda R_WJ, R_WB, r, a: [*(_slide(e) for e in R_WB.T), *(_turn(r, e) for e in R_WB.T)],

@@ -28,7 +28,6 @@ from .trees import Tree, cut, kind_of, numbers, with_numbers
 __all__ = ["Program", "SharedTree"]
 
 END = 21  # numbers that describe a body to a law: R, o, r, V
-ONE_AXIS = ("revolute", "prismatic")
 
 
 @dataclass(frozen=True)
@@ -84,8 +83,9 @@ class Program:
         joints += [(h.name, h.of) for h in s.thresholds if h.quantity in ("joint", "speed")]
         for name, joint in joints:
             kind = self.graph.joint(joint).joint.kind
-            if kind not in ONE_AXIS:
-                raise KernelError(f"'{name}': joint '{joint}' is {kind}; it must be one of {ONE_AXIS}")
+            if not JOINTS[kind].one_axis:
+                fit = " or ".join(k for k, joint_type in JOINTS.items() if joint_type.one_axis)
+                raise KernelError(f"'{name}': joint '{joint}' is {kind}; it must be {fit}")
         for d in s.drives:
             if d.joint in driven:
                 raise KernelError(f"drive '{d.name}': joint '{d.joint}' already has the drive '{driven[d.joint]}'")

@@ -13,23 +13,9 @@ from scipy.spatial.transform import Rotation
 
 from .dopri5 import Dopri5
 from .graph import Graph
+from .joints import JOINTS
 
 __all__ = ["Channel", "channels", "coordinate_names", "published"]
-
-_COORDINATES = {
-    "fixed": (),
-    "revolute": ("angle",),
-    "prismatic": ("travel",),
-    "spherical": ("qx", "qy", "qz", "qw"),
-    "free": ("x", "y", "z", "qx", "qy", "qz", "qw"),
-}
-_VELOCITIES = {
-    "fixed": (),
-    "revolute": ("rate",),
-    "prismatic": ("speed",),
-    "spherical": ("wx", "wy", "wz"),
-    "free": ("vx", "vy", "vz", "wx", "wy", "wz"),
-}
 
 
 @dataclass(frozen=True)
@@ -46,8 +32,8 @@ class Channel:
 def coordinate_names(graph: Graph) -> tuple[list[str], list[str]]:
     """Names of all coordinates q and velocities v: joint and component."""
     joints = [k.joint for k in graph.links]
-    q = [f"{j.name}.{c}" for j in joints for c in _COORDINATES[j.kind]]
-    return q, [f"{j.name}.{c}" for j in joints for c in _VELOCITIES[j.kind]]
+    q = [f"{j.name}.{c}" for j in joints for c in JOINTS[j.kind].coordinates]
+    return q, [f"{j.name}.{c}" for j in joints for c in JOINTS[j.kind].velocities]
 
 
 def channels(method: Dopri5) -> list[Channel]:

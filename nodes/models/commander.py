@@ -87,6 +87,8 @@ class Commander(Atomic):
         """What the action list lacks to go on, as a sentence; "" when it is done."""
         moment = Moment(self.now.t, self.since, self._open(self.index - 1))
         if self.index == len(self.plan.actions):
+            if all(job.ends_ns is not None for job in self.jobs):
+                return ""  # a last `wait` that the end of the scene cuts short
             lacks, where = words(scene.MovesDone(), self.picture, moment), ""
         else:
             action = self.plan.actions[self.index]

@@ -25,8 +25,6 @@ from .resolve import build_actions
 from .source import Fault, Source, override, read
 from .validate import validate
 
-SCALE = 1e-2  # integrator tolerance / accuracy of the rope tensions
-
 
 @dataclass(frozen=True)
 class LoadedScene:
@@ -83,7 +81,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
         plan.Plan(
             name=scene.name,
             gravity=scene.gravity,
-            tolerance=scene.accuracy * SCALE,
+            tolerance=scene.accuracy * plan.TOLERANCE_OF_ACCURACY,
             seed=scene.seed,
             samples_hz=scene.samples,
             end=scene.end,

@@ -25,6 +25,8 @@ from heavylift.kernel.describe import Line, Point, Support, System, Vector
 from .actions import Action as Action
 from .actions import Item
 
+TOLERANCE_OF_ACCURACY = 1e-2  # tolerance of an integration step / accuracy of the rope tensions that it serves
+
 # machines
 
 

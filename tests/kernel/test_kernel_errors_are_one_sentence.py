@@ -115,7 +115,7 @@ DESCRIPTIONS = [
     ),
     (
         with_(joints=(FLOAT,), brakes=(Brake("brake", "float", 1.0, 1.0, 1.0),)),
-        "'brake': joint 'float' is free; it must be one of ('revolute', 'prismatic')",
+        "'brake': joint 'float' is free; it must be revolute or prismatic",
     ),
     (
         with_(drives=(Drive("d", "a-guide", "servo"), Drive("e", "a-guide", "servo"))),
@@ -127,7 +127,7 @@ DESCRIPTIONS = [
     (with_(measured=(Measured("way", "joint", "b"),)), "joint 'b': no such joint; joints are a-guide"),
     (
         with_(joints=(FLOAT,), measured=(Measured("way", "joint", "float"),)),
-        "'way': joint 'float' is free; it must be one of ('revolute', 'prismatic')",
+        "'way': joint 'float' is free; it must be revolute or prismatic",
     ),
     (with_(thresholds=(Threshold("t", "angle", of="b"),)), "'t': there is no body 'b'"),
     (with_(thresholds=(Threshold("t", "speed", of="b"),)), "joint 'b': no such joint; joints are a-guide"),
