@@ -1,7 +1,8 @@
 """The kernel as a node: located state events are its offers, everything between them is silent work ahead.
 
-Zero lookahead.  `next_time` is the tag of the next located event that a model subscribed to, or of the end of the
-tentative step (a silent tag).  A committed event is a transition; an input inside the tentative step discards it.
+Zero lookahead.  `next_time` is the tag of the next located event that a model subscribed to, or a silent tag in the
+last microsteps before the nanosecond in which the tentative step ends, so that where steps and grants end never shows
+in the tags of events.  A committed event is a transition; an input inside the tentative step discards it.
 Samples come from committed steps only and leave through `publish`, numbered.
 """
 

@@ -13,12 +13,39 @@ import numpy as np
 from .describe import Rope, System
 from .trees import Tree, numbers
 
-__all__ = ["PROFILE", "ROPE_HEAD", "ROPE_LINE", "SUPPORT", "Parameters"]
+__all__ = [
+    "PROFILE", "ROPE_HEAD", "ROPE_LINE", "SUPPORT", "BrakeAt", "Parameters", "RopeAt", "StopAt", "SupportAt",
+]  # fmt: skip
 
 PROFILE = 8  # start, x0, v0, a1, d1, cruise, a2, d2
-ROPE_HEAD = 4  # EA, damping, hooked, taut
-ROPE_LINE = 7  # a(3), b(3), share
-SUPPORT = 15  # point(3), height, k, d, mu, kt, dt, closed, stick, anchor(2), direction(2)
+ROPE_HEAD, ROPE_LINE = 4, 7  # numbers of a rope, and of each of its lines: a(3), b(3), share
+SUPPORT = 15  # numbers of a support
+
+
+class RopeAt:
+    """Places of a rope's numbers; a and b are the end points of its first line."""
+
+    EA, DAMPING, HOOKED, TAUT = range(4)
+    A, B = slice(4, 7), slice(7, 10)
+
+
+class SupportAt:
+    """Places of a support's numbers, behind its point (3)."""
+
+    HEIGHT, K, D, MU, KT, DT, CLOSED, STICK = range(3, 11)
+    ANCHOR, DIRECTION = slice(11, 13), slice(13, 15)
+
+
+class StopAt:
+    """Places of an end stop's numbers."""
+
+    LOWER, UPPER, K, D, AT_LOWER, AT_UPPER = range(6)
+
+
+class BrakeAt:
+    """Places of a brake's numbers."""
+
+    MOMENT, K, D, ENGAGED, STICK, ANCHOR, DIRECTION = range(7)
 
 
 def _rope_numbers(rope: Rope) -> list[float]:

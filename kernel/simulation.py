@@ -22,7 +22,7 @@ import numpy as np
 from .describe import System, Vector
 from .dopri5 import EVENT, FAILED, RUNNING, STILL
 from .errors import KernelError
-from .parameters import PROFILE
+from .parameters import PROFILE, RopeAt
 from .stepper import FOREVER_NS, NEVER, Stepper
 from .switching import StateEvent, Switches
 
@@ -229,12 +229,12 @@ class Simulation(Stepper):
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
         """Hook a slack rope, at new points of the same bodies if given; raises KernelError if it is too short."""
         p = self.switches.rope_numbers(rope)
-        if p[2] > 0.0:
+        if p[RopeAt.HOOKED] > 0.0:
             raise KernelError(f"rope '{rope}' at {self.epoch * 1e-9:.3f} s: it is hooked already; unhook it first")
         if L0 is not None and not 0.0 < L0 < np.inf:
             raise KernelError(f"rope '{rope}' at {self.epoch * 1e-9:.3f} s: length {L0:g} m; it must be positive")
         before = self.P.copy()
-        p[4:7], p[7:10] = a or p[4:7], b or p[7:10]
+        p[RopeAt.A], p[RopeAt.B] = a or p[RopeAt.A], b or p[RopeAt.B]
         if L0 is not None:
             at = self.program.parameters.at
             self.P[at["reference", rope]], self.P[at["follow", rope]] = [0.0, L0] + [0.0] * (PROFILE - 2), 0.0
@@ -248,7 +248,7 @@ class Simulation(Stepper):
             )
         if L0 is not None:
             self.references.set_value(rope, self.epoch, L0)
-        p[2:4] = 1.0, 0.0
+        p[RopeAt.HOOKED], p[RopeAt.TAUT] = 1.0, 0.0
 
     def masters_now(self) -> list[float]:
         """Values of masters and measured scalars at the epoch."""

@@ -15,6 +15,7 @@ import numpy as np
 
 from .errors import KernelError
 from .laws import SLIP_BLEND
+from .parameters import BrakeAt, RopeAt, StopAt, SupportAt
 from .rate import Program
 
 __all__ = ["StateEvent", "Switches"]
@@ -56,49 +57,54 @@ class Switches:
 
     def _rope(self, name: str, row: SimpleNamespace) -> StateEvent:
         p = self._P[self._at["rope", name]]
-        p[3] = 1.0 - p[3]
-        return StateEvent(name, "taut" if p[3] else "slack", float(row.elongation[self._ropes[name]]))
+        p[RopeAt.TAUT] = 1.0 - p[RopeAt.TAUT]
+        return StateEvent(name, "taut" if p[RopeAt.TAUT] else "slack", float(row.elongation[self._ropes[name]]))
 
     def _support(self, name: str, row: SimpleNamespace) -> StateEvent:
-        p, i = self._P[self._at["support", name]], self._supports[name]
-        p[9] = 1.0 - p[9]
-        p[10], p[11:13], p[13:15] = 1.0, row.place[2 * i : 2 * i + 2], 0.0
-        return StateEvent(name, "closed" if p[9] else "open", float(row.normal[i]))
+        p, i, at = self._P[self._at["support", name]], self._supports[name], SupportAt
+        p[at.CLOSED] = 1.0 - p[at.CLOSED]
+        p[at.STICK], p[at.ANCHOR], p[at.DIRECTION] = 1.0, row.place[2 * i : 2 * i + 2], 0.0
+        return StateEvent(name, "closed" if p[at.CLOSED] else "open", float(row.normal[i]))
 
     def _rub(self, name: str, row: SimpleNamespace) -> StateEvent:
-        p, i = self._P[self._at["support", name]], self._supports[name]
+        p, i, at = self._P[self._at["support", name]], self._supports[name], SupportAt
         place, velocity = row.place[2 * i : 2 * i + 2], row.velocity[2 * i : 2 * i + 2]
-        if p[10] > 0.0:
-            s = place - p[11:13]
-            held = p[7] * s + p[8] * velocity
-            if float(held @ velocity) > 0.0 or p[7] == 0.0:
-                p[10], p[13:15] = 0.0, held / max(hypot(*held), 1e-300)
+        if p[at.STICK] > 0.0:
+            s = place - p[at.ANCHOR]
+            held = p[at.KT] * s + p[at.DT] * velocity
+            if float(held @ velocity) > 0.0 or p[at.KT] == 0.0:
+                p[at.STICK], p[at.DIRECTION] = 0.0, held / max(hypot(*held), 1e-300)
             else:  # the limit has fallen faster than the spring relaxes: it gives way and holds on
-                p[11:13] = place - _deflection(GIVEN_WAY * held, velocity, p[7], p[8])
+                p[at.ANCHOR] = place - _deflection(GIVEN_WAY * held, velocity, p[at.KT], p[at.DT])
             return StateEvent(name, "slip", float(row.normal[i]))
-        direction = velocity + SLIP_BLEND * p[13:15]
-        force = JUST_BELOW * p[6] * row.normal[i] * direction / max(hypot(*direction), 1e-300)
-        p[10], p[11:13] = 1.0, place - _deflection(force, velocity, p[7], p[8])
+        direction = velocity + SLIP_BLEND * p[at.DIRECTION]
+        force = JUST_BELOW * p[at.MU] * row.normal[i] * direction / max(hypot(*direction), 1e-300)
+        p[at.STICK], p[at.ANCHOR] = (
+            1.0,
+            place - _deflection(force, velocity, p[at.KT], p[at.DT]),
+        )
         return StateEvent(name, "stick", float(row.normal[i]))
 
     def _lower(self, name: str, row: SimpleNamespace) -> StateEvent:
-        return self._stop(name, 4)
+        return self._stop(name, StopAt.AT_LOWER, StopAt.LOWER)
 
     def _upper(self, name: str, row: SimpleNamespace) -> StateEvent:
-        return self._stop(name, 5)
+        return self._stop(name, StopAt.AT_UPPER, StopAt.UPPER)
 
-    def _stop(self, name: str, side: int) -> StateEvent:
+    def _stop(self, name: str, side: int, limit: int) -> StateEvent:
         p = self._P[self._at["stop", name]]
         p[side] = 1.0 - p[side]
-        return StateEvent(name, "closed" if p[side] else "open", float(p[side - 4]))
+        return StateEvent(name, "closed" if p[side] else "open", float(p[limit]))
 
     def _brake(self, name: str, row: SimpleNamespace) -> StateEvent:
-        p, link = self._P[self._at["brake", name]], self._brakes[name]
+        p, link, at = self._P[self._at["brake", name]], self._brakes[name], BrakeAt
         q, v = float(row.q[link.q.start]), float(row.v[link.v.start])
-        if p[4] > 0.0:
-            p[4], p[6] = 0.0, np.sign(p[1] * (q - p[5]) + p[2] * v)
+        if p[at.STICK] > 0.0:
+            held = p[at.K] * (q - p[at.ANCHOR]) + p[at.D] * v
+            p[at.STICK], p[at.DIRECTION] = 0.0, np.sign(held)
             return StateEvent(name, "slip", v)
-        p[4], p[5] = 1.0, q - _deflection(JUST_BELOW * p[0] * p[6], v, p[1], p[2])
+        force = JUST_BELOW * p[at.MOMENT] * p[at.DIRECTION]
+        p[at.STICK], p[at.ANCHOR] = 1.0, q - _deflection(force, v, p[at.K], p[at.D])
         return StateEvent(name, "stick", q)
 
     def _threshold(self, name: str, row: SimpleNamespace) -> StateEvent:
@@ -130,8 +136,8 @@ class Switches:
         if name not in self._brakes:
             raise KernelError(f"'{name}': no brake of this name; there are {', '.join(self._brakes) or 'none'}")
         p = self._P[self._at["brake", name]]
-        if bool(p[3]) != engaged:
-            p[3:] = [float(engaged), 1.0, row.q[self._brakes[name].q.start], 0.0]
+        if bool(p[BrakeAt.ENGAGED]) != engaged:
+            p[BrakeAt.ENGAGED :] = [float(engaged), 1.0, row.q[self._brakes[name].q.start], 0.0]
 
     def rope_numbers(self, name: str) -> np.ndarray:
         """EA, damping, hooked, taut and lines of a rope; raises KernelError if there is none of this name."""
@@ -141,4 +147,5 @@ class Switches:
 
     def unhook(self, name: str) -> None:
         """Let a rope go."""
-        self.rope_numbers(name)[2:4] = 0.0
+        p = self.rope_numbers(name)
+        p[RopeAt.HOOKED] = p[RopeAt.TAUT] = 0.0

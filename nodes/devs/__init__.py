@@ -1,10 +1,11 @@
-"""Parallel DEVS with superdense integer time.
+"""Parallel DEVS with superdense integer time: atomic and coupled models, and the simulator that runs them.
 
-message:   class HoistDone(Message): id: int                      frozen, typed, immutable all the way down
-atomic:    class Hoist(Atomic): done = Out(HoistDone)             start, external, output, internal,
-confluent coupled:   yard = Coupled("yard"); yard.add(Hoist("hoist")); yard.connect(source_port,
-target_port) run:       Simulator(yard, log=lines.append): start(), then run(until) or the two-phase face
-of `Steppable`
+Message              class Done(Message): id: int      frozen and typed; decode knows its subclasses by name
+Atomic, In, Out      class Hoist(Atomic): done = Out(Done)      then start, external, internal, output
+Coupled              yard = Coupled("yard"); hoist = yard.add(Hoist("hoist")); yard.connect(out_port, in_port)
+Simulator            Simulator(yard, log=lines.append): start(), then run(until), or step by step as below
+Steppable            what a node runs: next_time, outputs(), advance(tag, bag); Event and Delivery cross it
+Tag, ns, us, ms      time: whole nanoseconds and a microstep; succ and after lead on, FOREVER never comes
 """
 
 from .events import Delivery, Event, Order, Steppable

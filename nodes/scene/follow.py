@@ -190,22 +190,22 @@ class Follower(Standing):
     def _turn(self, order: actions.Turn, stage: str) -> None:
         """Trolleys and winches follow the turn; the centre of mass stays where it is."""
         start, carriers, com = self.state, self.carriers(), self.block.com
-        cx, cy, cz = (a + b for a, b in zip(start.at, self.offset(com), strict=True))
+        before = self.offset(com)
+        cx, cy, cz = (a + b for a, b in zip(start.at, before, strict=True))
         for i in range(1, SAMPLES + 1):
             theta = start.theta + (order.to - start.theta) * i / SAMPLES
-            trolleys, ropes = dict(start.trolleys), dict(start.ropes)
+            after, trolleys, ropes = self.offset(com, theta), dict(start.trolleys), dict(start.ropes)
             for loader, lugs in carriers.items():
                 rope = self.ropes[self.rope_of[loader]]
-                before, after = self._mean(lugs, start.theta), self._mean(lugs, theta)
+                old, new = self.mean(lugs, start.theta), self.mean(lugs, theta)
                 trolley = (rope.crane, HOOKS[rope.hook][0])
-                y = start.trolleys[trolley] + after[0] - before[0]
+                y = start.trolleys[trolley] + (new[1] - after[1]) - (old[1] - before[1])
                 if abs(trolleys[trolley] - y) > SLACK and trolleys[trolley] != start.trolleys[trolley]:
                     told = f"the {trolley[1]} trolley of {rope.crane} cannot follow a turn"
                     self._fault("one", rope.crane, order.where, f"{told}: its hooks carry different lugs")
                 trolleys[trolley] = y
-                ropes[rope.name] = start.ropes[rope.name] - (after[1] - before[1])
-            o, last = self.offset(com, theta), self.state
-            at = (cx - o[0], cy - o[1], cz - o[2])
+                ropes[rope.name] = start.ropes[rope.name] - (new[2] - after[2]) + (old[2] - before[2])
+            last, at = self.state, (cx - after[0], cy - after[1], cz - after[2])
             self.state = replace(start, theta=theta, trolleys=trolleys, ropes=ropes, at=at)
             self._turn_speeds(order, last, abs(order.to - start.theta) / SAMPLES / order.rate)
             told_here = i % (SAMPLES // 3) == 0
@@ -228,14 +228,6 @@ class Follower(Standing):
                     told = f"{name} would have to follow the turn at {abs(way) / seconds * 60:.1f} m/min"
                     self._fault("follow", name, order.where, f"{told}, it can {limit * 60:g} m/min")
 
-    def _mean(self, lugs: list[str], theta: float) -> tuple[float, float]:
-        places = [self.offset(self.block.lugs[lug], theta) for lug in lugs]
-        com = self.offset(self.block.com, theta)
-        return (
-            sum(p[1] for p in places) / len(places) - com[1],
-            sum(p[2] for p in places) / len(places) - com[2],
-        )
-
     def _settle(self) -> None:
         """The block goes where the taut ropes leave it: lifted, hanging, or back on its stools."""
         carriers = self.carriers()
@@ -251,12 +243,9 @@ class Follower(Standing):
             self.state = replace(s, grounded=True, at=(s.at[0], s.at[1], rest)) if flat else s
             return
         held = [name for name in heights if heights[name] > z - SLACK]
-        x = sum(self.eye(n)[0] - self._lug_mean(carriers[n], 0) for n in held) / len(held)
-        y = sum(self.eye(n)[1] - self._lug_mean(carriers[n], 1) for n in held) / len(held)
+        x = sum(self.eye(n)[0] - self.mean(carriers[n])[0] for n in held) / len(held)
+        y = sum(self.eye(n)[1] - self.mean(carriers[n])[1] for n in held) / len(held)
         self.state = replace(s, grounded=False, at=(x, y, z))
-
-    def _lug_mean(self, lugs: list[str], axis: int) -> float:
-        return sum(self.offset(self.block.lugs[lug])[axis] for lug in lugs) / len(lugs)
 
     def _step(self, where: str, stage: str, *, told: bool = True) -> None:
         if told:
@@ -277,8 +266,8 @@ class Follower(Standing):
             rope, lugs = self.ropes[self.rope_of[name]], carriers[name]
             slings = [s for s in self.slings.values() if s.loader == name and s.name in self.state.lugs]
             soft = self.state.ropes[rope.name] / rope.EA + 1 / sum(s.EA / s.L0 for s in slings)
-            x, y = (self._lug_mean(lugs, axis) - com[axis] for axis in (0, 1))
-            found.append(Hang(name, x, y, 1 / soft))
+            mean = self.mean(lugs)
+            found.append(Hang(name, mean[0] - com[0], mean[1] - com[1], 1 / soft))
         return found
 
     def _spoken_of(self, condition: actions.Condition | None) -> None:

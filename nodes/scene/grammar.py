@@ -148,7 +148,7 @@ def _order(r: _Reader) -> OrderPhrase:
     if not verb:
         raise r.error(f"an order begins with a verb, not {r._found()}", closest(r.next, VERBS))
     if verb == "wait":
-        return Waiting(r.positive(units.TIME))
+        return Waiting(r.quantity(units.DURATION))
     if verb == "hook":
         return _hooking(r)
     if verb == "turn":
@@ -215,7 +215,7 @@ def _worded(r: _Reader) -> Test:
 def _test(r: _Reader) -> Test:
     column = r.at
     if r.take("after"):
-        return AfterTest(r.positive(units.TIME))
+        return AfterTest(r.quantity(units.DURATION))
     state = r.take("lifted", "landed")
     if state:
         return GroundTest(cast(Literal["lifted", "landed"], state), column)

@@ -113,7 +113,7 @@ def _needs(source: Source, scene: schema.Scene) -> None:
         there = " and ".join(key for key in parts if key not in missing)
         told = f"a scene with {there} needs {' and '.join(missing)}, too"
         source.faults.append(Fault((), told))
-    names = {*scene.cranes, *(scene.rig.loaders if scene.rig else ()), "block"}
+    names = {*scene.cranes, *(scene.rig.loaders if scene.rig else ())}
     if scene.mechanism and scene.mechanism.name in names:
         told = f"the name '{scene.mechanism.name}' is given twice: another machine has it, too"
         source.faults.append(Fault(("mechanism", "name"), told))

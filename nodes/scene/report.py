@@ -89,7 +89,7 @@ def _page(scene: schema.Scene, built: plan.Plan, followed: Following, rows: list
     lines = ["", _line("static sling load [t]", hooks)]
     shown: list[str] = []
     for stage, group in groupby(rows, key=lambda row: row.stage):
-        cells = [f"{row.sling_load / 1e3 + 0.0:.1f}" for row in group]
+        cells = [f"{row.sling_load / 1e3:.1f}" for row in group]
         if cells != shown and stage in followed.told_stages:
             lines.append(_line(stage, cells))
             shown = cells

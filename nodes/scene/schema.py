@@ -30,6 +30,8 @@ from .units import (
     LENGTH,
     MASS,
     SPEED,
+    Accuracy,
+    Duration,
     Extent,
     Factor,
     Force,
@@ -42,17 +44,21 @@ from .units import (
     Moment,
     Ramp,
     Ratio,
+    Sampling,
     Speed,
     Swing,
-    Time,
     TurnDamping,
     TurnStiffness,
 )
 
-RESERVED = (
+RESERVED = (  # no machine and no group has such a name: words of the language, nodes and topics of a run
     "world",
     "kernel",
     "commander",
+    "coordinator",
+    "event",
+    "observer",
+    "block",
     "all",
     "any",
     "hooks",
@@ -213,15 +219,16 @@ class Action(BaseModel):
 
     stage: str = ""
     when: Condition | None = None
-    timeout: Time | None = None
+    timeout: Duration | None = None
 
     @model_validator(mode="before")
     @classmethod
     def _wait(cls, data: Any) -> Any:
         if isinstance(data, str) and data.split()[:1] == ["wait"]:
             return {"wait": data}
-        if isinstance(data, dict) and isinstance(data.get("wait"), str) and not data["wait"].startswith("wait"):
-            return {**data, "wait": f"wait {data['wait']}"}
+        wait = data.get("wait") if isinstance(data, dict) else None
+        if isinstance(wait, str | int | float) and not str(wait).startswith("wait"):
+            return {**data, "wait": f"wait {wait}"}
         return data
 
     @property
@@ -241,10 +248,10 @@ class Scene(Base):
     heavylift: Literal[1]
     name: Name
     gravity: Gravity = 9.80665
-    accuracy: Factor = 1e-4  # of the rope tensions
-    samples: Frequency = 2.0
+    accuracy: Accuracy = 1e-4  # of the rope tensions
+    samples: Sampling = 2.0
     seed: Annotated[int, Field(ge=0)] = 0
-    end: Time | None = None
+    end: Duration | None = None
     cranes: dict[Name, Crane] = Field(default_factory=dict)
     block: Block | None = None
     rig: Rig | None = None

@@ -67,6 +67,11 @@ class Standing:
         x, y, z = self.offset(self.block.lugs[lug])
         return (self.state.at[0] + x, self.state.at[1] + y, self.state.at[2] + z)
 
+    def mean(self, lugs: list[str], theta: float | None = None) -> tuple[float, float, float]:
+        """From the middle of the block to the mean of its lugs, in world axes [m]."""
+        u, v, w = (sum(self.block.lugs[lug][axis] for lug in lugs) / len(lugs) for axis in range(3))
+        return self.offset((u, v, w), theta)
+
     def carriers(self) -> dict[str, list[str]]:
         """Loaders with hooked slings -> their lugs."""
         found: dict[str, list[str]] = {}
@@ -77,8 +82,7 @@ class Standing:
     def hangs_at(self, loader: str, lugs: list[str]) -> float:
         """Height of the middle of the block if it hung from this loader without slack [m]."""
         given = self.loader(loader)
-        mean = sum(self.offset(self.block.lugs[lug])[2] for lug in lugs) / len(lugs)
-        return self.eye(loader)[2] - given.height - given.sling - mean
+        return self.eye(loader)[2] - given.height - given.sling - self.mean(lugs)[2]
 
     def taut(self, loaders: Iterable[str] | None = None) -> list[str]:
         """The loaders whose slings are taut, among these."""

@@ -41,7 +41,7 @@ def shares(hangs: list[Hang], mass: float) -> tuple[dict[str, float] | None, flo
         if lean > ARM:
             break
         found = {h.name: 0.0 for h in hangs}
-        return found | {h.name: float(t) for h, t in zip(left, T, strict=True)}, lean
+        return found | {h.name: max(0.0, float(t)) for h, t in zip(left, T, strict=True)}, lean
     if not hangs:
         return None, 0.0
     return None, lean or min(float(np.hypot(h.x, h.y)) for h in hangs)

@@ -28,17 +28,22 @@ class Dimension:
 
     def read(self, value: object) -> float:
         """The value in SI units, from '900 t' or a number that needs no unit."""
+        number = self.number(value)
+        if not math.isfinite(number):
+            raise ValueError(f"'{value}' is no finite number")
+        return number
+
+    def number(self, value: object) -> float:
+        """As `read`, but perhaps infinite or nan."""
         if isinstance(value, bool) or not isinstance(value, str | int | float):
             raise ValueError(f"{self.article} is needed here, such as {self._example(1.0)}")
         if not isinstance(value, str):
-            return self._bare(float(value), format(value, ".12g"))
-        match = re.fullmatch(rf"\s*({NUMBER})\s*(.*?)\s*", value)
+            return self._bare(float(str(value)), f"{value:.12g}" if isinstance(value, float) else str(value))
+        match = re.fullmatch(rf"\s*({NUMBER}|[+-]?(?:nan|inf))\s*(.*?)\s*", value)
         if not match:
             known = ", ".join(unit for unit in self.units if unit)
             raise ValueError(f"'{value}' is no {self.name}: write a number and a unit of {known}")
         number, unit = float(match[1]), tidy(match[2])
-        if not math.isfinite(number):
-            raise ValueError(f"'{value}' is no finite number")
         if not unit:
             return self._bare(number, match[1])
         if unit not in self.units:
@@ -53,7 +58,7 @@ class Dimension:
         return f"{si / factor:.10g} {unit}".strip()
 
     def _bare(self, number: float, text: str) -> float:
-        if number == 0 or "" in self.units:
+        if number == 0 or not math.isfinite(number) or "" in self.units:
             return number
         raise ValueError(f"missing unit: write {self._example(number, text)}")
 
@@ -69,6 +74,22 @@ class Dimension:
         first, second = units[0], units[1]
         other = number * first[1] / second[1]
         return f"'{text or format(number, '.10g')} {first[0]}' or '{other:.10g} {second[0]}'"
+
+
+@dataclass(frozen=True)
+class Limited(Dimension):
+    """A quantity that makes sense between two ends only, written as a user writes them."""
+
+    lowest: str
+    highest: str
+
+    def read(self, value: object) -> float:
+        """The value in SI units, at an end or between them."""
+        number = self.number(value)
+        if not self.number(self.lowest) * (1 - 1e-9) <= number <= self.number(self.highest) * (1 + 1e-9):
+            told = f"{value:.12g}" if isinstance(value, float) else value
+            raise ValueError(f"{told} is out of range: choose {self.lowest} to {self.highest}")
+        return number
 
 
 def tidy(unit: str) -> str:
@@ -87,14 +108,18 @@ ACCELERATION = Dimension("acceleration", {"m/s2": 1.0, "mm/s2": 1e-3})
 ANGLE = Dimension("angle", {"deg": _DEGREE, "rad": 1.0})
 RATE = Dimension("angular rate", {"deg/s": _DEGREE, "rad/s": 1.0, "deg/min": _DEGREE / 60})
 ANGULAR_ACCELERATION = Dimension("angular acceleration", {"deg/s2": _DEGREE, "rad/s2": 1.0})
-TIME = Dimension("time", {"s": 1.0, "min": 60.0, "h": 3600.0, "ms": 1e-3})
-FREQUENCY = Dimension("frequency", {"Hz": 1.0, "/s": 1.0, "/min": 1 / 60})
+TIME = Dimension("time", {"s": 1.0, "min": 60.0, "h": 3600.0, "ms": 1e-3, "days": 86400.0})
+FREQUENCY = Dimension("frequency", {"Hz": 1.0, "/s": 1.0, "/min": 1 / 60, "kHz": 1e3})
 INERTIA = Dimension("moment of inertia", {"kg m2": 1.0, "t m2": 1e3})
 STIFFNESS = Dimension("stiffness", {"kN/m": 1e3, "N/m": 1.0, "MN/m": 1e6, "N/mm": 1e3})
 TURN_STIFFNESS = Dimension("torsional stiffness", {"kN m/rad": 1e3, "N m/rad": 1.0, "MN m/rad": 1e6})
 DAMPING = Dimension("damping", {"kN s/m": 1e3, "N s/m": 1.0, "MN s/m": 1e6})
 TURN_DAMPING = Dimension("torsional damping", {"kN m s/rad": 1e3, "N m s/rad": 1.0, "MN m s/rad": 1e6})
 RATIO = Dimension("ratio", {"": 1.0, "%": 1e-2})
+
+DURATION = Limited(TIME.name, TIME.units, "0.001 ms", "100 days")
+SAMPLING = Limited(FREQUENCY.name, FREQUENCY.units, "0.001 Hz", "10 kHz")
+ACCURACY = Limited("accuracy", RATIO.units, "1e-10 %", "10 %")
 
 DIMENSIONS: tuple[Dimension, ...] = (
     *(LENGTH, MASS, FORCE, MOMENT, SPEED, ACCELERATION, ANGLE, RATE, ANGULAR_ACCELERATION, TIME, FREQUENCY),
@@ -120,6 +145,8 @@ def _positive(dimension: Dimension, least: str) -> Callable[[Any], float]:
 
 def _schema(dimension: Dimension) -> WithJsonSchema:
     told = f"{dimension.name} with its unit: {', '.join(u or 'number' for u in dimension.units)}"
+    if isinstance(dimension, Limited):
+        told += f"; {dimension.lowest} to {dimension.highest}"
     return WithJsonSchema({"type": ["string", "number"], "description": told})
 
 
@@ -143,7 +170,9 @@ Ramp = Annotated[float, BeforeValidator(_positive(ACCELERATION, "positive")), _s
 Gravity = Annotated[float, BeforeValidator(_positive(ACCELERATION, "zero")), _schema(ACCELERATION)]
 Angle = Annotated[float, BeforeValidator(ANGLE.read), _schema(ANGLE)]
 Rate = Annotated[float, BeforeValidator(RATE.read), _schema(RATE)]
-Time = Annotated[float, BeforeValidator(_positive(TIME, "positive")), _schema(TIME)]
+Duration = Annotated[float, BeforeValidator(DURATION.read), _schema(DURATION)]
+Sampling = Annotated[float, BeforeValidator(SAMPLING.read), _schema(SAMPLING)]
+Accuracy = Annotated[float, BeforeValidator(ACCURACY.read), _schema(ACCURACY)]
 Frequency = Annotated[float, BeforeValidator(_positive(FREQUENCY, "positive")), _schema(FREQUENCY)]
 Inertia = Annotated[float, BeforeValidator(_positive(INERTIA, "zero")), _schema(INERTIA)]
 Product = Annotated[float, BeforeValidator(INERTIA.read), _schema(INERTIA)]

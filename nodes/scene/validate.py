@@ -6,6 +6,7 @@ tags), a plain sentence, and for an unknown key or word the nearest known one.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from types import UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
@@ -25,6 +26,7 @@ _PLAIN = {
     "list_type": "a list is needed here",
     "int_type": "a whole number is needed here",
     "int_parsing": "a whole number is needed here",
+    "finite_number": "a whole number is needed here",
     "int_from_float": "a whole number is needed here",
     "bool_type": "true or false is needed here",
     "bool_parsing": "true or false is needed here",
@@ -39,19 +41,22 @@ def validate(source: Source) -> Scene | None:
         for told in error.errors(include_url=False):
             source.faults.append(_fault(source.data, dict(told)))
         return None
-    for kind in ("cranes", "rig.loaders", "rig.groups"):
-        _reserved(source, tuple(kind.split(".")))
+    source.faults += _reserved(scene)
     return scene
 
 
-def _reserved(source: Source, path: Path) -> None:
-    at: Any = source.data
-    for part in path:
-        at = at.get(part) or {}
-    for word in at:
-        if word in RESERVED or (word == "block" and path != ("rig", "groups")):
-            told = f"the name '{word}' is a word of the language: choose another"
-            source.faults.append(Fault((*path, word), told, on_key=True))
+def _reserved(scene: Scene) -> Iterator[Fault]:
+    """No machine and no group is named like a word of the language or a part of a run."""
+    named: dict[Path, str] = {("cranes", name): name for name in scene.cranes}
+    if scene.rig:
+        named |= {("rig", "loaders", name): name for name in scene.rig.loaders}
+        named |= {("rig", "groups", name): name for name in scene.rig.groups}
+    if scene.mechanism:
+        named["mechanism", "name"] = scene.mechanism.name
+    for path, name in named.items():
+        if name in RESERVED:
+            told = f"the name '{name}' is reserved: choose another"
+            yield Fault(path, told, on_key=path != ("mechanism", "name"))
 
 
 def _fault(data: Any, error: dict[str, Any]) -> Fault:
@@ -59,7 +64,11 @@ def _fault(data: Any, error: dict[str, Any]) -> Fault:
     context: dict[str, Any] = error.get("ctx") or {}
     last = str(path[-1]) if path else ""
     if kind == "phrase":
-        return Fault(path, context["sentence"], context["hint"], column=context["column"])
+        at = data
+        for part in path:
+            at = at[part]
+        added = len(str(given)) - len(str(at))  # `wait: 3 s` is read as the phrase 'wait 3 s'
+        return Fault(path, context["sentence"], context["hint"], column=context["column"] - added)
     if kind == "extra_forbidden":
         return Fault(path, f"unknown key '{last}'", closest(last, _keys(error["loc"][:-1])), on_key=True)
     if kind == "missing":

@@ -6,8 +6,11 @@ Each case edits a bundled scene in one place; `points_at` is the text at the lin
 import re
 
 import pytest
-from heavylift.kernel.errors import SceneError
+from heavylift.coordinator.session import OBSERVER, check_names
+from heavylift.kernel.errors import ProtocolError, SceneError
+from heavylift.nodes.models import COMMANDER, KERNEL
 from heavylift.nodes.scene import bundled, parse
+from heavylift.nodes.scene.schema import RESERVED
 
 TEXTS = {name: path.read_text(encoding="utf-8") for name, path in bundled().items()}
 HEAD = re.compile(r"(?P<file>[^:]+):(?P<line>\d+):(?P<column>\d+): error: (?P<told>.*)")
@@ -16,6 +19,8 @@ DRIVES = """mechanism:
   drives:
     one: {joint: J1, type: servo, stiffness: 1 kN m/rad, damping: 1 kN m s/rad, ramp: 1 deg/s2}
     two: {joint: J1, type: prescribed, ramp: 1 deg/s2}"""
+
+TOLD = {"1e9": "1000000000", ".inf": "inf", ".nan": "nan"}  # as a number that stands without its unit is told
 
 # name: (scene, [(old, new), ...], points at, sentence after "error: ")
 BAD = {
@@ -280,6 +285,91 @@ BAD = {
         "crane: {hook:",
         "rig.loaders.crane: the name 'crane' is given twice: a crane has it, too",
     ),
+    **{
+        f"crane named {word}": (
+            "lift",
+            [("  crane: {", f"  {word}: {{")],
+            f"{word}: {{type",
+            f"cranes.{word}: the name '{word}' is reserved: choose another",
+        )
+        for word in RESERVED
+    },
+    **{
+        f"mechanism named {word}": (
+            "pendulum",
+            [("name: pendulum\n  bodies", f"name: {word}\n  bodies")],
+            word,
+            f"mechanism.name: the name '{word}' is reserved: choose another",
+        )
+        for word in RESERVED
+    },
+    "loader named observer": (
+        "lift",
+        [("loader-2:", "observer:")],
+        "observer: {hook:",
+        "rig.loaders.observer: the name 'observer' is reserved: choose another",
+    ),
+    "group named block": (
+        "lift",
+        [("rig:", "rig:\n  groups: {block: [crane H1]}")],
+        "block: [crane",
+        "rig.groups.block: the name 'block' is reserved: choose another",
+    ),
+    **{
+        f"{key} {value}": (
+            "pendulum",
+            [("end: 320 s", "seed: 1"), (f"{key}: {old}" if old else "heavylift: 1", f"{extra}{key}: {value}")],
+            value,
+            f"{key}: {told} is out of range: choose {allowed}",
+        )
+        for key, old, extra, allowed, values in (
+            (
+                "samples",
+                "20 Hz",
+                "end: 1 s\n",
+                "0.001 Hz to 10 kHz",
+                ("1e-12 Hz", "0", "-1 Hz", "nan", ".inf", "1e9 Hz"),
+            ),
+            ("accuracy", "1e-6 %", "end: 1 s\n", "1e-10 % to 10 %", ("1e9", "0 %", "-1 %", ".nan", "inf", "1e-11 %")),
+            ("end", "", "heavylift: 1\n", "0.001 ms to 100 days", ("0 s", "-1 s", ".nan", "inf", "1e9 s", "101 days")),
+        )
+        for value, told in ((v, TOLD.get(v, v)) for v in values)
+    },
+    "timeout out of range": (
+        "lift",
+        [("  - stage: up", "  - timeout: 1e99 h\n    stage: up")],
+        "1e99 h",
+        "actions[2].timeout: 1e99 h is out of range: choose 0.001 ms to 100 days",
+    ),
+    "wait out of range": (
+        "turnover",
+        [("wait: 15 min", "wait: 15e9 min")],
+        "15e9 min",
+        "actions[12].wait: 15e9 min is out of range: choose 0.001 ms to 100 days",
+    ),
+    "wait of no number": (
+        "turnover",
+        [("wait: 15 min", "wait: .nan")],
+        ".nan",
+        "actions[12].wait: nan is out of range: choose 0.001 ms to 100 days",
+    ),
+    "wait without a unit": (
+        "turnover",
+        [("  - stage: rigging", "  - wait 60\n  - stage: rigging")],
+        "60",
+        "actions[12]: missing unit: write '60 s' or '1 min'",
+    ),
+    "rope to an unknown body": (
+        "pendulum",
+        [
+            (
+                "  joints:",
+                "  ropes:\n    rope: {start: {body: world}, end: {body: lood}, EA: 1 MN, length: 9 m}\n  joints:",
+            )
+        ],
+        "lood}",
+        "mechanism.ropes.rope.end.body: there is no body 'lood'",
+    ),
     "unknown hook": (
         "lift",
         [("hook: crane H2", "hook: crane H4")],
@@ -534,3 +624,32 @@ def test_a_setting_is_told_like_a_line_of_the_scene() -> None:
 @pytest.mark.parametrize("text", ["", "- a", "just words", "heavylift: [1", "a: &x [*x]", "? [a]\n: 1", "{}"])
 def test_whatever_stands_in_the_file_ends_in_sentences(text: str) -> None:
     assert HEAD.fullmatch(refused(text).splitlines()[0])
+
+
+def test_whatever_a_run_names_itself_is_reserved() -> None:
+    assert {COMMANDER, KERNEL, OBSERVER, "event", "coordinator"} <= set(RESERVED)
+    for word in ("event", OBSERVER):
+        with pytest.raises(ProtocolError):
+            check_names([word])
+
+
+def test_rope_lines_to_unknown_bodies_are_told_with_all_else() -> None:
+    told = refused("""\
+heavylift: 1
+name: hanging
+end: 1 s
+mechanism:
+  bodies:
+    load: {mass: 1 t}
+  joints:
+    slide: {type: prismatic, child: load, axis: [0, 0, 1]}
+  ropes:
+    hoist:
+      lines: [{start: {body: wold}, end: {body: load}}, {start: {body: world}, end: {body: lod}}]
+      EA: 1 MN
+      length: 9 m
+""")
+    assert [line for line in told.splitlines() if HEAD.fullmatch(line)] == [
+        "scene.yaml:11:30: error: mechanism.ropes.hoist.lines[0].start.body: there is no body 'wold'",
+        "scene.yaml:11:92: error: mechanism.ropes.hoist.lines[1].end.body: there is no body 'lod'",
+    ]

@@ -88,6 +88,21 @@ def test_the_page_of_turnover_tells_its_uses() -> None:
         assert line in page
 
 
+def test_the_page_of_turnover_tells_the_stages_that_change_its_loads() -> None:
+    lines = str(check(load("turnover"))).splitlines()
+    assert lines[2:11] == [
+        "  static sling load [t]          west.H1   west.H2   west.H3   east.H1   east.H2   east.H3",
+        "  load                             101.5     101.5     247.0     101.5     101.5     247.0",
+        "  turn to 90 degrees, 30 deg       114.9     114.9     220.2     114.9     114.9     220.2",
+        "  turn to 90 degrees, 60 deg       134.5     134.5     181.0     134.5     134.5     181.0",
+        "  turn to 90 degrees, 90 deg       225.0     225.0       0.0     225.0     225.0       0.0",
+        "  turn to 180 degrees, 120 deg     134.5     134.5     181.0     134.5     134.5     181.0",
+        "  turn to 180 degrees, 150 deg     114.9     114.9     220.2     114.9     114.9     220.2",
+        "  turn to 180 degrees, 180 deg     101.5     101.5     247.0     101.5     101.5     247.0",
+        "",
+    ]
+
+
 def test_a_centre_of_mass_off_the_middle_shifts_the_loads() -> None:
     text = bundled()["turnover"].read_text(encoding="utf-8")
     scene = parse(text.replace("  supports:", "  com: [0.8 m, 0 m, 0 m]\n  supports:", 1))
@@ -106,6 +121,14 @@ def test_three_plumb_ropes_share_barycentrically() -> None:
     assert found is not None
     assert list(found.values()) == pytest.approx([0.1886904761904762, 0.2636904761904762, 0.5476190476190477])
     assert lean < 1e-12
+
+
+def test_a_rope_that_would_push_carries_nothing_at_all() -> None:
+    """Three hangers over the centre of mass on one line, the third a hair's breadth beside its balance."""
+    hangs = [Hang("a", -10.0, 0.0, 1e6), Hang("b", 0.0, 1e-12, 1e6), Hang("c", 5.0, 8.0, 1e6)]
+    found, _ = shares(hangs, 1.0)
+    assert found is not None
+    assert all(math.copysign(1.0, load) == 1.0 for load in found.values())
 
 
 def test_the_arm_stands_as_in_the_paper() -> None:

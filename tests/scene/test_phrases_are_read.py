@@ -51,7 +51,10 @@ WRONG = {
     "turn 0.15 deg/s by 90 deg": (16, "after the rate 'to' must follow, not 'by'"),
     "hook C1": (5, "after 'hook' '[' must follow, not 'C1'"),
     "unhook all": (0, "'unhook' stands alone, without 'all'"),
-    "wait -3 s": (5, "a time must be greater than zero: the verb says the direction"),
+    "wait -3 s": (5, "-3 s is out of range: choose 0.001 ms to 100 days"),
+    "wait nan s": (5, "nan is out of range: choose 0.001 ms to 100 days"),
+    "wait 101 days": (5, "101 days is out of range: choose 0.001 ms to 100 days"),
+    "hoist 3 m/min until after 2401 h": (26, "2401 h is out of range: choose 0.001 ms to 100 days"),
 }
 
 

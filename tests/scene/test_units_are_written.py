@@ -28,6 +28,11 @@ READS = [
     (units.RATIO, "75 %", 0.75),
     (units.RATIO, 0.75, 0.75),
     (units.LENGTH, 0, 0.0),
+    (units.SAMPLING, "0.001 Hz", 1e-3),
+    (units.SAMPLING, "10 kHz", 1e4),
+    (units.ACCURACY, "1e-10 %", 1e-12),
+    (units.ACCURACY, 0.1, 0.1),
+    (units.DURATION, "100 days", 8.64e6),
 ]
 
 REFUSES = [
@@ -36,11 +41,18 @@ REFUSES = [
     (units.SPEED, 3, "missing unit: write '3 m/min' or '0.05 m/s'"),
     (units.INERTIA, 6.63e7, "missing unit: write '66300000 kg m2' or '66300 t m2'"),
     (units.LENGTH, "3 kN", "'3 kN' is no length: 'kN' is a unit of force; use m, mm, cm, km"),
-    (units.TIME, "3 weeks", "'3 weeks' is no time: 'weeks' is not a unit that is known here; use s, min, h, ms"),
+    (units.TIME, "3 weeks", "'3 weeks' is no time: 'weeks' is not a unit that is known here; use s, min, h, ms, days"),
     (units.LENGTH, "long", "'long' is no length: write a number and a unit of m, mm, cm, km"),
     (units.LENGTH, True, "a length is needed here, such as '1 m' or '1000 mm'"),
     (units.ACCELERATION, None, "an acceleration is needed here, such as '1 m/s2' or '1000 mm/s2'"),
     (units.TIME, "1e999 s", "'1e999 s' is no finite number"),
+    (units.MASS, math.nan, "'nan' is no finite number"),
+    (units.MASS, 10**400, f"'{10**400}' is no finite number"),
+    (units.SAMPLING, "1e-12 Hz", "1e-12 Hz is out of range: choose 0.001 Hz to 10 kHz"),
+    (units.SAMPLING, "10.1 kHz", "10.1 kHz is out of range: choose 0.001 Hz to 10 kHz"),
+    (units.ACCURACY, 1e9, "1000000000 is out of range: choose 1e-10 % to 10 %"),
+    (units.ACCURACY, "9.9e-11 %", "9.9e-11 % is out of range: choose 1e-10 % to 10 %"),
+    (units.DURATION, "2401 h", "2401 h is out of range: choose 0.001 ms to 100 days"),
 ]
 
 
