@@ -111,5 +111,7 @@ class Node:
     @staticmethod
     def failure(name: str, error: Exception, tag: Tag = _BEGIN) -> Fail:
         """What a node says when it cannot go on."""
-        sentence = str(error) if isinstance(error, HeavyliftError) else f"{name}: {type(error).__name__}: {error}"
+        sentence = (
+            str(error) if isinstance(error, HeavyliftError) else f"{name} at {tag}: {type(error).__name__}: {error}"
+        )
         return Fail(tag, name, sentence, "".join(traceback.format_exception(error)))

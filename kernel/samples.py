@@ -18,6 +18,9 @@ from .joints import JOINTS
 __all__ = ["Channel", "channels", "coordinate_names", "published"]
 
 
+POSE = "m, quaternion x y z w"
+
+
 @dataclass(frozen=True)
 class Channel:
     """Columns start to stop of a sample under one topic."""
@@ -44,8 +47,8 @@ def channels(method: Dopri5) -> list[Channel]:
     winches = tuple(r.name for r in s.ropes if r.winch)
     positions, velocities = coordinate_names(p.graph)
     groups: list[tuple[str, tuple[str, ...], str]] = [
-        ("joint/position", tuple(positions), "m | rad"),
-        ("joint/velocity", tuple(velocities), "m/s | rad/s"),
+        ("joint/position", tuple(positions), "m or rad"),
+        ("joint/velocity", tuple(velocities), "m/s or rad/s"),
         ("rope/tension", ropes, "N"),
         ("rope/peak", ropes, "N"),
         ("rope/peak_time", ropes, "s"),
@@ -57,7 +60,9 @@ def channels(method: Dopri5) -> list[Channel]:
         ("energy", ("kinetic", "potential", "stored", "work", "heat"), "J"),
         ("account", tuple(f"{name}.{what}" for what, name in p.accounts), "J"),
     ]
-    groups += [(f"pose/{k.body.name}", ("x", "y", "z", "qx", "qy", "qz", "qw"), "m | 1") for k in p.graph.links]
+    groups += [
+        (f"pose/{k.body.name}", ("x", "y", "z", "qx", "qy", "qz", "qw"), "m, quaternion x y z w") for k in p.graph.links
+    ]
     out, at = [], 0
     for topic, names, unit in groups:
         if names:

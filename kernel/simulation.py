@@ -187,7 +187,7 @@ class Simulation(Stepper):
     def _rest(self, t_ns: int) -> None:
         """Samples of a scene at rest up to t_ns: nothing is integrated, all are equal."""
         self._still = False
-        self.X[self._at["peak"]] = np.maximum(self.X[self._at["peak"]], self.X[self._at["T"]])
+        self._note_peaks()
         row = np.array(self.method.row_layout.pack(self.row()))
         while self._samples * self._sample_ns <= t_ns:
             self._keep(self._samples * self._sample_ns, row.copy())
@@ -202,6 +202,7 @@ class Simulation(Stepper):
             t_rest=self.references.rest(self.epoch),
         )
         self._call("refresh")
+        self._note_peaks()  # of a rope that a jump has tightened, and where no step lies between two samples
         self._keep(self.epoch, np.array(self.method.row_layout.pack(self.row())))
         self.X[self._at["peak"]] = 0.0
         fallen = np.flatnonzero(self.X[self._at["G"]] < 0.0)

@@ -141,6 +141,12 @@ class Stepper:
         row[at["peak_time"]] += self.epoch * 1e-9
         self.rows.append((t_ns, row))
 
+    def _note_peaks(self) -> None:
+        """The present tensions count among the peaks."""
+        T, peak, when = (self.X[self._at[name]] for name in ("T", "peak", "peak_time"))
+        higher = peak < T
+        peak[higher], when[higher] = T[higher], self["t"]
+
     def _check_lengths(self, t: float, lengths: np.ndarray) -> None:
         for rope, length in zip(self.program.system.ropes, lengths, strict=True):
             if length < SHORTEST_ROPE:
@@ -174,7 +180,12 @@ class Stepper:
     def _failure(self) -> KernelError:
         """Name what went wrong: a body that is not finite, or a step that became too small."""
         t = self.epoch * 1e-9 + self["t"]
-        self._check_lengths(t, self.row().length)
+        row = self.row()
+        self._check_lengths(t, row.length)
+        for rope, span in zip(self.program.system.ropes, row.length + row.elongation, strict=True):
+            if span < SHORTEST_ROPE:
+                where = f"rope '{rope.name}' at {t:.3f} s"
+                return KernelError(f"{where}: its ends meet, so that it has no direction; keep them apart")
         for link in self.program.graph.links:
             v = self.state[self.program.nq + link.v.start : self.program.nq + link.v.stop]
             if not np.isfinite(v).all():

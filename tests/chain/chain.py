@@ -36,12 +36,13 @@ class Happening(NamedTuple):
     value: float
 
 
-def play(folder: Path, text: str, overrides: Sequence[str] = ()) -> Recording:
-    """The recording of a run of this scene."""
-    number = next(_number)
-    scene, output = folder / f"scene-{number}.yaml", folder / f"run-{number}.mcap"
+def play(folder: Path, text: str, overrides: Sequence[str] = (), in_process: bool = True) -> Recording:
+    """The recording of a run of this scene, in a folder of its own: lines of the scene's file are on record."""
+    own = folder / f"run-{next(_number)}"
+    own.mkdir()
+    scene, output = own / "scene.yaml", own / "run.mcap"
     scene.write_text(text)
-    run(load(scene, overrides), output, in_process=True)
+    run(load(scene, overrides), output, in_process)
     return Recording(output)
 
 

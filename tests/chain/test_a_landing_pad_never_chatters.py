@@ -5,9 +5,12 @@ import pytest
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
 
+BALANCE = 0.1  # of the tolerance of a step: five times what the worst of them, 0.1 %, leaves
+
 
 @pytest.mark.parametrize("accuracy", ["0.1 %", "0.005071 %", "0.02 %"])
 def test_lift_off_comes_to_its_end_at_any_accuracy(tmp_path, accuracy):
-    result = run(load("lift", [f"accuracy={accuracy}"]), tmp_path / "lift.mcap", in_process=True)
+    scene = load("lift", [f"accuracy={accuracy}"])
+    result = run(scene, tmp_path / "lift.mcap", in_process=True)
     assert result.sim_s > 59.9
-    assert result.energy_error < 1e-4  # the loosest of them integrates to 1e-5 per step
+    assert result.energy_error < BALANCE * scene.plan.tolerance

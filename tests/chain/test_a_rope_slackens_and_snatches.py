@@ -19,11 +19,16 @@ VERY_LONG = Rope(height=6000.0, EA=STIFFNESS * 6000.0)
 Events = list[tuple[float, str]]
 
 
-def test_setting_down_unloads_the_rope(tmp_path: Path) -> None:
+@pytest.mark.parametrize("in_process", [True, False], ids=["one process", "processes"])
+def test_setting_down_unloads_the_rope(tmp_path: Path, in_process: bool) -> None:
     rope = Rope()
-    scene = rope.scene(samples=100, end=5, z=0.0, length=rope.carrying)
+    scene = (
+        rope.scene(samples=100, end=5, z=0.0, length=rope.carrying) + "actions:\n  - rope: lower 0.05 m/s by 0.2 m\n"
+    )
 
-    recording = play(tmp_path, scene + "actions:\n  - rope: lower 0.05 m/s by 0.2 m\n")
+    recording = play(tmp_path, scene, in_process=in_process)
+
+    assert recording.result["digest"] == play(tmp_path, scene).result["digest"]
 
     slack = the_only(happenings(recording, "slack", "rope"))
     assert slack.t == pytest.approx(winding_time(rope.height - rope.carrying, 0.05, 1.0), abs=EVENT)

@@ -8,71 +8,12 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 
-from heavylift.kernel.describe import (
-    Body,
-    Brake,
-    Drive,
-    Joint,
-    JointSpring,
-    Line,
-    Master,
-    Measured,
-    Point,
-    Rope,
-    Stop,
-    Support,
-    System,
-    Threshold,
-)  # fmt: skip
+from every_law import yard
 from heavylift.kernel.errors import KernelError
-from small_scenes import SECOND, G, X, Y, Z, cube, hand_over, imbalance, started
+from small_scenes import SECOND, hand_over, imbalance, started
 
 CLOSES = 1e-7  # at tolerance 1e-9
 END = 30
-
-
-def yard() -> System:
-    """A trolley and a winch that carry a block over pads; a hinged arm with spring, stop and brake; one loose sling."""
-    m = 5.0e4
-    bodies = (
-        Body("trolley", 2.0e4),
-        Body("cat", 1.0e4),
-        Body("block", m, (0.2, -0.1, 0.1), cube(m, 4.0)),
-        Body("arm", 5.0e3, (0.8, 0.0, 0.0), cube(5.0e3)),
-    )
-    joints = (
-        Joint("rail", "prismatic", "world", "trolley", (0.0, 0.0, 30.0), axis=X),
-        Joint("girder", "prismatic", "trolley", "cat", axis=Y),
-        Joint("float", "free", "world", "block", q0=(0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 1.0)),
-        Joint("hinge", "revolute", "block", "arm", (0.0, 0.0, 2.0), axis=Z),
-    )
-    rope = tuple(Line(Point("cat", (x, 0.0, 0.0)), Point("block", (x, 0.0, 2.0)), 0.5) for x in (-1.0, 1.0))
-    sling = Line(Point("trolley", (3.0, 0.0, 0.0)), Point("block", (2.0, 0.0, 2.0)))
-    k, d = m * G / 4 / 5e-3, 4e5
-    return System(
-        bodies,
-        joints,
-        springs=(JointSpring("closer", "hinge", 2.0e4, 2.0e3),),
-        stops=(Stop("hinge-stop", "hinge", -0.3, 0.4, 5.0e6, 2.0e4),),
-        brakes=(Brake("hinge-brake", "hinge", 5.0e3, 1.0e6, 1.0e4, True),),
-        drives=(Drive("travel", "rail", "servo", 1.0e6, 2.0e5), Drive("traverse", "girder", "prescribed")),
-        ropes=(
-            Rope("hoist", rope, 4.0e8, 26.1, 1.0e5, winch=True),
-            Rope("sling", (sling,), 2.0e8, 26.5, 5.0e4, hooked=False),
-        ),
-        supports=tuple(
-            Support(f"pad{x}{y}", Point("block", (2.0 * x, 2.0 * y, -2.0)), 0.0, k, d, 0.3, k, d)
-            for x in (-1, 1)
-            for y in (-1, 1)
-        ),
-        masters=(Master("theta"),),
-        measured=(Measured("lean", "angle", "block"), Measured("swing", "joint", "hinge")),
-        thresholds=(
-            Threshold("high", "height", point=Point("block")),
-            Threshold("heavy", "tension", ropes=("hoist", "sling")),
-        ),
-        gravity=G,
-    )
 
 
 def command(s, random) -> str:

@@ -338,3 +338,10 @@ def test_states_that_switch_without_end_are_named():
 def test_states_that_are_not_finite_are_refused(value, place):
     with pytest.raises(KernelError, match=f"joint 'a-guide': {place} is {value}; it must be a finite number"):
         Simulation(with_(joints=(replace(GUIDE, **{place: (value,)}),)))
+
+
+def test_a_rope_whose_ends_meet_has_no_direction():
+    s = started(hung(0.0))
+    with pytest.raises(KernelError) as e:
+        s.run(SECOND)
+    assert str(e.value) == "rope 'rope' at 0.000 s: its ends meet, so that it has no direction; keep them apart"

@@ -17,9 +17,16 @@ def start(folder, *arguments):
     )
 
 
-def finish(folder, *arguments):
+def finish(folder, *arguments, **environment):
     """Exit code, standard output, standard error of the whole command."""
-    done = subprocess.run([HEAVYLIFT, *arguments], cwd=folder, capture_output=True, text=True, timeout=PATIENCE_s)
+    done = subprocess.run(
+        [HEAVYLIFT, *arguments],
+        cwd=folder,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_s,
+    )
     return done.returncode, done.stdout, done.stderr
 
 
@@ -47,6 +54,12 @@ def descendants(pid):
     while todo:
         todo = [p for p, parent in parents.items() if parent in todo]
         found.update(todo)
+    return found
+
+
+def of_node(pids, name):
+    """The one of these processes that runs the node of this name."""
+    (found,) = (p for p in pids if Path(f"/proc/{p}/comm").read_text().rstrip("\n") == f"hl {name}"[:15])
     return found
 
 

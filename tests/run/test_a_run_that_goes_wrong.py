@@ -1,9 +1,11 @@
 """Whatever stops a run ends in one sentence, a finished recording, no process left and an exit code that is not 0."""
 
 import os
+import re
 import signal
 
-from command import descendants, finish, gone, start, until
+import pytest
+from command import descendants, finish, gone, of_node, start, until
 from heavylift.nodes.scene import bundled
 from heavylift.recordings import Recording
 
@@ -25,18 +27,48 @@ def test_ctrl_c_finishes_the_recording_and_takes_all_processes_along(tmp_path):
     assert [e.value["name"] for e in recording.events("commander", "stage")][:2] == ["take up slack", "load"]
 
 
-def test_a_killed_model_is_named(tmp_path):
+@pytest.mark.parametrize("name", ["block", "loader-4", "commander", "kernel"])
+def test_a_killed_node_is_named(tmp_path, name):
     run = start(tmp_path, "run", "turnover")
     until(run, "load")
     processes = descendants(run.pid)
-    victim = next(p for p in processes if not descendants(p))
-    os.kill(victim, signal.SIGKILL)
+    os.kill(of_node(processes, name), signal.SIGKILL)
     _, error = run.communicate(timeout=SENTENCE_WITHIN_s)
     assert run.returncode == 1
-    assert "is gone at t = " in error.splitlines()[-1]
-    assert "signal 9 (SIGKILL)" in error.splitlines()[-1]
+    sentence = error.splitlines()[-1]
+    assert re.match(rf"heavylift: .*\b{name}\b.* is gone at t = \d+\.\d{{3}} s", sentence), sentence
+    assert "signal 9 (SIGKILL)" in sentence
     assert gone(processes)
     assert Recording(tmp_path / "turnover.mcap").result["status"] == "failed"
+
+
+MISTAKE = """\
+from heavylift.nodes.models.rigging import Stools
+
+def notice(self, event):
+    return self.closed_ / 0
+
+Stools.notice = notice
+"""
+
+
+@pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
+def test_a_mistake_in_a_model_is_told_with_its_model_and_its_time(tmp_path, where):
+    """Python imports `sitecustomize` before anything else: the stools of every process have the mistake."""
+    (tmp_path / "mistake").mkdir()
+    (tmp_path / "mistake" / "sitecustomize.py").write_text(MISTAKE)
+    code, _, error = finish(tmp_path, "run", "lift", *where, PYTHONPATH=str(tmp_path / "mistake"))
+    assert code == 1
+    assert "Traceback" not in error
+    said = [line for line in error.splitlines() if line.startswith("heavylift: ")]
+    assert said == error.splitlines()[-1:]
+    found = re.fullmatch(r"heavylift: block\.body\.stools at \((\S+) s, 0\): (.*)", said[0])
+    assert found, said
+    assert found[2] == "external() raised AttributeError: 'Stools' object has no attribute 'closed_'"
+    assert 9.0 < float(found[1]) < 30.0  # the first stool opens during lift-off
+    result = Recording(tmp_path / "lift.mcap").result
+    assert result["status"] == "failed"
+    assert said[0] == f"heavylift: {result['reason']}"
 
 
 def test_no_node_outlives_a_killed_coordinator(tmp_path):
@@ -93,10 +125,31 @@ actions:
     assert error.splitlines()[-1].startswith("heavylift: still waiting for all ropes slack (rope is taut) since 0 s")
 
 
-def test_outputs_that_cannot_be_written_are_named_before_anything_runs(tmp_path):
-    code, _, error = finish(tmp_path, "run", "pendulum", "-o", "no/such/folder/x.mcap")
-    assert (code, error.count("\n")) == (1, 1)
-    assert "no/such/folder" in error
+def no_folder(tmp_path):
+    return "no/such/folder"
+
+
+def a_file_in_the_way(tmp_path):
+    (tmp_path / "results").write_text("a file")
+    return "results"
+
+
+def no_permission(tmp_path):
+    if os.geteuid() == 0:
+        pytest.skip("root may write everywhere")
+    (tmp_path / "locked").mkdir(mode=0o555)
+    return "locked"
+
+
+@pytest.mark.parametrize("obstacle", [no_folder, a_file_in_the_way, no_permission])
+def test_outputs_that_cannot_be_written_are_named_before_anything_runs(tmp_path, obstacle):
+    folder = obstacle(tmp_path)
+    before = sorted(tmp_path.rglob("*"))
+    code, out, error = finish(tmp_path, "run", "pendulum", "-o", f"{folder}/x.mcap")
+    assert (code, out, error.count("\n")) == (1, "", 1)
+    assert error.startswith("heavylift: ")
+    assert folder in error
+    assert sorted(tmp_path.rglob("*")) == before
 
 
 def test_a_misspelt_scene_is_answered_with_the_right_name(tmp_path):

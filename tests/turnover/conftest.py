@@ -15,10 +15,11 @@ from stock_reader import Array, Reading
 
 @dataclass(frozen=True)
 class Lift:
-    """The recording and how the run ended."""
+    """The recording, how the run ended, and the folder of the machine code, which was empty before."""
 
     path: Path
     result: Result
+    code: Path
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,10 @@ class Stage:
 @pytest.fixture(scope="session")
 def lift(tmp_path_factory: pytest.TempPathFactory) -> Lift:
     path = tmp_path_factory.mktemp("turnover") / "turnover.mcap"
-    return Lift(path, run(load("turnover"), path))
+    code = tmp_path_factory.mktemp("code")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("HEAVYLIFT_CACHE", str(code))
+        return Lift(path, run(load("turnover"), path), code)
 
 
 @pytest.fixture(scope="session")

@@ -44,6 +44,11 @@ def test_the_recording_tells_the_digest_of_the_run(lift: Lift, reading: Reading)
     assert reading.metadata["result"]["digest"] == lift.result.digest
 
 
+def test_ten_repeats_have_one_digest(truth: str, tmp_path: Path) -> None:
+    digests = [runner.run(load("lift"), tmp_path / f"{i}.mcap", in_process=True).digest for i in range(10)]
+    assert set(digests) == {truth}
+
+
 @pytest.mark.parametrize("seed", [None, 1, 2])
 def test_the_order_in_which_processes_start_does_not_matter(truth: str, tmp_path: Path, seed: int | None) -> None:
     order = NODES if seed is None else Random(seed).sample(NODES, len(NODES))
