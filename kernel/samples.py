@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from .dopri5 import Dopri5
 from .graph import Graph
@@ -73,6 +72,10 @@ def channels(method: Dopri5) -> list[Channel]:
 
 def published(method: Dopri5, rows: np.ndarray) -> np.ndarray:
     """(n, columns) samples from (n, method.columns) raw rows."""
+    from scipy.spatial.transform import (
+        Rotation,  # 0.3 s to import: not before the first sample, so that runs start fast
+    )
+
     p, at = method.program, method.row_layout.at
     part = {name: rows[:, i if isinstance(i, slice) else slice(i, i + 1)] for name, i in at.items()}
     winches = [i for i, r in enumerate(p.system.ropes) if r.winch]
