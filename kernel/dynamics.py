@@ -97,7 +97,7 @@ def dynamics(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: 
             raise KernelError(
                 f"body '{name}': nothing resists its motion; give it, or what it carries, mass or inertia"
             )
-    a = ltdl_solve({kl: h for kl, h in H.items()}, list(rhs), tree.free_paths, free)
+    a = ltdl_solve(dict(H), list(rhs), tree.free_paths, free)
     reaction = [
         -rhs[k] + sum((H[max(k, l), min(k, l)] * a[l] for l in free if (max(k, l), min(k, l)) in H), 0.0)
         for k in tree.prescribed_dofs
