@@ -19,7 +19,7 @@ from .spatial import force_cross, join, mirror, motion_cross, skew, spatial_iner
 from .symbol import is_sym, named
 from .trees import Tree
 
-__all__ = ["Kinematics", "dynamics", "energies", "kinematics"]
+__all__ = ["Factors", "Kinematics", "composites", "dynamics", "energies", "joint_space_inertia", "kinematics", "ltdl"]
 
 
 @dataclass
@@ -73,31 +73,13 @@ def dynamics(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: 
     tau: (n_v,) joint forces of springs, drives, brakes and stops [N or N m].
     """
     K = kinematics(tree, q, v, g, a_ref)
-    I, F = [], []
-    for i, b in enumerate(tree.bodies):
-        J = spatial_inertia(b.mass, K.r[i] + K.R[i] @ b.com, mirror(K.R[i] @ b.inertia @ K.R[i].T))
-        I.append(J)
-        # (c), (d): what the joint must transmit if nothing accelerated
-        F.append(named(f"f({b.name})", J @ K.A[i] + force_cross(K.V[i]) @ (J @ K.V[i]) - W[i]))
-    for i in reversed(range(len(tree.bodies))):
-        p = tree.bodies[i].parent
-        if p >= 0:
-            I[p], F[p] = I[p] + I[i], F[p] + F[i]
+    I, F = composites(tree, K, W)
     S = [s for columns in K.S for s in columns]
-    H: dict[tuple[int, int], Any] = {}
-    for k, (i, path) in enumerate(zip(tree.body_of_dof, tree.dof_paths, strict=True)):
-        f = I[i] @ S[k]
-        for l in (k, *path):
-            H[k, l] = named(f"H({k},{l})", S[l] @ f)
+    H = joint_space_inertia(tree, S, I)
     rhs = [tau[k] - S[k] @ F[i] for k, i in enumerate(tree.body_of_dof)]  # (e)
-    free = [k for k in range(len(S)) if k not in tree.prescribed_dofs]
-    for k in free:
-        if not is_sym(H[k, k]) and H[k, k] == 0.0:
-            name = tree.bodies[tree.body_of_dof[k]].name
-            raise KernelError(
-                f"body '{name}': nothing resists its motion; give it, or what it carries, mass or inertia"
-            )
-    a = ltdl_solve(dict(H), list(rhs), tree.free_paths, free)
+    free = tree.free_dofs
+    factors = ltdl(tree, dict(H))
+    a = dict(zip(free, factors.solve([rhs[k] for k in free]), strict=True))
     reaction = [
         -rhs[k] + sum((H[max(k, l), min(k, l)] * a[l] for l in free if (max(k, l), min(k, l)) in H), 0.0)
         for k in tree.prescribed_dofs
@@ -107,24 +89,84 @@ def dynamics(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: 
     return join(*K.dq), np.array(dv), np.array(reaction)
 
 
-def ltdl_solve(H: dict[tuple[int, int], Any], b: list[Any], paths: list[list[int]], dofs: list[int]) -> dict[int, Any]:
-    """H x = b by H = L^T D L along the paths (Featherstone 2008, sections 6.5 and 8.6)."""
-    D: dict[int, Any] = {}
+def composites(tree: Tree, K: Kinematics, W: list[Any]) -> tuple[list[Any], list[Any]]:
+    """Per body, with all that it carries: spatial inertia I^c and the wrench that its joint would have to transmit if
+    no degree of freedom accelerated (Fig. 6 (c), (d))."""
+    I, F = [], []
+    for i, b in enumerate(tree.bodies):
+        J = spatial_inertia(b.mass, K.r[i] + K.R[i] @ b.com, mirror(K.R[i] @ b.inertia @ K.R[i].T))
+        I.append(J)
+        F.append(named(f"f({b.name})", J @ K.A[i] + force_cross(K.V[i]) @ (J @ K.V[i]) - W[i]))
+    for i in reversed(range(len(tree.bodies))):
+        p = tree.bodies[i].parent
+        if p >= 0:
+            I[p], F[p] = I[p] + I[i], F[p] + F[i]
+    return I, F
+
+
+def joint_space_inertia(tree: Tree, S: list[Any], I: list[Any]) -> dict[tuple[int, int], Any]:
+    """H[k, l] = S_l^T I^c S_k for l on the path of k (CRBA); raises KernelError where nothing resists a motion."""
+    H: dict[tuple[int, int], Any] = {}
+    for k, (i, path) in enumerate(zip(tree.body_of_dof, tree.dof_paths, strict=True)):
+        f = I[i] @ S[k]
+        for l in (k, *path):
+            H[k, l] = named(f"H({k},{l})", S[l] @ f)
+    for k in tree.free_dofs:
+        if not is_sym(H[k, k]) and H[k, k] == 0.0:
+            name = tree.bodies[tree.body_of_dof[k]].name
+            raise KernelError(
+                f"body '{name}': nothing resists its motion; give it, or what it carries, mass or inertia"
+            )
+    return H
+
+
+@dataclass(frozen=True)
+class Factors:
+    """H = L^T D L over the free degrees of freedom of a tree, without fill-in along the paths.
+
+    L[k, i] for i on the path of k (its unit diagonal is not stored), D_inverse[k] = 1/D_k.
+    """
+
+    dofs: list[int]
+    paths: list[list[int]]
+    L: dict[tuple[int, int], Any]
+    D_inverse: dict[int, Any]
+
+    def half(self, b: list[Any]) -> list[Any]:
+        """L^-T b, so that b^T H^-1 c = half(b)^T D^-1 half(c)."""
+        y = dict(zip(self.dofs, b, strict=True))
+        for k in reversed(self.dofs):
+            for i in self.paths[k]:
+                y[i] = y[i] - self.L[k, i] * y[k]
+        return [y[k] for k in self.dofs]
+
+    def back(self, y: list[Any]) -> list[Any]:
+        """L^-1 D^-1 y: the second half of a solution."""
+        x: dict[int, Any] = {}
+        for k, y_k in zip(self.dofs, y, strict=True):
+            t = y_k * self.D_inverse[k]
+            for i in self.paths[k]:
+                t = t - self.L[k, i] * x[i]
+            x[k] = t
+        return [x[k] for k in self.dofs]
+
+    def solve(self, b: list[Any]) -> list[Any]:
+        """H^-1 b over the free degrees of freedom."""
+        return self.back(self.half(b))
+
+
+def ltdl(tree: Tree, H: dict[tuple[int, int], Any]) -> Factors:
+    """Factorise H in place (Featherstone 2008, sections 6.5 and 8.6)."""
+    dofs, paths = tree.free_dofs, tree.free_paths
+    D_inverse: dict[int, Any] = {}
     for k in reversed(dofs):
-        D[k] = 1.0 / H[k, k]
+        D_inverse[k] = 1.0 / H[k, k]
         for n, i in enumerate(paths[k]):
-            a = H[k, i] * D[k]
+            a = H[k, i] * D_inverse[k]
             for j in paths[k][n:]:
                 H[i, j] = H[i, j] - a * H[k, j]
             H[k, i] = a
-            b[i] = b[i] - a * b[k]
-    x: dict[int, Any] = {}
-    for k in dofs:
-        t = b[k] * D[k]
-        for i in paths[k]:
-            t = t - H[k, i] * x[i]
-        x[k] = t
-    return x
+    return Factors(dofs, paths, H, D_inverse)
 
 
 def energies(tree: Tree, K: Kinematics, g: Any) -> tuple[Any, Any]:

@@ -33,7 +33,7 @@ def cache_folder() -> Path:
 
 def _sources() -> bytes:
     here = Path(__file__).parent
-    return b"".join(p.read_bytes() for p in sorted(here.glob("*.py")))
+    return b"".join(p.read_bytes() for p in sorted(here.rglob("*.py")))
 
 
 class Library:

@@ -67,6 +67,11 @@ class Tree:
         return [b.v.start for b in self.bodies if b.prescribed]
 
     @property
+    def free_dofs(self) -> list[int]:
+        fixed = set(self.prescribed_dofs)
+        return [k for k in range(self.v.stop - self.v.start) if k not in fixed]
+
+    @property
     def free_paths(self) -> list[list[int]]:
         fixed = set(self.prescribed_dofs)
         return [[k for k in path if k not in fixed] for path in self.dof_paths]
