@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from .elementary import power
 from .emit import While
 from .evaluation import Evaluation
 from .function import Function, flatten
@@ -95,8 +96,8 @@ def step(s: SimpleNamespace, rate: Rate, n_error: float) -> None:
     error = sqrt(e @ e * (1.0 / n_error))
     good = error <= 1.0
     ok = good | (s.forced > 0.0)
-    down = select(error > 1.0, maximum(0.2, 0.9 * maximum(error, 1.0) ** -0.2), 0.1)  # 0.1: not a number
-    up = minimum(5.0, maximum(0.2, 0.9 * maximum(error, 1e-10) ** -0.14 * s.error**0.04))
+    down = select(error > 1.0, maximum(0.2, 0.9 * power(maximum(error, 1.0), -0.2)), 0.1)  # 0.1: not a number
+    up = minimum(5.0, maximum(0.2, 0.9 * power(maximum(error, 1e-10), -0.14) * power(s.error, 0.04)))
     s.t0, s.h0, s.f0, s.d0, s.d1 = s.t, h, s.f, s.y, y - s.y
     s.d2 = h * k[0] - s.d1
     s.d3, s.d4 = s.d1 - h * k[6] - s.d2, h * combine(D, k)

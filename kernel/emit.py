@@ -18,10 +18,6 @@ __all__ = ["While", "module"]
 LANES = 8  # vectors are emitted in pieces of 8 doubles
 
 _DECLARE = [
-    "declare double @sin(double)",
-    "declare double @cos(double)",
-    "declare double @atan2(double, double)",
-    "declare double @pow(double, double)",
     "declare double @llvm.sqrt.f64(double)",
     "declare double @llvm.fabs.f64(double)",
     *(
@@ -30,7 +26,6 @@ _DECLARE = [
         for w in range(1, LANES + 1)
     ),
 ]
-_LIBM = ("sin", "cos", "atan2", "pow")
 _ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 
 
@@ -223,12 +218,21 @@ class _Emitter:
             return f"{n.op} {_type(lanes, 'i1')} {x[0]}, {x[1]}"
         if n.op == "neg":
             return f"fneg {d} {x[0]}"
-        if n.op in _LIBM:
-            return f"call double @{n.op}({', '.join(f'double {y}' for y in x)}) memory(none) nounwind"
+        if n.op in ("exponent", "power_of_two"):
+            return self.binary_exponent(n, x[0])
         if n.op in ("sqrt", "abs"):
             suffix = f"v{lanes}" if lanes else ""
             return f"call {d} @llvm.{'fabs' if n.op == 'abs' else n.op}.{suffix}f64({d} {x[0]})"
         return f"{_ARITHMETIC[n.op]} {d} {x[0]}, {x[1]}"
+
+    def binary_exponent(self, n: Sym, x: str) -> str:
+        """Exponent of a double as a number, or the double that has a given one: its bits 52 to 62, less 1023."""
+        b = f"%b{n.id}"
+        if n.op == "exponent":
+            self.body += [f"{b} = bitcast double {x} to i64", f"{b}s = lshr i64 {b}, 52", f"{b}k = sub i64 {b}s, 1023"]
+            return f"sitofp i64 {b}k to double"
+        self.body += [f"{b} = fptosi double {x} to i64", f"{b}k = add i64 {b}, 1023", f"{b}s = shl i64 {b}k, 52"]
+        return f"bitcast i64 {b}s to double"
 
     def call(self, n: Sym) -> None:
         f, *arguments = n.args

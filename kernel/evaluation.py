@@ -13,8 +13,9 @@ import numpy as np
 
 from . import laws
 from .describe import Drive, Measured, Threshold
+from .elementary import atan2, cos, sin
 from .spatial import cross, join
-from .symbol import atan2, cos, named, sin, sqrt
+from .symbol import named, sqrt
 
 if TYPE_CHECKING:
     from .rate import Program

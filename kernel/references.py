@@ -7,11 +7,12 @@ relative to the last event and no precision is lost in long runs.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, inf, isfinite, sin
+from math import inf, isfinite
 
 import numpy as np
 
 from .describe import System
+from .elementary import cos, sin
 from .errors import KernelError
 from .parameters import Parameters
 from .profile import REST, Trapezoid, trapezoid
@@ -126,4 +127,4 @@ class References:
 
 
 def _follow(k: tuple[float, float, float], s: float) -> float:
-    return k[0] * s + k[1] * cos(s) + k[2] * sin(s)
+    return float(k[0] * s + k[1] * cos(s) + k[2] * sin(s))

@@ -21,6 +21,7 @@ import numpy as np
 
 from .describe import System, Vector
 from .dopri5 import EVENT, FAILED, RUNNING, STILL
+from .elementary import atan2
 from .errors import KernelError
 from .parameters import PROFILE, RopeAt
 from .stepper import FOREVER_NS, NEVER, Stepper
@@ -261,5 +262,5 @@ class Simulation(Stepper):
                 values.append(float(row.q[self.program.graph.joint(m.of).q.start]))
             else:
                 R = row.poses.reshape(-1, 12)[self.program.graph.number(m.of), 3:].reshape(3, 3)
-                values.append(float(np.arctan2(R[1 if m.axis == 0 else 0, 2], R[2, 2])))
+                values.append(atan2(float(R[1 if m.axis == 0 else 0, 2]), float(R[2, 2])))
         return values

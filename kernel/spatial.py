@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .symbol import cos, sin
+from .elementary import cos, sin
 
 Array = Any  # (n,) or (n, m) of float or of Sym
 

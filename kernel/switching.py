@@ -7,12 +7,13 @@ slackens under damping, a sling unhooked, a pad that opens) counts as heat of th
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, hypot, isfinite, sin
+from math import hypot, isfinite
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
+from .elementary import cos, sin
 from .errors import KernelError
 from .laws import SLIP_BLEND
 from .parameters import BrakeAt, RopeAt, StopAt, SupportAt

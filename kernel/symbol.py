@@ -2,8 +2,9 @@
 
 The text of the algorithms is written once.  On floats it computes; on these symbols the same text is recorded
 (hash-consing: an expression exists once; zeros and ones fold away, so sparse 6x6 matrices cost nothing).
-Rules for traced text: no `if`/`while` on a value (use `select`), loops over structure only, sin/cos/sqrt/atan2 from
-here, `d = 1/x` once instead of many divisions.  Violations raise TypeError and say what to write instead.
+Rules for traced text: no `if`/`while` on a value (use `select`), loops over structure only, sqrt from here, sin, cos,
+atan2 and power from `elementary`, `d = 1/x` once instead of many divisions.  Violations raise TypeError and say what
+to write instead.
 """
 
 from __future__ import annotations
@@ -15,8 +16,8 @@ from typing import Any
 import numpy as np
 
 __all__ = [
-    "GRAPHS", "Graph", "Sym", "any_of", "atan2", "cos", "is_sym", "maximum", "minimum", "named", "node", "select",
-    "sin", "sqrt",
+    "GRAPHS", "Graph", "Sym", "any_of", "exponent", "is_sym", "maximum", "minimum", "named", "node", "power_of_two",
+    "printing", "select", "sqrt",
 ]  # fmt: skip
 
 GRAPHS: list[Graph] = []  # the graphs being recorded, innermost last
@@ -72,7 +73,9 @@ class Sym:
         return div(o, self)
 
     def __pow__(self, o: float) -> Any:
-        return mul(self, self) if o == 2 else node("pow", self, o)
+        if not (isinstance(o, int | float) and o in range(1, 9)):
+            raise TypeError("only whole powers 1 to 8 of run-time values: use power of kernel.elementary")
+        return self if o == 1 else mul(self, self ** (o - 1))
 
     def __abs__(self) -> Sym:
         return node("abs", self)
@@ -109,7 +112,9 @@ class Sym:
         raise TypeError("traced code cannot branch on a value known only at run time: use select(condition, a, b)")
 
     def __float__(self) -> float:
-        raise TypeError("a run-time value was forced to a float: use sin, cos, sqrt of kernel.symbol")
+        raise TypeError(
+            "a run-time value was forced to a float: use sin, cos, power of kernel.elementary, sqrt of kernel.symbol"
+        )
 
 
 def is_sym(x: Any) -> bool:
@@ -187,16 +192,23 @@ def div(a: Any, b: Any) -> Any:
 # ---- functions of traced text --------------------------------------------------------------------------------
 
 
-def _function(name: str) -> Callable[[Any], Any]:
-    plain = getattr(math, name)
-    return lambda x: node(name, x) if is_sym(x) else plain(x)
+def sqrt(x: Any) -> Any:
+    return node("sqrt", x) if is_sym(x) else math.sqrt(x)
 
 
-sin, cos, sqrt = map(_function, ("sin", "cos", "sqrt"))
+def exponent(x: Any) -> Any:
+    """k of x = m 2^k with 1 <= m < 2, for positive normal x."""
+    return node("exponent", x) if is_sym(x) else math.frexp(x)[1] - 1.0
 
 
-def atan2(y: Any, x: Any) -> Any:
-    return node("atan2", y, x) if is_sym(y) or is_sym(x) else math.atan2(y, x)
+def power_of_two(n: Any) -> Any:
+    """2^n for a whole number n from -1022 to 1023."""
+    return node("power_of_two", n) if is_sym(n) else math.ldexp(1.0, int(n))
+
+
+def printing(x: Any) -> bool:
+    """Whether x is traced for print, where a function keeps its name."""
+    return is_sym(x) and GRAPHS[-1].opaque
 
 
 def _elementwise(f: Callable[..., Any]) -> Callable[..., Any]:
