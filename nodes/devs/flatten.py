@@ -8,7 +8,7 @@ nested or where a tree is cut into nodes.
 """
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 from .models import Atomic, Coupled, Model
 from .ports import InPort, OutPort, Port
@@ -18,15 +18,8 @@ _Hops = tuple[_Hop, ...]  # from the target backwards
 Route = tuple[InPort[Any], Atomic, int]  # target, its owner, rank
 
 
-class Flat(NamedTuple):
-    """Atomics in path order, and the routes that begin at the root's in ports."""
-
-    atomics: list[Atomic]
-    entries: dict[str, tuple[Route, ...]]
-
-
-def flatten(root: Model) -> Flat:
-    """Dissolve the tree; the atomics' out ports keep their routes and exits."""
+def flatten(root: Model) -> list[Atomic]:
+    """The atomics of a tree in path order; their out ports and the root's in ports keep their routes and exits."""
     models = list(_tree(root))
     atomics = sorted((m for m in models if isinstance(m, Atomic)), key=lambda m: m.path.split("."))
     ahead: dict[Port[Any], list[Port[Any]]] = {}
@@ -49,14 +42,13 @@ def flatten(root: Model) -> Flat:
     rank = {target: {hops: i for i, hops in enumerate(sorted(all_))} for target, all_ in into.items()}
 
     for index, atomic in enumerate(atomics):
-        atomic._index = index
+        atomic._index, atomic._path = index, atomic.path
         for port in atomic.ports.values():
-            if isinstance(port, InPort):
-                port.ranks = []
-            elif isinstance(port, OutPort):
-                port.routes = _routes(ways[port], rank)
+            if isinstance(port, OutPort):
                 port.exits = tuple((t, rank[t][hops]) for t, hops in ways[port] if isinstance(t, OutPort))
-    return Flat(atomics, {p.name: _routes(ways[p], rank) for p in starts if isinstance(p, InPort)})
+    for port in starts:
+        port.routes = _routes(ways[port], rank)
+    return atomics
 
 
 def _tree(model: Model) -> Iterator[Model]:

@@ -12,13 +12,13 @@ dissolves it.
 """
 
 import re
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 from heavylift.kernel.errors import ModelError
 
 from .messages import Message
 from .ports import Bag, In, InPort, M, Out, OutPort, Port, checked_type
-from .tags import FOREVER, NEVER, Tag
+from .tags import NEVER, Tag
 
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
 Child = TypeVar("Child", bound="Model")
@@ -47,9 +47,9 @@ class Model:
         for cls in reversed(type(self).__mro__):
             for key, declared in vars(cls).items():
                 if isinstance(declared, In):
-                    self.__dict__[key] = self.add_in(key, declared.type)
+                    setattr(self, key, self.add_in(key, declared.type))
                 elif isinstance(declared, Out):
-                    self.__dict__[key] = self.add_out(key, declared.type, declared.lookahead)
+                    setattr(self, key, self.add_out(key, declared.type, declared.lookahead))
 
     @property
     def path(self) -> str:
@@ -88,10 +88,10 @@ class Atomic(Model):
         self._clock = Clock()
         self._bag: dict[InPort[Any], list[Any]] = {}
         self._ta: int | None = None  # [ns] what the running transition asked for
-        self._next = FOREVER
+        self._t, self._k = NEVER, 0  # [ns] and microstep of the next internal transition
         self._last = 0  # [ns] time of the last transition
         self._set = 0  # [ns] time of the transition that made the present schedule
-        self._index = 0  # rank of the path among all atomics
+        self._index, self._path = 0, name  # rank of the path among all atomics, the path
         self._promises = False  # whether an out port has a lookahead
 
     @property
@@ -101,17 +101,22 @@ class Atomic(Model):
 
     def hold_in(self, wait: int) -> None:
         """Schedule the next internal transition `wait` [ns] after this tag (0: at its next microstep)."""
-        if type(wait) is not int:
-            raise ModelError(f"hold_in({wait!r}): the wait must be an int in ns, use ns(seconds)")
-        if wait < 0:
-            raise ModelError(f"negative time advance: hold_in({wait}) [ns], the wait must be >= 0")
-        if self._sent is not None:
-            raise ModelError("output() must not change the state: call hold_in in a transition")
+        if wait.__class__ is not int or wait < 0 or self._sent is not None:
+            self._refuse(wait)
         self._ta = wait
 
     def passivate(self) -> None:
         """Wait for the next input, for ever if need be."""
-        self.hold_in(NEVER)
+        if self._sent is not None:
+            self._refuse(NEVER)
+        self._ta = NEVER
+
+    def _refuse(self, wait: int) -> NoReturn:
+        if type(wait) is not int:
+            raise ModelError(f"hold_in({wait!r}): the wait must be an int in ns, use ns(seconds)")
+        if wait < 0:
+            raise ModelError(f"negative time advance: hold_in({wait}) [ns], the wait must be >= 0")
+        raise ModelError("output() must not change the state: call hold_in in a transition")
 
     def start(self) -> None:
         """Set the initial state at (0, 0); without a schedule the model is passive."""

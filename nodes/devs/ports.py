@@ -22,31 +22,32 @@ D = TypeVar("D")
 class Port(Generic[M]):
     """A named place of a model where messages of one type enter or leave."""
 
-    __slots__ = ("name", "owner", "type")
+    __slots__ = ("name", "owner", "routes", "type")
 
     def __init__(self, owner: "Model", name: str, type: type[M]) -> None:
         self.owner, self.name, self.type = owner, name, type
+        self.routes: tuple[tuple[InPort[Any], Any, int], ...] = ()  # the simulator's ways to atomics
 
     def __repr__(self) -> str:
         return f"{self.owner.path}.{self.name}"
 
 
 class InPort(Port[M]):
-    """A bound in port; `ranks` is the simulator's: the order of what lies in the bag now."""
+    """A bound in port; `rank` and `ranks` are the simulator's: the order of one or of several values in the bag now."""
 
-    __slots__ = ("ranks",)
+    __slots__ = ("rank", "ranks")
+    rank: int
     ranks: list[int]
 
 
 class OutPort(Port[M]):
-    """A bound out port; `routes` and `exits` are the simulator's ways to atomics and out of the root."""
+    """A bound out port; `exits` are the simulator's ways out of the root."""
 
-    __slots__ = ("exits", "lookahead", "routes")
+    __slots__ = ("exits", "lookahead")
 
     def __init__(self, owner: "Model", name: str, type: type[M], lookahead: int) -> None:
         super().__init__(owner, name, type)
         self.lookahead = lookahead
-        self.routes: tuple[tuple[InPort[Any], Any, int], ...] = ()
         self.exits: tuple[tuple[OutPort[Any], int], ...] = ()
 
     def send(self, value: M) -> None:
@@ -54,7 +55,7 @@ class OutPort(Port[M]):
         sent = self.owner._sent
         if sent is None:
             raise ModelError(f"port {self.name} was sent to outside output(): only output() may speak")
-        if not isinstance(value, self.type):
+        if value.__class__ is not self.type and not isinstance(value, self.type):
             raise ModelError(f"port {self.name} carries {self.type.__name__}, not {type(value).__name__}: {value!r}")
         sent.append((self, value))
 

@@ -11,21 +11,24 @@ this alone, half-open: events at t < until. After Chow and Zeigler (1994); the t
 Broken rules raise ModelError.
 """
 
-from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from heapq import heappop, heappush
 from typing import Any, NamedTuple, NoReturn
 
 from heavylift.kernel.errors import HeavyliftError, ModelError
 
+from .bags import deliver, fitting, words
 from .events import Delivery, Event
-from .flatten import Route, flatten
+from .flatten import flatten
 from .messages import Message, decode, encode
 from .models import Atomic, Clock, Model
 from .ports import InPort, OutPort
-from .tags import FOREVER, NEVER, Tag, after, succ
+from .tags import FOREVER, NEVER, Tag, after
 
+_EMPTY: dict[InPort[Any], list[Any]] = {}  # the bag of who has received nothing
+_new = tuple.__new__  # of a Tag, in half the time of Tag(t, k)
 _TAIL = 32  # microsteps before the limit whose models are named as the loop
+_STALE = 4  # the slots are made anew when they hold so many stale entries for each atomic
 
 
 class Transition(NamedTuple):
@@ -44,7 +47,7 @@ class Simulator:
     def __init__(self, model: Model, log: Callable[[Transition], None] | None = None, microsteps: int = 10_000) -> None:
         """`log` hears every transition; `microsteps` is the length at which a zero-time loop is an error."""
         self.model, self.log, self.microsteps = model, log, microsteps
-        self.atomics, self._entries = flatten(model)
+        self.atomics = flatten(model)
         self._speakers = [
             (m, min(port.lookahead for port in _outs(m) if port.exits))
             for m in self.atomics
@@ -59,28 +62,47 @@ class Simulator:
     def start(self) -> None:
         """Set every atomic to its initial state at (0, 0); starting again is a fresh run."""
         self._last, self._clock.now = Tag(-1, 0), Tag(0, 0)
-        self._times: list[Tag] = []
-        self._slots: dict[Tag, set[int]] = {}
+        self._times: list[int] = []  # heap of the times [ns] with a slot
+        self._slots: dict[int, list[int]] = {}  # who is due at (time, 0); who has been rescheduled is still in there
+        self._soon: list[int] = []  # who is due at the microstep after the last tag
+        self._due: Tag | None = None
+        self._imminent: list[int] = []
         self._said: list[tuple[OutPort[Any], Any]] | None = None
-        self._staged: list[tuple[str, Message]] = []
+        self._staged: list[tuple[InPort[Any], Message]] = []
+        self._stale = 0
         self._loop: set[str] = set()
         for m in self.atomics:
-            m._bag, m._next, m._last, m._set, m._ta, m._sent = {}, FOREVER, 0, -NEVER, NEVER, None
+            m._bag, m._t, m._k, m._last, m._set, m._ta, m._sent = _EMPTY, NEVER, 0, 0, -NEVER, NEVER, None
             try:
                 m.start()
             except Exception as error:
                 _fail(m, Tag(0, 0), "start", error)
-            if m._ta < NEVER:
-                self._schedule(m, Tag(m._ta, 0), imminent=True)
+            m._t = m._ta
+            self._enter(m)
 
     @property
     def next_time(self) -> Tag:
         """Tag of the next internal transition; FOREVER when all are passive."""
-        times, slots = self._times, self._slots
+        if self._due is None:
+            self._due = self._find()
+        return self._due
+
+    def _find(self) -> Tag:
+        """The earliest tag at which somebody is due, and who: the imminent atomics in path order."""
+        atomics, times, slots = self.atomics, self._times, self._slots
+        if self._soon:
+            t, k = self._last
+            self._imminent = sorted(self._soon)
+            return _new(Tag, (t, k + 1))
         while times:
-            if times[0] in slots:
-                return times[0]
-            heappop(times)
+            t = times[0]
+            slot = slots[t]
+            due = [i for i in (slot if len(slot) == 1 else sorted({*slot})) if atomics[i]._t == t]
+            if due:
+                self._imminent = due
+                return _new(Tag, (t, 0))
+            del slots[heappop(times)]
+        self._imminent = []
         return FOREVER
 
     @property
@@ -90,7 +112,8 @@ class Simulator:
         if tag is FOREVER or any(port.exits for port, _ in self._lambda(tag)):
             return tag
         reached = [after(tag, ahead) for _, ahead in self._speakers]
-        return min([*reached, *(m._next for m, _ in self._speakers if m._next > tag)], default=FOREVER)
+        others = (Tag(m._t, m._k) for m, _ in self._speakers)
+        return min([*reached, *(due for due in others if due > tag)], default=FOREVER)
 
     def outputs(self) -> list[Event]:
         """What leaves the root at next_time, in total order; changes nothing."""
@@ -107,126 +130,142 @@ class Simulator:
 
     def inject(self, port: str, value: Message) -> None:
         """Put a message into an in port of the root; it arrives with the next `advance`."""
-        self._entry(port, value)
-        self._staged.append((port, value))
+        into = self._entry(port)
+        self._staged.append((into, fitting(into, value)))
 
     def advance(self, tag: Tag, bag: Sequence[Delivery] = (), until: Tag = FOREVER) -> None:
         """Transit at `tag`: deliver `bag` (sorted) and what was injected, move the imminent atomics on."""
-        due = self.next_time
-        if tag <= self._last:
-            raise ModelError(f"{self.model.path} at {self._last}: late message, {tag} is past already")
-        if tag > due:
-            raise ModelError(f"{self.model.path}: cannot advance to {tag}, the next transition is at {due}")
-        if tag.k >= self.microsteps - _TAIL:
+        due = self.next_time if self._due is None else self._due
+        if tag is not due:
+            if tag <= self._last:
+                raise ModelError(f"{self.model.path} at {self._last}: late message, {tag} is past already")
+            if tag > due:
+                raise ModelError(f"{self.model.path}: cannot advance to {tag}, the next transition is at {due}")
+        t, k = tag
+        if k >= self.microsteps - _TAIL:
             self._watch(tag)
-        said = self._lambda(tag) if tag == due else []
-        self._said, self._last, self._clock.now = None, tag, tag
+        movers: list[int] = []
+        said: list[tuple[OutPort[Any], Any]] = []
+        if tag is due or tag == due:
+            movers, said = self._imminent, self._lambda(tag) if self._said is None else self._said
+            if k:
+                self._soon = []
+            elif movers:
+                del self._slots[heappop(self._times)]
+        self._due, self._said, self._last, self._clock.now = None, None, tag, tag
+        sent = {} if self.log is None else words(said)
+        received: list[int] = []
+        if bag or self._staged:
+            deliver([*((self._entry(d.port), self._receive(d)) for d in bag), *self._staged], received)
+            self._staged = []
+        if said:
+            deliver(said, received)
+        if received:
+            movers = sorted({*movers, *received})
 
-        movers = self._slots.pop(tag) if tag == due else set[int]()
-        for delivery in bag:
-            value = self._receive(delivery)
-            _deliver(self._entry(delivery.port, value), value, movers)
-        for name, value in self._staged:
-            _deliver(self._entry(name, value), value, movers)
-        self._staged.clear()
-        for port, value in said:
-            _deliver(port.routes, value, movers)
-
-        atomics, t, log = self.atomics, tag.t, self.log
-        soon: Tag | None = None
-        for i in sorted(movers):
+        atomics, slots, soon, log = self.atomics, self._slots, self._soon, self.log
+        for i in movers:
             m = atomics[i]
             x: Any = m._bag
-            m._ta, imminent, kind = None, m._next == tag, "internal"
+            m._ta, imminent, kind = None, m._t == t and m._k == k, "internal"
             try:
                 if not x:
                     m.internal()
                 else:
-                    m._bag, kind = {}, "confluent" if imminent else "external"
-                    x = x if len(x) == 1 else dict(sorted(x.items(), key=_port_name))
+                    m._bag = _EMPTY
+                    if len(x) > 1:
+                        x = dict(sorted(x.items(), key=_port_name))
                     if imminent:
+                        kind = "confluent"
                         m.confluent(x)
                     else:
+                        kind = "external"
                         m.external(t - m._last, x)
             except Exception as error:
                 _fail(m, tag, kind, error)
             m._last, wait = t, m._ta
-            if wait is None:
-                if imminent:
-                    _fail(m, tag, kind, ModelError(f"{kind}() scheduled nothing: call hold_in or passivate"))
-            else:
-                if wait == 0:
-                    later = soon = soon or succ(tag)
-                else:
-                    later = Tag(t + wait) if wait < NEVER - t else FOREVER
-                if imminent or later != m._next:
-                    self._schedule(m, later, imminent)
-                    m._set = t
+            if wait == 0:
+                m._t, m._k, m._set = t, k + 1, t
+                soon.append(i)
+            elif wait is not None:
+                later = t + wait if wait < NEVER - t else NEVER
+                if imminent or later != m._t:
+                    if not imminent and m._t != NEVER:
+                        self._leave()
+                    m._t, m._k, m._set = later, 0, t
+                    if later != NEVER:
+                        slot = slots.get(later)
+                        if slot is None:
+                            slots[later] = [i]
+                            heappush(self._times, later)
+                        else:
+                            slot.append(i)
+            elif imminent:
+                _fail(m, tag, kind, ModelError(f"{kind}() scheduled nothing: call hold_in or passivate"))
             if log is not None:
-                sent = tuple((p.name, v) for p, v in said if p.owner is m)
-                log(Transition(tag, m.path, kind, tuple((p.name, v) for p in x for v in x[p]), sent))
+                got = tuple([(p.name, v) for p, values in x.items() for v in values]) if x else ()
+                log(_new(Transition, (tag, m._path, kind, got, sent.get(i, ()))))
 
     def run(self, until: int = NEVER) -> None:
         """Advance alone through all tags at t < `until` [ns]; calling it again continues."""
-        while (tag := self.next_time).t < until:
+        while (tag := self.next_time)[0] < until:
             self.advance(tag)
 
     def _lambda(self, tag: Tag) -> list[tuple[OutPort[Any], Any]]:
         """What the imminent atomics say at `tag` = next_time, in path order."""
         if self._said is None:
             said: list[tuple[OutPort[Any], Any]] = []
-            self._clock.now = tag
-            for i in sorted(self._slots.get(tag, ())):
-                m = self.atomics[i]
-                sent = m._sent = []
+            atomics, self._clock.now = self.atomics, tag
+            for i in self._imminent:
+                m = atomics[i]
+                m._sent = said
                 try:
                     m.output()
                     if m._promises:
-                        _keep_promises(m, tag, sent)
+                        _keep_promises(m, tag, said)
                 except Exception as error:
                     _fail(m, tag, "output", error)
                 m._sent = None
-                said += sent
             self._said = said
         return self._said
 
-    def _schedule(self, m: Atomic, later: Tag, imminent: bool) -> None:
-        """Move an atomic to another slot of the heap; an empty slot leaves its tag behind in the heap."""
-        slots = self._slots
-        if not imminent and m._next is not FOREVER:
-            slot = slots[m._next]
-            slot.discard(m._index)
-            if not slot:
-                del slots[m._next]
-        m._next = later
-        if later is not FOREVER:
-            found = slots.get(later)
-            if found is None:
-                slots[later] = {m._index}
-                heappush(self._times, later)
-            else:
-                found.add(m._index)
+    def _enter(self, m: Atomic) -> None:
+        """Put an atomic into the slot of its time."""
+        if m._t != NEVER:
+            if m._t not in self._slots:
+                heappush(self._times, m._t)
+            self._slots.setdefault(m._t, []).append(m._index)
+
+    def _leave(self) -> None:
+        """Somebody's entry is stale; when most of them are, the slots are made anew."""
+        self._stale += 1
+        if self._stale > _STALE * len(self.atomics):
+            self._stale = 0
+            self._slots.clear()
+            self._times.clear()
+            for m in self.atomics:
+                if m._t > self._last.t:
+                    self._enter(m)
 
     def _receive(self, delivery: Delivery) -> Message:
         """The receiver's own copy of a message from another node."""
         event = delivery.event
         try:
-            return decode(event.type, event.payload)
+            value: Message = fitting(self._entry(delivery.port), decode(event.type, event.payload))
+            return value
         except ModelError as error:
             here = f"{self.model.path}.{delivery.port} at {event.tag}"
             raise ModelError(f"{here}: {error} (from {event.source}.{event.port})") from None
 
-    def _entry(self, name: str, value: Message) -> tuple[Route, ...]:
+    def _entry(self, name: str) -> InPort[Any]:
         port = self.model.ports.get(name)
         if not isinstance(port, InPort):
             raise ModelError(f"{self.model.path}: there is no in port {name}")
-        if not isinstance(value, port.type):
-            raise ModelError(f"{port!r} carries {port.type.__name__}, not {type(value).__name__}")
-        return self._entries[name]
+        return port
 
     def _watch(self, tag: Tag) -> None:
         """Collect who keeps time from advancing, and name them at the limit."""
-        self._loop.update(self.atomics[i].path for i in self._slots.get(tag, ()))
+        self._loop.update(self.atomics[i].path for i in self._imminent)
         if tag.k >= self.microsteps:
             raise ModelError(
                 f"{', '.join(sorted(self._loop))} at {tag}: zero-time loop, {self.microsteps} microsteps in "
@@ -234,23 +273,9 @@ class Simulator:
             )
 
 
-def _deliver(routes: tuple[Route, ...], value: Message, movers: set[int]) -> None:
-    """Put one message into its receivers' bags, in order of rank."""
-    for port, m, rank in routes:
-        bag = m._bag
-        if port not in bag:
-            movers.add(m._index)
-            bag[port] = [value]
-            port.ranks = [rank]
-        else:
-            at = bisect_right(port.ranks, rank)
-            port.ranks.insert(at, rank)
-            bag[port].insert(at, value)
-
-
 def _keep_promises(m: Atomic, tag: Tag, sent: list[tuple[OutPort[Any], Any]]) -> None:
     for port, _ in sent:
-        if tag.t - m._set < port.lookahead:
+        if port.owner is m and tag.t - m._set < port.lookahead:
             raise ModelError(
                 f"port {port.name} promises a lookahead of {port.lookahead} ns and speaks "
                 f"{tag.t - m._set} ns after the transition that scheduled it; hold for longer or declare less"
