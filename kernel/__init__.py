@@ -6,5 +6,6 @@ joints, dynamics, laws            the joint table, the recursion, the forces
 rate, evaluation                  the equations of a scene, written once
 symbol, function, emit, native    the same text traced, as LLVM IR, as machine code
 dopri5, stepper, simulation       steps, samples, located events, commands
+analysis                          inverse dynamics, joint reactions, momentum
 equations, errors                 the text in print; the exception tree of heavylift
 """

@@ -66,6 +66,11 @@ class Evaluation:
     def gravity(self) -> Any:
         return self._numbers("gravity", "")[0]
 
+    @property
+    def wrenches(self) -> list[Any]:
+        """(6,) per link: what laws do to each body, about its tree's point."""
+        return self._wrenches
+
     # ---- references, then places -------------------------------------------------------------------------
 
     def _follow_and_place(self) -> None:

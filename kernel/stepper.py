@@ -15,6 +15,7 @@ from .describe import System
 from .dopri5 import Dopri5
 from .emit import module
 from .errors import KernelError
+from .evaluation import Evaluation
 from .native import Library
 from .oracle import Oracle
 from .rate import Program
@@ -118,6 +119,12 @@ class Stepper:
         """The present state as a sample row."""
         self._call("look")
         return self.method.row_layout.unpack(self._table[int(self["row"])].copy())
+
+    def instant(self) -> Evaluation:
+        """All that the equations say of the present state, on floats: forces, accelerations, guards."""
+        t = self["t"]
+        among = t + 0.5 * min(1.0, self["t_stop"] - t)  # as in the steps: in the piece of the profiles that begins here
+        return self.program.evaluate(t, self.state.copy(), self.P, among)
 
     def _commit(self) -> None:
         self._call("commit")

@@ -1,0 +1,39 @@
+"""Inverse dynamics of one tree: which forces give these accelerations (recursive Newton-Euler, the paper's Fig. 6).
+
+(a), (b) are `kinematics` plus the accelerations along the paths, (c), (d) are `composites`, (e) projects on the joints
+(Featherstone 2008, section 5.3).  The text runs on floats and on symbols, like the forward dynamics that it inverts.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..dynamics import Kinematics, composites, kinematics
+from ..trees import Tree
+
+__all__ = ["accelerated", "inverse_dynamics"]
+
+
+def accelerated(tree: Tree, q: Any, v: Any, dv: Any, g: Any) -> Kinematics:
+    """Places, twists and the true accelerations of all bodies (gravity as upward acceleration of the ground)."""
+    K = kinematics(tree, q, v, g, [0.0] * len(tree.prescribed_dofs))
+    X: list[Any] = []  # what the accelerations of the joints add
+    for b, S in zip(tree.bodies, K.S, strict=True):
+        own = sum((s * a for s, a in zip(S, dv[b.v], strict=True)), np.zeros(6))
+        X.append(own if b.parent < 0 else X[b.parent] + own)
+    K.A = [A + x for A, x in zip(K.A, X, strict=True)]
+    return K
+
+
+def inverse_dynamics(tree: Tree, q: Any, v: Any, dv: Any, W: list[Any], g: Any) -> tuple[Any, list[Any]]:
+    """Forces tau (n_v,) of the joints that give the accelerations dv, and what each joint transmits to its body.
+
+    W: (6,) wrench on each body, the result likewise (6,) per body, [moment; force] in world axes about the tree's
+    point [N m, N].  Prescribed joints count like all others: tau is what their drives must bring.
+    """
+    K = accelerated(tree, q, v, dv, g)
+    _, F = composites(tree, K, W)
+    tau = [s @ f for S, f in zip(K.S, F, strict=True) for s in S]
+    return np.array(tau), F

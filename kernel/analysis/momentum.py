@@ -1,0 +1,54 @@
+"""Mass, centre, linear and angular momentum of a scene: what free flight keeps and only outer forces change.
+
+Sums of I V over the bodies of each tree (Featherstone 2008, section 2.9), moved from the tree's point to the world's
+origin.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..dynamics import kinematics
+from ..spatial import cross, spatial_inertia
+from ..trees import with_numbers
+
+if TYPE_CHECKING:
+    from ..stepper import Stepper
+
+__all__ = ["Momentum", "momentum"]
+
+
+@dataclass(frozen=True)
+class Momentum:
+    """mass [kg], centre (3,) [m], linear (3,) [kg m/s], angular (3,) about the world's origin [kg m2/s]."""
+
+    mass: float
+    centre: np.ndarray
+    linear: np.ndarray
+    angular: np.ndarray
+
+    @property
+    def spin(self) -> np.ndarray:
+        """(3,) angular momentum about the common centre of mass [kg m2/s]."""
+        spin: np.ndarray = self.angular - np.cross(self.centre, self.linear)
+        return spin
+
+
+def momentum(simulation: Stepper) -> Momentum:
+    """Momentum of all bodies together at the present instant of a simulation."""
+    program, x = simulation.program, simulation.instant()
+    mass, moment, linear, angular = 0.0, np.zeros(3), np.zeros(3), np.zeros(3)
+    for i, (tree, _) in enumerate(program.instances):
+        numbered = with_numbers(tree, simulation.P[program.parameters.at["tree", str(i)]])
+        still = [0.0] * len(tree.prescribed_dofs)
+        K = kinematics(numbered, np.array(x.q[tree.q]), np.array(x.v[tree.v]), 0.0, still)
+        for n, b in enumerate(numbered.bodies):
+            c = K.r[n] + K.R[n] @ b.com
+            h = spatial_inertia(b.mass, c, K.R[n] @ b.inertia @ K.R[n].T) @ K.V[n]
+            mass, moment = mass + float(b.mass), moment + b.mass * (K.o + c)
+            linear, angular = linear + h[3:], angular + h[:3] + cross(K.o, h[3:])
+    centre = moment / mass if mass > 0.0 else np.zeros(3)
+    return Momentum(mass, *(np.array(a, dtype=float) for a in (centre, linear, angular)))
