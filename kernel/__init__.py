@@ -5,7 +5,8 @@ graph, trees                      numbering, path matrix T, trees of one kind
 joints, dynamics, laws            the joint table, the recursion, the forces
 rate, evaluation                  the equations of a scene, written once
 symbol, function, emit, native    the same text traced, as LLVM IR, as machine code
-dopri5, stepper, simulation       steps, samples, located events, commands
+methods                           integration methods: tableaus and tiny classes
+stepping, stepper, simulation     steps, samples, located events, commands
 analysis                          inverse dynamics, joint reactions, momentum
 equations, errors                 the text in print; the exception tree of heavylift
 """

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .dopri5 import Dopri5
 from .emit import While
 from .function import Function, flatten
+from .stepping import Stepping
 
 __all__ = ["Oracle"]
 
@@ -17,7 +17,7 @@ __all__ = ["Oracle"]
 class Oracle:
     """Stands in for `native.Library`."""
 
-    def __init__(self, method: Dopri5) -> None:
+    def __init__(self, method: Stepping) -> None:
         self._functions: dict[str, Function | While] = {**method.functions, "advance": method.advance}
 
     def call(self, name: str, *blocks: np.ndarray) -> None:

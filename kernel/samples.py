@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .dopri5 import Dopri5
 from .graph import Graph
 from .joints import JOINTS
+from .stepping import Stepping
 
 __all__ = ["Channel", "channels", "coordinate_names", "published"]
 
@@ -38,7 +38,7 @@ def coordinate_names(graph: Graph) -> tuple[list[str], list[str]]:
     return q, [f"{j.name}.{c}" for j in joints for c in JOINTS[j.kind].velocities]
 
 
-def channels(method: Dopri5) -> list[Channel]:
+def channels(method: Stepping) -> list[Channel]:
     """The channels of a scene in the order of `published`'s columns."""
     p = method.program
     s = p.system
@@ -70,7 +70,7 @@ def channels(method: Dopri5) -> list[Channel]:
     return out
 
 
-def published(method: Dopri5, rows: np.ndarray) -> np.ndarray:
+def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
     """(n, columns) samples from (n, method.columns) raw rows."""
     from scipy.spatial.transform import (
         Rotation,  # 0.3 s to import: not before the first sample, so that runs start fast

@@ -20,11 +20,11 @@ from types import SimpleNamespace
 import numpy as np
 
 from .describe import System, Vector
-from .dopri5 import EVENT, FAILED, RUNNING, STILL
 from .elementary import atan2
 from .errors import KernelError
 from .parameters import PROFILE, RopeAt
 from .stepper import FOREVER_NS, NEVER, Stepper
+from .stepping import EVENT, FAILED, RUNNING, STILL
 from .switching import StateEvent, Switches
 
 __all__ = ["FOREVER_NS", "Simulation"]
@@ -35,7 +35,8 @@ CHATTER = 200  # events at one instant, after which the laws contradict each oth
 
 class Simulation(Stepper):
     """`tolerance`: of a step, relative to 1 + |y|; `sample_ns`: period of samples; `subscribed`: names of laws whose
-    events stop `run`; `native=False` runs the same text on floats (slow oracle).  Raises KernelError."""
+    events stop `run`; `native=False` runs the same text on floats (slow oracle); `method`: one of
+    `kernel.methods.METHODS`; `step`: fixed steps of so many seconds.  Raises KernelError."""
 
     def __init__(
         self,
@@ -47,8 +48,10 @@ class Simulation(Stepper):
         native: bool = True,
         opt: int = 1,
         cache: bool = True,
+        method: str = "dopri5",
+        step: float | None = None,
     ) -> None:
-        super().__init__(system, tolerance, sample_ns, h_max, native, opt, cache)
+        super().__init__(system, tolerance, sample_ns, h_max, native, opt, cache, method, step)
         self.switches = Switches(self.program, self.P)
         self.subscribed = subscribed
         self.log: list[tuple[int, StateEvent]] = []

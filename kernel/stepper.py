@@ -12,14 +12,15 @@ from types import SimpleNamespace
 import numpy as np
 
 from .describe import System
-from .dopri5 import Dopri5
 from .emit import module
 from .errors import KernelError
 from .evaluation import Evaluation
+from .methods.choice import choose, control_of
 from .native import Library
 from .oracle import Oracle
 from .rate import Program
 from .references import References
+from .stepping import Stepping
 from .trees import kind_of
 
 __all__ = ["FOREVER_NS", "NEVER", "Stepper"]
@@ -43,6 +44,8 @@ class Stepper:
         native: bool,
         opt: int,
         cache: bool,
+        method: str,
+        step: float | None,
     ) -> None:
         if not 0.0 < tolerance < 1.0:
             raise KernelError(f"tolerance {tolerance:g}: it must lie between 0 and 1")
@@ -51,13 +54,16 @@ class Stepper:
         self.program = Program(system)
         if not self.program.nv:
             raise KernelError("nothing in this scene can move: all joints are fixed")
-        self.method = Dopri5(self.program)
+        chosen = choose(method, self.program)
+        self.fixed = step is not None
+        self.method = Stepping(self.program, chosen, control_of(chosen, step, self.program))
         self._code: Library | Oracle = (
             Library(self.structure(), self._ir, opt, cache) if native else Oracle(self.method)
         )
         self.P = self.program.parameters.initial.copy()
         self.X = np.zeros(self.method.layout.size)
         self._at = self.method.layout.at
+        h_max = step or h_max
         one_step = ceil(h_max * 1e9 / sample_ns) + 2
         self._table = np.zeros((ROWS + one_step, self.method.columns))
         self.references = References(self.program.parameters, self.P, system)
@@ -66,7 +72,7 @@ class Stepper:
         self.epoch = 0
         self._samples = 1  # number of the next periodic sample
         x = self.X
-        x[self._at["tol"]], x[self._at["h"]], x[self._at["error"]] = tolerance, 1e-4, 1e-4
+        x[self._at["tol"]], x[self._at["h"]], x[self._at["error"]] = tolerance, step or 1e-4, 1e-4
         x[self._at["h_min"]], x[self._at["h_max"]], x[self._at["rows"]] = 1e-12, h_max, ROWS
         y0 = self.program.initial_state()
         x[self._at["y"]] = y0
@@ -77,6 +83,7 @@ class Stepper:
         number = p.graph.number
         return repr(
             [
+                (self.method.method.name, self.fixed),
                 [(kind_of(t), x.ends) for t, x in p.instances],
                 [(d.kind, d.joint) for d in s.drives],
                 [[x.joint for x in s.springs], [x.joint for x in s.stops], [x.joint for x in s.brakes]],
@@ -187,6 +194,9 @@ class Stepper:
     def _failure(self) -> KernelError:
         """Name what went wrong: a body that is not finite, or a step that became too small."""
         t = self.epoch * 1e-9 + self["t"]
+        if self.fixed:  # what the step would have led to
+            self._set(forced=1.0)
+            self._call("step")
         row = self.row()
         self._check_lengths(t, row.length)
         for rope, span in zip(self.program.system.ropes, row.length + row.elongation, strict=True):

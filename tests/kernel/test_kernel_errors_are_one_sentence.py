@@ -21,6 +21,7 @@ from heavylift.kernel.describe import (
     Threshold,
 )  # fmt: skip
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.methods import METHODS
 from heavylift.kernel.rate import Program
 from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.switching import Switches
@@ -172,6 +173,14 @@ def test_descriptions_that_cannot_be(system, sentence):
         (ONE, {"tolerance": 0.0}, "tolerance 0: it must lie between 0 and 1"),
         (ONE, {"tolerance": nan}, "tolerance nan: it must lie between 0 and 1"),
         (ONE, {"sample_ns": 0}, "samples every 0 ns: they must be at least 100000 ns apart"),
+        (
+            ONE,
+            {"method": "euler"},
+            f"method 'euler': there is none of this name; choose one of {', '.join(METHODS)}",
+        ),
+        (ONE, {"method": "rk4"}, "method 'rk4': it has no error estimate; give it a step, such as 0.001 s"),
+        (ONE, {"step": 0.0}, "step 0 s: a fixed step must be at least 1e-09 s and finite"),
+        (ONE, {"step": nan}, "step nan s: a fixed step must be at least 1e-09 s and finite"),
     ],
 )
 def test_simulations_that_cannot_start(system, options, sentence):

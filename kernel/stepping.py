@@ -1,5 +1,5 @@
-"""Dormand-Prince 5(4) with error control, dense output, located guards and sampling, as branch-free functions of one
-state block X; loops around them make one native call (Hairer, Norsett, Wanner, Solving ODEs I, II.4-II.6).
+"""Steps, located guards, commits and samples of any method, as branch-free functions of one state block X; loops around
+them make one native call.  The method gives stages and dense output, the control says whether a step is taken.
 
 The last accepted step stays *tentative*: its samples and peaks count only when the next call commits it, so that an
 input inside it can discard it.  A guard that falls below zero in a step is located in the dense output to a quarter of
@@ -14,37 +14,22 @@ from typing import Any
 
 import numpy as np
 
-from .elementary import power
 from .emit import While
 from .evaluation import Evaluation
 from .function import Function, flatten
 from .layout import Layout
+from .methods.control import Control
+from .methods.method import Method, Rate, fallen_in
 from .rate import Program
-from .symbol import any_of, maximum, minimum, select, sqrt
+from .symbol import any_of, minimum, select, sqrt
 
-__all__ = ["BREAK", "EVENT", "FAILED", "RUNNING", "STILL", "Dopri5"]
-
-C = [0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1, 1]
-A: list[list[float]] = [
-    [],
-    [1 / 5],
-    [3 / 40, 9 / 40],
-    [44 / 45, -56 / 15, 32 / 9],
-    [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729],
-    [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656],
-    [35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
-]
-E = [71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40]
-D = [
-    -12715105075 / 11282082432, 0, 87487479700 / 32700410799, -10690763975 / 1880347072,
-    701980252875 / 199316789632, -1453857185 / 822651844, 69997945 / 29380423,
-]  # fmt: skip
+__all__ = ["BREAK", "EVENT", "FAILED", "RUNNING", "STILL", "Stepping"]
 
 RUNNING, BREAK, EVENT, STILL, FAILED = 0.0, 1.0, 2.0, 3.0, 4.0  # why a native call returned
 LOCATED = 2.5e-10  # [s] width to which a guard's root is bracketed
 STILL_SQUARE = 1e-14  # |v|^2 and |dv/dt|^2 of a scene at rest [SI]
 
-Rate = Callable[[Any, Any, Any], Any]  # (t, a time inside the step, y) -> dy, T, G
+Row = Callable[[Any, Any], list[Any]]  # (t, y) -> columns of a sample
 
 _SCALARS = (
     # control: loop flags, then why it stopped, attempts left in this call
@@ -61,62 +46,42 @@ _SCALARS = (
 )  # fmt: skip
 
 
-def combine(c: list[float], k: list[Any]) -> Any:
-    return sum(a * x for a, x in zip(c, k, strict=False) if a)
-
-
-def dense(s: SimpleNamespace, x: Any) -> Any:
-    """Fourth-order solution at t0 + x h0 inside the last step."""
-    return s.d0 + x * (s.d1 + (1.0 - x) * (s.d2 + x * (s.d3 + (1.0 - x) * s.d4)))
-
-
 def inside(s: SimpleNamespace) -> Any:
     """A time in the piece of the profiles that begins at t: no step crosses t_stop, where the next one begins."""
     return s.t + 0.5 * minimum(1.0, s.t_stop - s.t)
 
 
-def step(s: SimpleNamespace, rate: Rate, n_error: float) -> None:
-    """One attempt from (t, y, f); f is the derivative at y (first same as last).  `forced` accepts whatever comes.
+def step(s: SimpleNamespace, rate: Rate, method: Method, control: Control) -> None:
+    """One attempt from (t, y, f); f is the derivative at y.  `forced` accepts whatever comes.
 
     Guards are looked at in every stage, so that one that falls and recovers within the step is not missed.
     """
     room = s.t_stop - s.t
     last = s.h >= room
     h = select(last, room, s.h)
-    k, among = [s.f], inside(s)
-    y, r = s.y, s
+    a = method.attempt(s, rate, h, inside(s))
     below, earliest = False, 1.0
-    for c, a in zip(C[1:], A[1:], strict=True):
-        y = s.y + h * combine(a, k)
-        r = rate(s.t + c * h, among, y)
-        k.append(r.dy)
-        fell = any_of(g < 0.0 for g in r.G)
+    for c, fell in sorted(a.seen, key=lambda x: x[0]):
         below, earliest = any_of([below, fell]), select(below, earliest, select(fell, c, earliest))
-    e = h * combine(E, k) * (1.0 / (s.tol * (1.0 + maximum(abs(s.y), abs(y)))))
-    error = sqrt(e @ e * (1.0 / n_error))
-    good = error <= 1.0
-    ok = good | (s.forced > 0.0)
-    down = select(error > 1.0, maximum(0.2, 0.9 * power(maximum(error, 1.0), -0.2)), 0.1)  # 0.1: not a number
-    up = minimum(5.0, maximum(0.2, 0.9 * power(maximum(error, 1e-10), -0.14) * power(s.error, 0.04)))
-    s.t0, s.h0, s.f0, s.d0, s.d1 = s.t, h, s.f, s.y, y - s.y
-    s.d2 = h * k[0] - s.d1
-    s.d3, s.d4 = s.d1 - h * k[6] - s.d2, h * combine(D, k)
+    verdict = control.judge(s, a, h, last)
+    ok = verdict.ok
+    s.t0, s.h0, s.f0, s.d0 = s.t, h, s.f, s.y
+    method.keep(s, h, a)
     s.t = select(ok, select(last, s.t_stop, s.t + h), s.t)
-    s.y, s.f = select(ok, y, s.y), select(ok, k[6], s.f)
-    s.error = select(good, maximum(error, 1e-4), s.error)
+    s.y, s.f = select(ok, a.y, s.y), select(ok, a.f, s.f)
+    s.error, s.h = verdict.error, verdict.h
     s.accepted, s.rejected = s.accepted + select(ok, 1.0, 0.0), s.rejected + select(ok, 0.0, 1.0)
-    s.h = minimum(s.h_max, select(good, select(last, maximum(s.h, h * up), h * up), h * down))
     s.tentative = select(ok, 1.0, 0.0)
-    s.T = select(ok, r.T, s.T)
-    ended = any_of(g < 0.0 for g in r.G)
+    s.T = select(ok, a.r.T, s.T)
+    ended = fallen_in(a.r)
     fallen = below if below is False else ok & below
     s.locate = select(fallen, 1.0, 0.0)
     s.doubt = select(ended, 0.0, 1.0)
     s.lo, s.hi = 0.0, select(ended, 1.0, earliest)
-    s.G = r.G
+    s.G = a.r.G
     s.budget = s.budget - 1.0
     s.more = select(s.budget > 0.0, select(s.rows > s.row, select(s.until >= s.t, 1.0, 0.0), 0.0), 0.0)
-    s.calm = select(s.h < s.h_min, FAILED, select(s.still > 0.0, STILL, select(ok & last, BREAK, RUNNING)))
+    s.calm = select(verdict.failed, FAILED, select(s.still > 0.0, STILL, select(ok & last, BREAK, RUNNING)))
     go_on(s, select(fallen, select(s.calm > BREAK, s.calm, EVENT), s.calm))
 
 
@@ -126,14 +91,14 @@ def go_on(s: SimpleNamespace, status: Any) -> None:
     s.run = select(status > RUNNING, 0.0, s.more)
 
 
-def bisect(s: SimpleNamespace, rate: Rate) -> None:
+def bisect(s: SimpleNamespace, rate: Rate, method: Method) -> None:
     """Halve the bracket [lo, hi] around the first fall of a guard in the last step; G holds the guards at hi.
 
     A fall that only a stage has seen is in doubt: if the solution does not show it at that time there was none.
     """
     x = select(s.doubt > 0.0, s.hi, 0.5 * (s.lo + s.hi))
     t = s.t0 + x * s.h0
-    G = rate(t, t, dense(s, x)).G
+    G = rate(t, t, method.interpolate(s, x)).G
     fallen = any_of(g < 0.0 for g in G)
     none = select(fallen, 0.0, s.doubt)
     s.G = select(fallen, G, s.G)
@@ -169,14 +134,14 @@ def refresh(s: SimpleNamespace, rate: Rate) -> None:
     s.tentative = 0.0
 
 
-def look(s: SimpleNamespace, row: Callable[[Any, Any], list[Any]]) -> tuple[Any, list[Any]]:
+def look(s: SimpleNamespace, row: Row) -> tuple[Any, list[Any]]:
     """The state as it stands in the next free row, which stays free."""
     return s.row, [*row(s.t, s.y), *s.peak, *s.peak_time]
 
 
-def sample(s: SimpleNamespace, row: Callable[[Any, Any], list[Any]]) -> tuple[Any, list[Any]]:
+def sample(s: SimpleNamespace, row: Row, method: Method) -> tuple[Any, list[Any]]:
     """One row from the dense output of the committed step; steps are never shortened for samples."""
-    values = [*row(s.t_out, dense(s, (s.t_out - s.t0) * (1.0 / s.h0))), *s.peak, *s.peak_time]
+    values = [*row(s.t_out, method.interpolate(s, (s.t_out - s.t0) * (1.0 / s.h0))), *s.peak, *s.peak_time]
     number = s.row
     s.row, s.count = number + 1.0, s.count + 1.0
     s.t_out = s.t_base + s.count * s.dt_out
@@ -185,14 +150,15 @@ def sample(s: SimpleNamespace, row: Callable[[Any, Any], list[Any]]) -> tuple[An
     return number, values
 
 
-class Dopri5:
+class Stepping:
     """The native functions of one program: `advance` (the loop), and step, commit, sample, bisect, refresh, look."""
 
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: Program, method: Method, control: Control) -> None:
         p = self.program = program
+        self.method, self.control = method, control
         nq, nv = p.nq, p.nv
         n_ropes, n_guards = len(p.system.ropes), len(p.guards)
-        states = dict.fromkeys(("y", "f", "f0", "d0", "d1", "d2", "d3", "d4"), p.ny)
+        states = dict.fromkeys(("y", "f", "f0", "d0", *method.vectors), p.ny)
         ropes = dict.fromkeys(("T", "peak", "peak_time"), n_ropes)
         sizes = {**dict.fromkeys(_SCALARS), **states, **ropes, "G": n_guards}
         self.layout = Layout(sizes, frozenset(states))
@@ -209,12 +175,12 @@ class Dopri5:
         self.f_rate = Function("rate", evaluate, {**state, "t": 2}, vectors=["dy"])
         self.f_row = Function("row", lambda t, y, P: {"values": self.row(p.evaluate(t[0], y, P))}, state, ["values"])
         self.functions = {
-            "step": self._on_block("step", lambda s, rate, row: step(s, rate, float(nq + nv))),
-            "bisect": self._on_block("bisect", lambda s, rate, row: bisect(s, rate)),
+            "step": self._on_block("step", lambda s, rate, row: step(s, rate, method, control)),
+            "bisect": self._on_block("bisect", lambda s, rate, row: bisect(s, rate, method)),
             "commit": self._on_block(
                 "commit", lambda s, rate, row: commit(s, p.quaternions, slice(nq, nq + nv)), plain=True
             ),
-            "sample": self._on_block("sample", lambda s, rate, row: sample(s, row), table=True),
+            "sample": self._on_block("sample", lambda s, rate, row: sample(s, row, method), table=True),
             "refresh": self._on_block("refresh", lambda s, rate, row: refresh(s, rate)),
             "look": self._on_block("look", lambda s, rate, row: look(s, row), table=True),
         }

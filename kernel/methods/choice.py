@@ -1,0 +1,40 @@
+"""The methods by the names that users give, and whether their steps are fixed or controlled."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from math import isfinite
+
+from ..errors import KernelError
+from ..rate import Program
+from .control import Control, ErrorControl, FixedStep
+from .explicit import DormandPrince5, Kutta4
+from .method import Method
+from .semi_implicit import SemiImplicitEuler
+
+__all__ = ["METHODS", "choose", "control_of"]
+
+METHODS: Mapping[str, Callable[[Program], Method]] = {
+    "semi-implicit-euler": SemiImplicitEuler,
+    "rk4": lambda program: Kutta4(),
+    "dopri5": lambda program: DormandPrince5(),
+}
+SHORTEST = 1e-9  # [s] a fixed step: the resolution of event times
+
+
+def choose(name: str, program: Program) -> Method:
+    """Raises KernelError for a name that no method has."""
+    if name not in METHODS:
+        raise KernelError(f"method '{name}': there is none of this name; choose one of {', '.join(METHODS)}")
+    return METHODS[name](program)
+
+
+def control_of(method: Method, step: float | None, program: Program) -> Control:
+    """Fixed steps of `step` seconds if given; raises KernelError if the method needs them or they cannot be."""
+    if step is None:
+        if method.exponents is None:
+            raise KernelError(f"method '{method.name}': it has no error estimate; give it a step, such as 0.001 s")
+        return ErrorControl(method.exponents, program.nq + program.nv)
+    if not (isfinite(step) and step >= SHORTEST):
+        raise KernelError(f"step {step:g} s: a fixed step must be at least {SHORTEST:g} s and finite")
+    return FixedStep()

@@ -1,0 +1,60 @@
+"""Whether an attempted step is taken and how long the next one is: error-controlled or fixed.
+
+Error control: the estimate is weighed with tol (1 + |y|) in the root mean square over coordinates and velocities
+(Hairer, Norsett, Wanner I, II.4) and the next step is Gustafsson's PI choice (Hairer, Wanner II, IV.2).
+Fixed steps: taken unless the state is no longer finite; the last one before a boundary is as short as it must be.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+from ..elementary import power
+from ..symbol import maximum, minimum, select, sqrt
+from .method import Attempt, Exponents
+
+__all__ = ["Control", "ErrorControl", "FixedStep", "Verdict"]
+
+FINITE = 1e300  # a squared state beyond it, or one that is not a number, is not finite
+
+
+@dataclass
+class Verdict:
+    """Whether the step is taken, the next one, the error to remember, and whether nothing more can be done."""
+
+    ok: Any
+    h: Any
+    error: Any
+    failed: Any
+
+
+class ErrorControl:
+    """Steps as long as the tolerance allows; `forced` accepts whatever comes."""
+
+    def __init__(self, exponents: Exponents, n: int) -> None:
+        self._exponents, self._n = exponents, float(n)
+
+    def judge(self, s: SimpleNamespace, a: Attempt, h: Any, last: Any) -> Verdict:
+        x = self._exponents
+        e = a.error * (1.0 / (s.tol * (1.0 + maximum(abs(s.y), abs(a.y)))))
+        error = sqrt(e @ e * (1.0 / self._n))
+        good = error <= 1.0
+        ok = good | (s.forced > 0.0)
+        down = select(error > 1.0, maximum(0.2, 0.9 * power(maximum(error, 1.0), x.down)), 0.1)  # 0.1: not a number
+        up = minimum(5.0, maximum(0.2, 0.9 * power(maximum(error, 1e-10), x.up) * power(s.error, x.memory)))
+        following = minimum(s.h_max, select(good, select(last, maximum(s.h, h * up), h * up), h * down))
+        return Verdict(ok, following, select(good, maximum(error, 1e-4), s.error), following < s.h_min)
+
+
+class FixedStep:
+    """Every step is s.h, cut only by boundaries, events and commands."""
+
+    def judge(self, s: SimpleNamespace, a: Attempt, h: Any, last: Any) -> Verdict:
+        finite = a.y @ a.y < FINITE
+        ok = finite | (s.forced > 0.0)
+        return Verdict(ok, s.h, s.error, select(ok, 0.0, 1.0) > 0.0)
+
+
+Control = ErrorControl | FixedStep

@@ -1,0 +1,82 @@
+"""What an integration method tells: the stages of one step, the solution inside it, and how it damps or amplifies.
+
+The texts run on floats and are traced, like all texts of the kernel.  A method sees the equations only through
+`rate(t, among, y)`, so that it serves every scene; `among` is a time inside the step, which says which piece of a
+profile is meant where two of them meet.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from ..symbol import any_of
+
+__all__ = ["Attempt", "Exponents", "Method", "Rate", "combine", "fallen_in"]
+
+Rate = Callable[[Any, Any, Any], Any]  # (t, a time inside the step, y) -> dy, T, G
+
+
+@dataclass(frozen=True)
+class Exponents:
+    """Step control: h grows by error^up last_error^memory after success, shrinks by error^down (Gustafsson's PI)."""
+
+    down: float
+    up: float
+    memory: float
+
+
+@dataclass
+class Attempt:
+    """One attempted step: solution and derivative at its end, the evaluation there, what the interpolant needs.
+
+    `error`: estimate of the local error as a (ny,) vector, or already as a number relative to the tolerance, or None.
+    `seen`: fraction of the step and whether a guard is below zero there, for each stage.
+    """
+
+    y: Any
+    f: Any
+    r: Any
+    error: Any
+    seen: list[tuple[float, Any]]
+    k: list[Any]
+
+
+class Method(ABC):
+    """`order` of the solution; `vectors`: names of the (ny,) blocks that keep what `interpolate` needs."""
+
+    name: str
+    order: int
+    vectors: tuple[str, ...]
+    exponents: Exponents | None = None  # None: no error estimate, fixed steps only
+
+    @abstractmethod
+    def attempt(self, s: SimpleNamespace, rate: Rate, h: Any, among: Any) -> Attempt:
+        """From (s.t, s.y) with derivative s.f to s.t + h."""
+
+    @abstractmethod
+    def keep(self, s: SimpleNamespace, h: Any, a: Attempt) -> None:
+        """Write the `vectors` of the attempted step; s.d0 is the state at its start."""
+
+    @abstractmethod
+    def interpolate(self, s: SimpleNamespace, x: Any) -> Any:
+        """(ny,) state at s.t0 + x s.h0 inside the last step."""
+
+    @abstractmethod
+    def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:
+        """(n, n) matrix that one step of h applies to y' = J y, whose first nq components are coordinates."""
+
+
+def combine(c: list[float], k: list[Any]) -> Any:
+    """Sum of c_i k_i; zeros cost nothing."""
+    return sum(a * x for a, x in zip(c, k, strict=False) if a)
+
+
+def fallen_in(r: Any) -> Any:
+    """Whether a guard is below zero in an evaluation."""
+    return any_of(g < 0.0 for g in r.G)
