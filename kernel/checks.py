@@ -11,15 +11,20 @@ from math import isfinite
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from .describe import WORLD, Joint, System
 from .errors import KernelError
+from .forces.table import check_force
 
 __all__ = ["check_description"]
 
 UNIT = 1e-6  # how far an axis or a rotation may be off by rounding
 # groups within which a command or an event is addressed by name alone
-ADDRESSED = (("drives", "ropes", "masters", "measured"), ("ropes", "supports", "stops", "brakes", "thresholds"))
+ADDRESSED = (
+    ("drives", "ropes", "masters", "measured", "forces"),
+    ("ropes", "supports", "stops", "brakes", "forces", "thresholds"),
+)
 POSITIVE = {"Rope": ("EA", "L0")}
 NOT_NEGATIVE = {
     "JointSpring": ("k", "d"),
@@ -44,6 +49,8 @@ def check_description(system: System) -> None:
     for f in fields(system):
         for x in getattr(system, f.name) if f.name != "gravity" else ():
             _check_item(x)
+    for force in system.forces:
+        check_force(force)
     for b in system.bodies:
         if b.name == WORLD:
             raise KernelError(f"body '{WORLD}': this is the name of the ground; choose another one")
@@ -79,9 +86,9 @@ def _word(kind: str) -> str:
 
 def _numbers(x: Any, field: str = "") -> Iterator[tuple[str, float]]:
     """All numbers of a description with the field that holds them."""
-    if is_dataclass(x):
-        for f in fields(x):
-            yield from _numbers(getattr(x, f.name), field or f.name)
+    if is_dataclass(x) or isinstance(x, Struct):
+        for name in x.__struct_fields__ if isinstance(x, Struct) else [f.name for f in fields(x)]:
+            yield from _numbers(getattr(x, name), field or name)
     elif isinstance(x, tuple):
         for e in x:
             yield from _numbers(e, field)

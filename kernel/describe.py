@@ -10,11 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Literal
 
-Vector = tuple[float, float, float]
-Matrix = tuple[Vector, Vector, Vector]
+from .forces.describe import Force
+from .points import IDENTITY as IDENTITY
+from .points import WORLD as WORLD
+from .points import Matrix as Matrix
+from .points import Point as Point
+from .points import Vector as Vector
 
-WORLD = "world"
-IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 JointKind = Literal["fixed", "revolute", "prismatic", "spherical", "free"]
 
 
@@ -50,14 +52,6 @@ class Joint:
     axis: Vector = (0.0, 0.0, 1.0)  # unit vector in the joint frame
     q0: tuple[float, ...] = ()
     v0: tuple[float, ...] = ()
-
-
-@dataclass(frozen=True)
-class Point:
-    """A point fixed on a body."""
-
-    body: str
-    p: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -203,6 +197,7 @@ class System:
     drives: tuple[Drive, ...] = ()
     ropes: tuple[Rope, ...] = ()
     supports: tuple[Support, ...] = ()
+    forces: tuple[Force, ...] = ()  # kinds of the force table
     masters: tuple[Master, ...] = ()
     measured: tuple[Measured, ...] = ()
     thresholds: tuple[Threshold, ...] = ()

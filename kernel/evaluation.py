@@ -14,6 +14,7 @@ import numpy as np
 from . import laws
 from .describe import Drive, Measured, Threshold
 from .elementary import atan2, cos, sin
+from .forces.describe import Signal
 from .spatial import cross, join
 from .symbol import named, sqrt
 
@@ -40,6 +41,7 @@ class Evaluation:
         self.lengths: list[Any] = []
         self.length_rates: list[Any] = []
         self.normals: list[Any] = []
+        self.shown: list[Any] = []
         self.places: list[Any] = []
         self.velocities: list[Any] = []
         self.guards: list[Any] = []
@@ -56,6 +58,7 @@ class Evaluation:
         self._ropes()
         self._supports()
         self._joints()
+        self._forces()
         self._accelerate()
         self._thresholds()
 
@@ -181,6 +184,34 @@ class Evaluation:
                 force = laws.drive(d.kind, self._numbers("drive", d.name), self._references[d.name], x, u)
                 self._tau[k] = self._tau[k] + force
                 self._drive_work[d.name] = force * u
+
+    def _forces(self) -> None:
+        """Every force of the force table."""
+        for x in self.program.forces:
+            blocks = {"p": self._numbers("force", x.name), **{f"e{i}": self._ends[b] for i, b in enumerate(x.ends)}}
+            joint, signal = x.law.joint(x.force), x.law.signal(x.force)
+            if signal:
+                blocks["s"] = self._signal(x.name, signal)
+            if joint:
+                k, *blocks["x"] = self._joint(joint)
+            out = x.function(**blocks)
+            for i, body in enumerate(x.ends):
+                self._push(body, named(f"F({x.name},{i + 1})", getattr(out, f"w{i}")))
+            if joint:
+                self._tau[k] = self._tau[k] + named(f"F({x.name})", out.effort[0])
+            self.guards += list(out.guards)
+            self.shown += list(out.shown)
+            self._heat.append(out.heat[0])
+            self.stored.append(out.stored[0])
+            if x.law.works:
+                self._work.append(out.work[0])
+
+    def _signal(self, name: str, signal: Signal) -> list[Any]:
+        """Value and rate of a force's signal: commanded, from its history's active piece, or constant."""
+        if signal.driven:
+            return list(self._reference(name)[:2])
+        start, value, slope = self._numbers("signal", name)
+        return [value + slope * (self._t[0] - start), slope] if signal.times else [value, 0.0]
 
     def _unilateral(self) -> Iterator[tuple[tuple[str, str], str, Any]]:
         yield from ((("stop", s.name), s.joint, laws.stop) for s in self.system.stops)

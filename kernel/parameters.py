@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .describe import Rope, System
+from .forces.table import SharedForce
 from .trees import Tree, numbers
 
 __all__ = [
@@ -62,7 +63,7 @@ class Parameters:
     initial: np.ndarray  # (n,)
 
     @staticmethod
-    def of(system: System, trees: list[Tree]) -> Parameters:
+    def of(system: System, trees: list[Tree], forces: tuple[SharedForce, ...] = ()) -> Parameters:
         """Lay out a system; references rest at their initial values, thresholds are disarmed."""
         at: dict[tuple[str, str], slice] = {}
         values: list[float] = []
@@ -80,6 +81,8 @@ class Parameters:
         joint_q0 = {j.name: (j.q0[0] if j.q0 else 0.0) for j in system.joints if j.kind != "fixed"}
         starts = [(d.name, joint_q0.get(d.joint, 0.0)) for d in system.drives]
         starts += [(r.name, r.L0) for r in system.ropes]
+        signals = [(f.name, signal) for f in forces if (signal := f.law.signal(f.force))]
+        starts += [(name, x.value) for name, x in signals if x.driven]
         for name, x0 in starts:
             put("reference", name, [0.0, x0] + [0.0] * (PROFILE - 2))
             put("follow", name, [0.0] * 3 * len(masters))
@@ -96,6 +99,10 @@ class Parameters:
         for u in system.supports:
             laws = [u.height, u.k, u.d, u.mu, u.kt, u.dt]
             put("support", u.name, [*u.point.p, *laws, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+        for name, signal in signals:
+            put("signal", name, [0.0, signal.value, 0.0])
+        for f in forces:
+            put("force", f.name, f.numbers)
         for h in system.thresholds:
             put("threshold", h.name, [0.0, 0.0, 1.0, *(h.point.p if h.point else (0.0, 0.0, 0.0))])
         return Parameters(at, np.array(values))

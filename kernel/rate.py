@@ -18,8 +18,10 @@ from .describe import System
 from .dynamics import dynamics, energies, kinematics
 from .errors import KernelError
 from .evaluation import Evaluation
+from .forces.law import Poses
+from .forces.table import law_of, shared
 from .function import Function
-from .graph import build_graph
+from .graph import Graph, build_graph
 from .joints import JOINTS
 from .parameters import PROFILE, ROPE_HEAD, ROPE_LINE, SUPPORT, Parameters
 from .spatial import join
@@ -49,18 +51,21 @@ class Program:
         self.graph = build_graph(system)
         self._check()
         trees = cut(self.graph, {d.joint for d in system.drives if d.kind == "prescribed"})
-        self.parameters = Parameters.of(system, trees)
+        self.forces = shared(system.forces, self.graph, _poses_at_start(self.graph, trees), END)
+        self.parameters = Parameters.of(system, trees, self.forces)
         self.nq, self.nv = self.graph.nq, self.graph.nv
         names = [x.name for group in self._laws() for x in group]
         self.stored = names
         self.accounts = [("heat", name) for name in names]
         self.accounts += [("work", r.name) for r in system.ropes if r.winch]
+        self.accounts += [("work", x.name) for x in self.forces if x.law.works]
         self.accounts += [("work", d.name) for d in system.drives]
         self.ny = self.nq + self.nv + len(self.accounts)
         self.guards = [("rope", r.name) for r in system.ropes]
         self.guards += [(what, s.name) for s in system.supports for what in ("support", "rub")]
         self.guards += [(what, s.name) for s in system.stops for what in ("lower", "upper")]
         self.guards += [("brake", b.name) for b in system.brakes]
+        self.guards += [("force", x.name) for x in self.forces for _ in range(x.law.guards(x.force))]
         self.guards += [("threshold", h.name) for h in system.thresholds]
         self.quaternions = [
             k.q.start + start for k in self.graph.links if (start := JOINTS[k.joint.kind].quaternion) is not None
@@ -72,7 +77,7 @@ class Program:
 
     def _laws(self) -> tuple[tuple[Any, ...], ...]:
         s = self.system
-        return s.ropes, s.supports, s.springs, s.stops, s.brakes
+        return s.ropes, s.supports, s.springs, s.stops, s.brakes, s.forces
 
     def _check(self) -> None:
         s = self.system
@@ -80,6 +85,7 @@ class Program:
         joint_laws: list[Any] = [*s.springs, *s.stops, *s.brakes, *s.drives]
         joints = [(law.name, law.joint) for law in joint_laws]
         joints += [(m.name, m.of) for m in s.measured if m.kind == "joint"]
+        joints += [(f.name, joint) for f in s.forces if (joint := law_of(f).joint(f))]
         joints += [(h.name, h.of) for h in s.thresholds if h.quantity in ("joint", "speed")]
         for name, joint in joints:
             kind = self.graph.joint(joint).joint.kind
@@ -92,6 +98,7 @@ class Program:
             driven[d.joint] = d.name
         points = [(r.name, p.body) for r in s.ropes for line in r.lines for p in (line.a, line.b)]
         points += [(u.name, u.point.body) for u in s.supports]
+        points += [(f.name, p.body) for f in s.forces for p in law_of(f).ends(f)]
         points += [(h.name, h.point.body) for h in s.thresholds if h.point]
         points += [(m.name, m.of) for m in s.measured if m.kind == "angle"]
         points += [(h.name, h.of) for h in s.thresholds if h.quantity == "angle"]
@@ -122,6 +129,7 @@ class Program:
     def _share(self, trees: list[Tree]) -> list[tuple[Tree, SharedTree]]:
         s, number = self.system, self.graph.number
         bodies = [p.body for r in s.ropes for line in r.lines for p in (line.a, line.b)]
+        bodies += [p.body for f in s.forces for p in law_of(f).ends(f)]
         bodies += [u.point.body for u in s.supports] + [m.of for m in s.measured if m.kind == "angle"]
         bodies += [h.point.body for h in s.thresholds if h.point]
         bodies += [h.of for h in s.thresholds if h.quantity == "angle"]
@@ -135,6 +143,23 @@ class Program:
                 kinds[key] = _tree_functions(len(kinds), t, ends)
             out.append((t, kinds[key]))
         return out
+
+
+def _poses_at_start(graph: Graph, trees: list[Tree]) -> Poses:
+    """Rotation and origin of a body in the initial pose, for laws whose numbers depend on it."""
+
+    def pose(body: str) -> tuple[Any, Any]:
+        i = graph.number(body)
+        if i < 0:
+            return np.eye(3), np.zeros(3)
+        tree = next(t for t in trees if t.first <= i < t.first + len(t.bodies))
+        links = graph.links[tree.first : tree.first + len(tree.bodies)]
+        q = np.array([x for k in links for x in k.joint.q0 or JOINTS[k.joint.kind].rest])
+        at_rest = np.zeros(tree.v.stop - tree.v.start)
+        K = kinematics(tree, q, at_rest, 0.0, [0.0] * len(tree.prescribed_dofs))
+        return K.R[i - tree.first], K.o + K.r[i - tree.first]
+
+    return pose
 
 
 def _profile(t: Any, p: Any) -> dict[str, Any]:

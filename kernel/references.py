@@ -14,6 +14,8 @@ import numpy as np
 from .describe import System
 from .elementary import cos, sin
 from .errors import KernelError
+from .forces.histories import Histories
+from .forces.table import signals
 from .parameters import Parameters
 from .profile import REST, Trapezoid, trapezoid
 
@@ -40,6 +42,7 @@ class References:
         self._still = {r.name for r in system.ropes if not r.winch}
         self._placed = {d.name for d in system.drives if d.kind == "prescribed"}  # before anything is measured
         names = [name for kind, name in parameters.at if kind == "reference"]
+        self.histories = Histories(signals(system.forces), parameters, P)
         self._actuators = {n: _Actuator(0, float(P[self._at["reference", n]][1]), REST, {}) for n in names}
 
     def _actuator(self, name: str) -> _Actuator:
@@ -103,15 +106,17 @@ class References:
                 for i, k in a.follows.items():
                     f[3 * i : 3 * i + 3] = k
                 self._P[self._at["follow", name]] = f
+        self.histories.write(epoch_ns)
 
-    def breaks(self, epoch_ns: int) -> list[float]:
-        """Seconds since the epoch at which a profile changes its acceleration, sorted, future ones only."""
-        out = set()
+    def breaks(self, epoch_ns: int, after: float = 0.0) -> list[float]:
+        """Seconds since the epoch at which a profile changes its acceleration and the next ones at which a history
+        changes its slope, sorted, those later than `after` only."""
+        out = set(self.histories.breaks(epoch_ns, after))
         for a in self._actuators.values():
             t = (a.start_ns - epoch_ns) * 1e-9
             for d in (a.move.d1, a.move.cruise, a.move.d2):
                 t += d
-                if 0.0 < t < inf:
+                if after < t < inf:
                     out.add(t)
         return sorted(out)
 
@@ -123,7 +128,7 @@ class References:
             + (a.move.duration if a.move.cruise < inf or a.move.speed(a.move.d1) else a.move.d1)
             for a in moving
         ]
-        return max(ends, default=0.0)
+        return max([*ends, self.histories.end(epoch_ns)], default=0.0)
 
 
 def _follow(k: tuple[float, float, float], s: float) -> float:

@@ -12,6 +12,7 @@ import numpy as np
 
 from .graph import Graph
 from .joints import JOINTS
+from .rate import Program
 from .stepping import Stepping
 
 __all__ = ["Channel", "channels", "coordinate_names", "published"]
@@ -38,6 +39,15 @@ def coordinate_names(graph: Graph) -> tuple[list[str], list[str]]:
     return q, [f"{j.name}.{c}" for j in joints for c in JOINTS[j.kind].velocities]
 
 
+def shown(p: Program) -> dict[tuple[str, str], list[tuple[str, int]]]:
+    """Topic and unit of what forces show -> names with their columns in `row.shown`."""
+    groups: dict[tuple[str, str], list[tuple[str, int]]] = {}
+    columns = [c for x in p.forces for c in x.law.shows(x.force)]
+    for i, (topic, name, unit) in enumerate(columns):
+        groups.setdefault((topic, unit), []).append((name, i))
+    return groups
+
+
 def channels(method: Stepping) -> list[Channel]:
     """The channels of a scene in the order of `published`'s columns."""
     p = method.program
@@ -59,6 +69,7 @@ def channels(method: Stepping) -> list[Channel]:
         ("energy", ("kinetic", "potential", "stored", "work", "heat"), "J"),
         ("account", tuple(f"{name}.{what}" for what, name in p.accounts), "J"),
     ]
+    groups += [(topic, tuple(n for n, _ in columns), unit) for (topic, unit), columns in shown(p).items()]
     groups += [
         (f"pose/{k.body.name}", ("x", "y", "z", "qx", "qy", "qz", "qw"), "m, quaternion x y z w") for k in p.graph.links
     ]
@@ -89,5 +100,6 @@ def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
     quaternions = Rotation.from_matrix(poses[:, :, 3:].reshape(-1, 3, 3)).as_quat(canonical=True)
     pose = np.concatenate([poses[:, :, :3], quaternions.reshape(n, -1, 4)], axis=2).reshape(n, -1)
     columns = [part[k] for k in ("q", "v", "tension", "peak", "peak_time", "length", "length_rate", "elongation")]
-    columns += [part["tension"][:, winches], part["normal"], *energy, part["accounts"], pose]
+    forces = [i for group in shown(p).values() for _, i in group]
+    columns += [part["tension"][:, winches], part["normal"], *energy, part["accounts"], part["shown"][:, forces], pose]
     return np.ascontiguousarray(np.concatenate(columns, axis=1))

@@ -69,7 +69,7 @@ class Simulation(Stepper):
         self._set(peak_time=0.0)
         self._call("refresh")
         for i, (kind, _) in enumerate(self.program.guards):
-            if kind in ("rope", "support", "lower", "upper") and self.X[self._at["G"]][i] < 0.0:
+            if kind in ("rope", "support", "lower", "upper", "force") and self.X[self._at["G"]][i] < 0.0:
                 self.switches.fire(i, self.row())
         self._new_stretch(0)
         self.settle()
@@ -116,9 +116,10 @@ class Simulation(Stepper):
             pause()
 
     def _pass_break(self) -> None:
-        """At the boundary between two pieces of a profile: commit, and a new derivative, since forces may jump."""
+        """Between two pieces of a profile or history: commit, and a new derivative, since forces may jump."""
         self._commit()
-        self._set(t_stop=min((b for b in self.references.breaks(self.epoch) if b > self["t"]), default=NEVER))
+        self.references.histories.write(self.epoch, self["t"])
+        self._set(t_stop=next(iter(self.references.breaks(self.epoch, self["t"])), NEVER))
         self._call("refresh")
 
     # ---- events -------------------------------------------------------------------------------------------
@@ -202,7 +203,7 @@ class Simulation(Stepper):
         """Derivative and guards after a jump; a guard that is below zero now is an event at once."""
         self.references.write(self.epoch)
         self._set(
-            t_stop=self.references.breaks(self.epoch)[0] if self.references.breaks(self.epoch) else NEVER,
+            t_stop=next(iter(self.references.breaks(self.epoch)), NEVER),
             t_rest=self.references.rest(self.epoch),
         )
         self._call("refresh")

@@ -90,6 +90,7 @@ class Stepper:
                 len(s.masters),
                 [(r.winch, [(number(k.a.body), number(k.b.body)) for k in r.lines]) for r in s.ropes],
                 [number(u.point.body) for u in s.supports],
+                [x.structure for x in p.forces],
                 [(m.kind, m.of, m.axis) for m in s.measured],
                 [(h.quantity, h.of, h.ropes, h.axis, h.point and h.point.body) for h in s.thresholds],
                 [(k.body.name, k.joint.name, k.q.start, k.v.start) for k in p.graph.links],

@@ -200,6 +200,7 @@ class Stepping:
             "place": 2 * supports,
             "velocity": 2 * supports,
             "stored": len(p.stored),
+            "shown": sum(len(x.law.shows(x.force)) for x in p.forces),
         }
         sizes |= {"poses": 12 * len(p.graph.links), "kinetic": None, "potential": None}
         return Layout(sizes | {"peak": ropes, "peak_time": ropes})
@@ -209,7 +210,7 @@ class Stepping:
         poses, kinetic, potential = x.poses_and_energies()
         parts = (x.q, x.v, x.accounts, x.tensions, x.lengths, x.length_rates, x.elongations, x.normals)
         flat = [e for part in parts for e in part]
-        return [*flat, *x.places, *x.velocities, *x.stored, *poses, kinetic, potential]
+        return [*flat, *x.places, *x.velocities, *x.stored, *x.shown, *poses, kinetic, potential]
 
     def _on_block(self, name: str, part: Callable[..., Any], table: bool = False, plain: bool = False) -> Function:
         """A function of the blocks X and P (and a table) made of `part(s, rate, row)`."""

@@ -54,6 +54,8 @@ class Switches:
     def fire(self, guard: int, row: SimpleNamespace) -> StateEvent:
         """Switch the law behind a fallen guard."""
         kind, name = self._program.guards[guard]
+        if kind == "force":
+            return self._force(guard, name, row)
         return getattr(self, f"_{kind}")(name, row)  # type: ignore[no-any-return]
 
     def _rope(self, name: str, row: SimpleNamespace) -> StateEvent:
@@ -107,6 +109,18 @@ class Switches:
         force = JUST_BELOW * p[at.MOMENT] * p[at.DIRECTION]
         p[at.STICK], p[at.ANCHOR] = 1.0, q - _deflection(force, v, p[at.K], p[at.D])
         return StateEvent(name, "stick", q)
+
+    def _force(self, guard: int, name: str, row: SimpleNamespace) -> StateEvent:
+        """Switch an entry of the force table; its guards and what it shows lie one after the other."""
+        first = 0
+        for x in self._program.forces:
+            n = len(x.law.shows(x.force))
+            if x.name == name:
+                local = guard - self._program.guards.index(("force", name))
+                p = self._P[self._at["force", name]]
+                return StateEvent(name, *x.law.switch(x.force, p, local, row.shown[first : first + n]))
+            first += n
+        raise KernelError(f"'{name}': no force of this name")
 
     def _threshold(self, name: str, row: SimpleNamespace) -> StateEvent:
         self.unwatch(name)

@@ -16,7 +16,10 @@ from heavylift.kernel.describe import (
     System,
     Threshold,
 )
+from heavylift.kernel.forces.describe import Bushing, Load, Signal, Spring, Torsion, Wind
 from small_scenes import G, X, Y, Z, cube
+
+SEAT = tuple(tuple(1.0e3 if i == j else 100.0 + 20.0 * (i + j) for j in range(6)) for i in range(6))
 
 
 def yard() -> System:
@@ -52,6 +55,20 @@ def yard() -> System:
             Support(f"pad{x}{y}", Point("block", (2.0 * x, 2.0 * y, -2.0)), 0.0, k, d, 0.3, k, d)
             for x in (-1, 1)
             for y in (-1, 1)
+        ),
+        forces=(
+            Load("tug", Point("block", (2.0, 1.0, 0.0)), (3.0e3, -2.0e3, 0.0), (0.0, 0.0, 1.0e3), "body"),
+            Wind(
+                "gale",
+                Point("block"),
+                30.0,
+                1.2,
+                Y,
+                Signal(times=(0.0, 0.001, 0.001, 2.0), values=(5.0, 9.0, 7.0, 20.0)),
+            ),
+            Spring("buffer", Point("cat", (0.0, 0.0, -1.0)), Point("block", (0.0, 0.0, 2.0)), 24.0, 2.0e4, 1.0e3),
+            Torsion("twister", "block", "arm", Z, 3.0e3, 1.0e2),
+            Bushing("seat", Point("cat"), Point("arm", (0.5, 0.0, 0.0)), SEAT, SEAT),
         ),
         masters=(Master("theta"),),
         measured=(Measured("lean", "angle", "block"), Measured("swing", "joint", "hinge")),

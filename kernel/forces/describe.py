@@ -1,0 +1,103 @@
+"""Force elements as plain data: what nodes declare and the force table (`table.py`) turns into equations.
+
+Tagged msgspec structs, so that a tuple of different kinds crosses processes as it is; no NumPy.  SI units; a point is
+(body, position in its frame), "world" is the ground.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from msgspec import Struct
+
+from ..points import IDENTITY, Matrix, Point, Vector
+
+__all__ = ["Bushing", "Force", "Load", "Matrix6", "Signal", "Spring", "Torsion", "Wind"]
+
+Row6 = tuple[float, float, float, float, float, float]
+Matrix6 = tuple[Row6, Row6, Row6, Row6, Row6, Row6]
+
+
+class Signal(Struct, frozen=True):
+    """A number that changes with time: `value`, or piecewise linear through (times [s], values), or driven.
+
+    Before the first and after the last time the end value holds; two equal times are a jump.  `driven`: it starts at
+    `value` and follows a Profile or a Master that is commanded at run time, as a winch does.
+    """
+
+    value: float = 1.0
+    times: tuple[float, ...] = ()
+    values: tuple[float, ...] = ()
+    driven: bool = False
+
+
+class Load(Struct, frozen=True, tag=True):
+    """A force [N] and a moment [N m] on a body at a point, times `signal`; `axes` that they are fixed in."""
+
+    name: str
+    at: Point
+    force: Vector = (0.0, 0.0, 0.0)
+    moment: Vector = (0.0, 0.0, 0.0)
+    axes: Literal["world", "body"] = "world"
+    signal: Signal = Signal()
+
+
+class Wind(Struct, frozen=True, tag=True):
+    """Drag of a wind on an area: F = 1/2 density C A |w - v| (w - v) at a point that moves with v.
+
+    w = signal [m/s] along `direction` (a unit vector in world axes); a gust is the signal's history.
+    """
+
+    name: str
+    at: Point
+    area: float  # [m2]
+    drag: float  # C
+    direction: Vector
+    signal: Signal
+    density: float = 1.225  # [kg/m3]
+
+
+class Spring(Struct, frozen=True, tag=True):
+    """A spring and damper between two points that pulls and pushes: tension = k (l - rest) + d l'."""
+
+    name: str
+    a: Point
+    b: Point
+    rest: float  # [m]
+    k: float = 0.0  # [N/m]
+    d: float = 0.0  # [N s/m]
+
+
+class Torsion(Struct, frozen=True, tag=True):
+    """A torsional spring and damper between two bodies: moment = k (rest - angle) - d angle'.
+
+    The angle is the twist of body b about `axis` (a unit vector in a's frame) against a, within +-180 degrees: of the
+    relative rotation, the part about that axis (swing-twist decomposition).
+    """
+
+    name: str
+    a: str
+    b: str
+    axis: Vector
+    k: float = 0.0  # [N m/rad]
+    d: float = 0.0  # [N m s/rad]
+    rest: float = 0.0  # [rad]
+
+
+class Bushing(Struct, frozen=True, tag=True):
+    """A linear 6x6 spring and damper between the frame (a, R_a) and the frame (b, R_b): f = -K x - D x'.
+
+    x = (displacement of b's origin from a's in a's axes, rotation vector of b's axes against a's): energy x^T K x / 2.
+    K and D are symmetric and not negative; the rotation stays below 180 degrees.
+    """
+
+    name: str
+    a: Point
+    b: Point
+    K: Matrix6  # [N/m, N, N m/rad]
+    D: Matrix6  # the same times s
+    R_a: Matrix = IDENTITY
+    R_b: Matrix = IDENTITY
+
+
+Force = Load | Wind | Spring | Torsion | Bushing

@@ -1,0 +1,79 @@
+"""Forces from outside: loads that are given, and the drag of the wind (EN 13001-2, 4.2.3.1; closed form C16)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..laws import attachment
+from ..points import Point
+from ..symbol import sqrt
+from .describe import Load, Signal, Wind
+from .law import Answer, ForceLaw, Poses, Shown, wrench
+
+__all__ = ["LoadLaw", "WindLaw"]
+
+UNIT = 1e-6  # how far a direction may be off by rounding
+
+
+class LoadLaw(ForceLaw):
+    """Force and moment times the signal; what they do to the body is work."""
+
+    works = True
+
+    def ends(self, f: Load) -> tuple[Point, ...]:
+        return (f.at,)
+
+    def signal(self, f: Load) -> Signal:
+        return f.signal
+
+    def shape(self, f: Load) -> Any:
+        return f.axes, any(f.force), any(f.moment)
+
+    def numbers(self, f: Load, poses: Poses) -> list[float]:
+        return [*f.at.p, *f.force, *f.moment]
+
+    def answer(self, f: Load, p: Any, ends: list[Any], signal: Any, joint: Any) -> Answer:
+        body = ends[0]
+        x, _, v = attachment(body, p[:3])
+        force = signal[0] * p[3:6] if any(f.force) else np.zeros(3)
+        moment = signal[0] * p[6:9] if any(f.moment) else np.zeros(3)
+        if f.axes == "body":
+            R = np.reshape(body[:9], (3, 3))
+            force, moment = R @ force, R @ moment
+        work = force @ v + moment @ body[15:18]
+        return Answer([wrench(x, force, moment)], work=work, shown=[signal[0]])
+
+    def shows(self, f: Load) -> list[Shown]:
+        return [("load/signal", f.name, "1")]
+
+
+class WindLaw(ForceLaw):
+    """Drag at a point that may move itself."""
+
+    works = True
+
+    def check(self, f: Wind) -> None:
+        for field in ("area", "drag", "density"):
+            self.demand(f, field, getattr(f, field) >= 0.0, f"is {getattr(f, field):g}; it cannot be negative")
+        size = float(np.linalg.norm(f.direction))
+        self.demand(f, "direction", abs(size - 1.0) < UNIT, f"has length {size:g}; it must be a unit vector")
+
+    def ends(self, f: Wind) -> tuple[Point, ...]:
+        return (f.at,)
+
+    def signal(self, f: Wind) -> Signal:
+        return f.signal
+
+    def numbers(self, f: Wind, poses: Poses) -> list[float]:
+        return [*f.at.p, 0.5 * f.density * f.drag * f.area, *f.direction]
+
+    def answer(self, f: Wind, p: Any, ends: list[Any], signal: Any, joint: Any) -> Answer:
+        x, _, v = attachment(ends[0], p[:3])
+        u = signal[0] * p[4:7] - v
+        force = p[3] * sqrt(u @ u) * u
+        return Answer([wrench(x, force)], work=force @ v, shown=[signal[0], sqrt(force @ force)])
+
+    def shows(self, f: Wind) -> list[Shown]:
+        return [("wind/speed", f.name, "m/s"), ("wind/force", f.name, "N")]

@@ -1,0 +1,24 @@
+"""Places as plain data: what bodies, joints and forces are described with; imports nothing.
+
+SI units; rotations are row-major 3x3 tuples; a point is (body, position in that body's frame).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["IDENTITY", "WORLD", "Matrix", "Point", "Vector"]
+
+Vector = tuple[float, float, float]
+Matrix = tuple[Vector, Vector, Vector]
+
+WORLD = "world"
+IDENTITY: Matrix = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point fixed on a body."""
+
+    body: str
+    p: Vector = (0.0, 0.0, 0.0)
