@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from ..elementary import atan2
 from ..laws import attachment
 from ..points import Point
 from ..spatial import cross, join, skew
-from ..elementary import atan2
 from ..symbol import sqrt
 from .describe import Bushing, Spring, Torsion
 from .law import Answer, ForceLaw, Poses, Shown, wrench
