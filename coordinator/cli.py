@@ -109,6 +109,48 @@ def plot(
     typer.echo(f"wrote {draw(file, output or file.with_suffix('.png'))}")
 
 
+@app.command()
+def compare(
+    a: File,
+    b: File,
+    as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
+) -> None:
+    """Say whether two runs are equal (exit code 0) or where they part (1).    heavylift compare a.mcap b.mcap"""
+    import msgspec
+    from heavylift.recordings import compare as side_by_side
+
+    found = side_by_side(a, b)
+    typer.echo(msgspec.json.encode(found, enc_hook=str).decode() if as_json else str(found))
+    if not found.equal:
+        raise typer.Exit(1)
+
+
+@app.command()
+def export(
+    file: File,
+    output: Annotated[Path, typer.Option("-o", "--output", help="table, .csv or .parquet")],
+    signals: Annotated[
+        list[str] | None, typer.Option("--signal", help="signal or pattern, such as 'rope/tension/*'; default all")
+    ] = None,
+) -> None:
+    """Write signals as a table, units in the names.    heavylift export turnover.mcap -o turnover.csv"""
+    from heavylift.recordings import export as write
+
+    typer.echo(f"wrote {write(file, output, signals or [])}")
+
+
+@app.command()
+def recover(
+    file: Annotated[Path, typer.Argument(help="a cut-off or damaged recording (.mcap or .mcap.part)")],
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="default NAME-recovered.mcap")] = None,
+) -> None:
+    """Save what a killed run has left.    heavylift recover turnover.mcap.part"""
+    from heavylift.recordings import recover as save
+
+    found = save(file, output)
+    typer.echo(f"wrote {found.path}: {found}")
+
+
 def main() -> None:
     """Entry point of the command `heavylift`."""
     try:

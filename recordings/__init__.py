@@ -4,14 +4,19 @@ A run:      with Recorder("run.mcap", {"scene": "lift", "seed": 1}) as rec: rec.
 Numbers:    rec.layout(SampleLayout([...])); rec.samples(batch)
 Reading:    Recording("run.mcap").signal("rope/tension"), .events(), .run, .result
 For people: info("run.mcap") is a text, plot("run.mcap", "run.png") a figure, storyboard(...) the lift itself.
+Two runs:   compare("a.mcap", "b.mcap") tells where they part; recover("run.mcap.part") saves what a killed run left.
+Elsewhere:  export("run.mcap", "run.csv", ["rope/tension/*"])
 Equal runs: Digest().hexdigest() is one line that two equal runs share.
 """
 
+from .compare import Comparison, Difference, compare
 from .digest import Digest
 from .drawing import Box, RopeLine
+from .export import export
 from .info import info
 from .plot import plot
 from .reader import RecordedEvent, Recording, Signal, Topic
+from .recover import Recovered, recover
 from .rows import Peak
 from .samples import SampleChannel, SampleLayout
 from .storyboard import storyboard
@@ -19,17 +24,23 @@ from .writer import Recorder
 
 __all__ = [
     "Box",
+    "Comparison",
+    "Difference",
     "Digest",
     "Peak",
     "RecordedEvent",
     "Recorder",
     "Recording",
+    "Recovered",
     "RopeLine",
     "SampleChannel",
     "SampleLayout",
     "Signal",
     "Topic",
+    "compare",
+    "export",
     "info",
     "plot",
+    "recover",
     "storyboard",
 ]

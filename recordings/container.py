@@ -23,7 +23,7 @@ from mcap.reader import SeekingReader
 from mcap.records import Attachment, Chunk, ChunkIndex, Metadata
 from mcap.summary import Summary
 
-__all__ = ["Container", "Raw"]
+__all__ = ["BROKEN", "LIMIT", "MAGIC", "RECORD", "Container", "Raw", "unpacked"]
 
 MAGIC = b"\x89MCAP0\r\n"
 FOOTER = struct.Struct("<BQQQI")
@@ -83,7 +83,8 @@ class Container:
         except FileNotFoundError:
             if part.exists():
                 raise self.error(
-                    f"does not exist, but {part} does: its run is still going or was cut off; run the scene again"
+                    f"does not exist, but {part} does: its run is still going or was cut off; "
+                    f"`heavylift recover {part}`"
                 ) from None
             raise self.error("does not exist; check the name or make it with `heavylift run`") from None
         except OSError as error:
@@ -96,7 +97,7 @@ class Container:
         self._stream.seek(max(0, self.size - len(MAGIC)))
         if self.size < 2 * len(MAGIC) + FOOTER.size or self._stream.read() != MAGIC:
             raise self.error(
-                "is cut off: its end is missing, as in the .part file of a run that was killed; run the scene again"
+                "is cut off: its end is missing, as in the .part file of a run that was killed; `heavylift recover` it"
             )
         self._check_summary()
         self._stream.seek(0)
@@ -159,20 +160,25 @@ class Container:
 
     def _unpack(self, index: ChunkIndex) -> bytes:
         chunk = Chunk.read(self._at(index.chunk_start_offset, index.chunk_length, Opcode.CHUNK))
-        size = chunk.uncompressed_size
-        if size > LIMIT:
-            raise ValueError(f"a chunk of {size} bytes is beyond the limit")
-        if chunk.compression == "zstd":
-            if zstandard.get_frame_parameters(chunk.data).content_size != size:
-                raise ValueError("a chunk has another size than it says")
-            data = zstandard.decompress(chunk.data, size)
-        elif chunk.compression == "":
-            data = chunk.data
-        else:
-            raise ValueError(f"compression {chunk.compression} is not used by heavylift")
-        if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
-            raise ValueError("a chunk's checksum is wrong")
-        return data
+        return unpacked(chunk)
+
+
+def unpacked(chunk: Chunk) -> bytes:
+    """The records of a chunk; ValueError if it is too large, damaged or packed in a way of others."""
+    size = chunk.uncompressed_size
+    if size > LIMIT:
+        raise ValueError(f"a chunk of {size} bytes is beyond the limit")
+    if chunk.compression == "zstd":
+        if zstandard.get_frame_parameters(chunk.data).content_size != size:
+            raise ValueError("a chunk has another size than it says")
+        data = zstandard.decompress(chunk.data, size)
+    elif chunk.compression == "":
+        data = chunk.data
+    else:
+        raise ValueError(f"compression {chunk.compression} is not used by heavylift")
+    if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
+        raise ValueError("a chunk's checksum is wrong")
+    return data
 
 
 def _messages(data: bytes) -> Iterator[Raw]:

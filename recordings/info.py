@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
 from pathlib import Path
 
 from .reader import Recording
+from .text import table
 
 __all__ = ["duration", "info"]
 
@@ -53,7 +53,7 @@ def _peaks(rec: Recording) -> str:
         limit = rated.get(name)
         use = [f"{limit / 1e3:.0f} kN", f"{100 * peak['tension'] / limit:.0f} %"] if limit else ["", ""]
         rows.append([name, f"{peak['tension'] / 1e3:.1f} kN", duration(peak["time"]), *use])
-    return _table(["rope", "peak", "at", "rated", "use"], rows)
+    return table(["rope", "peak", "at", "rated", "use"], rows)
 
 
 def _events(rec: Recording) -> str:
@@ -63,7 +63,7 @@ def _events(rec: Recording) -> str:
         if "port" in topic.metadata:
             count[topic.metadata["model"]] += topic.messages
             ports.setdefault(topic.metadata["model"], []).append(f"{topic.metadata['port']} {topic.messages}")
-    return _table(["model", "events", "by port"], [[m, str(n), ", ".join(ports[m])] for m, n in count.items()])
+    return table(["model", "events", "by port"], [[m, str(n), ", ".join(ports[m])] for m, n in count.items()])
 
 
 def _channels(rec: Recording) -> str:
@@ -72,28 +72,12 @@ def _channels(rec: Recording) -> str:
         for topic in sorted(rec.topics.values())
         if "port" not in topic.metadata
     ]
-    return _table(["channel", "messages", "schema", "unit"], rows)
+    return table(["channel", "messages", "schema", "unit"], rows)
 
 
 def _attachments(rec: Recording) -> str:
-    return _table(["attachment", "size"], [[name, _size(len(data))] for name, data in rec.attachments.items()])
+    return table(["attachment", "size"], [[name, _size(len(data))] for name, data in rec.attachments.items()])
 
 
 def _size(n: int) -> str:
     return f"{n} B" if n < 1000 else f"{n / 1e3:.1f} kB" if n < 1e6 else f"{n / 1e6:.1f} MB"
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Columns side by side, numbers to the right; nothing if there are no rows."""
-    if not rows:
-        return ""
-    widths = [max(len(line[i]) for line in (head, *rows)) for i in range(len(head))]
-    right = [all(not row[i] or row[i][0].isdigit() for row in rows) for i in range(len(head))]
-    lines = [
-        "  ".join(
-            cell.rjust(width) if flush else cell.ljust(width)
-            for cell, width, flush in zip(line, widths, right, strict=True)
-        ).rstrip()
-        for line in (head, *rows)
-    ]
-    return "\n".join(f"  {line}" for line in lines)

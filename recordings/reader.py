@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from .container import Container, Raw
 from .drawing import FrameTransforms
-from .samples import POSE, samples_head
+from .samples import POSE, POSE_COLUMNS, samples_head
 
 __all__ = ["RecordedEvent", "Recording", "Signal", "Topic"]
 
@@ -116,6 +117,10 @@ class Recording:
         bodies = self._names(self.topics["/poses"]) if "/poses" in self.topics else []
         return names + [POSE + body for body in bodies]
 
+    def columns(self, name: str) -> list[str]:
+        """Names of the columns of a signal."""
+        return list(POSE_COLUMNS) if name.startswith(POSE) else self._names(self.topics["/" + name])
+
     def signal(self, name: str) -> Signal:
         """A sampled signal such as "rope/tension", over the whole run."""
         if name not in self.signals():
@@ -126,26 +131,42 @@ class Recording:
         names = self._names(topic)
         head = samples_head(len(names))
         length = len(head) + 8 * len(names)
-        found = list(self.messages(topic.name))
+        found = self._sampled[topic.name]
         if any(len(raw.data) != length or not raw.data.startswith(head) for raw in found):
             raise self._file.error(f"is damaged (a sample of {name} has not {len(names)} values); run the scene again")
         values = np.frombuffer(b"".join(raw.data[len(head) :] for raw in found), "<f8")
         return Signal(_seconds(found), values.reshape(len(found), len(names)), names, topic.metadata.get("unit", ""))
+
+    @cached_property
+    def _sampled(self) -> dict[str, list[Raw]]:
+        """The messages of all sample channels, read once: they stand in the same chunks."""
+        topics = [t.name for t in self.topics.values() if t.schema == "heavylift.Samples" or t.name == "/poses"]
+        names = {self._channels[name]: name for name in topics}
+        found: dict[str, list[Raw]] = {name: [] for name in topics}
+        for raw in self.messages(*topics):
+            found[names[raw.channel]].append(raw)
+        return found
 
     def _names(self, topic: Topic) -> list[str]:
         with self._file.reading():
             return msgspec.json.decode(topic.metadata["names"], type=list[str])
 
     def _pose(self, body: str) -> Signal:
-        found = list(self.messages("/poses"))
-        values = np.empty((len(found), 7))
-        place = self._names(self.topics["/poses"]).index(body)
+        bodies = self._names(self.topics["/poses"])
+        t, poses = self._poses
+        return Signal(t, poses[:, bodies.index(body)], list(POSE_COLUMNS), "m, quaternion x y z w")
+
+    @cached_property
+    def _poses(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Times (n,) [s] and poses (n, bodies, 7); decoded once, since all bodies stand in one message."""
+        found = self._sampled["/poses"]
+        values = np.empty((len(found), len(self._names(self.topics["/poses"])), len(POSE_COLUMNS)))
         with self._file.reading():
             for row, raw in zip(values, found, strict=True):
-                one = FrameTransforms.FromString(raw.data).transforms[place]
-                p, q = one.translation, one.rotation
-                row[:] = p.x, p.y, p.z, q.x, q.y, q.z, q.w
-        return Signal(_seconds(found), values, ["x", "y", "z", "qx", "qy", "qz", "qw"], "m, quaternion x y z w")
+                frames = FrameTransforms.FromString(raw.data).transforms
+                places = [(x.translation, x.rotation) for x in frames]
+                row[:] = [(p.x, p.y, p.z, q.x, q.y, q.z, q.w) for p, q in places]
+        return _seconds(found), values
 
 
 def _seconds(found: list[Raw]) -> NDArray[np.float64]:

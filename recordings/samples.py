@@ -15,7 +15,7 @@ from heavylift.kernel.errors import RecordingError
 from numpy.typing import NDArray
 
 POSE = "pose/"
-POSE_WIDTH = 7
+POSE_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw")
 
 _decode_batch = msgspec.msgpack.Decoder(tuple[int, list[int], bytes]).decode
 
@@ -54,7 +54,7 @@ class SampleLayout(msgspec.Struct, frozen=True):
                     f"sample channel {channel.topic}: {len(channel.names)} names for the columns "
                     f"{channel.start} to {channel.stop}; give one name per column"
                 )
-            if channel.topic.startswith(POSE) and columns != POSE_WIDTH:
+            if channel.topic.startswith(POSE) and columns != len(POSE_COLUMNS):
                 raise RecordingError(
                     f"sample channel {channel.topic}: a pose has 7 columns (x y z qx qy qz qw), not {columns}"
                 )

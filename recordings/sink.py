@@ -64,15 +64,16 @@ class Sink:
         """A new channel of this protobuf message class."""
         schema = file_descriptor_set(message)
         name = message.DESCRIPTOR.full_name
-        return self._channel(topic, MessageEncoding.Protobuf, name, SchemaEncoding.Protobuf, schema, facts or {})
+        return self.channel(topic, MessageEncoding.Protobuf, name, SchemaEncoding.Protobuf, schema, facts or {})
 
     def json(self, topic: str, name: str, schema: bytes, facts: Mapping[str, object]) -> int:
         """A new channel of JSON objects with this JSON Schema."""
-        return self._channel(topic, MessageEncoding.JSON, name, SchemaEncoding.JSONSchema, schema, facts)
+        return self.channel(topic, MessageEncoding.JSON, name, SchemaEncoding.JSONSchema, schema, facts)
 
-    def _channel(
+    def channel(
         self, topic: str, encoding: str, name: str, language: str, schema: bytes, facts: Mapping[str, object]
     ) -> int:
+        """A new channel with this message encoding, schema name, schema language and schema."""
         if topic in self.topics:
             raise RecordingError(f"topic {topic}: announced twice; name models, ports and samples apart")
         with self._file.writing():

@@ -31,10 +31,11 @@ def test_a_missing_file(tmp_path: Path) -> None:
 def test_a_file_whose_run_was_cut_off(begin: Callable[[], Recorder], tmp_path: Path) -> None:
     rec = begin()
     assert refusal(tmp_path / "run.mcap") == (
-        f"does not exist, but {tmp_path}/run.mcap.part does: its run is still going or was cut off; run the scene again"
+        f"does not exist, but {tmp_path}/run.mcap.part does: its run is still going or was cut off; "
+        f"`heavylift recover {tmp_path}/run.mcap.part`"
     )
     assert refusal(tmp_path / "run.mcap.part") == (
-        "is cut off: its end is missing, as in the .part file of a run that was killed; run the scene again"
+        "is cut off: its end is missing, as in the .part file of a run that was killed; `heavylift recover` it"
     )
     rec.close()
 

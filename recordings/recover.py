@@ -1,0 +1,200 @@
+"""What a cut-off or damaged file still holds, as a finished recording.
+
+A killed run leaves `<name>.mcap.part`: all that was flushed, without summary and without end.  Records are read one
+after the other (never by an index, which such a file lacks); a damaged chunk is passed over, a record that is cut off
+ends the reading.  Metadata, attachments, channels and messages are copied as they are; the new `result` says that the
+run was cut off, until when, and what was lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import BinaryIO
+
+import msgspec
+import numpy as np
+from heavylift.kernel.errors import RecordingError
+from mcap.data_stream import ReadDataStream
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Chunk, Message, Metadata, Schema
+
+from .container import BROKEN, LIMIT, MAGIC, RECORD, unpacked
+from .partfile import output_path
+from .rows import Peak
+from .sink import Sink
+
+__all__ = ["Recovered", "recover"]
+
+PART, RECOVERED = ".part", "-recovered"
+READERS: dict[int, Callable[[ReadDataStream], object]] = {
+    Opcode.METADATA: Metadata.read,
+    Opcode.ATTACHMENT: Attachment.read,
+    Opcode.SCHEMA: Schema.read,
+    Opcode.CHANNEL: Channel.read,
+}
+
+
+@dataclass
+class Recovered:
+    """The new file, messages in it, simulation time of the last one [s], and what could not be read."""
+
+    path: Path
+    messages: int = 0
+    sim_s: float = 0.0
+    lost: list[str] = field(default_factory=list)
+
+    def __str__(self) -> str:
+        lost = "; ".join(self.lost) or "nothing that had reached the disk"
+        return f"{self.messages} messages until {self.sim_s:.3f} s; lost: {lost}"
+
+
+def recover(path: str | Path, out: str | Path | None = None) -> Recovered:
+    """Copy what is readable into `out` (default: <name>-recovered.mcap); RecordingError if there is no run in it."""
+    path = Path(path)
+    name = path.name.removesuffix(PART)
+    out = output_path(out or path.with_name(Path(name).stem + RECOVERED + ".mcap"))
+    if path in (out, out.with_name(out.name + PART)):
+        raise RecordingError(f"{out}: would overwrite what is to be recovered; choose another name with -o")
+    try:
+        stream = path.open("rb")
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be opened ({error.strerror}); check the name") from None
+    with stream:
+        if stream.read(len(MAGIC)) != MAGIC:
+            raise RecordingError(f"{path}: is not a recording (not an MCAP file); there is nothing to recover")
+        copy = _Copy(path, out)
+        try:
+            for record in _records(stream, path.stat().st_size, copy.found.lost):
+                copy.take(record)
+            return copy.finish()
+        finally:
+            copy.abandon()
+
+
+def _records(stream: BinaryIO, size: int, lost: list[str]) -> Iterator[object]:
+    """The known records of the data section in order, those in chunks as well; `lost` hears what is unreadable."""
+    while (place := stream.tell()) < size:
+        head = stream.read(RECORD.size)
+        length = RECORD.unpack(head)[1] if len(head) == RECORD.size else LIMIT + 1
+        if length > min(LIMIT, size - stream.tell()):
+            lost.append(f"what stood after byte {place}, where the file is cut off or damaged")
+            return
+        opcode, body = head[0], stream.read(length)
+        if opcode == Opcode.DATA_END:
+            return
+        try:
+            found = list(_parsed(opcode, head + body))
+        except BROKEN as error:
+            lost.append(f"{length} bytes at byte {place} ({error or type(error).__name__})")
+        else:
+            yield from found
+
+
+def _parsed(opcode: int, record: bytes) -> Iterator[object]:
+    """A record, or those of a chunk; raises one of BROKEN if it is damaged."""
+    stream = ReadDataStream(BytesIO(record[RECORD.size :]))
+    if opcode in READERS:
+        yield READERS[opcode](stream)
+    elif opcode == Opcode.MESSAGE:
+        yield Message.read(stream, len(record) - RECORD.size)
+    elif opcode == Opcode.CHUNK:
+        data, place = unpacked(Chunk.read(stream)), 0
+        while place < len(data):
+            inner, length = RECORD.unpack_from(data, place)
+            end = place + RECORD.size + length
+            if end > len(data) or inner == Opcode.CHUNK:
+                raise ValueError("a chunk is not made of whole records")
+            yield from _parsed(inner, data[place:end])
+            place = end
+
+
+class _Copy:
+    """Takes records one by one; the new file is opened at the first channel, when facts and attachments are known."""
+
+    def __init__(self, path: Path, out: Path) -> None:
+        self._path, self._out = path, out
+        self._metadata: dict[str, dict[str, str]] = {}
+        self._attachments: dict[str, bytes] = {}
+        self._schemas: dict[int, Schema] = {}
+        self._channels: dict[int, Channel] = {}
+        self._numbers: dict[int, int] = {}  # of a channel in the new file
+        self._sink: Sink | None = None
+        self._tension: dict[str, list[np.ndarray]] = {"/rope/peak": [], "/rope/peak_time": []}
+        self.found = Recovered(out)
+
+    def take(self, record: object) -> None:
+        match record:
+            case Metadata():
+                self._metadata[record.name] = dict(record.metadata)
+            case Attachment():
+                self._attachments[record.name] = record.data
+            case Schema():
+                self._schemas[record.id] = record
+            case Channel():
+                self._channels[record.id] = record
+            case Message():
+                self._message(record)
+
+    def _open(self) -> Sink:
+        if self._sink is None:
+            if "run" not in self._metadata:
+                raise RecordingError(f"{self._path}: holds no run of heavylift; there is nothing to recover")
+            self._sink = Sink(self._out, self._metadata["run"], self._attachments)
+        return self._sink
+
+    def _message(self, message: Message) -> None:
+        sink, channel = self._open(), self._channels.get(message.channel_id)
+        schema = self._schemas.get(channel.schema_id) if channel else None
+        if channel is None or schema is None:
+            note = "messages of a channel that is not described"
+            self.found.lost += [note] if note not in self.found.lost else []
+            return
+        if channel.id not in self._numbers:
+            self._numbers[channel.id] = sink.channel(
+                channel.topic, channel.message_encoding, schema.name, schema.encoding, schema.data, channel.metadata
+            )
+        with sink.writing():
+            sink.write(self._numbers[channel.id], message.log_time, message.publish_time, message.data)
+        sink.flush()
+        self.found.messages += 1
+        self.found.sim_s = max(self.found.sim_s, message.log_time * 1e-9)
+        if channel.topic in self._tension:
+            doubles = len(message.data) // 8 * 8  # what stands before them is shorter than one
+            self._tension[channel.topic].append(np.frombuffer(message.data[len(message.data) - doubles :], "<f8"))
+
+    def _peaks(self) -> dict[str, Peak]:
+        """Largest tension of each rope among the samples that are there."""
+        channel = next((c for c in self._channels.values() if c.topic == "/rope/peak"), None)
+        values, times = self._tension.values()
+        if channel is None or not values:
+            return {}
+        T = np.array(values)
+        rows = T.argmax(axis=0)
+        names = msgspec.json.decode(channel.metadata["names"], type=list[str])
+        when = [times[r][i] if r < len(times) else 0.0 for i, r in enumerate(rows)]
+        return {name: Peak(float(T[r, i]), float(when[i])) for i, (name, r) in enumerate(zip(names, rows, strict=True))}
+
+    def finish(self) -> Recovered:
+        """Write the result and give the file its name."""
+        sink = self._open()
+        if not self.found.messages:
+            raise RecordingError(f"{self._path}: holds no message that can be read; there is nothing to recover")
+        if "result" in self._metadata and not self.found.lost:
+            raise RecordingError(f"{self._path}: is whole; there is nothing to recover")
+        facts: dict[str, object] = {
+            "status": "damaged" if "result" in self._metadata else "cut off",
+            "reason": f"recovered from {self._path.name}: {self.found}",
+            "sim_s": self.found.sim_s,
+            "peaks": {name: peak._asdict() for name, peak in self._peaks().items()},
+        }
+        sink.finish(facts)
+        return self.found
+
+    def abandon(self) -> None:
+        """Leave nothing half-made behind."""
+        if self._sink is not None:
+            self._sink.abandon()
+            self._out.with_name(self._out.name + PART).unlink(missing_ok=True)
