@@ -8,6 +8,7 @@ rate, evaluation                  the equations of a scene, written once
 symbol, function, emit, native    the same text traced, as LLVM IR, as machine code
 methods                           integration methods: tableaus and tiny classes
 stepping, stepper, simulation     steps, samples, located events, commands
+formulations                      embedding, augmented and articulated beside the recursion
 analysis                          inverse dynamics, joint reactions, momentum
 equations, errors                 the text in print; the exception tree of heavylift
 """

@@ -15,11 +15,12 @@ import numpy as np
 from . import laws
 from .checks import check_description
 from .describe import System
-from .dynamics import dynamics, energies, kinematics
+from .dynamics import energies, kinematics
 from .errors import KernelError
 from .evaluation import Evaluation
 from .forces.law import Poses
 from .forces.table import law_of, shared
+from .formulations import Formulation, formulated
 from .function import Function
 from .graph import Graph, build_graph
 from .joints import JOINTS
@@ -43,11 +44,14 @@ class SharedTree:
 
 
 class Program:
-    """What a system becomes.  Raises KernelError if a law names what is not there or two drives share a joint."""
+    """What a system becomes.  Raises KernelError if a law names what is not there or two drives share a joint.
 
-    def __init__(self, system: System) -> None:
+    `formulation`: which text gives the accelerations, see `kernel.formulations`.
+    """
+
+    def __init__(self, system: System, formulation: Formulation = "recursive") -> None:
         check_description(system)
-        self.system = system
+        self.system, self.formulation = system, formulation
         self.graph = build_graph(system)
         self._check()
         trees = cut(self.graph, {d.joint for d in system.drives if d.kind == "prescribed"})
@@ -140,7 +144,7 @@ class Program:
             ends = tuple(i for i in range(len(t.bodies)) if t.first + i in used)
             key = kind_of(t) + str(ends)
             if key not in kinds:
-                kinds[key] = _tree_functions(len(kinds), t, ends)
+                kinds[key] = _tree_functions(len(kinds), t, ends, self.formulation)
             out.append((t, kinds[key]))
         return out
 
@@ -186,9 +190,10 @@ def _rope_function(n: int) -> Function:
     return Function(f"rope{n}", body, {"L": 2, "p": ROPE_HEAD + ROPE_LINE * n, **blocks})
 
 
-def _tree_functions(k: int, tree: Tree, ends: tuple[int, ...]) -> SharedTree:
+def _tree_functions(k: int, tree: Tree, ends: tuple[int, ...], formulation: Formulation) -> SharedTree:
     """Placement of the bodies that laws act on, accelerations, and poses with energies of one kind of tree."""
     nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
+    dynamics = formulated(formulation)
     state = {"q": tree.q.stop - tree.q.start, "v": nv, "P": len(numbers(tree))}
 
     def place(q: Any, v: Any, P: Any) -> dict[str, Any]:

@@ -22,6 +22,7 @@ import numpy as np
 from .describe import System, Vector
 from .elementary import atan2
 from .errors import KernelError
+from .formulations import Formulation
 from .parameters import PROFILE, RopeAt
 from .stepper import FOREVER_NS, NEVER, Stepper
 from .stepping import EVENT, FAILED, RUNNING, STILL
@@ -36,7 +37,8 @@ CHATTER = 200  # events at one instant, after which the laws contradict each oth
 class Simulation(Stepper):
     """`tolerance`: of a step, relative to 1 + |y|; `sample_ns`: period of samples; `subscribed`: names of laws whose
     events stop `run`; `native=False` runs the same text on floats (slow oracle); `method`: one of
-    `kernel.methods.METHODS`; `step`: fixed steps of so many seconds.  Raises KernelError."""
+    `kernel.methods.METHODS`; `step`: fixed steps of so many seconds; `formulation`: one of
+    `kernel.formulations.FORMULATIONS`.  Raises KernelError."""
 
     def __init__(
         self,
@@ -50,8 +52,9 @@ class Simulation(Stepper):
         cache: bool = True,
         method: str = "dopri5",
         step: float | None = None,
+        formulation: Formulation = "recursive",
     ) -> None:
-        super().__init__(system, tolerance, sample_ns, h_max, native, opt, cache, method, step)
+        super().__init__(system, tolerance, sample_ns, h_max, native, opt, cache, method, step, formulation)
         self.switches = Switches(self.program, self.P)
         self.subscribed = subscribed
         self.log: list[tuple[int, StateEvent]] = []

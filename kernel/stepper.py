@@ -15,6 +15,7 @@ from .describe import System
 from .emit import module
 from .errors import KernelError
 from .evaluation import Evaluation
+from .formulations import Formulation
 from .methods.choice import choose, control_of
 from .native import Library
 from .oracle import Oracle
@@ -46,12 +47,13 @@ class Stepper:
         cache: bool,
         method: str,
         step: float | None,
+        formulation: Formulation,
     ) -> None:
         if not 0.0 < tolerance < 1.0:
             raise KernelError(f"tolerance {tolerance:g}: it must lie between 0 and 1")
         if sample_ns < SHORTEST_SAMPLE:
             raise KernelError(f"samples every {sample_ns} ns: they must be at least {SHORTEST_SAMPLE} ns apart")
-        self.program = Program(system)
+        self.program = Program(system, formulation)
         if not self.program.nv:
             raise KernelError("nothing in this scene can move: all joints are fixed")
         chosen = choose(method, self.program)
@@ -84,6 +86,7 @@ class Stepper:
         return repr(
             [
                 (self.method.method.name, self.fixed),
+                p.formulation,
                 [(kind_of(t), x.ends) for t, x in p.instances],
                 [(d.kind, d.joint) for d in s.drives],
                 [[x.joint for x in s.springs], [x.joint for x in s.stops], [x.joint for x in s.brakes]],

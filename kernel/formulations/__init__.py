@@ -1,0 +1,38 @@
+"""The paper's three ways to the accelerations of a tree, each a short text of the same signature as `dynamics`.
+
+recursive     composite inertias along the paths, H = L^T D L without fill-in: what the kernel uses
+articulated   recursive as well, with articulated inertias and without H: O(n) however deep the tree
+embedding     velocity transformation: constraint forces are projected away, R^T M R dense
+augmented     absolute coordinates of all bodies with a row for every constraint: [M J^T; J 0]
+
+All agree to rounding; their costs differ (`tests/bench/formulations.py`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Literal
+
+from ..dynamics import dynamics
+from ..errors import KernelError
+from .articulated import articulated
+from .augmented import augmented
+from .embedding import embedding
+
+__all__ = ["FORMULATIONS", "Formulation", "formulated"]
+
+Formulation = Literal["recursive", "articulated", "embedding", "augmented"]
+
+FORMULATIONS: dict[str, Callable[..., tuple[Any, Any, Any]]] = {
+    "recursive": dynamics,
+    "articulated": articulated,
+    "embedding": embedding,
+    "augmented": augmented,
+}
+
+
+def formulated(name: str) -> Callable[..., tuple[Any, Any, Any]]:
+    """The text of a formulation; raises KernelError if there is none of this name."""
+    if name not in FORMULATIONS:
+        raise KernelError(f"formulation '{name}': there are {', '.join(FORMULATIONS)}")
+    return FORMULATIONS[name]
