@@ -194,6 +194,8 @@ class Evaluation:
                 blocks["s"] = self._signal(x.name, signal)
             if joint:
                 k, *blocks["x"] = self._joint(joint)
+            if x.law.timed:
+                blocks["t"] = [self._numbers("clock", "")[0] + self._t[0]]
             out = x.function(**blocks)
             for i, body in enumerate(x.ends):
                 self._push(body, named(f"F({x.name},{i + 1})", getattr(out, f"w{i}")))

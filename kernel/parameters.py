@@ -103,6 +103,8 @@ class Parameters:
             put("signal", name, [0.0, signal.value, 0.0])
         for f in forces:
             put("force", f.name, f.numbers)
+        if any(f.law.timed for f in forces):
+            put("clock", "", [0.0])  # time of the run at the epoch
         for h in system.thresholds:
             put("threshold", h.name, [0.0, 0.0, 1.0, *(h.point.p if h.point else (0.0, 0.0, 0.0))])
         return Parameters(at, np.array(values))

@@ -107,6 +107,8 @@ class References:
                     f[3 * i : 3 * i + 3] = k
                 self._P[self._at["follow", name]] = f
         self.histories.write(epoch_ns)
+        if ("clock", "") in self._at:
+            self._P[self._at["clock", ""]] = epoch_ns * 1e-9
 
     def breaks(self, epoch_ns: int, after: float = 0.0) -> list[float]:
         """Seconds since the epoch at which a profile changes its acceleration and the next ones at which a history
@@ -121,7 +123,9 @@ class References:
         return sorted(out)
 
     def rest(self, epoch_ns: int) -> float:
-        """Seconds since the epoch after which nothing is driven any more; inf while an endless move runs."""
+        """Seconds since the epoch after which nothing is driven any more; inf while an endless move or a clock runs."""
+        if ("clock", "") in self._at:
+            return inf
         moving = (a for a in self._actuators.values() if a.move.v0 or a.move.d1 or a.move.d2)
         ends = [
             (a.start_ns - epoch_ns) * 1e-9

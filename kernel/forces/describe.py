@@ -12,7 +12,9 @@ from msgspec import Struct
 
 from ..points import IDENTITY, Matrix, Point, Vector
 
-__all__ = ["Bushing", "Force", "Load", "Matrix6", "Signal", "Spring", "Torsion", "Wind"]
+__all__ = [
+    "Bushing", "Characteristic", "Force", "Load", "Matrix6", "Signal", "Spring", "Torsion", "UserLaw", "Wind",
+]  # fmt: skip
 
 Row6 = tuple[float, float, float, float, float, float]
 Matrix6 = tuple[Row6, Row6, Row6, Row6, Row6, Row6]
@@ -100,4 +102,35 @@ class Bushing(Struct, frozen=True, tag=True):
     R_b: Matrix = IDENTITY
 
 
-Force = Load | Wind | Spring | Torsion | Bushing
+class Characteristic(Struct, frozen=True, tag=True):
+    """An actuator law as data: effort [N or N m] along a one-axis joint = signal * f(coordinate or speed).
+
+    f is piecewise linear through (x, effort), x rising; the end values hold outside.
+    """
+
+    name: str
+    joint: str
+    of: Literal["position", "speed"]
+    x: tuple[float, ...]
+    effort: tuple[float, ...]
+    signal: Signal = Signal()
+
+
+class UserLaw(Struct, frozen=True, tag=True):
+    """A law of the user's own: `function` is "package.module:function" or "file.py:function" (see `user.py`).
+
+    It acts along a one-axis joint or on `ends`.  `guards` names a function that returns `modes` numbers; mode i keeps
+    the sign of number i during a step and turns at the located event, so select(modes[i] > 0, ...) may jump.
+    """
+
+    name: str
+    function: str
+    joint: str = ""
+    ends: tuple[Point, ...] = ()
+    parameters: tuple[float, ...] = ()
+    signal: Signal = Signal()
+    guards: str = ""
+    modes: int = 0
+
+
+Force = Load | Wind | Spring | Torsion | Bushing | Characteristic | UserLaw

@@ -38,9 +38,10 @@ class Answer:
 
 
 class ForceLaw:
-    """One row of the force table; `works`: whether it brings work in from outside."""
+    """One row of the force table; `works`: it brings work in from outside; `timed`: it looks at the clock."""
 
     works = False
+    timed = False
 
     def check(self, f: Any) -> None:
         """Raises KernelError for a description that cannot be."""
@@ -65,9 +66,9 @@ class ForceLaw:
         """Its numbers in P, discrete states included."""
         raise NotImplementedError
 
-    def answer(self, f: Any, p: Any, ends: list[Any], signal: Any, joint: Any) -> Answer:
+    def answer(self, f: Any, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
         """The law, of its numbers p, its ends' bodies (21,) (see `laws.attachment`), signal (value, rate), joint
-        (q, v); from f it may take what `shape` tells."""
+        (q, v), time t [s] of the run if it is timed; from f it may take what `shape` tells."""
         raise NotImplementedError
 
     def guards(self, f: Any) -> int:

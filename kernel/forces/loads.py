@@ -34,7 +34,7 @@ class LoadLaw(ForceLaw):
     def numbers(self, f: Load, poses: Poses) -> list[float]:
         return [*f.at.p, *f.force, *f.moment]
 
-    def answer(self, f: Load, p: Any, ends: list[Any], signal: Any, joint: Any) -> Answer:
+    def answer(self, f: Load, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
         body = ends[0]
         x, _, v = attachment(body, p[:3])
         force = signal[0] * p[3:6] if any(f.force) else np.zeros(3)
@@ -69,7 +69,7 @@ class WindLaw(ForceLaw):
     def numbers(self, f: Wind, poses: Poses) -> list[float]:
         return [*f.at.p, 0.5 * f.density * f.drag * f.area, *f.direction]
 
-    def answer(self, f: Wind, p: Any, ends: list[Any], signal: Any, joint: Any) -> Answer:
+    def answer(self, f: Wind, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
         x, _, v = attachment(ends[0], p[:3])
         u = signal[0] * p[4:7] - v
         force = p[3] * sqrt(u @ u) * u

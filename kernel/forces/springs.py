@@ -20,7 +20,7 @@ from .law import Answer, ForceLaw, Poses, Shown, wrench
 
 __all__ = ["BushingLaw", "SpringLaw", "TorsionLaw"]
 
-TINY = 1e-300  # keeps 0/0 away; vanishes beside any real number
+TINY = 1e-160  # keeps 0/0 away; vanishes beside any real number, and its root is one that atan2 takes
 UNIT = 1e-6  # how far an axis, a rotation or a symmetry may be off by rounding
 
 
@@ -47,7 +47,7 @@ class SpringLaw(ForceLaw):
     def numbers(self, f: Spring, poses: Poses) -> list[float]:
         return [*f.a.p, *f.b.p, f.k, f.d, f.rest]
 
-    def answer(self, f: Spring, p: Any, ends: list[Any], signal: Any, joint: Any) -> Answer:
+    def answer(self, f: Spring, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
         (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(ends[0], p[:3]), attachment(ends[1], p[3:6])
         k, d, rest = p[6:9]
         s = p_b - p_a
@@ -83,7 +83,7 @@ class TorsionLaw(ForceLaw):
     def numbers(self, f: Torsion, poses: Poses) -> list[float]:
         return [*f.axis, f.k, f.d, f.rest]
 
-    def answer(self, f: Torsion, p: Any, ends: list[Any], signal: Any, joint: Any) -> Answer:
+    def answer(self, f: Torsion, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
         axis, (k, d, rest) = p[:3], p[3:6]
         R_a = _rotation(ends[0])
         w, v = _half_turn(R_a.T @ _rotation(ends[1]))
@@ -130,7 +130,7 @@ class BushingLaw(ForceLaw):
         rotations = [*np.ravel(f.R_a), *np.ravel(f.R_b)]
         return [*f.a.p, *f.b.p, *map(float, rotations), *(x for A in (f.K, f.D) for x in np.ravel(A).tolist() if x)]
 
-    def answer(self, f: Bushing, p: Any, ends: list[Any], signal: Any, joint: Any) -> Answer:
+    def answer(self, f: Bushing, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
         A, B = ends
         (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(A, p[:3]), attachment(B, p[3:6])
         R_a, R_b = (_rotation(X) @ np.reshape(q, (3, 3)) for X, q in ((A, p[6:15]), (B, p[15:24])))

@@ -13,10 +13,12 @@ from typing import Any
 
 from ..function import Function
 from ..graph import Graph
-from .describe import Bushing, Force, Load, Signal, Spring, Torsion, Wind
+from .characteristic import CharacteristicLaw
+from .describe import Bushing, Characteristic, Force, Load, Signal, Spring, Torsion, UserLaw, Wind
 from .law import Answer, ForceLaw, Poses
 from .loads import LoadLaw, WindLaw
 from .springs import BushingLaw, SpringLaw, TorsionLaw
+from .user import UserLawEntry
 
 __all__ = ["FORCES", "SharedForce", "check_force", "law_of", "shared", "signals"]
 
@@ -26,6 +28,8 @@ FORCES: dict[type, ForceLaw] = {
     Spring: SpringLaw(),
     Torsion: TorsionLaw(),
     Bushing: BushingLaw(),
+    Characteristic: CharacteristicLaw(),
+    UserLaw: UserLawEntry(),
 }
 
 
@@ -63,7 +67,7 @@ def shared(forces: tuple[Force, ...], graph: Graph, poses: Poses, end: int) -> t
     for f in forces:
         law = law_of(f)
         ends, numbers = law.ends(f), [float(x) for x in law.numbers(f, poses)]
-        key = repr((type(f).__name__, law.shape(f), len(numbers), len(ends)))
+        key = repr((type(f).__name__, law.shape(f), len(numbers), len(ends), bool(law.joint(f))))
         if key not in functions:
             functions[key] = _function(f"force{len(functions)}", f, law, len(numbers), len(ends), end)
         numbered = tuple(graph.number(e.body) for e in ends)
@@ -93,9 +97,10 @@ def _function(name: str, f: Any, law: ForceLaw, numbers: int, ends: int, end: in
     blocks = {"p": numbers, **{f"e{i}": end for i in range(ends)}}
     blocks |= {"s": 2} if law.signal(f) else {}
     blocks |= {"x": 2} if law.joint(f) else {}
+    blocks |= {"t": 1} if law.timed else {}
 
-    def body(p: Any, s: Any = None, x: Any = None, **bodies: Any) -> Mapping[str, Any]:
-        a: Answer = law.answer(f, p, [bodies[f"e{i}"] for i in range(ends)], s, x)
+    def body(p: Any, s: Any = None, x: Any = None, t: Any = (0.0,), **bodies: Any) -> Mapping[str, Any]:
+        a: Answer = law.answer(f, p, [bodies[f"e{i}"] for i in range(ends)], s, x, t[0])
         one = {k: [getattr(a, k)] for k in ("effort", "heat", "work", "stored")}
         return {**one, "guards": a.guards, "shown": a.shown, **{f"w{i}": w for i, w in enumerate(a.wrenches)}}
 

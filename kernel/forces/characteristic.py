@@ -1,0 +1,71 @@
+"""Actuator laws given as data: a piecewise linear effort over the coordinate or the speed of a joint.
+
+A torque-speed curve of a motor, a buffer's force-travel curve.  P holds the piece that is active; its ends are guards,
+so that no step crosses a kink and the integrators keep their order.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from .describe import Characteristic, Signal
+from .law import Answer, ForceLaw, Poses, Shown
+
+__all__ = ["CharacteristicLaw"]
+
+FAR = 1e300  # beyond any coordinate
+
+
+class CharacteristicLaw(ForceLaw):
+    """Effort = signal * f(x); its work counts as the actuator's."""
+
+    works = True
+
+    def check(self, f: Characteristic) -> None:
+        n, m = len(f.x), len(f.effort)
+        self.demand(f, "effort", n == m > 0, f"has {m} values at {n} places; give one for each place, at least one")
+        low = next((b for a, b in pairwise(f.x) if b <= a), None)
+        self.demand(f, "x", low is None, f"does not rise at {low}; its places must rise")
+
+    def joint(self, f: Characteristic) -> str:
+        return f.joint
+
+    def signal(self, f: Characteristic) -> Signal:
+        return f.signal
+
+    def shape(self, f: Characteristic) -> Any:
+        return f.of
+
+    def numbers(self, f: Characteristic, poses: Poses) -> list[float]:
+        return _piece(f, 0)
+
+    def answer(self, f: Characteristic, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+        lower, upper, x0, effort, slope = p
+        x = joint[0 if f.of == "position" else 1]
+        force = signal[0] * (effort + slope * (x - x0))
+        return Answer(effort=force, work=force * joint[1], guards=[x - lower, upper - x], shown=[force, x])
+
+    def guards(self, f: Characteristic) -> int:
+        return 2
+
+    def switch(self, f: Characteristic, p: np.ndarray, guard: int, shown: np.ndarray) -> tuple[str, float]:
+        x = float(shown[1])
+        p[:] = _piece(f, bisect_right(f.x, x))
+        return "piece", x
+
+    def shows(self, f: Characteristic) -> list[Shown]:
+        return [("characteristic/effort", f.name, "N or N m"), ("characteristic/place", f.name, "SI")]
+
+
+def _piece(f: Characteristic, i: int) -> list[float]:
+    """Ends, a point and the slope of the piece below place i; the end values hold outside."""
+    if i == 0:
+        return [-FAR, f.x[0], f.x[0], f.effort[0], 0.0]
+    if i == len(f.x):
+        return [f.x[-1], FAR, f.x[-1], f.effort[-1], 0.0]
+    slope = (f.effort[i] - f.effort[i - 1]) / (f.x[i] - f.x[i - 1])
+    return [f.x[i - 1], f.x[i], f.x[i - 1], f.effort[i - 1], slope]

@@ -1,0 +1,10 @@
+"""What a law of the user's own may compute with, on floats and in traced text alike.
+
+Beside + - * / ** 2 and abs: no `if` on a value (select(condition, a, b) computes both and takes one), no `math` and no
+NumPy functions of values; NumPy arrays of values, `@` and slices are fine.
+"""
+
+from ..elementary import atan2, cos, power, sin
+from ..symbol import maximum, minimum, select, sqrt
+
+__all__ = ["atan2", "cos", "maximum", "minimum", "power", "select", "sin", "sqrt"]
