@@ -139,6 +139,8 @@ class Stepper:
 
     def _commit(self) -> None:
         self._call("commit")
+        if self.method.method.completes and self["due"] > 0.0:
+            self._call("complete")
         while self["due"] > 0.0:
             self._call("sample")
             if self["row"] >= ROWS:

@@ -67,6 +67,8 @@ def step(s: SimpleNamespace, rate: Rate, method: Method, control: Control) -> No
     ok = verdict.ok
     s.t0, s.h0, s.f0, s.d0 = s.t, h, s.f, s.y
     method.keep(s, h, a)
+    if method.completes:
+        s.coarse = 1.0
     s.t = select(ok, select(last, s.t_stop, s.t + h), s.t)
     s.y, s.f = select(ok, a.y, s.y), select(ok, a.f, s.f)
     s.error, s.h = verdict.error, verdict.h
@@ -89,6 +91,12 @@ def go_on(s: SimpleNamespace, status: Any) -> None:
     """The loop goes on while nothing has happened and there is budget, room for samples, and time."""
     s.status = status
     s.run = select(status > RUNNING, 0.0, s.more)
+
+
+def complete(s: SimpleNamespace, rate: Rate, method: Method) -> None:
+    """Make the dense output of the last step ready."""
+    method.complete(s, rate)
+    s.coarse = 0.0
 
 
 def bisect(s: SimpleNamespace, rate: Rate, method: Method) -> None:
@@ -160,7 +168,8 @@ class Stepping:
         n_ropes, n_guards = len(p.system.ropes), len(p.guards)
         states = dict.fromkeys(("y", "f", "f0", "d0", *method.vectors), p.ny)
         ropes = dict.fromkeys(("T", "peak", "peak_time"), n_ropes)
-        sizes = {**dict.fromkeys(_SCALARS), **states, **ropes, "G": n_guards}
+        scalars = dict.fromkeys([*_SCALARS, *(["coarse"] if method.completes else [])])
+        sizes = {**scalars, **states, **ropes, "G": n_guards}
         self.layout = Layout(sizes, frozenset(states))
         self.plain = Layout(sizes)
         n_p = len(p.parameters.initial)
@@ -185,8 +194,12 @@ class Stepping:
             "look": self._on_block("look", lambda s, rate, row: look(s, row), table=True),
         }
         at, f = self.layout.at, self.functions
-        sampling = While("sampling", at["due"], (f["sample"],))
-        locating = While("locating", at["locate"], (f["bisect"],))
+        ready: tuple[While, ...] = ()
+        if method.completes:
+            f["complete"] = self._on_block("complete", lambda s, rate, row: complete(s, rate, method))
+            ready = (While("completing", at["coarse"], (f["complete"],)),)
+        sampling = While("sampling", at["due"], (*ready, f["sample"]))
+        locating = While("locating", at["locate"], (*ready, f["bisect"]))
         self.advance = While("advance", at["run"], (f["commit"], sampling, f["step"], locating))
 
     def _row_layout(self) -> Layout:

@@ -8,7 +8,7 @@ from math import isfinite
 from ..errors import KernelError
 from ..rate import Program
 from .control import Control, ErrorControl, FixedStep
-from .explicit import DormandPrince5, Kutta4
+from .explicit import DormandPrince5, DormandPrince8, Kutta4
 from .method import Method
 from .semi_implicit import SemiImplicitEuler
 
@@ -18,6 +18,7 @@ METHODS: Mapping[str, Callable[[Program], Method]] = {
     "semi-implicit-euler": SemiImplicitEuler,
     "rk4": lambda program: Kutta4(),
     "dopri5": lambda program: DormandPrince5(),
+    "dop853": lambda program: DormandPrince8(),
 }
 SHORTEST = 1e-9  # [s] a fixed step: the resolution of event times
 

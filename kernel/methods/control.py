@@ -17,6 +17,7 @@ from .method import Attempt, Exponents
 
 __all__ = ["Control", "ErrorControl", "FixedStep", "Verdict"]
 
+TINY = 1e-200  # keeps the quotient of two vanishing errors at zero
 FINITE = 1e300  # a squared state beyond it, or one that is not a number, is not finite
 
 
@@ -38,14 +39,22 @@ class ErrorControl:
 
     def judge(self, s: SimpleNamespace, a: Attempt, h: Any, last: Any) -> Verdict:
         x = self._exponents
-        e = a.error * (1.0 / (s.tol * (1.0 + maximum(abs(s.y), abs(a.y)))))
-        error = sqrt(e @ e * (1.0 / self._n))
+        error = self._weighed(a.error, 1.0 / (s.tol * (1.0 + maximum(abs(s.y), abs(a.y)))))
         good = error <= 1.0
         ok = good | (s.forced > 0.0)
         down = select(error > 1.0, maximum(0.2, 0.9 * power(maximum(error, 1.0), x.down)), 0.1)  # 0.1: not a number
         up = minimum(5.0, maximum(0.2, 0.9 * power(maximum(error, 1e-10), x.up) * power(s.error, x.memory)))
         following = minimum(s.h_max, select(good, select(last, maximum(s.h, h * up), h * up), h * down))
         return Verdict(ok, following, select(good, maximum(error, 1e-4), s.error), following < s.h_min)
+
+    def _weighed(self, error: Any, weight: Any) -> Any:
+        """Size of the error relative to the tolerance; of two estimates as in Hairer, Norsett, Wanner I, (II.10.17)."""
+        if not isinstance(error, tuple):
+            e = error * weight
+            return sqrt(e @ e * (1.0 / self._n))
+        high, low = (e * weight for e in error)
+        square = high @ high
+        return square / sqrt((square + 0.01 * (low @ low) + TINY) * self._n)
 
 
 class FixedStep:

@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from .dop853 import DENSE, DORMAND_PRINCE_8, EXTRA_A, EXTRA_C, THIRD_ORDER_ERROR
 from .method import Attempt, Exponents, Method, Rate, combine, fallen_in
 from .tableaus import DORMAND_PRINCE_5, KUTTA_4, Tableau
 
-__all__ = ["DormandPrince5", "Kutta4", "RungeKutta"]
+__all__ = ["DormandPrince5", "DormandPrince8", "Kutta4", "RungeKutta"]
 
 
 class RungeKutta(Method):
@@ -36,8 +37,11 @@ class RungeKutta(Method):
             evaluate(c, a)
         if not self._first_same_as_last:
             evaluate(1.0, self.tableau.b)
-        error = h * combine(self.tableau.error, k) if self.tableau.error else None
-        return Attempt(y, k[-1], r, error, seen, k)
+        return Attempt(y, k[-1], r, self.error(h, k), seen, k)
+
+    def error(self, h: Any, k: list[Any]) -> Any:
+        """What `Attempt.error` wants."""
+        return h * combine(self.tableau.error, k) if self.tableau.error else None
 
     @property
     def _first_same_as_last(self) -> bool:
@@ -89,3 +93,39 @@ class DormandPrince5(RungeKutta):
 
     def interpolate(self, s: SimpleNamespace, x: Any) -> Any:
         return s.d0 + x * (s.d1 + (1.0 - x) * (s.d2 + x * (s.d3 + (1.0 - x) * s.d4)))
+
+
+class DormandPrince8(RungeKutta):
+    """Dormand-Prince 8(5,3) with dense output of order 7, whose three stages wait until a sample or an event asks."""
+
+    name = "dop853"
+    order = 8
+    tableau = DORMAND_PRINCE_8
+    exponents = Exponents(down=-0.125, up=-0.0875, memory=0.025)
+    stages = tuple(f"k{i}" for i in range(1, 14))
+    terms = tuple(f"d{i}" for i in range(1, 8))
+    vectors = (*terms, *stages)
+    completes = True
+
+    def error(self, h: Any, k: list[Any]) -> Any:
+        return h * combine(self.tableau.error, k), h * combine(THIRD_ORDER_ERROR, k)
+
+    def keep(self, s: SimpleNamespace, h: Any, a: Attempt) -> None:
+        s.d1 = a.y - s.y
+        s.d2 = h * s.f - s.d1
+        s.d3 = s.d1 - h * a.f - s.d2
+        for name, k in zip(self.stages, a.k, strict=True):
+            setattr(s, name, k)
+
+    def complete(self, s: SimpleNamespace, rate: Rate) -> None:
+        k = [getattr(s, name) for name in self.stages]
+        for c, a in zip(EXTRA_C, EXTRA_A, strict=True):
+            k.append(rate(s.t0 + c * s.h0, s.t0 + 0.5 * s.h0, s.d0 + s.h0 * combine(a, k)).dy)
+        for name, weights in zip(self.terms[3:], DENSE, strict=True):
+            setattr(s, name, s.h0 * combine(weights, k))
+
+    def interpolate(self, s: SimpleNamespace, x: Any) -> Any:
+        y = s.d7
+        for i in range(6, -1, -1):
+            y = getattr(s, f"d{i}") + (x if i % 2 == 0 else 1.0 - x) * y
+        return y

@@ -35,7 +35,8 @@ class Exponents:
 class Attempt:
     """One attempted step: solution and derivative at its end, the evaluation there, what the interpolant needs.
 
-    `error`: estimate of the local error as a (ny,) vector, or already as a number relative to the tolerance, or None.
+    `error`: estimate of the local error, as `control.ErrorControl` weighs it: one (ny,) vector, or two of a pair of
+    estimates; None without one.
     `seen`: fraction of the step and whether a guard is below zero there, for each stage.
     """
 
@@ -54,6 +55,7 @@ class Method(ABC):
     order: int
     vectors: tuple[str, ...]
     exponents: Exponents | None = None  # None: no error estimate, fixed steps only
+    completes = False  # whether `interpolate` needs `complete` first
 
     @abstractmethod
     def attempt(self, s: SimpleNamespace, rate: Rate, h: Any, among: Any) -> Attempt:
@@ -62,6 +64,10 @@ class Method(ABC):
     @abstractmethod
     def keep(self, s: SimpleNamespace, h: Any, a: Attempt) -> None:
         """Write the `vectors` of the attempted step; s.d0 is the state at its start."""
+
+    def complete(self, s: SimpleNamespace, rate: Rate) -> None:
+        """What only the dense output needs, computed once when it is first asked for."""
+        raise AssertionError(f"{self.name}: its dense output needs nothing more")
 
     @abstractmethod
     def interpolate(self, s: SimpleNamespace, x: Any) -> Any:
