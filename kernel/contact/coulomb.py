@@ -1,0 +1,165 @@
+"""Which contacts push, which of them stick and which slide: Coulomb friction around the pivoting solver.
+
+A contact has three rows: normal and two tangents.  Sticking, its tangents are held (w_t = 0, |x_t| <= mu x_n).
+Sliding along the unit vector u, its friction is part of the push of its normal row, x_t = -mu x_n u, and u is the
+direction of w_t.  The same conditions hold for impulses (w: velocity after the impact) and for forces (w:
+acceleration); a contact that already moves has its u given.  The cone is exact, not a pyramid: u is iterated.
+Signorini and Coulomb as in Glocker, Set-Valued Force Laws (2001), ch. 5-7; no set at all: Painleve.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .complementarity import eliminate, solve
+from .sweeps import sweep
+
+__all__ = ["Contacts", "Friction", "settle"]
+
+ROUNDS = 30  # changes between stick and slip, and turns of the directions
+TOGETHER = 10  # rounds in which all contacts change at once, before they do one by one
+FARTHEST = 0.7  # [rad] that a direction is turned at once
+TURN = 1e-12  # [rad] that is round-off
+LEAST = 1e-6  # part of the largest normal force below which a contact's share of friction is not lowered
+SMALL = 1e-9  # relative size of what counts as zero
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """m contacts: A (3m, 3m) Delassus matrix and b (3m,) free velocity or acceleration of the rows (normal, tangent,
+    tangent) of each; mu (m,); moving (m, 2): unit direction of a contact that slides already, else zero."""
+
+    A: np.ndarray
+    b: np.ndarray
+    mu: np.ndarray
+    moving: np.ndarray
+
+
+@dataclass(frozen=True)
+class Friction:
+    """x (3m,) impulses or forces, w (3m,); push (m,), stick (m,) booleans; u (m, 2) directions of sliding.
+
+    `found` is False where no set fulfils all conditions.
+    """
+
+    x: np.ndarray
+    w: np.ndarray
+    push: np.ndarray
+    stick: np.ndarray
+    u: np.ndarray
+    found: bool
+
+
+def settle(c: Contacts) -> Friction:
+    """The set of contacts that push, stick and slide."""
+    m = len(c.mu)
+    given = np.abs(c.moving).sum(axis=1) > 0.0
+    stick = ~given & (c.mu > 0.0)
+    u = c.moving.copy()
+    side: dict[int, float] = {}
+    share = np.ones(m)
+    for n in range(ROUNDS):
+        f, side = _inner(c, stick, u, share, side)
+        if not f.found:
+            break
+        size_x, size_w = SMALL * np.abs(f.x).max(initial=0.0), SMALL * np.abs(c.b).max(initial=0.0)
+        load = np.maximum(f.x[::3], LEAST * f.x[::3].max(initial=0.0))
+        share = np.sqrt(load / load.max()) if load.max(initial=0.0) > 0.0 else share
+        changed = n == 0 and stick.any()
+        for i in range(m):
+            if given[i] or c.mu[i] == 0.0 or not (f.push[i] or stick[i]):
+                continue
+            t, v = f.x[3 * i + 1 : 3 * i + 3], f.w[3 * i + 1 : 3 * i + 3]
+            held = np.hypot(*t)
+            if stick[i] and held > c.mu[i] * f.x[3 * i] + size_x:
+                stick[i], u[i], changed = False, -t / held, True
+            elif not stick[i] and v @ u[i] < -size_w:
+                stick[i], changed = True, True
+            if changed and n >= TOGETHER:
+                break
+        turns = ~given & ~stick & f.push & (c.mu > 0.0) & (np.abs(f.w.reshape(m, 3)[:, 1:]).max(axis=1) > size_w)
+        if not changed and turns.any():
+            changed = _turn(c, f, turns, u) > TURN
+        if not changed:
+            return f
+    return _swept(c)
+
+
+def _swept(c: Contacts) -> Friction:
+    """The set that sweeps find, for contacts whose forces are not unique."""
+    m = len(c.mu)
+    x, found = sweep(c.A, c.b, c.mu, c.moving)
+    w = _velocities(c, x)
+    size = SMALL * np.abs(c.b).max(initial=0.0)
+    speed = np.hypot(w[1::3], w[2::3])
+    u = np.where(speed[:, None] > size, w.reshape(m, 3)[:, 1:] / np.maximum(speed, size)[:, None], 0.0)
+    u = np.where(c.moving != 0.0, c.moving, u)
+    return Friction(x, w, x[::3] > 0.0, (np.abs(u).sum(axis=1) == 0.0) & (c.mu > 0.0), u, found)
+
+
+def _velocities(c: Contacts, x: np.ndarray) -> np.ndarray:
+    """w = A x + b, summed column by column."""
+    w = c.b.copy()
+    for k in range(len(x)):
+        w += c.A[:, k] * x[k]
+    return w
+
+
+def _turn(c: Contacts, f: Friction, turns: np.ndarray, u: np.ndarray) -> float:
+    """One Newton step for the directions of contacts that begin to slide, u x w_t = 0; returns the largest angle.
+
+    The normal forces and the held tangents follow: rows w_n = 0, w_t = 0 against columns x_n, x_t, and the angles.
+    """
+    rows, columns, right = [], [], []
+    for i in np.flatnonzero(f.push):
+        n, t = 3 * i, slice(3 * i + 1, 3 * i + 3)
+        rows.append(np.eye(len(c.b))[n])
+        columns.append(c.A[:, n] if f.stick[i] else c.A[:, n] - c.mu[i] * (c.A[:, t] * u[i]).sum(axis=1))
+        right.append(0.0)
+        if f.stick[i]:
+            rows += list(np.eye(len(c.b))[t])
+            columns += list(c.A[:, t].T)
+            right += [0.0, 0.0]
+    first = len(rows)
+    for i in np.flatnonzero(turns):
+        t, across = slice(3 * i + 1, 3 * i + 3), np.array([-u[i, 1], u[i, 0]])
+        row = np.zeros(len(c.b))
+        row[t] = across
+        rows.append(row)
+        columns.append(-c.mu[i] * f.x[3 * i] * (c.A[:, t] * across).sum(axis=1))
+        right.append(float(-across @ f.w[t]))
+    J = np.array([[float((r * k).sum()) for k in columns] for r in rows])
+    for a, i in enumerate(np.flatnonzero(turns)):
+        J[first + a, first + a] -= u[i] @ f.w[3 * i + 1 : 3 * i + 3]
+    soft = 1e-9 * np.abs(np.diag(J)).max()
+    angle = eliminate(J + soft * np.diag(np.sign(np.diag(J))), np.array(right), np.ones(len(right)))[first:]
+    for i, e in zip(np.flatnonzero(turns), np.clip(angle, -FARTHEST, FARTHEST), strict=True):
+        a, b = np.cos(e), np.sin(e)
+        u[i] = [a * u[i, 0] - b * u[i, 1], b * u[i, 0] + a * u[i, 1]]
+    return float(np.abs(angle).max())
+
+
+def _inner(c: Contacts, stick: np.ndarray, u: np.ndarray, share: np.ndarray, side: dict[int, float]) -> tuple[Friction, dict[int, float]]:
+    """Normals against each other for given sticking contacts and directions of sliding."""
+    m = len(c.mu)
+    rows = [k for i in range(m) for k in (3 * i, 3 * i + 1, 3 * i + 2)[: 3 if stick[i] else 1]]
+    columns = c.A.copy()
+    for i in np.flatnonzero(~stick):
+        for k in (0, 1):
+            columns[:, 3 * i] -= c.mu[i] * u[i, k] * c.A[:, 3 * i + 1 + k]
+    normal = np.array([k % 3 == 0 for k in rows])
+    lo = np.where(normal, 0.0, -np.inf)
+    start = np.array([side.get(k, -1.0 if k % 3 == 0 else 0.0) for k in rows])
+    scale = np.array([1.0 if k % 3 == 0 else share[k // 3] for k in rows])
+    A = columns[np.ix_(rows, rows)] * scale[:, None] * scale
+    s = solve(A, c.b[rows] * scale, lo, np.full(len(rows), np.inf), start)
+    x = np.zeros(3 * m)
+    x[rows] = s.x * scale
+    push = np.zeros(m, bool)
+    push[[k // 3 for k, side_k in zip(rows, s.side, strict=True) if k % 3 == 0 and side_k == 0.0]] = True
+    for i in np.flatnonzero(~stick):
+        x[3 * i + 1 : 3 * i + 3] = -c.mu[i] * x[3 * i] * u[i]
+    w = _velocities(c, x)
+    return Friction(x, w, push, stick.copy(), u.copy(), s.found), dict(zip(rows, s.side, strict=True))
