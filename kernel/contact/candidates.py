@@ -22,7 +22,7 @@ import numpy as np
 
 from ..spatial import cross
 from ..symbol import maximum, minimum, select, sqrt
-from .frames import _Side
+from .frames import Side
 
 __all__ = ["APART", "BOX", "VERTICES", "ball_box", "box_box", "box_plane"]
 
@@ -34,11 +34,11 @@ VERTICES = [(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 
 TINY = 1e-300  # keeps the length of a vanishing cross product from being zero
 
 
-class _Box:
+class Box:
     """Centre, axes (rows) and half edges in world axes."""
 
     def __init__(self, p: Any, body: Any) -> None:
-        side = _Side(body)
+        side = Side(body)
         self.c, self.h = side.place(p[:3]), p[12:15]
         self.axes = np.array([side.R @ e for e in np.reshape(p[3:12], (3, 3))])
 
@@ -52,7 +52,7 @@ class _Box:
 
 def ball_box(ball: Any, box: Any, A: Any, B: Any) -> Any:
     """Witness of a ball of A (centre, radius) against the faces of a box of B; its edges and corners do not count."""
-    s = _Box(box, B).outside(_Side(A).place(ball[:3]))
+    s = Box(box, B).outside(Side(A).place(ball[:3]))
     high, low = maximum(s[0], s[1]), minimum(s[0], s[1])
     second = maximum(low, minimum(high, s[2]))
     return select(second > 0.0, APART, maximum(high, s[2]) - ball[3])
@@ -60,14 +60,14 @@ def ball_box(ball: Any, box: Any, A: Any, B: Any) -> Any:
 
 def box_plane(box: Any, point: Any, normal: Any, A: Any, B: Any) -> list[Any]:
     """(8,) heights of a box's vertices above a plane of B."""
-    b = _Side(B)
+    b = Side(B)
     q, n = b.place(point), b.R @ normal
-    return [n @ (x - q) for x in _Box(box, A).vertices()]
+    return [n @ (x - q) for x in Box(box, A).vertices()]
 
 
 def box_box(first: Any, second: Any, A: Any, B: Any) -> list[Any]:
     """(52,) witnesses: vertices of A in B, vertices of B in A, pairs of edges (a_i, b_j, edge of A, edge of B)."""
-    a, b = _Box(first, A), _Box(second, B)
+    a, b = Box(first, A), Box(second, B)
     depths = [b.outside(x) for x in a.vertices()] + [a.outside(x) for x in b.vertices()]
     C = a.axes @ b.axes.T
     d = a.c - b.c
@@ -82,7 +82,7 @@ def box_box(first: Any, second: Any, A: Any, B: Any) -> list[Any]:
 
 
 @dataclass(frozen=True)
-class _Direction:
+class Direction:
     """n = a_i x b_j from B to A; per box the two edges that face the other one (their midpoints)."""
 
     n: Any
@@ -91,36 +91,37 @@ class _Direction:
     half: tuple[Any, Any]
     edges_a: list[Any]
     edges_b: list[Any]
-    crossing: Any
+    sine: Any
     separation: Any
 
     def witnesses(self, most: Any) -> list[Any]:
         """Gap of each pair of edges, if they cross within both and no other direction separates further."""
         on_a, on_b = cross(self.b, self.n), cross(self.a, self.n)
+        crossing = self.sine > CROSSING
+        per_sine = 1.0 / select(crossing, self.sine, 1.0)
         out = []
         for p in self.edges_a:
             for q in self.edges_b:
-                s = abs((q - p) @ on_a * (1.0 / (self.a @ on_a))) - self.half[0]
-                t = abs((p - q) @ on_b * (1.0 / (self.b @ on_b))) - self.half[1]
+                s = abs((q - p) @ on_a) * per_sine - self.half[0]
+                t = abs((p - q) @ on_b) * per_sine - self.half[1]
                 gap = self.n @ (p - q)
-                counts = (maximum(s, t) < 0.0) & (gap > most - NEAR) & self.crossing
+                counts = (maximum(s, t) < 0.0) & (gap > most - NEAR) & crossing
                 out.append(select(counts, gap, APART))
         return out
 
 
-def _crossing(a: _Box, b: _Box, d: Any, i: int, j: int) -> _Direction:
+def _crossing(a: Box, b: Box, d: Any, i: int, j: int) -> Direction:
     m = cross(a.axes[i], b.axes[j])
     size = sqrt(m @ m + TINY)
     n = m * (1.0 / size)
     n = n * select(n @ d > 0.0, 1.0, -1.0)
     edges_a, reach_a = _facing(a, i, -n)
     edges_b, reach_b = _facing(b, j, n)
-    crossing = size > CROSSING
-    separation = select(crossing, n @ d - reach_a - reach_b, -APART)
-    return _Direction(n, a.axes[i], b.axes[j], (a.h[i], b.h[j]), edges_a, edges_b, crossing, separation)
+    separation = select(size > CROSSING, n @ d - reach_a - reach_b, -APART)
+    return Direction(n, a.axes[i], b.axes[j], (a.h[i], b.h[j]), edges_a, edges_b, size, separation)
 
 
-def _facing(box: _Box, i: int, n: Any) -> tuple[list[Any], Any]:
+def _facing(box: Box, i: int, n: Any) -> tuple[list[Any], Any]:
     """Midpoints of the outermost edges along axis i in direction n, both signs of the axis that n leans to less, the
     outermost first; and how far the box reaches along n."""
     k, l = (i + 1) % 3, (i + 2) % 3

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ..symbol import any_of, select
+from ..symbol import any_of, less, select
 
 __all__ = ["Solution", "eliminate", "round_of", "solve", "start_of"]
 
@@ -46,15 +46,15 @@ def start_of(n: int, side: Any) -> SimpleNamespace:
 def round_of(s: SimpleNamespace, A: Any, b: Any, lo: Any, hi: Any, small_x: Any, small_w: Any) -> None:
     """Solve for the present set and change the sides of rows that violate their condition; run = 0 when none does."""
     n = len(b)
-    low, high = s.side < 0.0, s.side > 0.0
+    low, high = less(s.side, 0.0), less(0.0, s.side)
     free = select(low, 0.0, select(high, 0.0, 1.0)) * np.ones(n)
     held = select(low, lo, select(high, hi, 0.0))
     s.x = held + eliminate(A, -_product(A, held, b), free)
     s.w = _product(A, s.x, b)
-    between = free > 0.0
-    down = select(between, select(s.x < lo - small_x, 1.0, 0.0), 0.0)
-    up = select(between, select(s.x > hi + small_x, 1.0, 0.0), 0.0)
-    back = select(low, select(s.w < -small_w, 1.0, 0.0), select(high, select(s.w > small_w, 1.0, 0.0), 0.0))
+    between = less(0.0, free)
+    down = select(between, select(less(s.x, lo - small_x), 1.0, 0.0), 0.0)
+    up = select(between, select(less(hi + small_x, s.x), 1.0, 0.0), 0.0)
+    back = select(low, select(less(s.w, -small_w), 1.0, 0.0), select(high, select(less(small_w, s.w), 1.0, 0.0), 0.0))
     wrong = down + up + back
     number = _sum(wrong)
     fewer = number < s.fewest
@@ -62,7 +62,7 @@ def round_of(s: SimpleNamespace, A: Any, b: Any, lo: Any, hi: Any, small_x: Any,
     s.patience = select(fewer, PATIENCE, s.patience - 1.0)
     s.fewest = select(fewer, number, s.fewest)
     change = select(block, wrong, _last(wrong))
-    s.side = select(change > 0.0, up - down, s.side)
+    s.side = select(less(0.0, change), up - down, s.side)
     s.budget = s.budget - 1.0
     s.run = select(number > 0.0, select(s.budget > 0.0, 1.0, 0.0), 0.0)
     s.number = number

@@ -141,7 +141,9 @@ def _turn(c: Contacts, f: Friction, turns: np.ndarray, u: np.ndarray) -> float:
     return float(np.abs(angle).max())
 
 
-def _inner(c: Contacts, stick: np.ndarray, u: np.ndarray, share: np.ndarray, side: dict[int, float]) -> tuple[Friction, dict[int, float]]:
+def _inner(
+    c: Contacts, stick: np.ndarray, u: np.ndarray, share: np.ndarray, side: dict[int, float]
+) -> tuple[Friction, dict[int, float]]:
     """Normals against each other for given sticking contacts and directions of sliding."""
     m = len(c.mu)
     rows = [k for i in range(m) for k in (3 * i, 3 * i + 1, 3 * i + 2)[: 3 if stick[i] else 1]]

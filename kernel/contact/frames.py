@@ -16,7 +16,7 @@ import numpy as np
 from ..spatial import cross, join
 from ..symbol import sqrt
 
-__all__ = ["BALLS", "EDGES", "FACE", "Frame", "balls", "edges", "face", "rows"]
+__all__ = ["BALLS", "EDGES", "FACE", "Frame", "Side", "balls", "edges", "face", "rows"]
 
 FACE = 16  # numbers: centre and radius of the ball on A; a point of the face and its normal, first, second on B
 BALLS = 11  # centre and radius on A, centre and radius on B, a direction of B that is not the normal
@@ -36,7 +36,7 @@ class Frame:
     along: Any
 
 
-class _Side:
+class Side:
     """A body in world axes; body: (21,) R_WB row-major, the tree's point o, r from o to the body's origin, twist V."""
 
     def __init__(self, body: Any) -> None:
@@ -52,7 +52,7 @@ class _Side:
 
 def face(p: Any, A: Any, B: Any) -> Frame:
     """A ball of A on a plane fixed in B."""
-    a, b = _Side(A), _Side(B)
+    a, b = Side(A), Side(B)
     c, r, q = a.place(p[:3]), p[3], b.place(p[4:7])
     F = np.array([b.R @ e for e in np.reshape(p[7:16], (3, 3))])
     dF = np.array([cross(b.w, e) for e in F])
@@ -62,7 +62,7 @@ def face(p: Any, A: Any, B: Any) -> Frame:
 
 def balls(p: Any, A: Any, B: Any) -> Frame:
     """Two balls; the tangents are a direction of B seen along the normal, and the one across."""
-    a, b = _Side(A), _Side(B)
+    a, b = Side(A), Side(B)
     c_a, c_b, e = a.place(p[:3]), b.place(p[4:7]), b.R @ p[8:11]
     n, dn, distance = _unit(c_a - c_b, a.velocity(c_a) - b.velocity(c_b))
     t, dt, _ = _unit(cross(n, e), cross(dn, e) + cross(n, cross(b.w, e)))
@@ -73,7 +73,7 @@ def balls(p: Any, A: Any, B: Any) -> Frame:
 
 def edges(p: Any, A: Any, B: Any) -> Frame:
     """Two edges that cross; the first tangent runs along that of A."""
-    a, b = _Side(A), _Side(B)
+    a, b = Side(A), Side(B)
     p_a, p_b, d, e = a.place(p[:3]), b.place(p[6:9]), a.R @ p[3:6], b.R @ p[9:12]
     dd, de = cross(a.w, d), cross(b.w, e)
     n, dn, _ = _unit(cross(d, e), cross(dd, e) + cross(d, de))
@@ -97,7 +97,7 @@ def _unit(m: Any, dm: Any) -> tuple[Any, Any, Any]:
 
 def rows(f: Frame, A: Any, B: Any) -> dict[str, Any]:
     """rate and bias (3,), wrenches wa and wb (3, 6) on A and B about their trees' points, rate = wa V_A - wb V_B."""
-    a, b = _Side(A), _Side(B)
+    a, b = Side(A), Side(B)
     v = a.velocity(f.x) - b.velocity(f.x)
     return {
         "rate": f.F @ v,
