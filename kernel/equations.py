@@ -100,8 +100,9 @@ def _input_names(program: Program) -> dict[tuple[str, int], str]:
         if kind == "tree":
             first = program.instances[int(name)][0]
             label = f"P({first.bodies[0].name})"
-        for j, i in enumerate(range(at.start, at.stop)):
-            names["P", i] = label if at.stop - at.start == 1 else f"{label}.{j}"
+        places = range(len(program.parameters.initial))[at]
+        for j, i in enumerate(places):
+            names["P", i] = label if len(places) == 1 else f"{label}.{j}"
     return names
 
 

@@ -37,12 +37,16 @@ def _sources() -> bytes:
 
 
 class Library:
-    """Machine code of `ir()`, which is called only if `structure` is not in the cache; `opt`: LLVM's level 0 to 3."""
+    """Machine code of `ir()`, which is called only if `structure` is not in the cache; `opt`: LLVM's level 0 to 3;
+    `cpu`: LLVM's name of a processor whose instructions are used instead of all that this one has."""
 
-    def __init__(self, structure: str, ir: Callable[[], str], opt: int = 1, cache: bool = True) -> None:
+    def __init__(
+        self, structure: str, ir: Callable[[], str], opt: int = 1, cache: bool = True, cpu: str | None = None
+    ) -> None:
         llvm.initialize_native_target()
         llvm.initialize_native_asmprinter()
-        cpu, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+        features = "" if cpu else llvm.get_host_cpu_features().flatten()
+        cpu = cpu or llvm.get_host_cpu_name()
         target = llvm.Target.from_default_triple()
         self._machine = target.create_target_machine(opt=opt, cpu=cpu, features=features)
         parts = [structure, cpu, features, llvmlite.__version__, str(opt), sys.platform]

@@ -107,4 +107,22 @@ class Parameters:
             put("clock", "", [0.0])  # time of the run at the epoch
         for h in system.thresholds:
             put("threshold", h.name, [0.0, 0.0, 1.0, *(h.point.p if h.point else (0.0, 0.0, 0.0))])
-        return Parameters(at, np.array(values))
+        return _side_by_side(at, np.array(values))
+
+
+def _side_by_side(at: dict[tuple[str, str], slice], initial: np.ndarray) -> Parameters:
+    """The same numbers with those of equal laws and trees next to each other, first by first, second by second: so
+    vector calls load them at once (see `lanes`)."""
+    groups: dict[tuple[str, int], list[tuple[str, str]]] = {}
+    for key, s in at.items():
+        groups.setdefault((key[0], s.stop - s.start), []).append(key)
+    out: dict[tuple[str, str], slice] = {}
+    values = np.empty_like(initial)
+    first = 0
+    for (_, size), keys in groups.items():
+        last = first + size * len(keys)
+        for i, key in enumerate(keys):
+            out[key] = slice(first + i, last, len(keys))
+            values[out[key]] = initial[at[key]]
+        first = last
+    return Parameters({key: out[key] for key in at}, values)
