@@ -1,0 +1,62 @@
+"""What makes a body flexible, as plain data: a straight beam, or the matrices of any finite-element model.
+
+The body's frame is the floating frame: the deformation is measured from it, small, and a sum of modes.  Without NumPy,
+as all descriptions.  SI units; the mode coordinates are displacements in m (rad for torsion) where a mode is largest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+__all__ = ["Beam", "Flexible", "Nodal"]
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Beam:
+    """A uniform Euler-Bernoulli beam along x of the body's frame, from 0 to `length`; a stiffness of 0 means rigid."""
+
+    length: float  # [m]
+    mass_per_length: float  # [kg/m]
+    EI_y: float = 0.0  # bending about y, displacements along z [N m2]
+    EI_z: float = 0.0  # bending about z, displacements along y [N m2]
+    EA: float = 0.0  # [N]
+    GJ: float = 0.0  # [N m2]
+    polar: float = 0.0  # moment of inertia about x per length [kg m]
+    elements: int = 32
+
+
+@dataclass(frozen=True)
+class Nodal:
+    """Matrices of a finite-element model whose nodes have 3 (ux uy uz) or 6 (and rx ry rz) degrees of freedom.
+
+    `held`: degrees of freedom that the floating frame holds.  `modes`: shapes (columns) to be taken instead of the
+    eigenmodes.  A frame attached to a node of 3 keeps the direction of the floating frame.
+    """
+
+    nodes: tuple[Vector, ...]  # places in the body's frame [m]
+    mass: tuple[tuple[float, ...], ...]
+    stiffness: tuple[tuple[float, ...], ...]
+    held: tuple[int, ...] = ()
+    modes: tuple[tuple[float, ...], ...] = ()
+
+
+@dataclass(frozen=True)
+class Flexible:
+    """The elastic part of a body: one model, the frame that its deformation is measured from, and its modes.
+
+    frame (of a beam): "clamped" moves with the cross-section at x = 0, "simply supported" passes through both ends,
+    "free" is the mean frame.  `loads`: stations x [m] of a beam whose static deflections under forces along y and z
+    are added to the eigenmodes (attachment modes of Craig and Bampton), so that loads there bend it exactly.
+    `start`: mode coordinates at the start, if not undeformed.
+    """
+
+    modes: int
+    beam: Beam | None = None
+    nodal: Nodal | None = None
+    frame: Literal["clamped", "simply supported", "free"] = "clamped"
+    damping: float = 0.0  # ratio of every mode to critical damping
+    loads: tuple[float, ...] = ()
+    start: tuple[float, ...] = ()

@@ -1,0 +1,214 @@
+"""From a finite-element model to modes and to the constants of the kinetic energy of a flexible body.
+
+With U_j = (velocity, angular velocity) of node j in body axes, nu = (w; v) the twist of the floating frame and eta the
+mode coordinates,
+    U = B(eta) nu + Phi eta',   B(eta) = B_0 + sum_k eta_k B_k,                                                  (1)
+    B_0 = [[-skew(X_j), 1], [1, 0]] of node j at X_j,   B_k = [[-skew(Phi_kj), 0], [0, 0]],                        (2)
+    T = 1/2 U^T M U = 1/2 nu^T I(eta) nu + nu^T C(eta) eta' + 1/2 eta'^T m eta'.                                  (3)
+The constants follow from M and Phi alone, as in the nodal-based floating frame of reference formulation (Zwoelfer,
+Gerstmayr 2019) and with the meaning of the standard input data (Wallrapp 1994; Shabana 2013, chapter 5):
+    I = J0 + sum_k eta_k J1_k + 1/2 sum_kl eta_k eta_l J2_kl,   C_l = G0_l + sum_k eta_k G1_kl,                    (4)
+    J0 = B_0^T M B_0,  J1_k = B_0^T M B_k + (..)^T,  J2_kl = B_k^T M B_l + (..)^T,  G0_l = B_0^T M Phi_l,
+    G1_kl = B_k^T M Phi_l.                                                                                        (5)
+The modes are M-orthogonal, so that m and the reduced stiffness are diagonal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigh
+
+from ..errors import KernelError
+from .beam import beam_matrices, hermite, nodes_of, rigid_directions
+from .description import Beam, Flexible
+
+__all__ = ["Elastic", "Modes", "modes_of", "reduced"]
+
+DIGITS = 12  # to which constants are rounded, so that they do not depend on a machine's linear algebra
+DEPENDENT = 1e-8  # what is left of a shape that is a sum of the others
+NODE = 1e-6  # [m] how far an attached point may be off its node by rounding
+
+
+@dataclass(frozen=True)
+class Elastic:
+    """The constants of equations (4), for the angular (3) or all (6) components of a twist."""
+
+    J0: np.ndarray  # (6, 6)
+    J1: np.ndarray  # (m, 6, 6)
+    J2: np.ndarray  # (m, m, 3, 3)
+    G0: np.ndarray  # (m, 6)
+    G1: np.ndarray  # (m, m, 3)
+    mass: np.ndarray  # (m,) of the modes
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Shapes of a body's modes over the degrees of freedom of its model; mass, stiffness and damping of each."""
+
+    name: str
+    flexible: Flexible
+    nodes: np.ndarray  # (n, 3) [m]
+    M: np.ndarray  # (6n, 6n)
+    shapes: np.ndarray  # (6n, m)
+    mass: np.ndarray  # (m,)
+    stiffness: np.ndarray  # (m,)
+    damping: np.ndarray  # (m,)
+
+    def station(self, p: tuple[float, float, float]) -> tuple[int | float, np.ndarray]:
+        """Where a point of the body is attached: the number of its node or its x along the beam, and that place.
+
+        Raises KernelError for a point beyond the beam's ends or at no node.
+        """
+        if beam := self.flexible.beam:
+            if not -NODE <= p[0] <= beam.length + NODE:
+                raise KernelError(
+                    f"body '{self.name}': x = {p[0]:g} m lies beyond its ends at 0 and {beam.length:g} m"
+                )
+            return p[0], np.array([p[0], 0.0, 0.0])
+        distance = np.linalg.norm(self.nodes - np.array(p), axis=1)
+        node = int(np.argmin(distance))
+        if distance[node] > NODE:
+            near = ", ".join(f"{x:g}" for x in self.nodes[node])
+            raise KernelError(f"body '{self.name}': ({p[0]:g}, {p[1]:g}, {p[2]:g}) is no node; the nearest is ({near})")
+        return node, self.nodes[node]
+
+    def at(self, station: int | float) -> np.ndarray:
+        """(6, m) displacement and rotation of every mode at a station."""
+        if beam := self.flexible.beam:
+            return rounded(hermite(beam, float(station)) @ self.shapes)
+        return rounded(self.shapes[6 * int(station) : 6 * int(station) + 6])
+
+
+def rounded(x: np.ndarray) -> np.ndarray:
+    """x to DIGITS significant digits of its largest element, so that what should be zero is zero."""
+    largest = float(np.abs(x).max(initial=0.0))
+    if largest == 0.0:
+        return x
+    return np.round(x / (scale := 10.0 ** np.ceil(np.log10(largest))), DIGITS) * scale + 0.0
+
+
+def modes_of(name: str, flexible: Flexible) -> Modes:
+    """Eigenmodes (lowest first), attachment modes, or the given ones; raises KernelError if there are too few."""
+    nodes, M, K, held = _model(flexible)
+    free = [d for d in range(len(M)) if d not in set(held)]
+    M_f, K_f = M[np.ix_(free, free)], K[np.ix_(free, free)]
+    nodal = flexible.nodal
+    if nodal is not None and nodal.modes:
+        basis = _padded(np.array(nodal.modes, float), len(nodes))[free]
+    else:
+        rigid = sum(not np.any(column[held]) and bool(np.any(column[free])) for column in _rigid(nodes).T)
+        n = min(flexible.modes + rigid, len(free))
+        if n - rigid < flexible.modes:
+            raise KernelError(f"body '{name}': {flexible.modes} modes, but its model has only {n - rigid}")
+        basis = eigh(K_f, M_f, subset_by_index=[0, n - 1])[1][:, rigid:] if n > rigid else np.zeros((len(free), 0))
+        if flexible.loads:
+            basis = _with_attachment_modes(name, flexible, basis, M_f, K_f, free, rigid)
+    if basis.shape[1]:
+        _, turn = eigh(basis.T @ K_f @ basis, basis.T @ M_f @ basis)
+        basis = basis @ turn
+    shapes = np.zeros((len(M), basis.shape[1]))
+    shapes[free] = basis
+    shapes = np.stack([_normal(s) for s in shapes.T], axis=1) if basis.shape[1] else shapes
+    mass = np.einsum("ik,ij,jk->k", shapes, M, shapes)
+    stiffness = np.einsum("ik,ij,jk->k", shapes, K, shapes)
+    damping = 2.0 * flexible.damping * np.sqrt(mass * np.abs(stiffness))
+    return Modes(name, flexible, nodes, M, shapes, *(rounded_each(x) for x in (mass, stiffness, damping)))
+
+
+def rounded_each(x: np.ndarray) -> np.ndarray:
+    """Every element to DIGITS significant digits of its own."""
+    return np.array([float(f"{e:.{DIGITS - 1}e}") for e in x])
+
+
+def reduced(modes: Modes) -> Elastic:
+    """The constants (5) of a body."""
+    n, m = modes.shapes.shape
+    B0 = _rigid(modes.nodes)
+    B = np.zeros((m, n, 6))
+    for k in range(m):
+        for j in range(n // 6):
+            x, y, z = modes.shapes[6 * j : 6 * j + 3, k]
+            B[k, 6 * j : 6 * j + 3, :3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+    M_shapes = modes.M @ modes.shapes
+    half = np.einsum("ia,ij,kjb->kab", B0, modes.M, B)
+    second = np.einsum("kia,ij,ljb->klab", B[..., :3], modes.M, B[..., :3])
+    blocks = [slice(0, 3), slice(3, 6)]
+    J0, J1, G0 = B0.T @ modes.M @ B0, half + half.transpose(0, 2, 1), (B0.T @ M_shapes).T
+    for a in blocks:  # moments, first moments and masses have units of their own
+        G0[:, a] = rounded(G0[:, a])
+        for b in blocks:
+            J0[a, b], J1[:, a, b] = rounded(J0[a, b]), rounded(J1[:, a, b])
+    J2 = rounded(second + second.transpose(0, 1, 3, 2))
+    return Elastic(J0, J1, J2, G0, rounded(np.einsum("kia,il->kla", B[..., :3], M_shapes)), modes.mass)
+
+
+def _model(flexible: Flexible) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[int]]:
+    """Nodes, matrices of six degrees of freedom per node, and those that do not deform."""
+    if beam := flexible.beam:
+        M, K = beam_matrices(beam)
+        n = beam.elements + 1
+        last = 6 * (n - 1)
+        frame = {"clamped": [*range(6)], "simply supported": [0, 1, 2, 3, last + 1, last + 2], "free": []}
+        stiff = {6 * j + d for j in range(n) for d in rigid_directions(beam)}
+        return nodes_of(beam), M, K, sorted(stiff | set(frame[flexible.frame]))
+    nodal = flexible.nodal
+    assert nodal is not None, "checked with the description"
+    nodes, n = np.array(nodal.nodes, float), len(nodal.nodes)
+    per_node = len(nodal.mass) // n
+    places = [6 * (d // per_node) + d % per_node for d in range(len(nodal.mass))]
+    M, K = np.zeros((6 * n, 6 * n)), np.zeros((6 * n, 6 * n))
+    M[np.ix_(places, places)], K[np.ix_(places, places)] = np.array(nodal.mass), np.array(nodal.stiffness)
+    held = {places[d] for d in nodal.held} | (set(range(6 * n)) - set(places))
+    return nodes, M, K, sorted(held)
+
+
+def _padded(shapes: np.ndarray, n: int) -> np.ndarray:
+    """(6n, m) from shapes over 3 or 6 degrees of freedom per node."""
+    per_node, m = len(shapes) // n, shapes.shape[1]
+    out = np.zeros((n, 6, m))
+    out[:, :per_node] = shapes.reshape(n, per_node, m)
+    return out.reshape(6 * n, m)
+
+
+def _rigid(nodes: np.ndarray) -> np.ndarray:
+    """(6n, 6) B_0 of equation (2)."""
+    B = np.zeros((len(nodes), 6, 6))
+    for j, (x, y, z) in enumerate(nodes):
+        B[j, :3, :3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+    B[:, :3, 3:] = B[:, 3:, :3] = np.eye(3)
+    return B.reshape(-1, 6)
+
+
+def _with_attachment_modes(
+    name: str, flexible: Flexible, basis: np.ndarray, M: np.ndarray, K: np.ndarray, free: list[int], rigid: int
+) -> np.ndarray:
+    """The basis and what is new in the static deflections under unit forces at the stations `loads`."""
+    beam = flexible.beam
+    if beam is None or rigid:
+        raise KernelError(f"body '{name}': loads need a beam whose frame is clamped or simply supported")
+    directions = [d for d in (1, 2) if d not in rigid_directions(beam)]
+    for x in flexible.loads:
+        for d in directions:
+            force = hermite(beam, x)[d][free]
+            shape = np.linalg.solve(K, force)
+            size = float(np.sqrt(shape @ M @ shape))
+            if size == 0.0:
+                continue
+            shape = shape / size
+            for column in (*basis.T, *basis.T):  # twice is enough (Kahan, Parlett)
+                shape = shape - column * (column @ M @ shape)
+            left = float(np.sqrt(max(shape @ M @ shape, 0.0)))
+            if left > DEPENDENT:
+                basis = np.column_stack([basis, shape / left])
+    return basis
+
+
+def _normal(shape: np.ndarray) -> np.ndarray:
+    """The shape with a largest displacement (torsion: rotation) of 1; the first such one is positive."""
+    parts = shape.reshape(-1, 6)
+    moved = parts[:, :3] if np.abs(parts[:, :3]).max() > DEPENDENT * np.abs(parts[:, 3:]).max() else parts[:, 3:]
+    flat = moved.ravel()
+    largest = flat[int(np.argmax(np.abs(flat) > (1.0 - NODE) * np.abs(flat).max()))]
+    return np.asarray(shape / largest)
