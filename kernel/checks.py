@@ -15,6 +15,7 @@ from msgspec import Struct
 
 from .describe import WORLD, Joint, System
 from .errors import KernelError
+from .flexible.checks import check_flexible
 from .forces.table import check_force
 
 __all__ = ["check_description"]
@@ -56,6 +57,8 @@ def check_description(system: System) -> None:
             raise KernelError(f"body '{WORLD}': this is the name of the ground; choose another one")
         if not np.allclose(b.inertia, np.transpose(b.inertia), rtol=UNIT, atol=0.0):
             raise KernelError(f"body '{b.name}': its inertia must be a symmetric matrix")
+        if b.flexible:
+            check_flexible(b.name, b.flexible)
     for j in system.joints:
         _check_joint(j)
     for r in system.ropes:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Literal
 
+from .flexible.description import Flexible
 from .forces.describe import Force
 from .points import IDENTITY as IDENTITY
 from .points import WORLD as WORLD
@@ -22,7 +23,11 @@ JointKind = Literal["fixed", "revolute", "prismatic", "spherical", "free"]
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body; its frame is the frame of the joint that carries it."""
+    """A body; its frame is the frame of the joint that carries it.
+
+    `flexible` adds a deformable part, whose floating frame that is; mass, com and inertia are then those of what sits
+    rigidly in that frame (0: nothing).
+    """
 
     name: str
     mass: float  # [kg]
@@ -32,6 +37,7 @@ class Body:
         (0.0, 0.0, 0.0),
         (0.0, 0.0, 0.0),
     )  # about the centre of mass, body axes [kg m2]
+    flexible: Flexible | None = None
 
 
 @dataclass(frozen=True)

@@ -14,18 +14,27 @@ from typing import Any
 import numpy as np
 
 from .errors import KernelError
+from .flexible.attachment import carry
+from .flexible.inertia import FlexibleInertia, flexible_inertia
 from .joints import JOINTS
 from .spatial import force_cross, join, mirror, motion_cross, skew, spatial_inertia
 from .symbol import is_sym, named
 from .trees import Tree
 
-__all__ = ["Factors", "Kinematics", "composites", "dynamics", "energies", "joint_space_inertia", "kinematics", "ltdl"]
+__all__ = [
+    "Factors", "Kinematics", "composites", "dynamics", "energies", "joint_forces", "joint_space_inertia", "kinematics",
+    "ltdl", "seen_from",
+]  # fmt: skip
 
 
 @dataclass
 class Kinematics:
     """Per body of a tree, in world axes: rotation R_WB, r from the tree's point o to the origin, twist V,
-    bias acceleration A (gravity as upward acceleration of the ground), columns S and dq/dt per joint."""
+    bias acceleration A (gravity as upward acceleration of the ground), columns S and dq/dt per joint.
+
+    A mode does not move the floating frame: its column in S is zero.  `modes`: coordinates, rates and accelerations (as A
+    has them: 0) of a flexible body; `carried`: the columns of its modes at the joint of a body that it carries.
+    """
 
     o: Any
     R: list[Any] = field(default_factory=list)
@@ -34,17 +43,23 @@ class Kinematics:
     A: list[Any] = field(default_factory=list)
     S: list[list[Any]] = field(default_factory=list)
     dq: list[Any] = field(default_factory=list)
+    modes: dict[int, tuple[Any, Any, Any]] = field(default_factory=dict)
+    carried: dict[int, list[Any]] = field(default_factory=dict)
 
 
 def kinematics(tree: Tree, q: Any, v: Any, g: Any, a_ref: Any = ()) -> Kinematics:
     """Fig. 6 (a), (b) with zero acceleration except the prescribed joints' a_ref (n_prescribed,)."""
     K = Kinematics(o=np.zeros(3))
     prescribed = iter(a_ref)
-    for b in tree.bodies:
+    for i, b in enumerate(tree.bodies):
         joint, x, u = JOINTS[b.kind], q[b.q], v[b.v]
         root = b.parent < 0
         R_WP, V_P = (np.eye(3), np.zeros(6)) if root else (K.R[b.parent], K.V[b.parent])
         A_P = join(np.zeros(3), [0.0, 0.0, g]) if root else K.A[b.parent]
+        r_P = np.zeros(3) if root else K.r[b.parent]
+        if b.place is not None:
+            on = carry(b.place, *K.modes[b.parent][:2], R_WP, r_P, V_P, A_P)
+            R_WP, r_P, V_P, A_P, K.carried[i] = on.R, on.r, on.V, on.A, on.columns
         R_JB, p_JB = joint.placement(x, b.axis)
         R_WJ = R_WP @ b.R_PJ
         p_PB = R_WP @ b.p_PJ + R_WJ @ p_JB
@@ -52,7 +67,7 @@ def kinematics(tree: Tree, q: Any, v: Any, g: Any, a_ref: Any = ()) -> Kinematic
         if root:
             K.o, r = p_PB, np.zeros(3)
         else:
-            r = named(f"r({b.name})", K.r[b.parent] + p_PB)
+            r = named(f"r({b.name})", r_P + p_PB)
         S = joint.columns(R_WJ, R, r, b.axis)
         V_J = sum((s * w for s, w in zip(S, u, strict=True)), np.zeros(6))
         A = A_P + motion_cross(V_P) @ V_J
@@ -64,7 +79,27 @@ def kinematics(tree: Tree, q: Any, v: Any, g: Any, a_ref: Any = ()) -> Kinematic
         K.V.append(named(f"V({b.name})", V_P + V_J))
         K.A.append(named(f"A({b.name})", A))
         K.dq.append(joint.rate(x, u))
+        if b.elastic is not None:
+            K.modes[i] = q[b.q_modes], v[b.v_modes], np.zeros(b.n_modes)
+            K.S[i] = [*S, *np.zeros((b.n_modes, 6))]
+            K.dq[i] = join(K.dq[i], v[b.v_modes])
     return K
+
+
+def seen_from(tree: Tree, K: Kinematics, k: int, i: int) -> Any:
+    """(6,) column of degree of freedom k on the path of body i, as the motion that it gives to body i."""
+    on = tree.body_of_dof[k]
+    b = tree.bodies[on]
+    mode = k - b.v_modes.start
+    if mode < 0 or on == i:
+        return K.S[on][k - b.v.start]
+    while tree.bodies[i].parent != on:
+        i = tree.bodies[i].parent
+    return K.carried[i][mode]
+
+
+def _elastic(tree: Tree, K: Kinematics, i: int) -> FlexibleInertia:
+    return flexible_inertia(tree.bodies[i].elastic, *K.modes[i], K.R[i], K.r[i], K.V[i], K.A[i])
 
 
 def dynamics(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: Any = ()) -> tuple[Any, Any, Any]:
@@ -74,9 +109,8 @@ def dynamics(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: 
     """
     K = kinematics(tree, q, v, g, a_ref)
     I, F = composites(tree, K, W)
-    S = [s for columns in K.S for s in columns]
-    H = joint_space_inertia(tree, S, I)
-    rhs = [tau[k] - S[k] @ F[i] for k, i in enumerate(tree.body_of_dof)]  # (e)
+    H = joint_space_inertia(tree, K, I)
+    rhs = [t - f for t, f in zip(tau, joint_forces(tree, K, F), strict=False)]  # (e)
     free = tree.free_dofs
     factors = ltdl(tree, dict(H))
     a = dict(zip(free, factors.solve([rhs[k] for k in free]), strict=True))
@@ -85,7 +119,7 @@ def dynamics(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: 
         for k in tree.prescribed_dofs
     ]
     given = dict(zip(tree.prescribed_dofs, a_ref, strict=True))
-    dv = [given[k] if k in given else a[k] for k in range(len(S))]
+    dv = [given[k] if k in given else a[k] for k in range(len(rhs))]
     return join(*K.dq), np.array(dv), np.array(reaction)
 
 
@@ -95,8 +129,12 @@ def composites(tree: Tree, K: Kinematics, W: list[Any]) -> tuple[list[Any], list
     I, F = [], []
     for i, b in enumerate(tree.bodies):
         J = spatial_inertia(b.mass, K.r[i] + K.R[i] @ b.com, mirror(K.R[i] @ b.inertia @ K.R[i].T))
+        f = J @ K.A[i] + force_cross(K.V[i]) @ (J @ K.V[i]) - W[i]
+        if b.elastic is not None:
+            own = _elastic(tree, K, i)
+            J, f = J + own.I, f + own.wrench
         I.append(J)
-        F.append(named(f"f({b.name})", J @ K.A[i] + force_cross(K.V[i]) @ (J @ K.V[i]) - W[i]))
+        F.append(named(f"f({b.name})", f))
     for i in reversed(range(len(tree.bodies))):
         p = tree.bodies[i].parent
         if p >= 0:
@@ -104,13 +142,32 @@ def composites(tree: Tree, K: Kinematics, W: list[Any]) -> tuple[list[Any], list
     return I, F
 
 
-def joint_space_inertia(tree: Tree, S: list[Any], I: list[Any]) -> dict[tuple[int, int], Any]:
+def joint_forces(tree: Tree, K: Kinematics, F: list[Any]) -> list[Any]:
+    """(n_v,) S^T F: the forces along the degrees of freedom that hold all accelerations of `composites` at zero.
+
+    A mode feels its own body (equation (8) of `flexible.inertia`) and what that carries.
+    """
+    forces: list[Any] = []
+    for i, b in enumerate(tree.bodies):
+        forces += [S @ F[i] for S in K.S[i][: b.v.stop - b.v.start]]
+        if b.n_modes:
+            on = [j for j, child in enumerate(tree.bodies) if child.parent == i]
+            for k, own in enumerate(_elastic(tree, K, i).forces):
+                forces.append(sum((K.carried[j][k] @ F[j] for j in on), own))
+    return forces
+
+
+def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Any]) -> dict[tuple[int, int], Any]:
     """H[k, l] = S_l^T I^c S_k for l on the path of k (CRBA); raises KernelError where nothing resists a motion."""
     H: dict[tuple[int, int], Any] = {}
     for k, (i, path) in enumerate(zip(tree.body_of_dof, tree.dof_paths, strict=True)):
-        f = I[i] @ S[k]
+        mode = k - tree.bodies[i].v_modes.start
+        if mode >= 0:
+            _mode_inertia(tree, K, I, H, k, mode)
+            continue
+        f = I[i] @ seen_from(tree, K, k, i)
         for l in (k, *path):
-            H[k, l] = named(f"H({k},{l})", S[l] @ f)
+            H[k, l] = named(f"H({k},{l})", seen_from(tree, K, l, i) @ f)
     for k in tree.free_dofs:
         if not is_sym(H[k, k]) and H[k, k] == 0.0:
             name = tree.bodies[tree.body_of_dof[k]].name
@@ -118,6 +175,21 @@ def joint_space_inertia(tree: Tree, S: list[Any], I: list[Any]) -> dict[tuple[in
                 f"body '{name}': nothing resists its motion; give it, or what it carries, mass or inertia"
             )
     return H
+
+
+def _mode_inertia(tree: Tree, K: Kinematics, I: list[Any], H: dict[tuple[int, int], Any], k: int, mode: int) -> None:
+    """The row of a mode: what the body's own deformation moves, and all that it carries."""
+    i = tree.body_of_dof[k]
+    b, own = tree.bodies[i], _elastic(tree, K, i)
+    moved = {j: I[j] @ K.carried[j][mode] for j, child in enumerate(tree.bodies) if child.parent == i}
+    for l in range(b.v_modes.start, k + 1):
+        other = l - b.v_modes.start
+        alone = own.mass[mode] if l == k else 0.0
+        H[k, l] = named(f"H({k},{l})", sum((K.carried[j][other] @ f for j, f in moved.items()), alone))
+    f = sum(moved.values(), own.C[mode])
+    for l in tree.dof_paths[k]:
+        if l < b.v_modes.start:
+            H[k, l] = named(f"H({k},{l})", seen_from(tree, K, l, i) @ f)
 
 
 @dataclass(frozen=True)
@@ -179,4 +251,8 @@ def energies(tree: Tree, K: Kinematics, g: Any) -> tuple[Any, Any]:
         w = K.R[i].T @ K.V[i][:3]
         kinetic = kinetic + 0.5 * (b.mass * (v_C @ v_C) + w @ (b.inertia @ w))
         potential = potential + b.mass * g * (K.o[2] + c[2])
+        if b.elastic is not None:
+            own = _elastic(tree, K, i)
+            kinetic = kinetic + own.kinetic
+            potential = potential + g * (tree.bodies[i].elastic.J0[3, 3] * K.o[2] + own.moment[2])
     return kinetic, potential

@@ -59,6 +59,7 @@ class Evaluation:
         self._supports()
         self._joints()
         self._forces()
+        self._modes()
         self._accelerate()
         self._thresholds()
 
@@ -220,6 +221,17 @@ class Evaluation:
         yield from ((("brake", b.name), b.joint, laws.brake) for b in self.system.brakes)
 
     # ---- accelerations and guards ------------------------------------------------------------------------
+
+    def _modes(self) -> None:
+        """Elasticity and damping of flexible bodies, mode by mode."""
+        for link in self.graph.links:
+            if not link.n_modes:
+                continue
+            stiffness, damping = np.reshape(self._numbers("modes", link.body.name), (2, link.n_modes))
+            x, u = np.array(self.q[link.q_modes]), np.array(self.v[link.v_modes])
+            self._tau[link.v_modes] = list(-stiffness * x - damping * u)
+            self._heat.append(damping @ (u * u))
+            self.stored.append(0.5 * (stiffness @ (x * x)))
 
     def _accelerate(self) -> None:
         dq: list[Any] = []

@@ -8,8 +8,10 @@ with T_ki = 1 (the paper's steps d-h); as a matrix, row i of T^-T.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,18 +19,37 @@ from .describe import WORLD, Body, Joint, System
 from .errors import KernelError
 from .joints import JOINTS
 
+if TYPE_CHECKING:
+    from .flexible.reduction import Modes
+
 __all__ = ["Graph", "Link", "build_graph", "children_of", "path_matrix"]
 
 
 @dataclass(frozen=True)
 class Link:
-    """A body with the joint that carries it; parent is a link number, -1 the ground; q and v index the state."""
+    """A body with the joint that carries it; parent is a link number, -1 the ground; q and v index the state.
+
+    A flexible body's mode coordinates and their rates stand behind those of its joint.
+    """
 
     body: Body
     joint: Joint
     parent: int
     q: slice
     v: slice
+    modes: Modes | None = None
+
+    @property
+    def n_modes(self) -> int:
+        return len(self.modes.mass) if self.modes else 0
+
+    @property
+    def q_modes(self) -> slice:
+        return slice(self.q.stop, self.q.stop + self.n_modes)
+
+    @property
+    def v_modes(self) -> slice:
+        return slice(self.v.stop, self.v.stop + self.n_modes)
 
 
 @dataclass(frozen=True)
@@ -61,8 +82,8 @@ class Graph:
         return [range(a, b) for a, b in pairwise(roots)]
 
 
-def build_graph(system: System) -> Graph:
-    """Number bodies depth first from the ground, in the order in which they were listed.
+def build_graph(system: System, modes: Mapping[str, Modes] | None = None) -> Graph:
+    """Number bodies depth first from the ground, in the order in which they were listed; `modes` of flexible ones.
 
     Raises KernelError naming the body or joint for duplicate, missing, doubly carried or unreachable bodies.
     """
@@ -94,8 +115,9 @@ def build_graph(system: System) -> Graph:
         joint = carrier[name]
         kind = JOINTS[joint.kind]
         _check(bodies[name], joint)
-        links.append(Link(bodies[name], joint, parent, slice(nq, nq + kind.n_q), slice(nv, nv + kind.n_v)))
-        nq, nv = nq + kind.n_q, nv + kind.n_v
+        q, v = slice(nq, nq + kind.n_q), slice(nv, nv + kind.n_v)
+        links.append(Link(bodies[name], joint, parent, q, v, (modes or {}).get(name)))
+        nq, nv = links[-1].q_modes.stop, links[-1].v_modes.stop
     return Graph(tuple(links), path_matrix([p for _, p in order]), nq, nv)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from .describe import Rope, System
 from .forces.table import SharedForce
+from .graph import Graph
 from .trees import Tree, numbers
 
 __all__ = [
@@ -63,7 +64,9 @@ class Parameters:
     initial: np.ndarray  # (n,)
 
     @staticmethod
-    def of(system: System, trees: list[Tree], forces: tuple[SharedForce, ...] = ()) -> Parameters:
+    def of(
+        system: System, graph: Graph, trees: list[Tree], forces: tuple[SharedForce, ...] = ()
+    ) -> Parameters:
         """Lay out a system; references rest at their initial values, thresholds are disarmed."""
         at: dict[tuple[str, str], slice] = {}
         values: list[float] = []
@@ -86,6 +89,9 @@ class Parameters:
         for name, x0 in starts:
             put("reference", name, [0.0, x0] + [0.0] * (PROFILE - 2))
             put("follow", name, [0.0] * 3 * len(masters))
+        for link in graph.links:
+            if link.modes:
+                put("modes", link.body.name, [*link.modes.stiffness, *link.modes.damping])
         for d in system.drives:
             put("drive", d.name, [d.kp, d.kv])
         for s in system.springs:

@@ -51,12 +51,17 @@ class Program:
 
     def __init__(self, system: System, formulation: Formulation = "recursive") -> None:
         check_description(system)
+        modes = None
+        if any(b.flexible for b in system.bodies):
+            from .flexible.stations import with_stations  # needs linear algebra, which rigid scenes do not
+
+            system, modes = with_stations(system)
         self.system, self.formulation = system, formulation
-        self.graph = build_graph(system)
+        self.graph = build_graph(system, modes)
         self._check()
         trees = cut(self.graph, {d.joint for d in system.drives if d.kind == "prescribed"})
         self.forces = shared(system.forces, self.graph, _poses_at_start(self.graph, trees), END)
-        self.parameters = Parameters.of(system, trees, self.forces)
+        self.parameters = Parameters.of(system, self.graph, trees, self.forces)
         self.nq, self.nv = self.graph.nq, self.graph.nv
         names = [x.name for group in self._laws() for x in group]
         self.stored = names
@@ -81,7 +86,8 @@ class Program:
 
     def _laws(self) -> tuple[tuple[Any, ...], ...]:
         s = self.system
-        return s.ropes, s.supports, s.springs, s.stops, s.brakes, s.forces
+        flexible = tuple(k.body for k in self.graph.links if k.modes)
+        return s.ropes, s.supports, s.springs, s.stops, s.brakes, s.forces, flexible
 
     def _check(self) -> None:
         s = self.system
@@ -124,6 +130,8 @@ class Program:
         for k in self.graph.links:
             y[k.q] = k.joint.q0 or JOINTS[k.joint.kind].rest
             y[self.nq + k.v.start : self.nq + k.v.stop] = k.joint.v0 or (0.0,) * (k.v.stop - k.v.start)
+            if k.modes:
+                y[k.q_modes] = k.modes.flexible.start or 0.0
         return y
 
     def evaluate(self, t: Any, y: Any, P: Any, inside: Any = None) -> Evaluation:

@@ -33,10 +33,14 @@ class Channel:
 
 
 def coordinate_names(graph: Graph) -> tuple[list[str], list[str]]:
-    """Names of all coordinates q and velocities v: joint and component."""
-    joints = [k.joint for k in graph.links]
-    q = [f"{j.name}.{c}" for j in joints for c in JOINTS[j.kind].coordinates]
-    return q, [f"{j.name}.{c}" for j in joints for c in JOINTS[j.kind].velocities]
+    """Names of all coordinates q and velocities v: joint and component, body and mode."""
+    q: list[str] = []
+    v: list[str] = []
+    for k in graph.links:
+        modes = [f"{k.body.name}.mode{i + 1}" for i in range(k.n_modes)]
+        q += [*(f"{k.joint.name}.{c}" for c in JOINTS[k.joint.kind].coordinates), *modes]
+        v += [*(f"{k.joint.name}.{c}" for c in JOINTS[k.joint.kind].velocities), *modes]
+    return q, v
 
 
 def shown(p: Program) -> dict[tuple[str, str], list[tuple[str, int]]]:

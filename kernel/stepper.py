@@ -210,14 +210,14 @@ class Stepper:
                 where = f"rope '{rope.name}' at {t:.3f} s"
                 return KernelError(f"{where}: its ends meet, so that it has no direction; keep them apart")
         for link in self.program.graph.links:
-            v = self.state[self.program.nq + link.v.start : self.program.nq + link.v.stop]
+            v = self.state[self.program.nq + link.v.start : self.program.nq + link.v_modes.stop]
             if not np.isfinite(v).all():
                 return KernelError(
                     f"body '{link.body.name}' at {t:.6f} s: its motion is not finite; check its mass and forces"
                 )
         rates = np.abs(self.X[self._at["f"]][self.program.nq : self.program.nq + self.program.nv])
         worst = int(np.nanargmax(rates)) if np.isfinite(rates).any() else 0
-        link = next(k for k in self.program.graph.links if k.v.start <= worst < k.v.stop)
+        link = next(k for k in self.program.graph.links if k.v.start <= worst < k.v_modes.stop)
         return KernelError(
             f"body '{link.body.name}' at {t:.6f} s: the step became too small (below 1e-12 s); "
             "a law near it is too stiff or jumps"

@@ -6,21 +6,26 @@ the run, so that one object file serves all variations of a scene and all equal 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 
-from .graph import Graph
+from .graph import Graph, Link
 
 __all__ = ["Tree", "TreeBody", "cut", "numbers", "with_numbers"]
 
 _FIELDS = ("mass", "com", "inertia", "p_PJ", "R_PJ", "axis")
+_PARTS = ("elastic", "place")  # of numbers of their own, where a flexible body is or carries
 
 
 @dataclass(frozen=True)
 class TreeBody:
-    """A link with its numbers as floats or symbols; parent, q and v count within the tree."""
+    """A link with its numbers as floats or symbols; parent, q and v count within the tree.
+
+    `elastic` (`flexible.reduction.Elastic`) makes it flexible; its mode coordinates follow those of its joint.
+    `place` (`flexible.attachment.Place`) is where its joint sits on a flexible parent.
+    """
 
     name: str
     kind: str
@@ -34,6 +39,20 @@ class TreeBody:
     R_PJ: Any
     axis: Any
     prescribed: bool
+    elastic: Any = None
+    place: Any = None
+
+    @property
+    def n_modes(self) -> int:
+        return len(self.elastic.mass) if self.elastic else 0
+
+    @property
+    def q_modes(self) -> slice:
+        return slice(self.q.stop, self.q.stop + self.n_modes)
+
+    @property
+    def v_modes(self) -> slice:
+        return slice(self.v.stop, self.v.stop + self.n_modes)
 
 
 @dataclass(frozen=True)
@@ -47,7 +66,7 @@ class Tree:
 
     @property
     def body_of_dof(self) -> list[int]:
-        return [i for i, b in enumerate(self.bodies) for _ in range(b.v.start, b.v.stop)]
+        return [i for i, b in enumerate(self.bodies) for _ in range(b.v.start, b.v_modes.stop)]
 
     @property
     def dof_paths(self) -> list[list[int]]:
@@ -56,7 +75,7 @@ class Tree:
         last: list[int | None] = []
         for b in self.bodies:
             up = last[b.parent] if b.parent >= 0 else None
-            for k in range(b.v.start, b.v.stop):
+            for k in range(b.v.start, b.v_modes.stop):
                 paths.append([] if up is None else [up, *paths[up]])
                 up = k
             last.append(up)
@@ -93,21 +112,48 @@ def cut(graph: Graph, prescribed: set[str]) -> list[Tree]:
                 mass=float(k.body.mass),
                 com=np.array(k.body.com, float),
                 inertia=np.array(k.body.inertia, float),
-                p_PJ=np.array(k.joint.p_PJ, float),
+                p_PJ=np.array(k.joint.p_PJ, float) - (place.X if place else 0.0),
                 R_PJ=np.array(k.joint.R_PJ, float),
                 axis=np.array(k.joint.axis, float),
                 prescribed=k.joint.name in prescribed,
+                elastic=_elastic(k),
+                place=place,
             )
             for k in links
+            for place in [_place(graph, k)]
         )
-        q, v = slice(q0, links[-1].q.stop), slice(v0, links[-1].v.stop)
+        q, v = slice(q0, links[-1].q_modes.stop), slice(v0, links[-1].v_modes.stop)
         out.append(Tree(bodies, numbers_.start, q, v))
     return out
 
 
+def _elastic(link: Link) -> Any:
+    if link.modes is None:
+        return None
+    from .flexible.reduction import reduced  # not where all is rigid: it needs linear algebra
+
+    return reduced(link.modes)
+
+
+def _place(graph: Graph, link: Link) -> Any:
+    on = graph.links[link.parent].modes if link.parent >= 0 else None
+    if on is None:
+        return None
+    from .flexible.attachment import Place
+
+    station, X = on.station(link.joint.p_PJ)
+    return Place(X, on.at(station))
+
+
+def _values(body: TreeBody) -> list[Any]:
+    """All numbers of a body, field by field."""
+    parts = [p for name in _PARTS if (p := getattr(body, name)) is not None]
+    return [getattr(body, f) for f in _FIELDS] + [getattr(p, f.name) for p in parts for f in fields(p)]
+
+
 def numbers(tree: Tree) -> list[float]:
     """The parameters of a tree in the order that `with_numbers` takes them."""
-    flat = [x for b in tree.bodies for f in _FIELDS for x in np.ravel(getattr(b, f)).tolist()]
+    flat = [x for b in tree.bodies for value in _values(b) for x in np.ravel(value).tolist()]
     return [x for x in flat if not _structural(x)]
 
 
@@ -121,8 +167,14 @@ def with_numbers(tree: Tree, values: Any) -> Tree:
         flat = [e if _structural(e) else next(given) for e in np.ravel(x).tolist()]
         return np.array([*flat, None], dtype=object)[:-1].reshape(np.shape(x))
 
-    bodies = tuple(replace(b, **{f: replaced(getattr(b, f)) for f in _FIELDS}) for b in tree.bodies)
-    return replace(tree, bodies=bodies)
+    def body(b: TreeBody) -> TreeBody:
+        new: dict[str, Any] = {f: replaced(getattr(b, f)) for f in _FIELDS}
+        for name in _PARTS:
+            if (part := getattr(b, name)) is not None:
+                new[name] = replace(part, **{f.name: replaced(getattr(part, f.name)) for f in fields(part)})
+        return replace(b, **new)
+
+    return replace(tree, bodies=tuple(map(body, tree.bodies)))
 
 
 def kind_of(tree: Tree) -> str:
@@ -131,7 +183,7 @@ def kind_of(tree: Tree) -> str:
     def pattern(x: Any) -> str:
         return "".join(f"{e:+.0f}" if _structural(e) else "x" for e in np.ravel(x).tolist())
 
-    return repr([(b.kind, b.parent, b.prescribed, [pattern(getattr(b, f)) for f in _FIELDS]) for b in tree.bodies])
+    return repr([(b.kind, b.parent, b.prescribed, b.n_modes, [*map(pattern, _values(b))]) for b in tree.bodies])
 
 
 def _structural(x: float) -> bool:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics import Kinematics, composites, kinematics
+from ..dynamics import Kinematics, composites, joint_forces, kinematics
 from ..trees import Tree
 
 __all__ = ["accelerated", "inverse_dynamics"]
@@ -20,8 +20,13 @@ def accelerated(tree: Tree, q: Any, v: Any, dv: Any, g: Any) -> Kinematics:
     """Places, twists and the true accelerations of all bodies (gravity as upward acceleration of the ground)."""
     K = kinematics(tree, q, v, g, [0.0] * len(tree.prescribed_dofs))
     X: list[Any] = []  # what the accelerations of the joints add
-    for b, S in zip(tree.bodies, K.S, strict=True):
-        own = sum((s * a for s, a in zip(S, dv[b.v], strict=True)), np.zeros(6))
+    for i, (b, S) in enumerate(zip(tree.bodies, K.S, strict=True)):
+        columns, a = [*S], [*dv[b.v.start : b.v_modes.stop]]
+        if i in K.carried:  # by the modes of its parent
+            columns, a = columns + K.carried[i], a + [*dv[tree.bodies[b.parent].v_modes]]
+        if i in K.modes:
+            K.modes[i] = (*K.modes[i][:2], dv[b.v_modes])
+        own = sum((s * x for s, x in zip(columns, a, strict=True)), np.zeros(6))
         X.append(own if b.parent < 0 else X[b.parent] + own)
     K.A = [A + x for A, x in zip(K.A, X, strict=True)]
     return K
@@ -35,5 +40,4 @@ def inverse_dynamics(tree: Tree, q: Any, v: Any, dv: Any, W: list[Any], g: Any) 
     """
     K = accelerated(tree, q, v, dv, g)
     _, F = composites(tree, K, W)
-    tau = [s @ f for S, f in zip(K.S, F, strict=True) for s in S]
-    return np.array(tau), F
+    return np.array(joint_forces(tree, K, F)), F

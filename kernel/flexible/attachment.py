@@ -1,10 +1,9 @@
 """The frame that a joint finds on a flexible body: carried by the modes at a station, or at one that slides.
 
 With the shapes Phi (displacement) and Psi (rotation) of the modes at place X, d = X + Phi eta and theta = Psi eta,
-    R = 1 + n (skew(theta) + skew(theta)^2 / 2),  n = 1/(1 + theta^2/4)      (Cayley's rotation, no singular zero)   (9)
+    R = 1 + n (skew(theta) + skew(theta)^2 / 2),  n = 1/(1 + theta^2/4)     (Cayley's rotation: no singular zero)   (9)
     w = n (theta' + theta x theta'/2)                                       its exact angular velocity            (10)
-so that columns are derivatives of places and the accounts of energy close.  For a slider X = s e and the shapes depend
-on s: theta' = Psi eta' + Psi' eta s', theta" without eta", s" = 2 Psi' eta' s' + Psi" eta s'^2, d likewise.         (11)
+so that columns are derivatives of places and the accounts of energy close.
 """
 
 from __future__ import annotations
@@ -29,15 +28,14 @@ class Place:
 
 @dataclass(frozen=True)
 class Carried:
-    """The frame at a place, in world axes: rotation R, r from the tree's point, twist V, bias acceleration A; a column
-    per mode, and that of the slider's coordinate."""
+    """The frame at a place, in world axes: rotation R, r from the tree's point, twist V, bias acceleration A; and a
+    column per mode."""
 
     R: Any
     r: Any
     V: Any
     A: Any
     columns: list[Any]
-    along: Any
 
 
 def carry(place: Any, eta: Any, rates: Any, R: Any, r: Any, V: Any, A: Any) -> Carried:
@@ -67,5 +65,4 @@ def carry(place: Any, eta: Any, rates: Any, R: Any, r: Any, V: Any, A: Any) -> C
         V=V + V_X,
         A=A + motion_cross(V) @ V_X + column(w_bias, cross(d_rate, w)),
         columns=[column(turning(T[:, k]), U[:, k]) for k in range(len(eta))],
-        along=None,
     )

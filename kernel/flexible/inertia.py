@@ -43,16 +43,20 @@ def flexible_inertia(e: Any, eta: Any, rates: Any, R: Any, r: Any, V: Any, A: An
     m = range(len(eta))
     to_body = np.block([[R.T, np.zeros((3, 3))], [-(R.T @ skew(r)), R.T]])
     nu, a = to_body @ V, to_body @ A
-    D = [e.J1[k] + _angular(_sum(e.J2[k, l] * eta[l] for l in m)) for k in m]
-    I = mirror(e.J0 + 0.5 * _sum((e.J1[k] + D[k]) * eta[k] for k in m))
-    C = [e.G0[l] + _moment(_sum(e.G1[k, l] * eta[k] for k in m)) for l in m]
-    C_rate = [_sum(e.G1[k, l] * rates[k] for k in m) for l in m]
-    I_rate = _sum(D[k] * rates[k] for k in m)
-    moving = _sum(C[l] * rates[l] for l in m)
+    none = np.zeros(3)
+    D = [e.J1[k] + _angular(sum((e.J2[k, l] * eta[l] for l in m), np.zeros((3, 3)))) for k in m]
+    I = mirror(e.J0 + 0.5 * sum(((e.J1[k] + D[k]) * eta[k] for k in m), np.zeros((6, 6))))
+    C = [e.G0[l] + _moment(sum((e.G1[k, l] * eta[k] for k in m), none)) for l in m]
+    C_rate = [sum((e.G1[k, l] * rates[k] for k in m), none) for l in m]
+    I_rate = sum((D[k] * rates[k] for k in m), np.zeros((6, 6)))
+    moving = sum((C[l] * rates[l] for l in m), np.zeros(6))
     P = I @ nu + moving
-    wrench = I @ a + I_rate @ nu + _moment(_sum(C_rate[l] * rates[l] for l in m)) + force_cross(nu) @ P
+    wrench = I @ a + I_rate @ nu + _moment(sum((C_rate[l] * rates[l] for l in m), none)) + force_cross(nu) @ P
     forces = [
-        C[l] @ a + C_rate[l] @ nu[:3] - 0.5 * (nu @ (D[l] @ nu)) - _sum(e.G1[l, k] * rates[k] for k in m) @ nu[:3]
+        C[l] @ a
+        + C_rate[l] @ nu[:3]
+        - 0.5 * (nu @ (D[l] @ nu))
+        - sum((e.G1[l, k] * rates[k] for k in m), none) @ nu[:3]
         for l in m
     ]
     return FlexibleInertia(
@@ -64,11 +68,6 @@ def flexible_inertia(e: Any, eta: Any, rates: Any, R: Any, r: Any, V: Any, A: An
         kinetic=0.5 * (nu @ (P + moving) + sum((e.mass[l] * rates[l] * rates[l] for l in m), 0.0)),
         moment=e.J0[3, 3] * r + R @ np.array([I[2, 4], I[0, 5], I[1, 3]]),
     )
-
-
-def _sum(terms: Any) -> Any:
-    first, *rest = terms
-    return sum(rest, first)
 
 
 def _moment(x: Any) -> Any:

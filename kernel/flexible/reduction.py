@@ -10,7 +10,9 @@ Gerstmayr 2019) and with the meaning of the standard input data (Wallrapp 1994; 
     I = J0 + sum_k eta_k J1_k + 1/2 sum_kl eta_k eta_l J2_kl,   C_l = G0_l + sum_k eta_k G1_kl,                    (4)
     J0 = B_0^T M B_0,  J1_k = B_0^T M B_k + (..)^T,  J2_kl = B_k^T M B_l + (..)^T,  G0_l = B_0^T M Phi_l,
     G1_kl = B_k^T M Phi_l.                                                                                        (5)
-The modes are M-orthogonal, so that m and the reduced stiffness are diagonal.
+The modes are M-orthogonal, so that m and the reduced stiffness are diagonal.  The momentum is that of the moving centre
+of mass (so that acceleration of the ground and gravity are one) if the first moments in J1 are the forces in G0: for
+matrices that interpolate displacements with slopes, (5) fulfils this to the order of the elements; it is set exactly.
 """
 
 from __future__ import annotations
@@ -18,11 +20,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.linalg import LinAlgError
 from scipy.linalg import eigh
 
 from ..errors import KernelError
 from .beam import beam_matrices, hermite, nodes_of, rigid_directions
-from .description import Beam, Flexible
+from .description import Flexible
 
 __all__ = ["Elastic", "Modes", "modes_of", "reduced"]
 
@@ -63,9 +66,7 @@ class Modes:
         """
         if beam := self.flexible.beam:
             if not -NODE <= p[0] <= beam.length + NODE:
-                raise KernelError(
-                    f"body '{self.name}': x = {p[0]:g} m lies beyond its ends at 0 and {beam.length:g} m"
-                )
+                raise KernelError(f"body '{self.name}': x = {p[0]:g} m lies beyond its ends at 0 and {beam.length:g} m")
             return p[0], np.array([p[0], 0.0, 0.0])
         distance = np.linalg.norm(self.nodes - np.array(p), axis=1)
         node = int(np.argmin(distance))
@@ -77,11 +78,11 @@ class Modes:
     def at(self, station: int | float) -> np.ndarray:
         """(6, m) displacement and rotation of every mode at a station."""
         if beam := self.flexible.beam:
-            return rounded(hermite(beam, float(station)) @ self.shapes)
-        return rounded(self.shapes[6 * int(station) : 6 * int(station) + 6])
+            return _rounded(hermite(beam, float(station)) @ self.shapes)
+        return _rounded(self.shapes[6 * int(station) : 6 * int(station) + 6])
 
 
-def rounded(x: np.ndarray) -> np.ndarray:
+def _rounded(x: np.ndarray) -> np.ndarray:
     """x to DIGITS significant digits of its largest element, so that what should be zero is zero."""
     largest = float(np.abs(x).max(initial=0.0))
     if largest == 0.0:
@@ -90,8 +91,32 @@ def rounded(x: np.ndarray) -> np.ndarray:
 
 
 def modes_of(name: str, flexible: Flexible) -> Modes:
-    """Eigenmodes (lowest first), attachment modes, or the given ones; raises KernelError if there are too few."""
+    """Eigenmodes (lowest first) and attachment modes, or the given ones.
+
+    Raises KernelError if there are too few or something can move without mass or stiffness.
+    """
     nodes, M, K, held = _model(flexible)
+    try:
+        shapes = _shapes(name, flexible, nodes, M, K, held)
+    except LinAlgError:
+        raise KernelError(
+            f"body '{name}': its mass matrix must be positive definite wherever the frame does not hold it"
+        ) from None
+    mass = np.einsum("ik,ij,jk->k", shapes, M, shapes)
+    stiffness = np.einsum("ik,ij,jk->k", shapes, K, shapes)
+    loose = [k + 1 for k, x in enumerate(stiffness) if not x > NODE * stiffness.max()]
+    if loose:
+        raise KernelError(f"body '{name}': mode {loose[0]} has no stiffness; let the frame hold the body against it")
+    if flexible.start and len(flexible.start) != len(mass):
+        raise KernelError(f"body '{name}': {len(flexible.start)} coordinates at the start for {len(mass)} modes")
+    damping = 2.0 * flexible.damping * np.sqrt(mass * stiffness)
+    return Modes(name, flexible, nodes, M, shapes, *(_rounded_each(x) for x in (mass, stiffness, damping)))
+
+
+def _shapes(
+    name: str, flexible: Flexible, nodes: np.ndarray, M: np.ndarray, K: np.ndarray, held: list[int]
+) -> np.ndarray:
+    """(6n, m) M-orthogonal shapes of largest displacement 1."""
     free = [d for d in range(len(M)) if d not in set(held)]
     M_f, K_f = M[np.ix_(free, free)], K[np.ix_(free, free)]
     nodal = flexible.nodal
@@ -104,20 +129,16 @@ def modes_of(name: str, flexible: Flexible) -> Modes:
             raise KernelError(f"body '{name}': {flexible.modes} modes, but its model has only {n - rigid}")
         basis = eigh(K_f, M_f, subset_by_index=[0, n - 1])[1][:, rigid:] if n > rigid else np.zeros((len(free), 0))
         if flexible.loads:
-            basis = _with_attachment_modes(name, flexible, basis, M_f, K_f, free, rigid)
+            basis = _with_attachment_modes(flexible, basis, M_f, K_f, free)
     if basis.shape[1]:
         _, turn = eigh(basis.T @ K_f @ basis, basis.T @ M_f @ basis)
         basis = basis @ turn
     shapes = np.zeros((len(M), basis.shape[1]))
     shapes[free] = basis
-    shapes = np.stack([_normal(s) for s in shapes.T], axis=1) if basis.shape[1] else shapes
-    mass = np.einsum("ik,ij,jk->k", shapes, M, shapes)
-    stiffness = np.einsum("ik,ij,jk->k", shapes, K, shapes)
-    damping = 2.0 * flexible.damping * np.sqrt(mass * np.abs(stiffness))
-    return Modes(name, flexible, nodes, M, shapes, *(rounded_each(x) for x in (mass, stiffness, damping)))
+    return np.stack([_normal(s) for s in shapes.T], axis=1) if basis.shape[1] else shapes
 
 
-def rounded_each(x: np.ndarray) -> np.ndarray:
+def _rounded_each(x: np.ndarray) -> np.ndarray:
     """Every element to DIGITS significant digits of its own."""
     return np.array([float(f"{e:.{DIGITS - 1}e}") for e in x])
 
@@ -129,19 +150,22 @@ def reduced(modes: Modes) -> Elastic:
     B = np.zeros((m, n, 6))
     for k in range(m):
         for j in range(n // 6):
-            x, y, z = modes.shapes[6 * j : 6 * j + 3, k]
-            B[k, 6 * j : 6 * j + 3, :3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+            B[k, 6 * j : 6 * j + 3, :3] = -_skew(modes.shapes[6 * j : 6 * j + 3, k])
     M_shapes = modes.M @ modes.shapes
     half = np.einsum("ia,ij,kjb->kab", B0, modes.M, B)
     second = np.einsum("kia,ij,ljb->klab", B[..., :3], modes.M, B[..., :3])
     blocks = [slice(0, 3), slice(3, 6)]
     J0, J1, G0 = B0.T @ modes.M @ B0, half + half.transpose(0, 2, 1), (B0.T @ M_shapes).T
     for a in blocks:  # moments, first moments and masses have units of their own
-        G0[:, a] = rounded(G0[:, a])
+        G0[:, a] = _rounded(G0[:, a])
         for b in blocks:
-            J0[a, b], J1[:, a, b] = rounded(J0[a, b]), rounded(J1[:, a, b])
-    J2 = rounded(second + second.transpose(0, 1, 3, 2))
-    return Elastic(J0, J1, J2, G0, rounded(np.einsum("kia,il->kla", B[..., :3], M_shapes)), modes.mass)
+            J0[a, b] = _rounded(J0[a, b])
+    J1[:, :3, :3] = _rounded(J1[:, :3, :3])
+    for k in range(m):
+        J1[k, :3, 3:] = _skew(G0[k, 3:])
+        J1[k, 3:, :3] = -_skew(G0[k, 3:])
+    J2 = _rounded(second + second.transpose(0, 1, 3, 2))
+    return Elastic(J0, J1, J2, G0, _rounded(np.einsum("kia,il->kla", B[..., :3], M_shapes)), modes.mass)
 
 
 def _model(flexible: Flexible) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[int]]:
@@ -175,19 +199,22 @@ def _padded(shapes: np.ndarray, n: int) -> np.ndarray:
 def _rigid(nodes: np.ndarray) -> np.ndarray:
     """(6n, 6) B_0 of equation (2)."""
     B = np.zeros((len(nodes), 6, 6))
-    for j, (x, y, z) in enumerate(nodes):
-        B[j, :3, :3] = [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]
+    for j, X in enumerate(nodes):
+        B[j, :3, :3] = -_skew(X)
     B[:, :3, 3:] = B[:, 3:, :3] = np.eye(3)
     return B.reshape(-1, 6)
 
 
+def _skew(x: np.ndarray) -> np.ndarray:
+    return np.array([[0.0, -x[2], x[1]], [x[2], 0.0, -x[0]], [-x[1], x[0], 0.0]])
+
+
 def _with_attachment_modes(
-    name: str, flexible: Flexible, basis: np.ndarray, M: np.ndarray, K: np.ndarray, free: list[int], rigid: int
+    flexible: Flexible, basis: np.ndarray, M: np.ndarray, K: np.ndarray, free: list[int]
 ) -> np.ndarray:
     """The basis and what is new in the static deflections under unit forces at the stations `loads`."""
     beam = flexible.beam
-    if beam is None or rigid:
-        raise KernelError(f"body '{name}': loads need a beam whose frame is clamped or simply supported")
+    assert beam is not None, "checked with the description"
     directions = [d for d in (1, 2) if d not in rigid_directions(beam)]
     for x in flexible.loads:
         for d in directions:

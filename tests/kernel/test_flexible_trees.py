@@ -1,0 +1,121 @@
+"""Trees with a flexible body obey Lagrange's equations and keep energy and momentum."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from flexible_trees import flexible_tree
+from heavylift.kernel.describe import Body
+from heavylift.kernel.dynamics import kinematics
+from heavylift.kernel.rate import Program
+from heavylift.kernel.simulation import Simulation
+from random_trees import random_state
+from small_scenes import SECOND, G, hand_over, imbalance
+
+LAGRANGE = 1e-8  # of the largest term: differences of second order
+SAME = 1e-12
+KEPT = 1e-8  # of momentum, at the tolerance of the run
+
+
+def state_of(program, seed, scale=0.1):
+    """Coordinates of order one, deflections of a tenth of the largest shapes."""
+    q, v = random_state(program.graph, seed)
+    for link in program.graph.links:
+        q[link.q_modes] *= scale
+    return q, v
+
+
+def evaluated(program, q, v):
+    y = np.concatenate([q, v, np.zeros(program.ny - program.nq - program.nv)])
+    return program.evaluate(0.0, y, program.parameters.initial)
+
+
+def energy(program, q, v):
+    """Kinetic energy, and potential energy with that of the modes, of the only tree."""
+    ((tree, shared),) = program.instances
+    x = shared.pose(q=q, v=v, P=program.parameters.initial[program.parameters.at["tree", "0"]], g=[G])
+    strain = sum(k.modes.stiffness @ q[k.q_modes] ** 2 for k in program.graph.links if k.modes) / 2
+    return float(x.energy[0]), float(x.energy[1]) + strain
+
+
+def difference(f, x, h):
+    return np.array([(f(x + h * e) - f(x - h * e)) / (2 * h) for e in np.eye(len(x))])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_accelerations_solve_lagranges_equations_of_the_energies(seed):
+    program = Program(flexible_tree(seed))
+    n = program.nv
+    q, v = state_of(program, seed)
+    dv = np.asarray(evaluated(program, q, v).dy[n : 2 * n], float)
+
+    def momentum(x):
+        return difference(lambda u: energy(program, x, u)[0], v, 1.0)  # exact: T is quadratic in v
+
+    H = np.array([difference(lambda u, e=e: energy(program, q, u + e)[0], 0 * v, 1.0) for e in np.eye(n)])
+    H -= difference(lambda u: energy(program, q, u)[0], 0 * v, 1.0)
+    assert np.linalg.eigvalsh((H + H.T) / 2)[0] > 0.0
+    h = 1e-5
+    drift = (momentum(q + h * v) - momentum(q - h * v)) / (2 * h)
+    force = difference(lambda x: energy(program, x, v)[0] - energy(program, x, v)[1], q, h)
+    terms = np.stack([H @ dv, drift, force])
+    assert np.abs(H @ dv + drift - force).max() < LAGRANGE * np.abs(terms).max()
+
+
+def momentum(program, q, v):
+    """(6,) moment about the world's origin and linear momentum of the only tree, from H over a free root joint."""
+    ((tree, _),) = program.instances
+    K = kinematics(tree, q, v, 0.0)
+    h = 1.0
+
+    def T(u):
+        return energy(program, q, u)[0]
+
+    p = np.array([(T(v + h * e) - T(v - h * e)) / (2 * h) for e in np.eye(program.nv)[:6]])
+    S = np.array([np.asarray(s, float) for s in K.S[0][:6]])
+    about_o = np.linalg.solve(S, p)  # p_k = S_k^T of the momentum about the tree's point
+    return np.concatenate([about_o[:3] + np.cross(K.o, about_o[3:]), about_o[3:]])
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_floating_tree_keeps_energy_and_momentum(seed):
+    system = replace(flexible_tree(seed, ("revolute", "spherical"), root="free"), gravity=0.0)
+    s = Simulation(system, tolerance=1e-11, sample_ns=50_000_000, h_max=0.01, cache=False)
+    q, v = state_of(s.program, seed, 0.02)
+    s.state[: len(q) + len(v)] = np.concatenate([q, 0.3 * v])
+    s.start()
+    before = momentum(s.program, q, 0.3 * v)
+    hand_over(s, SECOND)
+    n, m = s.program.nq, s.program.nv
+    after = momentum(s.program, s.state[:n], s.state[n : n + m])
+    assert np.abs(after - before).max() < KEPT * np.abs(before).max()
+    assert np.abs(s.state[:n] - q).max() > 0.1
+    assert imbalance(s) < KEPT
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_machine_code_and_floats_agree(seed):
+    simulation = Simulation(flexible_tree(seed, ("revolute", "prismatic", "spherical")), cache=False)
+    program = simulation.program
+    q, v = state_of(program, seed)
+    simulation.state[: len(q) + len(v)] = np.concatenate([q, v])
+    simulation._call("refresh")
+    native = simulation.X[simulation.method.layout.at["f"]][: program.nq + program.nv]
+    plain = np.asarray(evaluated(program, q, v).dy[: program.nq + program.nv], float)
+    assert native == pytest.approx(plain, rel=1e-10, abs=1e-10 * np.abs(plain).max())
+
+
+def test_a_flexible_body_without_modes_is_a_rigid_body():
+    bent = flexible_tree(0, modes=0)
+    beam = bent.bodies[1].flexible.beam
+    m, l = beam.mass_per_length * beam.length, beam.length
+    across = m * l * l / 12
+    moments = ((beam.polar * l, 0.0, 0.0), (0.0, across, 0.0), (0.0, 0.0, across))
+    stiff = Body("flex", m, (l / 2, 0.0, 0.0), moments)
+    massless = replace(bent.bodies[1], mass=0.0)
+    one = Program(replace(bent, bodies=(bent.bodies[0], massless, *bent.bodies[2:])))
+    two = Program(replace(bent, bodies=(bent.bodies[0], stiff, *bent.bodies[2:])))
+    q, v = state_of(one, 3)
+    a, b = (np.asarray(evaluated(p, q, v).dy[: len(q) + len(v)], float) for p in (one, two))
+    assert a == pytest.approx(b, rel=SAME, abs=SAME * np.abs(b).max())
+    assert energy(one, q, v) == pytest.approx(energy(two, q, v), rel=SAME)
