@@ -22,8 +22,8 @@ from .symbol import is_sym, named
 from .trees import Tree
 
 __all__ = [
-    "Factors", "Kinematics", "composites", "dynamics", "energies", "joint_forces", "joint_space_inertia", "kinematics",
-    "ltdl", "seen_from",
+    "Factors", "Kinematics", "composites", "dynamics", "elastic", "energies", "joint_forces",
+    "joint_space_inertia", "kinematics", "ltdl", "seen_from",
 ]  # fmt: skip
 
 
@@ -32,8 +32,9 @@ class Kinematics:
     """Per body of a tree, in world axes: rotation R_WB, r from the tree's point o to the origin, twist V,
     bias acceleration A (gravity as upward acceleration of the ground), columns S and dq/dt per joint.
 
-    A mode does not move the floating frame: its column in S is zero.  `modes`: coordinates, rates and accelerations (as A
-    has them: 0) of a flexible body; `carried`: the columns of its modes at the joint of a body that it carries.
+    A mode does not move the floating frame: its column in S is zero.  `modes`: coordinates, rates and accelerations of
+    a flexible body (the latter 0, as those of the joints in A); `carried`: the columns of its modes at the joint of a
+    body that it carries.
     """
 
     o: Any
@@ -98,7 +99,8 @@ def seen_from(tree: Tree, K: Kinematics, k: int, i: int) -> Any:
     return K.carried[i][mode]
 
 
-def _elastic(tree: Tree, K: Kinematics, i: int) -> FlexibleInertia:
+def elastic(tree: Tree, K: Kinematics, i: int) -> FlexibleInertia:
+    """The deformable part of flexible body i at these places and motions."""
     return flexible_inertia(tree.bodies[i].elastic, *K.modes[i], K.R[i], K.r[i], K.V[i], K.A[i])
 
 
@@ -131,7 +133,7 @@ def composites(tree: Tree, K: Kinematics, W: list[Any]) -> tuple[list[Any], list
         J = spatial_inertia(b.mass, K.r[i] + K.R[i] @ b.com, mirror(K.R[i] @ b.inertia @ K.R[i].T))
         f = J @ K.A[i] + force_cross(K.V[i]) @ (J @ K.V[i]) - W[i]
         if b.elastic is not None:
-            own = _elastic(tree, K, i)
+            own = elastic(tree, K, i)
             J, f = J + own.I, f + own.wrench
         I.append(J)
         F.append(named(f"f({b.name})", f))
@@ -152,7 +154,7 @@ def joint_forces(tree: Tree, K: Kinematics, F: list[Any]) -> list[Any]:
         forces += [S @ F[i] for S in K.S[i][: b.v.stop - b.v.start]]
         if b.n_modes:
             on = [j for j, child in enumerate(tree.bodies) if child.parent == i]
-            for k, own in enumerate(_elastic(tree, K, i).forces):
+            for k, own in enumerate(elastic(tree, K, i).forces):
                 forces.append(sum((K.carried[j][k] @ F[j] for j in on), own))
     return forces
 
@@ -180,7 +182,7 @@ def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Any]) -> dict[tuple[i
 def _mode_inertia(tree: Tree, K: Kinematics, I: list[Any], H: dict[tuple[int, int], Any], k: int, mode: int) -> None:
     """The row of a mode: what the body's own deformation moves, and all that it carries."""
     i = tree.body_of_dof[k]
-    b, own = tree.bodies[i], _elastic(tree, K, i)
+    b, own = tree.bodies[i], elastic(tree, K, i)
     moved = {j: I[j] @ K.carried[j][mode] for j, child in enumerate(tree.bodies) if child.parent == i}
     for l in range(b.v_modes.start, k + 1):
         other = l - b.v_modes.start
@@ -252,7 +254,7 @@ def energies(tree: Tree, K: Kinematics, g: Any) -> tuple[Any, Any]:
         kinetic = kinetic + 0.5 * (b.mass * (v_C @ v_C) + w @ (b.inertia @ w))
         potential = potential + b.mass * g * (K.o[2] + c[2])
         if b.elastic is not None:
-            own = _elastic(tree, K, i)
+            own = elastic(tree, K, i)
             kinetic = kinetic + own.kinetic
             potential = potential + g * (tree.bodies[i].elastic.J0[3, 3] * K.o[2] + own.moment[2])
     return kinetic, potential

@@ -40,6 +40,12 @@ class Link:
     modes: Modes | None = None
 
     @property
+    def q0(self) -> tuple[float, ...]:
+        """Coordinates at the start: of the joint, then of the modes."""
+        modes = self.modes.flexible.start or (0.0,) * self.n_modes if self.modes else ()
+        return (*(self.joint.q0 or JOINTS[self.joint.kind].rest), *modes)
+
+    @property
     def n_modes(self) -> int:
         return len(self.modes.mass) if self.modes else 0
 

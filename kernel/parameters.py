@@ -64,9 +64,7 @@ class Parameters:
     initial: np.ndarray  # (n,)
 
     @staticmethod
-    def of(
-        system: System, graph: Graph, trees: list[Tree], forces: tuple[SharedForce, ...] = ()
-    ) -> Parameters:
+    def of(system: System, graph: Graph, trees: list[Tree], forces: tuple[SharedForce, ...] = ()) -> Parameters:
         """Lay out a system; references rest at their initial values, thresholds are disarmed."""
         at: dict[tuple[str, str], slice] = {}
         values: list[float] = []

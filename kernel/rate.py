@@ -128,10 +128,8 @@ class Program:
         """(ny,) state at the start of a run."""
         y = np.zeros(self.ny)
         for k in self.graph.links:
-            y[k.q] = k.joint.q0 or JOINTS[k.joint.kind].rest
+            y[k.q.start : k.q_modes.stop] = k.q0
             y[self.nq + k.v.start : self.nq + k.v.stop] = k.joint.v0 or (0.0,) * (k.v.stop - k.v.start)
-            if k.modes:
-                y[k.q_modes] = k.modes.flexible.start or 0.0
         return y
 
     def evaluate(self, t: Any, y: Any, P: Any, inside: Any = None) -> Evaluation:
@@ -166,7 +164,7 @@ def _poses_at_start(graph: Graph, trees: list[Tree]) -> Poses:
             return np.eye(3), np.zeros(3)
         tree = next(t for t in trees if t.first <= i < t.first + len(t.bodies))
         links = graph.links[tree.first : tree.first + len(tree.bodies)]
-        q = np.array([x for k in links for x in k.joint.q0 or JOINTS[k.joint.kind].rest])
+        q = np.array([x for k in links for x in k.q0])
         at_rest = np.zeros(tree.v.stop - tree.v.start)
         K = kinematics(tree, q, at_rest, 0.0, [0.0] * len(tree.prescribed_dofs))
         return K.R[i - tree.first], K.o + K.r[i - tree.first]

@@ -23,7 +23,7 @@ def accelerated(tree: Tree, q: Any, v: Any, dv: Any, g: Any) -> Kinematics:
     for i, (b, S) in enumerate(zip(tree.bodies, K.S, strict=True)):
         columns, a = [*S], [*dv[b.v.start : b.v_modes.stop]]
         if i in K.carried:  # by the modes of its parent
-            columns, a = columns + K.carried[i], a + [*dv[tree.bodies[b.parent].v_modes]]
+            columns, a = columns + K.carried[i], [*a, *dv[tree.bodies[b.parent].v_modes]]
         if i in K.modes:
             K.modes[i] = (*K.modes[i][:2], dv[b.v_modes])
         own = sum((s * x for s, x in zip(columns, a, strict=True)), np.zeros(6))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..dynamics import kinematics
+from ..dynamics import elastic, kinematics
 from ..spatial import cross, spatial_inertia
 from ..trees import with_numbers
 
@@ -49,6 +49,10 @@ def momentum(simulation: Stepper) -> Momentum:
             c = K.r[n] + K.R[n] @ b.com
             h = spatial_inertia(b.mass, c, K.R[n] @ b.inertia @ K.R[n].T) @ K.V[n]
             mass, moment = mass + float(b.mass), moment + b.mass * (K.o + c)
+            if b.elastic is not None:
+                own = elastic(numbered, K, n)
+                h = h + own.momentum
+                mass, moment = mass + float(b.elastic.J0[3, 3]), moment + b.elastic.J0[3, 3] * K.o + own.moment
             linear, angular = linear + h[3:], angular + h[:3] + cross(K.o, h[3:])
     centre = moment / mass if mass > 0.0 else np.zeros(3)
     return Momentum(mass, *(np.array(a, dtype=float) for a in (centre, linear, angular)))

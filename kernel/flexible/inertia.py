@@ -25,8 +25,8 @@ __all__ = ["FlexibleInertia", "flexible_inertia"]
 class FlexibleInertia:
     """A flexible body at one instant, in world axes about the tree's point.
 
-    I: (6, 6) inertia; C: (m, 6) momentum per mode rate; wrench (6,) and forces (m,) at the bias acceleration, the
-    right sides of (7) and (8) with eta'' = 0; kinetic energy [J]; moment: first moment of mass [kg m].
+    I: (6, 6) inertia; C: (m, 6) momentum per mode rate; wrench (6,) and forces (m,): the right sides of (7) and (8);
+    momentum (6,); kinetic energy [J]; moment: first moment of mass about the tree's point [kg m].
     """
 
     I: Any
@@ -34,12 +34,15 @@ class FlexibleInertia:
     mass: Any
     wrench: Any
     forces: list[Any]
+    momentum: Any
     kinetic: Any
     moment: Any
 
 
-def flexible_inertia(e: Any, eta: Any, rates: Any, R: Any, r: Any, V: Any, A: Any) -> FlexibleInertia:
-    """e: `reduction.Elastic` of floats or symbols; eta, rates (m,); pose R_WB, r and V, A (6,) in world axes."""
+def flexible_inertia(
+    e: Any, eta: Any, rates: Any, accelerations: Any, R: Any, r: Any, V: Any, A: Any
+) -> FlexibleInertia:
+    """e: `reduction.Elastic` of floats or symbols; mode coordinates (m,); pose R_WB, r and V, A (6,) in world axes."""
     m = range(len(eta))
     to_body = np.block([[R.T, np.zeros((3, 3))], [-(R.T @ skew(r)), R.T]])
     nu, a = to_body @ V, to_body @ A
@@ -51,9 +54,11 @@ def flexible_inertia(e: Any, eta: Any, rates: Any, R: Any, r: Any, V: Any, A: An
     I_rate = sum((D[k] * rates[k] for k in m), np.zeros((6, 6)))
     moving = sum((C[l] * rates[l] for l in m), np.zeros(6))
     P = I @ nu + moving
-    wrench = I @ a + I_rate @ nu + _moment(sum((C_rate[l] * rates[l] for l in m), none)) + force_cross(nu) @ P
+    speeding = sum((C[l] * accelerations[l] for l in m), np.zeros(6))
+    turning = I_rate @ nu + _moment(sum((C_rate[l] * rates[l] for l in m), none)) + force_cross(nu) @ P
     forces = [
         C[l] @ a
+        + e.mass[l] * accelerations[l]
         + C_rate[l] @ nu[:3]
         - 0.5 * (nu @ (D[l] @ nu))
         - sum((e.G1[l, k] * rates[k] for k in m), none) @ nu[:3]
@@ -63,8 +68,9 @@ def flexible_inertia(e: Any, eta: Any, rates: Any, R: Any, r: Any, V: Any, A: An
         I=mirror(to_body.T @ I @ to_body),
         C=[to_body.T @ c for c in C],
         mass=e.mass,
-        wrench=to_body.T @ wrench,
+        wrench=to_body.T @ (I @ a + speeding + turning),
         forces=forces,
+        momentum=to_body.T @ P,
         kinetic=0.5 * (nu @ (P + moving) + sum((e.mass[l] * rates[l] * rates[l] for l in m), 0.0)),
         moment=e.J0[3, 3] * r + R @ np.array([I[2, 4], I[0, 5], I[1, 3]]),
     )

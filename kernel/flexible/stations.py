@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
+from msgspec import Struct, structs
+
 from ..describe import Body, Joint, Point, System
 from .reduction import Modes, modes_of
 
@@ -32,8 +34,9 @@ def with_stations(system: System) -> tuple[System, dict[str, Modes]]:
         if isinstance(x, tuple):
             return tuple(on_station(e) for e in x)
         if is_dataclass(x) and not isinstance(x, type):
-            changed = {f.name: on_station(getattr(x, f.name)) for f in fields(x)}
-            return replace(x, **{k: v for k, v in changed.items() if v is not getattr(x, k)})
+            return replace(x, **{f.name: on_station(getattr(x, f.name)) for f in fields(x)})
+        if isinstance(x, Struct):
+            return structs.replace(x, **{name: on_station(getattr(x, name)) for name in x.__struct_fields__})
         return x
 
     laws = [f.name for f in fields(System) if f.name not in ("bodies", "joints", "gravity")]

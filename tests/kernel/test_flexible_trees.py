@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from flexible_trees import flexible_tree
+from heavylift.kernel.analysis import inverse_dynamics, momentum
 from heavylift.kernel.describe import Body
-from heavylift.kernel.dynamics import kinematics
 from heavylift.kernel.rate import Program
 from heavylift.kernel.simulation import Simulation
 from random_trees import random_state
@@ -32,7 +32,7 @@ def evaluated(program, q, v):
 
 def energy(program, q, v):
     """Kinetic energy, and potential energy with that of the modes, of the only tree."""
-    ((tree, shared),) = program.instances
+    ((_, shared),) = program.instances
     x = shared.pose(q=q, v=v, P=program.parameters.initial[program.parameters.at["tree", "0"]], g=[G])
     strain = sum(k.modes.stiffness @ q[k.q_modes] ** 2 for k in program.graph.links if k.modes) / 2
     return float(x.energy[0]), float(x.energy[1]) + strain
@@ -62,21 +62,6 @@ def test_accelerations_solve_lagranges_equations_of_the_energies(seed):
     assert np.abs(H @ dv + drift - force).max() < LAGRANGE * np.abs(terms).max()
 
 
-def momentum(program, q, v):
-    """(6,) moment about the world's origin and linear momentum of the only tree, from H over a free root joint."""
-    ((tree, _),) = program.instances
-    K = kinematics(tree, q, v, 0.0)
-    h = 1.0
-
-    def T(u):
-        return energy(program, q, u)[0]
-
-    p = np.array([(T(v + h * e) - T(v - h * e)) / (2 * h) for e in np.eye(program.nv)[:6]])
-    S = np.array([np.asarray(s, float) for s in K.S[0][:6]])
-    about_o = np.linalg.solve(S, p)  # p_k = S_k^T of the momentum about the tree's point
-    return np.concatenate([about_o[:3] + np.cross(K.o, about_o[3:]), about_o[3:]])
-
-
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_a_floating_tree_keeps_energy_and_momentum(seed):
     system = replace(flexible_tree(seed, ("revolute", "spherical"), root="free"), gravity=0.0)
@@ -84,13 +69,33 @@ def test_a_floating_tree_keeps_energy_and_momentum(seed):
     q, v = state_of(s.program, seed, 0.02)
     s.state[: len(q) + len(v)] = np.concatenate([q, 0.3 * v])
     s.start()
-    before = momentum(s.program, q, 0.3 * v)
+    before = momentum(s)
+    start = energy(s.program, q, 0.3 * v)[0]
+    h = 1e-6
+    moved = energy(s.program, q, 0.3 * v + h * np.eye(len(v))[0])[0]
+    R_WB = s.row().poses[3:12].reshape(3, 3)
+    assert (moved - start) / h == pytest.approx(R_WB[:, 0] @ before.linear, rel=1e-4), "the momentum is dT/dv"
     hand_over(s, SECOND)
-    n, m = s.program.nq, s.program.nv
-    after = momentum(s.program, s.state[:n], s.state[n : n + m])
-    assert np.abs(after - before).max() < KEPT * np.abs(before).max()
-    assert np.abs(s.state[:n] - q).max() > 0.1
+    after = momentum(s)
+    assert np.abs(after.linear - before.linear).max() < KEPT * np.abs(before.linear).max()
+    assert np.abs(after.angular - before.angular).max() < KEPT * np.abs(before.angular).max()
+    assert np.abs(s.state[: len(q)] - q).max() > 0.1
     assert imbalance(s) < KEPT
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_inverse_dynamics_gives_back_the_forces(seed):
+    program = Program(flexible_tree(seed, ("revolute", "prismatic", "spherical")))
+    q, v = state_of(program, seed)
+    x = evaluated(program, q, v)
+    ((tree, _),) = program.instances
+    dv = np.asarray(x.dy[len(q) : len(q) + len(v)], float)
+    tau, _ = inverse_dynamics(tree, q, v, dv, [np.zeros(6)] * len(tree.bodies), G)
+    elastic = np.zeros(len(v))
+    for link in program.graph.links:
+        if link.modes:
+            elastic[link.v_modes] = -link.modes.stiffness * q[link.q_modes]
+    assert np.asarray(tau, float) == pytest.approx(elastic, rel=1e-9, abs=1e-9 * np.abs(elastic).max())
 
 
 @pytest.mark.parametrize("seed", range(3))
