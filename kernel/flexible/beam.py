@@ -27,9 +27,9 @@ def beam_matrices(beam: Beam) -> tuple[np.ndarray, np.ndarray]:
     """(6n, 6n) mass and stiffness matrices."""
     h = beam.length / beam.elements
     m, k = np.zeros((12, 12)), np.zeros((12, 12))
-    for at, mass, stiffness in ((_AXIAL, beam.mass_per_length, beam.EA), (_TORSION, beam.polar, beam.GJ)):
-        m[np.ix_(at, at)] += mass * h / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])
-        k[np.ix_(at, at)] += stiffness / h * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    for line, mass, stiffness in ((_AXIAL, beam.mass_per_length, beam.EA), (_TORSION, beam.polar, beam.GJ)):
+        m[np.ix_(line, line)] += mass * h / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])
+        k[np.ix_(line, line)] += stiffness / h * np.array([[1.0, -1.0], [-1.0, 1.0]])
     for (at, sign), EI in ((_BENDING_Z, beam.EI_z), (_BENDING_Y, beam.EI_y)):
         s = np.array([1.0, sign * h, 1.0, sign * h])
         inertia = [[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]
@@ -59,8 +59,8 @@ def hermite(beam: Beam, x: float) -> np.ndarray:
     N = np.array([1 - 3 * s**2 + 2 * s**3, h * (s - 2 * s**2 + s**3), 3 * s**2 - 2 * s**3, h * (s**3 - s**2)])
     dN = np.array([-6 * s + 6 * s**2, h * (1 - 4 * s + 3 * s**2), 6 * s - 6 * s**2, h * (3 * s**2 - 2 * s)]) / h
     out = np.zeros((6, 6 * (beam.elements + 1)))
-    for at in (_AXIAL, _TORSION):
-        out[at[0], [6 * e + i for i in at]] = [1 - s, s]
+    for line in (_AXIAL, _TORSION):
+        out[line[0], [6 * e + i for i in line]] = [1 - s, s]
     for (at, sign), (u, r) in ((_BENDING_Z, (1, 5)), (_BENDING_Y, (2, 4))):
         slopes = np.array([1.0, sign, 1.0, sign])
         columns = [6 * e + i for i in at]

@@ -87,7 +87,9 @@ def _rounded(x: np.ndarray) -> np.ndarray:
     largest = float(np.abs(x).max(initial=0.0))
     if largest == 0.0:
         return x
-    return np.round(x / (scale := 10.0 ** np.ceil(np.log10(largest))), DIGITS) * scale + 0.0
+    scale = 10.0 ** np.ceil(np.log10(largest))
+    digits: np.ndarray = np.round(x / scale, DIGITS) * scale + 0.0  # no negative zeros
+    return digits
 
 
 def modes_of(name: str, flexible: Flexible) -> Modes:
