@@ -8,6 +8,7 @@ f_c,i = f_B,i - f_e,i + sum over children f_c,j.  The text runs on floats (oracl
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -144,19 +145,18 @@ def composites(tree: Tree, K: Kinematics, W: list[Any]) -> tuple[list[Any], list
     return I, F
 
 
-def joint_forces(tree: Tree, K: Kinematics, F: list[Any]) -> list[Any]:
+def joint_forces(tree: Tree, K: Kinematics, F: list[Any]) -> Iterator[Any]:
     """(n_v,) S^T F: the forces along the degrees of freedom that hold all accelerations of `composites` at zero.
 
     A mode feels its own body (equation (8) of `flexible.inertia`) and what that carries.
     """
-    forces: list[Any] = []
     for i, b in enumerate(tree.bodies):
-        forces += [S @ F[i] for S in K.S[i][: b.v.stop - b.v.start]]
+        for S in K.S[i][: b.v.stop - b.v.start]:
+            yield S @ F[i]
         if b.n_modes:
             on = [j for j, child in enumerate(tree.bodies) if child.parent == i]
             for k, own in enumerate(elastic(tree, K, i).forces):
-                forces.append(sum((K.carried[j][k] @ F[j] for j in on), own))
-    return forces
+                yield sum((K.carried[j][k] @ F[j] for j in on), own)
 
 
 def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Any]) -> dict[tuple[int, int], Any]:

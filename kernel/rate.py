@@ -56,6 +56,11 @@ class Program:
             from .flexible.stations import with_stations  # needs linear algebra, which rigid scenes do not
 
             system, modes = with_stations(system)
+            if formulation != "recursive":
+                raise KernelError(
+                    f"body '{next(iter(modes))}' is flexible, but formulation '{formulation}' knows rigid bodies only; "
+                    "choose recursive"
+                )
         self.system, self.formulation = system, formulation
         self.graph = build_graph(system, modes)
         self._check()

@@ -40,4 +40,4 @@ def inverse_dynamics(tree: Tree, q: Any, v: Any, dv: Any, W: list[Any], g: Any) 
     """
     K = accelerated(tree, q, v, dv, g)
     _, F = composites(tree, K, W)
-    return np.array(joint_forces(tree, K, F)), F
+    return np.array(list(joint_forces(tree, K, F))), F
