@@ -34,7 +34,7 @@ def inertia(tree, q):
     K = kinematics(tree, q, np.zeros(tree.v.stop - tree.v.start), 0.0)
     I, _ = composites(tree, K, [np.zeros(6)] * len(tree.bodies))
     H = np.zeros((tree.v.stop - tree.v.start,) * 2)
-    for (k, l), x in joint_space_inertia(tree, [s for S in K.S for s in S], I).items():
+    for (k, l), x in joint_space_inertia(tree, K, I).items():
         H[k, l] = H[l, k] = x
     return H
 
