@@ -190,7 +190,7 @@ class Evaluation:
         """Every force of the force table."""
         for x in self.program.forces:
             blocks = {"p": self._numbers("force", x.name), **{f"e{i}": self._ends[b] for i, b in enumerate(x.ends)}}
-            joint, signal = x.law.joint(x.force), x.law.signal(x.force)
+            joint, signal = x.force.along, x.law.signal(x.force)
             if signal:
                 blocks["s"] = self._signal(x.name, signal)
             if joint:

@@ -19,7 +19,7 @@ from .dynamics import energies, kinematics
 from .errors import KernelError
 from .evaluation import Evaluation
 from .forces.law import Poses
-from .forces.table import law_of, shared
+from .forces.table import shared
 from .formulations import Formulation, formulated
 from .function import Function
 from .graph import Graph, build_graph
@@ -100,7 +100,7 @@ class Program:
         joint_laws: list[Any] = [*s.springs, *s.stops, *s.brakes, *s.drives]
         joints = [(law.name, law.joint) for law in joint_laws]
         joints += [(m.name, m.of) for m in s.measured if m.kind == "joint"]
-        joints += [(f.name, joint) for f in s.forces if (joint := law_of(f).joint(f))]
+        joints += [(f.name, f.along) for f in s.forces if f.along]
         joints += [(h.name, h.of) for h in s.thresholds if h.quantity in ("joint", "speed")]
         for name, joint in joints:
             kind = self.graph.joint(joint).joint.kind
@@ -113,7 +113,7 @@ class Program:
             driven[d.joint] = d.name
         points = [(r.name, p.body) for r in s.ropes for line in r.lines for p in (line.a, line.b)]
         points += [(u.name, u.point.body) for u in s.supports]
-        points += [(f.name, p.body) for f in s.forces for p in law_of(f).ends(f)]
+        points += [(f.name, p.body) for f in s.forces for p in f.points]
         points += [(h.name, h.point.body) for h in s.thresholds if h.point]
         points += [(m.name, m.of) for m in s.measured if m.kind == "angle"]
         points += [(h.name, h.of) for h in s.thresholds if h.quantity == "angle"]
@@ -144,7 +144,7 @@ class Program:
     def _share(self, trees: list[Tree]) -> list[tuple[Tree, SharedTree]]:
         s, number = self.system, self.graph.number
         bodies = [p.body for r in s.ropes for line in r.lines for p in (line.a, line.b)]
-        bodies += [p.body for f in s.forces for p in law_of(f).ends(f)]
+        bodies += [p.body for f in s.forces for p in f.points]
         bodies += [u.point.body for u in s.supports] + [m.of for m in s.measured if m.kind == "angle"]
         bodies += [h.point.body for h in s.thresholds if h.point]
         bodies += [h.of for h in s.thresholds if h.quantity == "angle"]

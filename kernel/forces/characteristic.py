@@ -31,9 +31,6 @@ class CharacteristicLaw(ForceLaw):
         low = next((b for a, b in pairwise(f.x) if b <= a), None)
         self.demand(f, "x", low is None, f"does not rise at {low}; its places must rise")
 
-    def joint(self, f: Characteristic) -> str:
-        return f.joint
-
     def signal(self, f: Characteristic) -> Signal:
         return f.signal
 

@@ -33,7 +33,21 @@ class Signal(Struct, frozen=True):
     driven: bool = False
 
 
-class Load(Struct, frozen=True, tag=True):
+class Element(Struct, frozen=True):
+    """What every force tells of itself."""
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        """The points that it acts on."""
+        return ()
+
+    @property
+    def along(self) -> str:
+        """The one-axis joint that it acts along, "" if none."""
+        return ""
+
+
+class Load(Element, frozen=True, tag=True):
     """A force [N] and a moment [N m] on a body at a point, times `signal`; `axes` that they are fixed in."""
 
     name: str
@@ -43,8 +57,12 @@ class Load(Struct, frozen=True, tag=True):
     axes: Literal["world", "body"] = "world"
     signal: Signal = Signal()
 
+    @property
+    def points(self) -> tuple[Point, ...]:
+        return (self.at,)
 
-class Wind(Struct, frozen=True, tag=True):
+
+class Wind(Element, frozen=True, tag=True):
     """Drag of a wind on an area: F = 1/2 density C A |w - v| (w - v) at a point that moves with v.
 
     w = signal [m/s] along `direction` (a unit vector in world axes); a gust is the signal's history.
@@ -58,8 +76,12 @@ class Wind(Struct, frozen=True, tag=True):
     signal: Signal
     density: float = 1.225  # [kg/m3]
 
+    @property
+    def points(self) -> tuple[Point, ...]:
+        return (self.at,)
 
-class Spring(Struct, frozen=True, tag=True):
+
+class Spring(Element, frozen=True, tag=True):
     """A spring and damper between two points that pulls and pushes: tension = k (l - rest) + d l'."""
 
     name: str
@@ -69,8 +91,12 @@ class Spring(Struct, frozen=True, tag=True):
     k: float = 0.0  # [N/m]
     d: float = 0.0  # [N s/m]
 
+    @property
+    def points(self) -> tuple[Point, ...]:
+        return self.a, self.b
 
-class Torsion(Struct, frozen=True, tag=True):
+
+class Torsion(Element, frozen=True, tag=True):
     """A torsional spring and damper between two bodies: moment = k (rest - angle) - d angle'.
 
     The angle is the twist of body b about `axis` (a unit vector in a's frame) against a, within +-180 degrees: of the
@@ -85,8 +111,12 @@ class Torsion(Struct, frozen=True, tag=True):
     d: float = 0.0  # [N m s/rad]
     rest: float = 0.0  # [rad]
 
+    @property
+    def points(self) -> tuple[Point, ...]:
+        return Point(self.a), Point(self.b)
 
-class Bushing(Struct, frozen=True, tag=True):
+
+class Bushing(Element, frozen=True, tag=True):
     """A linear 6x6 spring and damper between the frame (a, R_a) and the frame (b, R_b): f = -K x - D x'.
 
     x = (displacement of b's origin from a's in a's axes, rotation vector of b's axes against a's): energy x^T K x / 2.
@@ -101,8 +131,12 @@ class Bushing(Struct, frozen=True, tag=True):
     R_a: Matrix = IDENTITY
     R_b: Matrix = IDENTITY
 
+    @property
+    def points(self) -> tuple[Point, ...]:
+        return self.a, self.b
 
-class Characteristic(Struct, frozen=True, tag=True):
+
+class Characteristic(Element, frozen=True, tag=True):
     """An actuator law as data: effort [N or N m] along a one-axis joint = signal * f(coordinate or speed).
 
     f is piecewise linear through (x, effort), x rising; the end values hold outside.
@@ -115,8 +149,12 @@ class Characteristic(Struct, frozen=True, tag=True):
     effort: tuple[float, ...]
     signal: Signal = Signal()
 
+    @property
+    def along(self) -> str:
+        return self.joint
 
-class UserLaw(Struct, frozen=True, tag=True):
+
+class UserLaw(Element, frozen=True, tag=True):
     """A law of the user's own: `function` is "package.module:function" or "file.py:function" (see `user.py`).
 
     It acts along a one-axis joint or on `ends`.  `guards` names a function that returns `modes` numbers; mode i keeps
@@ -131,6 +169,14 @@ class UserLaw(Struct, frozen=True, tag=True):
     signal: Signal = Signal()
     guards: str = ""
     modes: int = 0
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        return self.ends
+
+    @property
+    def along(self) -> str:
+        return self.joint
 
 
 Force = Load | Wind | Spring | Torsion | Bushing | Characteristic | UserLaw

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from ..errors import KernelError
-from ..points import Point
 from ..spatial import cross, join
 from .describe import Signal
 
@@ -45,14 +44,6 @@ class ForceLaw:
 
     def check(self, f: Any) -> None:
         """Raises KernelError for a description that cannot be."""
-
-    def ends(self, f: Any) -> tuple[Point, ...]:
-        """The points that it acts on."""
-        return ()
-
-    def joint(self, f: Any) -> str:
-        """The one-axis joint that it acts along, "" if none."""
-        return ""
 
     def signal(self, f: Any) -> Signal | None:
         """What commands or histories change."""

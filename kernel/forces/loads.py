@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from ..laws import attachment
-from ..points import Point
 from ..symbol import sqrt
 from .describe import Load, Signal, Wind
 from .law import Answer, ForceLaw, Poses, Shown, wrench
@@ -21,9 +20,6 @@ class LoadLaw(ForceLaw):
     """Force and moment times the signal; what they do to the body is work."""
 
     works = True
-
-    def ends(self, f: Load) -> tuple[Point, ...]:
-        return (f.at,)
 
     def signal(self, f: Load) -> Signal:
         return f.signal
@@ -59,9 +55,6 @@ class WindLaw(ForceLaw):
             self.demand(f, field, getattr(f, field) >= 0.0, f"is {getattr(f, field):g}; it cannot be negative")
         size = float(np.linalg.norm(f.direction))
         self.demand(f, "direction", abs(size - 1.0) < UNIT, f"has length {size:g}; it must be a unit vector")
-
-    def ends(self, f: Wind) -> tuple[Point, ...]:
-        return (f.at,)
 
     def signal(self, f: Wind) -> Signal:
         return f.signal

@@ -12,7 +12,6 @@ import numpy as np
 
 from ..elementary import atan2
 from ..laws import attachment
-from ..points import Point
 from ..spatial import cross, join, skew
 from ..symbol import sqrt
 from .describe import Bushing, Spring, Torsion
@@ -40,9 +39,6 @@ class SpringLaw(ForceLaw):
         for field in ("k", "d", "rest"):
             self.demand(f, field, getattr(f, field) >= 0.0, f"is {getattr(f, field):g}; it cannot be negative")
         self.demand(f, "b", f.a != f.b, "is the same point as a; it has no direction")
-
-    def ends(self, f: Spring) -> tuple[Point, ...]:
-        return f.a, f.b
 
     def numbers(self, f: Spring, poses: Poses) -> list[float]:
         return [*f.a.p, *f.b.p, f.k, f.d, f.rest]
@@ -76,9 +72,6 @@ class TorsionLaw(ForceLaw):
         size = float(np.linalg.norm(f.axis))
         self.demand(f, "axis", abs(size - 1.0) < UNIT, f"has length {size:g}; it must be a unit vector")
         self.demand(f, "b", f.a != f.b, f"is the same body as a, '{f.a}'; it must be another one")
-
-    def ends(self, f: Torsion) -> tuple[Point, ...]:
-        return Point(f.a), Point(f.b)
 
     def numbers(self, f: Torsion, poses: Poses) -> list[float]:
         return [*f.axis, f.k, f.d, f.rest]
@@ -119,9 +112,6 @@ class BushingLaw(ForceLaw):
             R = np.array(getattr(f, field))
             good = bool(np.abs(R @ R.T - np.eye(3)).max() < UNIT and np.linalg.det(R) > 0.0)
             self.demand(f, field, good, "is not a rotation; its rows must be right-handed unit vectors")
-
-    def ends(self, f: Bushing) -> tuple[Point, ...]:
-        return f.a, f.b
 
     def shape(self, f: Bushing) -> Any:
         return [[i for i, x in enumerate(np.ravel(A).tolist()) if x] for A in (f.K, f.D)]

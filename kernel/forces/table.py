@@ -57,7 +57,7 @@ class SharedForce:
     def structure(self) -> tuple[object, ...]:
         """Equal for forces that the same machine code serves in the same place of a scene."""
         s = self.law.signal(self.force)
-        return self.key, self.ends, self.law.joint(self.force), s and (s.driven, bool(s.times))
+        return self.key, self.ends, self.force.along, s and (s.driven, bool(s.times))
 
 
 def shared(forces: tuple[Force, ...], graph: Graph, poses: Poses, end: int) -> tuple[SharedForce, ...]:
@@ -66,8 +66,8 @@ def shared(forces: tuple[Force, ...], graph: Graph, poses: Poses, end: int) -> t
     out = []
     for f in forces:
         law = law_of(f)
-        ends, numbers = law.ends(f), [float(x) for x in law.numbers(f, poses)]
-        key = repr((type(f).__name__, law.shape(f), len(numbers), len(ends), bool(law.joint(f))))
+        ends, numbers = f.points, [float(x) for x in law.numbers(f, poses)]
+        key = repr((type(f).__name__, law.shape(f), len(numbers), len(ends), bool(f.along)))
         if key not in functions:
             functions[key] = _function(f"force{len(functions)}", f, law, len(numbers), len(ends), end)
         numbered = tuple(graph.number(e.body) for e in ends)
@@ -96,7 +96,7 @@ def check_force(f: Force) -> None:
 def _function(name: str, f: Any, law: ForceLaw, numbers: int, ends: int, end: int) -> Function:
     blocks = {"p": numbers, **{f"e{i}": end for i in range(ends)}}
     blocks |= {"s": 2} if law.signal(f) else {}
-    blocks |= {"x": 2} if law.joint(f) else {}
+    blocks |= {"x": 2} if f.along else {}
     blocks |= {"t": 1} if law.timed else {}
 
     def body(p: Any, s: Any = None, x: Any = None, t: Any = (0.0,), **bodies: Any) -> Mapping[str, Any]:

@@ -24,7 +24,6 @@ import numpy as np
 from ..errors import KernelError
 from ..function import Function
 from ..laws import attachment
-from ..points import Point
 from ..symbol import is_sym
 from .describe import Signal, UserLaw
 from .law import Answer, ForceLaw, Poses, Shown, wrench
@@ -60,12 +59,6 @@ class UserLawEntry(ForceLaw):
     def check(self, f: UserLaw) -> None:
         self.demand(f, "joint", bool(f.joint) != bool(f.ends), "and ends: it must act on either of them, not on both")
         self._traced(f)
-
-    def ends(self, f: UserLaw) -> tuple[Point, ...]:
-        return f.ends
-
-    def joint(self, f: UserLaw) -> str:
-        return f.joint
 
     def signal(self, f: UserLaw) -> Signal:
         return f.signal

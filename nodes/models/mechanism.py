@@ -1,8 +1,8 @@
 """A mechanism: a researcher's own bodies, joints and laws as one coupled model.
 
 Every joint becomes a joint coupled and every body a body coupled model (Fig. 7); each law goes to the actor
-of the joint or body that it acts on.  A rope belongs to the first body (not the ground) at its ends, a
-support to its body.
+of the joint or body that it acts on.  A rope and a force belong to the first body (not the ground) at their
+ends, a support to its body.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import re
 
 from heavylift.kernel.describe import WORLD, Rope, System
 from heavylift.kernel.errors import ModelError
+from heavylift.kernel.forces.describe import Force
 from heavylift.nodes.scene.plan import Actuator, Mechanism, Plan
 
 from .conditions import watched
@@ -49,6 +50,8 @@ class MechanismModel(Machine):
             actors.append(Law(_name(spring.name), System(springs=(spring,))))
         for stop in (s for s in system.stops if s.joint == joint):
             actors.append(Law(_name(stop.name), System(stops=(stop,))))
+        for force in (f for f in system.forces if f.along == joint):
+            actors.append(Law(_name(force.name), System(forces=(force,))))
         return actors or [Law("free")]
 
     def _body_actors(self, body: str) -> list[Actor]:
@@ -61,6 +64,8 @@ class MechanismModel(Machine):
                 actors.append(winch)
             else:
                 actors.append(SlingActor(_name(rope.name), rope.name, laws))
+        for force in (f for f in self.system.forces if _first(f) == body):
+            actors.append(Law(_name(force.name), System(forces=(force,))))
         supports = tuple(s for s in self.system.supports if s.point.body == body)
         if supports:
             faces = {support.name: body for support in supports}
@@ -87,6 +92,11 @@ def _body(rope: Rope) -> str:
             if point.body != WORLD:
                 return point.body
     raise ModelError(f"rope {rope.name} hangs between two points of the ground, give it a body")
+
+
+def _first(force: Force) -> str:
+    """The body whose actor a force is: the first one at its ends that is not the ground."""
+    return next((p.body for p in force.points if p.body != WORLD), "")
 
 
 def _name(element: str) -> str:

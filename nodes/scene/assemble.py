@@ -7,12 +7,18 @@ they depend on whether a joint slides or turns.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from pathlib import Path as FilePath
 from typing import Any
 
 from heavylift.kernel import describe as k
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.forces import describe as forces
+from heavylift.kernel.forces.table import check_force
 
 from . import kinematics, mechanics, plan, units
 from .faults import closest
+from .forces import Characteristic
 from .source import Fault, Path, Source
 from .units import Dimension
 
@@ -59,6 +65,7 @@ class _Assembly:
             drives=tuple(k.Drive(n, x.joint, x.type, x.stiffness, x.damping) for n, x in given.drives.items()),
             ropes=tuple(ropes),
             supports=tuple(_support(name, support) for name, support in given.supports.items()),
+            forces=tuple(self._forces()),
             gravity=gravity,
         )
         taut, closed = self._carrying(system) if not self.source.faults else ((), ())
@@ -116,7 +123,7 @@ class _Assembly:
     def _names(self) -> None:
         """Ropes, supports and laws share one set of names."""
         taken: dict[str, str] = {}
-        for kind in ("joints", "ropes", "supports", "springs", "stops", "brakes", "drives"):
+        for kind in ("joints", "ropes", "supports", "springs", "stops", "brakes", "drives", "forces"):
             for name in getattr(self.given, kind):
                 if name in taken:
                     told = f"the name '{name}' is given twice: one of the {taken[name]} has it, too"
@@ -128,14 +135,7 @@ class _Assembly:
         for kind, laws in self.given.laws.items():
             for name, law in laws.items():
                 path: Path = ("mechanism", kind, name)
-                joint = self.given.joints.get(law.joint)
-                if joint is None:
-                    hint = closest(law.joint, self.given.joints)
-                    self._fault((*path, "joint"), f"there is no joint '{law.joint}'", hint)
-                elif not isinstance(joint, mechanics.Revolute | mechanics.Prismatic):
-                    told = f"a {joint.type} joint has no single coordinate to act on: '{law.joint}'"
-                    self._fault((*path, "joint"), told)
-                else:
+                if joint := self._one_axis(path, law.joint):
                     self._dimensions(path, joint)
                 if kind == "drives":
                     if law.joint in driven:
@@ -145,6 +145,45 @@ class _Assembly:
                     driven.setdefault(law.joint, name)
                 if kind in {"stops", "drives"} and law.range and law.range[0] >= law.range[1]:
                     self._fault((*path, "range"), "the first end must be below the second")
+
+    def _forces(self) -> Iterator[forces.Force]:
+        """Each force acts on bodies or a joint that are there and is one that the kernel can build."""
+        for name, force in self.given.forces.items():
+            path: Path = ("mechanism", "forces", name)
+            for keys, body in force.bodies:
+                self._known((*path, *keys), body)
+            joint = getattr(force, "joint", "")
+            moved = self._one_axis(path, joint) if joint else None
+            if moved and isinstance(force, Characteristic):
+                self._curve(path, force, isinstance(moved, mechanics.Revolute))
+            made = force.built(name, FilePath(self.source.mark(path).file).parent)
+            try:
+                check_force(made)
+            except KernelError as error:
+                self._fault(path, str(error), on_key=True)
+            yield made
+
+    def _curve(self, path: Path, force: Characteristic, turns: bool) -> None:
+        """The units of a curve fit the joint that it acts along."""
+        place = (units.LENGTH, units.ANGLE) if force.over == "position" else (units.SPEED, units.RATE)
+        for i, pair in enumerate(self.source.data["mechanism"]["forces"][path[-1]]["curve"]):
+            for j, dimensions in enumerate((place, (units.FORCE, units.MOMENT))):
+                try:
+                    dimensions[turns].read(pair[j])
+                except ValueError as error:
+                    self._fault((*path, "curve", i, j), str(error))
+
+    def _one_axis(self, path: Path, name: str) -> mechanics.Revolute | mechanics.Prismatic | None:
+        """The joint that a law acts along."""
+        joint = self.given.joints.get(name)
+        if joint is None:
+            self._fault((*path, "joint"), f"there is no joint '{name}'", closest(name, self.given.joints))
+        elif not isinstance(joint, mechanics.Revolute | mechanics.Prismatic):
+            told = f"a {joint.type} joint has no single coordinate to act on: '{name}'"
+            self._fault((*path, "joint"), told)
+        else:
+            return joint
+        return None
 
     def _dimensions(self, path: Path, joint: mechanics.Revolute | mechanics.Prismatic) -> None:
         """The units of a law fit the joint it acts on."""

@@ -9,8 +9,13 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from .base import Base as Base
+from .base import Direction, End, Quaternion
+from .base import Name as Name
+from .base import Place as Place
+from .forces import Force as ForceElement
 from .units import (
     Angle,
     AnyDamping,
@@ -21,7 +26,6 @@ from .units import (
     Force,
     Inertia,
     Length,
-    Number,
     Product,
     Rate,
     Ratio,
@@ -32,32 +36,6 @@ from .units import (
 )
 from .units import Mass as MassValue
 from .units import Ramp as RampValue
-
-
-def _named(word: str) -> str:
-    if not word or not word.isascii() or not (word[0].isalpha() or word[0] == "_"):
-        raise ValueError(f"a name begins with a letter, unlike '{word}'")
-    bad = next((c for c in word if not (c.isalnum() or c in "_-")), "")
-    if bad:
-        raise ValueError(f"a name has letters, digits, '-' and '_' only, but '{word}' has '{bad}'")
-    return word
-
-
-Name = Annotated[str, AfterValidator(_named)]
-Place = tuple[Length, Length, Length]
-Direction = tuple[Number, Number, Number]
-Quaternion = tuple[Number, Number, Number, Number]
-
-
-class Base(BaseModel):
-    """Frozen; unknown keys are errors; underscores of Python are blanks in YAML."""
-
-    model_config = ConfigDict(
-        frozen=True,
-        extra="forbid",
-        populate_by_name=True,
-        alias_generator=lambda name: name.replace("_", " "),
-    )
 
 
 class Body(Base):
@@ -122,13 +100,6 @@ class Free(_Joint):
 
 Joint = Annotated[Fixed | Revolute | Prismatic | Spherical | Free, Field(discriminator="type")]
 JOINT_TYPES = ("fixed", "revolute", "prismatic", "spherical", "free")
-
-
-class End(Base):
-    """A point of a body."""
-
-    body: str
-    at: Place = (0.0, 0.0, 0.0)
 
 
 class Line(Base):
@@ -224,6 +195,7 @@ class Mechanism(Base):
     stops: dict[Name, Stop] = Field(default_factory=dict)
     brakes: dict[Name, Brake] = Field(default_factory=dict)
     drives: dict[Name, Drive] = Field(default_factory=dict)
+    forces: dict[Name, ForceElement] = Field(default_factory=dict)
 
     @property
     def laws(self) -> dict[str, dict[str, Any]]:

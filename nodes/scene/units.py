@@ -115,6 +115,8 @@ STIFFNESS = Dimension("stiffness", {"kN/m": 1e3, "N/m": 1.0, "MN/m": 1e6, "N/mm"
 TURN_STIFFNESS = Dimension("torsional stiffness", {"kN m/rad": 1e3, "N m/rad": 1.0, "MN m/rad": 1e6})
 DAMPING = Dimension("damping", {"kN s/m": 1e3, "N s/m": 1.0, "MN s/m": 1e6})
 TURN_DAMPING = Dimension("torsional damping", {"kN m s/rad": 1e3, "N m s/rad": 1.0, "MN m s/rad": 1e6})
+AREA = Dimension("area", {"m2": 1.0, "cm2": 1e-4})
+DENSITY = Dimension("density", {"kg/m3": 1.0, "t/m3": 1e3})
 RATIO = Dimension("ratio", {"": 1.0, "%": 1e-2})
 
 DURATION = Limited(TIME.name, TIME.units, "0.001 ms", "100 days")
@@ -123,7 +125,7 @@ ACCURACY = Limited("accuracy", RATIO.units, "1e-10 %", "10 %")
 
 DIMENSIONS: tuple[Dimension, ...] = (
     *(LENGTH, MASS, FORCE, MOMENT, SPEED, ACCELERATION, ANGLE, RATE, ANGULAR_ACCELERATION, TIME, FREQUENCY),
-    *(INERTIA, STIFFNESS, TURN_STIFFNESS, DAMPING, TURN_DAMPING, RATIO),
+    *(INERTIA, STIFFNESS, TURN_STIFFNESS, DAMPING, TURN_DAMPING, AREA, DENSITY, RATIO),
 )
 
 
@@ -153,6 +155,7 @@ def _schema(dimension: Dimension) -> WithJsonSchema:
 STROKE = either(LENGTH, ANGLE)
 STROKE_SPEED = either(SPEED, RATE)
 STROKE_RAMP = either(ACCELERATION, ANGULAR_ACCELERATION)
+REACH = either(STROKE, STROKE_SPEED)
 EFFORT = either(FORCE, MOMENT)
 ANY_STIFFNESS = either(STIFFNESS, TURN_STIFFNESS)
 ANY_DAMPING = either(DAMPING, TURN_DAMPING)
@@ -187,5 +190,12 @@ Stroke = Annotated[float, BeforeValidator(STROKE.read), _schema(STROKE)]
 StrokeSpeed = Annotated[float, BeforeValidator(STROKE_SPEED.read), _schema(STROKE_SPEED)]
 StrokeRamp = Annotated[float, BeforeValidator(_positive(STROKE_RAMP, "positive")), _schema(STROKE_RAMP)]
 Effort = Annotated[float, BeforeValidator(_positive(EFFORT, "positive")), _schema(EFFORT)]
+Area = Annotated[float, BeforeValidator(_positive(AREA, "zero")), _schema(AREA)]
+Density = Annotated[float, BeforeValidator(_positive(DENSITY, "zero")), _schema(DENSITY)]
+Push = Annotated[float, BeforeValidator(FORCE.read), _schema(FORCE)]
+Twist = Annotated[float, BeforeValidator(MOMENT.read), _schema(MOMENT)]
+Reach = Annotated[float, BeforeValidator(REACH.read), _schema(REACH)]
+Thrust = Annotated[float, BeforeValidator(EFFORT.read), _schema(EFFORT)]
+Instant = Annotated[float, BeforeValidator(_positive(TIME, "zero")), _schema(TIME)]
 AnyStiffness = Annotated[float, BeforeValidator(_positive(ANY_STIFFNESS, "zero")), _schema(ANY_STIFFNESS)]
 AnyDamping = Annotated[float, BeforeValidator(_positive(ANY_DAMPING, "zero")), _schema(ANY_DAMPING)]

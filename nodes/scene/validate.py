@@ -13,6 +13,7 @@ from typing import Annotated, Any, Union, get_args, get_origin
 from pydantic import BaseModel, ValidationError
 
 from .faults import closest
+from .forces import FORCE_TYPES
 from .mechanics import JOINT_TYPES
 from .schema import RESERVED, Scene
 from .source import Fault, Path, Source
@@ -79,11 +80,11 @@ def _fault(data: Any, error: dict[str, Any]) -> Fault:
         return Fault(path, f"this heavylift reads scenes of version 1, not {given}")
     if kind in {"literal_error", "union_tag_invalid"}:
         path = (*path, "type") if kind == "union_tag_invalid" else path
-        words = JOINT_TYPES if kind == "union_tag_invalid" else _literals(error["loc"])
+        words = _types(path) if kind == "union_tag_invalid" else _literals(error["loc"])
         word = str(given.get("type") if isinstance(given, dict) else given)
         return Fault(path, f"'{word}' is not known here", closest(word, words))
     if kind == "union_tag_not_found":
-        return Fault(path, "the key 'type' is missing", f"known: {', '.join(JOINT_TYPES)}", on_key=True)
+        return Fault(path, "the key 'type' is missing", f"known: {', '.join(_types(path))}", on_key=True)
     if kind == "too_long":
         return Fault(path, f"{context['max_length']} values are enough here, not {context['actual_length']}")
     if kind == "too_short":
@@ -96,6 +97,11 @@ def _fault(data: Any, error: dict[str, Any]) -> Fault:
     if kind == "value_error":
         return Fault(path, str(context["error"]))
     return Fault(path, _PLAIN.get(kind, str(error["msg"])))
+
+
+def _types(path: Path) -> tuple[str, ...]:
+    """The words that a `type` below this path may be."""
+    return FORCE_TYPES if "forces" in path else JOINT_TYPES
 
 
 def _path(data: Any, loc: tuple[str | int, ...]) -> Path:
