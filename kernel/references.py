@@ -94,6 +94,11 @@ class References:
         after = sum(_follow(k, now[m]) for m, k in a.follows.items())
         a.x0 += before - after
 
+    def stop(self, t_ns: int) -> None:
+        """Everything stays at its value of this instant; what follows goes on following."""
+        for name, a in self._actuators.items():
+            a.start_ns, a.x0, a.move = t_ns, self.own(name, t_ns)[0], REST
+
     def write(self, epoch_ns: int) -> None:
         """Bring P up to date; times become seconds since the epoch."""
         for name, a in self._actuators.items():

@@ -1,0 +1,107 @@
+"""Small motions about a pose: frequencies, damping and shapes of the linearised scene (Shabana 2005, chapter 3).
+
+With x = (small displacement, velocity) in the tangent space, x' = [[0, 1], [da/dq, da/dv]] x; its eigenvalues are
+s = -zeta w +- i w sqrt(1 - zeta^2).  Taut, closed and sticking laws stay as they are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..dynamics import kinematics
+from ..formulations.embedding import velocity_transformation
+from ..samples import coordinate_names
+from ..spatial import spatial_inertia
+from ..trees import with_numbers
+from .linearise import damping, stiffness
+from .poses import Poses
+
+if TYPE_CHECKING:
+    from ..simulation import Simulation
+
+__all__ = ["Mode", "Modes", "modes"]
+
+FREE = 1e-2  # [rad/s] below which a motion has no frequency but only rounding
+
+
+@dataclass(frozen=True)
+class Mode:
+    """An oscillation: natural frequency w/2 pi [Hz] and damping ratio zeta (negative: it grows).
+
+    shape: (n_v,) complex velocities, the largest 1; bodies, joints: share of the kinetic energy, largest first.
+    """
+
+    frequency: float
+    damping: float
+    shape: np.ndarray
+    bodies: tuple[tuple[str, float], ...]
+    joints: tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True)
+class Modes:
+    """All small motions: oscillations by frequency, decay rates [1/s] of overdamped ones (negative: growing),
+    and how many degrees of freedom move without any restoring force."""
+
+    oscillations: tuple[Mode, ...]
+    decays: tuple[float, ...]
+    free: int
+
+
+def modes(simulation: Simulation) -> Modes:
+    """Modes of a simulation about the pose where it is, which should be at rest (see `equilibrium`); all drives are
+    stopped and all speeds count as zero."""
+    poses = Poses(simulation)
+    q, n = poses.q, len(poses.free)
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [stiffness(poses, q), damping(poses, q)]])
+    s, vectors = np.linalg.eig(A)
+    poses.accelerations(q)  # leaves the simulation at its own pose
+    energy = _Energy(simulation, q)
+    found, decays = [], []
+    for k in np.argsort(np.abs(s), kind="stable"):
+        if abs(s[k]) < FREE:
+            continue
+        if abs(s[k].imag) <= 1e-9 * abs(s[k]):
+            decays.append(-float(s[k].real))
+        elif s[k].imag > 0.0:
+            shape = np.zeros(simulation.program.nv, dtype=complex)
+            shape[poses.free] = vectors[n:, k]
+            shape /= shape[np.argmax(np.abs(shape))]
+            w = abs(s[k])
+            found.append(Mode(w / (2.0 * pi), -float(s[k].real / w), shape, *energy.shares(shape)))
+    return Modes(tuple(found), tuple(sorted(decays)), (int(np.sum(np.abs(s) < FREE)) + 1) // 2)
+
+
+class _Energy:
+    """Kinetic energy by bodies and by joint velocities, at one pose."""
+
+    def __init__(self, simulation: Simulation, q: np.ndarray) -> None:
+        p = simulation.program
+        self._parts = []
+        for i, (tree, _) in enumerate(p.instances):
+            numbered = with_numbers(tree, simulation.P[p.parameters.at["tree", str(i)]])
+            still = np.zeros(tree.v.stop - tree.v.start)
+            K = kinematics(numbered, q[tree.q], still, 0.0, [0.0] * len(tree.prescribed_dofs))
+            for b, r, R, V in zip(numbered.bodies, K.r, K.R, velocity_transformation(tree, K.S), strict=True):
+                J = spatial_inertia(b.mass, r + R @ b.com, R @ b.inertia @ R.T)
+                self._parts.append((b.name, tree.v, np.array(V.T @ J @ V, dtype=float)))
+        self._velocities = coordinate_names(p.graph)[1]
+
+    def shares(self, shape: np.ndarray) -> tuple[tuple[tuple[str, float], ...], tuple[tuple[str, float], ...]]:
+        """Of bodies and of joint velocities, largest first."""
+        bodies: dict[str, float] = {}
+        joints = np.zeros(len(shape))
+        for name, at, H in self._parts:
+            x = shape[at]
+            bodies[name] = float((x.conj() @ H @ x).real)
+            joints[at] += np.diag(H) * np.abs(x) ** 2
+        return _ranked(bodies), _ranked(dict(zip(self._velocities, map(float, joints), strict=True)))
+
+
+def _ranked(parts: dict[str, float]) -> tuple[tuple[str, float], ...]:
+    total = sum(parts.values()) or 1.0
+    return tuple(sorted(((name, x / total) for name, x in parts.items()), key=lambda e: (-e[1], e[0])))
