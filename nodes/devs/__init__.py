@@ -12,8 +12,9 @@ from .events import Delivery, Event, Order, Steppable
 from .messages import Message, decode, encode, message_type
 from .models import Atomic, Coupled, Model
 from .ports import Bag, In, InPort, Out, OutPort, Port
-from .simulator import Simulator, Transition
+from .simulator import Simulator
 from .tags import FOREVER, NEVER, Tag, after, ms, ns, succ, us
+from .transitions import Trace, Transition
 
 __all__ = [
     "FOREVER",
@@ -34,6 +35,7 @@ __all__ = [
     "Simulator",
     "Steppable",
     "Tag",
+    "Trace",
     "Transition",
     "after",
     "decode",

@@ -86,13 +86,15 @@ class Atomic(Model):
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self._clock = Clock()
-        self._bag: dict[InPort[Any], list[Any]] = {}
+        self._into: InPort[Any] | None = None  # the first in port that got something at this tag
+        self._more: tuple[InPort[Any], ...] = ()  # the others
         self._ta: int | None = None  # [ns] what the running transition asked for
         self._t, self._k = NEVER, 0  # [ns] and microstep of the next internal transition
         self._last = 0  # [ns] time of the last transition
         self._set = 0  # [ns] time of the transition that made the present schedule
         self._index, self._path = 0, name  # rank of the path among all atomics, the path
         self._promises = False  # whether an out port has a lookahead
+        self._plain = True  # whether confluent() is the default
 
     @property
     def now(self) -> Tag:

@@ -33,11 +33,14 @@ class Port(Generic[M]):
 
 
 class InPort(Port[M]):
-    """A bound in port; `rank` and `ranks` are the simulator's: the order of one or of several values in the bag now."""
+    """A bound in port; the rest is the simulator's: what lies here now, one value or several with their ranks."""
 
-    __slots__ = ("rank", "ranks")
-    rank: int
-    ranks: list[int]
+    __slots__ = ("rank", "ranks", "value")
+
+    def __init__(self, owner: "Model", name: str, type: type[M]) -> None:
+        super().__init__(owner, name, type)
+        self.rank, self.value = -1, None  # type: int, Any
+        self.ranks: list[int] | None = None
 
 
 class OutPort(Port[M]):

@@ -13,40 +13,38 @@ Broken rules raise ModelError.
 
 from collections.abc import Callable, Sequence
 from heapq import heappop, heappush
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NoReturn
 
 from heavylift.kernel.errors import HeavyliftError, ModelError
 
-from .bags import deliver, fitting, words
+from .bags import deliver, fitting, taken
 from .events import Delivery, Event
 from .flatten import flatten
 from .messages import Message, decode, encode
 from .models import Atomic, Clock, Model
 from .ports import InPort, OutPort
 from .tags import FOREVER, NEVER, Tag, after
+from .transitions import Trace, Transition, logged
 
-_EMPTY: dict[InPort[Any], list[Any]] = {}  # the bag of who has received nothing
 _new = tuple.__new__  # of a Tag, in half the time of Tag(t, k)
 _TAIL = 32  # microsteps before the limit whose models are named as the loop
 _STALE = 4  # the slots are made anew when they hold so many stale entries for each atomic
 
 
-class Transition(NamedTuple):
-    """One line of the log: what an atomic did at a tag, received and said, as (port, message)."""
-
-    tag: Tag
-    path: str
-    kind: str  # "internal", "external" or "confluent"
-    bag: tuple[tuple[str, Message], ...]
-    sent: tuple[tuple[str, Message], ...]
-
-
 class Simulator:
     """Runs one model, alone or as the `Steppable` of a node."""
 
-    def __init__(self, model: Model, log: Callable[[Transition], None] | None = None, microsteps: int = 10_000) -> None:
-        """`log` hears every transition; `microsteps` is the length at which a zero-time loop is an error."""
-        self.model, self.log, self.microsteps = model, log, microsteps
+    def __init__(
+        self,
+        model: Model,
+        log: Callable[[Transition], None] | None = None,
+        microsteps: int = 10_000,
+        trace: Trace | None = None,
+    ) -> None:
+        """`log` hears every transition, `trace` the same raw and fast; `microsteps` is the length at which a zero-time
+        loop is an error."""
+        self.model, self.microsteps = model, microsteps
+        self.trace = logged(log) if log is not None else trace
         self.atomics = flatten(model)
         self._speakers = [
             (m, min(port.lookahead for port in _outs(m) if port.exits))
@@ -58,6 +56,7 @@ class Simulator:
         for m in self.atomics:
             m._clock = self._clock
             m._promises = any(port.lookahead for port in _outs(m))
+            m._plain = type(m).confluent is Atomic.confluent
 
     def start(self) -> None:
         """Set every atomic to its initial state at (0, 0); starting again is a fresh run."""
@@ -72,7 +71,7 @@ class Simulator:
         self._stale = 0
         self._loop: set[str] = set()
         for m in self.atomics:
-            m._bag, m._t, m._k, m._last, m._set, m._ta, m._sent = _EMPTY, NEVER, 0, 0, -NEVER, NEVER, None
+            m._t, m._k, m._last, m._set, m._ta, m._sent = NEVER, 0, 0, -NEVER, NEVER, None
             try:
                 m.start()
             except Exception as error:
@@ -97,9 +96,12 @@ class Simulator:
         while times:
             t = times[0]
             slot = slots[t]
-            due = [i for i in (slot if len(slot) == 1 else sorted({*slot})) if atomics[i]._t == t]
-            if due:
-                self._imminent = due
+            if len(slot) > 1:
+                slot = [i for i in sorted({*slot}) if atomics[i]._t == t]
+            elif atomics[slot[0]]._t != t:
+                slot = []
+            if slot:
+                self._imminent = slot
                 return _new(Tag, (t, 0))
             del slots[heappop(times)]
         self._imminent = []
@@ -147,13 +149,12 @@ class Simulator:
         movers: list[int] = []
         said: list[tuple[OutPort[Any], Any]] = []
         if tag is due or tag == due:
-            movers, said = self._imminent, self._lambda(tag) if self._said is None else self._said
+            movers, said = self._imminent, self._lambda(tag)
             if k:
                 self._soon = []
             elif movers:
                 del self._slots[heappop(self._times)]
         self._due, self._said, self._last, self._clock.now = None, None, tag, tag
-        sent = {} if self.log is None else words(said)
         received: list[int] = []
         if bag or self._staged:
             deliver([*((self._entry(d.port), self._receive(d)) for d in bag), *self._staged], received)
@@ -163,21 +164,23 @@ class Simulator:
         if received:
             movers = sorted({*movers, *received})
 
-        atomics, slots, soon, log = self.atomics, self._slots, self._soon, self.log
+        atomics, slots, soon, trace = self.atomics, self._slots, self._soon, self.trace
         for i in movers:
             m = atomics[i]
-            x: Any = m._bag
             m._ta, imminent, kind = None, m._t == t and m._k == k, "internal"
+            x: Any = None
             try:
-                if not x:
+                if m._into is None:
                     m.internal()
                 else:
-                    m._bag = _EMPTY
-                    if len(x) > 1:
-                        x = dict(sorted(x.items(), key=_port_name))
+                    x = taken(m)
                     if imminent:
                         kind = "confluent"
-                        m.confluent(x)
+                        if m._plain:
+                            m.internal()
+                            m.external(0, x)
+                        else:
+                            m.confluent(x)
                     else:
                         kind = "external"
                         m.external(t - m._last, x)
@@ -202,32 +205,35 @@ class Simulator:
                             slot.append(i)
             elif imminent:
                 _fail(m, tag, kind, ModelError(f"{kind}() scheduled nothing: call hold_in or passivate"))
-            if log is not None:
-                got = tuple([(p.name, v) for p, values in x.items() for v in values]) if x else ()
-                log(_new(Transition, (tag, m._path, kind, got, sent.get(i, ()))))
+            if trace is not None:
+                trace(tag, m, kind, x, said)
 
     def run(self, until: int = NEVER) -> None:
         """Advance alone through all tags at t < `until` [ns]; calling it again continues."""
-        while (tag := self.next_time)[0] < until:
+        while True:
+            tag = self._due = self._due or self._find()
+            if tag[0] >= until:
+                return
             self.advance(tag)
 
     def _lambda(self, tag: Tag) -> list[tuple[OutPort[Any], Any]]:
         """What the imminent atomics say at `tag` = next_time, in path order."""
-        if self._said is None:
-            said: list[tuple[OutPort[Any], Any]] = []
-            atomics, self._clock.now = self.atomics, tag
-            for i in self._imminent:
-                m = atomics[i]
-                m._sent = said
-                try:
-                    m.output()
-                    if m._promises:
-                        _keep_promises(m, tag, said)
-                except Exception as error:
-                    _fail(m, tag, "output", error)
-                m._sent = None
-            self._said = said
-        return self._said
+        if self._said is not None:
+            return self._said
+        said: list[tuple[OutPort[Any], Any]] = []
+        atomics, self._clock.now = self.atomics, tag
+        for i in self._imminent:
+            m = atomics[i]
+            m._sent = said
+            try:
+                m.output()
+                if m._promises:
+                    _keep_promises(m, tag, said)
+            except Exception as error:
+                _fail(m, tag, "output", error)
+            m._sent = None
+        self._said = said
+        return said
 
     def _enter(self, m: Atomic) -> None:
         """Put an atomic into the slot of its time."""
@@ -289,7 +295,3 @@ def _fail(m: Atomic, tag: Tag, what: str, error: Exception) -> NoReturn:
 
 def _outs(m: Atomic) -> list[OutPort[Any]]:
     return [port for port in m.ports.values() if isinstance(port, OutPort)]
-
-
-def _port_name(item: tuple[InPort[Any], list[Any]]) -> str:
-    return item[0].name
