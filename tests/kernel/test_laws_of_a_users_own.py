@@ -94,7 +94,8 @@ def test_a_mode_begins_with_the_sign_of_its_guard():
     assert s.row().shown[0] == 2.0
 
 
-def test_an_edited_law_is_compiled_again(tmp_path):
+def test_an_edited_law_is_compiled_again(tmp_path, monkeypatch):
+    monkeypatch.setenv("HEAVYLIFT_CACHE", str(tmp_path / "cache"))
     file = tmp_path / "mine.py"
     law = UserLaw("own", f"{file}:pull", "load-guide")
     found = []
