@@ -13,10 +13,11 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from .describe import WORLD, Joint, System
+from .describe import WORLD, Body, Joint, System
 from .errors import KernelError
 from .flexible.checks import check_flexible
 from .forces.table import check_force
+from .joints import JOINTS
 
 __all__ = ["check_description"]
 
@@ -55,8 +56,7 @@ def check_description(system: System) -> None:
     for b in system.bodies:
         if b.name == WORLD:
             raise KernelError(f"body '{WORLD}': this is the name of the ground; choose another one")
-        if not np.allclose(b.inertia, np.transpose(b.inertia), rtol=UNIT, atol=0.0):
-            raise KernelError(f"body '{b.name}': its inertia must be a symmetric matrix")
+        _check_inertia(b)
         if b.flexible:
             check_flexible(b.name, b.flexible)
     for j in system.joints:
@@ -99,12 +99,40 @@ def _numbers(x: Any, field: str = "") -> Iterator[tuple[str, float]]:
         yield field, x
 
 
+def _check_inertia(b: Body) -> None:
+    """Symmetric, and principal moments that some distribution of mass can have (without mass: a rotor's gear)."""
+    if not np.allclose(b.inertia, np.transpose(b.inertia), rtol=UNIT, atol=0.0):
+        raise KernelError(f"body '{b.name}': its inertia must be a symmetric matrix")
+    moments = np.linalg.eigvalsh(np.array(b.inertia, float))
+    told = f"body '{b.name}': its principal moments of inertia are {', '.join(f'{x:g}' for x in moments)} kg m2"
+    if moments[0] < -UNIT * moments[2]:
+        raise KernelError(f"{told}; none can be negative")
+    if b.mass > 0.0 and moments[2] > (1.0 + UNIT) * (moments[0] + moments[1]):
+        raise KernelError(f"{told}; no body has one that is larger than the sum of the others")
+
+
 def _check_joint(j: Joint) -> None:
+    if j.kind not in JOINTS:
+        raise KernelError(f"joint '{j.name}': there is no kind '{j.kind}'; kinds are {', '.join(JOINTS)}")
+    joint = JOINTS[j.kind]
     R = np.array(j.R_PJ)
     if np.abs(R @ R.T - np.eye(3)).max() > UNIT or np.linalg.det(R) < 0.0:
         raise KernelError(f"joint '{j.name}': R_PJ is not a rotation; its rows must be right-handed unit vectors")
-    if abs(float(np.linalg.norm(j.axis)) - 1.0) > UNIT:
-        raise KernelError(f"joint '{j.name}': its axis has length {np.linalg.norm(j.axis):g}; it must be a unit vector")
-    quaternion = j.q0[-4:] if j.kind in ("spherical", "free") else ()
+    for which, axis in (("axis", j.axis), ("second axis", j.second)):
+        length = float(np.linalg.norm(axis))
+        if abs(length - 1.0) > UNIT:
+            raise KernelError(f"joint '{j.name}': its {which} has length {length:g}; it must be a unit vector")
+    aligned = float(np.dot(j.axis, j.second))
+    if joint.axes > 1 and abs(aligned) > UNIT:
+        angle = np.degrees(np.arccos(np.clip(aligned, -1.0, 1.0)))
+        raise KernelError(
+            f"joint '{j.name}': its axes stand at {angle:.4g} deg; the second axis of a {j.kind} joint is "
+            "perpendicular to the first"
+        )
+    if joint.pitched and j.pitch == 0.0:
+        raise KernelError(f"joint '{j.name}': its pitch is 0; a screw advances, in m/rad (else make it revolute)")
+    if not joint.pitched and j.pitch != 0.0:
+        raise KernelError(f"joint '{j.name}': pitch is {j.pitch:g}; a {j.kind} joint has none")
+    quaternion = j.q0[-4:] if joint.quaternion is not None else ()
     if quaternion and not any(quaternion):
         raise KernelError(f"joint '{j.name}': its initial quaternion is zero; it must have length 1")

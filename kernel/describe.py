@@ -18,7 +18,10 @@ from .points import Matrix as Matrix
 from .points import Point as Point
 from .points import Vector as Vector
 
-JointKind = Literal["fixed", "revolute", "prismatic", "spherical", "free"]
+JointKind = Literal[
+    "fixed", "revolute", "prismatic", "cylindrical", "screw", "universal", "planar", "constant-velocity",
+    "spherical", "free",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -27,6 +30,7 @@ class Body:
 
     `flexible` adds a deformable part, whose floating frame that is; mass, com and inertia are then those of what sits
     rigidly in that frame (0: nothing).
+    Where nothing has mass, moments of inertia may be any, such as those of a rotor behind its gear.
     """
 
     name: str
@@ -44,9 +48,10 @@ class Body:
 class Joint:
     """A joint places `child` on `parent`; its frame on the parent is (p_PJ, R_PJ).
 
-    q0 and v0 hold the initial coordinates and velocities: fixed (), revolute (angle), prismatic (travel),
-    spherical (quaternion x y z w; angular velocity in child axes), free (position, quaternion; linear then
-    angular velocity, both in child axes).
+    q0 and v0 hold the initial coordinates and velocities, in the order of `joints.JOINTS` (see JOINTS.md): a
+    quaternion is x y z w; the velocities of a spherical or free joint are in child axes, linear before angular.
+    `second` is perpendicular to `axis`: the other axis of a universal joint (carried along by the first), the x
+    direction in the plane whose normal is `axis`, or the first bending axis of the shaft `axis`.
     """
 
     name: str
@@ -56,24 +61,27 @@ class Joint:
     p_PJ: Vector = (0.0, 0.0, 0.0)
     R_PJ: Matrix = IDENTITY
     axis: Vector = (0.0, 0.0, 1.0)  # unit vector in the joint frame
+    second: Vector = (1.0, 0.0, 0.0)  # unit vector in the joint frame, for joints that have one
+    pitch: float = 0.0  # of a screw: advance along the axis per angle [m/rad]
     q0: tuple[float, ...] = ()
     v0: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
 class JointSpring:
-    """A linear spring and damper on a revolute or prismatic joint: force = k (q_rest - q) - d v."""
+    """A linear spring and damper on a coordinate of a joint: force = k (q_rest - q) - d v."""
 
     name: str
     joint: str
     k: float = 0.0  # [N/m] or [N m/rad]
     d: float = 0.0  # [N s/m] or [N m s/rad]
     q_rest: float = 0.0
+    coordinate: str = ""  # of a joint that has several
 
 
 @dataclass(frozen=True)
 class Stop:
-    """Unilateral end stops of a revolute or prismatic joint; k and d act beyond the limits only."""
+    """Unilateral end stops of a coordinate of a joint; k and d act beyond the limits only."""
 
     name: str
     joint: str
@@ -81,11 +89,15 @@ class Stop:
     upper: float
     k: float
     d: float
+    coordinate: str = ""  # of a joint that has several
 
 
 @dataclass(frozen=True)
 class Brake:
-    """Dry brake on a revolute or prismatic joint: a spring-damper that slips at `moment`."""
+    """Dry brake on a coordinate of a joint: a spring-damper that slips at `moment`.
+
+    One that is always engaged is the joint's dry friction.
+    """
 
     name: str
     joint: str
@@ -93,11 +105,12 @@ class Brake:
     k: float
     d: float
     engaged: bool = False
+    coordinate: str = ""  # of a joint that has several
 
 
 @dataclass(frozen=True)
 class Drive:
-    """An actuator of a revolute or prismatic joint; what it follows is a `Profile` or `Follow` sent at run time.
+    """An actuator of a coordinate of a joint; what it follows is a `Profile` or `Follow` sent at run time.
 
     prescribed: q is the reference itself (rheonomic).  servo: force = kp (ref - q) + kv (ref' - v).
     speed: force = kv (ref' - v).
@@ -108,6 +121,7 @@ class Drive:
     kind: Literal["prescribed", "servo", "speed"]
     kp: float = 0.0
     kv: float = 0.0
+    coordinate: str = ""  # of a joint that has several
 
 
 @dataclass(frozen=True)
@@ -173,6 +187,7 @@ class Measured:
     kind: Literal["angle", "joint"]
     of: str
     axis: int = 0
+    coordinate: str = ""  # of a joint that has several
 
 
 @dataclass(frozen=True)
@@ -189,6 +204,7 @@ class Threshold:
     point: Point | None = None
     ropes: tuple[str, ...] = ()
     axis: int = 0
+    coordinate: str = ""  # of a joint that has several
 
 
 @dataclass(frozen=True)

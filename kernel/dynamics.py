@@ -17,7 +17,7 @@ import numpy as np
 from .errors import KernelError
 from .flexible.attachment import carry
 from .flexible.inertia import FlexibleInertia, flexible_inertia
-from .joints import JOINTS
+from .motion import columns, placement, rates
 from .spatial import force_cross, join, mirror, motion_cross, skew, spatial_inertia
 from .symbol import is_sym, named
 from .trees import Tree
@@ -54,7 +54,7 @@ def kinematics(tree: Tree, q: Any, v: Any, g: Any, a_ref: Any = ()) -> Kinematic
     K = Kinematics(o=np.zeros(3))
     prescribed = iter(a_ref)
     for i, b in enumerate(tree.bodies):
-        joint, x, u = JOINTS[b.kind], q[b.q], v[b.v]
+        x, u = q[b.q], v[b.v]
         root = b.parent < 0
         R_WP, V_P = (np.eye(3), np.zeros(6)) if root else (K.R[b.parent], K.V[b.parent])
         A_P = join(np.zeros(3), [0.0, 0.0, g]) if root else K.A[b.parent]
@@ -62,7 +62,7 @@ def kinematics(tree: Tree, q: Any, v: Any, g: Any, a_ref: Any = ()) -> Kinematic
         if b.place is not None:
             on = carry(b.place, *K.modes[b.parent][:2], R_WP, r_P, V_P, A_P)
             R_WP, r_P, V_P, A_P, K.carried[i] = on.R, on.r, on.V, on.A, on.columns
-        R_JB, p_JB = joint.placement(x, b.axis)
+        R_JB, p_JB = placement(b.kind, b.axes, b.pitch, x)
         R_WJ = R_WP @ b.R_PJ
         p_PB = R_WP @ b.p_PJ + R_WJ @ p_JB
         R = named(f"R({b.name})", R_WJ @ R_JB)
@@ -70,17 +70,19 @@ def kinematics(tree: Tree, q: Any, v: Any, g: Any, a_ref: Any = ()) -> Kinematic
             K.o, r = p_PB, np.zeros(3)
         else:
             r = named(f"r({b.name})", r_P + p_PB)
-        S = joint.columns(R_WJ, R, r, b.axis)
+        S, bias = columns(b, x, u, R_WJ, R, r)
         V_J = sum((s * w for s, w in zip(S, u, strict=True)), np.zeros(6))
         A = A_P + motion_cross(V_P) @ V_J
-        if b.prescribed:
-            A = A + S[0] * next(prescribed)
+        if bias is not None:
+            A = A + bias
+        for i in b.prescribed:
+            A = A + S[i] * next(prescribed)
         K.R.append(R)
         K.r.append(r)
         K.S.append(S)
         K.V.append(named(f"V({b.name})", V_P + V_J))
         K.A.append(named(f"A({b.name})", A))
-        K.dq.append(joint.rate(x, u))
+        K.dq.append(rates(b.kind, x, u))
         if b.elastic is not None:
             K.modes[i] = q[b.q_modes], v[b.v_modes], np.zeros(b.n_modes)
             K.S[i] = [*S, *np.zeros((b.n_modes, 6))]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import laws
-from .describe import Drive, Measured, Threshold
+from .describe import Brake, Measured, Stop, Threshold
 from .elementary import atan2, cos, sin
 from .forces.describe import Signal
 from .spatial import cross, join
@@ -83,8 +83,8 @@ class Evaluation:
         for d in self.system.drives:
             if d.kind == "prescribed":
                 x = self._references[d.name] = self._reference(d.name)
-                link = self.graph.joint(d.joint)
-                self.q[link.q.start], self.v[link.v.start] = x[0], x[1]
+                i, k = self.program.driven(d)
+                self.q[i], self.v[k] = x[0], x[1]
         for i, (tree, shared) in enumerate(self.program.instances):
             if shared.ends:
                 out = shared.place(q=self.q[tree.q], v=self.v[tree.v], P=self._numbers("tree", str(i)))
@@ -101,7 +101,7 @@ class Evaluation:
 
     def _measured(self, m: Measured) -> tuple[Any, Any, Any, Any, Any]:
         if m.kind == "joint":
-            _, x, u = self._joint(m.of)
+            _, x, u = self._joint(m.name, m.of, m.coordinate)
             return x, u, 0.0, sin(x), cos(x)
         sine, cosine, rate = attitude(self._ends[self.graph.number(m.of)], m.axis)
         square = sine * sine + cosine * cosine
@@ -127,10 +127,10 @@ class Evaluation:
         if body >= 0:
             self._wrenches[body] = self._wrenches[body] + wrench
 
-    def _joint(self, name: str) -> tuple[int, Any, Any]:
-        """Number of the degree of freedom, coordinate and velocity of a one-axis joint."""
-        link = self.graph.joint(name)
-        return link.v.start, self.q[link.q.start], self.v[link.v.start]
+    def _joint(self, law: str, joint: str, coordinate: str) -> tuple[int, Any, Any]:
+        """Number of the degree of freedom, coordinate and velocity of what a law acts along."""
+        i, k = self.graph.coordinate(law, joint, coordinate)
+        return k, self.q[i], self.v[k]
 
     def _ropes(self) -> None:
         for r in self.system.ropes:
@@ -168,20 +168,20 @@ class Evaluation:
     def _joints(self) -> None:
         """Springs, stops, brakes and drives: forces along one degree of freedom."""
         for c in self.system.springs:
-            (k, x, u), (stiff, damp, rest) = self._joint(c.joint), self._numbers("spring", c.name)
+            (k, x, u), (stiff, damp, rest) = self._joint(c.name, c.joint, c.coordinate), self._numbers("spring", c.name)
             self._tau[k] = self._tau[k] + stiff * (rest - x) - damp * u
             self._heat.append(damp * u * u)
             self.stored.append(0.5 * stiff * (rest - x) * (rest - x))
-        for name, joint, law in self._unilateral():
-            k, x, u = self._joint(joint)
-            f = law(self._numbers(*name), x, u)
+        for kind, given, law in self._unilateral():
+            k, x, u = self._joint(given.name, given.joint, given.coordinate)
+            f = law(self._numbers(kind, given.name), x, u)
             self._tau[k] = self._tau[k] + f.force
             self.guards += f.guards
             self._heat.append(f.heat)
             self.stored.append(f.stored)
         for d in self.system.drives:
             if d.kind != "prescribed":
-                k, x, u = self._joint(d.joint)
+                k, x, u = self._joint(d.name, d.joint, d.coordinate)
                 force = laws.drive(d.kind, self._numbers("drive", d.name), self._references[d.name], x, u)
                 self._tau[k] = self._tau[k] + force
                 self._drive_work[d.name] = force * u
@@ -190,17 +190,17 @@ class Evaluation:
         """Every force of the force table."""
         for x in self.program.forces:
             blocks = {"p": self._numbers("force", x.name), **{f"e{i}": self._ends[b] for i, b in enumerate(x.ends)}}
-            joint, signal = x.force.along, x.law.signal(x.force)
+            along, signal = x.force.along, x.law.signal(x.force)
             if signal:
                 blocks["s"] = self._signal(x.name, signal)
-            if joint:
-                k, *blocks["x"] = self._joint(joint)
+            if along:
+                k, *blocks["x"] = self._joint(x.name, *along)
             if x.law.timed:
                 blocks["t"] = [self._numbers("clock", "")[0] + self._t[0]]
             out = x.function(**blocks)
             for i, body in enumerate(x.ends):
                 self._push(body, named(f"F({x.name},{i + 1})", getattr(out, f"w{i}")))
-            if joint:
+            if along:
                 self._tau[k] = self._tau[k] + named(f"F({x.name})", out.effort[0])
             self.guards += list(out.guards)
             self.shown += list(out.shown)
@@ -216,9 +216,9 @@ class Evaluation:
         start, value, slope = self._numbers("signal", name)
         return [value + slope * (self._t[0] - start), slope] if signal.times else [value, 0.0]
 
-    def _unilateral(self) -> Iterator[tuple[tuple[str, str], str, Any]]:
-        yield from ((("stop", s.name), s.joint, laws.stop) for s in self.system.stops)
-        yield from ((("brake", b.name), b.joint, laws.brake) for b in self.system.brakes)
+    def _unilateral(self) -> Iterator[tuple[str, Stop | Brake, Any]]:
+        yield from (("stop", s, laws.stop) for s in self.system.stops)
+        yield from (("brake", b, laws.brake) for b in self.system.brakes)
 
     # ---- accelerations and guards ------------------------------------------------------------------------
 
@@ -236,9 +236,9 @@ class Evaluation:
     def _accelerate(self) -> None:
         dq: list[Any] = []
         dv: list[Any] = []
-        prescribed = {self.graph.joint(d.joint).body.name: d for d in self.system.drives if d.kind == "prescribed"}
+        prescribed = {self.program.driven(d)[1]: d for d in self.system.drives if d.kind == "prescribed"}
         for i, (tree, shared) in enumerate(self.program.instances):
-            drives: list[Drive] = [prescribed[b.name] for b in tree.bodies if b.name in prescribed]
+            drives = [prescribed[tree.v.start + k] for k in tree.prescribed_dofs]
             x = shared.accelerate(
                 q=self.q[tree.q],
                 v=self.v[tree.v],
@@ -275,7 +275,7 @@ class Evaluation:
         elif h.quantity == "length":
             x = self.lengths[names.index(h.ropes[0])]
         else:
-            x = self._joint(h.of)[1 if h.quantity == "joint" else 2]
+            x = self._joint(h.name, h.of, h.coordinate)[1 if h.quantity == "joint" else 2]
         return a * x + b
 
     # ---- for samples -------------------------------------------------------------------------------------

@@ -82,6 +82,23 @@ class Graph:
                 return link
         raise KernelError(f"joint '{name}': no such joint; joints are {', '.join(k.joint.name for k in self.links)}")
 
+    def coordinate(self, law: str, joint: str, name: str = "") -> tuple[int, int]:
+        """Where a coordinate of a joint stands in q and its rate in v; the name may be left out if there is only one.
+
+        Raises KernelError, naming the law that asks, where nothing can act along it.
+        """
+        link = self.joint(joint)
+        kind, has = link.joint.kind, JOINTS[link.joint.kind].actable
+        if not has:
+            why = "nothing moves in it" if kind == "fixed" else "no velocity of it is the rate of a coordinate"
+            raise KernelError(f"'{law}': nothing can act along joint '{joint}', which is {kind}: {why}")
+        if not name and len(has) > 1:
+            raise KernelError(f"'{law}': say which coordinate of the {kind} joint '{joint}': {' or '.join(has)}")
+        if name and name not in has:
+            raise KernelError(f"'{law}': joint '{joint}' is {kind}; it has no coordinate '{name}' but {', '.join(has)}")
+        i = has.index(name) if name else 0
+        return link.q.start + i, link.v.start + i
+
     def trees(self) -> list[range]:
         """Ranges of link numbers, one per body on the ground."""
         roots = [i for i, k in enumerate(self.links) if k.parent < 0] + [len(self.links)]
@@ -104,18 +121,9 @@ def build_graph(system: System, modes: Mapping[str, Modes] | None = None) -> Gra
             other = carrier[joint.child].name
             raise KernelError(f"joint '{name}': body '{joint.child}' is already carried by joint '{other}'")
         carrier[joint.child] = joint
-    order: list[tuple[str, int]] = []
-
-    def visit(parent: str, number: int) -> None:
-        for body in bodies:
-            if body in carrier and carrier[body].parent == parent:
-                order.append((body, number))
-                visit(body, len(order) - 1)
-
-    visit(WORLD, -1)
-    lost = [b for b in bodies if b not in {name for name, _ in order}]
-    if lost:
-        raise KernelError(f"body '{lost[0]}': no joint connects it to the ground; add one (kind free if it floats)")
+    order = _depth_first(bodies, carrier)
+    if len(order) < len(bodies):
+        raise KernelError(_lost(bodies, carrier, {name for name, _ in order}))
     links, nq, nv = [], 0, 0
     for name, parent in order:
         joint = carrier[name]
@@ -125,6 +133,35 @@ def build_graph(system: System, modes: Mapping[str, Modes] | None = None) -> Gra
         links.append(Link(bodies[name], joint, parent, q, v, (modes or {}).get(name)))
         nq, nv = links[-1].q_modes.stop, links[-1].v_modes.stop
     return Graph(tuple(links), path_matrix([p for _, p in order]), nq, nv)
+
+
+def _depth_first(bodies: Mapping[str, Body], carrier: Mapping[str, Joint]) -> list[tuple[str, int]]:
+    """Bodies within reach of the ground with their parents' numbers; no recursion, so that chains may be long."""
+    children: dict[str, list[str]] = {}
+    for body in bodies:
+        if body in carrier:
+            children.setdefault(carrier[body].parent, []).append(body)
+    order: list[tuple[str, int]] = []
+    waiting = [(body, -1) for body in reversed(children.get(WORLD, []))]
+    while waiting:
+        body, parent = waiting.pop()
+        waiting += [(child, len(order)) for child in reversed(children.get(body, []))]
+        order.append((body, parent))
+    return order
+
+
+def _lost(bodies: Mapping[str, Body], carrier: Mapping[str, Joint], found: set[str]) -> str:
+    """Why the first body that was not reached hangs on nothing: no joint carries it, or joints in a circle."""
+    body = next(b for b in bodies if b not in found)
+    above: list[str] = []
+    while body in carrier and body not in above:
+        above.append(body)
+        body = carrier[body].parent
+    if body not in above:
+        return f"body '{body}': no joint connects it to the ground; add one (kind free if it floats)"
+    circle = above[above.index(body) :]
+    joints = ", ".join(f"'{carrier[b].name}'" for b in circle)
+    return f"body '{body}': the joints that carry it go in a circle and never reach the ground: {joints}"
 
 
 def path_matrix(parents: list[int]) -> np.ndarray:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .describe import Rope, System
+from .describe import Brake, Drive, Rope, System
 from .forces.table import SharedForce
 from .graph import Graph
 from .trees import Tree, numbers
@@ -79,8 +79,12 @@ class Parameters:
         masters = [*system.masters, *system.measured]
         for m in system.masters:
             put("reference", m.name, [0.0, m.value] + [0.0] * (PROFILE - 2))
-        joint_q0 = {j.name: (j.q0[0] if j.q0 else 0.0) for j in system.joints if j.kind != "fixed"}
-        starts = [(d.name, joint_q0.get(d.joint, 0.0)) for d in system.drives]
+        q0 = [x for k in graph.links for x in k.q0]
+
+        def at_start(law: Drive | Brake) -> float:
+            return q0[graph.coordinate(law.name, law.joint, law.coordinate)[0]]
+
+        starts = [(d.name, at_start(d)) for d in system.drives]
         starts += [(r.name, r.L0) for r in system.ropes]
         signals = [(f.name, signal) for f in forces if (signal := f.law.signal(f.force))]
         starts += [(name, x.value) for name, x in signals if x.driven]
@@ -97,7 +101,7 @@ class Parameters:
         for x in system.stops:
             put("stop", x.name, [x.lower, x.upper, x.k, x.d, 0.0, 0.0])
         for b in system.brakes:
-            put("brake", b.name, [b.moment, b.k, b.d, float(b.engaged), 1.0, joint_q0.get(b.joint, 0.0), 0.0])
+            put("brake", b.name, [b.moment, b.k, b.d, float(b.engaged), 1.0, at_start(b), 0.0])
         for r in system.ropes:
             put("rope", r.name, _rope_numbers(r))
         for u in system.supports:

@@ -14,7 +14,7 @@ import numpy as np
 
 from . import laws
 from .checks import check_description
-from .describe import System
+from .describe import Brake, Drive, JointSpring, Stop, System
 from .dynamics import energies, kinematics
 from .errors import KernelError
 from .evaluation import Evaluation
@@ -64,7 +64,7 @@ class Program:
         self.system, self.formulation = system, formulation
         self.graph = build_graph(system, modes)
         self._check()
-        trees = cut(self.graph, {d.joint for d in system.drives if d.kind == "prescribed"})
+        trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"})
         self.forces = shared(system.forces, self.graph, _poses_at_start(self.graph, trees), END)
         self.parameters = Parameters.of(system, self.graph, trees, self.forces)
         self.nq, self.nv = self.graph.nq, self.graph.nv
@@ -96,21 +96,19 @@ class Program:
 
     def _check(self) -> None:
         s = self.system
-        driven: dict[str, str] = {}
-        joint_laws: list[Any] = [*s.springs, *s.stops, *s.brakes, *s.drives]
-        joints = [(law.name, law.joint) for law in joint_laws]
-        joints += [(m.name, m.of) for m in s.measured if m.kind == "joint"]
-        joints += [(f.name, f.along) for f in s.forces if f.along]
-        joints += [(h.name, h.of) for h in s.thresholds if h.quantity in ("joint", "speed")]
-        for name, joint in joints:
-            kind = self.graph.joint(joint).joint.kind
-            if not JOINTS[kind].one_axis:
-                fit = " or ".join(k for k, joint_type in JOINTS.items() if joint_type.one_axis)
-                raise KernelError(f"'{name}': joint '{joint}' is {kind}; it must be {fit}")
+        joint_laws: list[JointSpring | Stop | Brake] = [*s.springs, *s.stops, *s.brakes]
+        along = [(x.name, x.joint, x.coordinate) for x in joint_laws]
+        along += [(m.name, m.of, m.coordinate) for m in s.measured if m.kind == "joint"]
+        along += [(f.name, *f.along) for f in s.forces if f.along]
+        along += [(h.name, h.of, h.coordinate) for h in s.thresholds if h.quantity in ("joint", "speed")]
+        for name, joint, coordinate in along:
+            self.graph.coordinate(name, joint, coordinate)
+        drives: dict[int, str] = {}
         for d in s.drives:
-            if d.joint in driven:
-                raise KernelError(f"drive '{d.name}': joint '{d.joint}' already has the drive '{driven[d.joint]}'")
-            driven[d.joint] = d.name
+            k = self.driven(d)[1]
+            if k in drives:
+                raise KernelError(f"drive '{d.name}': joint '{d.joint}' already has the drive '{drives[k]}'")
+            drives[k] = d.name
         points = [(r.name, p.body) for r in s.ropes for line in r.lines for p in (line.a, line.b)]
         points += [(u.name, u.point.body) for u in s.supports]
         points += [(f.name, p.body) for f in s.forces for p in f.points]
@@ -128,6 +126,10 @@ class Program:
             for r in h.ropes:
                 if r not in {x.name for x in s.ropes}:
                     raise KernelError(f"threshold '{h.name}': there is no rope '{r}'")
+
+    def driven(self, drive: Drive) -> tuple[int, int]:
+        """Places in q and v of what a drive moves."""
+        return self.graph.coordinate(drive.name, drive.joint, drive.coordinate)
 
     def initial_state(self) -> np.ndarray:
         """(ny,) state at the start of a run."""

@@ -266,7 +266,7 @@ class Simulation(Stepper):
         row = self.row()
         for m in s.measured:
             if m.kind == "joint":
-                values.append(float(row.q[self.program.graph.joint(m.of).q.start]))
+                values.append(float(row.q[self.program.graph.coordinate(m.name, m.of, m.coordinate)[0]]))
             else:
                 R = row.poses.reshape(-1, 12)[self.program.graph.number(m.of), 3:].reshape(3, 3)
                 values.append(atan2(float(R[1 if m.axis == 0 else 0, 2]), float(R[2, 2])))

@@ -47,7 +47,7 @@ class Switches:
         s = program.system
         self._ropes = {r.name: i for i, r in enumerate(s.ropes)}
         self._supports = {u.name: i for i, u in enumerate(s.supports)}
-        self._brakes = {b.name: program.graph.joint(b.joint) for b in s.brakes}
+        self._brakes = {b.name: program.graph.coordinate(b.name, b.joint, b.coordinate) for b in s.brakes}
         self._thresholds = {h.name: h for h in s.thresholds}
         self._values: dict[str, float] = {}
 
@@ -100,8 +100,8 @@ class Switches:
         return StateEvent(name, "closed" if p[side] else "open", float(p[limit]))
 
     def _brake(self, name: str, row: SimpleNamespace) -> StateEvent:
-        p, link, at = self._P[self._at["brake", name]], self._brakes[name], BrakeAt
-        q, v = float(row.q[link.q.start]), float(row.v[link.v.start])
+        p, (i, k), at = self._P[self._at["brake", name]], self._brakes[name], BrakeAt
+        q, v = float(row.q[i]), float(row.v[k])
         if p[at.STICK] > 0.0:
             held = p[at.K] * (q - p[at.ANCHOR]) + p[at.D] * v
             p[at.STICK], p[at.DIRECTION] = 0.0, np.sign(held)
@@ -152,7 +152,7 @@ class Switches:
             raise KernelError(f"'{name}': no brake of this name; there are {', '.join(self._brakes) or 'none'}")
         p = self._P[self._at["brake", name]]
         if bool(p[BrakeAt.ENGAGED]) != engaged:
-            p[BrakeAt.ENGAGED :] = [float(engaged), 1.0, row.q[self._brakes[name].q.start], 0.0]
+            p[BrakeAt.ENGAGED :] = [float(engaged), 1.0, row.q[self._brakes[name][0]], 0.0]
 
     def rope_numbers(self, name: str) -> np.ndarray:
         """EA, damping, hooked, taut and lines of a rope; raises KernelError if there is none of this name."""

@@ -11,11 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from .describe import JointKind
 from .graph import Graph, Link
+from .motion import axes_of
 
 __all__ = ["Tree", "TreeBody", "cut", "numbers", "with_numbers"]
 
-_FIELDS = ("mass", "com", "inertia", "p_PJ", "R_PJ", "axis")
+_FIELDS = ("mass", "com", "inertia", "p_PJ", "R_PJ", "axes", "pitch")
 _PARTS = ("elastic", "place")  # of numbers of their own, where a flexible body is or carries
 
 
@@ -23,12 +25,13 @@ _PARTS = ("elastic", "place")  # of numbers of their own, where a flexible body 
 class TreeBody:
     """A link with its numbers as floats or symbols; parent, q and v count within the tree.
 
+    axes: (1, 3), or (3, 3) where the joint has a second axis; prescribed: which of its velocities are given.
     `elastic` (`flexible.reduction.Elastic`) makes it flexible; its mode coordinates follow those of its joint.
     `place` (`flexible.attachment.Place`) is where its joint sits on a flexible parent.
     """
 
     name: str
-    kind: str
+    kind: JointKind
     parent: int
     q: slice
     v: slice
@@ -37,8 +40,9 @@ class TreeBody:
     inertia: Any
     p_PJ: Any
     R_PJ: Any
-    axis: Any
-    prescribed: bool
+    axes: Any
+    pitch: Any
+    prescribed: tuple[int, ...]
     elastic: Any = None
     place: Any = None
 
@@ -83,7 +87,7 @@ class Tree:
 
     @property
     def prescribed_dofs(self) -> list[int]:
-        return [b.v.start for b in self.bodies if b.prescribed]
+        return [b.v.start + i for b in self.bodies for i in b.prescribed]
 
     @property
     def free_dofs(self) -> list[int]:
@@ -96,8 +100,8 @@ class Tree:
         return [[k for k in path if k not in fixed] for path in self.dof_paths]
 
 
-def cut(graph: Graph, prescribed: set[str]) -> list[Tree]:
-    """The trees of a graph; `prescribed`: names of joints with a prescribed drive."""
+def cut(graph: Graph, prescribed: set[int]) -> list[Tree]:
+    """The trees of a graph; `prescribed`: the velocities (numbers in v) that are given."""
     out = []
     for numbers_ in graph.trees():
         links = [graph.links[i] for i in numbers_]
@@ -114,8 +118,9 @@ def cut(graph: Graph, prescribed: set[str]) -> list[Tree]:
                 inertia=np.array(k.body.inertia, float),
                 p_PJ=np.array(k.joint.p_PJ, float) - (place.X if place else 0.0),
                 R_PJ=np.array(k.joint.R_PJ, float),
-                axis=np.array(k.joint.axis, float),
-                prescribed=k.joint.name in prescribed,
+                axes=axes_of(k.joint),
+                pitch=float(k.joint.pitch),
+                prescribed=tuple(i for i, n in enumerate(range(k.v.start, k.v.stop)) if n in prescribed),
                 elastic=_elastic(k),
                 place=place,
             )

@@ -42,9 +42,9 @@ class Element(Struct, frozen=True):
         return ()
 
     @property
-    def along(self) -> str:
-        """The one-axis joint that it acts along, "" if none."""
-        return ""
+    def along(self) -> tuple[str, str] | None:
+        """The joint that it acts along, with the coordinate ("" if the joint has only one)."""
+        return None
 
 
 class Load(Element, frozen=True, tag=True):
@@ -137,7 +137,7 @@ class Bushing(Element, frozen=True, tag=True):
 
 
 class Characteristic(Element, frozen=True, tag=True):
-    """An actuator law as data: effort [N or N m] along a one-axis joint = signal * f(coordinate or speed).
+    """An actuator law as data: effort [N or N m] along a joint = signal * f(coordinate or speed).
 
     f is piecewise linear through (x, effort), x rising; the end values hold outside.
     """
@@ -148,16 +148,17 @@ class Characteristic(Element, frozen=True, tag=True):
     x: tuple[float, ...]
     effort: tuple[float, ...]
     signal: Signal = Signal()
+    coordinate: str = ""  # of a joint that has several
 
     @property
-    def along(self) -> str:
-        return self.joint
+    def along(self) -> tuple[str, str] | None:
+        return (self.joint, self.coordinate) if self.joint else None
 
 
 class UserLaw(Element, frozen=True, tag=True):
     """A law of the user's own: `function` is "package.module:function" or "file.py:function" (see `user.py`).
 
-    It acts along a one-axis joint or on `ends`.  `guards` names a function that returns `modes` numbers; mode i keeps
+    It acts along a joint or on `ends`.  `guards` names a function that returns `modes` numbers; mode i keeps
     the sign of number i during a step and turns at the located event, so select(modes[i] > 0, ...) may jump.
     """
 
@@ -169,14 +170,15 @@ class UserLaw(Element, frozen=True, tag=True):
     signal: Signal = Signal()
     guards: str = ""
     modes: int = 0
+    coordinate: str = ""  # of a joint that has several
 
     @property
     def points(self) -> tuple[Point, ...]:
         return self.ends
 
     @property
-    def along(self) -> str:
-        return self.joint
+    def along(self) -> tuple[str, str] | None:
+        return (self.joint, self.coordinate) if self.joint else None
 
 
 Force = Load | Wind | Spring | Torsion | Bushing | Characteristic | UserLaw

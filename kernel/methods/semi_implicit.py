@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..function import Function
-from ..joints import JOINTS
+from ..motion import rates
 from ..rate import Program
 from ..spatial import join
 from .method import Attempt, Method, Rate, fallen_in
@@ -34,7 +34,7 @@ class SemiImplicitEuler(Method):
         def drift(y: Any, f: Any) -> dict[str, Any]:
             """N(q) dv/dt: what dq/dt gains per second while the velocities change."""
             dv = f[nq : nq + nv]
-            turned = [JOINTS[k.joint.kind].rate(y[k.q], dv[k.v]) for k in links]
+            turned = [rates(k.joint.kind, y[k.q], dv[k.v]) for k in links]
             return {"x": join(*turned, np.zeros(ny - nq))}
 
         self._drift = Function("drift", drift, {"y": ny, "f": ny}, vectors=["x"])

@@ -50,7 +50,7 @@ class MechanismModel(Machine):
             actors.append(Law(_name(spring.name), System(springs=(spring,))))
         for stop in (s for s in system.stops if s.joint == joint):
             actors.append(Law(_name(stop.name), System(stops=(stop,))))
-        for force in (f for f in system.forces if f.along == joint):
+        for force in (f for f in system.forces if f.along and f.along[0] == joint):
             actors.append(Law(_name(force.name), System(forces=(force,))))
         return actors or [Law("free")]
 

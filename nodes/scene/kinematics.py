@@ -1,12 +1,14 @@
 """Where the bodies of a mechanism are at the start, to see which of its ropes and supports carry then.
 
-Walks the joints from the world outwards; the same joint conventions as `heavylift.kernel.describe`.
+Walks the joints from the world outwards, by the kernel's own joint table.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from heavylift.kernel.describe import WORLD, Joint, Point, Rope, System
+from heavylift.kernel.describe import WORLD, Point, Rope, System
+from heavylift.kernel.joints import JOINTS
+from heavylift.kernel.motion import axes_of, placement
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -23,7 +25,7 @@ def poses(system: System) -> Poses:
             break
         for joint in ready:
             p, R = found[joint.parent]
-            d, Q = _motion(joint)
+            Q, d = placement(joint.kind, axes_of(joint), joint.pitch, joint.q0 or JOINTS[joint.kind].rest)
             frame = R @ np.array(joint.R_PJ)
             found[joint.child] = (p + R @ np.array(joint.p_PJ) + frame @ d, frame @ Q)
             waiting.remove(joint)
@@ -39,25 +41,3 @@ def place(point: Point, at: Poses) -> Array:
     """World position of a point [m]."""
     p, R = at[point.body]
     return np.asarray(p + R @ np.array(point.p))
-
-
-def _motion(joint: Joint) -> tuple[Array, Array]:
-    """Displacement and rotation of the child in the joint frame."""
-    q, axis = joint.q0, np.array(joint.axis)
-    match joint.kind:
-        case "prismatic":
-            return q[0] * axis, np.eye(3)
-        case "revolute":
-            return np.zeros(3), _turned(axis * np.sin(q[0] / 2), float(np.cos(q[0] / 2)))
-        case "spherical":
-            return np.zeros(3), _turned(np.array(q[:3]), q[3])
-        case "free":
-            return np.array(q[:3]), _turned(np.array(q[3:6]), q[6])
-        case "fixed":
-            return np.zeros(3), np.eye(3)
-
-
-def _turned(v: Array, w: float) -> Array:
-    """Rotation matrix of the quaternion (v, w)."""
-    x = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
-    return np.asarray(np.eye(3) + 2 * w * x + 2 * x @ x)

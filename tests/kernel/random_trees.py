@@ -4,9 +4,20 @@ import numpy as np
 import pinocchio as pin
 from heavylift.kernel.describe import WORLD, Body, Joint, System
 from heavylift.kernel.graph import Graph
+from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
-KINDS = ("fixed", "revolute", "prismatic", "spherical", "free")
+KINDS = (
+    "fixed",
+    "revolute",
+    "prismatic",
+    "cylindrical",
+    "screw",
+    "universal",
+    "planar",
+    "spherical",
+    "free",
+)  # those whose velocities are Pinocchio's, fmt: skip
 GRAVITY = 9.80665
 
 
@@ -23,7 +34,9 @@ def parents(random: np.random.Generator, n: int) -> list[int]:
     return [-1 if i == 0 or random.random() < 0.2 else int(random.integers(i)) for i in range(n)]
 
 
-def random_system(seed: int, n: int = 9, decades: float = 4.0, floating: bool = False) -> System:
+def random_system(
+    seed: int, n: int = 9, decades: float = 4.0, floating: bool = False, kinds: tuple[str, ...] = KINDS
+) -> System:
     """Several trees; masses over some decades, full inertias, centres of mass off the joints, frames askew.
 
     Free joints stand on the ground unless `floating`: a body that floats on a lighter one is badly conditioned.
@@ -37,16 +50,20 @@ def random_system(seed: int, n: int = 9, decades: float = 4.0, floating: bool = 
         inertia = R @ np.diag([a, b, min(c, 0.99 * (a + b))]) @ R.T
         bodies.append(Body(f"b{i}", mass, nested(random.normal(size=3)), nested((inertia + inertia.T) / 2)))
         axis = random.normal(size=3)
-        kinds = KINDS if floating or p < 0 else KINDS[:-1]
+        second = np.cross(axis, random.normal(size=3))
+        possible = [k for k in kinds if floating or p < 0 or k != "free"]
+        kind = possible[int(random.integers(len(possible)))] if i else "free"  # something always moves
         joints.append(
             Joint(
                 f"j{i}",
-                kinds[int(random.integers(len(kinds)))] if i else "free",  # something always moves
+                kind,
                 WORLD if p < 0 else f"b{p}",
                 f"b{i}",
                 nested(random.normal(scale=3.0, size=3)),
                 nested(rotation(random)),
                 nested(axis / np.linalg.norm(axis)),
+                nested(second / np.linalg.norm(second)),
+                pitch=float(random.normal()) if kind == "screw" else 0.0,
             )
         )
     random.shuffle(bodies)
@@ -66,6 +83,24 @@ def random_state(graph: Graph, seed: int) -> tuple[np.ndarray, np.ndarray]:
     return q, random.normal(size=graph.nv)
 
 
+def pinocchio_joints(joint: Joint) -> list:
+    """A joint as one of Pinocchio's or as a chain of those; the turns of a constant-velocity joint are coupled."""
+    axis, second = np.array(joint.axis), np.array(joint.second)
+    turn, slide = pin.JointModelRevoluteUnaligned, pin.JointModelPrismaticUnaligned
+    return {
+        "fixed": lambda: [],
+        "revolute": lambda: [turn(axis)],
+        "prismatic": lambda: [slide(axis)],
+        "cylindrical": lambda: [slide(axis), turn(axis)],
+        "screw": lambda: [pin.JointModelHelicalUnaligned(axis, joint.pitch)],
+        "universal": lambda: [turn(axis), turn(second)],
+        "constant-velocity": lambda: [turn(second), turn(np.cross(axis, second)), turn(second)],
+        "planar": lambda: [slide(second), slide(np.cross(axis, second)), turn(axis)],
+        "spherical": lambda: [pin.JointModelSpherical()],
+        "free": lambda: [pin.JointModelFreeFlyer()],
+    }[joint.kind]()
+
+
 def pinocchio_model(graph: Graph, gravity: float = GRAVITY) -> pin.Model:
     """Joints in the order of the graph's links, so that q and v are the kernel's own."""
     model = pin.Model()
@@ -75,16 +110,32 @@ def pinocchio_model(graph: Graph, gravity: float = GRAVITY) -> pin.Model:
         joint, body = link.joint, link.body
         on, place = (0, pin.SE3.Identity()) if link.parent < 0 else carried[link.parent]
         place = place * pin.SE3(np.array(joint.R_PJ), np.array(joint.p_PJ))
-        axis = np.array(joint.axis)
-        kinds = {
-            "revolute": lambda axis=axis: pin.JointModelRevoluteUnaligned(axis),
-            "prismatic": lambda axis=axis: pin.JointModelPrismaticUnaligned(axis),
-            "spherical": pin.JointModelSpherical,
-            "free": pin.JointModelFreeFlyer,
-        }
-        if joint.kind in kinds:
-            on, place = model.addJoint(on, kinds[joint.kind](), place, joint.name), pin.SE3.Identity()
+        for made in pinocchio_joints(joint):
+            on, place = model.addJoint(on, made, place, f"{joint.name}.{model.njoints}"), pin.SE3.Identity()
         inertia = pin.Inertia(body.mass, np.array(body.com), np.array(body.inertia))
         model.appendBodyToJoint(on, inertia, place)
         carried.append((on, place))
     return model
+
+
+def turns_of(graph: Graph) -> np.ndarray:
+    """(n_pinocchio, nv) what Pinocchio's velocities are: the kernel's, where constant-velocity joints couple turns."""
+    blocks = [
+        np.array([[1.0, 0.0], [0.0, 2.0], [1.0, 0.0]])
+        if link.joint.kind == "constant-velocity"
+        else np.eye(link.v.stop - link.v.start)
+        for link in graph.links
+    ]
+    return block_diag(*[b for b in blocks if b.size])
+
+
+def pinocchio_coordinates(graph: Graph, q: np.ndarray) -> np.ndarray:
+    """(n_pinocchio,) the kernel's coordinates, with the three turns of each constant-velocity joint."""
+    return np.concatenate(
+        [
+            q[link.q] @ np.array([[1.0, 0.0, 1.0], [0.0, 2.0, 0.0]])
+            if link.joint.kind == "constant-velocity"
+            else q[link.q]
+            for link in graph.links
+        ]
+    )

@@ -11,7 +11,7 @@ from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.trees import cut
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from random_trees import GRAVITY, random_state, random_system
+from random_trees import GRAVITY, KINDS, random_state, random_system
 from small_scenes import SECOND, hand_over, hung, started
 from test_the_four_link_arm import WANT, arm
 
@@ -24,10 +24,10 @@ OTHERS = [name for name in FORMULATIONS if name != "recursive"]
 @SOME
 @TREES
 def test_on_random_trees_with_prescribed_joints(seed, n):
-    system, random = random_system(seed, n, 3.0), np.random.default_rng(seed)
+    system, random = random_system(seed, n, 3.0, kinds=(*KINDS, "constant-velocity")), np.random.default_rng(seed)
     graph = build_graph(system)
     q, v = random_state(graph, seed)
-    driven = {j.name for j in system.joints if j.kind in ("revolute", "prismatic") and random.random() < 0.3}
+    driven = {k for k in range(graph.nv) if random.random() < 0.2}
     for tree in cut(graph, driven):
         tau = random.normal(scale=1e4, size=len(v[tree.v]))
         W = [random.normal(scale=1e4, size=6) for _ in tree.bodies]
@@ -64,7 +64,8 @@ def test_massless_parts_with_prescribed_joints_in_every_formulation(formulation)
     """The force cells of the arm: links hang on pairs of massless sliders."""
     system = arm(cells=True)
     held = tuple(replace(j, v0=(0.0,)) for j in system.joints)
-    (tree,) = cut(build_graph(replace(system, joints=held)), {d.joint for d in system.drives})
+    graph = build_graph(replace(system, joints=held))
+    (tree,) = cut(graph, {graph.coordinate(d.name, d.joint)[1] for d in system.drives})
     q, n = np.array([x for j in held for x in j.q0 or (0.0,)]), len(tree.bodies)
     given = (q, np.zeros(n), np.zeros(n), [np.zeros(6)] * n, system.gravity, np.zeros(len(system.drives)))
     _, dv, forces = FORMULATIONS["recursive"](tree, *given)

@@ -33,7 +33,12 @@ LINE = (Line(Point("world"), Point("a")),)
 ROPE = Rope("rope", LINE, 1e8, 10.0)
 SHEARED = ((1.0, 0.5, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 LEFT_HANDED = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))
+COORDINATES = (("dt", "travel"), ("ea", "angle"), ("ft", "travel"))
 FLOAT = Joint("float", "free", "world", "a")
+
+
+def diagonal(a, b, c):
+    return ((a, 0.0, 0.0), (0.0, b, 0.0), (0.0, 0.0, c))
 
 
 def with_(**parts):
@@ -53,7 +58,7 @@ DESCRIPTIONS = [
     (with_(joints=()), "body 'a': no joint connects it to the ground; add one (kind free if it floats)"),
     (
         with_(joints=(replace(GUIDE, parent="a"),)),
-        "body 'a': no joint connects it to the ground; add one (kind free if it floats)",
+        "body 'a': the joints that carry it go in a circle and never reach the ground: 'a-guide'",
     ),
     (
         with_(bodies=(Body("world", 1.0),), joints=(replace(GUIDE, child="world"),)),
@@ -62,10 +67,46 @@ DESCRIPTIONS = [
     (with_(bodies=(Body("a", -1.0),)), "body 'a': mass -1 kg; a mass cannot be negative"),
     (with_(joints=(replace(GUIDE, q0=(0.0, 1.0)),)), "joint 'a-guide': 2 initial coordinates; a prismatic joint has 1"),
     (with_(joints=(replace(GUIDE, v0=(0.0, 1.0)),)), "joint 'a-guide': 2 initial velocities; a prismatic joint has 1"),
+    (
+        with_(
+            bodies=(BODY, Body("b", 1.0), Body("c", 1.0)),
+            joints=(GUIDE, replace(GUIDE, name="j", parent="c", child="b"), replace(FLOAT, parent="b", child="c")),
+        ),
+        "body 'b': the joints that carry it go in a circle and never reach the ground: 'j', 'float'",
+    ),
+    (
+        with_(joints=(replace(GUIDE, kind="hinge"),)),
+        "joint 'a-guide': there is no kind 'hinge'; kinds are fixed, revolute, prismatic, cylindrical, screw, "
+        "universal, planar, constant-velocity, spherical, free",
+    ),
+    # axes
+    (
+        with_(joints=(replace(GUIDE, kind="universal", second=(0.0, 0.6, 0.8)),)),
+        "joint 'a-guide': its axes stand at 36.87 deg; the second axis of a universal joint is perpendicular to the "
+        "first",
+    ),
+    (
+        with_(joints=(replace(GUIDE, kind="planar", second=(0.0, 2.0, 0.0)),)),
+        "joint 'a-guide': its second axis has length 2; it must be a unit vector",
+    ),
+    (
+        with_(joints=(replace(GUIDE, kind="screw"),)),
+        "joint 'a-guide': its pitch is 0; a screw advances, in m/rad (else make it revolute)",
+    ),
+    (with_(joints=(replace(GUIDE, pitch=0.1),)), "joint 'a-guide': pitch is 0.1; a prismatic joint has none"),
     # numbers
     (with_(bodies=(Body("a", nan),)), "body 'a': mass is nan; it must be a finite number"),
     (with_(bodies=(Body("a", 1.0, (0.0, inf, 0.0)),)), "body 'a': com is inf; it must be a finite number"),
     (with_(bodies=(Body("a", 1.0, inertia=SHEARED),)), "body 'a': its inertia must be a symmetric matrix"),
+    (
+        with_(bodies=(Body("a", 1.0, inertia=diagonal(1.0, 5.0, 3.0)),)),
+        "body 'a': its principal moments of inertia are 1, 3, 5 kg m2; no body has one that is larger than the sum of "
+        "the others",
+    ),
+    (
+        with_(bodies=(Body("a", 1.0, inertia=((1.0, 2.0, 0.0), (2.0, 1.0, 0.0), (0.0, 0.0, 1.0))),)),
+        "body 'a': its principal moments of inertia are -1, 1, 3 kg m2; none can be negative",
+    ),
     (with_(joints=(replace(GUIDE, p_PJ=(nan, 0.0, 0.0)),)), "joint 'a-guide': p_PJ is nan; it must be a finite number"),
     (with_(joints=(replace(GUIDE, q0=(-inf,)),)), "joint 'a-guide': q0 is -inf; it must be a finite number"),
     (
@@ -115,8 +156,27 @@ DESCRIPTIONS = [
         "joint 'b-guide': no such joint; joints are a-guide",
     ),
     (
+        with_(joints=(replace(GUIDE, kind="cylindrical", q0=(), v0=()),), springs=(JointSpring("spring", "a-guide"),)),
+        "'spring': say which coordinate of the cylindrical joint 'a-guide': travel or angle",
+    ),
+    (
+        with_(springs=(JointSpring("spring", "a-guide", coordinate="angle"),)),
+        "'spring': joint 'a-guide' is prismatic; it has no coordinate 'angle' but travel",
+    ),
+    (
+        with_(joints=(replace(GUIDE, kind="fixed", q0=(), v0=()),), springs=(JointSpring("spring", "a-guide"),)),
+        "'spring': nothing can act along joint 'a-guide', which is fixed: nothing moves in it",
+    ),
+    (
+        with_(
+            joints=(replace(GUIDE, kind="cylindrical", q0=(), v0=()),),
+            drives=tuple(Drive(n, "a-guide", "servo", coordinate=c) for n, c in COORDINATES),
+        ),
+        "drive 'ft': joint 'a-guide' already has the drive 'dt'",
+    ),
+    (
         with_(joints=(FLOAT,), brakes=(Brake("brake", "float", 1.0, 1.0, 1.0),)),
-        "'brake': joint 'float' is free; it must be revolute or prismatic",
+        "'brake': nothing can act along joint 'float', which is free: no velocity of it is the rate of a coordinate",
     ),
     (
         with_(drives=(Drive("d", "a-guide", "servo"), Drive("e", "a-guide", "servo"))),
@@ -128,7 +188,7 @@ DESCRIPTIONS = [
     (with_(measured=(Measured("way", "joint", "b"),)), "joint 'b': no such joint; joints are a-guide"),
     (
         with_(joints=(FLOAT,), measured=(Measured("way", "joint", "float"),)),
-        "'way': joint 'float' is free; it must be revolute or prismatic",
+        "'way': nothing can act along joint 'float', which is free: no velocity of it is the rate of a coordinate",
     ),
     (with_(thresholds=(Threshold("t", "angle", of="b"),)), "'t': there is no body 'b'"),
     (with_(thresholds=(Threshold("t", "speed", of="b"),)), "joint 'b': no such joint; joints are a-guide"),

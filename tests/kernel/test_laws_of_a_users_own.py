@@ -160,7 +160,7 @@ def test_laws_that_cannot_be(law, told):
 
 def test_a_motor_runs_up_along_its_torque_speed_curve():
     """Constant torque to 10 rad/s, then falling to zero at 20: an exact line, then an exact exponential."""
-    rotor = Body("rotor", 1.0, inertia=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 4.0)))
+    rotor = Body("rotor", 1.0, inertia=((2.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 4.0)))
     motor = Characteristic("motor", "shaft", "speed", (10.0, 20.0), (8.0, 0.0))
     system = System((rotor,), (Joint("shaft", "revolute", "world", "rotor"),), forces=(motor,))
     s = started(system, tolerance=1e-11)

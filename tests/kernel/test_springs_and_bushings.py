@@ -174,7 +174,7 @@ def test_a_torsion_bar_twists_about_its_axis_only():
 
 def test_a_torsional_pendulum_keeps_its_period_nearly_half_a_turn_wide():
     k, I = 12.0, 3.0
-    disc = Body("disc", 1.0, inertia=((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, I)))
+    disc = Body("disc", 1.0, inertia=((I, 0.0, 0.0), (0.0, I, 0.0), (0.0, 0.0, I)))
     joint = Joint("pin", "revolute", "world", "disc", axis=Z, q0=(ALMOST_HALF_A_TURN,))
     s = started(System((disc,), (joint,), forces=(Torsion("t", "world", "disc", Z, k),), gravity=0.0), **FINE)
     s.interrupt(round(2 * pi * sqrt(I / k) * 1e9))

@@ -51,7 +51,7 @@ def arm(cells: bool = False, at_rest: bool = False) -> System:
 def reactions(system: System) -> dict[str, float]:
     """What each prescribed joint carries."""
     graph = build_graph(system)
-    (tree,) = cut(graph, {d.joint for d in system.drives})
+    (tree,) = cut(graph, {graph.coordinate(d.name, d.joint)[1] for d in system.drives})
     q = np.array([x for k in graph.links for x in k.joint.q0 or (0.0,)])
     v = np.array([x for k in graph.links for x in k.joint.v0 or (0.0,)])
     still = np.zeros(len(tree.prescribed_dofs))

@@ -96,3 +96,10 @@ def test_the_arm_prints_the_equations_one_to_four():
 
 def test_printing_equations_twice_gives_the_same_text():
     assert equations(tree(ARM, range(4))) == equations(tree(ARM, range(4)))
+
+
+def test_a_chain_may_be_longer_than_the_stack_is_deep():
+    n = 2000
+    graph = build_graph(tree(range(-1, n - 1), range(n)[::-1]))
+    assert [k.parent for k in graph.links] == list(range(-1, n - 1))
+    assert graph.T.sum() == n * (n + 1) // 2
