@@ -20,7 +20,7 @@ from .points import Vector as Vector
 
 JointKind = Literal[
     "fixed", "revolute", "prismatic", "cylindrical", "screw", "universal", "planar", "constant-velocity",
-    "spherical", "free",
+    "spherical", "free", "slider",
 ]  # fmt: skip
 
 

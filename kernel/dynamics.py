@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from .errors import KernelError
-from .flexible.attachment import carry
+from .flexible.attachment import carry, carry_along
 from .flexible.inertia import FlexibleInertia, flexible_inertia
 from .motion import columns, placement, rates
 from .spatial import force_cross, join, mirror, motion_cross, skew, spatial_inertia
@@ -60,7 +60,9 @@ def kinematics(tree: Tree, q: Any, v: Any, g: Any, a_ref: Any = ()) -> Kinematic
         A_P = join(np.zeros(3), [0.0, 0.0, g]) if root else K.A[b.parent]
         r_P = np.zeros(3) if root else K.r[b.parent]
         if b.place is not None:
-            on = carry(b.place, *K.modes[b.parent][:2], R_WP, r_P, V_P, A_P)
+            flexible = (*K.modes[b.parent][:2], R_WP, r_P, V_P, A_P)
+            slides = b.kind == "slider"
+            on = carry_along(b.place, x[0], u[0], *flexible) if slides else carry(b.place, *flexible)
             R_WP, r_P, V_P, A_P, K.carried[i] = on.R, on.r, on.V, on.A, on.columns
         R_JB, p_JB = placement(b.kind, b.axes, b.pitch, x)
         R_WJ = R_WP @ b.R_PJ
@@ -75,8 +77,10 @@ def kinematics(tree: Tree, q: Any, v: Any, g: Any, a_ref: Any = ()) -> Kinematic
         A = A_P + motion_cross(V_P) @ V_J
         if bias is not None:
             A = A + bias
-        for i in b.prescribed:
-            A = A + S[i] * next(prescribed)
+        if b.kind == "slider":
+            S = [on.along]  # already in V_P and A_P
+        for n in b.prescribed:
+            A = A + S[n] * next(prescribed)
         K.R.append(R)
         K.r.append(r)
         K.S.append(S)

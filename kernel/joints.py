@@ -103,6 +103,8 @@ JOINTS: dict[JointKind, JointType] = {
         {"angle1": 0.0, "angle2": 0.0}, ("rate1", "rate2"),
         (_turn(SECOND, 0), _turn(THIRD, 1, 2.0), _turn(SECOND, 0)),
     ),
+    # along a flexible beam: the place on the beam moves (`flexible.attachment`), and nothing in the joint's own frame
+    "slider": JointType({"travel": 0.0}, ("speed",), (_slide(AXIS, 0, 0.0),)),
     "spherical": JointType(QUATERNION, ("wx", "wy", "wz"), quaternion=0),
     "free": JointType(
         {"x": 0.0, "y": 0.0, "z": 0.0, **QUATERNION}, ("vx", "vy", "vz", "wx", "wy", "wz"), quaternion=3

@@ -158,6 +158,7 @@ class Stepper:
         """Take a row of the native table as a sample; raises KernelError if a rope is used up."""
         at = self.method.row_layout.at
         self._check_lengths(t_ns * 1e-9, row[at["length"]])
+        self._check_sliders(t_ns * 1e-9, row[at["q"]])
         row[at["peak_time"]] += self.epoch * 1e-9
         self.rows.append((t_ns, row))
 
@@ -166,6 +167,17 @@ class Stepper:
         T, peak, when = (self.X[self._at[name]] for name in ("T", "peak", "peak_time"))
         higher = peak < T
         peak[higher], when[higher] = T[higher], self["t"]
+
+    def _check_sliders(self, t: float, q: np.ndarray) -> None:
+        for k in self.program.graph.links:
+            if k.joint.kind == "slider":
+                modes = self.program.graph.links[k.parent].modes
+                length = modes.flexible.beam.length if modes and modes.flexible.beam else 0.0
+                if not 0.0 <= q[k.q.start] <= length:
+                    raise KernelError(
+                        f"slider '{k.joint.name}' at {t:.3f} s: it has left its beam, which reaches from 0 to "
+                        f"{length:g} m; stop it before"
+                    )
 
     def _check_lengths(self, t: float, lengths: np.ndarray) -> None:
         for rope, length in zip(self.program.system.ropes, lengths, strict=True):

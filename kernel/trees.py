@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from .describe import JointKind
+from .errors import KernelError
 from .graph import Graph, Link
 from .motion import axes_of
 
@@ -27,7 +28,7 @@ class TreeBody:
 
     axes: (1, 3), or (3, 3) where the joint has a second axis; prescribed: which of its velocities are given.
     `elastic` (`flexible.reduction.Elastic`) makes it flexible; its mode coordinates follow those of its joint.
-    `place` (`flexible.attachment.Place`) is where its joint sits on a flexible parent.
+    `place` (`flexible.attachment.Place`, or `Track` of a slider) is where its joint sits on a flexible parent.
     """
 
     name: str
@@ -141,12 +142,18 @@ def _elastic(link: Link) -> Any:
 
 
 def _place(graph: Graph, link: Link) -> Any:
+    """Where a flexible parent carries a joint; raises KernelError for a slider on anything else."""
+    joint = link.joint
     on = graph.links[link.parent].modes if link.parent >= 0 else None
     if on is None:
+        if joint.kind == "slider":
+            raise KernelError(f"joint '{joint.name}': a slider needs a flexible beam; '{joint.parent}' is rigid")
         return None
+    if joint.kind == "slider":
+        return on.track(joint.name)
     from .flexible.attachment import Place
 
-    station, X = on.station(link.joint.p_PJ)
+    station, X = on.station(joint.p_PJ)
     return Place(X, on.at(station))
 
 

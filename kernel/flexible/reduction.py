@@ -21,9 +21,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.linalg import LinAlgError
+from numpy.polynomial import chebyshev
+from scipy.interpolate import make_interp_spline
 from scipy.linalg import eigh
 
 from ..errors import KernelError
+from .attachment import Track
 from .beam import beam_matrices, hermite, nodes_of, rigid_directions
 from .description import Flexible
 
@@ -31,6 +34,7 @@ __all__ = ["Elastic", "Modes", "modes_of", "reduced"]
 
 DIGITS = 12  # to which constants are rounded, so that they do not depend on a machine's linear algebra
 DEPENDENT = 1e-8  # what is left of a shape that is a sum of the others
+SMOOTH, NOT_SMOOTH = 1e-6, 1e-2  # errors of polynomials along a beam, sought and refused; shapes are 1 at most
 NODE = 1e-6  # [m] how far an attached point may be off its node by rounding
 
 
@@ -80,6 +84,34 @@ class Modes:
         if beam := self.flexible.beam:
             return _rounded(hermite(beam, float(station)) @ self.shapes)
         return _rounded(self.shapes[6 * int(station) : 6 * int(station) + 6])
+
+    def track(self, joint: str) -> Track:
+        """Displacements and rotations (slopes) of every mode as polynomials of the place along the beam.
+
+        Raises KernelError naming the joint that slides if this is no beam or a mode is not smooth.
+        """
+        beam, m = self.flexible.beam, len(self.mass)
+        if beam is None:
+            raise KernelError(f"joint '{joint}': body '{self.name}' is no beam; a slider needs one")
+        x = np.cos(np.pi * (np.arange(4 * beam.elements) + 0.5) / (4 * beam.elements))
+        places = (1.0 + x) * beam.length / 2.0
+        nodal = self.shapes.reshape(-1, 6, m)[:, :4].reshape(-1, 4 * m)  # ux uy uz rx; ry and rz are slopes
+        # where elements are most accurate, at their nodes, and smooth between them, as the modes are
+        moved = make_interp_spline(self.nodes[:, 0], nodal, k=min(7, (beam.elements - 1) | 1))(places)
+        fits = {n: chebyshev.chebfit(x, moved, n) for n in range(8, beam.elements + 9, 2)}
+        errors = {n: float(np.abs(chebyshev.chebval(x, c).T - moved).max(initial=0.0)) for n, c in fits.items()}
+        least = min(errors.values())
+        if least > NOT_SMOOTH:
+            raise KernelError(
+                f"joint '{joint}': polynomials follow the modes of '{self.name}' to {least:.1g} only; "
+                "give its beam fewer modes or loads, or more elements"
+            )
+        fit = fits[next(n for n, error in errors.items() if error <= max(SMOOTH, 2.0 * least))]
+        fit = fit.reshape(-1, 4, m)
+        slopes = np.zeros_like(fit)
+        slopes[:-1] = chebyshev.chebder(fit) * (2.0 / beam.length)
+        coefficients = _rounded(np.concatenate([fit, -slopes[:, 2:3], slopes[:, 1:2]], axis=1))
+        return Track(np.zeros(3), 2.0 / beam.length, coefficients)
 
 
 def _rounded(x: np.ndarray) -> np.ndarray:

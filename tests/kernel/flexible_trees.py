@@ -11,7 +11,7 @@ FRAMES = ("clamped", "simply supported", "free")
 def beam(random: np.random.Generator, **options) -> Beam:
     """A few metres and tonnes, soft enough to bend visibly."""
     EI_y, EI_z, EA, GJ = random.uniform(1e5, 1e6, 4)
-    return Beam(float(random.uniform(2.0, 5.0)), 300.0, EI_y, EI_z, 1e2 * EA, GJ, 30.0, elements=6, **options)
+    return Beam(float(random.uniform(2.0, 5.0)), 300.0, EI_y, EI_z, 1e2 * EA, GJ, 30.0, elements=12, **options)
 
 
 def rigid(random: np.random.Generator, name: str) -> Body:
@@ -21,10 +21,12 @@ def rigid(random: np.random.Generator, name: str) -> Body:
     return Body(name, mass, nested(random.normal(size=3)), nested((inertia + inertia.T) / 2))
 
 
-def flexible_tree(seed: int, kinds=("revolute", "prismatic"), root: str = "", modes: int = 5) -> System:
+def flexible_tree(
+    seed: int, kinds=("revolute", "prismatic"), root: str = "", modes: int = 5, slider: bool = False
+) -> System:
     """A chain: rigid body, flexible body; on it two rigid ones at stations, and another one on one of these.
 
-    `root`: kind of the first joint, else random as the others.
+    `root`: kind of the first joint, else random as the others; `slider`: the first of the two slides along the beam.
     """
     random = np.random.default_rng(seed)
     flexible = Flexible(modes, beam(random), frame=FRAMES[seed % 3])
@@ -38,6 +40,8 @@ def flexible_tree(seed: int, kinds=("revolute", "prismatic"), root: str = "", mo
         if parent == "flex":
             p[0] = random.uniform(0.0, length)
         kind = root if root and not i else kinds[int(random.integers(len(kinds)))]
+        if slider and body.name == "c":
+            kind = "slider"
         joint = Joint(f"j{body.name}", kind, parent, body.name, nested(p), nested(rotation(random)))
         joints.append(Joint(**{**joint.__dict__, "axis": nested(axis / np.linalg.norm(axis))}))
     return System(tuple(bodies), tuple(joints))

@@ -22,6 +22,8 @@ def state_of(program, seed, scale=0.1):
     q, v = random_state(program.graph, seed)
     for link in program.graph.links:
         q[link.q_modes] *= scale
+        if link.joint.kind == "slider":
+            q[link.q] = 0.6 + 0.2 * q[link.q]
     return q, v
 
 
@@ -42,9 +44,10 @@ def difference(f, x, h):
     return np.array([(f(x + h * e) - f(x - h * e)) / (2 * h) for e in np.eye(len(x))])
 
 
+@pytest.mark.parametrize("slider", [False, True])
 @pytest.mark.parametrize("seed", range(3))
-def test_accelerations_solve_lagranges_equations_of_the_energies(seed):
-    program = Program(flexible_tree(seed))
+def test_accelerations_solve_lagranges_equations_of_the_energies(seed, slider):
+    program = Program(flexible_tree(seed, slider=slider))
     n = program.nv
     q, v = state_of(program, seed)
     dv = np.asarray(evaluated(program, q, v).dy[n : 2 * n], float)
