@@ -27,7 +27,7 @@ def poses(system: System) -> Poses:
             p, R = found[joint.parent]
             Q, d = placement(joint.kind, axes_of(joint), joint.pitch, joint.q0 or JOINTS[joint.kind].rest)
             if joint.kind == "slider" and joint.q0:
-                d = d + [joint.q0[0], 0.0, 0.0]  # along the straight beam
+                d = np.array([joint.q0[0], 0.0, 0.0])  # along the straight beam
             frame = R @ np.array(joint.R_PJ)
             found[joint.child] = (p + R @ np.array(joint.p_PJ) + frame @ d, frame @ Q)
             waiting.remove(joint)
