@@ -77,7 +77,7 @@ DESCRIPTIONS = [
     (
         with_(joints=(replace(GUIDE, kind="hinge"),)),
         "joint 'a-guide': there is no kind 'hinge'; kinds are fixed, revolute, prismatic, cylindrical, screw, "
-        "universal, planar, constant-velocity, spherical, free",
+        "universal, planar, constant-velocity, slider, spherical, free",
     ),
     # axes
     (
