@@ -28,6 +28,9 @@ Scene = Annotated[
     str, typer.Argument(help="a scene file, or the name of a bundled scene (turnover, lift, arm, pendulum)")
 ]
 File = Annotated[Path, typer.Argument(help="a recording (.mcap)")]
+At = Annotated[float | None, typer.Option("--at", help="time of the run [s]; default its start")]
+After = Annotated[str, typer.Option("--after", help="at the end of this stage of the run")]
+Json = Annotated[bool, typer.Option("--json", help="one JSON object, SI units")]
 Sets = Annotated[list[str] | None, typer.Option("--set", help="override a key: --set accuracy=0.5%")]
 
 
@@ -85,6 +88,41 @@ def equations(scene: Scene, sets: Sets = None) -> None:
     from heavylift.nodes.scene import load
 
     typer.echo(write(system(load(scene, sets or []).plan)))
+
+
+@app.command()
+def statics(scene: Scene, at: At = None, after: After = "", as_json: Json = False, sets: Sets = None) -> None:
+    """Find where a scene comes to rest, and what ropes, pads and joints then carry.    heavylift statics lift"""
+    import json
+
+    from heavylift.kernel.analysis import equilibrium, reactions
+    from heavylift.kernel.analysis.tables import statics_data, statics_text
+    from heavylift.nodes.scene import load
+
+    from .pause import paused
+
+    simulation = paused(load(scene, sets or []), at, after)
+    found = equilibrium(simulation)
+    carried = reactions(simulation)
+    typer.echo(json.dumps(statics_data(found, carried)) if as_json else statics_text(found, carried))
+
+
+@app.command()
+def modes(scene: Scene, at: At = None, after: After = "", as_json: Json = False, sets: Sets = None) -> None:
+    """Show frequencies, damping and modes about the pose at rest.    heavylift modes turnover --after "hoist" """
+    import json
+
+    from heavylift.kernel.analysis import equilibrium
+    from heavylift.kernel.analysis import modes as about
+    from heavylift.kernel.analysis.tables import modes_data, modes_text
+    from heavylift.nodes.scene import load
+
+    from .pause import paused
+
+    simulation = paused(load(scene, sets or []), at, after)
+    equilibrium(simulation)
+    found = about(simulation)
+    typer.echo(json.dumps(modes_data(found)) if as_json else modes_text(found))
 
 
 @app.command()

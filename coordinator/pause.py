@@ -1,0 +1,84 @@
+"""The mechanics of a scene at one instant of its run: the models play it in this process, without a recording.
+
+For what is asked of a pose rather than of a run: statics, modes.  The simulation that comes back is nobody else's.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from heavylift.kernel.errors import SceneError
+from heavylift.kernel.simulation import Simulation
+from heavylift.nodes.devs import Event, Simulator, Tag, ns
+from heavylift.nodes.models import COMMANDER, KERNEL, build, couplings, subscriptions
+from heavylift.nodes.models.messages import Finished, Stage
+
+from .core import Coordinator
+from .kernel_node import KernelConfig, KernelNode
+from .memory import run_in_memory
+from .node import Node
+
+if TYPE_CHECKING:
+    from heavylift.nodes.scene import LoadedScene
+
+__all__ = ["paused"]
+
+LAST = Tag(100 * 3600 * 10**9)  # simulated time after which a stage that has not ended never does
+
+
+class _Ended(Exception):
+    """The stage that was waited for is over."""
+
+
+class _Stages:
+    """Hears the commander; leaves when the stage `wanted` is over."""
+
+    def __init__(self, wanted: str) -> None:
+        self.wanted, self.seen, self.t = wanted, list[str](), 0
+
+    def __call__(self, event: Event) -> None:
+        if event.source != COMMANDER:
+            return
+        begins = event.value.name if isinstance(event.value, Stage) else ""
+        if (begins or isinstance(event.value, Finished)) and self.wanted in self.seen:
+            self.t = event.t
+            raise _Ended
+        if begins:
+            self.seen.append(begins)
+
+
+def paused(scene: LoadedScene, at: float | None = None, after: str = "") -> Simulation:
+    """The started simulation of a scene at time `at` [s], at the end of the stage `after`, or at its start.
+
+    Raises SceneError if there is no such stage, and whatever sentence ends the run before.
+    """
+    plan = scene.plan
+    models = build(plan)
+    config = KernelConfig(
+        [m.declare() for m in models.values()],
+        plan.gravity,
+        plan.tolerance,
+        round(1e9 / plan.samples_hz),
+        {element: list(models) for element, models in subscriptions(plan).items()},
+    )
+    kernel = KernelNode(config, lambda samples: None)
+    if at is None and not after:
+        kernel.simulation.start()
+        return kernel.simulation
+    if at is not None and not 0.0 <= at < LAST.t * 1e-9:
+        raise SceneError(f"--at {at:g} s: the time must lie between 0 and {LAST.t * 1e-9:g} s")
+    stages = _Stages(after)
+    end = Tag(ns(at) + 1) if at is not None else LAST if plan.end is None else Tag(ns(plan.end))
+    core = Coordinator([*models, KERNEL], couplings(plan), end, (COMMANDER, "finished"), stages)
+    nodes = [Node(name, Simulator(model)) for name, model in models.items()]
+    try:
+        run_in_memory(core, [*nodes, Node(KERNEL, kernel)])
+    except _Ended:
+        kernel.simulation.interrupt(stages.t)
+    else:
+        if at is None:
+            told = f"it is not over within {end.t * 1e-9:g} s" if after in stages.seen else "there is no such stage"
+            raise SceneError(f"--after '{after}': {told}; stages are {', '.join(stages.seen) or 'none'}")
+        kernel.simulation.interrupt(ns(at))
+    kernel.simulation.settle()
+    return kernel.simulation

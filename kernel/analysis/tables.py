@@ -1,0 +1,95 @@
+"""What statics and modes found, as text for people and as plain data for programs; SI units in the data."""
+
+from __future__ import annotations
+
+from collections import Counter
+from math import inf, pi
+from typing import Any
+
+import numpy as np
+
+from .equilibrium import Equilibrium
+from .modes import Mode, Modes
+from .reactions import Reaction
+
+__all__ = ["modes_data", "modes_text", "statics_data", "statics_text"]
+
+MOVED = 0.05  # share of the energy from which a part is named
+NAMED = 3  # parts of a mode
+CARRIED = 1e-6  # part of the largest force that counts as none
+
+
+def modes_text(found: Modes) -> str:
+    """A table of all oscillations, then what does not oscillate."""
+    rows = [("", "frequency", "period", "damping", "moves most (share of kinetic energy)")]
+    for n, m in enumerate(found.oscillations, 1):
+        damping = 0.0 if abs(m.damping) < 1e-7 else m.damping
+        rows.append(
+            (str(n), f"{m.frequency:.4f} Hz", f"{1.0 / m.frequency:.3f} s", f"{100.0 * damping:.3f} %", _movers(m))
+        )
+    lines = _columns(rows, "rrrrl") if found.oscillations else ["nothing oscillates"]
+    for rate, count in Counter(f"{d:.4g}" for d in found.decays).items():
+        what = "dies away within" if float(rate) > 0.0 else "GROWS, unstable, within"
+        times = f" ({count} times)" if count > 1 else ""
+        lines.append(f"creep: {what} {1.0 / abs(float(rate)):.4g} s{times}")
+    if found.free:
+        lines.append(f"free: {found.free} motion{'s' * (found.free > 1)} without any restoring force")
+    return "\n".join(lines)
+
+
+def _movers(mode: Mode) -> str:
+    bodies = [(name, share) for name, share in mode.bodies[:NAMED] if share >= MOVED]
+    return ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in bodies) + f"; by {mode.joints[0][0]}"
+
+
+def modes_data(found: Modes) -> dict[str, Any]:
+    """Frequencies [Hz], pulsations [rad/s], damping ratios, shares and shapes (amplitude and phase [rad])."""
+    return {
+        "modes": [
+            {
+                "frequency": m.frequency,
+                "pulsation": 2.0 * pi * m.frequency,
+                "damping": m.damping,
+                "bodies": dict(m.bodies),
+                "joints": dict(m.joints),
+                "amplitude": np.abs(m.shape).tolist(),
+                "phase": np.angle(m.shape).tolist(),
+            }
+            for m in found.oscillations
+        ],
+        "decays": list(found.decays),
+        "free": found.free,
+    }
+
+
+def statics_text(found: Equilibrium, reactions: dict[str, Reaction]) -> str:
+    """Tensions, pads and what the joints carry."""
+    lines = [f"at rest after {found.steps} step{'s' * (found.steps != 1)}"]
+    for title, values, empty in (("rope", found.tensions, "slack"), ("support", found.supports, "open")):
+        if values:
+            forces = [(n, f"{x / 1e3:.3f} kN" if x > 0.0 else empty) for n, x in values.items()]
+            lines += ["", *_columns([(title, "force"), *forces], "lr")]
+    rows: list[tuple[str, ...]] = [("joint", "force x", "y", "z  [kN]", "moment x", "y", "z  [kN m]")]
+    largest = max((float(np.abs(f).max()) for r in reactions.values() for f in (r.force, r.moment)), default=inf)
+    for name, r in reactions.items():
+        shown = [0.0 if abs(x) < CARRIED * largest else x / 1e3 for x in (*r.force, *r.moment)]
+        rows.append((name, *(f"{x:.3f}" for x in shown)))
+    return "\n".join([*lines, "", *_columns(rows, "lrrrrrr")])
+
+
+def statics_data(found: Equilibrium, reactions: dict[str, Reaction]) -> dict[str, Any]:
+    """Coordinates, tensions and normal forces [N], reactions in the joints' axes [N, N m]."""
+    return {
+        "coordinates": found.q.tolist(),
+        "tensions": found.tensions,
+        "supports": found.supports,
+        "reactions": {n: {"force": r.force.tolist(), "moment": r.moment.tolist()} for n, r in reactions.items()},
+    }
+
+
+def _columns(rows: list[Any], sides: str) -> list[str]:
+    widths = [max(len(r[c]) for r in rows) for c in range(len(sides))]
+    padded = [
+        [x.rjust(w) if side == "r" else x.ljust(w) for x, w, side in zip(r, widths, sides, strict=True)] for r in rows
+    ]
+    return ["  ".join(r).rstrip() for r in padded]
