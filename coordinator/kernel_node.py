@@ -142,6 +142,8 @@ class KernelNode:
                 s.set_follow(x.actuator, x.master, (x.k1, x.kc, x.ks))
             case m.SetBrake():
                 s.set_brake(x.brake, x.engaged)
+            case m.SetLock():
+                s.set_lock(x.lock, x.engaged)
             case m.Hook():
                 s.hook(x.rope, x.a, x.b, x.L0)
             case m.Unhook():

@@ -25,7 +25,7 @@ UNIT = 1e-6  # how far an axis or a rotation may be off by rounding
 # groups within which a command or an event is addressed by name alone
 ADDRESSED = (
     ("drives", "ropes", "masters", "measured", "forces"),
-    ("ropes", "supports", "stops", "brakes", "forces", "thresholds"),
+    ("ropes", "supports", "stops", "brakes", "locks", "forces", "thresholds"),
 )
 POSITIVE = {"Rope": ("EA", "L0")}
 NOT_NEGATIVE = {

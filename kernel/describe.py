@@ -109,6 +109,19 @@ class Brake:
 
 
 @dataclass(frozen=True)
+class Lock:
+    """A joint that can be locked and freed while the simulation runs; `engaged`: locked at the start.
+
+    Locked in motion it stops at once: the impulse changes the velocities of its whole tree, and what kinetic energy
+    it takes is this lock's heat.
+    """
+
+    name: str
+    joint: str
+    engaged: bool = False
+
+
+@dataclass(frozen=True)
 class Drive:
     """An actuator of a coordinate of a joint; what it follows is a `Profile` or `Follow` sent at run time.
 
@@ -216,6 +229,7 @@ class System:
     springs: tuple[JointSpring, ...] = ()
     stops: tuple[Stop, ...] = ()
     brakes: tuple[Brake, ...] = ()
+    locks: tuple[Lock, ...] = ()
     drives: tuple[Drive, ...] = ()
     ropes: tuple[Rope, ...] = ()
     supports: tuple[Support, ...] = ()

@@ -63,12 +63,13 @@ class Evaluation:
         self._accelerate()
         self._thresholds()
 
-    def _numbers(self, kind: str, name: str) -> Any:
+    def numbers(self, kind: str, name: str) -> Any:
+        """Its part of the parameters P."""
         return self._P[self.program.parameters.at[kind, name]]
 
     @property
     def gravity(self) -> Any:
-        return self._numbers("gravity", "")[0]
+        return self.numbers("gravity", "")[0]
 
     @property
     def wrenches(self) -> list[Any]:
@@ -87,7 +88,7 @@ class Evaluation:
                 self.q[i], self.v[k] = x[0], x[1]
         for i, (tree, shared) in enumerate(self.program.instances):
             if shared.ends:
-                out = shared.place(q=self.q[tree.q], v=self.v[tree.v], P=self._numbers("tree", str(i)))
+                out = shared.place(q=self.q[tree.q], v=self.v[tree.v], P=self.numbers("tree", str(i)))
                 self._ends.update({tree.first + b: getattr(out, f"b{b}") for b in shared.ends})
         self._masters += [self._measured(m) for m in self.system.measured]
         for d in self.system.drives:
@@ -96,7 +97,7 @@ class Evaluation:
 
     def _commanded(self, name: str) -> tuple[Any, Any, Any, Any, Any]:
         """s, ds/dt, d2s/dt2, sin s, cos s of a master."""
-        x = self.program.profile(t=self._t, p=self._numbers("reference", name))
+        x = self.program.profile(t=self._t, p=self.numbers("reference", name))
         return x.x[0], x.v[0], x.a[0], sin(x.x[0]), cos(x.x[0])
 
     def _measured(self, m: Measured) -> tuple[Any, Any, Any, Any, Any]:
@@ -110,9 +111,9 @@ class Evaluation:
 
     def _reference(self, name: str) -> Reference:
         """A profile plus f(s) of every master known so far: f = k1 s + kc cos s + ks sin s."""
-        x = self.program.profile(t=self._t, p=self._numbers("reference", name))
+        x = self.program.profile(t=self._t, p=self.numbers("reference", name))
         ref, dref, ddref = x.x[0], x.v[0], x.a[0]
-        follow = self._numbers("follow", name)
+        follow = self.numbers("follow", name)
         for i, (s, ds, dds, sine, cosine) in enumerate(self._masters):
             k1, kc, ks = follow[3 * i : 3 * i + 3]
             slope = k1 - kc * sine + ks * cosine
@@ -134,12 +135,12 @@ class Evaluation:
 
     def _ropes(self) -> None:
         for r in self.system.ropes:
-            L0, dL0 = self._numbers("reference", r.name)[1], 0.0
+            L0, dL0 = self.numbers("reference", r.name)[1], 0.0
             if r.winch:
                 L0, dL0, _ = self._reference(r.name)
             bodies = [(self.graph.number(line.a.body), self.graph.number(line.b.body)) for line in r.lines]
             ends = {f"{e}{n}": self._ends[i] for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)}
-            x = self.program.ropes[len(r.lines)](L=[L0, dL0], p=self._numbers("rope", r.name), **ends)
+            x = self.program.ropes[len(r.lines)](L=[L0, dL0], p=self.numbers("rope", r.name), **ends)
             self.tensions.append(named(f"T({r.name})", x.tension[0]))
             self.elongations.append(x.elongation[0])
             self.lengths.append(L0)
@@ -156,7 +157,7 @@ class Evaluation:
     def _supports(self) -> None:
         for u in self.system.supports:
             body = self.graph.number(u.point.body)
-            x = self.program.support(p=self._numbers("support", u.name), body=self._ends[body])
+            x = self.program.support(p=self.numbers("support", u.name), body=self._ends[body])
             self._push(body, x.wrench)
             self.normals.append(x.normal[0])
             self.places += list(x.place)
@@ -168,13 +169,13 @@ class Evaluation:
     def _joints(self) -> None:
         """Springs, stops, brakes and drives: forces along one degree of freedom."""
         for c in self.system.springs:
-            (k, x, u), (stiff, damp, rest) = self._joint(c.name, c.joint, c.coordinate), self._numbers("spring", c.name)
+            (k, x, u), (stiff, damp, rest) = self._joint(c.name, c.joint, c.coordinate), self.numbers("spring", c.name)
             self._tau[k] = self._tau[k] + stiff * (rest - x) - damp * u
             self._heat.append(damp * u * u)
             self.stored.append(0.5 * stiff * (rest - x) * (rest - x))
         for kind, given, law in self._unilateral():
             k, x, u = self._joint(given.name, given.joint, given.coordinate)
-            f = law(self._numbers(kind, given.name), x, u)
+            f = law(self.numbers(kind, given.name), x, u)
             self._tau[k] = self._tau[k] + f.force
             self.guards += f.guards
             self._heat.append(f.heat)
@@ -182,21 +183,21 @@ class Evaluation:
         for d in self.system.drives:
             if d.kind != "prescribed":
                 k, x, u = self._joint(d.name, d.joint, d.coordinate)
-                force = laws.drive(d.kind, self._numbers("drive", d.name), self._references[d.name], x, u)
+                force = laws.drive(d.kind, self.numbers("drive", d.name), self._references[d.name], x, u)
                 self._tau[k] = self._tau[k] + force
                 self._drive_work[d.name] = force * u
 
     def _forces(self) -> None:
         """Every force of the force table."""
         for x in self.program.forces:
-            blocks = {"p": self._numbers("force", x.name), **{f"e{i}": self._ends[b] for i, b in enumerate(x.ends)}}
+            blocks = {"p": self.numbers("force", x.name), **{f"e{i}": self._ends[b] for i, b in enumerate(x.ends)}}
             along, signal = x.force.along, x.law.signal(x.force)
             if signal:
                 blocks["s"] = self._signal(x.name, signal)
             if along:
                 k, *blocks["x"] = self._joint(x.name, *along)
             if x.law.timed:
-                blocks["t"] = [self._numbers("clock", "")[0] + self._t[0]]
+                blocks["t"] = [self.numbers("clock", "")[0] + self._t[0]]
             out = x.function(**blocks)
             for i, body in enumerate(x.ends):
                 self._push(body, named(f"F({x.name},{i + 1})", getattr(out, f"w{i}")))
@@ -213,7 +214,7 @@ class Evaluation:
         """Value and rate of a force's signal: commanded, from its history's active piece, or constant."""
         if signal.driven:
             return list(self._reference(name)[:2])
-        start, value, slope = self._numbers("signal", name)
+        start, value, slope = self.numbers("signal", name)
         return [value + slope * (self._t[0] - start), slope] if signal.times else [value, 0.0]
 
     def _unilateral(self) -> Iterator[tuple[str, Stop | Brake, Any]]:
@@ -227,7 +228,7 @@ class Evaluation:
         for link in self.graph.links:
             if not link.n_modes:
                 continue
-            stiffness, damping = np.reshape(self._numbers("modes", link.body.name), (2, link.n_modes))
+            stiffness, damping = np.reshape(self.numbers("modes", link.body.name), (2, link.n_modes))
             x, u = np.array(self.q[link.q_modes]), np.array(self.v[link.v_modes])
             self._tau[link.v_modes] = list(-stiffness * x - damping * u)
             self._heat.append(damping @ (u * u))
@@ -238,21 +239,22 @@ class Evaluation:
         dv: list[Any] = []
         prescribed = {self.program.driven(d)[1]: d for d in self.system.drives if d.kind == "prescribed"}
         for i, (tree, shared) in enumerate(self.program.instances):
-            drives = [prescribed[tree.v.start + k] for k in tree.prescribed_dofs]
+            drives = [prescribed.get(tree.v.start + k) for k in tree.prescribed_dofs]  # None: locked
             x = shared.accelerate(
                 q=self.q[tree.q],
                 v=self.v[tree.v],
                 tau=self._tau[tree.v] or [0.0],
-                P=self._numbers("tree", str(i)),
+                P=self.numbers("tree", str(i)),
                 g=[self.gravity],
-                a=[self._references[d.name][2] for d in drives] or [0.0],
+                a=[self._references[d.name][2] if d else 0.0 for d in drives] or [0.0],
                 **{f"w{b}": self._wrenches[tree.first + b] for b in shared.ends},
             )
             dq += list(x.dq)
             dv += list(x.dv)
             for d, force in zip(drives, x.reaction, strict=False):
-                # the drive carries what the other laws of its joint do not
-                self._drive_work[d.name] = force * self._references[d.name][1]
+                if d:  # it carries what the other laws of its joint do not
+                    self._drive_work[d.name] = force * self._references[d.name][1]
+        self._heat += [0.0 for _ in self.system.locks]  # made at once, see `locking`
         self._work += [self._drive_work[d.name] for d in self.system.drives]
         self.dy = join(dq, dv, self._heat, self._work)
 
@@ -261,7 +263,7 @@ class Evaluation:
 
     def _threshold(self, h: Threshold) -> Any:
         """a x + b, for angles a sin + a2 cos + b; Python sets a, a2, b when a threshold is armed."""
-        p = self._numbers("threshold", h.name)
+        p = self.numbers("threshold", h.name)
         a, a2, b = p[:3]
         if h.quantity == "angle":
             sine, cosine, _ = attitude(self._ends[self.graph.number(h.of)], h.axis)
@@ -286,7 +288,7 @@ class Evaluation:
         kinetic: Any = 0.0
         potential: Any = 0.0
         for i, (tree, shared) in enumerate(self.program.instances):
-            numbers = self._numbers("tree", str(i))
+            numbers = self.numbers("tree", str(i))
             x = shared.pose(q=self.q[tree.q], v=self.v[tree.v], P=numbers, g=[self.gravity])
             poses += list(x.poses)
             kinetic, potential = kinetic + x.energy[0], potential + x.energy[1]

@@ -24,6 +24,7 @@ from .formulations import Formulation, formulated
 from .function import Function
 from .graph import Graph, build_graph
 from .joints import JOINTS
+from .locking import check_locks, halt_function
 from .parameters import PROFILE, ROPE_HEAD, ROPE_LINE, SUPPORT, Parameters
 from .spatial import join
 from .trees import Tree, cut, kind_of, numbers, with_numbers
@@ -41,15 +42,19 @@ class SharedTree:
     place: Function
     accelerate: Function
     pose: Function
+    halt: Function
 
 
 class Program:
     """What a system becomes.  Raises KernelError if a law names what is not there or two drives share a joint.
 
-    `formulation`: which text gives the accelerations, see `kernel.formulations`.
+    `formulation`: which text gives the accelerations, see `kernel.formulations`; `locked`: names of the locks that
+    hold, None for those that are engaged at the start.
     """
 
-    def __init__(self, system: System, formulation: Formulation = "recursive") -> None:
+    def __init__(
+        self, system: System, formulation: Formulation = "recursive", locked: frozenset[str] | None = None
+    ) -> None:
         check_description(system)
         modes = None
         if any(b.flexible for b in system.bodies):
@@ -64,13 +69,16 @@ class Program:
         self.system, self.formulation = system, formulation
         self.graph = build_graph(system, modes)
         self._check()
-        trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"})
+        self.locked = frozenset(x.name for x in system.locks if x.engaged) if locked is None else locked
+        at_rest = frozenset(x.joint for x in system.locks if x.name in self.locked)
+        trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"}, at_rest)
         self.forces = shared(system.forces, self.graph, _poses_at_start(self.graph, trees), END)
         self.parameters = Parameters.of(system, self.graph, trees, self.forces)
         self.nq, self.nv = self.graph.nq, self.graph.nv
         names = [x.name for group in self._laws() for x in group]
         self.stored = names
         self.accounts = [("heat", name) for name in names]
+        self.accounts += [("heat", x.name) for x in system.locks]
         self.accounts += [("work", r.name) for r in system.ropes if r.winch]
         self.accounts += [("work", x.name) for x in self.forces if x.law.works]
         self.accounts += [("work", d.name) for d in system.drives]
@@ -109,6 +117,7 @@ class Program:
             if k in drives:
                 raise KernelError(f"drive '{d.name}': joint '{d.joint}' already has the drive '{drives[k]}'")
             drives[k] = d.name
+        check_locks(s, self.graph)
         points = [(r.name, p.body) for r in s.ropes for line in r.lines for p in (line.a, line.b)]
         points += [(u.name, u.point.body) for u in s.supports]
         points += [(f.name, p.body) for f in s.forces for p in f.points]
@@ -231,4 +240,5 @@ def _tree_functions(k: int, tree: Tree, ends: tuple[int, ...], formulation: Form
         Function(f"place{k}", place, state),
         Function(f"accelerate{k}", accelerate, forced),
         Function(f"pose{k}", pose, {**state, "g": 1}),
+        halt_function(k, tree),
     )

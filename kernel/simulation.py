@@ -23,6 +23,7 @@ from .describe import System, Vector
 from .elementary import atan2
 from .errors import KernelError
 from .formulations import Formulation
+from .locking import lock_of
 from .parameters import PROFILE, RopeAt
 from .stepper import FOREVER_NS, NEVER, Stepper
 from .stepping import EVENT, FAILED, RUNNING, STILL
@@ -228,6 +229,23 @@ class Simulation(Stepper):
         row = self.row()
         self.switches.set_brake(brake, engaged, row)
         self._heat(row)
+
+    def set_lock(self, lock: str, engaged: bool) -> StateEvent | None:
+        """Lock a joint where it stands, or free it; the event tells the energy that stopping it has taken [J].
+
+        In a joint that moves, a lock stops it by an impulse; freed, it goes on without a jump.  None: nothing changed.
+        """
+        lock_of(self.program.system, lock)
+        if engaged == (lock in self.program.locked):
+            return None
+        account = self.program.nq + self.program.nv + self.program.accounts.index(("heat", lock))
+        before = self.state[account]
+        self._use(self.program.locked ^ {lock})
+        if engaged:
+            self._call("halt")
+        event = StateEvent(lock, "locked" if engaged else "freed", float(self.state[account] - before))
+        self.log.append((self.epoch, event))
+        return event
 
     def unhook(self, rope: str) -> None:
         """Take a rope off; the energy that it held is lost."""

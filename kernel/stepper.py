@@ -53,15 +53,19 @@ class Stepper:
             raise KernelError(f"tolerance {tolerance:g}: it must lie between 0 and 1")
         if sample_ns < SHORTEST_SAMPLE:
             raise KernelError(f"samples every {sample_ns} ns: they must be at least {SHORTEST_SAMPLE} ns apart")
-        self.program = Program(system, formulation)
-        if not self.program.nv:
-            raise KernelError("nothing in this scene can move: all joints are fixed")
-        chosen = choose(method, self.program)
         self.fixed = step is not None
-        self.method = Stepping(self.program, chosen, control_of(chosen, step, self.program))
-        self._code: Library | Oracle = (
-            Library(self.structure(), self._ir, opt, cache) if native else Oracle(self.method)
-        )
+
+        def compiled(locked: frozenset[str] | None) -> Library | Oracle:
+            self.program = Program(system, formulation, locked)
+            if not self.program.nv:
+                raise KernelError("nothing in this scene can move: all joints are fixed")
+            chosen = choose(method, self.program)
+            self.method = Stepping(self.program, chosen, control_of(chosen, step, self.program))
+            return Library(self.structure(), self._ir, opt, cache) if native else Oracle(self.method)
+
+        self._compiled = compiled
+        self._variants: dict[frozenset[str], tuple[Program, Stepping, Library | Oracle]] = {}
+        self._use(None)
         self.P = self.program.parameters.initial.copy()
         self.X = np.zeros(self.method.layout.size)
         self._at = self.method.layout.at
@@ -79,6 +83,16 @@ class Stepper:
         y0 = self.program.initial_state()
         x[self._at["y"]] = y0
 
+    def _use(self, locked: frozenset[str] | None) -> None:
+        """Go on with the code of the scene in which these locks hold (None: those of the start).
+
+        Each variant is compiled when it is first used; places in X and P are the same in all.
+        """
+        if locked not in self._variants:
+            code = self._compiled(locked)
+            self._variants[self.program.locked] = self.program, self.method, code
+        self.program, self.method, self._code = self._variants[self.program.locked if locked is None else locked]
+
     def structure(self) -> str:
         """Equal for scenes that share machine code: everything that the traced text branches or indexes on."""
         p, s = self.program, self.program.system
@@ -89,6 +103,7 @@ class Stepper:
                 p.formulation,
                 [(kind_of(t), x.ends) for t, x in p.instances],
                 [(d.kind, d.joint, d.coordinate) for d in s.drives],
+                [x.joint for x in s.locks],
                 [[(x.joint, x.coordinate) for x in group] for group in (s.springs, s.stops, s.brakes)],
                 len(s.masters),
                 [(r.winch, [(number(k.a.body), number(k.b.body)) for k in r.lines]) for r in s.ropes],

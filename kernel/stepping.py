@@ -18,6 +18,7 @@ from .emit import While
 from .evaluation import Evaluation
 from .function import Function, flatten
 from .layout import Layout
+from .locking import halted
 from .methods.control import Control
 from .methods.method import Method, Rate, fallen_in
 from .rate import Program
@@ -194,6 +195,8 @@ class Stepping:
             "look": self._on_block("look", lambda s, rate, row: look(s, row), table=True),
         }
         at, f = self.layout.at, self.functions
+        if p.locked:
+            f["halt"] = self._halt(n_p)
         ready: tuple[While, ...] = ()
         if method.completes:
             f["complete"] = self._on_block("complete", lambda s, rate, row: complete(s, rate, method))
@@ -224,6 +227,19 @@ class Stepping:
         parts = (x.q, x.v, x.accounts, x.tensions, x.lengths, x.length_rates, x.elongations, x.normals)
         flat = [e for part in parts for e in part]
         return [*flat, *x.places, *x.velocities, *x.stored, *x.shown, *poses, kinetic, potential]
+
+    def _halt(self, n_p: int) -> Function:
+        """Brings the locked joints to rest at once."""
+        p = self.program
+        blocks = {"t": 1, "y": p.ny, "P": n_p}
+        at_once = Function("halted", lambda t, y, P: {"after": halted(p.evaluate(t[0], y, P))}, blocks, ["after"])
+
+        def body(X: Any, P: Any) -> dict[str, Any]:
+            s = self.layout.unpack(X)
+            s.y = at_once(t=[s.t], y=s.y, P=P).after
+            return {"X": self.layout.pack(s)}
+
+        return Function("halt", body, {"X": self.layout.size, "P": n_p})
 
     def _on_block(self, name: str, part: Callable[..., Any], table: bool = False, plain: bool = False) -> Function:
         """A function of the blocks X and P (and a table) made of `part(s, rate, row)`."""

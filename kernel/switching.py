@@ -32,7 +32,8 @@ def _deflection(force: Any, velocity: Any, k: float, d: float) -> Any:
 
 @dataclass(frozen=True)
 class StateEvent:
-    """A located change: `what` is taut, slack, closed, open, stick, slip or reached; `value` as the law's own."""
+    """A change of state: `what` is taut, slack, closed, open, stick, slip or reached, of a lock locked or freed;
+    `value` is the law's own."""
 
     name: str
     what: str

@@ -26,7 +26,8 @@ _PARTS = ("elastic", "place")  # of numbers of their own, where a flexible body 
 class TreeBody:
     """A link with its numbers as floats or symbols; parent, q and v count within the tree.
 
-    axes: (1, 3), or (3, 3) where the joint has a second axis; prescribed: which of its velocities are given.
+    axes: (1, 3), or (3, 3) where the joint has a second axis; prescribed: which of its velocities are given, by a
+    drive or, if `locked`, as zero.
     `elastic` (`flexible.reduction.Elastic`) makes it flexible; its mode coordinates follow those of its joint.
     `place` (`flexible.attachment.Place`, or `Track` of a slider) is where its joint sits on a flexible parent.
     """
@@ -44,6 +45,7 @@ class TreeBody:
     axes: Any
     pitch: Any
     prescribed: tuple[int, ...]
+    locked: bool
     elastic: Any = None
     place: Any = None
 
@@ -91,6 +93,10 @@ class Tree:
         return [b.v.start + i for b in self.bodies for i in b.prescribed]
 
     @property
+    def locked_dofs(self) -> list[int]:
+        return [b.v.start + i for b in self.bodies if b.locked for i in b.prescribed]
+
+    @property
     def free_dofs(self) -> list[int]:
         fixed = set(self.prescribed_dofs)
         return [k for k in range(self.v.stop - self.v.start) if k not in fixed]
@@ -101,8 +107,8 @@ class Tree:
         return [[k for k in path if k not in fixed] for path in self.dof_paths]
 
 
-def cut(graph: Graph, prescribed: set[int]) -> list[Tree]:
-    """The trees of a graph; `prescribed`: the velocities (numbers in v) that are given."""
+def cut(graph: Graph, prescribed: set[int], locked: frozenset[str] = frozenset()) -> list[Tree]:
+    """The trees of a graph; `prescribed`: the velocities (numbers in v) that drives give; `locked`: joints."""
     out = []
     for numbers_ in graph.trees():
         links = [graph.links[i] for i in numbers_]
@@ -121,7 +127,10 @@ def cut(graph: Graph, prescribed: set[int]) -> list[Tree]:
                 R_PJ=np.array(k.joint.R_PJ, float),
                 axes=axes_of(k.joint),
                 pitch=float(k.joint.pitch),
-                prescribed=tuple(i for i, n in enumerate(range(k.v.start, k.v.stop)) if n in prescribed),
+                prescribed=tuple(
+                    i for i, n in enumerate(range(k.v.start, k.v.stop)) if n in prescribed or k.joint.name in locked
+                ),
+                locked=k.joint.name in locked,
                 elastic=_elastic(k),
                 place=place,
             )
@@ -195,7 +204,9 @@ def kind_of(tree: Tree) -> str:
     def pattern(x: Any) -> str:
         return "".join(f"{e:+.0f}" if _structural(e) else "x" for e in np.ravel(x).tolist())
 
-    return repr([(b.kind, b.parent, b.prescribed, b.n_modes, [*map(pattern, _values(b))]) for b in tree.bodies])
+    return repr(
+        [(b.kind, b.parent, b.prescribed, b.locked, b.n_modes, [*map(pattern, _values(b))]) for b in tree.bodies]
+    )
 
 
 def _structural(x: float) -> bool:

@@ -44,6 +44,13 @@ class SetBrake(KernelInput, frozen=True):
     engaged: bool
 
 
+class SetLock(KernelInput, frozen=True):
+    """Lock or free a joint; one that moves is stopped by an impulse."""
+
+    lock: str
+    engaged: bool
+
+
 class Hook(KernelInput, frozen=True):
     """Hook a sling; None keeps an end point (on the same body, in its frame) or the unstretched length."""
 
