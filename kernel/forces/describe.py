@@ -13,7 +13,8 @@ from msgspec import Struct
 from ..points import IDENTITY, Matrix, Point, Vector
 
 __all__ = [
-    "Bushing", "Characteristic", "Force", "Load", "Matrix6", "Signal", "Spring", "Torsion", "UserLaw", "Wind",
+    "Bushing", "Characteristic", "Force", "Load", "Matrix6", "Reeving", "Sheave", "Signal", "Spring", "Torsion",
+    "UserLaw", "Wind",
 ]  # fmt: skip
 
 Row6 = tuple[float, float, float, float, float, float]
@@ -181,4 +182,37 @@ class UserLaw(Element, frozen=True, tag=True):
         return (self.joint, self.coordinate) if self.joint else None
 
 
-Force = Load | Wind | Spring | Torsion | Bushing | Characteristic | UserLaw
+class Sheave(Struct, frozen=True):
+    """A sheave of a rope, fixed on a body: the rope turns positively about its axis (in the body's frame).
+
+    Sliding, the tension against the motion is larger by exp(friction * wrap) / efficiency.  A radius of 0 is a point.
+    """
+
+    at: Point
+    axis: Vector = (0.0, 1.0, 0.0)
+    radius: float = 0.0  # [m]
+    friction: float = 0.0  # mu
+    efficiency: float = 1.0
+
+
+class Reeving(Element, frozen=True, tag=True):
+    """A massless, elastic, tension-only rope from a over sheaves to b; its signal is its unstretched length [m].
+
+    Without friction it has one tension, as an equaliser has; with it each sheave sticks or slips (see `reeving.py`).
+    `damping` [N s/m] is that of the whole rope.  A driven signal is a winch at a.
+    """
+
+    name: str
+    a: Point
+    sheaves: tuple[Sheave, ...]
+    b: Point
+    EA: float  # [N]
+    signal: Signal
+    damping: float = 0.0
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        return self.a, *(s.at for s in self.sheaves), self.b
+
+
+Force = Load | Wind | Spring | Torsion | Bushing | Characteristic | UserLaw | Reeving

@@ -14,9 +14,10 @@ from typing import Any
 from ..function import Function
 from ..graph import Graph
 from .characteristic import CharacteristicLaw
-from .describe import Bushing, Characteristic, Force, Load, Signal, Spring, Torsion, UserLaw, Wind
+from .describe import Bushing, Characteristic, Force, Load, Reeving, Signal, Spring, Torsion, UserLaw, Wind
 from .law import Answer, ForceLaw, Poses
 from .loads import LoadLaw, WindLaw
+from .reeving import ReevingLaw
 from .springs import BushingLaw, SpringLaw, TorsionLaw
 from .user import UserLawEntry
 
@@ -30,6 +31,7 @@ FORCES: dict[type, ForceLaw] = {
     Bushing: BushingLaw(),
     Characteristic: CharacteristicLaw(),
     UserLaw: UserLawEntry(),
+    Reeving: ReevingLaw(),
 }
 
 
