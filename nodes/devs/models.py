@@ -12,6 +12,7 @@ dissolves it.
 """
 
 import re
+from collections.abc import Callable
 from typing import Any, NoReturn, TypeVar
 
 from heavylift.kernel.errors import ModelError
@@ -37,6 +38,7 @@ class Model:
     """A named thing with ports; its path is the names from the root down, joined by dots."""
 
     _sent: list[tuple[OutPort[Any], Any]] | None = None  # the simulator's, while output() runs
+    _changes: list[tuple["Coupled", Callable[[], None]]] | None = None  # of a root that runs: asked for at this tag
 
     def __init__(self, name: str) -> None:
         if not _NAME.fullmatch(name):
@@ -150,13 +152,37 @@ class Coupled(Model):
 
     def add(self, child: Child) -> Child:
         """Take a child in; its name must be new here."""
+        self._change(lambda: self._add(child))
+        return child
+
+    def remove(self, name: str) -> None:
+        """Let a child go, with all couplings to and from it."""
+        self._change(lambda: self._remove(name))
+
+    def _change(self, change: Callable[[], None]) -> None:
+        """At once; in a model that runs, after all transitions of this tag."""
+        root: Model = self
+        while root.parent is not None:
+            root = root.parent
+        if root._changes is None:
+            change()
+        else:
+            root._changes.append((self, change))
+
+    def _add(self, child: Model) -> None:
         if child.name in self.children:
             raise ModelError(f"{self.path}: two children are called {child.name}, rename one of them")
         if child.parent is not None or child is self:
             raise ModelError(f"{self.path}: {child.path} already has its place and cannot be added here")
         child.parent = self
         self.children[child.name] = child
-        return child
+
+    def _remove(self, name: str) -> None:
+        child = self.children.pop(name, None)
+        if child is None:
+            raise ModelError(f"{self.path}: there is no child {name} to remove; it has {', '.join(self.children)}")
+        self.couplings = [(a, b) for a, b in self.couplings if child not in (a.owner, b.owner)]
+        child.parent = None
 
     def add_out(self, name: str, type: type[M], lookahead: int = 0) -> OutPort[M]:
         """Add an out port; lookahead belongs to the atomics behind it."""
@@ -166,6 +192,18 @@ class Coupled(Model):
 
     def connect(self, source: Port[Message] | Port[Any], target: Port[Message] | Port[Any]) -> None:
         """Couple a child's or the own source to a child's or the own target (EIC, IC or EOC, by owner)."""
+        self._change(lambda: self._connect(source, target))
+
+    def disconnect(self, source: Port[Message] | Port[Any], target: Port[Message] | Port[Any]) -> None:
+        """Undo a coupling."""
+        self._change(lambda: self._disconnect(source, target))
+
+    def _disconnect(self, source: Port[Any], target: Port[Any]) -> None:
+        if (source, target) not in self.couplings:
+            raise ModelError(f"{self.path}: there is no coupling {source!r} -> {target!r} to undo")
+        self.couplings.remove((source, target))
+
+    def _connect(self, source: Port[Any], target: Port[Any]) -> None:
         what = f"{self.path}: coupling {source!r} -> {target!r}"
         for port in (source, target):
             if port.owner is not self and port.owner.parent is not self:

@@ -31,6 +31,16 @@ class Port(Generic[M]):
     def __repr__(self) -> str:
         return f"{self.owner.path}.{self.name}"
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Kept without what the simulator has put here: routes lead through the whole model."""
+        return object.__new__, (type(self),), self.__getstate__()
+
+    def __getstate__(self) -> tuple[Any, ...]:
+        return self.owner, self.name, self.type
+
+    def __setstate__(self, state: tuple[Any, ...]) -> None:
+        self.__init__(*state)  # type: ignore[misc]
+
 
 class InPort(Port[M]):
     """A bound in port; the rest is the simulator's: what lies here now, one value or several with their ranks."""
@@ -52,6 +62,9 @@ class OutPort(Port[M]):
         super().__init__(owner, name, type)
         self.lookahead = lookahead
         self.exits: tuple[tuple[OutPort[Any], int], ...] = ()
+
+    def __getstate__(self) -> tuple[Any, ...]:
+        return self.owner, self.name, self.type, self.lookahead
 
     def send(self, value: M) -> None:
         """Put one message into the bags of all receivers, at this tag; allowed inside `output()` only."""

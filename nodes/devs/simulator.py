@@ -6,13 +6,12 @@ One call of `advance(tag, bag)` does, for tag = next_time or an earlier tag at w
   3. one transition per atomic: `internal` if imminent, `external` if it got something, `confluent` if both;
   4. next = after(tag, ta) for each; a wait of zero comes back at the next microstep.
 Driving it from a larger simulation: while min(next_time, first input) < limit, read `outputs()` if that
-tag is next_time, then `advance`. `outputs` may be called any number of times, or not at all. `run` does
-this alone, half-open: events at t < until. After Chow and Zeigler (1994); the two-phase face after adevs.
-Broken rules raise ModelError.
+tag is next_time, then `advance`. `outputs` may be called any number of times, or not at all. `run` does this alone,
+half-open: events at t < until. After Chow and Zeigler (1994); two phases after adevs. Broken rules raise ModelError.
 """
 
 from collections.abc import Callable, Sequence
-from heapq import heappop, heappush
+from heapq import heappush
 from typing import Any, NoReturn
 
 from heavylift.kernel.errors import HeavyliftError, ModelError
@@ -23,12 +22,12 @@ from .flatten import flatten
 from .messages import Message, decode, encode
 from .models import Atomic, Clock, Model
 from .ports import InPort, OutPort
+from .schedule import Schedule
+from .snapshot import frozen, thawed
 from .tags import FOREVER, NEVER, Tag, after
 from .transitions import Trace, Transition, logged
 
-_new = tuple.__new__  # of a Tag, in half the time of Tag(t, k)
 _TAIL = 32  # microsteps before the limit whose models are named as the loop
-_STALE = 4  # the slots are made anew when they hold so many stale entries for each atomic
 
 
 class Simulator:
@@ -41,18 +40,23 @@ class Simulator:
         microsteps: int = 10_000,
         trace: Trace | None = None,
     ) -> None:
-        """`log` hears every transition, `trace` the same raw and fast; `microsteps` is the length at which a zero-time
-        loop is an error."""
+        """`log` hears of every transition, `trace` the same, raw; a zero-time loop of `microsteps` is an error."""
         self.model, self.microsteps = model, microsteps
         self.trace = logged(log) if log is not None else trace
-        self.atomics = flatten(model)
+        self._clock = Clock()
+        self.atomics: list[Atomic] = []
+        self._adopt()
+        self.model._changes = []
+
+    def _adopt(self) -> None:
+        """Take the model tree as it is now."""
+        self.atomics = flatten(self.model)
         self._speakers = [
             (m, min(port.lookahead for port in _outs(m) if port.exits))
             for m in self.atomics
             if any(port.exits for port in _outs(m))
         ]
         self.lookahead = min((ahead for _, ahead in self._speakers), default=NEVER)
-        self._clock = Clock()
         for m in self.atomics:
             m._clock = self._clock
             m._promises = any(port.lookahead for port in _outs(m))
@@ -61,51 +65,33 @@ class Simulator:
     def start(self) -> None:
         """Set every atomic to its initial state at (0, 0); starting again is a fresh run."""
         self._last, self._clock.now = Tag(-1, 0), Tag(0, 0)
-        self._times: list[int] = []  # heap of the times [ns] with a slot
-        self._slots: dict[int, list[int]] = {}  # who is due at (time, 0); who has been rescheduled is still in there
-        self._soon: list[int] = []  # who is due at the microstep after the last tag
+        self._schedule = Schedule(self.atomics)
         self._due: Tag | None = None
-        self._imminent: list[int] = []
         self._said: list[tuple[OutPort[Any], Any]] | None = None
         self._staged: list[tuple[InPort[Any], Message]] = []
-        self._stale = 0
         self._loop: set[str] = set()
         for m in self.atomics:
-            m._t, m._k, m._last, m._set, m._ta, m._sent = NEVER, 0, 0, -NEVER, NEVER, None
-            try:
-                m.start()
-            except Exception as error:
-                _fail(m, Tag(0, 0), "start", error)
-            m._t = m._ta
-            self._enter(m)
+            self._begin(m, Tag(-1, 0))
+
+    def _begin(self, m: Atomic, last: Tag) -> None:
+        """Initial state of an atomic that comes in after the tag `last`."""
+        m._t, m._k, m._last, m._set, m._ta, m._sent = NEVER, 0, max(last.t, 0), -NEVER, NEVER, None
+        try:
+            m.start()
+        except Exception as error:
+            _fail(m, self._clock.now, "start", error)
+        if m._ta < NEVER - last.t:
+            m._t, m._k = after(last, m._ta) if last.t >= 0 else Tag(m._ta)
+        self._schedule.enter(m)
 
     @property
     def next_time(self) -> Tag:
         """Tag of the next internal transition; FOREVER when all are passive."""
+        if self.model._changes:
+            self._restructure()
         if self._due is None:
-            self._due = self._find()
+            self._due = self._schedule.find(self._last)
         return self._due
-
-    def _find(self) -> Tag:
-        """The earliest tag at which somebody is due, and who: the imminent atomics in path order."""
-        atomics, times, slots = self.atomics, self._times, self._slots
-        if self._soon:
-            t, k = self._last
-            self._imminent = sorted(self._soon)
-            return _new(Tag, (t, k + 1))
-        while times:
-            t = times[0]
-            slot = slots[t]
-            if len(slot) > 1:
-                slot = [i for i in sorted({*slot}) if atomics[i]._t == t]
-            elif atomics[slot[0]]._t != t:
-                slot = []
-            if slot:
-                self._imminent = slot
-                return _new(Tag, (t, 0))
-            del slots[heappop(times)]
-        self._imminent = []
-        return FOREVER
 
     @property
     def quiet(self) -> Tag:
@@ -137,7 +123,7 @@ class Simulator:
 
     def advance(self, tag: Tag, bag: Sequence[Delivery] = (), until: Tag = FOREVER) -> None:
         """Transit at `tag`: deliver `bag` (sorted) and what was injected, move the imminent atomics on."""
-        due = self.next_time if self._due is None else self._due
+        due = self._due or self.next_time
         if tag is not due:
             if tag <= self._last:
                 raise ModelError(f"{self.model.path} at {self._last}: late message, {tag} is past already")
@@ -149,11 +135,8 @@ class Simulator:
         movers: list[int] = []
         said: list[tuple[OutPort[Any], Any]] = []
         if tag is due or tag == due:
-            movers, said = self._imminent, self._lambda(tag)
-            if k:
-                self._soon = []
-            elif movers:
-                del self._slots[heappop(self._times)]
+            said = self._lambda(tag)
+            movers = self._schedule.take(k)
         self._due, self._said, self._last, self._clock.now = None, None, tag, tag
         received: list[int] = []
         if bag or self._staged:
@@ -164,7 +147,8 @@ class Simulator:
         if received:
             movers = sorted({*movers, *received})
 
-        atomics, slots, soon, trace = self.atomics, self._slots, self._soon, self.trace
+        atomics, schedule, trace = self.atomics, self._schedule, self.trace
+        slots, soon = schedule.slots, schedule.soon
         for i in movers:
             m = atomics[i]
             m._ta, imminent, kind = None, m._t == t and m._k == k, "internal"
@@ -194,13 +178,13 @@ class Simulator:
                 later = t + wait if wait < NEVER - t else NEVER
                 if imminent or later != m._t:
                     if not imminent and m._t != NEVER:
-                        self._leave()
+                        schedule.leave(t)
                     m._t, m._k, m._set = later, 0, t
                     if later != NEVER:
                         slot = slots.get(later)
                         if slot is None:
                             slots[later] = [i]
-                            heappush(self._times, later)
+                            heappush(schedule.times, later)
                         else:
                             slot.append(i)
             elif imminent:
@@ -208,13 +192,51 @@ class Simulator:
             if trace is not None:
                 trace(tag, m, kind, x, said)
 
-    def run(self, until: int = NEVER) -> None:
-        """Advance alone through all tags at t < `until` [ns]; calling it again continues."""
-        while True:
-            tag = self._due = self._due or self._find()
-            if tag[0] >= until:
-                return
+    def run(self, until: int = NEVER, stop: Callable[[], bool] | None = None) -> None:
+        """Advance alone through all tags at t < `until` [ns], or until `stop()` after one; call it again to go on."""
+        tag = self.next_time
+        while tag[0] < until:
             self.advance(tag)
+            if stop is not None and stop():
+                return
+            tag = self.next_time
+
+    def _restructure(self) -> None:
+        """What was asked of the structure since the last tag happens now, after all transitions of that tag."""
+        changes, self.model._changes = self.model._changes or [], None
+        before, promised = set(self.atomics), self.lookahead
+        for where, change in changes:
+            try:
+                change()
+            except ModelError as error:
+                raise ModelError(f"{error} (a change of {where.path} at {self._last})") from None
+        self._adopt()
+        if self.lookahead < promised:
+            raise ModelError(
+                f"{self.model.path} at {self._last}: its lookahead falls from {promised} to {self.lookahead} ns, but "
+                "others rely on it; give what is added no less lookahead"
+            )
+        self._schedule = Schedule(self.atomics)
+        for m in self.atomics:
+            if m in before:
+                self._schedule.enter(m)
+            else:
+                self._begin(m, self._last)
+        self.model._changes, self._due, self._said = [], None, None
+
+    def snapshot(self) -> bytes:
+        """All that the future depends on, between two tags; ModelError if a state cannot be kept."""
+        return frozen(self.model, (self._last, self._staged))
+
+    def restore(self, snapshot: bytes) -> None:
+        """Go on from a snapshot; `model` and `atomics` are new ones then."""
+        self.model, (self._last, self._staged) = thawed(snapshot)
+        self._due, self._said, self._loop, self._clock.now = None, None, set(), self._last
+        self._adopt()
+        self.model._changes = []
+        self._schedule = Schedule(self.atomics)
+        for m in self.atomics:
+            self._schedule.enter(m)
 
     def _lambda(self, tag: Tag) -> list[tuple[OutPort[Any], Any]]:
         """What the imminent atomics say at `tag` = next_time, in path order."""
@@ -222,7 +244,7 @@ class Simulator:
             return self._said
         said: list[tuple[OutPort[Any], Any]] = []
         atomics, self._clock.now = self.atomics, tag
-        for i in self._imminent:
+        for i in self._schedule.imminent:
             m = atomics[i]
             m._sent = said
             try:
@@ -234,24 +256,6 @@ class Simulator:
             m._sent = None
         self._said = said
         return said
-
-    def _enter(self, m: Atomic) -> None:
-        """Put an atomic into the slot of its time."""
-        if m._t != NEVER:
-            if m._t not in self._slots:
-                heappush(self._times, m._t)
-            self._slots.setdefault(m._t, []).append(m._index)
-
-    def _leave(self) -> None:
-        """Somebody's entry is stale; when most of them are, the slots are made anew."""
-        self._stale += 1
-        if self._stale > _STALE * len(self.atomics):
-            self._stale = 0
-            self._slots.clear()
-            self._times.clear()
-            for m in self.atomics:
-                if m._t > self._last.t:
-                    self._enter(m)
 
     def _receive(self, delivery: Delivery) -> Message:
         """The receiver's own copy of a message from another node."""
@@ -271,11 +275,11 @@ class Simulator:
 
     def _watch(self, tag: Tag) -> None:
         """Collect who keeps time from advancing, and name them at the limit."""
-        self._loop.update(self.atomics[i].path for i in self._imminent)
+        self._loop.update(self.atomics[i].path for i in self._schedule.imminent)
         if tag.k >= self.microsteps:
             raise ModelError(
-                f"{', '.join(sorted(self._loop))} at {tag}: zero-time loop, {self.microsteps} microsteps in "
-                f"which no time passes; let one of them hold for more than 0 ns"
+                f"{', '.join(sorted(self._loop))} at {tag}: zero-time loop, {self.microsteps} microsteps in which no "
+                "time passes; let one of them hold for more than 0 ns"
             )
 
 

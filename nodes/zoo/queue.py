@@ -1,0 +1,127 @@
+"""Generator, processor, transducer: jobs come, are worked at or lost, and are counted (Zeigler et al. 2000, 4.2).
+
+frame(period, span) gives jobs and counts for `span`; couple its `job` to a processor and that back to `solved`
+"""
+
+from __future__ import annotations
+
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, Tag
+
+__all__ = ["Generator", "Job", "Processor", "Stop", "Transducer", "frame", "workshop"]
+
+
+class Job(Message):
+    """A piece of work by number."""
+
+    number: int
+
+
+class Stop(Message):
+    """The end of the observation."""
+
+
+class Generator(Atomic):
+    """Gives job 0 at once and the next one every `period` [ns], until it is stopped."""
+
+    stop, job = In(Stop), Out(Job)
+
+    def __init__(self, name: str, period: int) -> None:
+        super().__init__(name)
+        self.period = period
+
+    def start(self) -> None:
+        """The first job comes at time 0."""
+        self.number = 0
+        self.hold_in(0)
+
+    def output(self) -> None:
+        """The next job."""
+        self.job.send(Job(self.number))
+
+    def internal(self) -> None:
+        """Count, and wait for a period."""
+        self.number += 1
+        self.hold_in(self.period)
+
+    def external(self, e: int, x: Bag) -> None:
+        """Stop."""
+        self.passivate()
+
+
+class Processor(Atomic):
+    """Works `duration` [ns] at one job; what comes meanwhile is lost."""
+
+    into, done = In(Job), Out(Job)
+
+    def __init__(self, name: str, duration: int) -> None:
+        super().__init__(name)
+        self.duration = duration
+
+    def start(self) -> None:
+        """Idle."""
+        self.job: Job | None = None
+
+    def external(self, e: int, x: Bag) -> None:
+        """Take the first job if there is none in hand."""
+        if self.job is None:
+            self.job = x[self.into][0]
+            self.hold_in(self.duration)
+
+    def output(self) -> None:
+        """The finished job."""
+        if self.job is not None:
+            self.done.send(self.job)
+
+    def internal(self) -> None:
+        """Idle again."""
+        self.job = None
+        self.passivate()
+
+
+class Transducer(Atomic):
+    """Counts what arrives and what is solved for `span` [ns], then says stop."""
+
+    arrived, solved, stop = In(Job), In(Job), Out(Stop)
+
+    def __init__(self, name: str, span: int) -> None:
+        super().__init__(name)
+        self.span = span
+
+    def start(self) -> None:
+        """Nothing counted yet."""
+        self.arrivals, self.solutions, self.last = 0, 0, Tag(0)
+        self.hold_in(self.span)
+
+    def external(self, e: int, x: Bag) -> None:
+        """Count."""
+        self.arrivals += len(x.get(self.arrived, []))
+        self.solutions += len(x.get(self.solved, []))
+        self.last = self.now
+
+    def output(self) -> None:
+        """Observation ends."""
+        self.stop.send(Stop())
+
+    def internal(self) -> None:
+        """Only listen from now on."""
+        self.passivate()
+
+
+def frame(period: int, span: int) -> Coupled:
+    """The experimental frame: a generator and a transducer, with the ports `job` and `solved`."""
+    model = Coupled("frame")
+    generator, transducer = model.add(Generator("generator", period)), model.add(Transducer("transducer", span))
+    model.connect(generator.job, transducer.arrived)
+    model.connect(transducer.stop, generator.stop)
+    model.connect(generator.job, model.add_out("job", Job))
+    model.connect(model.add_in("solved", Job), transducer.solved)
+    return model
+
+
+def workshop(period: int, duration: int, span: int) -> Coupled:
+    """A processor in its experimental frame; times in ns."""
+    model = Coupled("workshop")
+    around, processor = model.add(frame(period, span)), model.add(Processor("processor", duration))
+    model.connect(around.ports["job"], processor.into)
+    model.connect(processor.done, around.ports["solved"])
+    return model

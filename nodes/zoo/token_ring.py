@@ -1,0 +1,55 @@
+"""Stations in a ring pass tokens on: a cycle of atomics in which each holds a token for some time."""
+
+from __future__ import annotations
+
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out
+
+__all__ = ["Station", "Token", "ring"]
+
+
+class Token(Message):
+    """A token by number."""
+
+    number: int
+
+
+class Station(Atomic):
+    """Holds what arrives together for `hold` [ns], then passes it on; `first`: a token that it starts with."""
+
+    into, out = In(Token), Out(Token)
+
+    def __init__(self, name: str, hold: int, first: Token | None = None) -> None:
+        super().__init__(name)
+        self.hold, self.first = hold, first
+
+    def start(self) -> None:
+        """Hold the first token, if there is one."""
+        self.tokens = (self.first,) if self.first else ()
+        self.passed = 0
+        if self.tokens:
+            self.hold_in(self.hold)
+
+    def external(self, e: int, x: Bag) -> None:
+        """Take tokens; those in hand wait with them."""
+        self.tokens = (*self.tokens, *x[self.into])
+        self.hold_in(self.hold)
+
+    def output(self) -> None:
+        """Pass on what is in hand."""
+        for token in self.tokens:
+            self.out.send(token)
+
+    def internal(self) -> None:
+        """Empty hands."""
+        self.passed += len(self.tokens)
+        self.tokens = ()
+        self.passivate()
+
+
+def ring(stations: int, tokens: int, hold: int) -> Coupled:
+    """A ring of stations, the first `tokens` of which start with a token; hold in ns."""
+    model = Coupled("ring")
+    members = [model.add(Station(f"s{i}", hold, Token(i) if i < tokens else None)) for i in range(stations)]
+    for i, member in enumerate(members):
+        model.connect(member.out, members[(i + 1) % stations].into)
+    return model

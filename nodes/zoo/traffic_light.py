@@ -1,0 +1,79 @@
+"""A traffic light with an operator: red, green, yellow in turn; "manual" blinks until "auto" starts it at red again.
+
+One atomic whose phase decides how long it waits and what comes next; the elapsed time is not needed, since taking the
+light over ends the phase.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, ns
+
+__all__ = ["Colour", "Light", "Mode", "Show", "Take"]
+
+
+class Colour(StrEnum):
+    """What the light shows."""
+
+    RED = "red"
+    GREEN = "green"
+    YELLOW = "yellow"
+    DARK = "dark"
+
+
+class Mode(StrEnum):
+    """Who runs the light."""
+
+    AUTO = "auto"
+    MANUAL = "manual"
+
+
+class Take(Message):
+    """An order of the operator."""
+
+    mode: Mode
+
+
+class Show(Message):
+    """The light has changed."""
+
+    colour: Colour
+
+
+TURN = {Colour.RED: Colour.GREEN, Colour.GREEN: Colour.YELLOW, Colour.YELLOW: Colour.RED}
+BLINK = {Colour.YELLOW: Colour.DARK, Colour.DARK: Colour.YELLOW}
+LASTS = {Colour.RED: ns(60), Colour.GREEN: ns(50), Colour.YELLOW: ns(10)}
+BLINKS = ns(0.5)
+
+
+class Light(Atomic):
+    """The light says each colour when it begins."""
+
+    take, show = In(Take), Out(Show)
+
+    def start(self) -> None:
+        """Red at time 0."""
+        self.mode, self.coming = Mode.AUTO, Colour.RED
+        self.hold_in(0)
+
+    def output(self) -> None:
+        """The colour that begins."""
+        self.show.send(Show(self.coming))
+
+    def internal(self) -> None:
+        """Wait as long as this colour lasts."""
+        shown = self.coming
+        if self.mode == Mode.AUTO:
+            self.coming = TURN[shown]
+            self.hold_in(LASTS[shown])
+        else:
+            self.coming = BLINK[shown]
+            self.hold_in(BLINKS)
+
+    def external(self, e: int, x: Bag) -> None:
+        """The operator takes the light, or gives it back, at once."""
+        mode = x[self.take][-1].mode
+        if mode != self.mode:
+            self.mode, self.coming = mode, Colour.RED if mode == Mode.AUTO else Colour.YELLOW
+            self.hold_in(0)
