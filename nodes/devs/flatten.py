@@ -20,8 +20,9 @@ Route = tuple[InPort[Any], Atomic, int]  # target, its owner, rank
 
 def flatten(root: Model) -> list[Atomic]:
     """The atomics of a tree in path order; their out ports and the root's in ports keep their routes and exits."""
-    models = list(_tree(root))
-    atomics = sorted((m for m in models if isinstance(m, Atomic)), key=lambda m: m.path.split("."))
+    models: list[Model] = []
+    _collect(root, root.path, models)
+    atomics = [m for m in models if isinstance(m, Atomic)]
     ahead: dict[Port[Any], list[Port[Any]]] = {}
     for model in models:
         if isinstance(model, Coupled):
@@ -42,7 +43,7 @@ def flatten(root: Model) -> list[Atomic]:
     rank = {target: {hops: i for i, hops in enumerate(sorted(all_))} for target, all_ in into.items()}
 
     for index, atomic in enumerate(atomics):
-        atomic._index, atomic._path = index, atomic.path
+        atomic._index = index
         for port in atomic.ports.values():
             if isinstance(port, OutPort):
                 port.exits = tuple((t, rank[t][hops]) for t, hops in ways[port] if isinstance(t, OutPort))
@@ -51,11 +52,13 @@ def flatten(root: Model) -> list[Atomic]:
     return atomics
 
 
-def _tree(model: Model) -> Iterator[Model]:
-    yield model
+def _collect(model: Model, path: str, models: list[Model]) -> None:
+    """The models of a tree in the order of their paths, which they keep while they run."""
+    model._path = path
+    models.append(model)
     if isinstance(model, Coupled):
-        for child in model.children.values():
-            yield from _tree(child)
+        for name in sorted(model.children):
+            _collect(model.children[name], f"{path}.{name}", models)
 
 
 def _ways(

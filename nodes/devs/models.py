@@ -34,10 +34,22 @@ class Clock:
         self.now = Tag(0, 0)
 
 
+_DECLARED: dict[type, list[tuple[str, In[Any] | Out[Any]]]] = {}
+
+
+def _declared(cls: type["Model"]) -> list[tuple[str, In[Any] | Out[Any]]]:
+    """The ports that a class and its bases declare."""
+    if cls not in _DECLARED:
+        found = ((key, x) for base in reversed(cls.__mro__) for key, x in vars(base).items())
+        _DECLARED[cls] = [(key, x) for key, x in found if isinstance(x, In | Out)]
+    return _DECLARED[cls]
+
+
 class Model:
     """A named thing with ports; its path is the names from the root down, joined by dots."""
 
     _sent: list[tuple[OutPort[Any], Any]] | None = None  # the simulator's, while output() runs
+    _path: str = ""  # the simulator's: known while it runs
     _changes: list[tuple["Coupled", Callable[[], None]]] | None = None  # of a root that runs: asked for at this tag
 
     def __init__(self, name: str) -> None:
@@ -46,17 +58,16 @@ class Model:
         self.name = name
         self.parent: Coupled | None = None
         self.ports: dict[str, Port[Any]] = {}
-        for cls in reversed(type(self).__mro__):
-            for key, declared in vars(cls).items():
-                if isinstance(declared, In):
-                    setattr(self, key, self.add_in(key, declared.type))
-                elif isinstance(declared, Out):
-                    setattr(self, key, self.add_out(key, declared.type, declared.lookahead))
+        for key, declared in _declared(type(self)):
+            if isinstance(declared, In):
+                setattr(self, key, self.add_in(key, declared.type))
+            else:
+                setattr(self, key, self.add_out(key, declared.type, declared.lookahead))
 
     @property
     def path(self) -> str:
         """Names from the root down to this model, joined by dots."""
-        return self.name if self.parent is None else f"{self.parent.path}.{self.name}"
+        return self._path or (self.name if self.parent is None else f"{self.parent.path}.{self.name}")
 
     def add_in(self, name: str, type: type[M]) -> InPort[M]:
         """Add an in port that only this instance has."""
@@ -94,7 +105,7 @@ class Atomic(Model):
         self._t, self._k = NEVER, 0  # [ns] and microstep of the next internal transition
         self._last = 0  # [ns] time of the last transition
         self._set = 0  # [ns] time of the transition that made the present schedule
-        self._index, self._path = 0, name  # rank of the path among all atomics, the path
+        self._index = 0  # rank of the path among all atomics
         self._promises = False  # whether an out port has a lookahead
         self._plain = True  # whether confluent() is the default
 
@@ -148,7 +159,12 @@ class Coupled(Model):
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.children: dict[str, Model] = {}
-        self.couplings: list[tuple[Port[Any], Port[Any]]] = []
+        self._coupled: dict[tuple[Port[Any], Port[Any]], None] = {}  # in the order of connection
+
+    @property
+    def couplings(self) -> list[tuple[Port[Any], Port[Any]]]:
+        """Sources and targets in the order of connection."""
+        return list(self._coupled)
 
     def add(self, child: Child) -> Child:
         """Take a child in; its name must be new here."""
@@ -181,8 +197,8 @@ class Coupled(Model):
         child = self.children.pop(name, None)
         if child is None:
             raise ModelError(f"{self.path}: there is no child {name} to remove; it has {', '.join(self.children)}")
-        self.couplings = [(a, b) for a, b in self.couplings if child not in (a.owner, b.owner)]
-        child.parent = None
+        self._coupled = {c: None for c in self._coupled if child not in (c[0].owner, c[1].owner)}
+        child.parent, child._path = None, ""
 
     def add_out(self, name: str, type: type[M], lookahead: int = 0) -> OutPort[M]:
         """Add an out port; lookahead belongs to the atomics behind it."""
@@ -199,26 +215,32 @@ class Coupled(Model):
         self._change(lambda: self._disconnect(source, target))
 
     def _disconnect(self, source: Port[Any], target: Port[Any]) -> None:
-        if (source, target) not in self.couplings:
+        if (source, target) not in self._coupled:
             raise ModelError(f"{self.path}: there is no coupling {source!r} -> {target!r} to undo")
-        self.couplings.remove((source, target))
+        del self._coupled[source, target]
 
     def _connect(self, source: Port[Any], target: Port[Any]) -> None:
-        what = f"{self.path}: coupling {source!r} -> {target!r}"
+        wrong = self._fault(source, target)
+        if wrong:
+            raise ModelError(f"{self.path}: coupling {source!r} -> {target!r}: {wrong}")
+        self._coupled[source, target] = None
+
+    def _fault(self, source: Port[Any], target: Port[Any]) -> str:
+        """What is wrong with a coupling, "" if nothing is."""
         for port in (source, target):
             if port.owner is not self and port.owner.parent is not self:
-                raise ModelError(f"{what}: {port!r} is neither a port of {self.path} nor of its children")
+                return f"{port!r} is neither a port of {self.path} nor of its children"
             if port.owner.ports.get(port.name) is not port:
-                raise ModelError(f"{what}: {port!r} is not a port of {port.owner.path}")
+                return f"{port!r} is not a port of {port.owner.path}"
         if isinstance(source, InPort) != (source.owner is self):
-            raise ModelError(f"{what}: {source!r} cannot be a source here, take an out port of a child")
+            return f"{source!r} cannot be a source here, take an out port of a child"
         if isinstance(target, OutPort) != (target.owner is self):
-            raise ModelError(f"{what}: {target!r} cannot be a target here, take an in port of a child")
+            return f"{target!r} cannot be a target here, take an in port of a child"
         if source.owner is target.owner:
             through = "passes straight through" if source.owner is self else "feeds a model back to itself"
-            raise ModelError(f"{what}: {through}, which the formalism excludes; put an atomic between")
+            return f"{through}, which the formalism excludes; put an atomic between"
         if not issubclass(source.type, target.type):
-            raise ModelError(f"{what}: {source.type.__name__} does not fit a port of {target.type.__name__}")
-        if (source, target) in self.couplings:
-            raise ModelError(f"{what}: is there already, a second one would double every message")
-        self.couplings.append((source, target))
+            return f"{source.type.__name__} does not fit a port of {target.type.__name__}"
+        if (source, target) in self._coupled:
+            return "it is there already, a second one would double every message"
+        return ""

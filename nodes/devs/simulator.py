@@ -190,16 +190,14 @@ class Simulator:
             elif imminent:
                 _fail(m, tag, kind, ModelError(f"{kind}() scheduled nothing: call hold_in or passivate"))
             if trace is not None:
-                trace(tag, m, kind, x, said)
+                trace(tag, m._path, kind, x, said)
 
     def run(self, until: int = NEVER, stop: Callable[[], bool] | None = None) -> None:
         """Advance alone through all tags at t < `until` [ns], or until `stop()` after one; call it again to go on."""
         tag = self.next_time
         while tag[0] < until:
             self.advance(tag)
-            if stop is not None and stop():
-                return
-            tag = self.next_time
+            tag = FOREVER if stop is not None and stop() else self.next_time
 
     def _restructure(self) -> None:
         """What was asked of the structure since the last tag happens now, after all transitions of that tag."""

@@ -8,14 +8,13 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from .messages import Message
-from .models import Atomic
 from .ports import InPort, OutPort
 from .tags import Tag
 
 __all__ = ["Trace", "Transition", "logged"]
 
-# tag, atomic, "internal", "external" or "confluent", its bag (None if empty), all that was said at this tag
-Trace = Callable[[Tag, Atomic, str, dict[InPort[Any], list[Any]] | None, list[tuple[OutPort[Any], Any]]], None]
+# tag, path, "internal", "external" or "confluent", its bag (None if empty), all that was said at this tag
+Trace = Callable[[Tag, str, str, dict[InPort[Any], list[Any]] | None, list[tuple[OutPort[Any], Any]]], None]
 
 
 class Transition(NamedTuple):
@@ -31,18 +30,18 @@ class Transition(NamedTuple):
 def logged(log: Callable[[Transition], None]) -> Trace:
     """The trace that hands transitions to a log."""
     said: list[tuple[OutPort[Any], Any]] = []
-    words: dict[Any, list[tuple[str, Message]]] = {}  # what each atomic said at the present tag
+    words: dict[str, list[tuple[str, Message]]] = {}  # what each atomic said at the present tag
 
     def trace(
-        tag: Tag, m: Atomic, kind: str, x: dict[InPort[Any], list[Any]] | None, now: list[tuple[OutPort[Any], Any]]
+        tag: Tag, path: str, kind: str, x: dict[InPort[Any], list[Any]] | None, now: list[tuple[OutPort[Any], Any]]
     ) -> None:
         nonlocal said
         if now is not said:
             said = now
             words.clear()
             for port, value in now:
-                words.setdefault(port.owner, []).append((port.name, value))
+                words.setdefault(port.owner.path, []).append((port.name, value))
         bag = tuple((port.name, value) for port, values in (x or {}).items() for value in values)
-        log(Transition(tag, m.path, kind, bag, tuple(words.get(m, ()))))
+        log(Transition(tag, path, kind, bag, tuple(words.get(path, ()))))
 
     return trace

@@ -107,7 +107,7 @@ def test_couplings() -> None:
     refused: list[tuple[Port[Any], Port[Any], str]] = [
         (i, o, "passes straight through, which the formalism excludes; put an atomic between"),
         (a.out, a.into, "feeds a model back to itself, which the formalism excludes; put an atomic between"),
-        (a.out, b.into, "is there already, a second one would double every message"),
+        (a.out, b.into, "it is there already, a second one would double every message"),
         (a.out, c.ports["into"], f"r.inner.c.into {neither}"),
         (stranger.out, a.into, f"stranger.out {neither}"),
         (other, a.into, "Other does not fit a port of Item"),

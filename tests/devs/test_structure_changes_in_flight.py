@@ -90,9 +90,9 @@ def test_the_clock_of_the_others_runs_on() -> None:
     relay, g, b, sink = Relay("relay", ns(2.5)), Generator("g", ns(1), count=1), Breeder("b"), Sink("sink")
     simulator = started(coupled("yard", [g, b, relay, sink], (g.out, b.into), (g.out, relay.into)))
     log: list[tuple[Tag, str]] = []
-    simulator.trace = lambda tag, m, kind, x, said: log.append((tag, f"{m.name} {kind}"))
+    simulator.trace = lambda tag, path, kind, x, said: log.append((tag, f"{path} {kind}"))
     simulator.run(ns(10))
-    assert (Tag(ns(3.5)), "relay internal") in log
+    assert (Tag(ns(3.5)), "yard.relay internal") in log
 
 
 def test_between_runs_the_structure_changes_before_the_next_tag() -> None:
