@@ -157,7 +157,7 @@ def _shapes(
     if nodal is not None and nodal.modes:
         basis = _padded(np.array(nodal.modes, float), len(nodes))[free]
     else:
-        rigid = sum(not np.any(column[held]) and bool(np.any(column[free])) for column in _rigid(nodes).T)
+        rigid = sum(_moves_freely(u, K, held) for u in _rigid(nodes).T)
         n = min(flexible.modes + rigid, len(free))
         if n - rigid < flexible.modes:
             raise KernelError(f"body '{name}': {flexible.modes} modes, but its model has only {n - rigid}")
@@ -220,6 +220,11 @@ def _model(flexible: Flexible) -> tuple[np.ndarray, np.ndarray, np.ndarray, list
     M[np.ix_(places, places)], K[np.ix_(places, places)] = np.array(nodal.mass), np.array(nodal.stiffness)
     held = {places[d] for d in nodal.held} | (set(range(6 * n)) - set(places))
     return nodes, M, K, sorted(held)
+
+
+def _moves_freely(u: np.ndarray, K: np.ndarray, held: list[int]) -> bool:
+    """Whether a rigid motion of the nodes neither meets the frame nor strains anything."""
+    return bool(np.any(u) and not np.any(u[held]) and np.abs(K @ u).max() <= NODE * np.abs(K).max() * np.abs(u).max())
 
 
 def _padded(shapes: np.ndarray, n: int) -> np.ndarray:

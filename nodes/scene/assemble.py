@@ -13,15 +13,18 @@ from typing import Any
 
 from heavylift.kernel import describe as k
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.flexible.checks import check_flexible
 from heavylift.kernel.forces import describe as forces
 from heavylift.kernel.forces.table import check_force
 
 from . import kinematics, mechanics, plan, units
 from .faults import closest
+from .flexible import Beam
 from .forces import Characteristic
 from .source import Fault, Path, Source
 from .units import Dimension
 
+OneAxis = mechanics.Revolute | mechanics.Prismatic | mechanics.Slider
 TOUCH = 1e-9  # a rope or support this close carries [m]
 # key of a law -> its dimension on a sliding and on a turning joint
 _UNITS: dict[str, tuple[Dimension, Dimension]] = {
@@ -52,10 +55,9 @@ class _Assembly:
         ropes = [self._rope(name, rope) for name, rope in given.ropes.items()]
         for name, support in given.supports.items():
             self._known(("mechanism", "supports", name, "body"), support.body)
+            self._on_beam(("mechanism", "supports", name, "at"), support.body, support.at[0])
         system = k.System(
-            bodies=tuple(
-                k.Body(name, body.mass, body.com, _matrix(body.inertia)) for name, body in given.bodies.items()
-            ),
+            bodies=tuple(self._body(name, body) for name, body in given.bodies.items()),
             joints=tuple(_joint(name, joint) for name, joint in given.joints.items()),
             springs=tuple(k.JointSpring(n, x.joint, x.stiffness, x.damping, x.rest) for n, x in given.springs.items()),
             stops=tuple(k.Stop(n, x.joint, *x.range, x.stiffness, x.damping) for n, x in given.stops.items()),
@@ -78,6 +80,22 @@ class _Assembly:
             where=self.source.where(("mechanism",)),
         )
 
+    def _body(self, name: str, body: mechanics.Body) -> k.Body:
+        path: Path = ("mechanism", "bodies", name)
+        flexible, made = body.beam or body.matrices, None
+        if flexible is None and body.mass is None:
+            self._fault((*path, "mass"), "the key 'mass' is missing", on_key=True)
+        if body.beam and body.matrices:
+            self._fault((*path, "matrices"), "a flexible body has either a 'beam' or 'matrices'", on_key=True)
+        elif flexible:
+            at: Path = (*path, "beam" if body.beam else "matrices")
+            try:
+                made = flexible.built(FilePath(self.source.mark(path).file).parent)
+                check_flexible(name, made)
+            except (KernelError, ValueError) as error:
+                self._fault(at, str(error), on_key=True)
+        return k.Body(name, body.mass or 0.0, body.com, _matrix(body.inertia), made)
+
     def _carrying(self, system: k.System) -> tuple[tuple[str, ...], tuple[str, ...]]:
         at = kinematics.poses(system)
         taut = (r.name for r in system.ropes if r.hooked and kinematics.length(r, at) > r.L0 + TOUCH)
@@ -90,6 +108,12 @@ class _Assembly:
         for name, joint in self.given.joints.items():
             path: Path = ("mechanism", "joints", name)
             self._known((*path, "parent"), joint.parent)
+            if isinstance(joint, mechanics.Slider):
+                if joint.parent in self.bodies and not self._beam(joint.parent):
+                    self._fault((*path, "parent"), f"a slider needs a flexible beam, and '{joint.parent}' has none")
+                self._on_beam((*path, "start"), joint.parent, joint.start)
+            else:
+                self._on_beam((*path, "at"), joint.parent, joint.at[0])
             self._known((*path, "child"), joint.child)
             if joint.child == k.WORLD:
                 self._fault((*path, "child"), "the world cannot be carried by a joint")
@@ -116,9 +140,10 @@ class _Assembly:
                 self._fault(("mechanism", "bodies", body), told, on_key=True)
 
     def _solid(self, body: str) -> bool:
-        """Whether all moments of inertia are there, or other bodies may bring them."""
+        """Whether all moments of inertia are there, or other bodies or a beam may bring them."""
         carries = any(joint.parent == body for joint in self.given.joints.values())
-        return carries or all(self.given.bodies[body].inertia[:3])
+        given = self.given.bodies[body]
+        return carries or bool(given.beam or given.matrices) or all(given.inertia[:3])
 
     def _names(self) -> None:
         """Ropes, supports and laws share one set of names."""
@@ -173,19 +198,19 @@ class _Assembly:
                 except ValueError as error:
                     self._fault((*path, "curve", i, j), str(error))
 
-    def _one_axis(self, path: Path, name: str) -> mechanics.Revolute | mechanics.Prismatic | None:
+    def _one_axis(self, path: Path, name: str) -> OneAxis | None:
         """The joint that a law acts along."""
         joint = self.given.joints.get(name)
         if joint is None:
             self._fault((*path, "joint"), f"there is no joint '{name}'", closest(name, self.given.joints))
-        elif not isinstance(joint, mechanics.Revolute | mechanics.Prismatic):
+        elif not isinstance(joint, OneAxis):
             told = f"a {joint.type} joint has no single coordinate to act on: '{name}'"
             self._fault((*path, "joint"), told)
         else:
             return joint
         return None
 
-    def _dimensions(self, path: Path, joint: mechanics.Revolute | mechanics.Prismatic) -> None:
+    def _dimensions(self, path: Path, joint: OneAxis) -> None:
         """The units of a law fit the joint it acts on."""
         written: Any = self.source.data
         for part in path:
@@ -211,6 +236,8 @@ class _Assembly:
         for start, end, _, at in lines:
             self._known((*at, "start", "body"), start.body)
             self._known((*at, "end", "body"), end.body)
+            self._on_beam((*at, "start", "at"), start.body, start.at[0])
+            self._on_beam((*at, "end", "at"), end.body, end.at[0])
         if rope.winch and not rope.winch.shortest <= rope.length <= rope.winch.longest:
             ends = f"{rope.winch.shortest:g} and {rope.winch.longest:g} m"
             told = f"{rope.length:g} m of rope is not between {ends}"
@@ -236,6 +263,15 @@ class _Assembly:
         if body not in self.bodies:
             self._fault(path, f"there is no body '{body}'", closest(body, self.bodies))
 
+    def _beam(self, body: str) -> Beam | None:
+        return self.given.bodies[body].beam if body in self.given.bodies else None
+
+    def _on_beam(self, path: Path, body: str, x: float) -> None:
+        """What stands on a beam stands between its ends."""
+        beam = self._beam(body)
+        if beam and not 0.0 <= x <= beam.length:
+            self._fault(path, f"{x:g} m is not on the beam of '{body}', which reaches from 0 to {beam.length:g} m")
+
     def _fault(self, path: Path, sentence: str, hint: str = "", *, on_key: bool = False) -> None:
         self.source.faults.append(Fault(path, sentence, hint, on_key))
 
@@ -247,6 +283,8 @@ def _joint(name: str, joint: Any) -> k.Joint:
     match joint:
         case mechanics.Revolute() | mechanics.Prismatic():
             q0, v0, axis = (joint.start,), (joint.speed,), _unit(joint.axis)
+        case mechanics.Slider():
+            q0, v0 = (joint.start,), (joint.speed,)
         case mechanics.Spherical():
             q0, v0 = _unit(joint.attitude), joint.rate
         case mechanics.Free():

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import AfterValidator, BaseModel, ConfigDict
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict
 
 from .units import Length, Number
 
-__all__ = ["Base", "Direction", "End", "Name", "Place", "Quaternion"]
+__all__ = ["Base", "Direction", "End", "Name", "Place", "Quaternion", "Station"]
 
 
 def _named(word: str) -> str:
@@ -22,6 +22,8 @@ def _named(word: str) -> str:
 
 Name = Annotated[str, AfterValidator(_named)]
 Place = tuple[Length, Length, Length]
+# one length is a place along x, the axis of beams
+Station = Annotated[Place, BeforeValidator(lambda x: (x, 0.0, 0.0) if isinstance(x, str) else x)]
 Direction = tuple[Number, Number, Number]
 Quaternion = tuple[Number, Number, Number, Number]
 
@@ -41,4 +43,4 @@ class End(Base):
     """A point of a body."""
 
     body: str
-    at: Place = (0.0, 0.0, 0.0)
+    at: Station = (0.0, 0.0, 0.0)

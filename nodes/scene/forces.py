@@ -14,7 +14,7 @@ from heavylift.kernel.forces import describe as f
 from heavylift.kernel.points import Matrix, Point, Vector
 from pydantic import Field
 
-from .base import Base, Direction, End, Place, Quaternion
+from .base import Base, Direction, End, Quaternion, Station
 from .units import (
     Angle,
     Area,
@@ -58,7 +58,7 @@ class Load(_Force):
 
     type: Literal["load"]
     body: str
-    at: Place = (0.0, 0.0, 0.0)
+    at: Station = (0.0, 0.0, 0.0)
     force: tuple[Push, Push, Push] = (0.0, 0.0, 0.0)
     moment: tuple[Twist, Twist, Twist] = (0.0, 0.0, 0.0)
     axes: Literal["world", "body"] = "world"
@@ -75,7 +75,7 @@ class Wind(_Force):
 
     type: Literal["wind"]
     body: str
-    at: Place = (0.0, 0.0, 0.0)
+    at: Station = (0.0, 0.0, 0.0)
     area: Area
     drag: Ratio
     direction: Direction

@@ -15,6 +15,8 @@ from .base import Base as Base
 from .base import Direction, End, Quaternion
 from .base import Name as Name
 from .base import Place as Place
+from .base import Station as Station
+from .flexible import Beam, Matrices
 from .forces import Force as ForceElement
 from .units import (
     Angle,
@@ -39,21 +41,26 @@ from .units import Ramp as RampValue
 
 
 class Body(Base):
-    """A rigid body; `inertia` about its centre of mass: Ixx, Iyy, Izz and, if need be, Ixy, Ixz, Iyz."""
+    """A body; `inertia` about its centre of mass: Ixx, Iyy, Izz and, if need be, Ixy, Ixz, Iyz.
 
-    mass: MassValue
+    `beam` or `matrices` make it flexible; mass, com and inertia are then what sits rigidly in its frame.
+    """
+
+    mass: MassValue | None = None
     com: Place = (0.0, 0.0, 0.0)
     inertia: tuple[Inertia, Inertia, Inertia] | tuple[Inertia, Inertia, Inertia, Product, Product, Product] = (
         0.0,
         0.0,
         0.0,
     )
+    beam: Beam | None = None
+    matrices: Matrices | None = None
 
 
 class _Joint(Base):
     parent: str = "world"
     child: str
-    at: Place = (0.0, 0.0, 0.0)
+    at: Station = (0.0, 0.0, 0.0)
 
 
 class Fixed(_Joint):
@@ -80,6 +87,14 @@ class Prismatic(_Joint):
     speed: Velocity = 0.0
 
 
+class Slider(_Joint):
+    """Slides along a flexible beam; `start` is its place there, `at` an arm from the beam's axis."""
+
+    type: Literal["slider"]
+    start: Length = 0.0
+    speed: Velocity = 0.0
+
+
 class Spherical(_Joint):
     """Turns about all axes; `attitude` is a quaternion x y z w, `rate` in the child's axes."""
 
@@ -98,8 +113,8 @@ class Free(_Joint):
     rate: tuple[Rate, Rate, Rate] = (0.0, 0.0, 0.0)
 
 
-Joint = Annotated[Fixed | Revolute | Prismatic | Spherical | Free, Field(discriminator="type")]
-JOINT_TYPES = ("fixed", "revolute", "prismatic", "spherical", "free")
+Joint = Annotated[Fixed | Revolute | Prismatic | Slider | Spherical | Free, Field(discriminator="type")]
+JOINT_TYPES = ("fixed", "revolute", "prismatic", "slider", "spherical", "free")
 
 
 class Line(Base):
@@ -135,7 +150,7 @@ class Support(Base):
     """A point that a horizontal pad can push up and rub, never pull."""
 
     body: str
-    at: Place = (0.0, 0.0, 0.0)
+    at: Station = (0.0, 0.0, 0.0)
     height: Length
     stiffness: Stiffness
     damping: Damping = 0.0

@@ -117,6 +117,11 @@ DAMPING = Dimension("damping", {"kN s/m": 1e3, "N s/m": 1.0, "MN s/m": 1e6})
 TURN_DAMPING = Dimension("torsional damping", {"kN m s/rad": 1e3, "N m s/rad": 1.0, "MN m s/rad": 1e6})
 AREA = Dimension("area", {"m2": 1.0, "cm2": 1e-4})
 DENSITY = Dimension("density", {"kg/m3": 1.0, "t/m3": 1e3})
+MASS_PER_LENGTH = Dimension("mass per length", {"t/m": 1e3, "kg/m": 1.0})
+ROTARY_INERTIA = Dimension("moment of inertia per length", {"kg m": 1.0, "t m": 1e3})
+RIGIDITY = Dimension("bending stiffness", {"MN m2": 1e6, "N m2": 1.0, "kN m2": 1e3, "GN m2": 1e9})
+MODULUS = Dimension("modulus", {"GPa": 1e9, "MPa": 1e6, "Pa": 1.0, "N/mm2": 1e6})
+SECOND_MOMENT = Dimension("second moment of area", {"m4": 1.0, "cm4": 1e-8})
 RATIO = Dimension("ratio", {"": 1.0, "%": 1e-2})
 
 DURATION = Limited(TIME.name, TIME.units, "0.001 ms", "100 days")
@@ -126,6 +131,7 @@ ACCURACY = Limited("accuracy", RATIO.units, "1e-10 %", "10 %")
 DIMENSIONS: tuple[Dimension, ...] = (
     *(LENGTH, MASS, FORCE, MOMENT, SPEED, ACCELERATION, ANGLE, RATE, ANGULAR_ACCELERATION, TIME, FREQUENCY),
     *(INERTIA, STIFFNESS, TURN_STIFFNESS, DAMPING, TURN_DAMPING, AREA, DENSITY, RATIO),
+    *(MASS_PER_LENGTH, ROTARY_INERTIA, RIGIDITY, MODULUS, SECOND_MOMENT),
 )
 
 
@@ -192,6 +198,12 @@ StrokeRamp = Annotated[float, BeforeValidator(_positive(STROKE_RAMP, "positive")
 Effort = Annotated[float, BeforeValidator(_positive(EFFORT, "positive")), _schema(EFFORT)]
 Area = Annotated[float, BeforeValidator(_positive(AREA, "zero")), _schema(AREA)]
 Density = Annotated[float, BeforeValidator(_positive(DENSITY, "zero")), _schema(DENSITY)]
+MassPerLength = Annotated[float, BeforeValidator(_positive(MASS_PER_LENGTH, "positive")), _schema(MASS_PER_LENGTH)]
+RotaryInertia = Annotated[float, BeforeValidator(_positive(ROTARY_INERTIA, "zero")), _schema(ROTARY_INERTIA)]
+Rigidity = Annotated[float, BeforeValidator(_positive(RIGIDITY, "zero")), _schema(RIGIDITY)]
+Modulus = Annotated[float, BeforeValidator(_positive(MODULUS, "zero")), _schema(MODULUS)]
+SecondMoment = Annotated[float, BeforeValidator(_positive(SECOND_MOMENT, "zero")), _schema(SECOND_MOMENT)]
+Tension = Annotated[float, BeforeValidator(_positive(FORCE, "zero")), _schema(FORCE)]
 Push = Annotated[float, BeforeValidator(FORCE.read), _schema(FORCE)]
 Twist = Annotated[float, BeforeValidator(MOMENT.read), _schema(MOMENT)]
 Reach = Annotated[float, BeforeValidator(REACH.read), _schema(REACH)]
