@@ -4,6 +4,7 @@ describe                          bodies, joints, ropes and laws as plain data; 
 graph, trees                      numbering, path matrix T, trees of one kind
 joints, dynamics, laws            the joint table, the recursion, the forces
 forces                            the force table: loads, springs, bushings, wind, sheaves, laws of the user's own
+constraints, spanning             loops: rows of closing joints, redundancy, drift, assembly
 rate, evaluation                  the equations of a scene, written once
 symbol, function, emit, native    the same text traced, as LLVM IR, as machine code
 methods                           integration methods: tableaus and tiny classes

@@ -115,9 +115,10 @@ def _check_joint(j: Joint) -> None:
     if j.kind not in JOINTS:
         raise KernelError(f"joint '{j.name}': there is no kind '{j.kind}'; kinds are {', '.join(JOINTS)}")
     joint = JOINTS[j.kind]
-    R = np.array(j.R_PJ)
-    if np.abs(R @ R.T - np.eye(3)).max() > UNIT or np.linalg.det(R) < 0.0:
-        raise KernelError(f"joint '{j.name}': R_PJ is not a rotation; its rows must be right-handed unit vectors")
+    for name in ("R_PJ", "R_CJ"):
+        R = np.array(getattr(j, name))
+        if np.abs(R @ R.T - np.eye(3)).max() > UNIT or np.linalg.det(R) < 0.0:
+            raise KernelError(f"joint '{j.name}': {name} is not a rotation; its rows must be right-handed unit vectors")
     for which, axis in (("axis", j.axis), ("second axis", j.second)):
         length = float(np.linalg.norm(axis))
         if abs(length - 1.0) > UNIT:

@@ -26,7 +26,7 @@ JointKind = Literal[
 
 @dataclass(frozen=True)
 class Body:
-    """A body; its frame is the frame of the joint that carries it.
+    """A body; its frame is the frame of the joint that carries it, unless that joint says otherwise.
 
     `flexible` adds a deformable part, whose floating frame that is; mass, com and inertia are then those of what sits
     rigidly in that frame (0: nothing).
@@ -46,7 +46,10 @@ class Body:
 
 @dataclass(frozen=True)
 class Joint:
-    """A joint places `child` on `parent`; its frame on the parent is (p_PJ, R_PJ).
+    """A joint places `child` on `parent`; its frame on the parent is (p_PJ, R_PJ), on the child (p_CJ, R_CJ).
+
+    A body needs one joint of which it is the child; every further one closes a loop, as does one whose child is the
+    world.  Which of them are cut is found by the kernel (`spanning`); of those q0 and v0 are not used.
 
     q0 and v0 hold the initial coordinates and velocities, in the order of `joints.JOINTS` (see JOINTS.md): a
     quaternion is x y z w; the velocities of a spherical or free joint are in child axes, linear before angular.
@@ -65,6 +68,8 @@ class Joint:
     pitch: float = 0.0  # of a screw: advance along the axis per angle [m/rad]
     q0: tuple[float, ...] = ()
     v0: tuple[float, ...] = ()
+    p_CJ: Vector = (0.0, 0.0, 0.0)
+    R_CJ: Matrix = IDENTITY
 
 
 @dataclass(frozen=True)

@@ -23,8 +23,8 @@ from .symbol import is_sym, named
 from .trees import Tree
 
 __all__ = [
-    "Factors", "Kinematics", "composites", "dynamics", "elastic", "energies", "joint_forces",
-    "joint_space_inertia", "kinematics", "ltdl", "seen_from",
+    "Equations", "Factors", "Kinematics", "composites", "dynamics", "elastic", "energies", "equations_of_motion",
+    "joint_forces", "joint_space_inertia", "kinematics", "ltdl", "seen_from",
 ]  # fmt: skip
 
 
@@ -73,6 +73,9 @@ def kinematics(tree: Tree, q: Any, v: Any, g: Any, a_ref: Any = ()) -> Kinematic
         else:
             r = named(f"r({b.name})", r_P + p_PB)
         S, bias = columns(b, x, u, R_WJ, R, r)
+        if b.shifted:
+            R = named(f"R({b.name})", R @ b.R_CJ.T)
+            r = named(f"r({b.name})", r - R @ b.p_CJ)
         V_J = sum((s * w for s, w in zip(S, u, strict=True)), np.zeros(6))
         A = A_P + motion_cross(V_P) @ V_J
         if bias is not None:
@@ -111,25 +114,48 @@ def elastic(tree: Tree, K: Kinematics, i: int) -> FlexibleInertia:
     return flexible_inertia(tree.bodies[i].elastic, *K.modes[i], K.R[i], K.r[i], K.V[i], K.A[i])
 
 
+@dataclass(frozen=True)
+class Equations:
+    """H a = rhs of one tree, with the motion that it was made from and the factors of H."""
+
+    tree: Tree
+    K: Kinematics
+    H: dict[tuple[int, int], Any]
+    rhs: list[Any]
+    factors: Factors
+
+    def accelerations(self, a: list[Any], a_ref: Any) -> Any:
+        """(n_v,) from those of the free degrees of freedom and the given ones."""
+        values = dict(zip(self.tree.free_dofs, a, strict=True)) | dict(
+            zip(self.tree.prescribed_dofs, a_ref, strict=True)
+        )
+        return np.array([values[k] for k in range(len(self.rhs))])
+
+    def given(self, k: int) -> dict[int, Any]:
+        """Row k of H, of a prescribed degree of freedom, over the free ones."""
+        free = self.tree.free_dofs
+        return {l: self.H[max(k, l), min(k, l)] for l in free if (max(k, l), min(k, l)) in self.H}
+
+
+def equations_of_motion(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: Any = ()) -> Equations:
+    """Fig. 6 (a)-(e) up to the linear system for the joint accelerations; arguments as for `dynamics`."""
+    K = kinematics(tree, q, v, g, a_ref)
+    I, F = composites(tree, K, W)
+    H = joint_space_inertia(tree, K, I)
+    rhs = [t - f for t, f in zip(tau, joint_forces(tree, K, F), strict=False)]  # (e)
+    return Equations(tree, K, H, rhs, ltdl(tree, dict(H)))
+
+
 def dynamics(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: Any = ()) -> tuple[Any, Any, Any]:
     """dq/dt, dv/dt and the forces of prescribed joints; W: (6,) wrench on each body about the tree's point.
 
     tau: (n_v,) joint forces of springs, drives, brakes and stops [N or N m].
     """
-    K = kinematics(tree, q, v, g, a_ref)
-    I, F = composites(tree, K, W)
-    H = joint_space_inertia(tree, K, I)
-    rhs = [t - f for t, f in zip(tau, joint_forces(tree, K, F), strict=False)]  # (e)
-    free = tree.free_dofs
-    factors = ltdl(tree, dict(H))
-    a = dict(zip(free, factors.solve([rhs[k] for k in free]), strict=True))
-    reaction = [
-        -rhs[k] + sum((H[max(k, l), min(k, l)] * a[l] for l in free if (max(k, l), min(k, l)) in H), 0.0)
-        for k in tree.prescribed_dofs
-    ]
-    given = dict(zip(tree.prescribed_dofs, a_ref, strict=True))
-    dv = [given[k] if k in given else a[k] for k in range(len(rhs))]
-    return join(*K.dq), np.array(dv), np.array(reaction)
+    x = equations_of_motion(tree, q, v, tau, W, g, a_ref)
+    a = x.factors.solve([x.rhs[k] for k in tree.free_dofs])
+    motion = dict(zip(tree.free_dofs, a, strict=True))
+    reaction = [-x.rhs[k] + sum((h * motion[l] for l, h in x.given(k).items()), 0.0) for k in tree.prescribed_dofs]
+    return join(*x.K.dq), x.accelerations(a, a_ref), np.array(reaction)
 
 
 def composites(tree: Tree, K: Kinematics, W: list[Any]) -> tuple[list[Any], list[Any]]:

@@ -51,6 +51,8 @@ def _graph(graph: Graph) -> str:
     for i, k in enumerate(graph.links):
         parent = WORLD if k.parent < 0 else graph.links[k.parent].body.name
         rows.append((str(i + 1), k.body.name, k.joint.name, k.joint.kind, parent))
+    for j in graph.loops:
+        rows.append(("-", j.child, j.name, j.kind, f"{j.parent} (closes a loop)"))
     widths = [max(len(r[c]) for r in rows) for c in range(5)]
     lines = ["  ".join(x.ljust(w) for x, w in zip(r, widths, strict=True)).rstrip() for r in rows]
     return "GRAPH\n" + "\n".join(lines)

@@ -6,13 +6,14 @@ the order in which they stand.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import laws
-from .describe import Brake, Measured, Stop, Threshold
+from .constraints.rows import Rows
+from .describe import Brake, Drive, Measured, Stop, Threshold
 from .elementary import atan2, cos, sin
 from .forces.describe import Signal
 from .spatial import cross, join
@@ -28,9 +29,12 @@ Reference = tuple[Any, Any, Any]  # value, rate, acceleration
 
 
 class Evaluation:
-    """`dy`, `tensions`, `guards` and what samples show, at time t [s], state y, parameters P."""
+    """`dy`, `tensions`, `guards` and what samples show, at time t [s], state y, parameters P.
 
-    def __init__(self, program: Program, t: Any, y: Any, P: Any, inside: Any) -> None:
+    Without `forces` nothing is known but where the bodies are and how they move.
+    """
+
+    def __init__(self, program: Program, t: Any, y: Any, P: Any, inside: Any, forces: bool = True) -> None:
         self.program, self.system, self.graph, self._P = program, program.system, program.graph, P
         self._t = [t, inside]
         nq, nv = program.nq, program.nv
@@ -54,7 +58,10 @@ class Evaluation:
         self._masters: list[tuple[Any, Any, Any, Any, Any]] = []
         self._references: dict[str, Reference] = {}
         self._drive_work: dict[str, Any] = {}
+        self.loads: Callable[[], list[Any]] = list  # of the joints that close loops
         self._follow_and_place()
+        if not forces:
+            return
         self._ropes()
         self._supports()
         self._joints()
@@ -237,26 +244,48 @@ class Evaluation:
     def _accelerate(self) -> None:
         dq: list[Any] = []
         dv: list[Any] = []
-        prescribed = {self.program.driven(d)[1]: d for d in self.system.drives if d.kind == "prescribed"}
-        for i, (tree, shared) in enumerate(self.program.instances):
-            drives = [prescribed.get(tree.v.start + k) for k in tree.prescribed_dofs]  # None: locked
-            x = shared.accelerate(
-                q=self.q[tree.q],
-                v=self.v[tree.v],
-                tau=self._tau[tree.v] or [0.0],
-                P=self.numbers("tree", str(i)),
-                g=[self.gravity],
-                a=[self._references[d.name][2] if d else 0.0 for d in drives] or [0.0],
-                **{f"w{b}": self._wrenches[tree.first + b] for b in shared.ends},
-            )
+        rows = self.rows()
+        if rows:
+            rows.accelerate()
+            self.loads = rows.loads
+        for i, (_, shared) in enumerate(self.program.instances):
+            drives = self._prescribed(i)
+            x = rows.motion(i) if rows and shared.opened else shared.accelerate(**self._arguments(i))
             dq += list(x.dq)
             dv += list(x.dv)
             for d, force in zip(drives, x.reaction, strict=False):
                 if d:  # it carries what the other laws of its joint do not
                     self._drive_work[d.name] = force * self._references[d.name][1]
         self._heat += [0.0 for _ in self.system.locks]  # made at once, see `locking`
+        for body, wrench in rows.wrenches() if rows else ():
+            self._push(body, wrench)
         self._work += [self._drive_work[d.name] for d in self.system.drives]
         self.dy = join(dq, dv, self._heat, self._work)
+
+    def _prescribed(self, i: int) -> list[Drive | None]:
+        """Drives that prescribe degrees of freedom of a tree, in their order; None: locked."""
+        drives = {self.program.driven(d)[1]: d for d in self.system.drives if d.kind == "prescribed"}
+        tree = self.program.instances[i][0]
+        return [drives.get(tree.v.start + k) for k in tree.prescribed_dofs]
+
+    def _arguments(self, i: int) -> dict[str, Any]:
+        """What the motion of the i-th tree depends on."""
+        tree, shared = self.program.instances[i]
+        return {
+            "q": self.q[tree.q],
+            "v": self.v[tree.v],
+            "tau": self._tau[tree.v] or [0.0],
+            "P": self.numbers("tree", str(i)),
+            "g": [self.gravity],
+            "a": [self._references[d.name][2] if d else 0.0 for d in self._prescribed(i)] or [0.0],
+            **{f"w{b}": self._wrenches[tree.first + b] for b in shared.ends},
+        }
+
+    def rows(self) -> Rows | None:
+        """The constraint rows under the forces known so far, if there are any."""
+        constraints = self.program.constraints
+        arguments = {i: self._arguments(i) for i in constraints.linked}
+        return Rows(self.program, arguments, self._ends, self.numbers) if len(constraints) else None
 
     def _thresholds(self) -> None:
         self.guards += [self._threshold(h) for h in self.system.thresholds]

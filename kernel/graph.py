@@ -18,6 +18,7 @@ import numpy as np
 from .describe import WORLD, Body, Joint, System
 from .errors import KernelError
 from .joints import JOINTS
+from .spanning import spanning_tree
 
 if TYPE_CHECKING:
     from .flexible.reduction import Modes
@@ -66,6 +67,7 @@ class Graph:
     T: np.ndarray  # (n_bodies, n_bodies) path matrix
     nq: int
     nv: int
+    loops: tuple[Joint, ...] = ()  # joints that close loops
 
     def number(self, body: str) -> int:
         """Link number of a body, -1 for the ground; raises KeyError."""
@@ -108,31 +110,29 @@ class Graph:
 def build_graph(system: System, modes: Mapping[str, Modes] | None = None) -> Graph:
     """Number bodies depth first from the ground, in the order in which they were listed; `modes` of flexible ones.
 
-    Raises KernelError naming the body or joint for duplicate, missing, doubly carried or unreachable bodies.
+    Raises KernelError naming the body or joint for duplicate, missing or unreachable bodies.
     """
     bodies = _by_name(system.bodies, "body")
-    carrier: dict[str, Joint] = {}
-    for name, joint in _by_name(system.joints, "joint").items():
-        if joint.child not in bodies:
-            raise KernelError(f"joint '{name}': there is no body '{joint.child}'")
-        if joint.parent != WORLD and joint.parent not in bodies:
-            raise KernelError(f"joint '{name}': there is no body '{joint.parent}'")
-        if joint.child in carrier:
-            other = carrier[joint.child].name
-            raise KernelError(f"joint '{name}': body '{joint.child}' is already carried by joint '{other}'")
-        carrier[joint.child] = joint
+    joints = _by_name(system.joints, "joint")
+    for name, joint in joints.items():
+        for end in (joint.child, joint.parent):
+            if end != WORLD and end not in bodies:
+                raise KernelError(f"joint '{name}': there is no body '{end}'")
+    carrier, loops = spanning_tree(system, joints)
     order = _depth_first(bodies, carrier)
     if len(order) < len(bodies):
         raise KernelError(_lost(bodies, carrier, {name for name, _ in order}))
+    for joint in joints.values():
+        _check_start(joint)
     links, nq, nv = [], 0, 0
     for name, parent in order:
         joint = carrier[name]
         kind = JOINTS[joint.kind]
-        _check(bodies[name], joint)
+        _check(bodies[name])
         q, v = slice(nq, nq + kind.n_q), slice(nv, nv + kind.n_v)
         links.append(Link(bodies[name], joint, parent, q, v, (modes or {}).get(name)))
         nq, nv = links[-1].q_modes.stop, links[-1].v_modes.stop
-    return Graph(tuple(links), path_matrix([p for _, p in order]), nq, nv)
+    return Graph(tuple(links), path_matrix([p for _, p in order]), nq, nv, loops)
 
 
 def _depth_first(bodies: Mapping[str, Body], carrier: Mapping[str, Joint]) -> list[tuple[str, int]]:
@@ -189,10 +189,13 @@ def _by_name(items: tuple, what: str) -> dict:  # type: ignore[type-arg]
     return out
 
 
-def _check(body: Body, joint: Joint) -> None:
-    kind = JOINTS[joint.kind]
+def _check(body: Body) -> None:
     if body.mass < 0.0:
         raise KernelError(f"body '{body.name}': mass {body.mass:g} kg; a mass cannot be negative")
+
+
+def _check_start(joint: Joint) -> None:
+    kind = JOINTS[joint.kind]
     for given, n, what in ((joint.q0, kind.n_q, "coordinates"), (joint.v0, kind.n_v, "velocities")):
         if given and len(given) != n:
             raise KernelError(f"joint '{joint.name}': {len(given)} initial {what}; a {joint.kind} joint has {n}")

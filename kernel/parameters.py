@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .constraints.closures import closure_numbers
 from .describe import Brake, Drive, Rope, System
 from .forces.table import SharedForce
 from .graph import Graph
@@ -113,6 +114,8 @@ class Parameters:
             put("force", f.name, f.numbers)
         if any(f.law.timed for f in forces):
             put("clock", "", [0.0])  # time of the run at the epoch
+        for j in graph.loops:
+            put("loop", j.name, closure_numbers(j))
         for h in system.thresholds:
             put("threshold", h.name, [0.0, 0.0, 1.0, *(h.point.p if h.point else (0.0, 0.0, 0.0))])
         return _side_by_side(at, np.array(values))

@@ -14,6 +14,9 @@ import numpy as np
 
 from . import laws
 from .checks import check_description
+from .constraints.closures import CLOSURES
+from .constraints.factors import OpenTree, open_tree
+from .constraints.rows import Constraints
 from .describe import Brake, Drive, JointSpring, Stop, System
 from .dynamics import energies, kinematics
 from .errors import KernelError
@@ -36,13 +39,15 @@ END = 21  # numbers that describe a body to a law: R, o, r, V
 
 @dataclass(frozen=True)
 class SharedTree:
-    """The functions of one kind of tree; `ends`: bodies that laws act on."""
+    """The functions of one kind of tree; `ends`: bodies that laws act on; `opened`: for constraint rows on `held`."""
 
     ends: tuple[int, ...]
+    held: tuple[int, ...]
     place: Function
     accelerate: Function
     pose: Function
     halt: Function
+    opened: OpenTree | None
 
 
 class Program:
@@ -68,6 +73,7 @@ class Program:
                 )
         self.system, self.formulation = system, formulation
         self.graph = build_graph(system, modes)
+        self._check_loops()
         self._check()
         self.locked = frozenset(x.name for x in system.locks if x.engaged) if locked is None else locked
         at_rest = frozenset(x.joint for x in system.locks if x.name in self.locked)
@@ -92,7 +98,9 @@ class Program:
         self.quaternions = [
             k.q.start + start for k in self.graph.links if (start := JOINTS[k.joint.kind].quaternion) is not None
         ]
+        self.constraints = Constraints(self.graph)
         self.instances = self._share(trees)
+        self.constraints.link(self)
         self.profile = Function("profile", _profile, {"t": 2, "p": PROFILE})
         self.ropes = {n: _rope_function(n) for n in sorted({len(r.lines) for r in system.ropes})}
         self.support = Function("support", _support, {"p": SUPPORT, "body": END})
@@ -140,6 +148,24 @@ class Program:
         """Places in q and v of what a drive moves."""
         return self.graph.coordinate(drive.name, drive.joint, drive.coordinate)
 
+    def _check_loops(self) -> None:
+        for j in self.graph.loops:
+            if j.kind not in CLOSURES:
+                raise KernelError(
+                    f"joint '{j.name}': a {j.kind} joint cannot close a loop; let another joint of it do so"
+                )
+            if self.formulation != "recursive":
+                raise KernelError(
+                    f"joint '{j.name}' closes a loop, but formulation '{self.formulation}' knows trees only; "
+                    "take the recursive one"
+                )
+            for k in self.graph.links:
+                if k.modes and k.body.name in (j.parent, j.child):
+                    raise KernelError(
+                        f"joint '{j.name}' closes a loop on the flexible body '{k.body.name}'; "
+                        "fix a body to it there and let the joint hold that one"
+                    )
+
     def initial_state(self) -> np.ndarray:
         """(ny,) state at the start of a run."""
         y = np.zeros(self.ny)
@@ -159,14 +185,15 @@ class Program:
         bodies += [u.point.body for u in s.supports] + [m.of for m in s.measured if m.kind == "angle"]
         bodies += [h.point.body for h in s.thresholds if h.point]
         bodies += [h.of for h in s.thresholds if h.quantity == "angle"]
-        used = {number(b) for b in bodies}
+        used = {number(b) for b in bodies} | set(self.constraints.bodies)
         kinds: dict[str, SharedTree] = {}
         out = []
         for t in trees:
             ends = tuple(i for i in range(len(t.bodies)) if t.first + i in used)
-            key = kind_of(t) + str(ends)
+            held = tuple(i for i in ends if t.first + i in self.constraints.bodies)
+            key = kind_of(t) + str(ends) + str(held)
             if key not in kinds:
-                kinds[key] = _tree_functions(len(kinds), t, ends, self.formulation)
+                kinds[key] = _tree_functions(len(kinds), t, ends, held, self.formulation)
             out.append((t, kinds[key]))
         return out
 
@@ -212,7 +239,9 @@ def _rope_function(n: int) -> Function:
     return Function(f"rope{n}", body, {"L": 2, "p": ROPE_HEAD + ROPE_LINE * n, **blocks})
 
 
-def _tree_functions(k: int, tree: Tree, ends: tuple[int, ...], formulation: Formulation) -> SharedTree:
+def _tree_functions(
+    k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, ...], formulation: Formulation
+) -> SharedTree:
     """Placement of the bodies that laws act on, accelerations, and poses with energies of one kind of tree."""
     nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
     dynamics = formulated(formulation)
@@ -237,8 +266,10 @@ def _tree_functions(k: int, tree: Tree, ends: tuple[int, ...], formulation: Form
     forced = {**state, "tau": max(1, nv), "g": 1, "a": max(1, fixed), **wrenches}
     return SharedTree(
         ends,
+        held,
         Function(f"place{k}", place, state),
         Function(f"accelerate{k}", accelerate, forced),
         Function(f"pose{k}", pose, {**state, "g": 1}),
         halt_function(k, tree),
+        open_tree(k, tree, forced, held) if held else None,
     )

@@ -70,6 +70,8 @@ def channels(method: Stepping) -> list[Channel]:
         ("rope/elongation", ropes, "m"),
         ("hook/load", winches, "N"),
         ("support/force", tuple(u.name for u in s.supports), "N"),
+        ("loop/force", tuple(f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"), "N"),
+        ("loop/moment", tuple(f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"), "N m"),
         ("energy", ("kinetic", "potential", "stored", "work", "heat"), "J"),
         ("account", tuple(f"{name}.{what}" for what, name in p.accounts), "J"),
     ]
@@ -105,5 +107,8 @@ def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
     pose = np.concatenate([poses[:, :, :3], quaternions.reshape(n, -1, 4)], axis=2).reshape(n, -1)
     columns = [part[k] for k in ("q", "v", "tension", "peak", "peak_time", "length", "length_rate", "elongation")]
     forces = [i for group in shown(p).values() for _, i in group]
-    columns += [part["tension"][:, winches], part["normal"], *energy, part["accounts"], part["shown"][:, forces], pose]
+    loads = part["loop"].reshape(n, len(p.graph.loops), 2, 3)
+    columns += [part["tension"][:, winches], part["normal"]]
+    columns += [loads[:, :, i].reshape(n, 3 * len(p.graph.loops)) for i in range(2)]
+    columns += [*energy, part["accounts"], part["shown"][:, forces], pose]
     return np.ascontiguousarray(np.concatenate(columns, axis=1))

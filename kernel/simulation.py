@@ -70,6 +70,7 @@ class Simulation(Stepper):
     def start(self) -> None:
         """Find the discrete states of the initial pose, take the first sample."""
         self.references.write(0)
+        self._assemble()
         self._set(peak_time=0.0)
         self._call("refresh")
         for i, (kind, _) in enumerate(self.program.guards):
@@ -109,6 +110,7 @@ class Simulation(Stepper):
             self._set(run=1.0, status=RUNNING, budget=BUDGET, until=horizon)
             self._call("advance")
             self._drain()
+            self._check_rows()
             status = self["status"]
             if status == FAILED or not np.isfinite(self["t"]):
                 raise self._failure()

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from .constraints.assembly import assemble, locked, lost
 from .describe import System
 from .emit import module
 from .errors import KernelError
@@ -101,7 +102,8 @@ class Stepper:
             [
                 (self.method.method.name, self.fixed),
                 p.formulation,
-                [(kind_of(t), x.ends) for t, x in p.instances],
+                [(kind_of(t), x.ends, x.held) for t, x in p.instances],
+                [(j.kind, number(j.parent), number(j.child)) for j in p.graph.loops],
                 [(d.kind, d.joint, d.coordinate) for d in s.drives],
                 [x.joint for x in s.locks],
                 [[(x.joint, x.coordinate) for x in group] for group in (s.springs, s.stops, s.brakes)],
@@ -151,6 +153,27 @@ class Stepper:
         t = self["t"]
         among = t + 0.5 * min(1.0, self["t_stop"] - t)  # as in the steps: in the piece of the profiles that begins here
         return self.program.evaluate(t, self.state.copy(), self.P, among)
+
+    def _close(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """One Newton step onto the constraints from y; gaps and slips before it, pivots of the rows."""
+        self.X[self._at["y"]] = y
+        self._call("close")
+        at = (self._at[name] for name in ("y", "gap", "slip", "pivot"))
+        place, gap, slip, pivot = (self.X[i].copy() for i in at)
+        return place, gap, slip, pivot
+
+    def _assemble(self) -> None:
+        """Close the loops of the initial pose; raises KernelError if they cannot be closed or leave no freedom."""
+        if len(self.program.constraints):
+            y = self.state.copy()
+            self.X[self._at["y"]] = assemble(self.program, y, self._close)
+            self._pivots = self.X[self._at["pivot"]].copy()
+            self.X[self._at["gap"]] = 0.0
+
+    def _check_rows(self) -> None:
+        """Raises KernelError if a constraint has been lost in the steps that count."""
+        if error := lost(self.program, self.X[self._at["gap"]], self.epoch * 1e-9 + self["t"]):
+            raise error
 
     def _commit(self) -> None:
         self._call("commit")
@@ -242,6 +265,10 @@ class Stepper:
                 return KernelError(
                     f"body '{link.body.name}' at {t:.6f} s: its motion is not finite; check its mass and forces"
                 )
+        if len(self.program.constraints):
+            error = locked(self.program, self._pivots, self._close(self.state.copy())[3], t)
+            if error:
+                return error
         rates = np.abs(self.X[self._at["f"]][self.program.nq : self.program.nq + self.program.nv])
         worst = int(np.nanargmax(rates)) if np.isfinite(rates).any() else 0
         link = next(k for k in self.program.graph.links if k.v.start <= worst < k.v_modes.stop)

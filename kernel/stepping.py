@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from .constraints.projection import projection
 from .emit import While
 from .evaluation import Evaluation
 from .function import Function, flatten
@@ -22,7 +23,7 @@ from .locking import halted
 from .methods.control import Control
 from .methods.method import Method, Rate, fallen_in
 from .rate import Program
-from .symbol import any_of, minimum, select, sqrt
+from .symbol import any_of, maximum, minimum, select, sqrt
 
 __all__ = ["BREAK", "EVENT", "FAILED", "RUNNING", "STILL", "Stepping"]
 
@@ -30,6 +31,7 @@ RUNNING, BREAK, EVENT, STILL, FAILED = 0.0, 1.0, 2.0, 3.0, 4.0  # why a native c
 LOCATED = 2.5e-10  # [s] width to which a guard's root is bracketed
 STILL_SQUARE = 1e-14  # |v|^2 and |dv/dt|^2 of a scene at rest [SI]
 
+Project = Callable[[Any, Any], Any]  # (t, y) -> place, gap, slip, pivot
 Row = Callable[[Any, Any], list[Any]]  # (t, y) -> columns of a sample
 
 _SCALARS = (
@@ -117,14 +119,19 @@ def bisect(s: SimpleNamespace, rate: Rate, method: Method) -> None:
     go_on(s, select(none > 0.0, s.calm, s.status))
 
 
-def commit(s: SimpleNamespace, quaternions: list[int], velocities: slice) -> None:
+def commit(s: SimpleNamespace, quaternions: list[int], velocities: slice, project: Project | None) -> None:
     """The tentative step becomes history: peaks of the tensions, samples that are due, unit quaternions.
 
-    `still` is set when all velocities and accelerations vanish after the last command has run out.
+    `project` puts it back onto the constraints, of which the widest gaps so far are kept.  `still` is set when all
+    velocities and accelerations vanish after the last command has run out.
     """
     higher = [(s.tentative > 0.0) & (p < T) for T, p in zip(s.T, s.peak, strict=True)]
     s.peak = np.array([select(c, T, p) for c, T, p in zip(higher, s.T, s.peak, strict=True)], dtype=object)
     s.peak_time = np.array([select(c, s.t, p) for c, p in zip(higher, s.peak_time, strict=True)], dtype=object)
+    if project:
+        x = project(s.t, s.y)
+        s.y = select(s.tentative > 0.0, x.place, s.y)
+        s.gap = select(s.tentative > 0.0, maximum(s.gap, abs(x.gap)), s.gap)
     y = s.y.copy()
     for i in quaternions:
         q = s.y[i : i + 4]
@@ -141,6 +148,12 @@ def refresh(s: SimpleNamespace, rate: Rate) -> None:
     r = rate(s.t, inside(s), s.y)
     s.f, s.T, s.G = r.dy, r.T, r.G
     s.tentative = 0.0
+
+
+def close(s: SimpleNamespace, project: Project) -> None:
+    """One Newton step onto the constraints, with what was missing before and which rows are independent."""
+    x = project(s.t, s.y)
+    s.y, s.gap, s.slip, s.pivot = x.place, x.gap, x.slip, x.pivot
 
 
 def look(s: SimpleNamespace, row: Row) -> tuple[Any, list[Any]]:
@@ -170,7 +183,8 @@ class Stepping:
         states = dict.fromkeys(("y", "f", "f0", "d0", *method.vectors), p.ny)
         ropes = dict.fromkeys(("T", "peak", "peak_time"), n_ropes)
         scalars = dict.fromkeys([*_SCALARS, *(["coarse"] if method.completes else [])])
-        sizes = {**scalars, **states, **ropes, "G": n_guards}
+        rows = dict.fromkeys(("gap", "slip", "pivot"), len(p.constraints))
+        sizes = {**scalars, **states, **ropes, "G": n_guards, **rows}
         self.layout = Layout(sizes, frozenset(states))
         self.plain = Layout(sizes)
         n_p = len(p.parameters.initial)
@@ -183,17 +197,25 @@ class Stepping:
 
         state = {"t": 1, "y": p.ny, "P": n_p}
         self.f_rate = Function("rate", evaluate, {**state, "t": 2}, vectors=["dy"])
-        self.f_row = Function("row", lambda t, y, P: {"values": self.row(p.evaluate(t[0], y, P))}, state, ["values"])
+        self.f_project = projection(p) if rows["gap"] else None
+
+        def row(t: Any, y: Any, P: Any) -> dict[str, Any]:
+            at = self.f_project(t=t, y=y, P=P).place if self.f_project else y
+            return {"values": self.row(p.evaluate(t[0], at, P))}
+
+        self.f_row = Function("row", row, state, ["values"])
         self.functions = {
             "step": self._on_block("step", lambda s, rate, row: step(s, rate, method, control)),
             "bisect": self._on_block("bisect", lambda s, rate, row: bisect(s, rate, method)),
-            "commit": self._on_block(
-                "commit", lambda s, rate, row: commit(s, p.quaternions, slice(nq, nq + nv)), plain=True
+            "commit": self._projecting(
+                "commit", lambda s, project: commit(s, p.quaternions, slice(nq, nq + nv), project)
             ),
             "sample": self._on_block("sample", lambda s, rate, row: sample(s, row, method), table=True),
             "refresh": self._on_block("refresh", lambda s, rate, row: refresh(s, rate)),
             "look": self._on_block("look", lambda s, rate, row: look(s, row), table=True),
         }
+        if self.f_project:
+            self.functions["close"] = self._projecting("close", close)
         at, f = self.layout.at, self.functions
         if p.locked:
             f["halt"] = self._halt(n_p)
@@ -219,6 +241,7 @@ class Stepping:
             "shown": sum(len(x.law.shows(x.force)) for x in p.forces),
         }
         sizes |= {"poses": 12 * len(p.graph.links), "kinetic": None, "potential": None}
+        sizes |= {"loop": 6 * len(p.graph.loops)}
         return Layout(sizes | {"peak": ropes, "peak_time": ropes})
 
     def row(self, x: Evaluation) -> list[Any]:
@@ -226,7 +249,7 @@ class Stepping:
         poses, kinetic, potential = x.poses_and_energies()
         parts = (x.q, x.v, x.accounts, x.tensions, x.lengths, x.length_rates, x.elongations, x.normals)
         flat = [e for part in parts for e in part]
-        return [*flat, *x.places, *x.velocities, *x.stored, *x.shown, *poses, kinetic, potential]
+        return [*flat, *x.places, *x.velocities, *x.stored, *x.shown, *poses, kinetic, potential, *x.loads()]
 
     def _halt(self, n_p: int) -> Function:
         """Brings the locked joints to rest at once."""
@@ -241,9 +264,20 @@ class Stepping:
 
         return Function("halt", body, {"X": self.layout.size, "P": n_p})
 
-    def _on_block(self, name: str, part: Callable[..., Any], table: bool = False, plain: bool = False) -> Function:
+    def _projecting(self, name: str, part: Callable[..., None]) -> Function:
+        """A function of the blocks X, in scalars, and P made of `part(s, project)`; project is None without rows."""
+        f_project = self.f_project
+
+        def body(X: Any, P: Any) -> dict[str, Any]:
+            s = self.plain.unpack(X)
+            part(s, (lambda t, y: f_project(t=[t], y=y, P=P)) if f_project else None)
+            return {"X": self.plain.pack(s)}
+
+        return Function(name, body, {"X": self.plain.size, "P": len(self.program.parameters.initial)})
+
+    def _on_block(self, name: str, part: Callable[..., Any], table: bool = False) -> Function:
         """A function of the blocks X and P (and a table) made of `part(s, rate, row)`."""
-        layout = self.plain if plain else self.layout
+        layout = self.layout
 
         def body(X: Any, P: Any) -> dict[str, Any]:
             s = layout.unpack(X)

@@ -15,10 +15,11 @@ from .describe import JointKind
 from .errors import KernelError
 from .graph import Graph, Link
 from .motion import axes_of
+from .symbol import is_sym
 
 __all__ = ["Tree", "TreeBody", "cut", "numbers", "with_numbers"]
 
-_FIELDS = ("mass", "com", "inertia", "p_PJ", "R_PJ", "axes", "pitch")
+_FIELDS = ("mass", "com", "inertia", "p_PJ", "R_PJ", "axes", "pitch", "p_CJ", "R_CJ")
 _PARTS = ("elastic", "place")  # of numbers of their own, where a flexible body is or carries
 
 
@@ -44,6 +45,8 @@ class TreeBody:
     R_PJ: Any
     axes: Any
     pitch: Any
+    p_CJ: Any
+    R_CJ: Any
     prescribed: tuple[int, ...]
     locked: bool
     elastic: Any = None
@@ -60,6 +63,12 @@ class TreeBody:
     @property
     def v_modes(self) -> slice:
         return slice(self.v.stop, self.v.stop + self.n_modes)
+
+    @property
+    def shifted(self) -> bool:
+        """Whether the body's frame is not that of its joint."""
+        p, R = np.ravel(self.p_CJ), np.ravel(self.R_CJ)
+        return any(is_sym(x) or x != 0.0 for x in p) or any(is_sym(x) or x != (i % 4 == 0) for i, x in enumerate(R))
 
 
 @dataclass(frozen=True)
@@ -127,6 +136,8 @@ def cut(graph: Graph, prescribed: set[int], locked: frozenset[str] = frozenset()
                 R_PJ=np.array(k.joint.R_PJ, float),
                 axes=axes_of(k.joint),
                 pitch=float(k.joint.pitch),
+                p_CJ=np.array(k.joint.p_CJ, float),
+                R_CJ=np.array(k.joint.R_CJ, float),
                 prescribed=tuple(
                     i for i, n in enumerate(range(k.v.start, k.v.stop)) if n in prescribed or k.joint.name in locked
                 ),

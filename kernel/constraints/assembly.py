@@ -1,0 +1,108 @@
+"""Closing the loops of an initial pose, or saying how wide they gape.
+
+A pose whose loops are closed to `CLOSED` stays as it is, bit for bit.  Any other is closed by Newton's method on the
+rows, weighted with the inertia (light bodies move first); a step that widens the gaps is halved.  Then the rows that
+are independent are counted: a linkage whose loops leave no freedom is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ..errors import KernelError
+from ..rate import Program
+
+__all__ = ["Step", "assemble", "locked", "lost"]
+
+CLOSED = 1e-9  # [m or rad, m/s or rad/s] what counts as closed at the start
+SHUT = 1e-11  # [m or rad] where Newton's method may end
+ITERATIONS = 200
+INDEPENDENT = 1e-4  # pivot above which a row is no combination of those before it (a redundant one keeps about 1e-6)
+LOST = 1e-2  # [m or rad] gap that opens within one step when a constraint cannot be kept
+SINGULAR = 1e-2  # part of a row's first pivot that is left where a linkage locks
+BEYOND = "the linkage has reached the end of its range, or a drive asks for what it cannot do"
+
+Step = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]  # y -> place, gap, slip, pivot
+
+
+def assemble(program: Program, y: np.ndarray, step: Step) -> np.ndarray:
+    """(ny,) the initial state with all loops closed, in places and speeds.  Raises KernelError naming the joint."""
+    nearer, gap, slip, pivot = step(y)
+    if max(_widest(gap), _widest(slip)) > CLOSED:
+        y = _closed(program, y, step)
+        nearer, gap, slip, pivot = step(y)
+        y = nearer
+    _check_mobility(program, pivot > INDEPENDENT)
+    return y
+
+
+def _widest(gap: np.ndarray) -> float:
+    return float(np.abs(gap).max(initial=0.0)) if np.isfinite(gap).all() else np.inf
+
+
+def _closed(program: Program, y: np.ndarray, step: Step) -> np.ndarray:
+    first = step(y)[1]
+    nearer, gap, *_ = step(y)
+    for _ in range(ITERATIONS):
+        if _widest(gap) <= SHUT:
+            return y
+        size, part = 1.0, y
+        while size > 1e-4:
+            part = y + size * (nearer - y)
+            after, left, *_ = step(part)
+            if float(np.linalg.norm(left)) < float(np.linalg.norm(gap)):
+                break
+            size *= 0.5
+        else:
+            break
+        y, nearer, gap = part, after, left
+    if _widest(gap) <= CLOSED:
+        return y
+    name, left_over = _gap(program, gap)
+    at_first = _gap(program, first)[1]
+    raise KernelError(
+        f"joint '{name}': its loop does not close; {left_over} are left of {at_first} in the initial pose: "
+        "change the dimensions or the initial coordinates"
+    )
+
+
+def _gap(program: Program, gap: np.ndarray) -> tuple[str, str]:
+    """The joint with the widest gap, and how wide it is."""
+    r = int(np.argmax(np.abs(np.nan_to_num(gap, nan=np.inf))))
+    name, unit = program.constraints.names[r], program.constraints.units[r]
+    size = abs(float(gap[r]))
+    size, word = (size * 1e3, "mm") if unit == "m" else (float(np.degrees(size)), "degrees")
+    return name, f"{size:.3g} {word}" if size < 100.0 else f"{size:.0f} {word}"
+
+
+def _check_mobility(program: Program, independent: Sequence[bool] | np.ndarray) -> None:
+    """Trees that loops hold together need a freedom, unless a drive prescribes how they move."""
+    constraints = program.constraints
+    for rows, trees in constraints.groups:
+        held = [program.instances[i][0] for i in trees]
+        free = sum(len(t.free_dofs) for t in held)
+        if free <= sum(bool(independent[r]) for r in rows) and not any(t.prescribed_dofs for t in held):
+            names = ", ".join(f"'{n}'" for n in dict.fromkeys(constraints.names[r] for r in rows))
+            raise KernelError(
+                f"joint {names}: the loops leave nothing free to move; "
+                "give a joint of them another freedom, or join the bodies by fixed joints"
+            )
+
+
+def lost(program: Program, gap: np.ndarray, t: float) -> KernelError | None:
+    """What to say if a gap opened within a step that no correction should have to close."""
+    if _widest(gap) <= LOST:
+        return None
+    name, size = _gap(program, gap)
+    return KernelError(f"constraint lost at joint '{name}' before {t:.6f} s: {size} open; {BEYOND}")
+
+
+def locked(program: Program, at_start: np.ndarray, pivot: np.ndarray, t: float) -> KernelError | None:
+    """What to say of steps that became too small if a row has become a combination of others."""
+    left = np.where(at_start > INDEPENDENT, pivot / np.maximum(at_start, INDEPENDENT), 1.0)
+    r = int(np.argmin(left))
+    if not left[r] < SINGULAR:
+        return None
+    return KernelError(f"constraint lost at joint '{program.constraints.names[r]}' at {t:.6f} s: {BEYOND}")

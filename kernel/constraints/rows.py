@@ -1,0 +1,240 @@
+"""The constraint rows of a scene: which there are (`Constraints`), and their multipliers at one instant (`Rows`).
+
+A row is a wrench on each body that it holds together: the twists V fulfil sum(w . V) = 0, the accelerations
+sum(w . A) + bias = 0, and multiplier * w acts on the bodies.  Drift is removed where a step is accepted, by one Newton
+step of the same rows on places and speeds, weighted with H (Bayo, Ledesma 1996): it does no work on the motion that
+is left, and costs one evaluation per step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..describe import Joint
+from ..graph import Graph
+from ..laws import attachment
+from ..spatial import cross, join
+from .closures import CLOSURES, closure_function, residual_unit
+from .delassus import Delassus
+from .factors import OpenTree
+
+if TYPE_CHECKING:
+    from ..rate import Program
+
+__all__ = ["Constraints", "Row", "Rows"]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row at an instant; `wrenches`: body number and (6,) wrench about the point of that body's tree."""
+
+    wrenches: list[tuple[int, Any]]
+    gap: Any
+    rate: Any
+    bias: Any
+
+
+class Constraints:
+    """The rows that a graph has, and the functions that they share."""
+
+    def __init__(self, graph: Graph) -> None:
+        self.loops = graph.loops
+        self.of = [(j, i) for j in self.loops for i in range(len(CLOSURES[j.kind]))]
+        self.names = [j.name for j, _ in self.of]
+        self.units = [residual_unit(j.kind, i) for j, i in self.of]
+        self.held = [tuple(graph.number(b) for b in (j.parent, j.child)) for j, _ in self.of]
+        self.bodies = sorted({b for pair in self.held for b in pair if b >= 0})
+        self.closures = {kind: closure_function(kind) for kind in sorted({j.kind for j in self.loops})}
+        self.linked: list[int] = []
+        self.paths: list[dict[tuple[int, int], None]] = []
+
+    def __len__(self) -> int:
+        return len(self.of)
+
+    def link(self, program: Program) -> None:
+        """Once the trees are known: which of them rows touch, and which rows couple."""
+        self.instance = {
+            tree.first + b: (i, b) for i, (tree, _) in enumerate(program.instances) for b in range(len(tree.bodies))
+        }
+        self.linked = sorted({self.instance[b][0] for b in self.bodies})
+        self.paths = []
+        for pair in self.held:
+            path: dict[tuple[int, int], None] = {}
+            for i, b in (self.instance[body] for body in pair if body >= 0):
+                opened = program.instances[i][1].opened
+                assert opened is not None, "a tree that rows touch is open"
+                path |= dict.fromkeys((i, k) for k in opened.paths[b])
+            self.paths.append(path)
+        n = len(self)
+        couples = [(r, s) for r in range(n) for s in range(r) if self.paths[r].keys() & self.paths[s].keys()]
+        self.delassus = Delassus(n, couples)
+        self.groups = self._groups()
+
+    def _groups(self) -> list[tuple[list[int], list[int]]]:
+        """Rows and trees that hang together."""
+        groups: list[tuple[list[int], list[int]]] = []
+        for r, path in enumerate(self.paths):
+            trees = list(dict.fromkeys(i for i, _ in path))
+            touched = [g for g in groups if set(g[1]) & set(trees)]
+            merged = (
+                [x for g in touched for x in g[0]] + [r],
+                list(dict.fromkeys([*(i for g in touched for i in g[1]), *trees])),
+            )
+            groups = [g for g in groups if g not in touched] + [merged]
+        return groups
+
+
+class Rows:
+    """The rows of an evaluation, factorised; forces, if it has any, are those applied so far."""
+
+    def __init__(
+        self,
+        program: Program,
+        arguments: dict[int, dict[str, Any]],
+        ends: Mapping[int, Any],
+        numbers: Callable[[str, str], Any],
+    ) -> None:
+        """`arguments`: what the motion of each linked tree depends on; `ends`: bodies; `numbers`: of P."""
+        self.constraints, self._instances = program.constraints, program.instances
+        self._arguments, self._ends, self._numbers = arguments, ends, numbers
+        self._graph = program.graph
+        self._trees = {i: self._opened(i).factor(**x) for i, x in arguments.items()}
+        self.rows = [row for j in self.constraints.loops for row in self._loop(j)]
+        self._project()
+        entries = [self._entry(r, s) for r, s in self.constraints.delassus.entries]
+        self._factors = self.constraints.delassus.factorise(A=entries, size=self._sizes)
+        self.multipliers: Any = None
+
+    @property
+    def pivots(self) -> Any:
+        """(n,) what elimination leaves of each row's diagonal, relative: about 1e-6 for a redundant row."""
+        return self._factors.pivot
+
+    def _opened(self, i: int) -> OpenTree:
+        opened = self._instances[i][1].opened
+        assert opened is not None, "a tree that rows touch is open"
+        return opened
+
+    def _free(self, i: int) -> list[int]:
+        return self._instances[i][0].free_dofs
+
+    def _loop(self, j: Joint) -> list[Row]:
+        a, b = (self._graph.number(x) for x in (j.parent, j.child))
+        x = self.constraints.closures[j.kind](p=self._numbers("loop", j.name), A=self._ends[a], B=self._ends[b])
+        return [
+            Row([(a, -x.wa[6 * i : 6 * i + 6]), (b, x.wb[6 * i : 6 * i + 6])], x.gap[i], x.rate[i], x.bias[i])
+            for i in range(len(CLOSURES[j.kind]))
+        ]
+
+    def _project(self) -> None:
+        """Y = L^-T G^T per row and degree of freedom; generalised forces on prescribed ones; how much a row moves its
+        bodies, each for itself: bodies that can only move together leave nothing of a row but round-off."""
+        self._Y: list[dict[tuple[int, int], Any]] = []
+        self._pull: list[dict[tuple[int, int], Any]] = []
+        self._sizes: list[Any] = []
+        for row in self.rows:
+            size: Any = 0.0
+            Y: dict[tuple[int, int], Any] = {}
+            pull: dict[tuple[int, int], Any] = {}
+            for body, w in row.wrenches:
+                if body >= 0:
+                    i, b = self.constraints.instance[body]
+                    opened = self._opened(i)
+                    x = opened.half[b](F=self._trees[i].F, S=getattr(self._trees[i], f"S{b}"), w=w)
+                    for k, y in zip(opened.paths[b], x.y, strict=True):
+                        size = size + y * y * self._inverse(i, k)
+                        Y[i, k] = Y[i, k] + y if (i, k) in Y else y
+                    for k, f in zip(opened.given[b], x.f, strict=True):
+                        pull[i, k] = pull[i, k] + f if (i, k) in pull else f
+            self._Y.append(Y)
+            self._sizes.append(size)
+            self._pull.append(pull)
+        self._Z = [{ik: y * self._inverse(*ik) for ik, y in Y.items()} for Y in self._Y]
+
+    def _inverse(self, i: int, k: int) -> Any:
+        """1/D of a degree of freedom: the last numbers of F, in the order of the free ones."""
+        F, free = self._trees[i].F, self._free(i)
+        return F[len(F) - len(free) + free.index(k)]
+
+    def _entry(self, r: int, s: int) -> Any:
+        return sum((y * self._Z[s][ik] for ik, y in self._Y[r].items() if ik in self._Z[s]), 0.0)
+
+    def solve(self, b: list[Any]) -> Any:
+        """(n,) multipliers x of least norm with G H^-1 G^T x = b."""
+        return self.constraints.delassus.multipliers(C=self._factors.C, mu=self._factors.mu, b=b).x
+
+    def accelerate(self) -> None:
+        """The multipliers that keep all rows at rest while the forces act."""
+        rhs = []
+        for row, Z in zip(self.rows, self._Z, strict=True):
+            a = row.bias
+            for body, w in row.wrenches:
+                if body >= 0:
+                    i, b = self.constraints.instance[body]
+                    a = a + w @ getattr(self._trees[i], f"A{b}")
+            for (i, k), z in Z.items():
+                a = a + z * self._trees[i].half[self._free(i).index(k)]
+            rhs.append(-a)
+        self.multipliers = self.solve(rhs)
+
+    def wrenches(self) -> list[tuple[int, Any]]:
+        """What the rows do to the bodies, as pairs of body number and (6,) wrench."""
+        return [(b, x * w) for x, row in zip(self.multipliers, self.rows, strict=True) for b, w in row.wrenches]
+
+    def motion(self, i: int) -> SimpleNamespace:
+        """dq, dv and reaction of a tree under the forces and the multipliers."""
+        tree, x = self._instances[i][0], self._trees[i]
+        half = dict(zip(tree.free_dofs, x.half, strict=True))
+        given = dict(zip(tree.prescribed_dofs, x.given, strict=True))
+        self._apply(i, self.multipliers, half, given)
+        out = self._opened(i).back(
+            F=x.F,
+            half=list(half.values()),
+            a=self._arguments[i]["a"],
+            given=list(given.values()) or [0.0],
+            cross_=list(x.cross) or [0.0],
+        )
+        return SimpleNamespace(dq=x.dq, dv=out.dv, reaction=out.reaction)
+
+    def _apply(self, i: int, x: Any, half: dict[int, Any], given: dict[int, Any]) -> None:
+        for multiplier, Y, pull in zip(x, self._Y, self._pull, strict=True):
+            for values, parts in ((half, Y), (given, pull)):
+                for (j, k), y in parts.items():
+                    if j == i:
+                        values[k] = values[k] + multiplier * y
+
+    def correction(self, b: list[Any]) -> Mapping[int, Any]:
+        """Per linked tree the (n_v,) change of velocity (or of place, in velocity components) that changes the rows
+        by b with the least kinetic energy; prescribed degrees of freedom stay."""
+        x = self.solve(b)
+        out = {}
+        for i in self.constraints.linked:
+            tree = self._instances[i][0]
+            half: dict[int, Any] = dict.fromkeys(tree.free_dofs, 0.0)
+            given: dict[int, Any] = dict.fromkeys(tree.prescribed_dofs, 0.0)
+            self._apply(i, x, half, {**given})
+            zeros = [0.0] * max(1, len(given))
+            cross_ = [0.0] * max(1, len(self._trees[i].cross))
+            out[i] = (
+                self._opened(i)
+                .back(F=self._trees[i].F, half=list(half.values()), a=zeros, given=zeros, cross_=cross_)
+                .dv
+            )
+        return out
+
+    def loads(self) -> list[Any]:
+        """Force and moment of each loop joint on its child at the joint, world axes (6 numbers each) [N, N m]."""
+        out: list[Any] = []
+        at = 0
+        for j in self.constraints.loops:
+            n = len(CLOSURES[j.kind])
+            wrench = sum((self.multipliers[at + i] * self.rows[at + i].wrenches[1][1] for i in range(n)), np.zeros(6))
+            at += n
+            p = attachment(self._ends[self._graph.number(j.child)], self._numbers("loop", j.name)[12:15])[0]
+            out += [*join(wrench[3:], wrench[:3] - cross(p, wrench[3:]))]
+        return out

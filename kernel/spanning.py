@@ -1,0 +1,68 @@
+"""Which joints of a graph form its spanning tree, and which close its loops.
+
+The tree grows from the ground, one body at a time (Prim 1957): of the joints that reach a new body, first those on
+which a spring, stop, brake or drive acts or which something measures (their coordinates must be states), then those
+with the fewest freedoms, so that the joints left over have the fewest rows; then the nearest to the ground, then the
+first in the list.  A joint left over closes a loop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from .describe import WORLD, Brake, Drive, Joint, JointSpring, Stop, System
+from .errors import KernelError
+from .joints import JOINTS
+
+__all__ = ["spanning_tree"]
+
+
+def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str, Joint], tuple[Joint, ...]]:
+    """The joint that carries each body, and the joints that close loops, in the order of the list.
+
+    Raises KernelError for a joint that joins a body to itself, and for a loop in which no joint can be cut.
+    """
+    waiting = list(joints.values())
+    for j in waiting:
+        if j.parent == j.child:
+            raise KernelError(f"joint '{j.name}': it joins '{j.child}' to itself; give it another parent or child")
+    carrier = {j.child: j for j in waiting}
+    if len(carrier) == len(waiting) and WORLD not in carrier:
+        return carrier, ()
+    acted = _acted_on(system)
+    depth = {WORLD: 0}
+    carrier = {}
+
+    def order(j: Joint) -> tuple[bool, int, int]:
+        return j.name not in acted, JOINTS[j.kind].n_v, depth[j.parent]
+
+    while ready := [j for j in waiting if j.parent in depth and j.child not in depth]:
+        best = min(ready, key=order)
+        carrier[best.child], depth[best.child] = best, depth[best.parent] + 1
+        waiting.remove(best)
+    loops = tuple(j for j in waiting if j.parent in depth and j.child in depth)
+    for j in loops:
+        _check(j, acted, carrier)
+    lost = {j.child: j for j in waiting if j not in loops}
+    return carrier | lost, loops
+
+
+def _acted_on(system: System) -> dict[str, str]:
+    """Joints whose coordinates something acts on or measures, with its name."""
+    laws: list[JointSpring | Stop | Brake | Drive] = [*system.springs, *system.stops, *system.brakes, *system.drives]
+    acted = {x.joint: x.name for x in laws}
+    acted |= {m.of: m.name for m in system.measured if m.kind == "joint"}
+    return acted | {h.of: h.name for h in system.thresholds if h.quantity in ("joint", "speed")}
+
+
+def _check(j: Joint, acted: Mapping[str, str], carrier: Mapping[str, Joint]) -> None:
+    other = carrier[j.child].name if j.child in carrier else WORLD
+    if j.kind == "free":
+        raise KernelError(
+            f"joint '{j.name}': a free joint constrains nothing, and '{other}' carries '{j.child}' already"
+        )
+    if j.name in acted:
+        raise KernelError(
+            f"joint '{j.name}': it closes a loop, so that '{acted[j.name]}' finds no coordinate in it; "
+            "every other joint of the loop is in use, too: free one of them of its laws"
+        )
