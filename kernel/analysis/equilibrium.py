@@ -100,7 +100,7 @@ def _restless(poses: Poses, q: np.ndarray) -> KernelError:
     a = np.abs(poses.accelerations(q))
     worst = int(np.argmax(np.where(np.isfinite(a), a, np.inf)))
     k = poses.free[worst]
-    link = next(x for x in poses.simulation.program.graph.links if x.v.start <= k < x.v.stop)
+    link = next(x for x in poses.simulation.program.graph.links if x.v.start <= k < x.v_modes.stop)
     return KernelError(
         f"body '{link.body.name}' finds no rest: joint '{link.joint.name}' still accelerates by {a[worst]:.3g} "
         "(m/s2 or rad/s2); hang it on a rope, support it, or brake its joint"

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..dynamics import kinematics
+from ..dynamics import elastic, kinematics
 from ..formulations.embedding import velocity_transformation
 from ..samples import coordinate_names
 from ..spatial import spatial_inertia
@@ -86,9 +86,18 @@ class _Energy:
             numbered = with_numbers(tree, simulation.P[p.parameters.at["tree", str(i)]])
             still = np.zeros(tree.v.stop - tree.v.start)
             K = kinematics(numbered, q[tree.q], still, 0.0, [0.0] * len(tree.prescribed_dofs))
-            for b, r, R, V in zip(numbered.bodies, K.r, K.R, velocity_transformation(tree, K.S), strict=True):
+            for n, V in enumerate(velocity_transformation(tree, K)):
+                b, r, R = numbered.bodies[n], K.r[n], K.R[n]
                 J = spatial_inertia(b.mass, r + R @ b.com, R @ b.inertia @ R.T)
-                self._parts.append((b.name, tree.v, np.array(V.T @ J @ V, dtype=float)))
+                H = np.array(V.T @ J @ V, dtype=float)
+                if b.elastic is not None:
+                    own = elastic(numbered, K, n)
+                    H += np.array(V.T @ own.I @ V, dtype=float)
+                    coupled = np.array([c @ V for c in own.C], dtype=float).reshape(b.n_modes, len(H))
+                    H[b.v_modes] += coupled
+                    H[:, b.v_modes] += coupled.T
+                    H[b.v_modes, b.v_modes] += np.diag(np.array(own.mass, dtype=float))
+                self._parts.append((b.name, tree.v, H))
         self._velocities = coordinate_names(p.graph)[1]
 
     def shares(self, shape: np.ndarray) -> tuple[tuple[tuple[str, float], ...], tuple[tuple[str, float], ...]]:

@@ -1,7 +1,7 @@
 """A law's point on a flexible body becomes a massless body at its station, so that laws need not know of bending.
 
 Points of one station share it: `girder@30` stands at x = 30 m of `girder`, with the rest of the point's coordinates
-as a rigid arm.  Joints need no station; their frames are carried by the modes themselves.
+as a rigid arm.  Joints that a flexible body carries stand on stations as well, but for sliders.
 """
 
 from __future__ import annotations
@@ -31,6 +31,9 @@ def with_stations(system: System) -> tuple[System, dict[str, Modes]]:
             X = tuple(float(e) for e in place)
             stations.setdefault(name, Joint(name, "fixed", x.body, name, (X[0], X[1], X[2])))
             return Point(name, (x.p[0] - X[0], x.p[1] - X[1], x.p[2] - X[2]))
+        if isinstance(x, Joint) and x.parent in modes and x.kind != "slider":
+            point = on_station(Point(x.parent, x.p_PJ))
+            return replace(x, parent=point.body, p_PJ=point.p)
         if isinstance(x, tuple):
             return tuple(on_station(e) for e in x)
         if is_dataclass(x) and not isinstance(x, type):
@@ -40,6 +43,7 @@ def with_stations(system: System) -> tuple[System, dict[str, Modes]]:
         return x
 
     laws = [f.name for f in fields(System) if f.name not in ("bodies", "joints", "gravity")]
+    joints = on_station(system.joints)
     changed = {name: on_station(getattr(system, name)) for name in laws}
     bodies = (*system.bodies, *(Body(name, 0.0) for name in stations))
-    return replace(system, bodies=bodies, joints=(*system.joints, *stations.values()), **changed), modes
+    return replace(system, bodies=bodies, joints=(*joints, *stations.values()), **changed), modes

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics import kinematics
+from ..dynamics import Kinematics, kinematics
 from ..spatial import join, mirror
 from ..trees import Tree
 from .bodies import newton_euler
@@ -24,7 +24,7 @@ def embedding(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref:
     """dq/dt, dv/dt and the forces of prescribed joints; arguments as for `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     M, p = newton_euler(tree, K, W)
-    R = velocity_transformation(tree, K.S)
+    R = velocity_transformation(tree, K)
     n = tree.v.stop - tree.v.start
     free, given = tree.free_dofs, tree.prescribed_dofs
     reduced = mirror(sum((r.T @ m @ r for r, m in zip(R, M, strict=True)), np.zeros((n, n))))
@@ -36,13 +36,15 @@ def embedding(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref:
     return join(*K.dq), np.array([dv[k] for k in range(n)]), np.array(reaction)
 
 
-def velocity_transformation(tree: Tree, S: list[list[Any]]) -> list[Any]:
-    """R: per body (6, n_v), the columns of the joints on its path; all others are zero."""
+def velocity_transformation(tree: Tree, K: Kinematics) -> list[Any]:
+    """R: per body (6, n_v), the columns of joints and modes on its path; all others are zero."""
     R: list[Any] = []
     k = 0
-    for b, columns in zip(tree.bodies, S, strict=True):
+    for i, (b, columns) in enumerate(zip(tree.bodies, K.S, strict=True)):
         own = [np.zeros(6)] * (tree.v.stop - tree.v.start) if b.parent < 0 else list(R[b.parent].T)
         own[k : k + len(columns)] = columns
+        if i in K.carried:
+            own[tree.bodies[b.parent].v_modes] = K.carried[i]
         k += len(columns)
         R.append(np.array(own).T if own else np.zeros((6, 0)))
     return R

@@ -5,6 +5,7 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
+from heavylift.kernel.analysis import equilibrium, modes
 from heavylift.kernel.describe import Body, Joint, Line, Point, Rope, System
 from heavylift.kernel.flexible.beam import beam_matrices, nodes_of
 from heavylift.kernel.flexible.description import Beam, Flexible, Nodal
@@ -99,6 +100,18 @@ def test_a_rope_on_a_girder_is_softer_by_the_girder():
     assert drop == pytest.approx(P / 30269512.598129544, rel=STATIC)
 
 
+def test_statics_and_modes_of_a_scene_know_its_girder():
+    s = started(girder(load=MASS, rope=True))
+    rest = equilibrium(s)
+    assert rest.q == pytest.approx(at_rest(s.program), rel=1e-6, abs=1e-9)
+    found = modes(s).oscillations[:2]
+    assert [m.frequency for m in found] == pytest.approx(frequencies(s.program, rest.q)[:2], rel=1e-4)
+    shares = dict(found[0].bodies)
+    assert sum(shares.values()) == pytest.approx(1.0)
+    along = 1.0 - (2 * pi * found[0].frequency) ** 2 * MASS / ROPE  # how far the girder moves with the load
+    assert shares["girder"] / shares["load"] == pytest.approx(GIRDER / 2 * along**2 / MASS, rel=0.02), "half its mass"
+
+
 @pytest.mark.parametrize(
     ("frame", "roots"),
     [
@@ -120,9 +133,9 @@ def test_bending_frequencies_of_uniform_beams(frame, roots):
 
 def test_axial_and_torsional_frequencies_of_a_clamped_beam():
     beam = Beam(10.0, 80.0, EA=2e9, GJ=3e6, polar=5.0, elements=64)
-    modes = Program(replace(girder(Flexible(2, beam)), gravity=0.0)).graph.links[0].modes
+    twist = Program(replace(girder(Flexible(2, beam)), gravity=0.0)).graph.links[0].modes
     torsion, axial = pi / 20.0 * sqrt(3e6 / 5.0), pi / 20.0 * sqrt(2e9 / 80.0)
-    assert np.sqrt(modes.stiffness / modes.mass) == pytest.approx([torsion, 3 * torsion], rel=1e-3)
+    assert np.sqrt(twist.stiffness / twist.mass) == pytest.approx([torsion, 3 * torsion], rel=1e-3)
     stiff = Program(girder(Flexible(1, replace(beam, GJ=0.0)))).graph.links[0].modes
     assert np.sqrt(stiff.stiffness / stiff.mass) == pytest.approx([axial], rel=1e-4)
 
@@ -130,10 +143,10 @@ def test_axial_and_torsional_frequencies_of_a_clamped_beam():
 @pytest.mark.parametrize(("loads", "error"), [((), 0.03), ((LENGTH,), EXACT)])
 def test_one_eigenmode_misses_three_percent_of_a_tip_load_and_a_static_mode_nothing(loads, error):
     program = Program(girder(Flexible(1, BEAM, loads=loads)))
-    modes = program.graph.links[0].modes
-    tip = modes.at(LENGTH)[2]
-    assert tip @ (tip / modes.stiffness) == pytest.approx(LENGTH**3 / (3 * EI), rel=error)
-    assert bool(loads) or tip @ (tip / modes.stiffness) < 0.98 * LENGTH**3 / (3 * EI)
+    bent = program.graph.links[0].modes
+    tip = bent.at(LENGTH)[2]
+    assert tip @ (tip / bent.stiffness) == pytest.approx(LENGTH**3 / (3 * EI), rel=error)
+    assert bool(loads) or tip @ (tip / bent.stiffness) < 0.98 * LENGTH**3 / (3 * EI)
 
 
 def test_given_matrices_of_a_beam_are_that_beam():
