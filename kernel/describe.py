@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, fields
 from typing import Literal
 
 from .flexible.description import Flexible
-from .forces.describe import Force
+from .forces.describe import Force, Reeving
 from .points import IDENTITY as IDENTITY
 from .points import WORLD as WORLD
 from .points import Matrix as Matrix
@@ -243,6 +243,16 @@ class System:
     measured: tuple[Measured, ...] = ()
     thresholds: tuple[Threshold, ...] = ()
     gravity: float = field(default=9.80665)  # downwards along -z [m/s2]
+
+    @property
+    def reevings(self) -> tuple[Reeving, ...]:
+        """The ropes among its forces."""
+        return tuple(f for f in self.forces if isinstance(f, Reeving))
+
+    @property
+    def all_ropes(self) -> tuple[Rope | Reeving, ...]:
+        """Ropes of straight lines, then those over sheaves."""
+        return *self.ropes, *self.reevings
 
 
 def merge(parts: list[System], gravity: float) -> System:

@@ -15,7 +15,7 @@ from . import laws
 from .constraints.rows import Rows
 from .describe import Brake, Drive, Measured, Stop, Threshold
 from .elementary import atan2, cos, sin
-from .forces.describe import Signal
+from .forces.describe import Reeving, Signal
 from .spatial import cross, join
 from .symbol import named, sqrt
 
@@ -46,6 +46,7 @@ class Evaluation:
         self.length_rates: list[Any] = []
         self.normals: list[Any] = []
         self.shown: list[Any] = []
+        self._reeved: dict[str, tuple[Any, Any]] = {}  # tension of the first part and unstretched length
         self.places: list[Any] = []
         self.velocities: list[Any] = []
         self.guards: list[Any] = []
@@ -212,6 +213,8 @@ class Evaluation:
                 self._tau[k] = self._tau[k] + named(f"F({x.name})", out.effort[0])
             self.guards += list(out.guards)
             self.shown += list(out.shown)
+            if isinstance(x.force, Reeving):
+                self._reeved[x.name] = (out.shown[0], blocks["s"][0])
             self._heat.append(out.heat[0])
             self.stored.append(out.stored[0])
             if x.law.works:
@@ -297,14 +300,15 @@ class Evaluation:
         if h.quantity == "angle":
             sine, cosine, _ = attitude(self._ends[self.graph.number(h.of)], h.axis)
             return a * sine + a2 * cosine + b
-        names = [r.name for r in self.system.ropes]
+        ropes = zip(self.system.ropes, self.tensions, self.lengths, strict=True)
+        known = {r.name: (tension, length) for r, tension, length in ropes} | self._reeved
         if h.quantity == "height":
             assert h.point is not None, "checked by the program"
             x = laws.attachment(self._ends[self.graph.number(h.point.body)], p[3:6])[1][2]
         elif h.quantity == "tension":
-            x = sum((self.tensions[names.index(r)] for r in h.ropes), 0.0)
+            x = sum((known[r][0] for r in h.ropes), 0.0)
         elif h.quantity == "length":
-            x = self.lengths[names.index(h.ropes[0])]
+            x = known[h.ropes[0]][1]
         else:
             x = self._joint(h.name, h.of, h.coordinate)[1 if h.quantity == "joint" else 2]
         return a * x + b

@@ -141,7 +141,7 @@ class Program:
             if h.quantity in ("tension", "length") and not h.ropes:
                 raise KernelError(f"threshold '{h.name}': a {h.quantity} needs a rope")
             for r in h.ropes:
-                if r not in {x.name for x in s.ropes}:
+                if r not in {x.name for x in s.all_ropes}:
                     raise KernelError(f"threshold '{h.name}': there is no rope '{r}'")
 
     def driven(self, drive: Drive) -> tuple[int, int]:

@@ -214,5 +214,20 @@ class Reeving(Element, frozen=True, tag=True):
     def points(self) -> tuple[Point, ...]:
         return self.a, *(s.at for s in self.sheaves), self.b
 
+    @property
+    def winch(self) -> bool:
+        """Whether its length is driven."""
+        return self.signal.driven
+
+    @property
+    def L0(self) -> float:
+        """Its unstretched length at the start [m]."""
+        return self.signal.value
+
+    @property
+    def hooked(self) -> bool:
+        """It is never taken off."""
+        return True
+
 
 Force = Load | Wind | Spring | Torsion | Bushing | Characteristic | UserLaw | Reeving

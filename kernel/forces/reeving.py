@@ -63,20 +63,31 @@ class ReevingLaw(ForceLaw):
 
     def numbers(self, f: Reeving, poses: Poses) -> list[float]:
         n = len(f.sheaves)
-        given = [_node_numbers(x) for x in (Sheave(f.a), *f.sheaves, Sheave(f.b))]
+        given = self._placed(f, poses)
+        lengths = [0.0] * n  # of a rope that sticks; set when it comes taut
+        limp = [0.0] * (n + 1)
+        return [f.EA, f.damping * f.signal.value, 0.0, *[FREE] * n, *lengths, *limp, *(x for q in given for x in q)]
+
+    def start_length(self, f: Reeving, poses: Poses) -> float:
+        """Its length in the initial pose [m]; raises KernelError where it cannot run so."""
+        given, bodies = self._placed(f, poses), [_body(*poses(p.body)) for p in f.points]
+        nodes = [_node(x, np.array(q), body) for x, q, body in zip(_all(f), given, bodies, strict=True)]
+        return float(sum(x.length for x in parts(nodes, _turning(f))))
+
+    def _placed(self, f: Reeving, poses: Poses) -> list[list[float]]:
+        """The numbers of the nodes, arcs divided in the middle."""
+        given = [_node_numbers(x) for x in _all(f)]
         bodies = [_body(*poses(p.body)) for p in f.points]
-        nodes = [_node(x, q, body) for x, q, body in zip(_all(f), given, bodies, strict=True)]
+        nodes = [_node(x, np.array(q), body) for x, q, body in zip(_all(f), given, bodies, strict=True)]
         self._check_places(f, nodes)
         made = parts(nodes, _turning(f))
-        for i in range(1, n + 1):
-            if _turning(f)[i]:
+        for i, turning in enumerate(_turning(f)):
+            if turning:
                 here, wrap = _divide(nodes[i], made[i - 1], made[i])
                 told = f"is wrapped by {np.degrees(wrap):.0f} degrees; turn its axis round"
                 self.demand(f, f"sheave {i}", wrap <= MOST_WRAP, told)
                 given[i][6:9] = (bodies[i][:9].reshape(3, 3).T @ here).tolist()
-        lengths = [0.0] * n  # of a rope that sticks; set when it comes taut
-        limp = [0.0] * (n + 1)
-        return [f.EA, f.damping * f.signal.value, 0.0, *[FREE] * n, *lengths, *limp, *(x for q in given for x in q)]
+        return given
 
     def _check_places(self, f: Reeving, nodes: list[Node]) -> None:
         for i, (a, b) in enumerate(pairwise(nodes), 1):

@@ -11,7 +11,7 @@ import re
 
 from heavylift.kernel.describe import WORLD, Rope, System
 from heavylift.kernel.errors import ModelError
-from heavylift.kernel.forces.describe import Force
+from heavylift.kernel.forces.describe import Force, Reeving
 from heavylift.nodes.scene.plan import Actuator, Mechanism, Plan
 
 from .conditions import watched
@@ -57,21 +57,22 @@ class MechanismModel(Machine):
     def _body_actors(self, body: str) -> list[Actor]:
         actors: list[Actor] = [Law("weight")]
         for rope in (r for r in self.system.ropes if _body(r) == body):
-            laws = System(ropes=(rope,))
-            if rope.winch:
-                at = self._actuator(rope.name)
-                winch = WinchActor(_name(rope.name), rope.name, laws, start=at.start, lower=at.lower, upper=at.upper)
-                actors.append(winch)
-            else:
-                actors.append(SlingActor(_name(rope.name), rope.name, laws))
+            actors.append(self._rope(rope, System(ropes=(rope,))))
         for force in (f for f in self.system.forces if _first(f) == body):
-            actors.append(Law(_name(force.name), System(forces=(force,))))
+            laws = System(forces=(force,))
+            actors.append(self._rope(force, laws) if isinstance(force, Reeving) else Law(_name(force.name), laws))
         supports = tuple(s for s in self.system.supports if s.point.body == body)
         if supports:
             faces = {support.name: body for support in supports}
             closed = frozenset(self.mechanism.closed) & frozenset(faces)
             actors.append(Stools("supports", body, System(supports=supports), faces=faces, closed=closed))
         return actors
+
+    def _rope(self, rope: Rope | Reeving, laws: System) -> Actor:
+        if not rope.winch:
+            return SlingActor(_name(rope.name), rope.name, laws)
+        at = self._actuator(rope.name)
+        return WinchActor(_name(rope.name), rope.name, laws, start=at.start, lower=at.lower, upper=at.upper)
 
     def _drive(self, name: str, element: str, laws: System) -> DriveActor:
         at = self._actuator(element)
@@ -81,7 +82,7 @@ class MechanismModel(Machine):
         """Where an actuator starts and what it can do; a rope starts at its length, the rest at 0."""
         if name in self.actuators:
             return self.actuators[name]
-        lengths = {rope.name: rope.L0 for rope in self.system.ropes}
+        lengths = {rope.name: rope.L0 for rope in self.system.all_ropes}
         return Actuator(name=name, start=lengths.get(name, 0.0), accel=0.0)
 
 

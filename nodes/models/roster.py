@@ -35,7 +35,7 @@ def owners(plan: Plan) -> dict[str, str]:
         found[f"{loader.name}.hinge.lock"] = loader.name
     for mechanism in plan.mechanisms:
         system = mechanism.system
-        names = [d.name for d in system.drives] + [r.name for r in system.ropes]
+        names = [d.name for d in system.drives] + [r.name for r in system.all_ropes]
         names += [b.name for b in system.brakes] + [m.name for m in system.masters]
         found |= dict.fromkeys(names, mechanism.name)
     return found
@@ -54,7 +54,7 @@ def first_picture(plan: Plan) -> Picture:
         picture.grounded |= {block.name} if any(pad.closed for pad in block.pads) else set()
         picture.landed |= {block.name} if any(all(closed) for closed in faces.values()) else set()
     for mechanism in plan.mechanisms:
-        for rope in mechanism.system.ropes:
+        for rope in mechanism.system.all_ropes:
             state = "taut" if rope.name in mechanism.taut else "slack"
             picture.ropes[rope.name] = state if rope.hooked else OFF
         bodies: dict[str, list[bool]] = {}

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -15,6 +16,7 @@ from heavylift.kernel import describe as k
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.flexible.checks import check_flexible
 from heavylift.kernel.forces import describe as forces
+from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.kernel.forces.table import check_force
 
 from . import kinematics, mechanics, plan, units
@@ -52,7 +54,9 @@ class _Assembly:
         self._tree()
         self._names()
         self._laws()
-        ropes = [self._rope(name, rope) for name, rope in given.ropes.items()]
+        plain = {name: rope for name, rope in given.ropes.items() if all(x.plain for x in rope.over)}
+        ropes = [self._rope(name, rope) for name, rope in plain.items()]
+        reevings = [self._reeving(name, rope) for name, rope in given.ropes.items() if name not in plain]
         for name, support in given.supports.items():
             self._known(("mechanism", "supports", name, "body"), support.body)
             self._on_beam(("mechanism", "supports", name, "at"), support.body, support.at[0])
@@ -67,7 +71,7 @@ class _Assembly:
             drives=tuple(k.Drive(n, x.joint, x.type, x.stiffness, x.damping) for n, x in given.drives.items()),
             ropes=tuple(ropes),
             supports=tuple(_support(name, support) for name, support in given.supports.items()),
-            forces=tuple(self._forces()),
+            forces=(*reevings, *self._forces()),
             gravity=gravity,
         )
         taut, closed = self._carrying(system) if not self.source.faults else ((), ())
@@ -98,9 +102,19 @@ class _Assembly:
 
     def _carrying(self, system: k.System) -> tuple[tuple[str, ...], tuple[str, ...]]:
         at = kinematics.poses(system)
+        spans = {r.name: self._span(r, at) for r in system.reevings}
+        reeved = [r.name for r in system.reevings if spans[r.name] > r.L0 + TOUCH]
         taut = (r.name for r in system.ropes if r.hooked and kinematics.length(r, at) > r.L0 + TOUCH)
         closed = (s.name for s in system.supports if kinematics.place(s.point, at)[2] < s.height - TOUCH)
-        return tuple(taut), tuple(closed)
+        return (*taut, *reeved), tuple(closed)
+
+    def _span(self, rope: forces.Reeving, at: kinematics.Poses) -> float:
+        """The length of a rope over its sheaves at the start [m]."""
+        try:
+            return ReevingLaw().start_length(rope, lambda body: (at[body][1], at[body][0]))
+        except KernelError as error:
+            self._fault(("mechanism", "ropes", rope.name), str(error), on_key=True)
+            return 0.0
 
     def _tree(self) -> None:
         """Each body is the child of one joint, and all hang together with the world."""
@@ -229,21 +243,57 @@ class _Assembly:
     def _rope(self, name: str, rope: mechanics.Rope) -> k.Rope:
         path: Path = ("mechanism", "ropes", name)
         lines = [(line.start, line.end, line.share, (*path, "lines", i)) for i, line in enumerate(rope.lines)]
-        if rope.start and rope.end and not rope.lines:
-            lines = [(rope.start, rope.end, 1.0, path)]
-        elif rope.start or rope.end or not rope.lines:
-            self._fault(path, "a rope has either 'start' and 'end' or 'lines'", on_key=True)
         for start, end, _, at in lines:
             self._known((*at, "start", "body"), start.body)
             self._known((*at, "end", "body"), end.body)
             self._on_beam((*at, "start", "at"), start.body, start.at[0])
             self._on_beam((*at, "end", "at"), end.body, end.at[0])
-        if rope.winch and not rope.winch.shortest <= rope.length <= rope.winch.longest:
-            ends = f"{rope.winch.shortest:g} and {rope.winch.longest:g} m"
-            told = f"{rope.length:g} m of rope is not between {ends}"
-            self._fault((*path, "length"), told)
+        if rope.start and rope.end and not rope.lines:
+            nodes = self._nodes(path, rope.start, rope.over, rope.end)
+            lines = [(a, b, 1.0, path) for a, b in pairwise(nodes)]
+        elif rope.start or rope.end or rope.over or not rope.lines:
+            self._fault(path, "a rope has either 'start' and 'end' or 'lines'", on_key=True)
+        self._wound(path, rope)
         made = tuple(k.Line(k.Point(a.body, a.at), k.Point(b.body, b.at), share) for a, b, share, _ in lines)
         return k.Rope(name, made, rope.EA, rope.length, rope.damping, rope.winch is not None, rope.hooked)
+
+    def _reeving(self, name: str, rope: mechanics.Rope) -> forces.Reeving:
+        """A rope over sheaves with a radius or friction."""
+        path: Path = ("mechanism", "ropes", name)
+        if rope.start is None or rope.end is None or rope.lines or not rope.hooked:
+            told = "a rope over sheaves has 'start' and 'end', no 'lines', and is never taken off"
+            self._fault(path, told, on_key=True)
+        start, end = (x or mechanics.End(body=k.WORLD) for x in (rope.start, rope.end))
+        self._nodes(path, start, rope.over, end)
+        self._wound(path, rope)
+        sheaves = tuple(
+            forces.Sheave(k.Point(s.body, s.at), _unit(s.axis), s.radius, s.friction, s.efficiency) for s in rope.over
+        )
+        signal = forces.Signal(rope.length, driven=rope.winch is not None)
+        ends = k.Point(start.body, start.at), k.Point(end.body, end.at)
+        made = forces.Reeving(name, ends[0], sheaves, ends[1], rope.EA, signal, rope.damping)
+        try:
+            check_force(made)
+        except KernelError as error:
+            self._fault(path, str(error), on_key=True)
+        return made
+
+    def _nodes(
+        self, path: Path, start: mechanics.End, over: list[mechanics.Over], end: mechanics.End
+    ) -> list[mechanics.End]:
+        """Start, what lies between, end; their bodies are checked."""
+        placed: list[tuple[Path, mechanics.End]] = [((*path, "start"), start)]
+        placed += [((*path, "over", i), node) for i, node in enumerate(over)]
+        for at, node in [*placed, ((*path, "end"), end)]:
+            self._known((*at, "body"), node.body)
+            self._on_beam((*at, "at"), node.body, node.at[0])
+        return [start, *over, end]
+
+    def _wound(self, path: Path, rope: mechanics.Rope) -> None:
+        """The length of a rope lies between those that its winch allows."""
+        if rope.winch and not rope.winch.shortest <= rope.length <= rope.winch.longest:
+            ends = f"{rope.winch.shortest:g} and {rope.winch.longest:g} m"
+            self._fault((*path, "length"), f"{rope.length:g} m of rope is not between {ends}")
 
     def _actuators(self, system: k.System) -> list[plan.Actuator]:
         found = []

@@ -48,7 +48,7 @@ class Conditions:
         """The names of a set of slings or ropes; empty sets are faults."""
         slings, ropes = [s.name for s in self.yard.slings], [r.name for r in self.yard.ropes]
         if self.mechanism:
-            ropes += [r.name for r in self.mechanism.system.ropes]
+            ropes += [r.name for r in self.mechanism.system.all_ropes]
         sets: dict[str, Iterable[str]] = {}
         if noun == "one":
             sets = {name: [name] for name in (*slings, *ropes)}

@@ -12,7 +12,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from .base import Base as Base
-from .base import Direction, End, Quaternion
+from .base import Direction, Quaternion
+from .base import End as End
 from .base import Name as Name
 from .base import Place as Place
 from .base import Station as Station
@@ -26,6 +27,7 @@ from .units import (
     Effort,
     Extent,
     Force,
+    Gap,
     Inertia,
     Length,
     Product,
@@ -133,11 +135,32 @@ class Winch(Base):
     longest: Extent
 
 
+class Over(End):
+    """What a rope runs over: a point, or a sheave about whose axis it turns positively.
+
+    Sliding, the tension grows against the motion by exp(friction * wrap) / efficiency.
+    """
+
+    axis: Direction = (0.0, 1.0, 0.0)
+    radius: Gap = 0.0
+    friction: Ratio = 0.0
+    efficiency: Ratio = 1.0
+
+    @property
+    def plain(self) -> bool:
+        """Whether it is a point without friction."""
+        return not (self.radius or self.friction) and self.efficiency == 1.0
+
+
 class Rope(Base):
-    """A tension-only elastic rope from `start` to `end`, or over several `lines`; `length` is unstretched."""
+    """A tension-only elastic rope; `length` is unstretched.
+
+    From `start` to `end`, on its way perhaps `over` points and sheaves, or over separate `lines` of one tension.
+    """
 
     start: End | None = None
     end: End | None = None
+    over: list[Over] = Field(default_factory=list)
     lines: list[Line] = Field(default_factory=list)
     EA: Force
     length: Extent

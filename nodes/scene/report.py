@@ -49,7 +49,7 @@ def report(scene: schema.Scene, built: plan.Plan, followed: Following | None) ->
     bodies += sum(len(m.system.bodies) for m in built.mechanisms)
     dof = 3 * len(built.cranes) + 7 * len(built.loaders) + 6 * (built.block is not None)
     dof += sum(len(j.v0) for m in built.mechanisms for j in m.system.joints)
-    ropes = len(built.rig.hook_ropes) + sum(len(m.system.ropes) for m in built.mechanisms)
+    ropes = len(built.rig.hook_ropes) + sum(len(m.system.ropes) + len(m.system.reevings) for m in built.mechanisms)
     slings, actions = len(built.rig.slings), len(built.actions)
     models = len(built.cranes) + len(built.loaders) + (built.block is not None) + len(built.mechanisms) + 1
     counts = (bodies, dof, ropes, slings, models, actions)

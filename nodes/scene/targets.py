@@ -69,7 +69,7 @@ def targets(yard: Yard, mechanism: plan.Mechanism | None) -> dict[str, tuple[Act
     if yard.block:
         table["block"] = (Actor("block", "block", "turn"),)
     if mechanism:
-        winches = {r.name for r in mechanism.system.ropes if r.winch}
+        winches = {r.name for r in mechanism.system.all_ropes if r.winch}
         for actuator in mechanism.actuators:
             kind: Kind = "winch" if actuator.name in winches else "drive"
             table[actuator.name] = (Actor(kind, mechanism.name, actuator.name, actuator.accel),)
