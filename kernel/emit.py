@@ -1,7 +1,7 @@
 """Recorded functions -> LLVM IR text: straight-line code, and one loop construct around it.
 
-Every function takes pointers to blocks of doubles.  Arithmetic is strict IEEE (no contraction, no reassociation
-except inside dot products of fixed lanes), so that the bits are the same at every optimisation level.
+Every function takes pointers to blocks of doubles.  Arithmetic is strict IEEE (no reassociation except inside dot
+products of fixed lanes, no contraction unless asked for), so that the bits are the same at every optimisation level.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ def blocks(f: Function | While) -> list[str]:
     return f.blocks if isinstance(f, While) else blocks_of(f)
 
 
-def module(*functions: Function | While) -> str:
-    """IR text of functions and loops and of everything that they call."""
+def module(*functions: Function | While, fused: bool = False) -> str:
+    """IR text of functions and loops and of everything that they call; `fused`: see `Straight`."""
     texts: list[str] = []
     seen: set[str] = set()
 
@@ -61,7 +61,7 @@ def module(*functions: Function | While) -> str:
                 visit(part, 0)
             texts.append(_loop(f))
             return
-        code = Straight(f, lanes)
+        code = Straight(f, lanes, fused)
         texts.append(code.text())
         for g, width in code.called:
             visit(g, width)

@@ -69,7 +69,12 @@ class Library:
             options = llvm.create_pipeline_tuning_options(speed_level=opt)
             options.slp_vectorization = False
             passes = llvm.create_pass_builder(self._machine, options)
-            passes.getModulePassManager().run(module, passes)
+            if opt == 1:  # straight-line code without branches has little use for the other passes, which take longer
+                few = llvm.create_new_module_pass_manager()
+                few.add_instruction_combine_pass()
+                few.run(module, passes)
+            else:
+                passes.getModulePassManager().run(module, passes)
         return bytes(self._machine.emit_object(module))
 
     def call(self, name: str, *blocks: np.ndarray) -> None:

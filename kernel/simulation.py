@@ -39,7 +39,8 @@ class Simulation(Stepper):
     """`tolerance`: of a step, relative to 1 + |y|; `sample_ns`: period of samples; `subscribed`: names of laws whose
     events stop `run`; `native=False` runs the same text on floats (slow oracle); `method`: one of
     `kernel.methods.METHODS`; `step`: fixed steps of so many seconds; `formulation`: one of
-    `kernel.formulations.FORMULATIONS`.  Raises KernelError."""
+    `kernel.formulations.FORMULATIONS`; `fused`: products are added unrounded, a little faster, with bits that depend
+    on the processor.  Raises KernelError."""
 
     def __init__(
         self,
@@ -54,8 +55,9 @@ class Simulation(Stepper):
         method: str = "dopri5",
         step: float | None = None,
         formulation: Formulation = "recursive",
+        fused: bool = False,
     ) -> None:
-        super().__init__(system, tolerance, sample_ns, h_max, native, opt, cache, method, step, formulation)
+        super().__init__(system, tolerance, sample_ns, h_max, native, opt, cache, method, step, formulation, fused)
         self.switches = Switches(self.program, self.P)
         self.subscribed = subscribed
         self.log: list[tuple[int, StateEvent]] = []

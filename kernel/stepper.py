@@ -49,12 +49,14 @@ class Stepper:
         method: str,
         step: float | None,
         formulation: Formulation,
+        fused: bool,
     ) -> None:
         if not 0.0 < tolerance < 1.0:
             raise KernelError(f"tolerance {tolerance:g}: it must lie between 0 and 1")
         if sample_ns < SHORTEST_SAMPLE:
             raise KernelError(f"samples every {sample_ns} ns: they must be at least {SHORTEST_SAMPLE} ns apart")
         self.fixed = step is not None
+        self._fused = fused
 
         def compiled(locked: frozenset[str] | None) -> Library | Oracle:
             self.program = Program(system, formulation, locked)
@@ -100,7 +102,7 @@ class Stepper:
         number = p.graph.number
         return repr(
             [
-                (self.method.method.name, self.fixed),
+                (self.method.method.name, self.fixed, self._fused),
                 p.formulation,
                 [(kind_of(t), x.ends, x.held) for t, x in p.instances],
                 [(j.kind, number(j.parent), number(j.child)) for j in p.graph.loops],
@@ -119,7 +121,7 @@ class Stepper:
         )
 
     def _ir(self) -> str:
-        return module(self.method.advance, *self.method.functions.values())
+        return module(self.method.advance, *self.method.functions.values(), fused=self._fused)
 
     def __getitem__(self, name: str) -> float:
         return float(self.X[self._at[name]])

@@ -36,11 +36,13 @@ def _cut(width: int) -> list[tuple[str, int, int]]:
 class Straight:
     """Straight-line code of one recorded function; with `lanes`, of that many calls side by side.
 
-    Then each scalar is a vector, and in its blocks the lanes of a number lie next to each other.
+    Then each scalar is a vector, and in its blocks the lanes of a number lie next to each other.  `fused`: products
+    may be added without being rounded, so that the bits depend on the processor.
     """
 
-    def __init__(self, f: Function, lanes: int = 0) -> None:
+    def __init__(self, f: Function, lanes: int = 0, fused: bool = False) -> None:
         self.f, self.lanes = f, lanes
+        self.flags = " contract" if fused else ""
         self.head: list[str] = []
         self.body: list[str] = []
         self.vectors = 0
@@ -156,13 +158,13 @@ class Straight:
         if n.op in ("and", "or"):
             return f"{n.op} {vector_type(lanes, 'i1')} {x[0]}, {x[1]}"
         if n.op == "neg":
-            return f"fneg {d} {x[0]}"
+            return f"fneg{self.flags} {d} {x[0]}"
         if n.op in ("exponent", "power_of_two"):
             return self.binary_exponent(n, x[0], lanes)
         if n.op in ("sqrt", "abs"):
             suffix = f"v{lanes}" if lanes else ""
             return f"call {d} @llvm.{'fabs' if n.op == 'abs' else n.op}.{suffix}f64({d} {x[0]})"
-        return f"{_ARITHMETIC[n.op]} {d} {x[0]}, {x[1]}"
+        return f"{_ARITHMETIC[n.op]}{self.flags} {d} {x[0]}, {x[1]}"
 
     def binary_exponent(self, n: Sym, x: str, lanes: int) -> str:
         """Exponent of a double as a number, or the double that has a given one: its bits 52 to 62, less 1023."""
