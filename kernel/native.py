@@ -58,6 +58,7 @@ class Library:
             code = self._compile(ir(), opt)
             if cache:
                 _write(path, code)
+        self.size = len(code)
         self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), self._machine)
         self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         self._engine.finalize_object()
@@ -77,15 +78,19 @@ class Library:
                 passes.getModulePassManager().run(module, passes)
         return bytes(self._machine.emit_object(module))
 
+    def address(self, name: str) -> int:
+        """Where a native function begins."""
+        found: int = self._engine.get_function_address(name)
+        assert found, f"no native function '{name}'"
+        return found
+
     def call(self, name: str, *blocks: np.ndarray) -> None:
         """Run a native function on contiguous float64 blocks; the caller vouches for their sizes."""
         for b in blocks:
             assert b.dtype == np.float64, f"{name}: block of {b.dtype}"
             assert b.flags.c_contiguous, f"{name}: block is not contiguous"
         if name not in self._calls:
-            address = self._engine.get_function_address(name)
-            assert address, f"no native function '{name}'"
-            self._calls[name] = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * _MOST_BLOCKS)(address)
+            self._calls[name] = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * _MOST_BLOCKS)(self.address(name))
         pointers = [b.ctypes.data for b in blocks]
         self._calls[name](*pointers, *[0] * (_MOST_BLOCKS - len(pointers)))
 

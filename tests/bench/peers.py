@@ -1,0 +1,92 @@
+"""The two-crane reference scene in MuJoCo and in Pinocchio, and what one evaluation costs there.
+
+MuJoCo: `mj_forward` called from a loop of machine code.  Pinocchio: `aba` without ropes, on one thread, by its own batch
+call over many states (`abaInParallel`), so that no Python is inside either.
+"""
+
+import ctypes
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+from goliath import HINGE_DAMPING, KP, KV, G
+from native_loops import fastest, foreign
+
+
+def mjcf(system, integrator, h):
+    """MJCF text; ropes are tendons with a dead band up to their rest length."""
+    bodies = {b.name: b for b in system.bodies}
+    sites = {f"{r.name}-{e}": getattr(r.lines[0], e) for r in system.ropes for e in "ab"}
+
+    def numbers(x):
+        return " ".join(repr(float(e)) for e in x)
+
+    def body(joint):
+        b = bodies[joint.child]
+        k, d = (KP, KV) if joint.kind == "prismatic" else (0.0, HINGE_DAMPING)
+        kind = {"prismatic": "slide", "revolute": "hinge"}.get(joint.kind)
+        move = f'<joint type="{kind}" axis="{numbers(joint.axis)}" stiffness="{k}" damping="{d}"/>'
+        marks = "".join(f'<site name="{n}" pos="{numbers(p.p)}"/>' for n, p in sites.items() if p.body == b.name)
+        inertia = numbers(b.inertia[i][i] for i in range(3))
+        return (
+            f'<body name="{b.name}" pos="{numbers(joint.p_PJ if kind else joint.q0[:3])}">'
+            f"{move if kind else '<freejoint/>'}{marks}"
+            f'<inertial pos="{numbers(b.com)}" mass="{b.mass}" diaginertia="{inertia}"/>'
+            f"{''.join(body(j) for j in system.joints if j.parent == b.name)}</body>"
+        )
+
+    tendons = "".join(
+        f'<spatial name="{r.name}" springlength="0 {r.L0!r}" stiffness="{r.EA / r.L0!r}" damping="{r.damping}">'
+        f'<site site="{r.name}-a"/><site site="{r.name}-b"/></spatial>'
+        for r in system.ropes
+    )
+    return (
+        f'<mujoco><option gravity="0 0 -{G}" integrator="{integrator}" timestep="{h!r}">'
+        '<flag contact="disable" energy="disable"/></option><compiler angle="radian"/>'
+        f"<worldbody>{''.join(body(j) for j in system.joints if j.parent == 'world')}</worldbody>"
+        f"<tendon>{tendons}</tendon></mujoco>"
+    )
+
+
+class MuJoCo:
+    """The scene at its start."""
+
+    def __init__(self, system, integrator="RK4", h=0.01):
+        self.system = system
+        self.model = mujoco.MjModel.from_xml_string(mjcf(system, integrator, h))
+        self.data = mujoco.MjData(self.model)
+        free = next(j for j in system.joints if j.kind == "free")
+        at = self.model.body_dofadr[self.model.body(free.child).id]
+        self.data.qvel[at : at + 6] = free.v0
+        mujoco.mj_forward(self.model, self.data)
+
+    def forward(self):
+        """Seconds of one mj_forward."""
+        library = ctypes.CDLL(str(next(Path(mujoco.__file__).parent.glob("libmujoco.so*"))))
+        address = ctypes.cast(library.mj_forward, ctypes.c_void_p).value
+        return foreign(address, self.model._address, self.data._address)
+
+    def tensions(self):
+        """(ropes,) [N]."""
+        mujoco.mj_forward(self.model, self.data)
+        length, rate = self.data.ten_length, self.data.ten_velocity
+        ids = [self.model.tendon(r.name).id for r in self.system.ropes]
+        return np.array(
+            [
+                r.EA / r.L0 * (length[i] - r.L0) + r.damping * rate[i]
+                for r, i in zip(self.system.ropes, ids, strict=True)
+            ]
+        )
+
+
+def pinocchio_aba(graph):
+    """Seconds of one `aba` without external forces."""
+    from random_trees import pinocchio_model
+
+    model = pinocchio_model(graph, G)
+    pool = pin.ModelPool(model, 1)
+    n = 500
+    q = np.asfortranarray(np.tile(pin.neutral(model)[:, None], n))
+    v, tau, a = (np.asfortranarray(np.full((model.nv, n), x)) for x in (0.01, 0.0, 0.0))
+    return fastest(lambda _: pin.abaInParallel(1, pool, q, v, tau, a), 1) / n
