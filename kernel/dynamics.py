@@ -23,8 +23,8 @@ from .symbol import is_sym, named
 from .trees import Tree
 
 __all__ = [
-    "Equations", "Factors", "Kinematics", "composites", "dynamics", "elastic", "energies", "equations_of_motion",
-    "joint_forces", "joint_space_inertia", "kinematics", "ltdl", "seen_from",
+    "Base", "Equations", "Factors", "Kinematics", "composites", "dynamics", "elastic", "energies",
+    "equations_of_motion", "joint_forces", "joint_space_inertia", "kinematics", "ltdl", "seen_from",
 ]  # fmt: skip
 
 
@@ -49,16 +49,21 @@ class Kinematics:
     carried: dict[int, list[Any]] = field(default_factory=dict)
 
 
-def kinematics(tree: Tree, q: Any, v: Any, g: Any, a_ref: Any = ()) -> Kinematics:
-    """Fig. 6 (a), (b) with zero acceleration except the prescribed joints' a_ref (n_prescribed,)."""
+Base = tuple[Any, Any, Any, Any]  # R, r, V, A of what a root stands on
+
+
+def kinematics(tree: Tree, q: Any, v: Any, g: Any, a_ref: Any = (), base: Base | None = None) -> Kinematics:
+    """Fig. 6 (a), (b) with zero acceleration except the prescribed joints' a_ref (n_prescribed,).
+
+    `base`: the body that the root stands on if that is not the ground; r then counts from the point of its tree.
+    """
+    ground = (np.eye(3), np.zeros(3), np.zeros(6), join(np.zeros(3), [0.0, 0.0, g]))
     K = Kinematics(o=np.zeros(3))
     prescribed = iter(a_ref)
     for i, b in enumerate(tree.bodies):
         x, u = q[b.q], v[b.v]
-        root = b.parent < 0
-        R_WP, V_P = (np.eye(3), np.zeros(6)) if root else (K.R[b.parent], K.V[b.parent])
-        A_P = join(np.zeros(3), [0.0, 0.0, g]) if root else K.A[b.parent]
-        r_P = np.zeros(3) if root else K.r[b.parent]
+        root, p = b.parent < 0, b.parent
+        R_WP, r_P, V_P, A_P = (base or ground) if root else (K.R[p], K.r[p], K.V[p], K.A[p])
         if b.place is not None:
             flexible = (*K.modes[b.parent][:2], R_WP, r_P, V_P, A_P)
             slides = b.kind == "slider"
@@ -68,7 +73,7 @@ def kinematics(tree: Tree, q: Any, v: Any, g: Any, a_ref: Any = ()) -> Kinematic
         R_WJ = R_WP @ b.R_PJ
         p_PB = R_WP @ b.p_PJ + R_WJ @ p_JB
         R = named(f"R({b.name})", R_WJ @ R_JB)
-        if root:
+        if root and base is None:
             K.o, r = p_PB, np.zeros(3)
         else:
             r = named(f"r({b.name})", r_P + p_PB)

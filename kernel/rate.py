@@ -28,6 +28,7 @@ from .function import Function
 from .graph import Graph, build_graph
 from .joints import JOINTS
 from .locking import check_locks, halt_function
+from .limbs import limbs_of
 from .parameters import PROFILE, ROPE_HEAD, ROPE_LINE, SUPPORT, Parameters
 from .spatial import join
 from .trees import Tree, cut, kind_of, numbers, with_numbers
@@ -245,15 +246,20 @@ def _tree_functions(
     """Placement of the bodies that laws act on, accelerations, and poses with energies of one kind of tree."""
     nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
     dynamics = formulated(formulation)
+    limbs = limbs_of(f"limb{k}", tree, ends) if formulation == "recursive" else None
     state = {"q": tree.q.stop - tree.q.start, "v": nv, "P": len(numbers(tree))}
 
     def place(q: Any, v: Any, P: Any) -> dict[str, Any]:
-        K = kinematics(with_numbers(tree, P), q, v, 0.0, [0.0] * fixed)
+        t = with_numbers(tree, P)
+        if limbs:
+            return {f"b{i}": x for i, x in sorted(limbs.place(t, q, v, ends, [0.0] * fixed).items())}
+        K = kinematics(t, q, v, 0.0, [0.0] * fixed)
         return {f"b{i}": join(K.R[i].ravel(), K.o, K.r[i], K.V[i]) for i in ends}
 
     def accelerate(q: Any, v: Any, tau: Any, P: Any, g: Any, a: Any, **w: Any) -> dict[str, Any]:
         W = [w.get(f"w{i}", np.zeros(6)) for i in range(len(tree.bodies))]
-        dq, dv, reaction = dynamics(with_numbers(tree, P), q, v, tau, W, g[0], list(a)[:fixed])
+        text = limbs.dynamics if limbs else dynamics
+        dq, dv, reaction = text(with_numbers(tree, P), q, v, tau, W, g[0], list(a)[:fixed])
         return {"dq": dq, "dv": dv, "reaction": reaction}
 
     def pose(q: Any, v: Any, P: Any, g: Any) -> dict[str, Any]:

@@ -6,6 +6,7 @@ the run, so that one object file serves all variations of a scene and all equal 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -17,7 +18,7 @@ from .graph import Graph, Link
 from .motion import axes_of
 from .symbol import is_sym
 
-__all__ = ["Tree", "TreeBody", "cut", "numbers", "with_numbers"]
+__all__ = ["Tree", "TreeBody", "all_numbers", "cut", "kind_of", "numbers", "structural", "with_numbers"]
 
 _FIELDS = ("mass", "com", "inertia", "p_PJ", "R_PJ", "axes", "pitch", "p_CJ", "R_CJ")
 _PARTS = ("elastic", "place")  # of numbers of their own, where a flexible body is or carries
@@ -183,10 +184,14 @@ def _values(body: TreeBody) -> list[Any]:
     return [getattr(body, f) for f in _FIELDS] + [getattr(p, f.name) for p in parts for f in fields(p)]
 
 
+def all_numbers(bodies: Sequence[TreeBody]) -> list[Any]:
+    """Structure and parameters alike, in a fixed order."""
+    return [x for b in bodies for value in _values(b) for x in np.ravel(value).tolist()]
+
+
 def numbers(tree: Tree) -> list[float]:
     """The parameters of a tree in the order that `with_numbers` takes them."""
-    flat = [x for b in tree.bodies for value in _values(b) for x in np.ravel(value).tolist()]
-    return [x for x in flat if not _structural(x)]
+    return [x for x in all_numbers(tree.bodies) if not structural(x)]
 
 
 def with_numbers(tree: Tree, values: Any) -> Tree:
@@ -195,8 +200,8 @@ def with_numbers(tree: Tree, values: Any) -> Tree:
 
     def replaced(x: Any) -> Any:
         if np.ndim(x) == 0:
-            return x if _structural(x) else next(given)
-        flat = [e if _structural(e) else next(given) for e in np.ravel(x).tolist()]
+            return x if structural(x) else next(given)
+        flat = [e if structural(e) else next(given) for e in np.ravel(x).tolist()]
         return np.array([*flat, None], dtype=object)[:-1].reshape(np.shape(x))
 
     def body(b: TreeBody) -> TreeBody:
@@ -213,12 +218,13 @@ def kind_of(tree: Tree) -> str:
     """What must agree for two trees to share code: joints, numbering and the places of 0, 1 and -1."""
 
     def pattern(x: Any) -> str:
-        return "".join(f"{e:+.0f}" if _structural(e) else "x" for e in np.ravel(x).tolist())
+        return "".join(f"{e:+.0f}" if structural(e) else "x" for e in np.ravel(x).tolist())
 
     return repr(
         [(b.kind, b.parent, b.prescribed, b.locked, b.n_modes, [*map(pattern, _values(b))]) for b in tree.bodies]
     )
 
 
-def _structural(x: float) -> bool:
+def structural(x: float) -> bool:
+    """Whether a number is part of the structure, not a parameter."""
     return x in (0.0, 1.0, -1.0)

@@ -1,6 +1,6 @@
 """The two-crane reference scene in MuJoCo and in Pinocchio, and what one evaluation costs there.
 
-MuJoCo: `mj_forward` called from a loop of machine code.  Pinocchio: `aba` without ropes, on one thread, by its own batch
+MuJoCo: `mj_forward` in a loop of machine code.  Pinocchio: `aba` without ropes, on one thread, by its own batch
 call over many states (`abaInParallel`), so that no Python is inside either.
 """
 
