@@ -219,7 +219,7 @@ def _kind(name: str, tree: Tree, limbs: tuple[Limb, ...], ends: Sequence[int]) -
     common = _common(tree, limbs)
     own = tuple(n for n, i in enumerate(limbs[0].bodies) if i in ends)
     n_v = common.v.stop
-    held = [k for i, b in enumerate(common.bodies) for k in range(b.v.start, b.v.stop) if i + 1 < len(common.bodies)]
+    held = range(n_v - 1)  # columns of degrees of freedom that others follow
 
     def standing(base: Any, bias: Any) -> Base:
         return np.reshape(base[:9], (3, 3)), base[9:12], base[12:18], bias
@@ -240,7 +240,7 @@ def _kind(name: str, tree: Tree, limbs: tuple[Limb, ...], ends: Sequence[int]) -
 
     def swing(x: Any, m: Any) -> dict[str, Any]:
         rows = [m[8 * k : 8 * k + 8] for k in range(n_v)]
-        S = {k: m[8 * n_v + 6 * j : 8 * n_v + 6 * j + 6] for j, k in enumerate(held)}
+        S = {k: m[8 * n_v + 6 * k : 8 * n_v + 6 * k + 6] for k in held}
         columns = [[S.get(k, np.zeros(6)) for k in range(b.v.start, b.v.stop)] for b in common.bodies]
         K = Kinematics(o=np.zeros(3), S=columns)
         dv, _ = outwards(common, K, {k: (u[:6], u[6], u[7]) for k, u in enumerate(rows)}, x, {})

@@ -62,7 +62,7 @@ def inwards(tree: Tree, K: Kinematics, tau: Any, I: list[Any], p: list[Any]) -> 
 def outwards(
     tree: Tree, K: Kinematics, U: Eliminated, base: Any, given: dict[int, Any]
 ) -> tuple[dict[int, Any], list[Any]]:
-    """Accelerations of the degrees of freedom, and those of the bodies beyond the bias; base (6,): that of the ground."""
+    """Accelerations of the degrees of freedom, and those of the bodies beyond the bias; base (6,): of the ground."""
     X: list[Any] = []
     dv = dict(given)
     for i, b in enumerate(tree.bodies):
