@@ -27,8 +27,8 @@ from .formulations import Formulation, formulated
 from .function import Function
 from .graph import Graph, build_graph
 from .joints import JOINTS
-from .locking import check_locks, halt_function
 from .limbs import limbs_of
+from .locking import check_locks, halt_function
 from .parameters import PROFILE, ROPE_HEAD, ROPE_LINE, SUPPORT, Parameters
 from .spatial import join
 from .trees import Tree, cut, kind_of, numbers, with_numbers
