@@ -136,6 +136,14 @@ class Equations:
         )
         return np.array([values[k] for k in range(len(self.rhs))])
 
+    def solution(self, a_ref: Any) -> tuple[dict[int, Any], Any]:
+        """Accelerations by degree of freedom where nothing else acts, and the forces of prescribed joints."""
+        a = self.accelerations(self.factors.solve([self.rhs[k] for k in self.tree.free_dofs]), a_ref)
+        reaction = [
+            -self.rhs[k] + sum((h * a[l] for l, h in self.given(k).items()), 0.0) for k in self.tree.prescribed_dofs
+        ]
+        return dict(enumerate(a)), np.array(reaction)
+
     def given(self, k: int) -> dict[int, Any]:
         """Row k of H, of a prescribed degree of freedom, over the free ones."""
         free = self.tree.free_dofs
@@ -157,10 +165,8 @@ def dynamics(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: 
     tau: (n_v,) joint forces of springs, drives, brakes and stops [N or N m].
     """
     x = equations_of_motion(tree, q, v, tau, W, g, a_ref)
-    a = x.factors.solve([x.rhs[k] for k in tree.free_dofs])
-    motion = dict(zip(tree.free_dofs, a, strict=True))
-    reaction = [-x.rhs[k] + sum((h * motion[l] for l, h in x.given(k).items()), 0.0) for k in tree.prescribed_dofs]
-    return join(*x.K.dq), x.accelerations(a, a_ref), np.array(reaction)
+    motion, reaction = x.solution(a_ref)
+    return join(*x.K.dq), np.array(list(motion.values())), reaction
 
 
 def composites(tree: Tree, K: Kinematics, W: list[Any]) -> tuple[list[Any], list[Any]]:

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from .dynamics import Base, Kinematics, composites, joint_forces, joint_space_inertia, kinematics, ltdl
+from .dynamics import Base, Equations, Kinematics, composites, joint_forces, joint_space_inertia, kinematics, ltdl
 from .formulations.articulated import inwards, outwards
 from .formulations.bodies import newton_euler
 from .function import Function, flatten
@@ -94,9 +94,13 @@ class Limbs:
             I[n] = I[n] + J[n]
             if (p := trunk.bodies[n].parent) >= 0:
                 J[p] = J[p] + J[n]
-        dv, X, reaction = self._solve(trunk, K, I, F, _of(tree, "v", self._trunk, tau), a_ref)
+        H = joint_space_inertia(trunk, K, I)
+        own = _of(tree, "v", self._trunk, tau)
+        rhs = [t - f for t, f in zip(own, joint_forces(trunk, K, F), strict=False)]
+        dv, reaction = Equations(trunk, K, H, rhs, ltdl(trunk, dict(H))).solution(a_ref)
+        X = _beyond_the_bias(trunk, K, dv)
         dq = _spread(tree, "q", self._trunk, join(*K.dq))
-        all_dv = _spread(tree, "v", self._trunk, dv)
+        all_dv = _spread(tree, "v", self._trunk, dv.values())
         for kind, limb, x in bent:
             dq |= _spread(tree, "q", limb.bodies, x.dq)
             all_dv |= _spread(tree, "v", limb.bodies, kind.swing(x=X[at[limb.on]], m=x.m).dv)
@@ -106,31 +110,22 @@ class Limbs:
             reaction,
         )
 
-    def _solve(
-        self, trunk: Tree, K: Kinematics, I: list[Any], F: list[Any], tau: Any, a_ref: Any
-    ) -> tuple[Any, list[Any], Any]:
-        """Accelerations of the trunk's joints, those of its bodies beyond the bias, forces of prescribed joints."""
-        H = joint_space_inertia(trunk, K, I)
-        rhs = [t - f for t, f in zip(tau, joint_forces(trunk, K, F), strict=False)]
-        free = trunk.free_dofs
-        a = dict(zip(free, ltdl(trunk, dict(H)).solve([rhs[k] for k in free]), strict=True))
-        reaction = [
-            -rhs[k] + sum((H[max(k, l), min(k, l)] * a[l] for l in free if (max(k, l), min(k, l)) in H), 0.0)
-            for k in trunk.prescribed_dofs
-        ]
-        given = dict(zip(trunk.prescribed_dofs, a_ref, strict=True))
-        X: list[Any] = []
-        for i, b in enumerate(trunk.bodies):
-            x = X[b.parent] if b.parent >= 0 else np.zeros(6)
-            for k, s in enumerate(K.S[i], b.v.start):
-                x = x + s * a[k] if k in a else x
-            X.append(x)
-        return np.array([given[k] if k in given else a[k] for k in range(len(rhs))]), X, np.array(reaction)
-
     def _state(self, kind: Kind, limb: Limb, tree: Tree, q: Any, v: Any) -> dict[str, Any]:
         own, pattern = all_numbers([tree.bodies[i] for i in limb.bodies]), all_numbers(kind.tree.bodies)
         values = [x for x, e in zip(own, pattern, strict=True) if not structural(e)]
         return {"q": _of(tree, "q", limb.bodies, q), "v": _of(tree, "v", limb.bodies, v), "P": values}
+
+
+def _beyond_the_bias(trunk: Tree, K: Kinematics, dv: dict[int, Any]) -> list[Any]:
+    """(6,) accelerations of the bodies that the free degrees of freedom make."""
+    X: list[Any] = []
+    given = set(trunk.prescribed_dofs)
+    for i, b in enumerate(trunk.bodies):
+        x = X[b.parent] if b.parent >= 0 else np.zeros(6)
+        for k, s in enumerate(K.S[i], b.v.start):
+            x = x if k in given else x + s * dv[k]
+        X.append(x)
+    return X
 
 
 def _base(K: Kinematics, i: int) -> list[Any]:
