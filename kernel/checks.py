@@ -24,10 +24,10 @@ __all__ = ["check_description"]
 UNIT = 1e-6  # how far an axis or a rotation may be off by rounding
 # groups within which a command or an event is addressed by name alone
 ADDRESSED = (
-    ("drives", "ropes", "masters", "measured", "forces"),
-    ("ropes", "supports", "stops", "brakes", "locks", "forces", "thresholds"),
+    ("drives", "ropes", "rigid_ropes", "masters", "measured", "forces"),
+    ("ropes", "rigid_ropes", "supports", "stops", "brakes", "locks", "forces", "thresholds"),
 )
-POSITIVE = {"Rope": ("EA", "L0")}
+POSITIVE = {"RigidRope": ("L0",), "Rope": ("EA", "L0")}
 NOT_NEGATIVE = {
     "JointSpring": ("k", "d"),
     "Stop": ("k", "d"),
@@ -61,7 +61,7 @@ def check_description(system: System) -> None:
             check_flexible(b.name, b.flexible)
     for j in system.joints:
         _check_joint(j)
-    for r in system.ropes:
+    for r in system.straight_ropes:
         if not r.lines:
             raise KernelError(f"rope '{r.name}': it has no line; give it at least one")
     for s in system.stops:

@@ -169,6 +169,21 @@ class Rope:
 
 
 @dataclass(frozen=True)
+class RigidRope:
+    """A massless, inextensible rope over one or more straight lines: sum(share * |a - b|) is at most L0.
+
+    Taut, it pulls with whatever tension keeps its length; snapping taut, it stops its ends inelastically.  `winch`: L0
+    follows a Profile or Follow sent at run time.
+    """
+
+    name: str
+    lines: tuple[Line, ...]
+    L0: float  # [m]
+    winch: bool = False
+    hooked: bool = True
+
+
+@dataclass(frozen=True)
 class Support:
     """A point of a body that a horizontal pad at `height` (world) can push up and rub, never pull.
 
@@ -237,6 +252,7 @@ class System:
     locks: tuple[Lock, ...] = ()
     drives: tuple[Drive, ...] = ()
     ropes: tuple[Rope, ...] = ()
+    rigid_ropes: tuple[RigidRope, ...] = ()
     supports: tuple[Support, ...] = ()
     forces: tuple[Force, ...] = ()  # kinds of the force table
     masters: tuple[Master, ...] = ()
@@ -253,6 +269,11 @@ class System:
     def all_ropes(self) -> tuple[Rope | Reeving, ...]:
         """Ropes of straight lines, then those over sheaves."""
         return *self.ropes, *self.reevings
+
+    @property
+    def straight_ropes(self) -> tuple[Rope | RigidRope, ...]:
+        """Elastic ropes, then rigid ones."""
+        return self.ropes + self.rigid_ropes
 
 
 def merge(parts: list[System], gravity: float) -> System:

@@ -60,6 +60,8 @@ class Evaluation:
         self._references: dict[str, Reference] = {}
         self._drive_work: dict[str, Any] = {}
         self.loads: Callable[[], list[Any]] = list  # of the joints that close loops
+        self.lengths_of: dict[str, Reference] = {}  # of rigid ropes
+        self._held: Rows | None = None
         self._follow_and_place()
         if not forces:
             return
@@ -247,10 +249,11 @@ class Evaluation:
     def _accelerate(self) -> None:
         dq: list[Any] = []
         dv: list[Any] = []
-        rows = self.rows()
+        rows = self._held = self.constraint_rows() if len(self.program.constraints) else None
         if rows:
             rows.accelerate()
             self.loads = rows.loads
+            self.guards += rows.guards()
         for i, (_, shared) in enumerate(self.program.instances):
             drives = self._prescribed(i)
             x = rows.motion(i) if rows and shared.opened else shared.accelerate(**self._arguments(i))
@@ -259,10 +262,15 @@ class Evaluation:
             for d, force in zip(drives, x.reaction, strict=False):
                 if d:  # it carries what the other laws of its joint do not
                     self._drive_work[d.name] = force * self._references[d.name][1]
+        self._heat += [0.0 for _ in self.system.rigid_ropes]  # made at once, see `constraints.ropes`
+        self.stored += [0.0 for _ in self.system.rigid_ropes]
         self._heat += [0.0 for _ in self.system.locks]  # made at once, see `locking`
         for body, wrench in rows.wrenches() if rows else ():
             self._push(body, wrench)
         self._work += [self._drive_work[d.name] for d in self.system.drives]
+        for r in self.system.rigid_ropes:
+            if r.winch and rows:
+                self._work.append(-rows.tensions[r.name] * self.lengths_of[r.name][1])
         self.dy = join(dq, dv, self._heat, self._work)
 
     def _prescribed(self, i: int) -> list[Drive | None]:
@@ -284,11 +292,15 @@ class Evaluation:
             **{f"w{b}": self._wrenches[tree.first + b] for b in shared.ends},
         }
 
-    def rows(self) -> Rows | None:
-        """The constraint rows under the forces known so far, if there are any."""
-        constraints = self.program.constraints
-        arguments = {i: self._arguments(i) for i in constraints.linked}
-        return Rows(self.program, arguments, self._ends, self.numbers) if len(constraints) else None
+    def constraint_rows(self) -> Rows:
+        """The constraint rows under the forces known so far; those of the accelerations once these are known."""
+        if self._held:
+            return self._held
+        arguments = {i: self._arguments(i) for i in self.program.constraints.linked}
+        for r in self.system.rigid_ropes:
+            own = self.numbers("reference", r.name)[1], 0.0, 0.0
+            self.lengths_of[r.name] = self._reference(r.name) if r.winch else own
+        return Rows(self.program, arguments, self._ends, self.numbers, self.lengths_of)
 
     def _thresholds(self) -> None:
         self.guards += [self._threshold(h) for h in self.system.thresholds]

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .constraints.closures import closure_numbers
+from .constraints.ropes import rigid_numbers
 from .describe import Brake, Drive, Rope, System
 from .forces.table import SharedForce
 from .graph import Graph
@@ -86,7 +87,7 @@ class Parameters:
             return q0[graph.coordinate(law.name, law.joint, law.coordinate)[0]]
 
         starts = [(d.name, at_start(d)) for d in system.drives]
-        starts += [(r.name, r.L0) for r in system.ropes]
+        starts += [(r.name, r.L0) for r in system.straight_ropes]
         signals = [(f.name, signal) for f in forces if (signal := f.law.signal(f.force))]
         starts += [(name, x.value) for name, x in signals if x.driven]
         for name, x0 in starts:
@@ -114,6 +115,8 @@ class Parameters:
             put("force", f.name, f.numbers)
         if any(f.law.timed for f in forces):
             put("clock", "", [0.0])  # time of the run at the epoch
+        for rigid in system.rigid_ropes:
+            put("rigid", rigid.name, rigid_numbers(rigid))
         for j in graph.loops:
             put("loop", j.name, closure_numbers(j))
         for h in system.thresholds:

@@ -89,17 +89,19 @@ class Program:
         self.accounts += [("work", r.name) for r in system.ropes if r.winch]
         self.accounts += [("work", x.name) for x in self.forces if x.law.works]
         self.accounts += [("work", d.name) for d in system.drives]
+        self.accounts += [("work", r.name) for r in system.rigid_ropes if r.winch]
         self.ny = self.nq + self.nv + len(self.accounts)
         self.guards = [("rope", r.name) for r in system.ropes]
         self.guards += [(what, s.name) for s in system.supports for what in ("support", "rub")]
         self.guards += [(what, s.name) for s in system.stops for what in ("lower", "upper")]
         self.guards += [("brake", b.name) for b in system.brakes]
         self.guards += [("force", x.name) for x in self.forces for _ in range(x.law.guards(x.force))]
+        self.guards += [("rigid", r.name) for r in system.rigid_ropes]
         self.guards += [("threshold", h.name) for h in system.thresholds]
         self.quaternions = [
             k.q.start + start for k in self.graph.links if (start := JOINTS[k.joint.kind].quaternion) is not None
         ]
-        self.constraints = Constraints(self.graph)
+        self.constraints = Constraints(self.graph, system.rigid_ropes)
         self.instances = self._share(trees)
         self.constraints.link(self)
         self.profile = Function("profile", _profile, {"t": 2, "p": PROFILE})
@@ -109,7 +111,7 @@ class Program:
     def _laws(self) -> tuple[tuple[Any, ...], ...]:
         s = self.system
         flexible = tuple(k.body for k in self.graph.links if k.modes)
-        return s.ropes, s.supports, s.springs, s.stops, s.brakes, s.forces, flexible
+        return s.ropes, s.supports, s.springs, s.stops, s.brakes, s.forces, flexible, s.rigid_ropes
 
     def _check(self) -> None:
         s = self.system
@@ -127,7 +129,7 @@ class Program:
                 raise KernelError(f"drive '{d.name}': joint '{d.joint}' already has the drive '{drives[k]}'")
             drives[k] = d.name
         check_locks(s, self.graph)
-        points = [(r.name, p.body) for r in s.ropes for line in r.lines for p in (line.a, line.b)]
+        points = [(r.name, p.body) for r in s.straight_ropes for line in r.lines for p in (line.a, line.b)]
         points += [(u.name, u.point.body) for u in s.supports]
         points += [(f.name, p.body) for f in s.forces for p in f.points]
         points += [(h.name, h.point.body) for h in s.thresholds if h.point]
@@ -175,9 +177,9 @@ class Program:
             y[self.nq + k.v.start : self.nq + k.v.stop] = k.joint.v0 or (0.0,) * (k.v.stop - k.v.start)
         return y
 
-    def evaluate(self, t: Any, y: Any, P: Any, inside: Any = None) -> Evaluation:
+    def evaluate(self, t: Any, y: Any, P: Any, inside: Any = None, forces: bool = True) -> Evaluation:
         """The scene's equations at time t [s]; `inside`: a time within the present step (see `laws.profile`)."""
-        return Evaluation(self, t, y, P, t if inside is None else inside)
+        return Evaluation(self, t, y, P, t if inside is None else inside, forces)
 
     def _share(self, trees: list[Tree]) -> list[tuple[Tree, SharedTree]]:
         s, number = self.system, self.graph.number

@@ -39,7 +39,7 @@ class References:
         self._at, self._P = parameters.at, P
         self._masters = [m.name for m in system.masters] + [m.name for m in system.measured]
         self._commanded = {m.name for m in system.masters}
-        self._still = {r.name for r in system.ropes if not r.winch}
+        self._still = {r.name for r in system.straight_ropes if not r.winch}
         self._placed = {d.name for d in system.drives if d.kind == "prescribed"}  # before anything is measured
         names = [name for kind, name in parameters.at if kind == "reference"]
         self.histories = Histories(signals(system.forces), parameters, P)

@@ -70,6 +70,9 @@ def channels(method: Stepping) -> list[Channel]:
         ("rope/elongation", ropes, "m"),
         ("hook/load", winches, "N"),
         ("support/force", tuple(u.name for u in s.supports), "N"),
+        ("rigid/tension", tuple(r.name for r in s.rigid_ropes), "N"),
+        ("rigid/slack", tuple(r.name for r in s.rigid_ropes), "m"),
+        ("rigid/length", tuple(r.name for r in s.rigid_ropes), "m"),
         ("loop/force", tuple(f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"), "N"),
         ("loop/moment", tuple(f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"), "N m"),
         ("energy", ("kinetic", "potential", "stored", "work", "heat"), "J"),
@@ -108,7 +111,7 @@ def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
     columns = [part[k] for k in ("q", "v", "tension", "peak", "peak_time", "length", "length_rate", "elongation")]
     forces = [i for group in shown(p).values() for _, i in group]
     loads = part["loop"].reshape(n, len(p.graph.loops), 2, 3)
-    columns += [part["tension"][:, winches], part["normal"]]
+    columns += [part["tension"][:, winches], part["normal"], part["pull"], part["slack"], part["span"]]
     columns += [loads[:, :, i].reshape(n, 3 * len(p.graph.loops)) for i in range(2)]
     columns += [*energy, part["accounts"], part["shown"][:, forces], pose]
     return np.ascontiguousarray(np.concatenate(columns, axis=1))

@@ -19,6 +19,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from .constraints.ropes import RigidAt
 from .describe import System, Vector
 from .elementary import atan2
 from .errors import KernelError
@@ -32,6 +33,7 @@ from .switching import StateEvent, Switches
 __all__ = ["FOREVER_NS", "Simulation"]
 
 BUDGET = 4000.0  # attempts per native call: about 25 ms, so that Ctrl-C and progress live
+TOO_SHORT = 1e-6  # [m] by which a rigid rope may be too short by rounding
 CHATTER = 200  # events at one instant, after which the laws contradict each other
 
 
@@ -78,8 +80,20 @@ class Simulation(Stepper):
         for i, (kind, _) in enumerate(self.program.guards):
             if kind in ("rope", "support", "lower", "upper", "force") and self.X[self._at["G"]][i] < 0.0:
                 self.switches.fire(i, self.row())
+        self._check_ropes()
+        if self.program.system.rigid_ropes:
+            self._resolve()
         self._new_stretch(0)
         self.settle()
+
+    def _check_ropes(self) -> None:
+        """Raises KernelError for a rigid rope that is hooked and too short at the start."""
+        for r, slack in zip(self.program.system.rigid_ropes, self.row().slack, strict=True):
+            if r.hooked and slack < -TOO_SHORT:
+                raise KernelError(
+                    f"rope '{r.name}': it is rigid and {-slack * 1e3:.3g} mm too short for its ends; "
+                    "make it longer or bring them closer"
+                )
 
     @property
     def next_ns(self) -> int:
@@ -159,10 +173,16 @@ class Simulation(Stepper):
 
     def preview(self) -> list[StateEvent]:
         """What `fire` will return; changes nothing."""
-        P, row = self.P.copy(), self.row()
-        events = [self.switches.fire(i, row) for i in self._fallen]
-        self.P[:] = P
+        P, X, row = self.P.copy(), self.X.copy(), self.row()
+        events = [self.switches.fire(i, row) for i in self._fallen if not self._is_rigid(i)]
+        if any(map(self._is_rigid, self._fallen)):
+            events += self._resolve()
+        self.P[:], self.X[:] = P, X
         return events
+
+    def _is_rigid(self, guard: int) -> bool:
+        """Whether a guard is that of a rigid rope, which switch together."""
+        return self.program.guards[guard][0] == "rigid"
 
     def _heat(self, before: SimpleNamespace) -> None:
         """What the laws hold less than before a switch has become their heat; what they hold more comes from it."""
@@ -180,8 +200,10 @@ class Simulation(Stepper):
             raise KernelError(f"{names} at {t_ns * 1e-9:.9f} s: states switch without end; soften or damp the law")
         self._new_stretch(t_ns)
         row = self.row()
-        events = [self.switches.fire(i, row) for i in fallen]
+        events = [self.switches.fire(i, row) for i in fallen if not self._is_rigid(i)]
         self._heat(row)
+        if any(map(self._is_rigid, fallen)):
+            events += self._resolve()
         self.log += [(t_ns, e) for e in events]
         return events
 
@@ -247,6 +269,8 @@ class Simulation(Stepper):
         self._use(self.program.locked ^ {lock})
         if engaged:
             self._call("halt")
+            if len(self.program.constraints):
+                self._resolve()
         event = StateEvent(lock, "locked" if engaged else "freed", float(self.state[account] - before))
         self.log.append((self.epoch, event))
         return event
@@ -259,6 +283,9 @@ class Simulation(Stepper):
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
         """Hook a slack rope, at new points of the same bodies if given; raises KernelError if it is too short."""
+        if (rigid := self.switches.rigid_numbers(rope)) is not None:
+            self._hook_rigid(rope, rigid, a, b, L0)
+            return
         p = self.switches.rope_numbers(rope)
         if p[RopeAt.HOOKED] > 0.0:
             raise KernelError(f"rope '{rope}' at {self.epoch * 1e-9:.3f} s: it is hooked already; unhook it first")
@@ -280,6 +307,23 @@ class Simulation(Stepper):
         if L0 is not None:
             self.references.set_value(rope, self.epoch, L0)
         p[RopeAt.HOOKED], p[RopeAt.TAUT] = 1.0, 0.0
+
+    def _hook_rigid(self, rope: str, p: np.ndarray, a: Vector | None, b: Vector | None, L0: float | None) -> None:
+        where = f"rope '{rope}' at {self.epoch * 1e-9:.3f} s"
+        if p[RigidAt.HOOKED] > 0.0:
+            raise KernelError(f"{where}: it is hooked already; unhook it first")
+        before, at = self.P.copy(), self.program.parameters.at
+        p[RigidAt.A], p[RigidAt.B] = a or p[RigidAt.A], b or p[RigidAt.B]
+        if L0 is not None:
+            self.P[at["reference", rope]], self.P[at["follow", rope]] = [0.0, L0] + [0.0] * (PROFILE - 2), 0.0
+        names = [r.name for r in self.program.system.rigid_ropes]
+        slack = float(self.row().slack[names.index(rope)])
+        if not slack >= 0.0:
+            self.P[:] = before
+            raise KernelError(f"{where}: {-slack * 1e3:.0f} mm too short to be hooked there; bring the hook closer")
+        if L0 is not None:
+            self.references.set_value(rope, self.epoch, L0)
+        p[RigidAt.HOOKED], p[RigidAt.TAUT] = 1.0, 0.0
 
     def masters_now(self) -> list[float]:
         """Values of masters and measured scalars at the epoch."""

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from .constraints.assembly import assemble, locked, lost
+from .constraints.ropes import RigidAt, resolve
 from .describe import System
 from .emit import module
 from .errors import KernelError
@@ -23,6 +24,7 @@ from .oracle import Oracle
 from .rate import Program
 from .references import References
 from .stepping import Stepping
+from .switching import StateEvent
 from .trees import kind_of
 
 __all__ = ["FOREVER_NS", "NEVER", "Stepper"]
@@ -110,6 +112,7 @@ class Stepper:
                 [x.joint for x in s.locks],
                 [[(x.joint, x.coordinate) for x in group] for group in (s.springs, s.stops, s.brakes)],
                 len(s.masters),
+                [(r.winch, [(number(k.a.body), number(k.b.body)) for k in r.lines]) for r in s.rigid_ropes],
                 [(r.winch, [(number(k.a.body), number(k.b.body)) for k in r.lines]) for r in s.ropes],
                 [number(u.point.body) for u in s.supports],
                 [x.structure for x in p.forces],
@@ -171,6 +174,28 @@ class Stepper:
             self.X[self._at["y"]] = assemble(self.program, y, self._close)
             self._pivots = self.X[self._at["pivot"]].copy()
             self.X[self._at["gap"]] = 0.0
+
+    def _resolve(self) -> list[StateEvent]:
+        """Impulses of rigid ropes and loops, and the ropes that are taut then; what has changed."""
+        ropes, at = self.program.system.rigid_ropes, self.program.parameters.at
+        among = self["t"] + 0.5 * min(1.0, self["t_stop"] - self["t"])
+        after = resolve(self.program, self["t"], among, self.state.copy(), self.P)
+        slots = [self.P[at["rigid", r.name]] for r in ropes]
+        before = [p[RigidAt.TAUT] > 0.0 for p in slots]
+        for p, may in zip(slots, after.may, strict=True):
+            p[RigidAt.TAUT] = float(may)
+        nq, first = self.program.nq, self.program.nq + self.program.nv
+        y = self.state.copy()
+        y[:nq] = self._close(y)[0][:nq]  # the nanometre by which a rope was too long
+        y[nq:first] = after.v
+        for p, r, taut, heat, work in zip(slots, ropes, after.taut, after.heat, after.work, strict=True):
+            p[RigidAt.TAUT] = float(taut)
+            y[first + self.program.accounts.index(("heat", r.name))] += heat
+            if r.winch:
+                y[first + self.program.accounts.index(("work", r.name))] += work
+        self.X[self._at["y"]], self.X[self._at["gap"]] = y, 0.0
+        changes = zip(ropes, before, after.taut, after.impulse, strict=True)
+        return [StateEvent(r.name, "taut" if b else "slack", x) for r, a, b, x in changes if a != b]
 
     def _check_rows(self) -> None:
         """Raises KernelError if a constraint has been lost in the steps that count."""

@@ -241,7 +241,7 @@ class Stepping:
             "shown": sum(len(x.law.shows(x.force)) for x in p.forces),
         }
         sizes |= {"poses": 12 * len(p.graph.links), "kinetic": None, "potential": None}
-        sizes |= {"loop": 6 * len(p.graph.loops)}
+        sizes |= {"loop": 6 * len(p.graph.loops)} | dict.fromkeys(("pull", "slack", "span"), len(p.system.rigid_ropes))
         return Layout(sizes | {"peak": ropes, "peak_time": ropes})
 
     def row(self, x: Evaluation) -> list[Any]:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from .constraints.ropes import RigidAt
 from .elementary import cos, sin
 from .errors import KernelError
 from .laws import SLIP_BLEND
@@ -161,7 +162,15 @@ class Switches:
             raise KernelError(f"'{name}': no rope of this name; there are {', '.join(self._ropes) or 'none'}")
         return self._P[self._at["rope", name]]
 
+    def rigid_numbers(self, name: str) -> np.ndarray | None:
+        """hooked, taut and lines of a rigid rope, if this is one."""
+        return self._P[self._at["rigid", name]] if ("rigid", name) in self._at else None
+
     def unhook(self, name: str) -> None:
         """Let a rope go."""
+        rigid = self.rigid_numbers(name)
+        if rigid is not None:
+            rigid[RigidAt.HOOKED] = rigid[RigidAt.TAUT] = 0.0
+            return
         p = self.rope_numbers(name)
         p[RopeAt.HOOKED] = p[RopeAt.TAUT] = 0.0

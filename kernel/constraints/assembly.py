@@ -63,7 +63,7 @@ def _closed(program: Program, y: np.ndarray, step: Step) -> np.ndarray:
     name, left_over = _gap(program, gap)
     at_first = _gap(program, first)[1]
     raise KernelError(
-        f"joint '{name}': its loop does not close; {left_over} are left of {at_first} in the initial pose: "
+        f"{name}: its loop does not close; {left_over} are left of {at_first} in the initial pose: "
         "change the dimensions or the initial coordinates"
     )
 
@@ -80,13 +80,14 @@ def _gap(program: Program, gap: np.ndarray) -> tuple[str, str]:
 def _check_mobility(program: Program, independent: Sequence[bool] | np.ndarray) -> None:
     """Trees that loops hold together need a freedom, unless a drive prescribes how they move."""
     constraints = program.constraints
+    n = len(constraints.of)
     for rows, trees in constraints.groups:
         held = [program.instances[i][0] for i in trees]
         free = sum(len(t.free_dofs) for t in held)
-        if free <= sum(bool(independent[r]) for r in rows) and not any(t.prescribed_dofs for t in held):
-            names = ", ".join(f"'{n}'" for n in dict.fromkeys(constraints.names[r] for r in rows))
+        if free <= sum(bool(independent[r]) for r in rows if r < n) and not any(t.prescribed_dofs for t in held):
+            names = ", ".join(dict.fromkeys(constraints.names[r] for r in rows if r < n))
             raise KernelError(
-                f"joint {names}: the loops leave nothing free to move; "
+                f"{names}: the loops leave nothing free to move; "
                 "give a joint of them another freedom, or join the bodies by fixed joints"
             )
 
@@ -96,13 +97,16 @@ def lost(program: Program, gap: np.ndarray, t: float) -> KernelError | None:
     if _widest(gap) <= LOST:
         return None
     name, size = _gap(program, gap)
-    return KernelError(f"constraint lost at joint '{name}' before {t:.6f} s: {size} open; {BEYOND}")
+    return KernelError(f"constraint lost at {name} before {t:.6f} s: {size} open; {BEYOND}")
 
 
 def locked(program: Program, at_start: np.ndarray, pivot: np.ndarray, t: float) -> KernelError | None:
     """What to say of steps that became too small if a row has become a combination of others."""
+    pivot, at_start = (x[: len(program.constraints.of)] for x in (pivot, at_start))
+    if not len(pivot):
+        return None
     left = np.where(at_start > INDEPENDENT, pivot / np.maximum(at_start, INDEPENDENT), 1.0)
     r = int(np.argmin(left))
     if not left[r] < SINGULAR:
         return None
-    return KernelError(f"constraint lost at joint '{program.constraints.names[r]}' at {t:.6f} s: {BEYOND}")
+    return KernelError(f"constraint lost at {program.constraints.names[r]} at {t:.6f} s: {BEYOND}")

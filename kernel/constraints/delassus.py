@@ -24,11 +24,12 @@ PASSES = 3  # each divides the error by 1/MU for well-conditioned rows
 class Delassus:
     """Functions `factorise` (A, size -> C, mu, pivot) and `multipliers` (C, mu, b -> x) for one pattern of zeros.
 
-    `couples`: pairs (r, s), r > s, of rows that share a degree of freedom.
+    `couples`: pairs (r, s), r > s, of rows that share a degree of freedom; `equal`: rows of one kind whose multipliers'
+    sum of squares is the norm, such as tensions of ropes; other rows, of mixed units, count by their own diagonals.
     """
 
-    def __init__(self, n: int, couples: Sequence[tuple[int, int]]) -> None:
-        self.n = n
+    def __init__(self, n: int, couples: Sequence[tuple[int, int]], equal: Sequence[Sequence[int]] = ()) -> None:
+        self.n, self.equal = n, equal
         self.entries = [(r, r) for r in range(self.n)] + sorted(couples)
         self.lower: list[list[int]] = [[] for _ in range(self.n)]  # of each column, with the fill-in
         for r, s in sorted(couples):
@@ -48,6 +49,10 @@ class Delassus:
         diagonal = [M[r, r] for r in range(self.n)]
         floor = sum(size, 0.0) * (MU_SHARED / self.n) + TINY
         mu = [MU * a + floor for a in diagonal]
+        for rows in self.equal:
+            mean = sum((size[r] for r in rows), 0.0) * (MU / len(rows))
+            for r in rows:
+                mu[r] = mean + floor
         for r in range(self.n):
             M[r, r] = diagonal[r] + mu[r]
         inverse: list[Any] = []

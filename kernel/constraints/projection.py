@@ -25,10 +25,9 @@ def projection(program: Program) -> Function:
 
     def body(t: Any, y: Any, P: Any) -> dict[str, Any]:
         e = Evaluation(program, t[0], y, P, t[0], forces=False)
-        rows = e.rows()
-        assert rows is not None, "projection without rows"
-        gap, slip = [r.gap for r in rows.rows], [r.rate for r in rows.rows]
-        place, speed = rows.correction([-x for x in gap]), rows.correction([-x for x in slip])
+        rows = e.constraint_rows()
+        gap, slip = rows.held([r.gap for r in rows.rows]), rows.held([r.rate for r in rows.rows])
+        place, speed = rows.change(rows.solve([-x for x in gap])), rows.change(rows.solve([-x for x in slip]))
         out = list(y)
         for i, dx in place.items():
             tree = program.instances[i][0]

@@ -15,13 +15,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..describe import Joint
+from ..describe import Joint, RigidRope
 from ..graph import Graph
 from ..laws import attachment
 from ..spatial import cross, join
+from ..symbol import select
 from .closures import CLOSURES, closure_function, residual_unit
 from .delassus import Delassus
 from .factors import OpenTree
+from .ropes import SLACK, RigidAt, rigid_rope
 
 if TYPE_CHECKING:
     from ..rate import Program
@@ -37,24 +39,28 @@ class Row:
     gap: Any
     rate: Any
     bias: Any
+    on: Any = 1.0  # 0: absent, as of a slack rope
 
 
 class Constraints:
-    """The rows that a graph has, and the functions that they share."""
+    """The rows of a scene's loops, then those of its rigid ropes, and the functions that they share."""
 
-    def __init__(self, graph: Graph) -> None:
-        self.loops = graph.loops
+    def __init__(self, graph: Graph, ropes: tuple[RigidRope, ...] = ()) -> None:
+        self.loops, self.ropes = graph.loops, ropes
         self.of = [(j, i) for j in self.loops for i in range(len(CLOSURES[j.kind]))]
-        self.names = [j.name for j, _ in self.of]
-        self.units = [residual_unit(j.kind, i) for j, i in self.of]
-        self.held = [tuple(graph.number(b) for b in (j.parent, j.child)) for j, _ in self.of]
+        self.names = [*(f"joint '{j.name}'" for j, _ in self.of), *(f"rope '{r.name}'" for r in ropes)]
+        self.units = [*(residual_unit(j.kind, i) for j, i in self.of), *("m" for _ in ropes)]
+        ends: list[tuple[str, ...]] = [(j.parent, j.child) for j, _ in self.of]
+        ends += [tuple(p.body for line in r.lines for p in (line.a, line.b)) for r in ropes]
+        self.held = [tuple(graph.number(b) for b in bodies) for bodies in ends]
         self.bodies = sorted({b for pair in self.held for b in pair if b >= 0})
         self.closures = {kind: closure_function(kind) for kind in sorted({j.kind for j in self.loops})}
+        self.pulls = {n: rigid_rope(n) for n in sorted({len(r.lines) for r in ropes})}
         self.linked: list[int] = []
         self.paths: list[dict[tuple[int, int], None]] = []
 
     def __len__(self) -> int:
-        return len(self.of)
+        return len(self.of) + len(self.ropes)
 
     def link(self, program: Program) -> None:
         """Once the trees are known: which of them rows touch, and which rows couple."""
@@ -72,8 +78,9 @@ class Constraints:
             self.paths.append(path)
         n = len(self)
         couples = [(r, s) for r in range(n) for s in range(r) if self.paths[r].keys() & self.paths[s].keys()]
-        self.delassus = Delassus(n, couples)
         self.groups = self._groups()
+        ropes = [[r for r in rows if r >= len(self.of)] for rows, _ in self.groups]
+        self.delassus = Delassus(n, couples, [x for x in ropes if x])
 
     def _groups(self) -> list[tuple[list[int], list[int]]]:
         """Rows and trees that hang together."""
@@ -98,15 +105,18 @@ class Rows:
         arguments: dict[int, dict[str, Any]],
         ends: Mapping[int, Any],
         numbers: Callable[[str, str], Any],
+        lengths: Mapping[str, tuple[Any, Any, Any]],
     ) -> None:
-        """`arguments`: what the motion of each linked tree depends on; `ends`: bodies; `numbers`: of P."""
+        """`arguments`: what the motion of each linked tree depends on; `ends`: bodies; `numbers`: of P; `lengths`: of
+        rigid ropes with two rates."""
         self.constraints, self._instances = program.constraints, program.instances
         self._arguments, self._ends, self._numbers = arguments, ends, numbers
-        self._graph = program.graph
+        self._graph, self._lengths = program.graph, lengths
         self._trees = {i: self._opened(i).factor(**x) for i, x in arguments.items()}
         self.rows = [row for j in self.constraints.loops for row in self._loop(j)]
+        self.rows += [self._rope(r, lengths[r.name]) for r in self.constraints.ropes]
         self._project()
-        entries = [self._entry(r, s) for r, s in self.constraints.delassus.entries]
+        entries = [self._masked(r, s) for r, s in self.constraints.delassus.entries]
         self._factors = self.constraints.delassus.factorise(A=entries, size=self._sizes)
         self.multipliers: Any = None
 
@@ -130,6 +140,28 @@ class Rows:
             Row([(a, -x.wa[6 * i : 6 * i + 6]), (b, x.wb[6 * i : 6 * i + 6])], x.gap[i], x.rate[i], x.bias[i])
             for i in range(len(CLOSURES[j.kind]))
         ]
+
+    def _rope(self, r: RigidRope, L: tuple[Any, Any, Any]) -> Row:
+        p = self._numbers("rigid", r.name)
+        bodies = [(self._graph.number(line.a.body), self._graph.number(line.b.body)) for line in r.lines]
+        ends = {f"{e}{n}": self._ends[i] for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)}
+        x = self.constraints.pulls[len(r.lines)](L=list(L), p=p, **ends)
+        wrenches = [(i, getattr(x, f"w{e}{n}")) for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)]
+        on = select(p[RigidAt.HOOKED] > 0.0, p[RigidAt.TAUT], 0.0)
+        return Row(wrenches, x.gap[0], x.rate[0], x.bias[0], on)
+
+    def held(self, values: list[Any]) -> list[Any]:
+        """Values of the rows that are there, 0 of the others."""
+        return [select(row.on > 0.0, x, 0.0) for row, x in zip(self.rows, values, strict=True)]
+
+    def _masked(self, r: int, s: int) -> Any:
+        both = select(self.rows[r].on > 0.0, self.rows[s].on, 0.0) if r != s else self.rows[r].on
+        return select(both > 0.0, self._entry(r, s), 1.0 if r == s else 0.0)
+
+    def matrix(self) -> Any:
+        """(n, n) G H^-1 G^T of all rows, there or not; on floats."""
+        n = len(self.rows)
+        return np.array([[float(self._entry(r, s)) for s in range(n)] for r in range(n)])
 
     def _project(self) -> None:
         """Y = L^-T G^T per row and degree of freedom; generalised forces on prescribed ones; how much a row moves its
@@ -168,9 +200,9 @@ class Rows:
         """(n,) multipliers x of least norm with G H^-1 G^T x = b."""
         return self.constraints.delassus.multipliers(C=self._factors.C, mu=self._factors.mu, b=b).x
 
-    def accelerate(self) -> None:
-        """The multipliers that keep all rows at rest while the forces act."""
-        rhs = []
+    def approach(self) -> list[Any]:
+        """(n,) second derivatives of the residuals under the forces, without multipliers."""
+        out = []
         for row, Z in zip(self.rows, self._Z, strict=True):
             a = row.bias
             for body, w in row.wrenches:
@@ -179,8 +211,26 @@ class Rows:
                     a = a + w @ getattr(self._trees[i], f"A{b}")
             for (i, k), z in Z.items():
                 a = a + z * self._trees[i].half[self._free(i).index(k)]
-            rhs.append(-a)
-        self.multipliers = self.solve(rhs)
+            out.append(a)
+        return out
+
+    def accelerate(self) -> None:
+        """The multipliers that keep all rows at rest while the forces act."""
+        self.multipliers = self.solve(self.held([-a for a in self.approach()]))
+
+    @property
+    def tensions(self) -> dict[str, Any]:
+        """Of the rigid ropes, by name [N]."""
+        first = len(self.constraints.of)
+        return {r.name: self.multipliers[first + i] for i, r in enumerate(self.constraints.ropes)}
+
+    def guards(self) -> list[Any]:
+        """Of the rigid ropes: the tension while taut, the slack while slack."""
+        out = []
+        for r, row in zip(self.constraints.ropes, self.rows[len(self.constraints.of) :], strict=True):
+            hooked = self._numbers("rigid", r.name)[RigidAt.HOOKED]
+            out.append(select(hooked > 0.0, select(row.on > 0.0, self.tensions[r.name], row.gap + SLACK), 1.0))
+        return out
 
     def wrenches(self) -> list[tuple[int, Any]]:
         """What the rows do to the bodies, as pairs of body number and (6,) wrench."""
@@ -208,10 +258,9 @@ class Rows:
                     if j == i:
                         values[k] = values[k] + multiplier * y
 
-    def correction(self, b: list[Any]) -> Mapping[int, Any]:
-        """Per linked tree the (n_v,) change of velocity (or of place, in velocity components) that changes the rows
-        by b with the least kinetic energy; prescribed degrees of freedom stay."""
-        x = self.solve(b)
+    def change(self, x: Any) -> Mapping[int, Any]:
+        """Per linked tree the (n_v,) change of velocity by impulses x (or of place, in velocity components): of all
+        changes that do the same to the rows, that of least kinetic energy; prescribed degrees of freedom stay."""
         out = {}
         for i in self.constraints.linked:
             tree = self._instances[i][0]
@@ -228,7 +277,8 @@ class Rows:
         return out
 
     def loads(self) -> list[Any]:
-        """Force and moment of each loop joint on its child at the joint, world axes (6 numbers each) [N, N m]."""
+        """Force and moment of each loop joint on its child at the joint, world axes (6 numbers each) [N, N m]; of the
+        rigid ropes all tensions [N], all slacks and all lengths [m]."""
         out: list[Any] = []
         at = 0
         for j in self.constraints.loops:
@@ -237,4 +287,5 @@ class Rows:
             at += n
             p = attachment(self._ends[self._graph.number(j.child)], self._numbers("loop", j.name)[12:15])[0]
             out += [*join(wrench[3:], wrench[:3] - cross(p, wrench[3:]))]
-        return out
+        slack = [row.gap for row in self.rows[len(self.constraints.of) :]]
+        return [*out, *self.tensions.values(), *slack, *(self._lengths[r.name][0] for r in self.constraints.ropes)]

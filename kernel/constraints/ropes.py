@@ -1,0 +1,130 @@
+"""Rigid ropes: a length that cannot be exceeded, as a row that pulls while the rope is taut and is absent while slack.
+
+Residual: slack = L0 - sum(share |a - b|), never negative; multiplier: the tension, never negative.  Which ropes are
+taut is a discrete state.  A guard falls where a tension does, or where the slack is used up; then all ropes without
+slack are looked at together: impulses first (a rope that snaps taut stops its ends inelastically), then tensions, each
+a linear complementarity problem on the rows' matrix (Brogliato 2016, ch. 5), loops being rows that push and pull.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..contact.complementarity import solve
+from ..errors import KernelError
+from ..function import Function
+from ..laws import attachment
+from ..spatial import cross, join
+from ..symbol import sqrt
+
+if TYPE_CHECKING:
+    from ..rate import Program
+
+__all__ = ["SLACK", "Outcome", "RigidAt", "resolve", "rigid_numbers", "rigid_rope"]
+
+SLACK = 1e-9  # [m] used up by less, a rope still counts as slack, so that round-off does not pull it taut
+TOUCHING = 2e-9  # [m] slack below which a rope may become taut
+END, LINE = 21, 7
+
+
+class RigidAt:
+    """Places of a rigid rope's numbers, before those of its lines: a(3), b(3), share."""
+
+    HOOKED, TAUT, LINES = range(3)
+    A, B = slice(2, 5), slice(5, 8)
+
+
+def rigid_numbers(rope: Any) -> list[float]:
+    """hooked, taut and the lines of a rope."""
+    return [float(rope.hooked), 0.0, *(x for line in rope.lines for x in (*line.a.p, *line.b.p, line.share))]
+
+
+def rigid_rope(n: int) -> Function:
+    """The row of a rope of n lines: L (L0, L0', L0'') -> gap, rate, bias, and per line the wrenches wa, wb (6,)."""
+
+    def body(L: Any, p: Any, **ends: Any) -> dict[str, Any]:
+        gap, rate, bias = L[0], L[1], L[2]
+        out: dict[str, Any] = {}
+        for i in range(n):
+            q = p[RigidAt.LINES + LINE * i : RigidAt.LINES + LINE * (i + 1)]
+            A, B = ends[f"a{i}"], ends[f"b{i}"]
+            (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(A, q[:3]), attachment(B, q[3:6])
+            d, dv = p_b - p_a, v_b - v_a
+            l = sqrt(d @ d)
+            u = d * (1.0 / l)
+            dl = u @ dv
+            du = (dv - dl * u) * (1.0 / l)
+            gap, rate = gap - q[6] * l, rate - q[6] * dl
+            for e, x, v, V, sign in (("a", x_a, v_a, A[15:], 1.0), ("b", x_b, v_b, B[15:], -1.0)):
+                s = sign * q[6]
+                out[f"w{e}{i}"] = s * join(cross(x, u), u)
+                bias = bias + s * (join(cross(v, u) + cross(x, du), du) @ V)
+        return {"gap": [gap], "rate": [rate], "bias": [bias], **out}
+
+    blocks = {f"{e}{i}": END for i in range(n) for e in "ab"}
+    return Function(f"rigid{n}", body, {"L": 3, "p": RigidAt.LINES + LINE * n, **blocks})
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """After an event: velocities (n_v,), and per rigid rope whether it may pull, whether it is taut, its impulse [N s],
+    heat and work of that [J]."""
+
+    v: np.ndarray
+    may: list[bool]
+    taut: list[bool]
+    impulse: list[float]
+    heat: list[float]
+    work: list[float]
+
+
+def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarray) -> Outcome:
+    """Impulses and taut ropes that follow from a state; ropes that are taut in P stay unless they would push.
+
+    Raises KernelError if no set of taut ropes fits the forces.
+    """
+    constraints, ropes = program.constraints, program.system.rigid_ropes
+    first = len(constraints) - len(ropes)
+    slots = [program.parameters.at["rigid", r.name] for r in ropes]
+    e = program.evaluate(t, y, P, among, forces=False)
+    rows = e.constraint_rows()
+    hooked = np.array([P[at][RigidAt.HOOKED] > 0.0 for at in slots])
+    may = hooked & np.array(
+        [P[at][RigidAt.TAUT] > 0.0 or r.gap < TOUCHING for at, r in zip(slots, rows.rows[first:], strict=True)]
+    )
+    before = np.array([float(r.rate) for r in rows.rows])
+    x, after = _complementary(rows.matrix(), before, first, may, t)
+    v = np.array(y[program.nq : program.nq + program.nv])
+    for i, dv in rows.change(x).items():
+        v[program.instances[i][0].v] += np.array(dv, dtype=float)
+    mean = 0.5 * (before + after)
+    speeds = [float(e.lengths_of[r.name][1]) for r in ropes]
+    heat = [-float(x[first + i] * mean[first + i]) for i in range(len(ropes))]
+    work = [-float(x[first + i]) * speeds[i] for i in range(len(ropes))]
+
+    moved, Q = y.copy(), P.copy()
+    moved[program.nq : program.nq + program.nv] = v
+    still = may & ((x[first:] > 0.0) | (np.abs(after[first:]) <= 1e-9))
+    for at in slots:
+        Q[at][RigidAt.TAUT] = 1.0
+    rows = program.evaluate(t, moved, Q, among).constraint_rows()
+    tension, _ = _complementary(rows.matrix(), np.array(rows.approach(), dtype=float), first, still, t)
+    taut = [bool(f > 0.0) for f in tension[first:]]
+    return Outcome(v, may.tolist(), taut, x[first:].tolist(), heat, work)
+
+
+def _complementary(
+    A: np.ndarray, b: np.ndarray, first: int, may: np.ndarray, t: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """x and A x + b with loops (rows before `first`) free and ropes that may pull complementary."""
+    lo = np.concatenate([np.full(first, -np.inf), np.zeros(len(may))])
+    hi = np.concatenate([np.full(first, np.inf), np.where(may, np.inf, 0.0)])
+    found = solve(A, b, lo, hi)
+    if not found.found:
+        raise KernelError(
+            f"rigid ropes at {t:.6f} s: no set of taut ropes fits the forces; let some of them be elastic"
+        )
+    return found.x, found.w
