@@ -81,13 +81,21 @@ def tree(scene: Scene, sets: Sets = None) -> None:
 
 
 @app.command()
-def equations(scene: Scene, sets: Sets = None) -> None:
+def equations(
+    scene: Scene,
+    formulation: Annotated[
+        str, typer.Option("--formulation", help="recursive, articulated, embedding or augmented")
+    ] = "recursive",
+    latex: Annotated[bool, typer.Option("--latex", help="a LaTeX document")] = False,
+    sets: Sets = None,
+) -> None:
     """Print graph, path matrix and the equations of motion, body by body.    heavylift equations arm"""
     from heavylift.kernel.equations import equations as write
     from heavylift.nodes.models import system
     from heavylift.nodes.scene import load
 
-    typer.echo(write(system(load(scene, sets or []).plan)))
+    plan = load(scene, sets or []).plan
+    typer.echo(write(system(plan), formulation, latex, f"Equations of motion: {plan.name}"))
 
 
 @app.command()

@@ -11,5 +11,5 @@ methods                           integration methods: tableaus and tiny classes
 stepping, stepper, simulation     steps, samples, located events, commands
 formulations                      embedding, augmented and articulated beside the recursion
 analysis                          inverse dynamics, joint reactions, momentum
-equations, errors                 the text in print; the exception tree of heavylift
+equations, errors                 the equations in print, as text and LaTeX; the exception tree of heavylift
 """

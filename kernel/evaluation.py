@@ -17,7 +17,7 @@ from .describe import Brake, Drive, Measured, Stop, Threshold
 from .elementary import atan2, cos, sin
 from .forces.describe import Reeving, Signal
 from .spatial import cross, join
-from .symbol import named, sqrt
+from .symbol import named, scope, sqrt
 
 if TYPE_CHECKING:
     from .rate import Program
@@ -108,16 +108,18 @@ class Evaluation:
     def _commanded(self, name: str) -> tuple[Any, Any, Any, Any, Any]:
         """s, ds/dt, d2s/dt2, sin s, cos s of a master."""
         x = self.program.profile(t=self._t, p=self.numbers("reference", name))
-        return x.x[0], x.v[0], x.a[0], sin(x.x[0]), cos(x.x[0])
+        s = named(f"s({name})", x.x[0])
+        return s, named(f"ds({name})", x.v[0]), named(f"dds({name})", x.a[0]), sin(s), cos(s)
 
     def _measured(self, m: Measured) -> tuple[Any, Any, Any, Any, Any]:
         if m.kind == "joint":
             _, x, u = self._joint(m.name, m.of, m.coordinate)
-            return x, u, 0.0, sin(x), cos(x)
+            return named(f"s({m.name})", x), named(f"ds({m.name})", u), 0.0, sin(x), cos(x)
         sine, cosine, rate = attitude(self._ends[self.graph.number(m.of)], m.axis)
         square = sine * sine + cosine * cosine
         n = 1.0 / sqrt(square)
-        return atan2(sine, cosine), rate / square, 0.0, sine * n, cosine * n
+        s, ds = named(f"s({m.name})", atan2(sine, cosine)), named(f"ds({m.name})", rate / square)
+        return s, ds, 0.0, sine * n, cosine * n
 
     def _reference(self, name: str) -> Reference:
         """A profile plus f(s) of every master known so far: f = k1 s + kc cos s + ks sin s."""
@@ -130,7 +132,7 @@ class Evaluation:
             ref = ref + k1 * s + kc * cosine + ks * sine
             dref = dref + slope * ds
             ddref = ddref + slope * dds - (kc * cosine + ks * sine) * ds * ds
-        return ref, dref, ddref
+        return named(f"s({name})", ref), named(f"ds({name})", dref), named(f"dds({name})", ddref)
 
     # ---- laws --------------------------------------------------------------------------------------------
 
@@ -150,8 +152,9 @@ class Evaluation:
                 L0, dL0, _ = self._reference(r.name)
             bodies = [(self.graph.number(line.a.body), self.graph.number(line.b.body)) for line in r.lines]
             ends = {f"{e}{n}": self._ends[i] for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)}
-            x = self.program.ropes[len(r.lines)](L=[L0, dL0], p=self.numbers("rope", r.name), **ends)
-            self.tensions.append(named(f"T({r.name})", x.tension[0]))
+            with scope(r.name):
+                x = self.program.ropes[len(r.lines)](L=[L0, dL0], p=self.numbers("rope", r.name), **ends)
+            self.tensions.append(x.tension[0])
             self.elongations.append(x.elongation[0])
             self.lengths.append(L0)
             self.length_rates.append(dL0)
@@ -167,7 +170,8 @@ class Evaluation:
     def _supports(self) -> None:
         for u in self.system.supports:
             body = self.graph.number(u.point.body)
-            x = self.program.support(p=self.numbers("support", u.name), body=self._ends[body])
+            with scope(u.name):
+                x = self.program.support(p=self.numbers("support", u.name), body=self._ends[body])
             self._push(body, x.wrench)
             self.normals.append(x.normal[0])
             self.places += list(x.place)
@@ -186,7 +190,7 @@ class Evaluation:
         for kind, given, law in self._unilateral():
             k, x, u = self._joint(given.name, given.joint, given.coordinate)
             f = law(self.numbers(kind, given.name), x, u)
-            self._tau[k] = self._tau[k] + f.force
+            self._tau[k] = self._tau[k] + named(f"tau({given.name})", f.force)
             self.guards += f.guards
             self._heat.append(f.heat)
             self.stored.append(f.stored)
@@ -194,6 +198,7 @@ class Evaluation:
             if d.kind != "prescribed":
                 k, x, u = self._joint(d.name, d.joint, d.coordinate)
                 force = laws.drive(d.kind, self.numbers("drive", d.name), self._references[d.name], x, u)
+                force = named(f"tau({d.name})", force)
                 self._tau[k] = self._tau[k] + force
                 self._drive_work[d.name] = force * u
 

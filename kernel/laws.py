@@ -24,14 +24,14 @@ ROUND_OFF = 1e-12  # [m] deflection of a friction spring that round-off in place
 SLIP_BLEND = 1e-6  # [m/s] below this speed the direction of sliding friction is that of the slip's start
 
 
-def attachment(body: Any, p_BX: Any) -> tuple[Any, Any, Any]:
+def attachment(body: Any, p_BX: Any, label: str = "X") -> tuple[Any, Any, Any]:
     """Place from the tree's point, place in the world, velocity of a body-fixed point X.
 
-    body: (21,) R_WB row-major, the tree's point o, r from o to the body's origin, twist V.
+    body: (21,) R_WB row-major, the tree's point o, r from o to the body's origin, twist V; label: its name in print.
     """
     R, o, r, V = np.reshape(body[:9], (3, 3)), body[9:12], body[12:15], body[15:21]
-    x = r + R @ p_BX
-    return x, x + o, V[3:] + cross(V[:3], x)
+    x = named(f"r{label}", r + R @ p_BX)
+    return x, named(f"p{label}", x + o), named(f"v{label}", V[3:] + cross(V[:3], x))
 
 
 def profile(t: Any, inside: Any, p: Any) -> tuple[Any, Any, Any]:
@@ -64,20 +64,24 @@ def rope(p: Any, L0: Any, dL0: Any, bodies: list[tuple[Any, Any]]) -> SimpleName
     length, rate, ends = 0.0, 0.0, []
     for n, (A, B) in enumerate(bodies):
         q = p[4 + 7 * n : 11 + 7 * n]
-        (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(A, q[:3]), attachment(B, q[3:6])
-        d = p_b - p_a
-        l = sqrt(d @ d)
-        u = d * (1.0 / l)
+        (x_a, p_a, v_a), (x_b, p_b, v_b) = (
+            attachment(A, q[:3], f"a{n + 1}"),
+            attachment(B, q[3:6], f"b{n + 1}"),
+        )
+        d = named(f"d{n + 1}", p_b - p_a)
+        l = named(f"l{n + 1}", sqrt(d @ d))
+        u = named(f"u{n + 1}", d * (1.0 / l))
         length, rate = length + q[6] * l, rate + q[6] * (u @ (v_b - v_a))
         ends.append((x_a, x_b, q[6] * u))
+    length, rate = named("l", length), named("dl", rate)
     e, de = length - L0, rate - dL0
     strain = e * (1.0 / L0)
     trial = EA * strain + c * de
     on = select(taut > 0.0, hooked, 0.0)
     tension = named("T", select(on > 0.0, maximum(trial, 0.0), 0.0))
     wrenches = []
-    for x_a, x_b, u in ends:
-        f = tension * u
+    for n, (x_a, x_b, u) in enumerate(ends):
+        f = named(f"f{n + 1}", tension * u)
         wrenches.append((join(cross(x_a, f), f), -join(cross(x_b, f), f)))
     wound = select(on > 0.0, 0.5 * EA * strain * strain, 0.0)
     return SimpleNamespace(
@@ -127,11 +131,12 @@ def _friction(s: Any, v: Any, limit: Any, k: Any, d: Any, stick: Any, direction:
 def support(p: Any, body: Any) -> SimpleNamespace:
     """Point on a horizontal pad; p = (point(3), height, k, d, mu, kt, dt, closed, stick, anchor(2), direction(2))."""
     height, k, d, mu, kt, dt, closed, stick = p[3:11]
-    x, p_X, v_X = attachment(body, p[:3])
+    x, p_X, v_X = attachment(body, p[:3], "a")
     N, guard, heat, stored = _unilateral(height - p_X[2], -v_X[2], k, d, closed)
+    N = named("N", N)
     rub, slips, rubbed, held = _friction(p_X[:2] - p[11:13], v_X[:2], mu * N, kt, dt, stick, p[13:15])
     on = select(mu > 0.0, closed, 0.0) > 0.0  # a pad without friction never sticks
-    f = np.array([select(on, rub[0], 0.0), select(on, rub[1], 0.0), N])
+    f = named("f", np.array([select(on, rub[0], 0.0), select(on, rub[1], 0.0), N]))
     return SimpleNamespace(
         normal=N,
         tangential=f[:2],

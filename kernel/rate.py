@@ -23,7 +23,7 @@ from .errors import KernelError
 from .evaluation import Evaluation
 from .forces.law import Poses
 from .forces.table import shared
-from .formulations import Formulation, formulated
+from .formulations import formulated
 from .function import Function
 from .graph import Graph, build_graph
 from .joints import JOINTS
@@ -58,9 +58,7 @@ class Program:
     hold, None for those that are engaged at the start.
     """
 
-    def __init__(
-        self, system: System, formulation: Formulation = "recursive", locked: frozenset[str] | None = None
-    ) -> None:
+    def __init__(self, system: System, formulation: str = "recursive", locked: frozenset[str] | None = None) -> None:
         check_description(system)
         modes = None
         if any(b.flexible for b in system.bodies):
@@ -181,6 +179,10 @@ class Program:
         """The scene's equations at time t [s]; `inside`: a time within the present step (see `laws.profile`)."""
         return Evaluation(self, t, y, P, t if inside is None else inside, forces)
 
+    def sharing(self, tree: Tree) -> str:
+        """Trees for which this is equal share their functions."""
+        return kind_of(tree)
+
     def _share(self, trees: list[Tree]) -> list[tuple[Tree, SharedTree]]:
         s, number = self.system, self.graph.number
         bodies = [p.body for r in s.ropes for line in r.lines for p in (line.a, line.b)]
@@ -194,7 +196,7 @@ class Program:
         for t in trees:
             ends = tuple(i for i in range(len(t.bodies)) if t.first + i in used)
             held = tuple(i for i in ends if t.first + i in self.constraints.bodies)
-            key = kind_of(t) + str(ends) + str(held)
+            key = self.sharing(t) + str(ends) + str(held)
             if key not in kinds:
                 kinds[key] = _tree_functions(len(kinds), t, ends, held, self.formulation)
             out.append((t, kinds[key]))
@@ -242,9 +244,7 @@ def _rope_function(n: int) -> Function:
     return Function(f"rope{n}", body, {"L": 2, "p": ROPE_HEAD + ROPE_LINE * n, **blocks})
 
 
-def _tree_functions(
-    k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, ...], formulation: Formulation
-) -> SharedTree:
+def _tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, ...], formulation: str) -> SharedTree:
     """Placement of the bodies that laws act on, accelerations, and poses with energies of one kind of tree."""
     nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
     dynamics = formulated(formulation)

@@ -23,7 +23,6 @@ from .constraints.ropes import RigidAt
 from .describe import System, Vector
 from .elementary import atan2
 from .errors import KernelError
-from .formulations import Formulation
 from .locking import lock_of
 from .parameters import PROFILE, RopeAt
 from .stepper import FOREVER_NS, NEVER, Stepper
@@ -56,7 +55,7 @@ class Simulation(Stepper):
         cache: bool = True,
         method: str = "dopri5",
         step: float | None = None,
-        formulation: Formulation = "recursive",
+        formulation: str = "recursive",
         fused: bool = False,
     ) -> None:
         super().__init__(system, tolerance, sample_ns, h_max, native, opt, cache, method, step, formulation, fused)

@@ -17,7 +17,6 @@ from .describe import System
 from .emit import module
 from .errors import KernelError
 from .evaluation import Evaluation
-from .formulations import Formulation
 from .methods.choice import choose, control_of
 from .native import Library
 from .oracle import Oracle
@@ -50,7 +49,7 @@ class Stepper:
         cache: bool,
         method: str,
         step: float | None,
-        formulation: Formulation,
+        formulation: str,
         fused: bool,
     ) -> None:
         if not 0.0 < tolerance < 1.0:

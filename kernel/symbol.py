@@ -10,14 +10,15 @@ to write instead.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 
 __all__ = [
     "GRAPHS", "Graph", "Sym", "any_of", "exponent", "is_sym", "maximum", "minimum", "named", "node", "power_of_two",
-    "printing", "select", "sqrt",
+    "printing", "scope", "select", "sqrt",
 ]  # fmt: skip
 
 GRAPHS: list[Graph] = []  # the graphs being recorded, innermost last
@@ -31,6 +32,7 @@ class Graph:
         self.nodes: list[Sym] = []
         self.opaque = opaque
         self.equations: list[tuple[str, Any]] = []
+        self.scope = ""  # the law whose text is being recorded
 
     def __enter__(self) -> Graph:
         GRAPHS.append(self)
@@ -244,12 +246,26 @@ def any_of(conditions: Iterable[Any]) -> Any:
     return c
 
 
+@contextmanager
+def scope(name: str) -> Iterator[None]:
+    """Within it the names of quantities are those of the law `name`."""
+    graph = GRAPHS[-1] if GRAPHS else None
+    if graph is not None:
+        graph.scope = name
+    yield
+    if graph is not None:
+        graph.scope = ""
+
+
 def named(label: str, x: Any) -> Any:
     """Give a traced quantity the name that printed equations use; returns x (an opaque graph: new symbols)."""
     if not GRAPHS or not GRAPHS[-1].opaque:
         return x
+    if GRAPHS[-1].scope:
+        label = f"{label}({GRAPHS[-1].scope})"
     flat = np.ravel(np.asarray(x, dtype=object)).tolist()
     suffix = {1: [""], 3: [".x", ".y", ".z"], 6: [".rx", ".ry", ".rz", ".x", ".y", ".z"]}
+    suffix[9] = [f".{a}{b}" for a in "xyz" for b in "xyz"]
     labels = [label + s for s in suffix.get(len(flat), [f".{i}" for i in range(len(flat))])]
     GRAPHS[-1].equations += list(zip(labels, flat, strict=True))
     fresh = [node("in", t, -1) if is_sym(e) else e for t, e in zip(labels, flat, strict=True)]

@@ -11,7 +11,7 @@ All agree to rounding; their costs differ (`tests/bench/formulations.py`).
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Any
 
 from ..dynamics import dynamics
 from ..errors import KernelError
@@ -19,9 +19,8 @@ from .articulated import articulated
 from .augmented import augmented
 from .embedding import embedding
 
-__all__ = ["FORMULATIONS", "Formulation", "formulated"]
+__all__ = ["FORMULATIONS", "formulated"]
 
-Formulation = Literal["recursive", "articulated", "embedding", "augmented"]
 
 FORMULATIONS: dict[str, Callable[..., tuple[Any, Any, Any]]] = {
     "recursive": dynamics,

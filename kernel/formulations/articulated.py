@@ -12,6 +12,7 @@ import numpy as np
 
 from ..dynamics import Kinematics, kinematics
 from ..spatial import join, mirror
+from ..symbol import named
 from ..trees import Tree
 from .bodies import newton_euler
 
@@ -48,8 +49,8 @@ def inwards(tree: Tree, K: Kinematics, tau: Any, I: list[Any], p: list[Any]) -> 
         inertia, force = I[i], p[i]
         for k, s in reversed(list(enumerate(K.S[i], tree.bodies[i].v.start))):
             if k not in given:
-                u = inertia @ s
-                d = 1.0 / (s @ u)
+                u = named(f"U({k})", inertia @ s)
+                d = 1.0 / named(f"D({k})", s @ u)
                 rest = (tau[k] - s @ force) * d
                 U[k] = u, d, rest
                 inertia = mirror(inertia - np.array([[a * b for b in u] for a in u * d]))

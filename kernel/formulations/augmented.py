@@ -16,6 +16,7 @@ import numpy as np
 
 from ..dynamics import Kinematics, kinematics
 from ..spatial import join, skew
+from ..symbol import named
 from ..trees import Tree
 from .bodies import newton_euler
 from .dense import LDLT, frame
@@ -93,6 +94,10 @@ def _joints(tree: Tree, K: Kinematics) -> list[_Joint]:
     return out
 
 
+def _named(i: int, B: Any) -> Any:
+    return np.array([named(f"B({i},{k})", b) for k, b in enumerate(B.T)]).T if B.shape[1] else B
+
+
 def _on_bodies(parents: list[int], F: list[Any]) -> list[Any]:
     """(6,) per body: the force of its own joint less those of the joints that it carries (the paper's eqs (1)-(4))."""
     out = list(F)
@@ -128,7 +133,7 @@ def _solve(
     A: factors of the regularised M.
     """
     n = len(M)
-    B = [j.B for j in joints]
+    B = [_named(i, j.B) for i, j in enumerate(joints)]
     rows, at = {}, 0
     for i in reversed(range(n)):  # from the tips to the ground: no fill-in
         rows[i] = range(at, at + B[i].shape[1])

@@ -6,6 +6,7 @@ from typing import Any
 
 from ..dynamics import Kinematics
 from ..spatial import force_cross, mirror, spatial_inertia
+from ..symbol import named
 from ..trees import Tree
 
 __all__ = ["newton_euler"]
@@ -18,5 +19,5 @@ def newton_euler(tree: Tree, K: Kinematics, W: list[Any]) -> tuple[list[Any], li
     for i, b in enumerate(tree.bodies):
         J = spatial_inertia(b.mass, K.r[i] + K.R[i] @ b.com, mirror(K.R[i] @ b.inertia @ K.R[i].T))
         M.append(J)
-        p.append(J @ K.A[i] + force_cross(K.V[i]) @ (J @ K.V[i]) - W[i])
+        p.append(named(f"f({b.name})", J @ K.A[i] + force_cross(K.V[i]) @ (J @ K.V[i]) - W[i]))
     return M, p

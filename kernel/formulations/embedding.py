@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from ..dynamics import Kinematics, kinematics
-from ..spatial import join, mirror
+from ..spatial import join
+from ..symbol import named
 from ..trees import Tree
 from .bodies import newton_euler
 from .dense import LDLT
@@ -27,7 +28,9 @@ def embedding(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref:
     R = velocity_transformation(tree, K)
     n = tree.v.stop - tree.v.start
     free, given = tree.free_dofs, tree.prescribed_dofs
-    reduced = mirror(sum((r.T @ m @ r for r, m in zip(R, M, strict=True)), np.zeros((n, n))))
+    full = sum((r.T @ m @ r for r, m in zip(R, M, strict=True)), np.zeros((n, n)))
+    lower = {(k, l): named(f"H({k},{l})", full[k, l]) for k in range(n) for l in range(k + 1)}
+    reduced = {(k, l): lower[max(k, l), min(k, l)] for k in range(n) for l in range(n)}
     force = sum((r.T @ f for r, f in zip(R, p, strict=True)), np.zeros(n))
     rhs = [tau[k] - force[k] for k in range(n)]
     a = LDLT([[reduced[k, l] for l in free] for k in free]).solve([rhs[k] for k in free])

@@ -1,0 +1,52 @@
+"""The equations of motion of a scene in print, as text or as a LaTeX document: `heavylift equations SCENE`.
+
+notation, document       formulas in both notations; sections laid out
+bodies                   eqs (1)-(4) of every body; the recursion of Fig. 6
+joints, laws             columns of S, joint forces; every law with its formula and numbers
+formulation, coordinates what is solved; the traced text itself, every quantity named
+"""
+
+from __future__ import annotations
+
+from ..describe import WORLD, System
+from ..graph import Graph, build_graph
+from .bodies import balance, balances, recursion
+from .coordinates import coordinates
+from .document import Section, as_latex, as_text
+from .formulation import formulation_section
+from .joints import joints
+from .laws import laws
+
+__all__ = ["balance", "equations"]
+
+
+def equations(
+    system: System, formulation: str = "recursive", latex: bool = False, title: str = "Equations of motion"
+) -> str:
+    """Everything that is known of the motion of a system; raises KernelError for an impossible one."""
+    graph = build_graph(system)
+    sections = [
+        _graph(graph),
+        _path_matrix(graph),
+        balances(system, graph),
+        joints(system, graph),
+        *laws(system),
+        recursion(graph),
+        formulation_section(graph, formulation),
+        coordinates(system, formulation),
+    ]
+    return as_latex(sections, title) if latex else as_text(sections)
+
+
+def _graph(graph: Graph) -> Section:
+    rows = [("", "body", "joint", "kind", "on")]
+    for i, k in enumerate(graph.links):
+        parent = WORLD if k.parent < 0 else graph.links[k.parent].body.name
+        rows.append((str(i + 1), k.body.name, k.joint.name, k.joint.kind, parent))
+    rows += [("-", j.child, j.name, j.kind, f"{j.parent} (closes a loop)") for j in graph.loops]
+    return Section("graph", table=tuple(rows))
+
+
+def _path_matrix(graph: Graph) -> Section:
+    matrix = tuple(tuple(str(x) for x in row) for row in graph.T)
+    return Section("path matrix", ("T[k, i] = 1: joint i lies on the path from the ground to body k",), matrix=matrix)

@@ -1,0 +1,96 @@
+"""What is printed: sections of sentences, tables and equations, laid out as plain text or as a LaTeX document."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from .notation import Formula, escaped
+
+__all__ = ["Equation", "Section", "as_latex", "as_text"]
+
+PREAMBLE = r"""\documentclass[10pt]{article}
+\usepackage[T1]{fontenc}
+\usepackage[utf8]{inputenc}
+\usepackage[a3paper,landscape,margin=18mm]{geometry}
+\usepackage{amsmath}
+\usepackage{longtable}
+\allowdisplaybreaks
+\setcounter{MaxMatrixCols}{400}
+\setlength{\parindent}{0pt}
+\begin{document}
+"""
+PER_BLOCK = 40  # equations in one align environment, which TeX reads as a whole
+
+
+@dataclass(frozen=True)
+class Equation:
+    """left = right, and a remark behind it; `parts`: the right side where it is a sum that may be broken."""
+
+    left: Formula
+    right: Formula
+    remark: str = ""
+    parts: tuple[Formula, ...] = ()
+
+
+@dataclass(frozen=True)
+class Section:
+    """A title, sentences, rows of a table (its head first), a matrix, and equations under headings."""
+
+    title: str
+    sentences: tuple[str, ...] = ()
+    table: tuple[tuple[str, ...], ...] = ()
+    matrix: tuple[tuple[str, ...], ...] = ()
+    equations: list[tuple[str, list[Equation]]] = field(default_factory=list)
+
+
+def as_text(sections: list[Section]) -> str:
+    """Sections one below the other."""
+    return "\n\n".join("\n".join(_text(s)) for s in sections)
+
+
+def _text(s: Section) -> list[str]:
+    lines = ["  ".join([s.title.upper(), *s.sentences[:1]]), *s.sentences[1:]]
+    if s.table:
+        widths = [max(len(r[c]) for r in s.table) for c in range(len(s.table[0]))]
+        lines += ["  ".join(x.ljust(w) for x, w in zip(r, widths, strict=True)).rstrip() for r in s.table]
+    lines += ["  " + " ".join(row) for row in s.matrix]
+    for heading, equations in s.equations:
+        lines += [f"  {heading}"] * bool(heading)
+        width = max((len(e.left.text) + len(e.right.text) for e in equations if e.remark), default=0)
+        for e in equations:
+            line = f"{e.left.text} = {e.right.text}"
+            lines.append(f"  {'  ' * bool(heading)}" + (f"{line:<{width + 3}}   {e.remark}" if e.remark else line))
+    return lines
+
+
+def as_latex(sections: list[Section], title: str) -> str:
+    """A document that compiles with amsmath alone."""
+    body = [PREAMBLE + rf"\section*{{{escaped(title)}}}"]
+    for s in sections:
+        body.append(rf"\subsection*{{{escaped(s.title)}}}")
+        body += [" ".join(escaped(x) for x in s.sentences)] if s.sentences else []
+        body += _latex_table(s.table) if s.table else []
+        if s.matrix:
+            rows = " \\\\\n".join(" & ".join(r) for r in s.matrix)
+            matrix = "\\begin{bmatrix}\n" + rows + "\n\\end{bmatrix}"
+            body.append("\\begin{equation*}\n\\mathbf{T} = " + matrix + "\n\\end{equation*}")
+        for heading, equations in s.equations:
+            body += [rf"\paragraph{{{escaped(heading)}}}"] if heading else []
+            for i in range(0, len(equations), PER_BLOCK):
+                lines = " \\\\\n".join(map(_latex, equations[i : i + PER_BLOCK]))
+                body.append("\\begin{align*}\n" + lines + "\n\\end{align*}")
+    return "\n\n".join(body) + "\n\n\\end{document}\n"
+
+
+def _latex(e: Equation) -> str:
+    remark = rf" && \text{{{escaped(e.remark)}}}" if e.remark else ""
+    if not e.parts:
+        return f"{e.left.latex} &= {e.right.latex}{remark}"
+    first, *rest = e.parts
+    return f"{e.left.latex} &= {first.latex}" + "".join(rf" \\ &\quad {p.latex}" for p in rest) + remark
+
+
+def _latex_table(rows: tuple[tuple[str, ...], ...]) -> list[str]:
+    lines = [" & ".join(map(escaped, r)) + r" \\" for r in rows]
+    columns = "l" * len(rows[0])
+    return ["\n".join([rf"\begin{{longtable}}{{{columns}}}", lines[0], r"\hline", *lines[1:], r"\end{longtable}"])]

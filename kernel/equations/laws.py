@@ -1,0 +1,169 @@
+"""Every law of a scene in print: what acts on which body and joint, the formula of each kind, the numbers of each law.
+
+A kind without a formula here is told in the words of its own description, so that no law is ever left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass
+from inspect import getdoc
+from typing import Any
+
+from ..describe import WORLD, Brake, Drive, JointSpring, Point, Rope, Stop, Support, System
+from ..forces.describe import Load, Spring, Wind
+from .document import Equation, Section
+from .notation import Formula, cross, joined, law, plain, sym
+
+__all__ = ["Acting", "laws"]
+
+Row = tuple[Point, str, str]  # where a law acts, its name with the number of its end, sign of its force there
+
+
+class Acting:
+    """What acts on the bodies and along the joints of a system."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self.points: list[Row] = []
+        for r in system.ropes:
+            for n, line in enumerate(r.lines, 1):
+                self.points += [(line.a, f"{r.name}.{n}", "+"), (line.b, f"{r.name}.{n}", "-")]
+        self.points += [(s.point, s.name, "+") for s in system.supports]
+        self.couples = []  # ends of forces that bring a moment of their own
+        for f in system.forces:
+            for n, point in enumerate(f.points, 1):
+                name = f"{f.name}.{n}" if len(f.points) > 1 else f.name
+                self.points.append((point, name, "+"))
+                self.couples.append((point.body, name))
+
+    def on(self, body: str, n: int, gravity: float) -> tuple[Formula, Formula]:
+        """F and M of body number n: the sums of what acts on it."""
+        weight = [("+", Formula(f"m{n} g", rf"m_{{{n}}}\,\mathbf{{g}}"))] if gravity else []
+        here = [(name, sign) for point, name, sign in self.points if point.body == body]
+        forces = weight + [(sign, law("f", name, bold=True)) for name, sign in here]
+        moments = []
+        for name, sign in here:
+            arm = plain("(") + _place(name, sign) + " - " + sym("r", n) + ")"
+            moments.append((sign, cross(arm, law("f", name, bold=True))))
+        moments += [("+", law("m", name, bold=True)) for on, name in self.couples if on == body]
+        return joined(forces), joined(moments)
+
+    def along(self, joint: str) -> list[tuple[Any, str]]:
+        """The laws that act along a joint, with the coordinate ("" where there is only one)."""
+        s = self.system
+        groups: list[Any] = [*s.springs, *s.stops, *s.brakes, *s.drives]
+        own = [(x, x.coordinate) for x in groups if x.joint == joint]
+        return own + [(f, f.along[1]) for f in s.forces if f.along and f.along[0] == joint]
+
+
+def _place(name: str, sign: str) -> Formula:
+    return law("a" if sign == "+" else "b", name, bold=True)
+
+
+def laws(system: System) -> list[Section]:
+    """One section per kind of law: its formulas and a table of its numbers."""
+    groups: dict[type, list[Any]] = {}
+    members = (system.ropes, system.supports, system.springs, system.stops, system.brakes, system.drives)
+    for item in [x for group in members for x in group] + [*system.forces, *system.masters, *system.measured]:
+        groups.setdefault(type(item), []).append(item)
+    return [_section(kind, items) for kind, items in groups.items()]
+
+
+def _section(kind: type, items: list[Any]) -> Section:
+    told = " ".join((getdoc(kind) or "").split())
+    head = ("name", *(f for f in _fields(items[0]) if f != "name"))
+    rows = [(x.name, *(_shown(getattr(x, f)) for f in head[1:])) for x in items]
+    return Section(f"law: {kind.__name__.lower()}", (told,), (head, *rows), equations=_formulas(kind))
+
+
+def _fields(x: Any) -> tuple[str, ...]:
+    return tuple(f.name for f in fields(x)) if is_dataclass(x) else tuple(x.__struct_fields__)
+
+
+def _shown(x: Any) -> str:
+    """A number, a place on a body, a line, or several of them."""
+    if isinstance(x, bool):
+        return "yes" if x else "no"
+    if isinstance(x, float | int):
+        return f"{x:.6g}"
+    if isinstance(x, str):
+        return x
+    if isinstance(x, Point):
+        return f"{x.body} {_shown(x.p)}" if x.body != WORLD or any(x.p) else WORLD
+    if isinstance(x, tuple):
+        inner = ", ".join(map(_shown, x))
+        return inner if any(not isinstance(e, float | int) for e in x) else f"({inner})"
+    if hasattr(x, "a") and hasattr(x, "share"):
+        return f"{_shown(x.a)} to {_shown(x.b)}" + (f" by {x.share:g}" if x.share != 1.0 else "")
+    names = _fields(x) if is_dataclass(x) or hasattr(x, "__struct_fields__") else ()
+    return ", ".join(f"{n} {_shown(getattr(x, n))}" for n in names) or "-"
+
+
+# left, right as text and as LaTeX, when it holds; for one law of the kind
+_FORMULAS: dict[type, tuple[tuple[str, str, str, str], ...]] = {
+    Rope: (
+        (
+            "l",
+            "sum share |b - a|",
+            r"\textstyle\sum \mathrm{share}\,|\mathbf{b} - \mathbf{a}|",
+            "over its lines a to b",
+        ),
+        (
+            "T",
+            "EA (l - L0)/L0 + c (l' - L0')",
+            r"EA\,\frac{l - L_0}{L_0} + c\,(\dot{l} - \dot{L}_0)",
+            "while hooked and taut, else 0",
+        ),
+        (
+            "f",
+            "share T (b - a)/|b - a|",
+            r"\mathrm{share}\,T\,\frac{\mathbf{b} - \mathbf{a}}{|\mathbf{b} - \mathbf{a}|}",
+            "on the body of a, -f on that of b",
+        ),
+    ),
+    Support: (
+        ("N", "k (height - z) - d z'", r"k\,(\mathrm{height} - z) - d\,\dot{z}", "while closed, else 0"),
+        (
+            "f",
+            "N ez - kt (x - x0) - dt x'",
+            r"N\,\mathbf{e}_z - k_t (\mathbf{x} - \mathbf{x}_0) - d_t \dot{\mathbf{x}}",
+            "sticking; slipping mu N against the velocity",
+        ),
+    ),
+    JointSpring: (("tau", "k (q_rest - q) - d q'", r"k\,(q_{\mathrm{rest}} - q) - d\,\dot{q}", ""),),
+    Stop: (
+        ("tau", "k (lower - q) - d q'", r"k\,(\mathrm{lower} - q) - d\,\dot{q}", "below lower"),
+        ("tau", "-k (q - upper) - d q'", r"-k\,(q - \mathrm{upper}) - d\,\dot{q}", "above upper"),
+    ),
+    Brake: (("tau", "-k (q - q0) - d q'", r"-k\,(q - q_0) - d\,\dot{q}", "sticking; slipping it has the size moment"),),
+    Drive: (
+        ("q", "s(t)", "s(t)", "prescribed"),
+        ("tau", "kp (s - q) + kv (s' - q')", r"k_p (s - q) + k_v (\dot{s} - \dot{q})", "servo"),
+        ("tau", "kv (s' - q')", r"k_v (\dot{s} - \dot{q})", "speed"),
+    ),
+    Spring: (
+        (
+            "f",
+            "(k (l - rest) + d l') (b - a)/l",
+            r"\bigl(k\,(l - \mathrm{rest}) + d\,\dot{l}\bigr)\,\frac{\mathbf{b} - \mathbf{a}}{l}",
+            "on the body of a, -f on that of b",
+        ),
+    ),
+    Load: (
+        ("f", "s(t) force", r"s(t)\,\mathrm{force}", ""),
+        ("m", "s(t) moment", r"s(t)\,\mathrm{moment}", ""),
+    ),
+    Wind: (
+        (
+            "f",
+            "1/2 density C A |w - v| (w - v)",
+            r"\tfrac{1}{2}\,\rho\,C\,A\,|\mathbf{w} - \mathbf{v}|\,(\mathbf{w} - \mathbf{v})",
+            "",
+        ),
+    ),
+}
+
+
+def _formulas(kind: type) -> list[tuple[str, list[Equation]]]:
+    rows = _FORMULAS.get(kind, ())
+    return [("", [Equation(sym(a, bold=a in "fm"), Formula(b, c), d) for a, b, c, d in rows])] if rows else []
