@@ -156,6 +156,17 @@ def plot(
 
 
 @app.command()
+def view(
+    file: File,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="page; default NAME.html")] = None,
+) -> None:
+    """Write one page with the lift in 3D, signals, stages, events.    heavylift view turnover.mcap"""
+    from heavylift.recordings import view as write
+
+    typer.echo(f"wrote {write(file, output or file.with_suffix('.html'))}; open it in a browser")
+
+
+@app.command()
 def compare(
     a: File,
     b: File,

@@ -33,14 +33,15 @@ def boxes(plan: Plan, systems: list[System]) -> list[Box]:
 
 
 def _portal(crane: Crane, plan: Plan) -> list[Box]:
-    """Girder between the two levels of rope exits, two pairs of legs on the rails."""
+    """Girder between the two levels of rope exits, two pairs of legs on the rails, each under a sill."""
     exits = [line.a.p[2] for r in plan.rig.hook_ropes if r.crane == crane.name for line in r.lines]
     low, high = min(exits) + 2.0, max(exits) - 2.0
     span = 2.0 * crane.main.com[1]
     body, half = f"{crane.name}.main", 13.0
     girder = Box(body, (0.0, span / 2, (low + high) / 2), (GIRDER, span + LEG, max(high - low, LEG)), YELLOW)
     legs = [Box(body, (x, y, low / 2), (LEG, LEG, low), YELLOW) for x in (-half, half) for y in (0.0, span)]
-    return [girder, *legs]
+    sills = [Box(body, (0.0, y, low + LEG / 2), (2 * half + LEG, LEG, LEG), YELLOW) for y in (0.0, span)]
+    return [girder, *legs, *sills]
 
 
 def equivalent_box(mass: float, inertia: Matrix) -> tuple[float, float, float]:
@@ -75,5 +76,5 @@ class RopeLines:
 
     def drawn(self) -> list[RopeLine]:
         """The lines of all hooked ropes."""
-        lines = [x for name, lines in self._lines.items() if self._hooked[name] for x in lines]
-        return [RopeLine(x.a.body, x.a.p, x.b.body, x.b.p) for x in lines]
+        lines = [(name, x) for name, lines in self._lines.items() if self._hooked[name] for x in lines]
+        return [RopeLine(name, x.a.body, x.a.p, x.b.body, x.b.p) for name, x in lines]

@@ -4,6 +4,7 @@ A run:      with Recorder("run.mcap", {"scene": "lift", "seed": 1}) as rec: rec.
 Numbers:    rec.layout(SampleLayout([...])); rec.samples(batch)
 Reading:    Recording("run.mcap").signal("rope/tension"), .events(), .run, .result
 For people: info("run.mcap") is a text, plot("run.mcap", "run.png") a figure, storyboard(...) the lift itself.
+A page:     view("run.mcap", "run.html") shows the lift in 3D with signals, stages and events.
 Two runs:   compare("a.mcap", "b.mcap") tells where they part; recover("run.mcap.part") saves what a killed run left.
 Elsewhere:  export("run.mcap", "run.csv", ["rope/tension/*"])
 Equal runs: Digest().hexdigest() is one line that two equal runs share.
@@ -20,6 +21,7 @@ from .recover import Recovered, recover
 from .rows import Peak
 from .samples import SampleChannel, SampleLayout
 from .storyboard import storyboard
+from .view import view
 from .writer import Recorder
 
 __all__ = [
@@ -43,4 +45,5 @@ __all__ = [
     "plot",
     "recover",
     "storyboard",
+    "view",
 ]

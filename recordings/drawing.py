@@ -22,7 +22,7 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from google.protobuf.timestamp_pb2 import Timestamp  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-__all__ = ["Box", "FrameTransforms", "Log", "RopeLine", "SceneUpdate"]
+__all__ = ["Box", "FrameTransforms", "Log", "Rig", "RopeLine", "SceneUpdate"]
 
 Vector = tuple[float, float, float]
 WORLD = "world"
@@ -42,10 +42,18 @@ class Box(msgspec.Struct, frozen=True):
 class RopeLine(msgspec.Struct, frozen=True):
     """A straight part of a rope between two points, each in its body's frame [m]; "world" is the ground."""
 
+    rope: str
     a_body: str
     a: Vector
     b_body: str
     b: Vector
+
+
+class Rig(msgspec.Struct, frozen=True):
+    """The rope lines that hang from this simulation time on."""
+
+    t_ns: int
+    lines: list[RopeLine]
 
 
 def stamp(t_ns: int) -> Any:

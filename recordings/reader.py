@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .container import Container, Raw
-from .drawing import FrameTransforms
+from .drawing import FrameTransforms, Rig
 from .samples import POSE, POSE_COLUMNS, samples_head
 
 __all__ = ["RecordedEvent", "Recording", "Signal", "Topic"]
@@ -110,6 +110,11 @@ class Recording:
         with self._file.reading():
             found = [decode(raw.data) for raw in self.messages(*wanted)]
         return sorted(found, key=lambda e: (e.t_ns, e.microstep, e.source, e.port, e.index))
+
+    def rigs(self) -> list[Rig]:
+        """Which rope lines hang from when on."""
+        with self._file.reading():
+            return [msgspec.json.decode(raw.data, type=Rig) for raw in self.messages("/rig")]
 
     def signals(self) -> list[str]:
         """The names that `signal` knows."""

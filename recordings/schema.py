@@ -84,3 +84,11 @@ PROTOCOL_SCHEMA = msgspec.json.encode(
         "required": ["kind", "node", "direction", "t_ns", "summary", "raw"],
     }
 )
+
+RIG_SCHEMA = msgspec.json.encode(
+    {
+        "type": "object",
+        "properties": {"t_ns": JSON_INTEGER, "lines": {"type": "array", "items": {"type": "object"}}},
+        "required": ["t_ns", "lines"],
+    }
+)

@@ -23,10 +23,10 @@ import msgspec
 from heavylift.kernel.errors import RecordingError
 
 from .digest import Digest
-from .drawing import Box, Log, RopeLine, SceneUpdate, boxes_message, log_message
+from .drawing import Box, Log, Rig, RopeLine, SceneUpdate, boxes_message, log_message
 from .rows import Peak, Rows
 from .samples import SampleLayout, decode_batch
-from .schema import PROTOCOL_SCHEMA, event_schema
+from .schema import PROTOCOL_SCHEMA, RIG_SCHEMA, event_schema
 from .sink import Sink
 
 __all__ = ["Recorder"]
@@ -97,6 +97,8 @@ class Recorder:
         rows = self._announced()
         ropes = rows.ropes(lines)
         self._put(t_ns, EVENT, lambda _: rows.hang(ropes))
+        rig = self._sink.topics.get("/rig") or self._sink.json("/rig", "heavylift.rig", RIG_SCHEMA, {})
+        self._message(rig, t_ns, msgspec.json.encode(Rig(t_ns, list(lines))))
 
     # what happens
 

@@ -148,7 +148,7 @@ def test_repeated_samples_are_passed_over_and_missing_ones_refused(begin: Begin,
 
 def test_ropes_follow_a_change_from_its_time_on(begin: Begin, batch: Batch) -> None:
     rec = begin()
-    line = RopeLine("block", (0, 0, 0), "hook", (0, 0, 0))
+    line = RopeLine("r", "block", (0, 0, 0), "hook", (0, 0, 0))
     rec.ropes(0, [line])
     rec.samples(batch(0, 3))
     rec.ropes(2 * SECOND, [line, line])
@@ -217,7 +217,7 @@ def test_what_was_not_announced_is_refused(begin: Begin, batch: Batch, tmp_path:
             "commander", "stage", {"type": "object"}
         ),
         "rope line on girder: the samples have no pose of it; check the name": lambda: rec.ropes(
-            0, [RopeLine("girder", (0, 0, 0), "hook", (0, 0, 0))]
+            0, [RopeLine("r", "girder", (0, 0, 0), "hook", (0, 0, 0))]
         ),
         "samples from number 0: 1 rows of 20 values are 160 bytes, but 8 came; the sender's layout differs "
         "from the announced one": lambda: rec.samples(b"\x93\x00\x91\x00\xc4\x08" + bytes(8)),

@@ -51,7 +51,7 @@ def test_a_rope_runs_from_its_point_on_one_body_to_its_point_on_the_other() -> N
     poses = np.random.default_rng(5).normal(size=(2, 7))
     poses[:, 3:] /= np.linalg.norm(poses[:, 3:], axis=1)[:, None]
     ropes = Ropes(
-        [RopeLine("crane", (1, 2, 3), "hook", (0, 0, 1)), RopeLine("world", (4, 5, 6), "hook", (0, 1, 0))],
+        [RopeLine("r", "crane", (1, 2, 3), "hook", (0, 0, 1)), RopeLine("s", "world", (4, 5, 6), "hook", (0, 1, 0))],
         ["crane", "hook"],
     )
     entity = SceneUpdate.FromString(ropes.message(10**9, poses)).entities[0]

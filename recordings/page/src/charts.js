@@ -1,0 +1,103 @@
+// Signals over time: one chart per group that is switched on, all with the common cursor of the page.
+import uPlot from "uplot";
+import { locate } from "./data.js";
+
+const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#7a6fd0", "#6b7682"];
+const SCALE = { N: [1e-3, "kN"], J: [1e-6, "MJ"] };
+const MANY = 8; // curves of a group that are shown at first
+
+export class Charts {
+  constructor(host, picker, run, jump) {
+    Object.assign(this, { host, run, jump, plots: [], theme: "light" });
+    this.groups = [...new Set(run.signals.map((s) => s.group))];
+    const wanted = this.groups.filter((g) => g === "rope/tension");
+    this.on = new Set(wanted.length ? wanted : this.groups.slice(0, 1));
+    for (const group of this.groups) {
+      const label = document.createElement("label");
+      const box = document.createElement("input");
+      box.type = "checkbox";
+      box.checked = this.on.has(group);
+      box.onchange = () => {
+        if (box.checked) this.on.add(group);
+        else this.on.delete(group);
+        this.draw();
+      };
+      label.append(box, " " + group);
+      picker.append(label);
+    }
+  }
+
+  draw() {
+    for (const plot of this.plots) plot.destroy();
+    this.host.replaceChildren();
+    this.plots = this.groups.filter((g) => this.on.has(g)).map((group) => this.chart(group));
+    this.cursor(this.now ?? this.run.first);
+  }
+
+  chart(group) {
+    const signals = this.run.signals.filter((s) => s.group === group);
+    const [factor, unit] = SCALE[signals[0].unit] ?? [1, signals[0].unit];
+    const ink = this.theme === "dark" ? "#c7d1db" : "#33404d";
+    const rule = this.theme === "dark" ? "#2b3640" : "#e1e6eb";
+    const axis = { stroke: ink, grid: { stroke: rule, width: 1 }, ticks: { stroke: rule } };
+    const shaded = (plot) => this.stages(plot);
+    const options = {
+      title: `${group} [${unit}]`, width: this.host.clientWidth - 4, height: 250,
+      scales: { x: { time: false } }, legend: { live: true },
+      cursor: { sync: { key: "run" }, drag: { x: true, y: false } },
+      hooks: { drawClear: [shaded] },
+      series: [
+        { label: "t [s]" },
+        ...signals.map((s, i) => ({ label: s.name, stroke: COLOURS[i % COLOURS.length], width: 1.4, show: i < MANY })),
+      ],
+      axes: [axis, { ...axis, size: 64 }],
+    };
+    const data = [this.run.t, ...signals.map((s) => (factor === 1 ? s.y : s.y.map((v) => v * factor)))];
+    const host = document.createElement("div");
+    this.host.append(host);
+    const plot = new uPlot(options, data, host);
+    plot.mark = document.createElement("div");
+    plot.mark.className = "now";
+    plot.over.append(plot.mark);
+    plot.over.addEventListener("click", (e) => {
+      if (plot.select.width < 2) this.jump(plot.posToVal(e.offsetX, "x"));
+    });
+    return plot;
+  }
+
+  // Every other stage is shaded.
+  stages(plot) {
+    const { ctx, bbox } = plot;
+    ctx.save();
+    ctx.fillStyle = this.theme === "dark" ? "#ffffff0a" : "#0000000a";
+    this.run.stages.forEach((stage, i) => {
+      if (i % 2) return;
+      const end = this.run.stages[i + 1]?.t ?? this.run.last;
+      const x0 = Math.max(bbox.left, plot.valToPos(stage.t, "x", true));
+      const x1 = Math.min(bbox.left + bbox.width, plot.valToPos(end, "x", true));
+      if (x1 > x0) ctx.fillRect(x0, bbox.top, x1 - x0, bbox.height);
+    });
+    ctx.restore();
+  }
+
+  cursor(now) {
+    this.now = now;
+    const { i } = locate(this.run.t, now);
+    for (const plot of this.plots) {
+      plot.setLegend({ idx: i }, false);
+      const x = plot.valToPos(now, "x");
+      plot.mark.style.left = x + "px";
+      plot.mark.hidden = x < 0 || x > plot.over.clientWidth;
+    }
+  }
+
+  paint(theme) {
+    this.theme = theme;
+    this.draw();
+  }
+
+  resize() {
+    for (const plot of this.plots) plot.setSize({ width: this.host.clientWidth - 4, height: 250 });
+    this.cursor(this.now ?? this.run.first);
+  }
+}

@@ -1,0 +1,95 @@
+"""The page of a recording: self-contained, inert to what scenes say, and alive in a browser."""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from conftest import Stage
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings import Box, Recorder, Recording, RopeLine, view
+from heavylift.recordings.view import content
+
+NASTY = "</script><script>alert(1)</script><img src=x onerror=alert(2)> & {{script}}"
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+
+
+@pytest.fixture
+def page(begin: Callable[[], Recorder], batch: Callable[[int, int], bytes], tmp_path: Path) -> Path:
+    """The page of a small run whose stage has a hostile name."""
+    with begin() as rec:
+        rec.boxes([Box("block", (0, 0, 0), (3, 2, 1))])
+        rec.ropes(0, [RopeLine("west.H1", "world", (0, 0, 9), "block", (0, 0, 1))])
+        payload = msgspec.msgpack.encode(Stage(NASTY, 1))
+        rec.event(0, 1, "commander", "stage", 0, "Stage", payload)
+        rec.samples(batch(0, 6))
+        path = rec.close()
+    return view(path, tmp_path / "run.html")
+
+
+def embedded(page: Path) -> dict:
+    found = re.search(r'<script id="run" type="application/json">(.*?)</script>', page.read_text(), re.DOTALL)
+    assert found
+    return json.loads(found[1])
+
+
+def test_the_page_holds_the_recording(page: Path, tmp_path: Path) -> None:
+    run, rec = embedded(page), Recording(tmp_path / "run.mcap")
+    signal = rec.signal("rope/tension")
+    assert np.array_equal(np.frombuffer(base64.b64decode(run["t"]), "<f8"), signal.t)
+    packed = {s["group"] + "/" + s["name"]: np.frombuffer(base64.b64decode(s["y"]), "<f4") for s in run["signals"]}
+    assert np.array_equal(packed["rope/tension/west.H2"], signal.values[:, 1].astype("<f4"))
+    assert run["rig"] == [
+        {"t": 0.0, "lines": [{"rope": "west.H1", "a_body": "world", "a": [0, 0, 9], "b_body": "block", "b": [0, 0, 1]}]}
+    ]
+    assert run["boxes"][0]["size"] == [3, 2, 1]
+    assert run["stages"] == [{"t": 0.0, "name": NASTY}]
+    assert content(rec)["peaks"][0]["rated"] == 9e5
+
+
+def test_nothing_is_fetched_from_anywhere(page: Path) -> None:
+    text = re.sub(r"<script(?: id=\"run\"[^>]*)?>.*?</script>", "", page.read_text(), flags=re.DOTALL)
+    assert "src=" not in text
+    assert "href=" not in text
+    assert "url(" not in text
+
+
+def test_what_a_scene_says_cannot_become_markup(page: Path) -> None:
+    text = page.read_text()
+    assert text.count("<script") == 2
+    assert "<img" not in text
+    assert "alert(1)" in text, "as data"
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium to open the page with")
+def test_a_browser_shows_the_instant_in_the_address(page: Path) -> None:
+    dom = subprocess.run(
+        [
+            str(CHROMIUM), "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
+            "--enable-unsafe-swiftshader", "--virtual-time-budget=4000", "--dump-dom", f"{page.as_uri()}#t=2.5",
+        ],
+        capture_output=True, text=True, timeout=60, check=True,
+    ).stdout  # fmt: skip
+    assert 'data-ready="yes"' in dom
+    assert '<span id="clock">2.50 s / 4.00 s</span>' in dom
+    assert html.escape(NASTY, quote=False) in dom
+    assert "<canvas" in dom
+
+
+def test_what_cannot_be_shown_is_said(tmp_path: Path, begin: Callable[[], Recorder]) -> None:
+    with begin() as rec:
+        path = rec.close()
+    with pytest.raises(RecordingError) as error:
+        view(path, tmp_path / "run.html")
+    assert str(error.value) == f"{path}: has no samples to show; let the run last longer"
+    with pytest.raises(RecordingError, match=r"a page is written as \.html; give it this ending$"):
+        view(path, tmp_path / "run.pdf")
