@@ -10,16 +10,7 @@ import numpy as np
 import pytest
 from heavylift.recordings import Recorder, SampleChannel, SampleLayout
 from numpy.typing import NDArray
-
-SECOND = 1_000_000_000
-NAMES = ["west.H1", "west.H2"]
-POSE = ["x", "y", "z", "qx", "qy", "qz", "qw"]
-TIMES = [0, SECOND, 2 * SECOND, 2_500_000_000, 3 * SECOND, 4 * SECOND]
-
-
-class Stage(msgspec.Struct, frozen=True):
-    name: str
-    number: int
+from small_run import NAMES, POSE, SECOND, TIMES, Stage
 
 
 @pytest.fixture

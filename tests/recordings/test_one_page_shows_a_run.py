@@ -14,10 +14,10 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from conftest import Stage
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings import Box, Recorder, Recording, RopeLine, view
 from heavylift.recordings.view import content
+from small_run import Stage
 
 NASTY = "</script><script>alert(1)</script><img src=x onerror=alert(2)> & {{script}}"
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")

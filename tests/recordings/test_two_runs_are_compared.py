@@ -8,9 +8,9 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from conftest import NAMES, SECOND, TIMES, Stage
 from heavylift.recordings import Recorder, SampleChannel, SampleLayout, compare
 from numpy.typing import NDArray
+from small_run import NAMES, SECOND, TIMES, Stage
 
 Write = Callable[..., Path]
 
