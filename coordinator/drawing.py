@@ -56,7 +56,7 @@ class RopeLines:
     """The ropes that hang in the scene now."""
 
     def __init__(self, systems: list[System]) -> None:
-        ropes = [r for s in systems for r in s.ropes]
+        ropes = [r for s in systems for r in s.all_ropes]
         self._lines = {r.name: r.lines for r in ropes}
         self._hooked = {r.name: r.hooked for r in ropes}
 

@@ -64,6 +64,9 @@ def check_description(system: System) -> None:
     for r in system.straight_ropes:
         if not r.lines:
             raise KernelError(f"rope '{r.name}': it has no line; give it at least one")
+        for i, line in enumerate(r.lines, 1):
+            if line.a == line.b:
+                raise KernelError(f"rope '{r.name}': line {i} begins and ends at one point; it has no length")
     for s in system.stops:
         if s.lower > s.upper:
             raise KernelError(f"stop '{s.name}': its lower limit {s.lower:g} lies above the upper one, {s.upper:g}")

@@ -14,6 +14,7 @@ from .flexible.description import Flexible
 from .forces.describe import Force, Reeving
 from .points import IDENTITY as IDENTITY
 from .points import WORLD as WORLD
+from .points import Line as Line
 from .points import Matrix as Matrix
 from .points import Point as Point
 from .points import Vector as Vector
@@ -140,15 +141,6 @@ class Drive:
     kp: float = 0.0
     kv: float = 0.0
     coordinate: str = ""  # of a joint that has several
-
-
-@dataclass(frozen=True)
-class Line:
-    """One straight part of a rope; `share` is its weight in the rope's length."""
-
-    a: Point
-    b: Point
-    share: float = 1.0
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["IDENTITY", "WORLD", "Matrix", "Point", "Vector"]
+__all__ = ["IDENTITY", "WORLD", "Line", "Matrix", "Point", "Vector"]
 
 Vector = tuple[float, float, float]
 Matrix = tuple[Vector, Vector, Vector]
@@ -22,3 +22,12 @@ class Point:
 
     body: str
     p: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Line:
+    """One straight part of a rope; `share` is its weight in the rope's length."""
+
+    a: Point
+    b: Point
+    share: float = 1.0

@@ -6,11 +6,12 @@ Tagged msgspec structs, so that a tuple of different kinds crosses processes as 
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Literal
 
 from msgspec import Struct
 
-from ..points import IDENTITY, Matrix, Point, Vector
+from ..points import IDENTITY, Line, Matrix, Point, Vector
 
 __all__ = [
     "Bushing", "Characteristic", "Force", "Load", "Matrix6", "Reeving", "Sheave", "Signal", "Spring", "Torsion",
@@ -213,6 +214,11 @@ class Reeving(Element, frozen=True, tag=True):
     @property
     def points(self) -> tuple[Point, ...]:
         return self.a, *(s.at for s in self.sheaves), self.b
+
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """Its parts from centre to centre, for pictures."""
+        return tuple(Line(a, b) for a, b in pairwise(self.points))
 
     @property
     def winch(self) -> bool:

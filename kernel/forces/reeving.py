@@ -29,7 +29,7 @@ from .sheaves import Node, Part, parts, turn
 __all__ = ["ReevingLaw"]
 
 BITE = 1e-9  # by how much more a sheave holds than it drags, so that one that begins to stick does not slip at once
-NEWTON = 3  # iterations; the error after them is (strain)^16
+NEWTON = 5  # iterations; the error shrinks as its square, from (strain)^2 on
 MOST_WRAP = 1.5 * pi  # a larger one means that the axis points the wrong way
 TAUT = 2  # place of the state in P, behind EA and c
 NODE = 12  # numbers of a node: centre, axis, dividing direction, radius, friction, 1/efficiency

@@ -315,3 +315,32 @@ def test_machine_code_and_floats_agree():
     assert [e for e in events(native)] == [e for e in events(oracle)] == [("rope", "slip")]
     assert native.row().shown == pytest.approx(oracle.row().shown, rel=1e-11)
     assert native.row().accounts == pytest.approx(oracle.row().accounts, rel=1e-9)
+
+
+def test_an_equaliser_does_not_feel_a_length_error():
+    """C08d: four ropes share a block by their lengths, +-k dL/4 on the diagonals; one rope over four eyes does not."""
+    given, expected = FORMS["C08d"]["given"], FORMS["C08d"]["expected"]
+    k, dL, h, W = given["k"], given["dL"], 50.0, 6e6
+    block = Body("block", W / G, inertia=cube(W / G, 20.0))
+    corners = [(x, y, 0.0) for x, y in ((-10.0, -9.0), (10.0, -9.0), (10.0, 9.0), (-10.0, 9.0))]
+    joint = Joint("free", "free", "world", "block", q0=(0.0, 0.0, -h, 0.0, 0.0, 0.0, 1.0))
+    L0 = h / (1.0 + W / 4 / (k * h))
+    long = [dL / 2 * sign for sign in (-1.0, 1.0, -1.0, 1.0)]  # of the two diagonals, so that the block stays level
+    ropes = tuple(
+        Rope(f"r{i}", (Line(Point("world", c), Point("block", c)),), k * h, L0 - d / 2)
+        for i, (c, d) in enumerate(zip(corners, long, strict=True))
+    )
+    free = started(System((block,), (joint,), ropes=ropes, gravity=G))
+    T = free.row().tension
+    assert abs(T - W / 4) == pytest.approx(np.abs(expected["dT"]), rel=2e-3)  # strain
+    turns = [(body, c) for i, c in enumerate(corners) for body in (("block", "world") if i % 2 else ("world", "block"))]
+    eyes = [Sheave(Point(body, c)) for body, c in turns]
+    rope = Reeving("one", eyes[0].at, tuple(eyes[1:-1]), eyes[-1].at, k * h, Signal(200.0 + 3 * 20.0 + sum(long)), 1e5)
+    s = started(System((block,), (joint,), forces=(rope,), gravity=G))
+    assert np.ptp(tensions(s, 7)) == 0.0
+
+
+def test_a_rope_whose_line_has_no_length_is_refused():
+    rope = Rope("r", (Line(WORLD, LOAD), Line(LOAD, Point("load"))), 1e6, 10.0)
+    with pytest.raises(KernelError, match="rope 'r': line 2 begins and ends at one point; it has no length"):
+        Simulation(replace(slider(), ropes=(rope,)))
