@@ -19,7 +19,7 @@ from .flexible.checks import check_flexible
 from .forces.table import check_force
 from .joints import JOINTS
 
-__all__ = ["check_description"]
+__all__ = ["check_description", "check_inertia", "check_joint"]
 
 UNIT = 1e-6  # how far an axis or a rotation may be off by rounding
 # groups within which a command or an event is addressed by name alone
@@ -56,11 +56,11 @@ def check_description(system: System) -> None:
     for b in system.bodies:
         if b.name == WORLD:
             raise KernelError(f"body '{WORLD}': this is the name of the ground; choose another one")
-        _check_inertia(b)
+        check_inertia(b)
         if b.flexible:
             check_flexible(b.name, b.flexible)
     for j in system.joints:
-        _check_joint(j)
+        check_joint(j)
     for r in system.straight_ropes:
         if not r.lines:
             raise KernelError(f"rope '{r.name}': it has no line; give it at least one")
@@ -102,7 +102,7 @@ def _numbers(x: Any, field: str = "") -> Iterator[tuple[str, float]]:
         yield field, x
 
 
-def _check_inertia(b: Body) -> None:
+def check_inertia(b: Body) -> None:
     """Symmetric, and principal moments that some distribution of mass can have (without mass: a rotor's gear)."""
     if not np.allclose(b.inertia, np.transpose(b.inertia), rtol=UNIT, atol=0.0):
         raise KernelError(f"body '{b.name}': its inertia must be a symmetric matrix")
@@ -114,7 +114,7 @@ def _check_inertia(b: Body) -> None:
         raise KernelError(f"{told}; no body has one that is larger than the sum of the others")
 
 
-def _check_joint(j: Joint) -> None:
+def check_joint(j: Joint) -> None:
     if j.kind not in JOINTS:
         raise KernelError(f"joint '{j.name}': there is no kind '{j.kind}'; kinds are {', '.join(JOINTS)}")
     joint = JOINTS[j.kind]

@@ -18,7 +18,7 @@ from .conditions import watched
 from .drive import DriveActor, WinchActor
 from .gauges import Gauge
 from .parts import Actor, BodyCoupled, JointCoupled, Law, Machine
-from .rigging import BrakeActor, SlingActor, Stools
+from .rigging import BrakeActor, JointLockActor, SlingActor, Stools
 
 
 class MechanismModel(Machine):
@@ -46,6 +46,8 @@ class MechanismModel(Machine):
         for brake in (b for b in system.brakes if b.joint == joint):
             laws = System(brakes=(brake,))
             actors.append(BrakeActor(_name(brake.name), brake.name, laws, engaged=brake.engaged))
+        for lock in (x for x in system.locks if x.joint == joint):
+            actors.append(JointLockActor(_name(lock.name), lock.name, System(locks=(lock,)), engaged=lock.engaged))
         for spring in (s for s in system.springs if s.joint == joint):
             actors.append(Law(_name(spring.name), System(springs=(spring,))))
         for stop in (s for s in system.stops if s.joint == joint):

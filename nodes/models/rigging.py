@@ -19,12 +19,14 @@ from .messages import (
     Hook,
     Hooked,
     HookOrder,
+    KernelInput,
     Landed,
     Latch,
     Lifted,
     Order,
     RopeState,
     SetBrake,
+    SetLock,
     StateEvent,
     Touched,
     Unhook,
@@ -89,7 +91,19 @@ class BrakeActor(LiveActor):
         """Change the state, if it is another one."""
         if engaged != self.engaged:
             self.engaged = engaged
-            self.say(SetBrake(self.element, engaged), BrakeState(self.element, engaged))
+            self.say(self.command(engaged), BrakeState(self.element, engaged))
+
+    def command(self, engaged: bool) -> KernelInput:
+        """What the kernel is told."""
+        return SetBrake(self.element, engaged)
+
+
+class JointLockActor(BrakeActor):
+    """Locks and frees a joint."""
+
+    def command(self, engaged: bool) -> KernelInput:
+        """What the kernel is told."""
+        return SetLock(self.element, engaged)
 
 
 class LockActor(BrakeActor):

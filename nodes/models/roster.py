@@ -36,7 +36,8 @@ def owners(plan: Plan) -> dict[str, str]:
     for mechanism in plan.mechanisms:
         system = mechanism.system
         names = [d.name for d in system.drives] + [r.name for r in system.all_ropes]
-        names += [b.name for b in system.brakes] + [m.name for m in system.masters]
+        names += [b.name for b in system.brakes] + [x.name for x in system.locks]
+        names += [m.name for m in system.masters]
         found |= dict.fromkeys(names, mechanism.name)
     return found
 

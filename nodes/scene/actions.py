@@ -128,7 +128,7 @@ class Unhook(Item, frozen=True, kw_only=True, tag="unhook"):
 
 
 class Brake(Item, frozen=True, kw_only=True, tag="brake"):
-    """A brake (or the hinge lock `L.hinge.lock` of a loader) is engaged or released."""
+    """A brake (or a joint's lock, or the hinge lock `L.hinge.lock` of a loader) is engaged or released."""
 
     model: str
     brake: str

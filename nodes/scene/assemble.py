@@ -6,27 +6,26 @@ they depend on whether a joint slides or turns.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from pathlib import Path as FilePath
 from typing import Any
 
 from heavylift.kernel import describe as k
+from heavylift.kernel.checks import check_inertia, check_joint
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.flexible.checks import check_flexible
 from heavylift.kernel.forces import describe as forces
 from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.kernel.forces.table import check_force
 
-from . import kinematics, mechanics, plan, units
+from . import joints, kinematics, mechanics, plan, units
 from .faults import closest
 from .flexible import Beam
 from .forces import Characteristic
 from .source import Fault, Path, Source
 from .units import Dimension
 
-OneAxis = mechanics.Revolute | mechanics.Prismatic | mechanics.Slider
 TOUCH = 1e-9  # a rope or support this close carries [m]
 # key of a law -> its dimension on a sliding and on a turning joint
 _UNITS: dict[str, tuple[Dimension, Dimension]] = {
@@ -35,6 +34,8 @@ _UNITS: dict[str, tuple[Dimension, Dimension]] = {
     "holds": (units.FORCE, units.MOMENT),
     "rest": (units.LENGTH, units.ANGLE),
     "range": (units.LENGTH, units.ANGLE),
+    "dry": (units.FORCE, units.MOMENT),
+    "viscous": (units.DAMPING, units.TURN_DAMPING),
     "ramp": (units.ACCELERATION, units.ANGULAR_ACCELERATION),
 }
 
@@ -54,6 +55,8 @@ class _Assembly:
         self._tree()
         self._names()
         self._laws()
+        made = tuple(self._joints())
+        own = [law for name, joint in given.joints.items() for law in joint.laws(name)]
         plain = {name: rope for name, rope in given.ropes.items() if all(x.plain for x in rope.over)}
         ropes = [self._rope(name, rope) for name, rope in plain.items()]
         reevings = [self._reeving(name, rope) for name, rope in given.ropes.items() if name not in plain]
@@ -61,14 +64,26 @@ class _Assembly:
             self._known(("mechanism", "supports", name, "body"), support.body)
             self._on_beam(("mechanism", "supports", name, "at"), support.body, support.at[0])
         system = k.System(
-            bodies=tuple(self._body(name, body) for name, body in given.bodies.items()),
-            joints=tuple(_joint(name, joint) for name, joint in given.joints.items()),
-            springs=tuple(k.JointSpring(n, x.joint, x.stiffness, x.damping, x.rest) for n, x in given.springs.items()),
-            stops=tuple(k.Stop(n, x.joint, *x.range, x.stiffness, x.damping) for n, x in given.stops.items()),
+            bodies=tuple(self._bodies()),
+            joints=made,
+            springs=tuple(
+                k.JointSpring(n, x.joint, x.stiffness, x.damping, x.rest, x.coordinate)
+                for n, x in given.springs.items()
+            )
+            + tuple(x for x in own if isinstance(x, k.JointSpring)),
+            stops=tuple(
+                k.Stop(n, x.joint, *x.range, x.stiffness, x.damping, x.coordinate) for n, x in given.stops.items()
+            )
+            + tuple(x for x in own if isinstance(x, k.Stop)),
             brakes=tuple(
-                k.Brake(n, x.joint, x.holds, x.stiffness, x.damping, x.engaged) for n, x in given.brakes.items()
+                k.Brake(n, x.joint, x.holds, x.stiffness, x.damping, x.engaged, x.coordinate)
+                for n, x in given.brakes.items()
+            )
+            + tuple(x for x in own if isinstance(x, k.Brake)),
+            locks=tuple(k.Lock(n, x.joint, x.engaged) for n, x in given.locks.items()),
+            drives=tuple(
+                k.Drive(n, x.joint, x.type, x.stiffness, x.damping, x.coordinate) for n, x in given.drives.items()
             ),
-            drives=tuple(k.Drive(n, x.joint, x.type, x.stiffness, x.damping) for n, x in given.drives.items()),
             ropes=tuple(ropes),
             supports=tuple(_support(name, support) for name, support in given.supports.items()),
             forces=(*reevings, *self._forces()),
@@ -78,7 +93,7 @@ class _Assembly:
         return plan.Mechanism(
             name=given.name,
             system=system,
-            actuators=tuple(self._actuators(system)),
+            actuators=tuple(self._actuators()),
             taut=taut,
             closed=closed,
             where=self.source.where(("mechanism",)),
@@ -122,7 +137,7 @@ class _Assembly:
         for name, joint in self.given.joints.items():
             path: Path = ("mechanism", "joints", name)
             self._known((*path, "parent"), joint.parent)
-            if isinstance(joint, mechanics.Slider):
+            if isinstance(joint, joints.Slider):
                 if joint.parent in self.bodies and not self._beam(joint.parent):
                     self._fault((*path, "parent"), f"a slider needs a flexible beam, and '{joint.parent}' has none")
                 self._on_beam((*path, "start"), joint.parent, joint.start)
@@ -135,10 +150,6 @@ class _Assembly:
                 other = carried[joint.child]
                 self._fault((*path, "child"), f"the body '{joint.child}' is already carried by joint '{other}'")
             carried.setdefault(joint.child, name)
-            if isinstance(joint, mechanics.Revolute | mechanics.Prismatic) and not any(joint.axis):
-                self._fault((*path, "axis"), "an axis needs a direction, such as [0, 0, 1]")
-            if isinstance(joint, mechanics.Spherical | mechanics.Free) and not any(joint.attitude):
-                self._fault((*path, "attitude"), "a quaternion x y z w must not be zero, [0, 0, 0, 1] is no turn")
             if joint.type == "free" and joint.child in self.given.bodies and not self._solid(joint.child):
                 told = f"the body '{joint.child}' moves freely and nothing resists its turning: give it moments"
                 self._fault(("mechanism", "bodies", joint.child), f"{told} with 'inertia'", on_key=True)
@@ -153,6 +164,36 @@ class _Assembly:
                 told = f"the joints of '{body}' go in a circle and never reach the world"
                 self._fault(("mechanism", "bodies", body), told, on_key=True)
 
+    def _bodies(self) -> Iterator[k.Body]:
+        """The kernel's bodies, with inertias that a mass can have."""
+        for name, body in self.given.bodies.items():
+            made = self._body(name, body)
+            self._checked(("mechanism", "bodies", name), check_inertia, made)
+            yield made
+
+    def _joints(self) -> Iterator[k.Joint]:
+        """The kernel's joints; their axes have directions and stand as their type wants them."""
+        for name, joint in self.given.joints.items():
+            path: Path = ("mechanism", "joints", name)
+            faults = len(self.source.faults)
+            for key in joint.directions:
+                axis = getattr(joint, key.replace(" ", "_"))
+                if axis is not None and not any(axis):
+                    self._fault((*path, key), "an axis needs a direction, such as [0, 0, 1]")
+            if isinstance(joint, joints.Spherical | joints.Free) and not any(joint.attitude):
+                self._fault((*path, "attitude"), "a quaternion x y z w must not be zero, [0, 0, 0, 1] is no turn")
+            made = joint.built(name)
+            if len(self.source.faults) == faults:
+                self._checked(path, check_joint, made)
+            yield made
+
+    def _checked(self, path: Path, check: Callable[[Any], None], made: Any) -> None:
+        """What the kernel would refuse is a fault of the scene."""
+        try:
+            check(made)
+        except KernelError as error:
+            self._fault(path, str(error), on_key=True)
+
     def _solid(self, body: str) -> bool:
         """Whether all moments of inertia are there, or other bodies or a beam may bring them."""
         carries = any(joint.parent == body for joint in self.given.joints.values())
@@ -162,7 +203,7 @@ class _Assembly:
     def _names(self) -> None:
         """Ropes, supports and laws share one set of names."""
         taken: dict[str, str] = {}
-        for kind in ("joints", "ropes", "supports", "springs", "stops", "brakes", "drives", "forces"):
+        for kind in ("joints", "ropes", "supports", "springs", "stops", "brakes", "locks", "drives", "forces"):
             for name in getattr(self.given, kind):
                 if name in taken:
                     told = f"the name '{name}' is given twice: one of the {taken[name]} has it, too"
@@ -170,20 +211,37 @@ class _Assembly:
                 taken.setdefault(name, kind)
 
     def _laws(self) -> None:
-        driven: dict[str, str] = {}
+        driven: dict[tuple[str, str], str] = {}
         for kind, laws in self.given.laws.items():
             for name, law in laws.items():
                 path: Path = ("mechanism", kind, name)
-                if joint := self._one_axis(path, law.joint):
-                    self._dimensions(path, joint)
-                if kind == "drives":
-                    if law.joint in driven:
-                        other = driven[law.joint]
+                along = self._along(path, law.joint, law.coordinate)
+                if along:
+                    self._dimensions(path, turns=along[1])
+                if kind == "drives" and along:
+                    if other := driven.get((law.joint, along[0])):
                         told = f"the joint '{law.joint}' has two drives, '{other}' and '{name}'"
                         self._fault((*path, "joint"), f"{told}: keep one")
-                    driven.setdefault(law.joint, name)
+                    driven.setdefault((law.joint, along[0]), name)
                 if kind in {"stops", "drives"} and law.range and law.range[0] >= law.range[1]:
                     self._fault((*path, "range"), "the first end must be below the second")
+        for name, joint in self.given.joints.items():
+            for key, given in (("limits", joint.limits), ("friction", joint.friction)):
+                for coordinate in given:
+                    path = ("mechanism", "joints", name, key, coordinate)
+                    if coordinate in joint.coordinates:
+                        self._dimensions(path, turns=joint.turns(coordinate))
+                    else:
+                        told = f"a {joint.type} joint has no coordinate '{coordinate}' to act on"
+                        self._fault(path, told, closest(coordinate, joint.coordinates), on_key=True)
+            for coordinate, x in joint.limits.items():
+                if x.range[0] >= x.range[1]:
+                    path = ("mechanism", "joints", name, "limits", coordinate, "range")
+                    self._fault(path, "the first end must be below the second")
+        for name, lock in self.given.locks.items():
+            path = ("mechanism", "locks", name, "joint")
+            if lock.joint not in self.given.joints:
+                self._fault(path, f"there is no joint '{lock.joint}'", closest(lock.joint, self.given.joints))
 
     def _forces(self) -> Iterator[forces.Force]:
         """Each force acts on bodies or a joint that are there and is one that the kernel can build."""
@@ -192,14 +250,11 @@ class _Assembly:
             for keys, body in force.bodies:
                 self._known((*path, *keys), body)
             joint = getattr(force, "joint", "")
-            moved = self._one_axis(path, joint) if joint else None
-            if moved and isinstance(force, Characteristic):
-                self._curve(path, force, isinstance(moved, mechanics.Revolute))
+            along = self._along(path, joint, getattr(force, "coordinate", "")) if joint else None
+            if along and isinstance(force, Characteristic):
+                self._curve(path, force, along[1])
             made = force.built(name, FilePath(self.source.mark(path).file).parent)
-            try:
-                check_force(made)
-            except KernelError as error:
-                self._fault(path, str(error), on_key=True)
+            self._checked(path, check_force, made)
             yield made
 
     def _curve(self, path: Path, force: Characteristic, turns: bool) -> None:
@@ -212,26 +267,32 @@ class _Assembly:
                 except ValueError as error:
                     self._fault((*path, "curve", i, j), str(error))
 
-    def _one_axis(self, path: Path, name: str) -> OneAxis | None:
-        """The joint that a law acts along."""
+    def _along(self, path: Path, name: str, coordinate: str) -> tuple[str, bool] | None:
+        """The coordinate that a law acts along, and whether it is an angle."""
         joint = self.given.joints.get(name)
         if joint is None:
             self._fault((*path, "joint"), f"there is no joint '{name}'", closest(name, self.given.joints))
-        elif not isinstance(joint, OneAxis):
-            told = f"a {joint.type} joint has no single coordinate to act on: '{name}'"
-            self._fault((*path, "joint"), told)
+        elif not joint.coordinates:
+            self._fault((*path, "joint"), f"a {joint.type} joint has no single coordinate to act on: '{name}'")
+        elif not coordinate and len(joint.coordinates) > 1:
+            words = " or ".join(f"'coordinate: {c}'" for c in joint.coordinates)
+            self._fault((*path, "joint"), f"the {joint.type} joint '{name}' has several coordinates: add {words}")
+        elif coordinate and coordinate not in joint.coordinates:
+            told = f"a {joint.type} joint has no coordinate '{coordinate}'"
+            self._fault((*path, "coordinate"), told, closest(coordinate, joint.coordinates))
         else:
-            return joint
+            along = coordinate or joint.coordinates[0]
+            return along, joint.turns(along)
         return None
 
-    def _dimensions(self, path: Path, joint: OneAxis) -> None:
-        """The units of a law fit the joint it acts on."""
+    def _dimensions(self, path: Path, *, turns: bool) -> None:
+        """The units of a law fit the coordinate that it acts on."""
         written: Any = self.source.data
         for part in path:
             written = written[part]
         for key, dimensions in _UNITS.items():
             values = written.get(key)
-            dimension = dimensions[isinstance(joint, mechanics.Revolute)]
+            dimension = dimensions[turns]
             many = isinstance(values, list)
             for i, value in enumerate(values if isinstance(values, list) else [values]):
                 if value is not None:
@@ -267,15 +328,13 @@ class _Assembly:
         self._nodes(path, start, rope.over, end)
         self._wound(path, rope)
         sheaves = tuple(
-            forces.Sheave(k.Point(s.body, s.at), _unit(s.axis), s.radius, s.friction, s.efficiency) for s in rope.over
+            forces.Sheave(k.Point(s.body, s.at), joints.unit(s.axis), s.radius, s.friction, s.efficiency)
+            for s in rope.over
         )
         signal = forces.Signal(rope.length, driven=rope.winch is not None)
         ends = k.Point(start.body, start.at), k.Point(end.body, end.at)
         made = forces.Reeving(name, ends[0], sheaves, ends[1], rope.EA, signal, rope.damping)
-        try:
-            check_force(made)
-        except KernelError as error:
-            self._fault(path, str(error), on_key=True)
+        self._checked(path, check_force, made)
         return made
 
     def _nodes(
@@ -295,12 +354,12 @@ class _Assembly:
             ends = f"{rope.winch.shortest:g} and {rope.winch.longest:g} m"
             self._fault((*path, "length"), f"{rope.length:g} m of rope is not between {ends}")
 
-    def _actuators(self, system: k.System) -> list[plan.Actuator]:
+    def _actuators(self) -> list[plan.Actuator]:
         found = []
-        starts = {joint.name: joint.q0[0] for joint in system.joints if joint.q0}
         for name, drive in self.given.drives.items():
             lower, upper = drive.range or (None, None)
-            where, start = self.source.where(("mechanism", "drives", name)), starts.get(drive.joint, 0.0)
+            where = self.source.where(("mechanism", "drives", name))
+            start = self._start(drive)
             found.append(plan.Actuator(name=name, start=start, accel=drive.ramp, lower=lower, upper=upper, where=where))
         for name, rope in self.given.ropes.items():
             if rope.winch:
@@ -308,6 +367,12 @@ class _Assembly:
                 ends = {"lower": rope.winch.shortest, "upper": rope.winch.longest}
                 found.append(plan.Actuator(name=name, start=rope.length, accel=rope.winch.ramp, where=where, **ends))
         return found
+
+    def _start(self, drive: mechanics.Drive) -> float:
+        """Where the coordinate of a drive begins."""
+        joint = self.given.joints.get(drive.joint)
+        named = dict(zip(joint.coordinates, joint.state()[0], strict=False)) if joint else {}
+        return named.get(drive.coordinate, next(iter(named.values()), 0.0))
 
     def _known(self, path: Path, body: str) -> None:
         if body not in self.bodies:
@@ -324,27 +389,6 @@ class _Assembly:
 
     def _fault(self, path: Path, sentence: str, hint: str = "", *, on_key: bool = False) -> None:
         self.source.faults.append(Fault(path, sentence, hint, on_key))
-
-
-def _joint(name: str, joint: Any) -> k.Joint:
-    q0: tuple[float, ...] = ()
-    v0: tuple[float, ...] = ()
-    axis = (0.0, 0.0, 1.0)
-    match joint:
-        case mechanics.Revolute() | mechanics.Prismatic():
-            q0, v0, axis = (joint.start,), (joint.speed,), _unit(joint.axis)
-        case mechanics.Slider():
-            q0, v0 = (joint.start,), (joint.speed,)
-        case mechanics.Spherical():
-            q0, v0 = _unit(joint.attitude), joint.rate
-        case mechanics.Free():
-            q0, v0 = joint.position + _unit(joint.attitude), joint.velocity + joint.rate
-    return k.Joint(name, joint.type, joint.parent, joint.child, joint.at, axis=axis, q0=q0, v0=v0)
-
-
-def _unit(vector: tuple[float, ...]) -> Any:
-    norm = math.sqrt(sum(x * x for x in vector)) or 1.0
-    return tuple(x / norm for x in vector)
 
 
 def _matrix(i: tuple[float, ...]) -> k.Matrix:

@@ -148,6 +148,7 @@ class Characteristic(_Force):
 
     type: Literal["characteristic"]
     joint: str
+    coordinate: str = ""
     over: Literal["position", "speed"]
     curve: list[tuple[Reach, Thrust]] = Field(min_length=1)
     factor: Number = 1.0
@@ -159,7 +160,8 @@ class Characteristic(_Force):
 
     def built(self, name: str, folder: Path) -> f.Force:
         x, effort = tuple(a for a, _ in self.curve), tuple(b for _, b in self.curve)
-        return f.Characteristic(name, self.joint, self.over, x, effort, _signal(self.factor, self.history))
+        signal = _signal(self.factor, self.history)
+        return f.Characteristic(name, self.joint, self.over, x, effort, signal, self.coordinate)
 
 
 class Law(_Force):
@@ -168,6 +170,7 @@ class Law(_Force):
     type: Literal["law"]
     function: str
     joint: str = ""
+    coordinate: str = ""
     ends: list[End] = Field(default_factory=list)
     parameters: list[Number] = Field(default_factory=list)
     factor: Number = 1.0
@@ -182,7 +185,8 @@ class Law(_Force):
     def built(self, name: str, folder: Path) -> f.Force:
         function, guards = (_beside(x, folder) for x in (self.function, self.guards))
         ends, signal = tuple(map(_point, self.ends)), _signal(self.factor, self.history)
-        return f.UserLaw(name, function, self.joint, ends, tuple(self.parameters), signal, guards, self.modes)
+        along = self.joint, ends, tuple(self.parameters)
+        return f.UserLaw(name, function, *along, signal, guards, self.modes, self.coordinate)
 
 
 Force = Annotated[

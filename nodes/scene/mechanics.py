@@ -1,26 +1,25 @@
 """The keys of `mechanism:` in a scene file: a researcher's own bodies, joints and laws.
 
-Body frames sit in their joint; `at` of a joint is its place on the parent.  Each joint type is one model
-with its own units.  Laws name the joint they act on; whether their units are those of a sliding or a
-turning joint is seen there.
+Body frames sit in their joint.  Laws name the joint they act on and, where it has several, the coordinate; whether
+their units are those of a sliding or a turning one is seen there.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 from pydantic import Field
 
 from .base import Base as Base
-from .base import Direction, Quaternion
+from .base import Direction
 from .base import End as End
 from .base import Name as Name
 from .base import Place as Place
 from .base import Station as Station
 from .flexible import Beam, Matrices
 from .forces import Force as ForceElement
+from .joints import Joint
 from .units import (
-    Angle,
     AnyDamping,
     AnyStiffness,
     Damping,
@@ -31,12 +30,10 @@ from .units import (
     Inertia,
     Length,
     Product,
-    Rate,
     Ratio,
     Stiffness,
     Stroke,
     StrokeRamp,
-    Velocity,
 )
 from .units import Mass as MassValue
 from .units import Ramp as RampValue
@@ -57,66 +54,6 @@ class Body(Base):
     )
     beam: Beam | None = None
     matrices: Matrices | None = None
-
-
-class _Joint(Base):
-    parent: str = "world"
-    child: str
-    at: Station = (0.0, 0.0, 0.0)
-
-
-class Fixed(_Joint):
-    """No motion."""
-
-    type: Literal["fixed"]
-
-
-class Revolute(_Joint):
-    """Turns about `axis`."""
-
-    type: Literal["revolute"]
-    axis: Direction
-    start: Angle = 0.0
-    speed: Rate = 0.0
-
-
-class Prismatic(_Joint):
-    """Slides along `axis`."""
-
-    type: Literal["prismatic"]
-    axis: Direction
-    start: Length = 0.0
-    speed: Velocity = 0.0
-
-
-class Slider(_Joint):
-    """Slides along a flexible beam; `start` is its place there, `at` an arm from the beam's axis."""
-
-    type: Literal["slider"]
-    start: Length = 0.0
-    speed: Velocity = 0.0
-
-
-class Spherical(_Joint):
-    """Turns about all axes; `attitude` is a quaternion x y z w, `rate` in the child's axes."""
-
-    type: Literal["spherical"]
-    attitude: Quaternion = (0.0, 0.0, 0.0, 1.0)
-    rate: tuple[Rate, Rate, Rate] = (0.0, 0.0, 0.0)
-
-
-class Free(_Joint):
-    """All six freedoms; velocity and rate in the child's axes."""
-
-    type: Literal["free"]
-    position: Place = (0.0, 0.0, 0.0)
-    attitude: Quaternion = (0.0, 0.0, 0.0, 1.0)
-    velocity: tuple[Velocity, Velocity, Velocity] = (0.0, 0.0, 0.0)
-    rate: tuple[Rate, Rate, Rate] = (0.0, 0.0, 0.0)
-
-
-Joint = Annotated[Fixed | Revolute | Prismatic | Slider | Spherical | Free, Field(discriminator="type")]
-JOINT_TYPES = ("fixed", "revolute", "prismatic", "slider", "spherical", "free")
 
 
 class Line(Base):
@@ -189,6 +126,7 @@ class Spring(Base):
     stiffness: AnyStiffness = 0.0
     damping: AnyDamping = 0.0
     rest: Stroke = 0.0
+    coordinate: str = ""
 
 
 class Stop(Base):
@@ -198,6 +136,7 @@ class Stop(Base):
     range: tuple[Stroke, Stroke]
     stiffness: AnyStiffness
     damping: AnyDamping = 0.0
+    coordinate: str = ""
 
 
 class Brake(Base):
@@ -207,6 +146,14 @@ class Brake(Base):
     holds: Effort
     stiffness: AnyStiffness
     damping: AnyDamping = 0.0
+    engaged: bool = False
+    coordinate: str = ""
+
+
+class Lock(Base):
+    """A joint that orders can lock and unlock; `engaged`: locked at the start."""
+
+    joint: str
     engaged: bool = False
 
 
@@ -219,6 +166,7 @@ class Drive(Base):
     damping: AnyDamping = 0.0  # servo and speed: per velocity
     ramp: StrokeRamp
     range: tuple[Stroke, Stroke] | None = None
+    coordinate: str = ""
 
 
 class Mechanism(Base):
@@ -232,10 +180,11 @@ class Mechanism(Base):
     springs: dict[Name, Spring] = Field(default_factory=dict)
     stops: dict[Name, Stop] = Field(default_factory=dict)
     brakes: dict[Name, Brake] = Field(default_factory=dict)
+    locks: dict[Name, Lock] = Field(default_factory=dict)
     drives: dict[Name, Drive] = Field(default_factory=dict)
     forces: dict[Name, ForceElement] = Field(default_factory=dict)
 
     @property
     def laws(self) -> dict[str, dict[str, Any]]:
-        """All that acts on a joint, by key."""
+        """All that acts along a coordinate of a joint, by key."""
         return {"springs": self.springs, "stops": self.stops, "brakes": self.brakes, "drives": self.drives}

@@ -11,7 +11,7 @@ from typing import Literal
 from . import plan
 from .yard import Yard
 
-Kind = Literal["gantry", "trolley", "hook", "block", "drive", "winch", "brake", "none"]
+Kind = Literal["gantry", "trolley", "hook", "block", "drive", "winch", "brake", "lock", "none"]
 KINDS: dict[str, tuple[Kind, ...]] = {
     "travel": ("gantry",),
     "traverse": ("trolley",),
@@ -21,8 +21,8 @@ KINDS: dict[str, tuple[Kind, ...]] = {
     "turn": ("block",),
     "hook": ("hook",),
     "unhook": ("hook",),
-    "lock": ("hook",),
-    "unlock": ("hook",),
+    "lock": ("hook", "lock"),
+    "unlock": ("hook", "lock"),
     "engage": ("brake",),
     "release": ("brake",),
     "wait": ("none",),
@@ -75,5 +75,7 @@ def targets(yard: Yard, mechanism: plan.Mechanism | None) -> dict[str, tuple[Act
             table[actuator.name] = (Actor(kind, mechanism.name, actuator.name, actuator.accel),)
         for brake in mechanism.system.brakes:
             table[brake.name] = (Actor("brake", mechanism.name, brake.name),)
+        for lock in mechanism.system.locks:
+            table[lock.name] = (Actor("lock", mechanism.name, lock.name),)
     table["wait"] = (Actor("none", "", "wait"),)
     return table

@@ -14,7 +14,7 @@ from pydantic import BaseModel, ValidationError
 
 from .faults import closest
 from .forces import FORCE_TYPES
-from .mechanics import JOINT_TYPES
+from .joints import JOINT_TYPES
 from .schema import RESERVED, Scene
 from .source import Fault, Path, Source
 
