@@ -4,6 +4,7 @@ A locked joint is a prescribed one at rest: its velocities leave the free degree
 scene's code, while layouts of state and parameters stay.  Stopped in motion, an impulse L on the prescribed degrees
 of freedom changes the velocities of the whole tree at once, H dv = G^T L with dv = -v on the locked ones and 0 on the
 driven ones (Featherstone 2008, section 11.7).  The work of L is -v L / 2 of heat in a lock, v L of a drive's work.
+Closed loops and rigid ropes add their impulse by a projection in the same metric, so that both make the one impulse.
 """
 
 from __future__ import annotations
@@ -23,8 +24,9 @@ from .trees import Tree, numbers, with_numbers
 
 if TYPE_CHECKING:
     from .evaluation import Evaluation
+    from .rate import Program
 
-__all__ = ["check_locks", "halt_function", "halted", "lock_of"]
+__all__ = ["check_locks", "halt_function", "halted", "lock_of", "moving_drive"]
 
 
 def lock_of(system: System, name: str) -> Lock:
@@ -33,6 +35,12 @@ def lock_of(system: System, name: str) -> Lock:
         if lock.name == name:
             return lock
     raise KernelError(f"'{name}': no lock of this name; there are {', '.join(x.name for x in system.locks) or 'none'}")
+
+
+def moving_drive(program: Program, v: np.ndarray) -> str:
+    """The first prescribed drive that is in motion, "" if none."""
+    drives = (d for d in program.system.drives if d.kind == "prescribed")
+    return next((d.name for d in drives if v[program.driven(d)[1]] != 0.0), "")
 
 
 def check_locks(system: System, graph: Graph) -> None:

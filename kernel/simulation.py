@@ -23,7 +23,7 @@ from .constraints.ropes import RigidAt
 from .describe import System, Vector
 from .elementary import atan2
 from .errors import KernelError
-from .locking import lock_of
+from .locking import lock_of, moving_drive
 from .parameters import PROFILE, RopeAt
 from .stepper import FOREVER_NS, NEVER, Stepper
 from .stepping import EVENT, FAILED, RUNNING, STILL
@@ -263,16 +263,28 @@ class Simulation(Stepper):
         lock_of(self.program.system, lock)
         if engaged == (lock in self.program.locked):
             return None
-        account = self.program.nq + self.program.nv + self.program.accounts.index(("heat", lock))
-        before = self.state[account]
+        before, at_lock = self.row(), self.program.nq + self.program.nv + self.program.accounts.index(("heat", lock))
+        heat = self.state[at_lock]
+        if engaged and len(self.program.constraints) and (moving := moving_drive(self.program, before.v)):
+            raise KernelError(
+                f"lock '{lock}' at {self.epoch * 1e-9:.3f} s: drive '{moving}' moves; stop it before a joint of a "
+                "scene with closed loops is locked"
+            )
         self._use(self.program.locked ^ {lock})
         if engaged:
             self._call("halt")
             if len(self.program.constraints):
-                self._resolve()
-        event = StateEvent(lock, "locked" if engaged else "freed", float(self.state[account] - before))
+                changed = self._resolve()
+                self.log += [(self.epoch, e) for e in changed]
+                self.state[at_lock] += self._kept(before) - self._kept(self.row())  # what the loops' impulses took
+        event = StateEvent(lock, "locked" if engaged else "freed", float(self.state[at_lock] - heat))
         self.log.append((self.epoch, event))
         return event
+
+    def _kept(self, row: SimpleNamespace) -> float:
+        """Kinetic energy with what went into heat and without what came from work: no impulse changes it."""
+        signs = [1.0 if what == "heat" else -1.0 for what, _ in self.program.accounts]
+        return float(row.kinetic + row.accounts @ np.array(signs))
 
     def unhook(self, rope: str) -> None:
         """Take a rope off; the energy that it held is lost."""

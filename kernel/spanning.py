@@ -1,16 +1,16 @@
 """Which joints of a graph form its spanning tree, and which close its loops.
 
 The tree grows from the ground, one body at a time (Prim 1957): of the joints that reach a new body, first those on
-which a spring, stop, brake or drive acts or which something measures (their coordinates must be states), then those
-with the fewest freedoms, so that the joints left over have the fewest rows; then the nearest to the ground, then the
-first in the list.  A joint left over closes a loop.
+which a spring, stop, brake, lock or drive acts or which something measures (their coordinates must be states), then
+those with the fewest freedoms, so that the joints left over have the fewest rows; then the nearest to the ground, then
+the first in the list.  A joint left over closes a loop.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from .describe import WORLD, Brake, Drive, Joint, JointSpring, Stop, System
+from .describe import WORLD, Brake, Drive, Joint, JointSpring, Lock, Stop, System
 from .errors import KernelError
 from .joints import JOINTS
 
@@ -49,7 +49,8 @@ def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str
 
 def _acted_on(system: System) -> dict[str, str]:
     """Joints whose coordinates something acts on or measures, with its name."""
-    laws: list[JointSpring | Stop | Brake | Drive] = [*system.springs, *system.stops, *system.brakes, *system.drives]
+    laws: list[JointSpring | Stop | Brake | Drive | Lock] = [*system.springs, *system.stops, *system.brakes]
+    laws += [*system.drives, *system.locks]
     acted = {x.joint: x.name for x in laws}
     acted |= {m.of: m.name for m in system.measured if m.kind == "joint"}
     return acted | {h.of: h.name for h in system.thresholds if h.quantity in ("joint", "speed")}

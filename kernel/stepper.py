@@ -22,6 +22,7 @@ from .native import Library
 from .oracle import Oracle
 from .rate import Program
 from .references import References
+from .resistance import check_resistance
 from .stepping import Stepping
 from .switching import StateEvent
 from .trees import kind_of
@@ -86,6 +87,7 @@ class Stepper:
         x[self._at["h_min"]], x[self._at["h_max"]], x[self._at["rows"]] = 1e-12, h_max, ROWS
         y0 = self.program.initial_state()
         x[self._at["y"]] = y0
+        check_resistance(self.program, y0)
 
     def _use(self, locked: frozenset[str] | None) -> None:
         """Go on with the code of the scene in which these locks hold (None: those of the start).

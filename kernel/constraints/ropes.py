@@ -91,10 +91,9 @@ def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarr
     slots = [program.parameters.at["rigid", r.name] for r in ropes]
     e = program.evaluate(t, y, P, among, forces=False)
     rows = e.constraint_rows()
-    hooked = np.array([P[at][RigidAt.HOOKED] > 0.0 for at in slots])
-    may = hooked & np.array(
-        [P[at][RigidAt.TAUT] > 0.0 or r.gap < TOUCHING for at, r in zip(slots, rows.rows[first:], strict=True)]
-    )
+    hooked = np.array([P[at][RigidAt.HOOKED] > 0.0 for at in slots], dtype=bool)
+    close = [P[at][RigidAt.TAUT] > 0.0 or r.gap < TOUCHING for at, r in zip(slots, rows.rows[first:], strict=True)]
+    may = hooked & np.array(close, dtype=bool)
     before = np.array([float(r.rate) for r in rows.rows])
     x, after = _complementary(rows.matrix(), before, first, may, t)
     v = np.array(y[program.nq : program.nq + program.nv])

@@ -144,6 +144,49 @@ def test_joints_of_several_freedoms_are_locked_whole(kind):
     assert imbalance(s) < 1e-7
 
 
+def four_bar(v0, **parts):
+    """A parallelogram of equal cranks about y that carries a coupler; its cranks keep parallel."""
+    bar = Body("coupler", M, (0.5 * A, 0.0, 0.0), sphere(I))
+    cranks = tuple(Body(n, M, (0.0, 0.0, -0.5), sphere(I)) for n in ("left", "right"))
+    joints = (
+        Joint("a", "revolute", "world", "left", axis=Y, v0=(v0,)),
+        Joint("b", "revolute", "left", "coupler", (0.0, 0.0, -1.0), axis=Y, v0=(-v0,)),
+        Joint("c", "revolute", "world", "right", (A, 0.0, 0.0), axis=Y, v0=(v0,)),
+        Joint("d", "revolute", "right", "coupler", (0.0, 0.0, -1.0), axis=Y, p_CJ=(A, 0.0, 0.0)),
+    )
+    return System((*cranks, bar), joints, locks=(Lock("bolt", "a"),), gravity=G, **parts)
+
+
+def test_a_lock_in_a_closed_loop_stops_what_the_loop_couples():
+    """A crank locked: the whole parallelogram stands; its kinetic energy is the lock's heat; freed, it swings again."""
+    s = at(four_bar(2.0), SECOND // 10)
+    kinetic = s.row().kinetic
+    event = s.set_lock("bolt", True)
+    assert event.value == pytest.approx(kinetic, rel=1e-9)
+    s.settle()
+    hand_over(s, SECOND)
+    assert np.abs(s.row().v).max() < 1e-9
+    s.set_lock("bolt", False)
+    s.settle()
+    hand_over(s, 2 * SECOND)
+    s.settle()
+    assert np.abs(s.row().v).max() > 0.1
+    assert imbalance(s) < 1e-7
+
+
+def test_a_loop_that_a_motor_turns_is_not_locked():
+    system = replace(four_bar(0.0), locks=(Lock("bolt", "b"),), drives=(Drive("motor", "a", "prescribed"),))
+    s = at(system, 0)
+    s.references.set_profile("motor", 0, 1.0, 4.0, None)
+    s.settle()
+    hand_over(s, SECOND)
+    with pytest.raises(KernelError) as e:
+        s.set_lock("bolt", True)
+    assert str(e.value) == (
+        "lock 'bolt' at 1.000 s: drive 'motor' moves; stop it before a joint of a scene with closed loops is locked"
+    )
+
+
 def test_every_variant_is_compiled_once(monkeypatch):
     compiled = []
     real = native.Library._compile

@@ -226,6 +226,19 @@ def test_descriptions_that_cannot_be(system, sentence):
             {},
             "body 'a': nothing resists its motion; give it, or what it carries, mass or inertia",
         ),
+        (
+            with_(bodies=(Body("a", 1.0, (0.0, 0.6, 0.8)),), joints=(Joint("ball", "spherical", "world", "a"),)),
+            {},
+            "body 'a': nothing resists its motion in joint 'ball'; give it, or what it carries, mass or inertia",
+        ),
+        (
+            System(
+                (Body("a", 1.0, inertia=diagonal(1.0, 1.0, 1.0)), Body("b", 2.0, (0.0, 0.3, 0.4))),
+                (Joint("j", "spherical", "world", "a"), Joint("k", "revolute", "a", "b", X, axis=(0.0, 0.6, 0.8))),
+            ),
+            {},
+            "body 'b': nothing resists its motion in joint 'k'; give it, or what it carries, mass or inertia",
+        ),
         (ONE, {"tolerance": 0.0}, "tolerance 0: it must lie between 0 and 1"),
         (ONE, {"tolerance": nan}, "tolerance nan: it must lie between 0 and 1"),
         (ONE, {"sample_ns": 0}, "samples every 0 ns: they must be at least 100000 ns apart"),
@@ -362,7 +375,7 @@ def test_a_winch_that_pays_in_more_rope_than_there_is():
 
 def test_motion_that_is_not_finite_names_the_body():
     scene = System(
-        (Body("a", 1.0), Body("b", 1e-320)),
+        (Body("a", 1.0), Body("b", 1e-300)),
         (Joint("j", "prismatic", "world", "a", axis=X), Joint("k", "prismatic", "a", "b", axis=Z)),
         springs=(JointSpring("s", "k", 1e300, q_rest=1e300),),
     )
