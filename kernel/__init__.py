@@ -2,7 +2,8 @@
 
 describe                          bodies, joints, ropes and laws as plain data; needs no NumPy
 graph, trees                      numbering, path matrix T, trees of one kind
-joints, dynamics, laws            the joint table, the recursion, the forces
+joints, motion, dynamics, laws    the joint table and what its rows do, the recursion, the forces
+locking, resistance               joints locked in mid-run; masses and inertias that are missing
 forces                            the force table: loads, springs, bushings, wind, sheaves, laws of the user's own
 constraints, spanning             loops: rows of closing joints, redundancy, drift, assembly
 rate, evaluation                  the equations of a scene, written once
