@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
+from .contact.pairs import check_contact
 from .describe import WORLD, Body, Joint, System
 from .errors import KernelError
 from .flexible.checks import check_flexible
@@ -25,7 +26,7 @@ UNIT = 1e-6  # how far an axis or a rotation may be off by rounding
 # groups within which a command or an event is addressed by name alone
 ADDRESSED = (
     ("drives", "ropes", "rigid_ropes", "masters", "measured", "forces"),
-    ("ropes", "rigid_ropes", "supports", "stops", "brakes", "locks", "forces", "thresholds"),
+    ("ropes", "rigid_ropes", "supports", "stops", "brakes", "locks", "forces", "contacts", "thresholds"),
 )
 POSITIVE = {"RigidRope": ("L0",), "Rope": ("EA", "L0")}
 NOT_NEGATIVE = {
@@ -53,6 +54,8 @@ def check_description(system: System) -> None:
             _check_item(x)
     for force in system.forces:
         check_force(force)
+    for contact in system.contacts:
+        check_contact(contact)
     for b in system.bodies:
         if b.name == WORLD:
             raise KernelError(f"body '{WORLD}': this is the name of the ground; choose another one")

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Literal
 
+from .contact.describe import Contact
 from .flexible.description import Flexible
 from .forces.describe import Force, Reeving
 from .points import IDENTITY as IDENTITY
@@ -247,6 +248,7 @@ class System:
     rigid_ropes: tuple[RigidRope, ...] = ()
     supports: tuple[Support, ...] = ()
     forces: tuple[Force, ...] = ()  # kinds of the force table
+    contacts: tuple[Contact, ...] = ()
     masters: tuple[Master, ...] = ()
     measured: tuple[Measured, ...] = ()
     thresholds: tuple[Threshold, ...] = ()

@@ -62,6 +62,7 @@ class Evaluation:
         self.loads: Callable[[], list[Any]] = list  # of the joints that close loops
         self.lengths_of: dict[str, Reference] = {}  # of rigid ropes
         self._held: Rows | None = None
+        self.pressing: list[Any] = []  # normal force per contact
         self._follow_and_place()
         if not forces:
             return
@@ -76,6 +77,11 @@ class Evaluation:
     def numbers(self, kind: str, name: str) -> Any:
         """Its part of the parameters P."""
         return self._P[self.program.parameters.at[kind, name]]
+
+    @property
+    def ends(self) -> dict[int, Any]:
+        """(21,) R, o, r, V of every body that a law acts on, by its number."""
+        return self._ends
 
     @property
     def gravity(self) -> Any:
@@ -259,6 +265,7 @@ class Evaluation:
             rows.accelerate()
             self.loads = rows.loads
             self.guards += rows.guards()
+            self._contacts(rows)
         for i, (_, shared) in enumerate(self.program.instances):
             drives = self._prescribed(i)
             x = rows.motion(i) if rows and shared.opened else shared.accelerate(**self._arguments(i))
@@ -277,6 +284,14 @@ class Evaluation:
             if r.winch and rows:
                 self._work.append(-rows.tensions[r.name] * self.lengths_of[r.name][1])
         self.dy = join(dq, dv, self._heat, self._work)
+
+    def _contacts(self, rows: Rows) -> None:
+        contacts = self.program.contacts
+        first = len(rows.rows) - len(contacts.held)
+        guards, heat, self.pressing = contacts.loads(rows.slots, rows.multipliers[first:])
+        self.guards += contacts.watched(self.numbers, self._ends) + guards
+        self._heat += heat
+        self.stored += [0.0 for _ in heat]
 
     def _prescribed(self, i: int) -> list[Drive | None]:
         """Drives that prescribe degrees of freedom of a tree, in their order; None: locked."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from .constraints.closures import closure_numbers
 from .constraints.ropes import rigid_numbers
+from .contact.slots import contact_numbers
 from .describe import Brake, Drive, Rope, System
 from .forces.table import SharedForce
 from .graph import Graph
@@ -119,6 +120,10 @@ class Parameters:
             put("rigid", rigid.name, rigid_numbers(rigid))
         for j in graph.loops:
             put("loop", j.name, closure_numbers(j))
+        weight = system.gravity * sum(b.mass for b in system.bodies)
+        for c in system.contacts:
+            for (kind, name), numbers_ in contact_numbers(c, abs(weight)).items():
+                put(kind, name, numbers_)
         for h in system.thresholds:
             put("threshold", h.name, [0.0, 0.0, 1.0, *(h.point.p if h.point else (0.0, 0.0, 0.0))])
         return _side_by_side(at, np.array(values))

@@ -17,6 +17,7 @@ from .checks import check_description
 from .constraints.closures import CLOSURES
 from .constraints.factors import OpenTree, open_tree
 from .constraints.rows import Constraints
+from .contact.slots import ContactRows
 from .describe import Brake, Drive, JointSpring, Stop, System
 from .dynamics import energies, kinematics
 from .errors import KernelError
@@ -73,6 +74,7 @@ class Program:
         self.system, self.formulation = system, formulation
         self.graph = build_graph(system, modes)
         self._check_loops()
+        self._check_contacts()
         self._check()
         self.locked = frozenset(x.name for x in system.locks if x.engaged) if locked is None else locked
         at_rest = frozenset(x.joint for x in system.locks if x.name in self.locked)
@@ -95,11 +97,13 @@ class Program:
         self.guards += [("brake", b.name) for b in system.brakes]
         self.guards += [("force", x.name) for x in self.forces for _ in range(x.law.guards(x.force))]
         self.guards += [("rigid", r.name) for r in system.rigid_ropes]
+        self.contacts = ContactRows(system, self.graph)
+        self.guards += self.contacts.guards
         self.guards += [("threshold", h.name) for h in system.thresholds]
         self.quaternions = [
             k.q.start + start for k in self.graph.links if (start := JOINTS[k.joint.kind].quaternion) is not None
         ]
-        self.constraints = Constraints(self.graph, system.rigid_ropes)
+        self.constraints = Constraints(self.graph, system.rigid_ropes, self.contacts)
         self.instances = self._share(trees)
         self.constraints.link(self)
         self.profile = Function("profile", _profile, {"t": 2, "p": PROFILE})
@@ -109,7 +113,7 @@ class Program:
     def _laws(self) -> tuple[tuple[Any, ...], ...]:
         s = self.system
         flexible = tuple(k.body for k in self.graph.links if k.modes)
-        return s.ropes, s.supports, s.springs, s.stops, s.brakes, s.forces, flexible, s.rigid_ropes
+        return s.ropes, s.supports, s.springs, s.stops, s.brakes, s.forces, flexible, s.rigid_ropes, s.contacts
 
     def _check(self) -> None:
         s = self.system
@@ -130,6 +134,7 @@ class Program:
         points = [(r.name, p.body) for r in s.straight_ropes for line in r.lines for p in (line.a, line.b)]
         points += [(u.name, u.point.body) for u in s.supports]
         points += [(f.name, p.body) for f in s.forces for p in f.points]
+        points += [(c.name, shape.body) for c in s.contacts for shape in (c.a, c.b)]
         points += [(h.name, h.point.body) for h in s.thresholds if h.point]
         points += [(m.name, m.of) for m in s.measured if m.kind == "angle"]
         points += [(h.name, h.of) for h in s.thresholds if h.quantity == "angle"]
@@ -166,6 +171,22 @@ class Program:
                         f"joint '{j.name}' closes a loop on the flexible body '{k.body.name}'; "
                         "fix a body to it there and let the joint hold that one"
                     )
+
+    def _check_contacts(self) -> None:
+        for c in self.system.contacts:
+            if self.formulation != "recursive":
+                raise KernelError(
+                    f"contact '{c.name}': formulation '{self.formulation}' knows none; take the recursive one"
+                )
+            for r in self.system.rigid_ropes:
+                raise KernelError(
+                    f"contact '{c.name}' and rigid rope '{r.name}': let the rope be elastic beside contacts"
+                )
+            if c.a.body == "world":
+                raise KernelError(f"contact '{c.name}': its first shape belongs to the ground; name a body first")
+            for k in self.graph.links:
+                if k.modes and k.body.name in (c.a.body, c.b.body):
+                    raise KernelError(f"contact '{c.name}': '{k.body.name}' is flexible; fix a rigid body to it there")
 
     def initial_state(self) -> np.ndarray:
         """(ny,) state at the start of a run."""

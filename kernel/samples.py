@@ -73,6 +73,7 @@ def channels(method: Stepping) -> list[Channel]:
         ("rigid/tension", tuple(r.name for r in s.rigid_ropes), "N"),
         ("rigid/slack", tuple(r.name for r in s.rigid_ropes), "m"),
         ("rigid/length", tuple(r.name for r in s.rigid_ropes), "m"),
+        ("contact/force", tuple(c.name for c in s.contacts), "N"),
         ("loop/force", tuple(f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"), "N"),
         ("loop/moment", tuple(f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"), "N m"),
         ("energy", ("kinetic", "potential", "stored", "work", "heat"), "J"),
@@ -111,7 +112,14 @@ def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
     columns = [part[k] for k in ("q", "v", "tension", "peak", "peak_time", "length", "length_rate", "elongation")]
     forces = [i for group in shown(p).values() for _, i in group]
     loads = part["loop"].reshape(n, len(p.graph.loops), 2, 3)
-    columns += [part["tension"][:, winches], part["normal"], part["pull"], part["slack"], part["span"]]
+    columns += [
+        part["tension"][:, winches],
+        part["normal"],
+        part["pull"],
+        part["slack"],
+        part["span"],
+        part["pressing"],
+    ]
     columns += [loads[:, :, i].reshape(n, 3 * len(p.graph.loops)) for i in range(2)]
     columns += [*energy, part["accounts"], part["shown"][:, forces], pose]
     return np.ascontiguousarray(np.concatenate(columns, axis=1))

@@ -20,6 +20,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from .constraints.ropes import RigidAt
+from .contact.sets import KINDS, Act, ContactSets
 from .describe import System, Vector
 from .elementary import atan2
 from .errors import KernelError
@@ -60,6 +61,7 @@ class Simulation(Stepper):
     ) -> None:
         super().__init__(system, tolerance, sample_ns, h_max, native, opt, cache, method, step, formulation, fused)
         self.switches = Switches(self.program, self.P)
+        self._contacts = ContactSets(self.program, self.P)
         self.subscribed = subscribed
         self.log: list[tuple[int, StateEvent]] = []
         self._fallen: list[int] = []
@@ -82,6 +84,9 @@ class Simulation(Stepper):
         self._check_ropes()
         if self.program.system.rigid_ropes:
             self._resolve()
+        if self.program.contacts.sites:
+            self._contacts.check_start(self.state)
+            self._touch([], 0)
         self._new_stretch(0)
         self.settle()
 
@@ -172,16 +177,34 @@ class Simulation(Stepper):
 
     def preview(self) -> list[StateEvent]:
         """What `fire` will return; changes nothing."""
-        P, X, row = self.P.copy(), self.X.copy(), self.row()
-        events = [self.switches.fire(i, row) for i in self._fallen if not self._is_rigid(i)]
-        if any(map(self._is_rigid, self._fallen)):
-            events += self._resolve()
+        P, X = self.P.copy(), self.X.copy()
+        events = self._switch(self._fallen, self._event_ns)
         self.P[:], self.X[:] = P, X
         return events
 
-    def _is_rigid(self, guard: int) -> bool:
-        """Whether a guard is that of a rigid rope, which switch together."""
-        return self.program.guards[guard][0] == "rigid"
+    def _switch(self, fallen: list[int], t_ns: int) -> list[StateEvent]:
+        """Switch the laws behind fallen guards in fixed order, then all rigid ropes together, then all contacts."""
+        row = self.row()
+        kinds = [self.program.guards[i][0] for i in fallen]
+        together = ("rigid", *KINDS)
+        events = [self.switches.fire(i, row) for i, kind in zip(fallen, kinds, strict=True) if kind not in together]
+        self._heat(row)
+        if "rigid" in kinds:
+            events += self._resolve()
+        if any(kind in KINDS for kind in kinds):
+            events += self._touch(fallen, t_ns)
+        return events
+
+    def _touch(self, fallen: list[int], t_ns: int) -> list[StateEvent]:
+        """The next set of contacts, with the heat of their impacts."""
+        act = Act(self._survey, self._kick)
+        events, heat = self._contacts.resolve(fallen, t_ns * 1e-9, self["t"], self.state, act)
+        self.X[self._at["y"]] = self._close(self.state.copy())[0]
+        self.X[self._at["gap"]] = 0.0
+        first = self.program.nq + self.program.nv
+        for name, lost in heat.items():
+            self.state[first + self.program.accounts.index(("heat", name))] += lost
+        return events
 
     def _heat(self, before: SimpleNamespace) -> None:
         """What the laws hold less than before a switch has become their heat; what they hold more comes from it."""
@@ -198,11 +221,7 @@ class Simulation(Stepper):
             names = ", ".join(sorted({self.program.guards[i][1] for i in fallen}))
             raise KernelError(f"{names} at {t_ns * 1e-9:.9f} s: states switch without end; soften or damp the law")
         self._new_stretch(t_ns)
-        row = self.row()
-        events = [self.switches.fire(i, row) for i in fallen if not self._is_rigid(i)]
-        self._heat(row)
-        if any(map(self._is_rigid, fallen)):
-            events += self._resolve()
+        events = self._switch(fallen, t_ns)
         self.log += [(t_ns, e) for e in events]
         return events
 

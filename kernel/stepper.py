@@ -109,6 +109,7 @@ class Stepper:
                 p.formulation,
                 [(kind_of(t), x.ends, x.held) for t, x in p.instances],
                 [(j.kind, number(j.parent), number(j.child)) for j in p.graph.loops],
+                p.contacts.structure,
                 [(d.kind, d.joint, d.coordinate) for d in s.drives],
                 [x.joint for x in s.locks],
                 [[(x.joint, x.coordinate) for x in group] for group in (s.springs, s.stops, s.brakes)],
@@ -139,6 +140,17 @@ class Stepper:
         if name in ("advance", "sample", "look"):
             blocks.append(self._table)
         self._code.call(name, *blocks)
+
+    def _survey(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Matrix (n, n), speeds and free accelerations (n,) of all rows at the present state."""
+        self._call("survey")
+        matrix, speed, free = (self.X[self._at[name]].copy() for name in ("delassus", "speed", "free"))
+        return matrix.reshape(len(speed), len(speed)), speed, free
+
+    def _kick(self, impulses: np.ndarray) -> None:
+        """Change the velocities by impulses (n,) of the rows [N s]."""
+        self.X[self._at["impulse"]] = impulses
+        self._call("kick")
 
     def _local(self, t_ns: int) -> float:
         return (t_ns - self.epoch) * 1e-9 if t_ns < FOREVER_NS else NEVER

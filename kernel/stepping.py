@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from .constraints.projection import projection
+from .contact.impact import kick, kicking, survey, surveying
 from .emit import While
 from .evaluation import Evaluation
 from .function import Function, flatten
@@ -184,7 +185,9 @@ class Stepping:
         ropes = dict.fromkeys(("T", "peak", "peak_time"), n_ropes)
         scalars = dict.fromkeys([*_SCALARS, *(["coarse"] if method.completes else [])])
         rows = dict.fromkeys(("gap", "slip", "pivot"), len(p.constraints))
-        sizes = {**scalars, **states, **ropes, "G": n_guards, **rows}
+        pushed = rows["gap"] if p.contacts.sites else 0
+        surveyed = {"delassus": pushed * pushed, "speed": pushed, "free": pushed, "impulse": pushed}
+        sizes = {**scalars, **states, **ropes, "G": n_guards, **rows, **(surveyed if pushed else {})}
         self.layout = Layout(sizes, frozenset(states))
         self.plain = Layout(sizes)
         n_p = len(p.parameters.initial)
@@ -216,6 +219,10 @@ class Stepping:
         }
         if self.f_project:
             self.functions["close"] = self._projecting("close", close)
+        if pushed:
+            rows_of, kicked = surveying(p), kicking(p)
+            self.functions["survey"] = self._plain("survey", lambda s, P: survey(s, P, rows_of, inside(s)))
+            self.functions["kick"] = self._plain("kick", lambda s, P: kick(s, P, kicked))
         at, f = self.layout.at, self.functions
         if p.locked:
             f["halt"] = self._halt(n_p)
@@ -242,6 +249,7 @@ class Stepping:
         }
         sizes |= {"poses": 12 * len(p.graph.links), "kinetic": None, "potential": None}
         sizes |= {"loop": 6 * len(p.graph.loops)} | dict.fromkeys(("pull", "slack", "span"), len(p.system.rigid_ropes))
+        sizes |= {"pressing": len(p.system.contacts)}
         return Layout(sizes | {"peak": ropes, "peak_time": ropes})
 
     def row(self, x: Evaluation) -> list[Any]:
@@ -249,7 +257,18 @@ class Stepping:
         poses, kinetic, potential = x.poses_and_energies()
         parts = (x.q, x.v, x.accounts, x.tensions, x.lengths, x.length_rates, x.elongations, x.normals)
         flat = [e for part in parts for e in part]
-        return [*flat, *x.places, *x.velocities, *x.stored, *x.shown, *poses, kinetic, potential, *x.loads()]
+        return [
+            *flat,
+            *x.places,
+            *x.velocities,
+            *x.stored,
+            *x.shown,
+            *poses,
+            kinetic,
+            potential,
+            *x.loads(),
+            *x.pressing,
+        ]
 
     def _halt(self, n_p: int) -> Function:
         """Brings the locked joints to rest at once."""
@@ -266,11 +285,15 @@ class Stepping:
 
     def _projecting(self, name: str, part: Callable[..., None]) -> Function:
         """A function of the blocks X, in scalars, and P made of `part(s, project)`; project is None without rows."""
-        f_project = self.f_project
+        f = self.f_project
+        return self._plain(name, lambda s, P: part(s, (lambda t, y: f(t=[t], y=y, P=P)) if f else None))
+
+    def _plain(self, name: str, part: Callable[..., None]) -> Function:
+        """A function of the blocks X, in scalars, and P made of `part(s, P)`."""
 
         def body(X: Any, P: Any) -> dict[str, Any]:
             s = self.plain.unpack(X)
-            part(s, (lambda t, y: f_project(t=[t], y=y, P=P)) if f_project else None)
+            part(s, P)
             return {"X": self.plain.pack(s)}
 
         return Function(name, body, {"X": self.plain.size, "P": len(self.program.parameters.initial)})

@@ -13,7 +13,7 @@ from typing import Any
 
 from ..function import Function
 
-__all__ = ["Delassus"]
+__all__ = ["Delassus", "Lopsided"]
 
 MU = 1e-6  # regularisation relative to a row's own diagonal
 MU_SHARED = 1e-8  # and to the mean size of all rows, metres and radians alike: for what can only move together
@@ -87,4 +87,52 @@ class Delassus:
         x = self._substitute(C=C, b=b).x
         for _ in range(PASSES - 1):
             x = self._substitute(C=C, b=[e + m * y for e, m, y in zip(b, mu, x, strict=True)]).x
+        return {"x": x}
+
+
+class Lopsided(Delassus):
+    """The same where rows push otherwise than they sense, so that the matrix has two sides: `factorise` (A, size,
+    soft -> C, mu, pivot).  Entries stand for pairs (r, s) and (s, r)."""
+
+    def __init__(self, n: int, couples: Sequence[tuple[int, int]], equal: Sequence[Sequence[int]] = ()) -> None:
+        super().__init__(n, couples, equal)
+        self.entries += [(s, r) for r, s in sorted(couples)]
+        size = 2 * len(self.filled) + n
+        self.factorise = Function("factorise", self._split, {"A": len(self.entries), "size": n, "soft": n})
+        self.multipliers = Function("multipliers", self._multipliers, {"C": size, "mu": n, "b": n})
+        self._substitute = Function("substitute", self._substituted, {"C": size, "b": n})
+
+    def _split(self, A: Any, size: Any, soft: Any) -> dict[str, Any]:
+        """C = (L, U above the diagonal, 1/D) of A + mu."""
+        M = {rs: 0.0 for r, s in self.filled for rs in ((r, s), (s, r))} | dict(zip(self.entries, A, strict=True))
+        floor = sum(size, 0.0) * (MU_SHARED / self.n) + TINY
+        mu = [MU * k * a + floor for k, a in zip(soft, size, strict=True)]
+        diagonal = [M[r, r] for r in range(self.n)]
+        for r in range(self.n):
+            M[r, r] = diagonal[r] + mu[r]
+        inverse: list[Any] = []
+        for s in range(self.n):
+            inverse.append(1.0 / M[s, s])
+            for r in self.lower[s]:
+                M[r, s] = M[r, s] * inverse[s]
+                for t in self.lower[s]:
+                    M[r, t] = M[r, t] - M[r, s] * M[s, t]
+        return {
+            "C": [*(M[r, s] for r, s in self.filled), *(M[s, r] for r, s in self.filled), *inverse],
+            "mu": mu,
+            "pivot": [(M[r, r] - mu[r]) / (diagonal[r] + mu[r]) for r in range(self.n)],
+        }
+
+    def _substituted(self, C: Any, b: Any) -> dict[str, Any]:
+        n = len(self.filled)
+        L, U = (dict(zip(self.filled, c, strict=True)) for c in (C[:n], C[n : 2 * n]))
+        x = list(b)
+        for s in range(self.n):
+            for r in self.lower[s]:
+                x[r] = x[r] - L[r, s] * x[s]
+        for s in reversed(range(self.n)):
+            y = x[s]
+            for r in self.lower[s]:
+                y = y - U[r, s] * x[r]
+            x[s] = y * C[2 * n + s]
         return {"x": x}

@@ -21,14 +21,17 @@ from ..laws import attachment
 from ..spatial import cross, join
 from ..symbol import select
 from .closures import CLOSURES, closure_function, residual_unit
-from .delassus import Delassus
+from .delassus import Delassus, Lopsided
 from .factors import OpenTree
 from .ropes import SLACK, RigidAt, rigid_rope
 
 if TYPE_CHECKING:
+    from ..contact.slots import ContactRows
     from ..rate import Program
 
 __all__ = ["Constraints", "Row", "Rows"]
+
+_Parts = dict[tuple[int, int], Any]  # per tree and degree of freedom
 
 
 @dataclass(frozen=True)
@@ -40,19 +43,22 @@ class Row:
     rate: Any
     bias: Any
     on: Any = 1.0  # 0: absent, as of a slack rope
+    push: list[tuple[int, Any]] | None = None  # what it does to the bodies where it senses otherwise: sliding friction
+    soft: Any = 1.0  # factor of its regularisation: of redundant rows, a soft one carries less
 
 
 class Constraints:
-    """The rows of a scene's loops, then those of its rigid ropes, and the functions that they share."""
+    """The rows of a scene's loops, then those of its rigid ropes and contacts, and the functions that they share."""
 
-    def __init__(self, graph: Graph, ropes: tuple[RigidRope, ...] = ()) -> None:
-        self.loops, self.ropes = graph.loops, ropes
+    def __init__(self, graph: Graph, ropes: tuple[RigidRope, ...], contacts: ContactRows) -> None:
+        self.loops, self.ropes, self.contacts = graph.loops, ropes, contacts
         self.of = [(j, i) for j in self.loops for i in range(len(CLOSURES[j.kind]))]
         self.names = [*(f"joint '{j.name}'" for j, _ in self.of), *(f"rope '{r.name}'" for r in ropes)]
-        self.units = [*(residual_unit(j.kind, i) for j, i in self.of), *("m" for _ in ropes)]
+        self.names += [f"contact '{name}'" for name in contacts.names]
+        self.units = [*(residual_unit(j.kind, i) for j, i in self.of), *("m" for _ in (*ropes, *contacts.names))]
         ends: list[tuple[str, ...]] = [(j.parent, j.child) for j, _ in self.of]
         ends += [tuple(p.body for line in r.lines for p in (line.a, line.b)) for r in ropes]
-        self.held = [tuple(graph.number(b) for b in bodies) for bodies in ends]
+        self.held = [*(tuple(graph.number(b) for b in bodies) for bodies in ends), *contacts.held]
         self.bodies = sorted({b for pair in self.held for b in pair if b >= 0})
         self.closures = {kind: closure_function(kind) for kind in sorted({j.kind for j in self.loops})}
         self.pulls = {n: rigid_rope(n) for n in sorted({len(r.lines) for r in ropes})}
@@ -60,7 +66,7 @@ class Constraints:
         self.paths: list[dict[tuple[int, int], None]] = []
 
     def __len__(self) -> int:
-        return len(self.of) + len(self.ropes)
+        return len(self.held)
 
     def link(self, program: Program) -> None:
         """Once the trees are known: which of them rows touch, and which rows couple."""
@@ -79,8 +85,9 @@ class Constraints:
         n = len(self)
         couples = [(r, s) for r in range(n) for s in range(r) if self.paths[r].keys() & self.paths[s].keys()]
         self.groups = self._groups()
-        ropes = [[r for r in rows if r >= len(self.of)] for rows, _ in self.groups]
-        self.delassus = Delassus(n, couples, [x for x in ropes if x])
+        first = len(self.of)
+        ropes = [[r for r in rows if first <= r < first + len(self.ropes)] for rows, _ in self.groups]
+        self.delassus = (Lopsided if self.contacts.sites else Delassus)(n, couples, [x for x in ropes if x])
 
     def _groups(self) -> list[tuple[list[int], list[int]]]:
         """Rows and trees that hang together."""
@@ -115,10 +122,14 @@ class Rows:
         self._trees = {i: self._opened(i).factor(**x) for i, x in arguments.items()}
         self.rows = [row for j in self.constraints.loops for row in self._loop(j)]
         self.rows += [self._rope(r, lengths[r.name]) for r in self.constraints.ropes]
+        self.slots = self.constraints.contacts.slots(numbers, ends)
+        self.rows += self.constraints.contacts.rows(self.slots)
         self._project()
-        entries = [self._masked(r, s) for r, s in self.constraints.delassus.entries]
-        self._factors = self.constraints.delassus.factorise(A=entries, size=self._sizes)
+        self._entries = [self._masked(r, s) for r, s in self.constraints.delassus.entries]
+        soft = {"soft": [row.soft for row in self.rows]} if self.slots else {}
+        self._factors = self.constraints.delassus.factorise(A=self._entries, size=self._sizes, **soft)
         self.multipliers: Any = None
+        self.free: list[Any] = []  # second derivatives without multipliers
 
     @property
     def pivots(self) -> Any:
@@ -163,30 +174,47 @@ class Rows:
         n = len(self.rows)
         return np.array([[float(self._entry(r, s)) for s in range(n)] for r in range(n)])
 
+    def entries(self) -> list[Any]:
+        """(n * n,) the Delassus matrix of the rows that are there, row by row."""
+        A = dict(zip(self.constraints.delassus.entries, self._entries, strict=True))
+        n = len(self.rows)
+        return [A.get((r, s), 0.0) for r in range(n) for s in range(n)]
+
     def _project(self) -> None:
         """Y = L^-T G^T per row and degree of freedom; generalised forces on prescribed ones; how much a row moves its
         bodies, each for itself: bodies that can only move together leave nothing of a row but round-off."""
-        self._Y: list[dict[tuple[int, int], Any]] = []
-        self._pull: list[dict[tuple[int, int], Any]] = []
+        self._Y: list[_Parts] = []
+        self._X: list[_Parts] = []  # of what the rows push
+        self._pull: list[_Parts] = []
         self._sizes: list[Any] = []
         for row in self.rows:
-            size: Any = 0.0
-            Y: dict[tuple[int, int], Any] = {}
-            pull: dict[tuple[int, int], Any] = {}
-            for body, w in row.wrenches:
-                if body >= 0:
-                    i, b = self.constraints.instance[body]
-                    opened = self._opened(i)
-                    x = opened.half[b](F=self._trees[i].F, S=getattr(self._trees[i], f"S{b}"), w=w)
-                    for k, y in zip(opened.paths[b], x.y, strict=True):
-                        size = size + y * y * self._inverse(i, k)
-                        Y[i, k] = Y[i, k] + y if (i, k) in Y else y
-                    for k, f in zip(opened.given[b], x.f, strict=True):
-                        pull[i, k] = pull[i, k] + f if (i, k) in pull else f
+            Y, pull, size = self._half(row.wrenches)
+            X, pull, _ = self._half(row.push) if row.push else (Y, pull, size)
             self._Y.append(Y)
+            self._X.append(X)
             self._sizes.append(size)
             self._pull.append(pull)
         self._Z = [{ik: y * self._inverse(*ik) for ik, y in Y.items()} for Y in self._Y]
+        self._W = [
+            Z if X is Y else {ik: y * self._inverse(*ik) for ik, y in X.items()}
+            for X, Y, Z in zip(self._X, self._Y, self._Z, strict=True)
+        ]
+
+    def _half(self, wrenches: list[tuple[int, Any]]) -> tuple[_Parts, _Parts, Any]:
+        size: Any = 0.0
+        Y: _Parts = {}
+        pull: _Parts = {}
+        for body, w in wrenches:
+            if body >= 0:
+                i, b = self.constraints.instance[body]
+                opened = self._opened(i)
+                x = opened.half[b](F=self._trees[i].F, S=getattr(self._trees[i], f"S{b}"), w=w)
+                for k, y in zip(opened.paths[b], x.y, strict=True):
+                    size = size + y * y * self._inverse(i, k)
+                    Y[i, k] = Y[i, k] + y if (i, k) in Y else y
+                for k, f in zip(opened.given[b], x.f, strict=True):
+                    pull[i, k] = pull[i, k] + f if (i, k) in pull else f
+        return Y, pull, size
 
     def _inverse(self, i: int, k: int) -> Any:
         """1/D of a degree of freedom: the last numbers of F, in the order of the free ones."""
@@ -194,7 +222,8 @@ class Rows:
         return F[len(F) - len(free) + free.index(k)]
 
     def _entry(self, r: int, s: int) -> Any:
-        return sum((y * self._Z[s][ik] for ik, y in self._Y[r].items() if ik in self._Z[s]), 0.0)
+        """What a unit of row s accelerates in row r."""
+        return sum((y * self._W[s][ik] for ik, y in self._Y[r].items() if ik in self._W[s]), 0.0)
 
     def solve(self, b: list[Any]) -> Any:
         """(n,) multipliers x of least norm with G H^-1 G^T x = b."""
@@ -216,7 +245,13 @@ class Rows:
 
     def accelerate(self) -> None:
         """The multipliers that keep all rows at rest while the forces act."""
-        self.multipliers = self.solve(self.held([-a for a in self.approach()]))
+        self.free = self.approach()
+        self.multipliers = self.solve(self.held([-a for a in self.free]))
+
+    @property
+    def _rope_rows(self) -> list[Row]:
+        first = len(self.constraints.of)
+        return self.rows[first : first + len(self.constraints.ropes)]
 
     @property
     def tensions(self) -> dict[str, Any]:
@@ -227,14 +262,15 @@ class Rows:
     def guards(self) -> list[Any]:
         """Of the rigid ropes: the tension while taut, the slack while slack."""
         out = []
-        for r, row in zip(self.constraints.ropes, self.rows[len(self.constraints.of) :], strict=True):
+        for r, row in zip(self.constraints.ropes, self._rope_rows, strict=True):
             hooked = self._numbers("rigid", r.name)[RigidAt.HOOKED]
             out.append(select(hooked > 0.0, select(row.on > 0.0, self.tensions[r.name], row.gap + SLACK), 1.0))
         return out
 
     def wrenches(self) -> list[tuple[int, Any]]:
         """What the rows do to the bodies, as pairs of body number and (6,) wrench."""
-        return [(b, x * w) for x, row in zip(self.multipliers, self.rows, strict=True) for b, w in row.wrenches]
+        pairs = zip(self.multipliers, self.rows, strict=True)
+        return [(b, x * w) for x, row in pairs for b, w in row.push or row.wrenches]
 
     def motion(self, i: int) -> SimpleNamespace:
         """dq, dv and reaction of a tree under the forces and the multipliers."""
@@ -252,8 +288,8 @@ class Rows:
         return SimpleNamespace(dq=x.dq, dv=out.dv, reaction=out.reaction)
 
     def _apply(self, i: int, x: Any, half: dict[int, Any], given: dict[int, Any]) -> None:
-        for multiplier, Y, pull in zip(x, self._Y, self._pull, strict=True):
-            for values, parts in ((half, Y), (given, pull)):
+        for multiplier, X, pull in zip(x, self._X, self._pull, strict=True):
+            for values, parts in ((half, X), (given, pull)):
                 for (j, k), y in parts.items():
                     if j == i:
                         values[k] = values[k] + multiplier * y
@@ -287,5 +323,5 @@ class Rows:
             at += n
             p = attachment(self._ends[self._graph.number(j.child)], self._numbers("loop", j.name)[12:15])[0]
             out += [*join(wrench[3:], wrench[:3] - cross(p, wrench[3:]))]
-        slack = [row.gap for row in self.rows[len(self.constraints.of) :]]
+        slack = [row.gap for row in self._rope_rows]
         return [*out, *self.tensions.values(), *slack, *(self._lengths[r.name][0] for r in self.constraints.ropes)]

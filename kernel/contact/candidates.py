@@ -3,14 +3,17 @@
 ball - plane, ball - ball     one candidate
 box - plane                   its 8 vertices
 ball - box                    one: the face of the box that the ball's centre lies outside of, if its foot is on it
-box - box                     16 vertices in the other box; 36 pairs of edges
+box - box                     16 vertices in the other box; 144 pairs of edges
+
+A ball is (centre, radius), a box (centre, axes as rows, half edges), a plane (point, normal), in its body's frame.
 
 A vertex has its distance from the box's surface (largest over the three axes), so that it needs no test of a foot.
-Of the 12 x 12 pairs of edges only those can touch that lie on the sides turned to each other: for each pair of
-directions (a_i, b_j) with n = a_i x b_j from B to A these are two edges of A by two of B, since the sign of the
-direction along which n leans less is free.  Edges count only where they cross within both, and only if no other
-direction separates the boxes further (Gottschalk, Lin, Manocha, SIGGRAPH 1996: 15 axes decide).  Other pairs stand at
-`APART`.  Written without branches.
+Of the 12 x 12 pairs of edges only those count that cross within both and are as far apart as the boxes are along the
+direction that separates them most (Gottschalk, Lin, Manocha, SIGGRAPH 1996: 15 directions decide): convex bodies
+touch nowhere else.  The others stand at `APART`.  Written without branches.
+
+Each witness comes with its rate: a candidate that has just been left lies at the edge of round-off, and is met again
+only where it is below zero and falling.
 """
 
 from __future__ import annotations
@@ -24,13 +27,17 @@ from ..spatial import cross
 from ..symbol import maximum, minimum, select, sqrt
 from .frames import Side
 
-__all__ = ["APART", "BOX", "VERTICES", "ball_box", "box_box", "box_plane"]
+__all__ = [
+    "APART", "SIGNS", "VERTICES", "Box", "Witness", "ball_ball", "ball_box", "ball_plane", "box_box", "box_plane", "crossings", "edge",
+]  # fmt: skip
 
-BOX = 15  # numbers: centre (3), axes as rows (9), half edges (3), in the body's frame
+Witness = tuple[Any, Any]  # gap [m], its rate [m/s]
+
 APART = 1.0  # [m] witness of a candidate that does not count
 CROSSING = 1e-3  # sine of the angle below which two edges are parallel
-NEAR = 1e-6  # [m] by which another direction may separate two boxes further
+NEAR = 1e-6  # [m] to which a gap is that of the direction that separates two boxes most
 VERTICES = [(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)]
+SIGNS = [(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
 TINY = 1e-300  # keeps the length of a vanishing cross product from being zero
 
 
@@ -38,96 +45,131 @@ class Box:
     """Centre, axes (rows) and half edges in world axes."""
 
     def __init__(self, p: Any, body: Any) -> None:
-        side = Side(body)
-        self.c, self.h = side.place(p[:3]), p[12:15]
-        self.axes = np.array([side.R @ e for e in np.reshape(p[3:12], (3, 3))])
+        self.side = Side(body)
+        self.c, self.h = self.side.place(p[:3]), p[12:15]
+        self.axes = np.array([self.side.R @ e for e in np.reshape(p[3:12], (3, 3))])
 
     def vertices(self) -> list[Any]:
         return [self.c + sum(s * h * e for s, h, e in zip(v, self.h, self.axes, strict=True)) for v in VERTICES]
 
-    def outside(self, x: Any) -> Any:
-        """(3,) how far x lies outside of the nearer face across each axis."""
-        return abs(self.axes @ (x - self.c)) - self.h
+    def outside(self, x: Any, body: Side) -> tuple[Any, Any]:
+        """(3,) how far x, a point of `body`, lies outside of the nearer face across each axis, and its rate."""
+        d = self.axes @ (x - self.c)
+        v = self.axes @ (body.velocity(x) - self.side.velocity(x))
+        return abs(d) - self.h, np.array([select(e > 0.0, u, -u) for e, u in zip(d, v, strict=True)])
+
+    def depth(self, x: Any, body: Side) -> Witness:
+        """Distance of a point of `body` from the surface, over the axis along which it is outermost."""
+        s, v = self.outside(x, body)
+        first = s[0] > s[1]
+        gap, rate = select(first, s[0], s[1]), select(first, v[0], v[1])
+        return select(gap > s[2], gap, s[2]), select(gap > s[2], rate, v[2])
 
 
-def ball_box(ball: Any, box: Any, A: Any, B: Any) -> Any:
-    """Witness of a ball of A (centre, radius) against the faces of a box of B; its edges and corners do not count."""
-    s = Box(box, B).outside(Side(A).place(ball[:3]))
+def ball_plane(ball: Any, plane: Any, A: Any, B: Any) -> list[Witness]:
+    """A ball of A above a plane of B (point, normal)."""
+    a, b = Side(A), Side(B)
+    c, n = a.place(ball[:3]), b.R @ plane[3:6]
+    return [(n @ (c - b.place(plane[:3])) - ball[3], n @ (a.velocity(c) - b.velocity(c)))]
+
+
+def ball_ball(first: Any, second: Any, A: Any, B: Any) -> list[Witness]:
+    """Two balls."""
+    a, b = Side(A), Side(B)
+    p, q = a.place(first[:3]), b.place(second[:3])
+    d = p - q
+    size = sqrt(d @ d)
+    return [(size - first[3] - second[3], d @ (a.velocity(p) - b.velocity(q)) * (1.0 / size))]
+
+
+def ball_box(ball: Any, box: Any, A: Any, B: Any) -> list[Witness]:
+    """A ball of A against the faces of a box of B; its edges and corners do not count."""
+    a, b = Side(A), Box(box, B)
+    c = a.place(ball[:3])
+    s, _ = b.outside(c, a)
+    gap, rate = b.depth(c, a)
     high, low = maximum(s[0], s[1]), minimum(s[0], s[1])
-    second = maximum(low, minimum(high, s[2]))
-    return select(second > 0.0, APART, maximum(high, s[2]) - ball[3])
+    return [(select(maximum(low, minimum(high, s[2])) > 0.0, APART, gap - ball[3]), rate)]
 
 
-def box_plane(box: Any, point: Any, normal: Any, A: Any, B: Any) -> list[Any]:
-    """(8,) heights of a box's vertices above a plane of B."""
-    b = Side(B)
-    q, n = b.place(point), b.R @ normal
-    return [n @ (x - q) for x in Box(box, A).vertices()]
+def box_plane(box: Any, plane: Any, A: Any, B: Any) -> list[Witness]:
+    """Vertices of a box of A above a plane of B."""
+    return [w for x in Box(box, A).vertices() for w in _above(x, plane, Side(A), Side(B))]
 
 
-def box_box(first: Any, second: Any, A: Any, B: Any) -> list[Any]:
-    """(52,) witnesses: vertices of A in B, vertices of B in A, pairs of edges (a_i, b_j, edge of A, edge of B)."""
+def _above(x: Any, plane: Any, a: Side, b: Side) -> list[Witness]:
+    n = b.R @ plane[3:6]
+    return [(n @ (x - b.place(plane[:3])), n @ (a.velocity(x) - b.velocity(x)))]
+
+
+def box_box(first: Any, second: Any, A: Any, B: Any) -> list[Witness]:
+    """Vertices of A in B, vertices of B in A, then pairs of edges: (a_i, b_j, edge of A, of B)."""
     a, b = Box(first, A), Box(second, B)
-    depths = [b.outside(x) for x in a.vertices()] + [a.outside(x) for x in b.vertices()]
+    depths = [b.depth(x, a.side) for x in a.vertices()] + [a.depth(x, b.side) for x in b.vertices()]
     C = a.axes @ b.axes.T
     d = a.c - b.c
     apart = [abs(a.axes[i] @ d) - a.h[i] - sum(abs(C[i, j]) * b.h[j] for j in range(3)) for i in range(3)]
     apart += [abs(b.axes[j] @ d) - b.h[j] - sum(abs(C[i, j]) * a.h[i] for i in range(3)) for j in range(3)]
-    directions = [_crossing(a, b, d, i, j) for i in range(3) for j in range(3)]
+    directions = crossings(a, b)
     most = apart[0]
     for x in [*apart[1:], *(x.separation for x in directions)]:
         most = maximum(most, x)
-    edges = [w for x in directions for w in x.witnesses(most)]
-    return [maximum(s[0], maximum(s[1], s[2])) for s in depths] + edges
+    return depths + [w for x in directions for w in _edges(a, b, x, most)]
 
 
 @dataclass(frozen=True)
 class Direction:
-    """n = a_i x b_j from B to A; per box the two edges that face the other one (their midpoints)."""
+    """n = a_i x b_j from B to A; `separation` of the boxes along it [m]."""
 
+    i: int
+    j: int
     n: Any
-    a: Any
-    b: Any
-    half: tuple[Any, Any]
-    edges_a: list[Any]
-    edges_b: list[Any]
     sine: Any
     separation: Any
 
-    def witnesses(self, most: Any) -> list[Any]:
-        """Gap of each pair of edges, if they cross within both and no other direction separates further."""
-        on_a, on_b = cross(self.b, self.n), cross(self.a, self.n)
-        crossing = self.sine > CROSSING
-        per_sine = 1.0 / select(crossing, self.sine, 1.0)
-        out = []
-        for p in self.edges_a:
-            for q in self.edges_b:
-                s = abs((q - p) @ on_a) * per_sine - self.half[0]
-                t = abs((p - q) @ on_b) * per_sine - self.half[1]
-                gap = self.n @ (p - q)
-                counts = (maximum(s, t) < 0.0) & (gap > most - NEAR) & crossing
-                out.append(select(counts, gap, APART))
-        return out
+
+def crossings(a: Box, b: Box) -> list[Direction]:
+    """The nine directions across an edge of each box."""
+    return [_crossing(a, b, i, j) for i in range(3) for j in range(3)]
 
 
-def _crossing(a: Box, b: Box, d: Any, i: int, j: int) -> Direction:
-    m = cross(a.axes[i], b.axes[j])
+def _crossing(a: Box, b: Box, i: int, j: int) -> Direction:
+    m, d = cross(a.axes[i], b.axes[j]), a.c - b.c
     size = sqrt(m @ m + TINY)
     n = m * (1.0 / size)
     n = n * select(n @ d > 0.0, 1.0, -1.0)
-    edges_a, reach_a = _facing(a, i, -n)
-    edges_b, reach_b = _facing(b, j, n)
-    separation = select(size > CROSSING, n @ d - reach_a - reach_b, -APART)
-    return Direction(n, a.axes[i], b.axes[j], (a.h[i], b.h[j]), edges_a, edges_b, size, separation)
+    reach = sum(abs(n @ e) * h for box in (a, b) for e, h in zip(box.axes, box.h, strict=True))
+    return Direction(i, j, n, size, select(size > CROSSING, n @ d - reach, -APART))
 
 
-def _facing(box: Box, i: int, n: Any) -> tuple[list[Any], Any]:
-    """Midpoints of the outermost edges along axis i in direction n, both signs of the axis that n leans to less, the
-    outermost first; and how far the box reaches along n."""
+def edge(box: Box, i: int, signs: tuple[float, float]) -> Any:
+    """Midpoint of an edge along axis i, in world axes."""
     k, l = (i + 1) % 3, (i + 2) % 3
-    lean_k, lean_l = n @ box.axes[k], n @ box.axes[l]
-    step_k = box.axes[k] * (box.h[k] * select(lean_k > 0.0, 1.0, -1.0))
-    step_l = box.axes[l] * (box.h[l] * select(lean_l > 0.0, 1.0, -1.0))
-    first = abs(lean_k) > abs(lean_l)
-    edges = [box.c + step_k + step_l, box.c + select(first, step_k - step_l, step_l - step_k)]
-    return edges, abs(lean_k) * box.h[k] + abs(lean_l) * box.h[l]
+    return box.c + signs[0] * box.h[k] * box.axes[k] + signs[1] * box.h[l] * box.axes[l]
+
+
+def _edges(a: Box, b: Box, x: Direction, most: Any) -> list[Witness]:
+    """Gap of each pair of edges, if they cross within both and no other direction separates the boxes further.
+
+    All is linear in the midpoints p, q of the edges: their crossing lies at p + s a_i = q + t b_j + gap n.
+    """
+    along, across = a.axes[x.i], b.axes[x.j]
+    crossing = x.sine > CROSSING
+    per = select(x.n @ cross(along, across) > 0.0, 1.0, -1.0) / select(crossing, x.sine, 1.0)
+    on_a, on_b = cross(across, x.n) * per, cross(along, x.n) * per
+    A, B = a.side, b.side
+    turn = cross(x.n, A.w - B.w)
+    drift = x.n @ (A.v - B.v) - cross(x.n, A.w) @ A.o + cross(x.n, B.w) @ B.o
+    ahead = turn @ along
+    of_a, of_b = (
+        [tuple(f @ e for f in (x.n, on_a, on_b, turn)) for e in [edge(box, i, s) for s in SIGNS]]
+        for box, i in ((a, x.i), (b, x.j))
+    )
+    out = []
+    for n_p, a_p, b_p, m_p in of_a:
+        for n_q, a_q, b_q, _ in of_b:
+            gap, s, t = n_p - n_q, a_q - a_p, b_p - b_q
+            within = (a.h[x.i] > abs(s)) & (b.h[x.j] > abs(t))
+            counts = within & (abs(gap - most) < NEAR) & crossing
+            out.append((select(counts, gap, APART), drift + m_p + s * ahead))
+    return out

@@ -22,7 +22,7 @@ ROUNDS = 30  # changes between stick and slip, and turns of the directions
 TOGETHER = 10  # rounds in which all contacts change at once, before they do one by one
 FARTHEST = 0.7  # [rad] that a direction is turned at once
 TURN = 1e-12  # [rad] that is round-off
-LEAST = 1e-6  # part of the largest normal force below which a contact's share of friction is not lowered
+LEAST = 1e-3  # part of the largest normal force below which a contact's share of friction is not lowered
 SMALL = 1e-9  # relative size of what counts as zero
 
 
@@ -39,7 +39,8 @@ class Contacts:
 
 @dataclass(frozen=True)
 class Friction:
-    """x (3m,) impulses or forces, w (3m,); push (m,), stick (m,) booleans; u (m, 2) directions of sliding.
+    """x (3m,) impulses or forces, w (3m,); push (m,), stick (m,) booleans; u (m, 2) directions of sliding;
+    share (m,): by its square, what a contact should hold of the friction where that is not unique.
 
     `found` is False where no set fulfils all conditions.
     """
@@ -49,6 +50,7 @@ class Friction:
     push: np.ndarray
     stick: np.ndarray
     u: np.ndarray
+    share: np.ndarray
     found: bool
 
 
@@ -65,8 +67,7 @@ def settle(c: Contacts) -> Friction:
         if not f.found:
             break
         size_x, size_w = SMALL * np.abs(f.x).max(initial=0.0), SMALL * np.abs(c.b).max(initial=0.0)
-        load = np.maximum(f.x[::3], LEAST * f.x[::3].max(initial=0.0))
-        share = np.sqrt(load / load.max()) if load.max(initial=0.0) > 0.0 else share
+        share = _share(f.x)
         changed = n == 0 and stick.any()
         for i in range(m):
             if given[i] or c.mu[i] == 0.0 or not (f.push[i] or stick[i]):
@@ -96,7 +97,13 @@ def _swept(c: Contacts) -> Friction:
     speed = np.hypot(w[1::3], w[2::3])
     u = np.where(speed[:, None] > size, w.reshape(m, 3)[:, 1:] / np.maximum(speed, size)[:, None], 0.0)
     u = np.where(c.moving != 0.0, c.moving, u)
-    return Friction(x, w, x[::3] > 0.0, (np.abs(u).sum(axis=1) == 0.0) & (c.mu > 0.0), u, found)
+    return Friction(x, w, x[::3] > 0.0, (np.abs(u).sum(axis=1) == 0.0) & (c.mu > 0.0), u, _share(x), found)
+
+
+def _share(x: np.ndarray) -> np.ndarray:
+    """In proportion to the normal forces, so that contacts reach the limit of friction together."""
+    most = float(x[::3].max(initial=0.0))
+    return np.sqrt(np.maximum(x[::3] / most, LEAST)) if most > 0.0 else np.ones(len(x) // 3)
 
 
 def _velocities(c: Contacts, x: np.ndarray) -> np.ndarray:
@@ -154,7 +161,8 @@ def _inner(
     normal = np.array([k % 3 == 0 for k in rows])
     lo = np.where(normal, 0.0, -np.inf)
     start = np.array([side.get(k, -1.0 if k % 3 == 0 else 0.0) for k in rows])
-    scale = np.array([1.0 if k % 3 == 0 else share[k // 3] for k in rows])
+    # so that the solver regularises each row in proportion to its own diagonal, as the constraint rows are
+    scale = np.array([1.0 if k % 3 == 0 else share[k // 3] for k in rows]) / np.sqrt(np.diag(c.A)[rows])
     A = columns[np.ix_(rows, rows)] * scale[:, None] * scale
     s = solve(A, c.b[rows] * scale, lo, np.full(len(rows), np.inf), start)
     x = np.zeros(3 * m)
@@ -164,4 +172,4 @@ def _inner(
     for i in np.flatnonzero(~stick):
         x[3 * i + 1 : 3 * i + 3] = -c.mu[i] * x[3 * i] * u[i]
     w = _velocities(c, x)
-    return Friction(x, w, push, stick.copy(), u.copy(), s.found), dict(zip(rows, s.side, strict=True))
+    return Friction(x, w, push, stick.copy(), u.copy(), share, s.found), dict(zip(rows, s.side, strict=True))

@@ -21,6 +21,7 @@ __all__ = ["BALLS", "EDGES", "FACE", "Frame", "Side", "balls", "edges", "face", 
 FACE = 16  # numbers: centre and radius of the ball on A; a point of the face and its normal, first, second on B
 BALLS = 11  # centre and radius on A, centre and radius on B, a direction of B that is not the normal
 EDGES = 12  # a point and the unit direction of the edge on A (turned so that a x b pushes A away), the same on B
+TINY = 1e-300  # keeps what is computed of an empty slot finite
 
 
 @dataclass(frozen=True)
@@ -81,16 +82,17 @@ def edges(p: Any, A: Any, B: Any) -> Frame:
     dF = np.array([dn, dd, cross(dn, d) + cross(n, dd)])
     # along A up to the plane of n and the edge of B, along B likewise
     on_a, on_b = cross(e, n), cross(d, n)
-    s, t = ((p_b - p_a) @ on_a) / (d @ on_a), ((p_a - p_b) @ on_b) / (e @ on_b)
+    per_a, per_b = 1.0 / (d @ on_a + TINY), 1.0 / (e @ on_b - TINY)
+    s, t = ((p_b - p_a) @ on_a) * per_a, ((p_a - p_b) @ on_b) * per_b
     x = p_a + s * d
     v_a, v_b = a.velocity(x), b.velocity(x)
-    ds = ((v_b - v_a) @ on_a) / (d @ on_a)
+    ds = ((v_b - v_a) @ on_a) * per_a
     return Frame(n @ (p_a - p_b), x, v_a + ds * d, F, dF, np.array([s, t]))
 
 
 def _unit(m: Any, dm: Any) -> tuple[Any, Any, Any]:
     """Unit vector, its rate, length."""
-    size = sqrt(m @ m)
+    size = sqrt(m @ m + TINY)
     u, du = m * (1.0 / size), dm * (1.0 / size)
     return u, du - u * (u @ du), size
 

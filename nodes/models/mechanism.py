@@ -2,7 +2,7 @@
 
 Every joint becomes a joint coupled and every body a body coupled model (Fig. 7); each law goes to the actor
 of the joint or body that it acts on.  A rope and a force belong to the first body (not the ground) at their
-ends, a support to its body.
+ends, a support or contact to its body.
 """
 
 from __future__ import annotations
@@ -64,10 +64,12 @@ class MechanismModel(Machine):
             laws = System(forces=(force,))
             actors.append(self._rope(force, laws) if isinstance(force, Reeving) else Law(_name(force.name), laws))
         supports = tuple(s for s in self.system.supports if s.point.body == body)
-        if supports:
-            faces = {support.name: body for support in supports}
+        contacts = tuple(c for c in self.system.contacts if c.a.body == body)
+        if supports or contacts:
+            faces = {x.name: body for x in (*supports, *contacts)}
             closed = frozenset(self.mechanism.closed) & frozenset(faces)
-            actors.append(Stools("supports", body, System(supports=supports), faces=faces, closed=closed))
+            laws = System(supports=supports, contacts=contacts)
+            actors.append(Stools("supports", body, laws, faces=faces, closed=closed))
         return actors
 
     def _rope(self, rope: Rope | Reeving, laws: System) -> Actor:

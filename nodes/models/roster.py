@@ -61,6 +61,8 @@ def first_picture(plan: Plan) -> Picture:
         bodies: dict[str, list[bool]] = {}
         for support in mechanism.system.supports:
             bodies.setdefault(support.point.body, []).append(support.name in mechanism.closed)
+        for contact in mechanism.system.contacts:
+            bodies.setdefault(contact.a.body, []).append(contact.name in mechanism.closed)
         picture.bodies[mechanism.name] = tuple(bodies)
         picture.grounded |= {body for body, closed in bodies.items() if any(closed)}
         picture.landed |= {body for body, closed in bodies.items() if all(closed)}

@@ -13,13 +13,15 @@ from typing import Any
 
 from heavylift.kernel import describe as k
 from heavylift.kernel.checks import check_inertia, check_joint
+from heavylift.kernel.contact.describe import Contact
+from heavylift.kernel.contact.pairs import check_contact
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.flexible.checks import check_flexible
 from heavylift.kernel.forces import describe as forces
 from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.kernel.forces.table import check_force
 
-from . import joints, kinematics, mechanics, plan, units
+from . import contacts, joints, kinematics, mechanics, plan, units
 from .faults import closest
 from .flexible import Beam
 from .forces import Characteristic
@@ -87,6 +89,7 @@ class _Assembly:
             ropes=tuple(ropes),
             supports=tuple(_support(name, support) for name, support in given.supports.items()),
             forces=(*reevings, *self._forces()),
+            contacts=tuple(self._contacts()),
             gravity=gravity,
         )
         taut, closed = self._carrying(system) if not self.source.faults else ((), ())
@@ -121,7 +124,8 @@ class _Assembly:
         reeved = [r.name for r in system.reevings if spans[r.name] > r.L0 + TOUCH]
         taut = (r.name for r in system.ropes if r.hooked and kinematics.length(r, at) > r.L0 + TOUCH)
         closed = (s.name for s in system.supports if kinematics.place(s.point, at)[2] < s.height - TOUCH)
-        return (*taut, *reeved), tuple(closed)
+        touching = (c.name for c in system.contacts if contacts.touches(c, at, TOUCH))
+        return (*taut, *reeved), (*closed, *touching)
 
     def _span(self, rope: forces.Reeving, at: kinematics.Poses) -> float:
         """The length of a rope over its sheaves at the start [m]."""
@@ -203,7 +207,8 @@ class _Assembly:
     def _names(self) -> None:
         """Ropes, supports and laws share one set of names."""
         taken: dict[str, str] = {}
-        for kind in ("joints", "ropes", "supports", "springs", "stops", "brakes", "locks", "drives", "forces"):
+        kinds = ("joints", "ropes", "supports", "springs", "stops", "brakes", "locks", "drives", "forces", "contacts")
+        for kind in kinds:
             for name in getattr(self.given, kind):
                 if name in taken:
                     told = f"the name '{name}' is given twice: one of the {taken[name]} has it, too"
@@ -255,6 +260,16 @@ class _Assembly:
                 self._curve(path, force, along[1])
             made = force.built(name, FilePath(self.source.mark(path).file).parent)
             self._checked(path, check_force, made)
+            yield made
+
+    def _contacts(self) -> Iterator[Contact]:
+        """Each contact is between bodies that are there and shapes that the kernel can watch."""
+        for name, given in self.given.contacts.items():
+            path: Path = ("mechanism", "contacts", name)
+            self._known((*path, "body"), given.body)
+            self._known((*path, "against", "body"), given.against.body)
+            made = contacts.built(name, given)
+            self._checked(path, check_contact, made)
             yield made
 
     def _curve(self, path: Path, force: Characteristic, turns: bool) -> None:

@@ -72,9 +72,11 @@ class Conditions:
     def _standing(self, path: Path, test: phrases.GroundTest) -> str:
         if self.yard.block:
             return "block"
-        if self.mechanism and self.mechanism.system.supports:
+        if self.mechanism and (self.mechanism.system.supports or self.mechanism.system.contacts):
             return self.mechanism.name
-        self._fault(path, f"nothing in this scene can be {test.state}: it has no supports", column=test.column)
+        self._fault(
+            path, f"nothing in this scene can be {test.state}: it has no supports or contacts", column=test.column
+        )
         return ""
 
     def _crossing(self, path: Path, test: phrases.CrossTest, where: str) -> actions.Condition:

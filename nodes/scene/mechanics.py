@@ -16,6 +16,7 @@ from .base import End as End
 from .base import Name as Name
 from .base import Place as Place
 from .base import Station as Station
+from .contacts import Contact
 from .flexible import Beam, Matrices
 from .forces import Force as ForceElement
 from .joints import Joint
@@ -183,6 +184,7 @@ class Mechanism(Base):
     locks: dict[Name, Lock] = Field(default_factory=dict)
     drives: dict[Name, Drive] = Field(default_factory=dict)
     forces: dict[Name, ForceElement] = Field(default_factory=dict)
+    contacts: dict[Name, Contact] = Field(default_factory=dict)
 
     @property
     def laws(self) -> dict[str, dict[str, Any]]:

@@ -53,15 +53,19 @@ def test_boxes_touch_when_their_distance_is_zero(seed):
     start = -5.0 * direction + 0.3 * rng.normal(size=3)
 
     def witness(p):
-        return candidates.box_box(box(a), box(b), body(R_A, p), B)
+        return gaps(candidates.box_box(box(a), box(b), body(R_A, p), B))
 
     way = first_touch(witness, start, direction, 6.0)
     assert distance(a, body(R_A, start + way * direction), b, B) < TOUCH
     assert distance(a, body(R_A, start + (way - 1e-3) * direction), b, B) > 10 * TOUCH
 
 
+def gaps(witnesses):
+    return [gap for gap, _ in witnesses]
+
+
 def which(witnesses, below):
-    w = np.array(witnesses)
+    w = np.array(gaps(witnesses))
     return {"vertices of A": int((w[:8] < below).sum()), "of B": int((w[8:16] < below).sum()),
             "edges": int((w[16:] < below).sum())}  # fmt: skip
 
@@ -88,20 +92,41 @@ def test_an_overhanging_box_touches_by_vertices_of_both_and_by_crossings():
 def test_no_edges_count_while_the_boxes_are_apart():
     """The edges overlap in plan, but the boxes lie one metre apart."""
     w = candidates.box_box(box((4, 1, 1)), box((1, 4, 1)), body(p=(0.0, 0.0, 2.0)), body())
-    assert min(w) == pytest.approx(1.0)
+    assert min(gaps(w)) == pytest.approx(1.0)
 
 
 def test_a_ball_touches_faces_but_not_the_corners_of_a_box():
     one = box((2, 2, 2))
-    at = lambda *p: candidates.ball_box(np.array([0.0, 0.0, 0.0, 0.25]), one, body(p=p), body())  # noqa: E731
+    at = lambda *p: candidates.ball_box(np.array([0.0, 0.0, 0.0, 0.25]), one, body(p=p), body())[0][0]  # noqa: E731
     assert at(0.3, 0.2, 1.5) == pytest.approx(0.25)
     assert at(-1.25, 0.9, 0.0) == pytest.approx(0.0, abs=1e-15)
     assert at(1.1, 1.1, 0.0) == candidates.APART
 
 
+@pytest.mark.parametrize("law", ["ball_plane", "ball_ball", "ball_box", "box_plane", "box_box"])
+def test_witnesses_know_their_rates(law):
+    ball, plane, cube = np.array([0.1, 0.2, 0.3, 0.25]), np.array([0.1, 0.0, 0.2, 0.6, 0.0, 0.8]), box((1, 2, 3))
+    shapes = {"ball": ball, "plane": plane, "box": cube}
+    first, second = (shapes[x] for x in law.split("_"))
+    w_A, v_A, w_B, v_B = np.random.default_rng(8).normal(size=(4, 3))
+    R_A, R_B = Rotation.random(2, random_state=4).as_matrix()
+    h = 1e-6
+
+    def at(t):
+        A, B = moving(R_A, (0.2, 0.1, 2.2), w_A, v_A, t), moving(R_B, (0.0, 0.1, 0.0), w_B, v_B, t)
+        return getattr(candidates, law)(first, second, A, B)
+
+    vertices = slice(0, 16)  # the rate of two edges is that of their gap only where they touch
+    for (gap, rate), (up, _), (down, _) in zip(*(x[vertices] for x in (at(0.0), at(h), at(-h))), strict=True):
+        if gap != candidates.APART:
+            assert (up - down) / (2 * h) == pytest.approx(rate, abs=1e-6)
+
+
 def test_vertices_of_a_box_over_a_slope():
     slope = np.array([-np.sin(0.3), 0.0, np.cos(0.3)])
-    heights = candidates.box_plane(box((2, 2, 2)), np.zeros(3), slope, body(p=(0.0, 0.0, 2.0)), body())
+    heights = gaps(
+        candidates.box_plane(box((2, 2, 2)), np.array([0.0, 0.0, 0.0, *slope]), body(p=(0.0, 0.0, 2.0)), body())
+    )
     places = [(x, y, z + 2.0) for x, y, z in candidates.VERTICES]
     assert heights == pytest.approx([slope @ p for p in places])
 

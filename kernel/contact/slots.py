@@ -1,0 +1,188 @@
+"""The rows of contacts inside an evaluation, their guards and their heat.
+
+A slot holds one place where two bodies touch.  Closed, its normal row lets nothing pass; sticking, its tangents are
+held as well; sliding, friction is part of the push of the normal row, which then differs from what the row senses.
+All of this is numbers of the run that stay frozen in a step.  Guards: a candidate touches (gap and its rate below
+zero), the normal force vanishes, friction reaches its limit or sliding its end, the place leaves its face.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from ..constraints.rows import Row
+from ..describe import System
+from ..function import Function
+from ..graph import Graph
+from ..laws import SLIP_BLEND
+from ..symbol import maximum, minimum, select, sqrt
+from . import frames
+from .describe import Contact
+from .pairs import HELD, Pair, pair_of, shape_numbers
+
+__all__ = ["SLOT", "ContactRows", "Site", "SlotAt", "contact_numbers"]
+
+END = 21  # numbers that describe a body: R, o, r, V
+SLOT = HELD + 6
+DEPTH = 1e-10  # [m] and [m/s] below which a touch is round-off
+SUNK = 1e-8  # [m] where a touch without speed counts
+RESTING = 1e-6  # [m/s] speed that counts as none at an event: what a nanosecond may change
+LEAVE = 1e-9  # [m] beyond the edge of a face where a place is left
+
+
+class SlotAt:
+    """Places of a slot's state, behind what it holds; a candidate of -1: free."""
+
+    ON, STICK, SOFT = range(HELD, HELD + 3)
+    U = slice(HELD + 3, HELD + 5)
+    CANDIDATE = HELD + 5
+
+
+@dataclass(frozen=True)
+class Site:
+    """A contact with its pair, how many numbers its first shape has, its bodies and its rows per slot."""
+
+    contact: Contact
+    pair: Pair
+    first: int
+    bodies: tuple[int, int]
+    per_slot: int
+    watch: Function
+    slot: Function
+
+
+def contact_numbers(c: Contact, weight: float) -> dict[tuple[str, str], list[float]]:
+    """Numbers of P: friction and the force that counts as zero [N]; shapes; candidates held; slots."""
+    pair = pair_of(c)
+    empty = [*[0.0] * HELD, 0.0, 1.0, 1.0, 0.0, 0.0, -1.0]
+    out = {
+        ("contact", c.name): [c.mu, 1e-9 * max(1.0, weight)],
+        ("shapes", c.name): [*shape_numbers(c.a), *shape_numbers(c.b)],
+        ("held", c.name): [0.0] * pair.candidates,
+    }
+    return out | {("slot", f"{c.name}/{k}"): list(empty) for k in range(pair.slots)}
+
+
+class ContactRows:
+    """What the contacts of a system add to an evaluation."""
+
+    def __init__(self, system: System, graph: Graph) -> None:
+        self.sites = [_site(c, graph) for c in system.contacts]
+        self.bodies = [b for s in self.sites for b in s.bodies]
+        self.held = [s.bodies for s in self.sites for _ in range(s.pair.slots * s.per_slot)]
+        self.names = [s.contact.name for s in self.sites for _ in range(s.pair.slots * s.per_slot)]
+        self.guards = [("touch", s.contact.name) for s in self.sites for _ in range(s.pair.candidates)]
+        kinds = ("press", "grip", "leave")
+        self.guards += [(what, s.contact.name) for s in self.sites for _ in range(s.pair.slots) for what in kinds]
+        self.structure = [(s.slot.name, s.bodies, s.per_slot) for s in self.sites]
+
+    def slots(self, numbers: Callable[[str, str], Any], ends: Mapping[int, Any]) -> list[SimpleNamespace]:
+        """All slots at an instant, in order."""
+        out = []
+        for s in self.sites:
+            a, b = (ends[i] for i in s.bodies)
+            mu, grain = numbers("contact", s.contact.name)
+            for k in range(s.pair.slots):
+                x = s.slot(h=numbers("slot", f"{s.contact.name}/{k}"), mu=[mu], A=a, B=b)
+                x.site, x.mu, x.grain = s, mu, grain
+                out.append(x)
+        return out
+
+    def rows(self, slots: list[SimpleNamespace]) -> list[Row]:
+        """Normal and, with friction, two tangents of each slot."""
+        out = []
+        for x in slots:
+            a, b = x.site.bodies
+            for i in range(x.site.per_slot):
+                six = slice(6 * i, 6 * i + 6)
+                push = [(a, x.pa), (b, -x.pb)] if i == 0 and x.site.per_slot > 1 else None
+                sense, soft = [(a, x.wa[six]), (b, -x.wb[six])], x.soft[0] if i else 1.0
+                out.append(Row(sense, x.gap[i], x.rate[i], x.bias[i], push=push, soft=soft))
+        return out
+
+    def watched(self, numbers: Callable[[str, str], Any], ends: Mapping[int, Any]) -> list[Any]:
+        """Guards of all candidates."""
+        out: list[Any] = []
+        for s in self.sites:
+            a, b = (ends[i] for i in s.bodies)
+            p, held = numbers("shapes", s.contact.name), numbers("held", s.contact.name)
+            out += list(s.watch(p=p, held=held, A=a, B=b).guard)
+        return out
+
+    def loads(self, slots: list[SimpleNamespace], multipliers: Any) -> tuple[list[Any], list[Any], list[Any]]:
+        """Guards of the slots, heat per contact [W], normal force per contact [N]."""
+        guards: list[Any] = []
+        heat: dict[str, Any] = {s.contact.name: 0.0 for s in self.sites}
+        force: dict[str, Any] = dict(heat)
+        at = 0
+        for x in slots:
+            name, n = x.site.contact.name, multipliers[at]
+            on, stick = x.on[0] > 0.0, x.stick[0] > 0.0
+            grip: Any = 1.0
+            if x.site.per_slot > 1:
+                t = multipliers[at + 1 : at + 3]
+                room = x.mu * n - sqrt(t @ t + 1e-300) + x.grain
+                grip = select(on, select(stick, room, x.onward[0] + DEPTH), 1.0)
+                heat[name] = heat[name] + select(on, select(stick, 0.0, x.mu * n * x.sliding[0]), 0.0)
+            guards += [select(on, n + x.grain, 1.0), grip, select(on, x.leave[0], 1.0)]
+            force[name] = force[name] + select(on, n, 0.0)
+            at += x.site.per_slot
+        return guards, list(heat.values()), list(force.values())
+
+
+def _site(c: Contact, graph: Graph) -> Site:
+    pair, bodies = pair_of(c), (graph.number(c.a.body), graph.number(c.b.body))
+    kind = f"{type(c.a).__name__}_{type(c.b).__name__}".lower()
+    n = len(shape_numbers(c.a))
+    sizes = {"p": n + len(shape_numbers(c.b)), "held": pair.candidates, "A": END, "B": END}
+
+    def watch(p: Any, held: Any, A: Any, B: Any) -> dict[str, Any]:
+        witnesses = pair.watch(p[:n], p[n:], A, B)
+        return {"guard": [select(h > 0.0, 1.0, _touch(*w)) for h, w in zip(held, witnesses, strict=True)]}
+
+    def slot(h: Any, mu: Any, A: Any, B: Any) -> dict[str, Any]:
+        return _slot(pair, h, mu[0], A, B)
+
+    slots = Function(f"slot_{kind}", slot, {"h": SLOT, "mu": 1, "A": END, "B": END})
+    return Site(c, pair, n, bodies, 3 if c.mu > 0.0 else 1, Function(f"watch_{kind}", watch, sizes), slots)
+
+
+def _touch(gap: Any, rate: Any) -> Any:
+    """Below zero where a candidate touches: at once if it comes with a speed, slowly only if it has sunk in."""
+    return minimum(maximum(gap + DEPTH, rate + RESTING), maximum(gap + SUNK, rate + DEPTH))
+
+
+def _slot(pair: Pair, h: Any, mu: Any, A: Any, B: Any) -> dict[str, Any]:
+    """One slot: its rows as they are sensed (wa, wb) and the push of the normal one (pa, pb), all zero if it is open.
+
+    `sliding`: speed against friction; `onward`: along the direction in which sliding began.
+    """
+    f = pair.frame(h[:HELD], A, B)
+    r = frames.rows(f, A, B)
+    on, stick = h[SlotAt.ON] > 0.0, h[SlotAt.STICK] > 0.0
+    v, u0 = r["rate"][1:], h[SlotAt.U]
+    u = v + SLIP_BLEND * u0
+    u = u * (1.0 / sqrt(u @ u + 1e-300))
+    friction = select(stick, 0.0, mu)
+    held = select(on, select(stick, 1.0, 0.0), 0.0)
+    part = np.array([select(on, 1.0, 0.0), held, held])
+    out: dict[str, Any] = {"gap": [select(on, f.gap, 0.0), 0.0, 0.0]}
+    out |= {name: part * r[name] for name in ("rate", "bias")}
+    out |= {name: part[:, None] * r[name] for name in ("wa", "wb")}
+    for name in ("a", "b"):
+        w = r[f"w{name}"]
+        out[f"p{name}"] = part[0] * (w[0] - friction * (u[0] * w[1] + u[1] * w[2]))
+    room = h[HELD - 2 : HELD] - abs(f.along)
+    return out | {
+        "on": [h[SlotAt.ON]],
+        "stick": [h[SlotAt.STICK]],
+        "soft": [h[SlotAt.SOFT]],
+        "sliding": [u @ v],
+        "onward": [u0 @ v],
+        "leave": [minimum(room[0], room[1]) + LEAVE],
+    }

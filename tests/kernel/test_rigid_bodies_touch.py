@@ -1,0 +1,228 @@
+"""Rigid contact against closed forms: sliding, tipping, rocking, bouncing, and three balls in a row."""
+
+from math import acosh, atan, cos, sin, sqrt, tan
+
+import numpy as np
+import pytest
+from contact_scenes import (
+    bouncing,
+    leaning,
+    on_slope,
+    rocker,
+    rocking,
+    row_of_balls,
+    sliding_acceleration,
+    stacked,
+    way,
+)  # fmt: skip
+from heavylift.kernel.contact.describe import Ball, Box, Contact, Plane
+from heavylift.kernel.describe import System
+from heavylift.kernel.errors import KernelError
+from small_scenes import SECOND, G, column, events, imbalance, started, times
+
+FINE = {"tolerance": 1e-10}
+BALANCE = 1e-6  # places are brought back to the surface at a touch, by what a nanosecond of motion is
+NANOSECOND = 2e-9  # [s] event times are rounded up
+MU = 0.4
+
+
+@pytest.mark.parametrize("part", [0.5, 0.999])
+def test_a_block_sticks_below_the_angle_of_friction(part):
+    angle = part * atan(MU)
+    s = started(on_slope(angle, MU), **FINE)
+    s.run(20 * SECOND)
+    assert way(s.state, angle) == pytest.approx([0.0, 0.0, 0.5], abs=1e-12)
+    assert column(s, "contact/force")[1][-1] == pytest.approx(10.0 * G * cos(angle), rel=1e-9)
+
+
+@pytest.mark.parametrize("part", [1.001, 1.5])
+def test_a_block_slides_above_the_angle_of_friction_at_g_sin_minus_mu_g_cos(part):
+    angle = part * atan(MU)
+    s = started(on_slope(angle, MU), **FINE)
+    s.run(2 * SECOND)
+    s.interrupt(2 * SECOND)
+    assert way(s.state, angle) == pytest.approx([0.5 * sliding_acceleration(angle, MU) * 4.0, 0.0, 0.5], abs=1e-9)
+    assert imbalance(s) < BALANCE
+
+
+def test_a_sliding_block_stops_after_v_squared_over_two_a_and_stays():
+    angle, v = 0.5 * atan(MU), 3.0
+    a = -sliding_acceleration(angle, MU)
+    s = started(on_slope(angle, MU, v), **FINE)
+    s.run(5 * SECOND)
+    assert events(s) == [("slope", "stick")]
+    assert times(s, "slope", "stick") == pytest.approx([v / a], abs=NANOSECOND)
+    assert way(s.state, angle)[0] == pytest.approx(v * v / (2 * a), abs=1e-8)
+    assert imbalance(s) < BALANCE
+
+
+def test_a_block_slides_uphill_stops_and_slides_back():
+    angle, v = 1.4 * atan(MU), -3.0
+    up, down = G * (sin(angle) + MU * cos(angle)), sliding_acceleration(angle, MU)
+    s = started(on_slope(angle, MU, v), **FINE)
+    s.run(2 * SECOND)
+    s.interrupt(2 * SECOND)
+    turn = -v / up
+    assert way(s.state, angle)[0] == pytest.approx(-v * v / (2 * up) + 0.5 * down * (2.0 - turn) ** 2, abs=1e-7)
+
+
+@pytest.mark.parametrize(("part", "tips"), [(0.98, False), (1.02, True)])
+def test_a_block_on_a_slope_tips_where_the_slope_passes_b_over_h(part, tips):
+    """It cannot slide (mu = 2), so it tips if tan(angle) > b / h."""
+    b, h = 0.3, 0.5
+    angle = atan(part * b / h)
+    s = started(on_slope(angle, 2.0, size=(2 * b, 1.0, 2 * h)), **FINE)
+    s.run(SECOND)
+    assert (leaning(s.state) > angle + 1e-3) == tips
+    if not tips:
+        assert leaning(s.state) == pytest.approx(angle, abs=1e-9)
+
+
+def test_a_rocking_block_keeps_housners_period_and_loses_what_he_says():
+    """First impact at arccosh(1 / (1 - theta/alpha)) / p for small angles; w' / w = 1 - 3/2 sin^2(alpha) at each."""
+    b, h, part = 0.02, 0.4, 0.3
+    alpha, p = rocking(b, h)
+    s = started(rocker(b, h, part * alpha), **FINE, sample_ns=100_000)
+    s.run(int(0.9 * SECOND))
+    impacts = times(s, "ground", "impact")
+    assert impacts[0] == pytest.approx(acosh(1.0 / (1.0 - part)) / p, rel=alpha * alpha)
+    kinetic = dict(zip(*(x.tolist() for x in (column(s, "energy")[0], column(s, "energy")[1][:, 0])), strict=True))
+    t = np.array(list(kinetic))
+    ratio = 1.0 - 1.5 * sin(alpha) ** 2
+    for hit in impacts[:2]:
+        i = int(np.searchsorted(t, hit - 1e-12))
+        before, after = (list(kinetic.values())[k] for k in (i - 1, i))
+        assert after / before == pytest.approx(ratio**2, abs=2e-3), "samples lie up to 0.1 ms before the impact"
+    assert imbalance(s) < BALANCE
+
+
+def test_rocking_comes_to_its_end():
+    """Infinitely many impacts in finite time end in a capture, which the log says."""
+    b, h = 0.1, 0.5
+    alpha, _ = rocking(b, h)
+    s = started(rocker(b, h, 0.2 * alpha), **FINE)
+    s.run(20 * SECOND)
+    assert events(s)[-1] == ("ground", "captured")
+    assert s.state[2] == pytest.approx(h, abs=1e-9)
+    assert np.abs(s.state[s.program.nq : s.program.nq + 6]).max() < 1e-9
+    assert s.next_ns > 20 * SECOND
+
+
+def test_three_balls_that_touch_part_together_and_with_a_gap_one_after_the_other():
+    touching = started(row_of_balls(0.0, 1.0), **FINE)
+    touching.run(2 * SECOND)
+    nq = touching.program.nq
+    assert touching.state[nq : nq + 18 : 6] == pytest.approx([-1 / 3, 2 / 3, 2 / 3], abs=1e-9)
+    apart = started(row_of_balls(1e-3, 1.0), **FINE)
+    apart.run(2 * SECOND)
+    assert apart.state[nq : nq + 18 : 6] == pytest.approx([0.0, 0.0, 1.0], abs=1e-9)
+    assert times(apart, "ab", "impact") == pytest.approx([1.0], abs=NANOSECOND)
+    assert times(apart, "bc", "impact") == pytest.approx([1.001], abs=2 * NANOSECOND)
+    soft = started(row_of_balls(0.0, 0.0), **FINE)
+    soft.run(2 * SECOND)
+    assert soft.state[nq : nq + 18 : 6] == pytest.approx([1 / 3] * 3, abs=1e-9), (
+        "without restitution they run on as one"
+    )
+
+
+def test_a_bouncing_ball_comes_to_rest_after_infinitely_many_bounces():
+    height, e = 1.0, 0.6
+    first = sqrt(2.0 * height / G)
+    s = started(bouncing(height, e), **FINE)
+    s.run(4 * SECOND)
+    hits = times(s, "floor", "impact")
+    expected = [first * (1.0 + 2.0 * sum(e**k for k in range(1, n + 1))) for n in range(6)]
+    assert hits[:6] == pytest.approx(expected, abs=20 * NANOSECOND)
+    (end,) = times(s, "floor", "captured")
+    left = 2 * 1e-4 / G / (1.0 - e)  # what bounces slower than 0.1 mm/s would still take
+    assert end == pytest.approx(first * (1.0 + 2.0 * e / (1.0 - e)), abs=left)
+    assert events(s)[-1] == ("floor", "closed")
+    assert s.state[2] == pytest.approx(0.5, abs=1e-12)
+    assert imbalance(s) < BALANCE
+
+
+def test_nothing_sinks_in_and_energy_never_grows():
+    """A brick is thrown onto the ground with spin and friction."""
+    s = started(thrown(), **FINE, sample_ns=2_000_000)
+    s.run(3 * SECOND)
+    _, e = column(s, "energy")
+    mechanical = e[:, 0] + e[:, 1]
+    assert np.diff(mechanical).max() < 1e-7 * mechanical[0]
+    assert imbalance(s) < 10 * BALANCE
+    poses = column(s, "pose/brick")[1]
+    assert min(lowest(p) for p in poses) > -1e-8
+    assert events(s)
+
+
+def thrown():
+    from scipy.spatial.transform import Rotation
+
+    scene = on_slope(0.0, 0.3, size=(1.0, 0.6, 0.4))
+    q = Rotation.from_euler("xyz", [0.4, 0.3, 0.2]).as_quat()
+    (joint,) = scene.joints
+    flying = type(joint)(joint.name, joint.kind, joint.parent, joint.child, q0=(0.0, 0.0, 1.0, *q),
+                         v0=(2.0, 0.5, 0.0, 1.0, 2.0, 0.5))  # fmt: skip
+    return System(scene.bodies, (flying,), contacts=scene.contacts, gravity=G)
+
+
+def lowest(pose):
+    from scipy.spatial.transform import Rotation
+
+    corners = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.3, 0.3) for z in (-0.2, 0.2)])
+    return (Rotation.from_quat(pose[3:]).apply(corners) + pose[:3])[:, 2].min()
+
+
+@pytest.mark.parametrize(("offset", "falls"), [(0.95, False), (1.05, True)])
+def test_a_box_falls_off_another_when_its_centre_leaves_the_edge(offset, falls):
+    s = started(stacked(offset), **FINE)
+    s.run(SECOND)
+    assert (s.state[2] < 1.4) == falls
+    if not falls:
+        assert s.state[2] == pytest.approx(1.5, abs=1e-9)
+
+
+def test_a_beam_lies_across_another_on_four_crossings_of_edges():
+    s = started(stacked(0.0, size=(4.0, 1.0, 1.0), yaw=0.0), **FINE)
+    s.run(SECOND)
+    assert s.state[:3] == pytest.approx([0.0, 0.0, 1.5], abs=1e-9)
+    assert column(s, "contact/force")[1][-1] == pytest.approx(5.0 * G, rel=1e-8)
+
+
+REFUSED = [
+    (Contact("c", Box("brick", (1.0, 1.0, 1.0)), Ball("low")), "box against ball; possible are"),
+    (Contact("c", Ball("brick"), Ball("brick")), "both shapes belong to 'brick'"),
+    (Contact("c", Ball("brick"), Plane(), -0.1), "mu is -0.1; it cannot be negative"),
+    (Contact("c", Ball("brick"), Plane(), 0.1, 1.5), "restitution is 1.5"),
+    (Contact("c", Ball("brick"), Plane(normal=(0.0, 0.0, 0.0))), "the normal of its plane is zero"),
+    (Contact("c", Box("brick", (1.0, 0.0, 1.0)), Plane()), "make them positive"),
+    (Contact("c", Ball("brock"), Plane()), "there is no body 'brock'"),
+    (Contact("c", Ball("brick", radius=0.51), Plane()), "lies 10 mm inside of 'world'"),
+]
+
+
+@pytest.mark.parametrize(("contact", "words"), REFUSED, ids=[w for _, w in REFUSED])
+def test_contacts_that_cannot_be_are_refused_in_one_sentence(contact, words):
+    scene = on_slope(0.0, 0.0)
+    with pytest.raises(KernelError, match="'c'") as e:
+        started(System(scene.bodies, scene.joints, contacts=(contact,), gravity=G))
+    assert words in str(e.value)
+
+
+def test_a_painleve_rod_is_refused_by_name():
+    """A long rod scrapes over very rough ground, leaning into its motion: no force fits."""
+    lean = np.radians(50.0)
+    scene = leaning_rod(lean, mu=tan(lean) * 3.0)
+    with pytest.raises(KernelError, match=r"'tip'.*Painleve"):
+        started(scene).run(SECOND)
+
+
+def leaning_rod(lean, mu):
+    """Its lower end at the origin, sliding ahead of it."""
+    from contact_scenes import brick, floating
+    from scipy.spatial.transform import Rotation
+
+    R = Rotation.from_rotvec([0.0, lean, 0.0])
+    body = brick("rod", (0.01, 0.01, 2.0), 1.0)
+    joint = floating("rod", R.apply([0.0, 0.0, 1.0]), R.as_quat(), (*R.inv().apply([-1.0, 0.0, 0.0]), 0.0, 0.0, 0.0))
+    tip = Contact("tip", Ball("rod", (0.0, 0.0, -1.0)), Plane(), mu)
+    return System((body,), (joint,), contacts=(tip,), gravity=G)
