@@ -28,7 +28,8 @@ from ..symbol import maximum, minimum, select, sqrt
 from .frames import Side
 
 __all__ = [
-    "APART", "SIGNS", "VERTICES", "Box", "Witness", "ball_ball", "ball_box", "ball_plane", "box_box", "box_plane", "crossings", "edge",
+    "APART", "SIGNS", "VERTICES", "Box", "Witness", "ball_ball", "ball_box", "ball_plane",
+    "box_box", "box_plane", "crossings", "edge",
 ]  # fmt: skip
 
 Witness = tuple[Any, Any]  # gap [m], its rate [m/s]

@@ -185,5 +185,5 @@ def check_contact(c: Contact) -> None:
 def gap(c: Contact, a: Pose, b: Pose) -> float:
     """Smallest witness of a contact [m] between bodies at given places and rotations."""
     A, B = (np.concatenate([np.ravel(R), p, np.zeros(9)]) for p, R in (a, b))
-    shapes = (np.array(shape_numbers(s)) for s in (c.a, c.b))
-    return float(min(x for x, _ in pair_of(c).watch(*shapes, A, B)))
+    first, second = (np.array(shape_numbers(s)) for s in (c.a, c.b))
+    return float(min(x for x, _ in pair_of(c).watch(first, second, A, B)))

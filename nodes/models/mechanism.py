@@ -66,7 +66,7 @@ class MechanismModel(Machine):
         supports = tuple(s for s in self.system.supports if s.point.body == body)
         contacts = tuple(c for c in self.system.contacts if c.a.body == body)
         if supports or contacts:
-            faces = {x.name: body for x in (*supports, *contacts)}
+            faces = dict.fromkeys([*(s.name for s in supports), *(c.name for c in contacts)], body)
             closed = frozenset(self.mechanism.closed) & frozenset(faces)
             laws = System(supports=supports, contacts=contacts)
             actors.append(Stools("supports", body, laws, faces=faces, closed=closed))

@@ -50,8 +50,10 @@ def test_a_crate_slides_down_its_ramp(tmp_path: Path) -> None:
 
 
 def test_contacts_are_written_as_boxes_balls_points_and_planes(tmp_path: Path) -> None:
-    more = "  contacts:\n    top: {body: crate, radius: 20 cm, at: [0, 0, 2 m], against: {body: lid, box: [1 m, 1 m, 1 m]}}\n"
-    bodies = "    lid: {mass: 1 t, inertia: [1 t m2, 1 t m2, 1 t m2]}\n  joints:\n    up: {type: free, child: lid, at: [0, 0, 9 m]}\n"
+    lid = "{body: lid, box: [1 m, 1 m, 1 m]}"
+    more = f"  contacts:\n    top: {{body: crate, radius: 20 cm, at: [0, 0, 2 m], against: {lid}}}\n"
+    bodies = "    lid: {mass: 1 t, inertia: [1 t m2, 1 t m2, 1 t m2]}\n  joints:\n"
+    bodies += "    up: {type: free, child: lid, at: [0, 0, 9 m]}\n"
     path = written(tmp_path, ("  joints:\n", bodies), ("  contacts:\n", more))
     contacts = load(str(path)).plan.mechanisms[0].system.contacts
     assert contacts == (
