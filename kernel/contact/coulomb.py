@@ -21,6 +21,7 @@ __all__ = ["Contacts", "Friction", "settle"]
 ROUNDS = 30  # changes between stick and slip, and turns of the directions
 TOGETHER = 10  # rounds in which all contacts change at once, before they do one by one
 FARTHEST = 0.7  # [rad] that a direction is turned at once
+CLEAR = 1e-6  # relative size of a normal velocity or acceleration that is left when a set is clear
 TURN = 1e-12  # [rad] that is round-off
 LEAST = 1e-3  # part of the largest normal force below which a contact's share of friction is not lowered
 SMALL = 1e-9  # relative size of what counts as zero
@@ -93,7 +94,10 @@ def _swept(c: Contacts) -> Friction:
     m = len(c.mu)
     x, found = sweep(c.A, c.b, c.mu, c.moving)
     w = _velocities(c, x)
-    size = SMALL * np.abs(c.b).max(initial=0.0)
+    most = float(np.abs(c.b).max(initial=0.0))
+    size = SMALL * most
+    # at the very limit of friction sweeps creep; which contacts push, stick and slide is clear long before
+    found = found or bool(np.isfinite(x).all() and w[::3].min() > -CLEAR * most)
     speed = np.hypot(w[1::3], w[2::3])
     u = np.where(speed[:, None] > size, w.reshape(m, 3)[:, 1:] / np.maximum(speed, size)[:, None], 0.0)
     u = np.where(c.moving != 0.0, c.moving, u)

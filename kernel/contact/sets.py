@@ -21,7 +21,7 @@ from ..switching import StateEvent
 from .complementarity import eliminate, solve
 from .coulomb import Contacts, Friction, settle
 from .pairs import HELD
-from .slots import LEAVE, RESTING, Site, SlotAt
+from .slots import DEPTH, LEAVE, RESTING, Site, SlotAt
 
 if TYPE_CHECKING:
     from ..rate import Program
@@ -31,6 +31,7 @@ __all__ = ["KINDS", "Act", "ContactSets"]
 KINDS = ("touch", "press", "grip", "leave")  # guards of contacts
 TOUCH = 1e-8  # [m] gap of what touches in the same instant
 INSIDE = 1e-6  # [m] by which shapes may overlap at the start
+BEGIN = 1e-7  # [m/s] back against a slip that begins
 CAPTURE = 1e-4  # [m/s] slowest rebound
 LIGHT = 1e-7  # part of the largest normal force below which a contact only touches
 SMALL = 1e-9  # relative size of work that is round-off
@@ -230,6 +231,7 @@ class ContactSets:
             h = self._numbers("slot", s.name)
             if f.push[i] and f.x[3 * i] > LIGHT * f.x[::3].max():
                 h[SlotAt.STICK] = float(f.stick[i] or s.site.contact.mu == 0.0)
+                h[SlotAt.BACK] = DEPTH if _moves(speed, s) else BEGIN
                 h[SlotAt.SOFT], h[SlotAt.U] = 1.0 / f.share[i] ** 2, 0.0 if f.stick[i] else f.u[i]
             else:
                 self._free(s)
@@ -296,6 +298,11 @@ def _holds(
         k = on.index(s)
         x[3 * k : 3 * k + 3] = f.x[3 * i : 3 * i + 3]
     return bool(problem.after(x)[::3].min() > -LIGHT * np.abs(free).max())
+
+
+def _moves(speed: np.ndarray, s: _Slot) -> bool:
+    """Whether a slot with friction slides at an event."""
+    return len(s.rows) == 3 and float(np.hypot(*speed[s.rows[1:]])) > RESTING
 
 
 def _rows(on: list[_Slot]) -> list[int]:

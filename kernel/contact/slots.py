@@ -28,7 +28,7 @@ from .pairs import HELD, Pair, pair_of, shape_numbers
 __all__ = ["SLOT", "ContactRows", "Site", "SlotAt", "contact_numbers"]
 
 END = 21  # numbers that describe a body: R, o, r, V
-SLOT = HELD + 6
+SLOT = HELD + 7
 DEPTH = 1e-10  # [m] and [m/s] below which a touch is round-off
 SUNK = 1e-8  # [m] where a touch without speed counts
 RESTING = 1e-6  # [m/s] speed that counts as none at an event: what a nanosecond may change
@@ -36,11 +36,14 @@ LEAVE = 1e-9  # [m] beyond the edge of a face where a place is left
 
 
 class SlotAt:
-    """Places of a slot's state, behind what it holds; a candidate of -1: free."""
+    """Places of a slot's state, behind what it holds; a candidate of -1: free.
+
+    BACK: the speed against U [m/s] that ends a slip; for one that begins, more than a nanosecond may leave.
+    """
 
     ON, STICK, SOFT = range(HELD, HELD + 3)
     U = slice(HELD + 3, HELD + 5)
-    CANDIDATE = HELD + 5
+    CANDIDATE, BACK = HELD + 5, HELD + 6
 
 
 @dataclass(frozen=True)
@@ -59,7 +62,7 @@ class Site:
 def contact_numbers(c: Contact, weight: float) -> dict[tuple[str, str], list[float]]:
     """Numbers of P: friction and the force that counts as zero [N]; shapes; candidates held; slots."""
     pair = pair_of(c)
-    empty = [*[0.0] * HELD, 0.0, 1.0, 1.0, 0.0, 0.0, -1.0]
+    empty = [*[0.0] * HELD, 0.0, 1.0, 1.0, 0.0, 0.0, -1.0, DEPTH]
     out = {
         ("contact", c.name): [c.mu, 1e-9 * max(1.0, weight)],
         ("shapes", c.name): [*shape_numbers(c.a), *shape_numbers(c.b)],
@@ -127,7 +130,7 @@ class ContactRows:
             if x.site.per_slot > 1:
                 t = multipliers[at + 1 : at + 3]
                 room = x.mu * n - sqrt(t @ t + 1e-300) + x.grain
-                grip = select(on, select(stick, room, x.onward[0] + DEPTH), 1.0)
+                grip = select(on, select(stick, room, x.onward[0] + x.back[0]), 1.0)
                 heat[name] = heat[name] + select(on, select(stick, 0.0, x.mu * n * x.sliding[0]), 0.0)
             guards += [select(on, n + x.grain, 1.0), grip, select(on, x.leave[0], 1.0)]
             force[name] = force[name] + select(on, n, 0.0)
@@ -184,5 +187,6 @@ def _slot(pair: Pair, h: Any, mu: Any, A: Any, B: Any) -> dict[str, Any]:
         "soft": [h[SlotAt.SOFT]],
         "sliding": [u @ v],
         "onward": [u0 @ v],
+        "back": [h[SlotAt.BACK]],
         "leave": [minimum(room[0], room[1]) + LEAVE],
     }

@@ -85,6 +85,27 @@ def stacked(offset, size=(1.0, 1.0, 1.0), yaw=0.0, mu=0.5):
     )
 
 
+def tumbling(seed):
+    """A cube in a random attitude falls on the upper edge of a larger one."""
+    rng = np.random.default_rng(seed)
+    q, spin = Rotation.random(random_state=seed).as_quat(), rng.normal(size=3)
+    tilt = Rotation.from_euler("x", 45, degrees=True).as_matrix()
+    post = Joint("post", "fixed", "world", "low", p_PJ=(0.0, 0.0, 0.5), R_PJ=tuple(map(tuple, tilt.tolist())))
+    x, y = 0.2 * rng.normal(size=2)
+    up = floating("up", (x, y, 3.0), q, (0.0, 0.0, 0.0, *map(float, spin)))
+    bodies = (brick("low", (2.0, 2.0, 2.0), 10.0), brick("up", (1.0, 1.0, 1.0), 5.0))
+    pair = Contact("pair", Box("up", (1.0, 1.0, 1.0)), Box("low", (2.0, 2.0, 2.0)), 0.3)
+    return System(bodies, (post, up), contacts=(pair,), gravity=G)
+
+
+def on_three_feet(x, y, mass=6.0):
+    """A plate on three points whose centre of mass lies at (x, y)."""
+    body = Body("plate", mass, (x, y, 0.3), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
+    feet = {"a": (-1.0, -1.0), "b": (1.0, -1.0), "c": (0.0, 2.0)}
+    contacts = tuple(Contact(n, Ball("plate", (*p, 0.0)), Plane(), 0.5) for n, p in feet.items())
+    return System((body,), (floating("plate", (0.0, 0.0, 0.0)),), contacts=contacts, gravity=G)
+
+
 def sliding_acceleration(angle, mu):
     return G * (sin(angle) - mu * cos(angle))
 

@@ -8,11 +8,13 @@ from contact_scenes import (
     bouncing,
     leaning,
     on_slope,
+    on_three_feet,
     rocker,
     rocking,
     row_of_balls,
     sliding_acceleration,
     stacked,
+    tumbling,
     way,
 )  # fmt: skip
 from heavylift.kernel.contact.describe import Ball, Box, Contact, Plane
@@ -186,6 +188,41 @@ def test_a_beam_lies_across_another_on_four_crossings_of_edges():
     s.run(SECOND)
     assert s.state[:3] == pytest.approx([0.0, 0.0, 1.5], abs=1e-9)
     assert column(s, "contact/force")[1][-1] == pytest.approx(5.0 * G, rel=1e-8)
+
+
+@pytest.mark.parametrize("seed", [0, 2, 8, 12])
+def test_a_cube_tumbles_over_the_edge_of_another(seed):
+    """Vertices on faces and edges on edges, one after the other and together: the balance closes, nothing sinks in."""
+    s = started(tumbling(seed), **FINE, sample_ns=5_000_000)
+    s.run(2 * SECOND)
+    _, e = column(s, "energy")
+    assert np.diff(e[:, 0] + e[:, 1]).max() < 1e-8 * np.ptp(e[:, 0])
+    assert imbalance(s) < BALANCE
+    low, up = (column(s, f"pose/{name}")[1] for name in ("low", "up"))
+    assert min(apart(a, b) for a, b in zip(up, low, strict=True)) > -1e-8
+    assert ("pair", "impact") in events(s)
+
+
+def apart(up, low):
+    """Largest separation of the two cubes over all fifteen directions."""
+    from scipy.spatial.transform import Rotation
+
+    A, B = (Rotation.from_quat(p[3:]).as_matrix().T for p in (up, low))
+    d = up[:3] - low[:3]
+    directions = [*A, *B, *(np.cross(a, b) for a in A for b in B)]
+    lengths = [np.linalg.norm(n) for n in directions]
+    units = [n / size for n, size in zip(directions, lengths, strict=True) if size > 1e-3]
+    return max(abs(n @ d) - 0.5 * np.abs(A @ n).sum() - 1.0 * np.abs(B @ n).sum() for n in units)
+
+
+def test_a_plate_rests_on_three_feet_by_its_centre_of_mass():
+    """Moments about the feet: c carries (y + 1) / 3, a and b share the rest about x."""
+    x, y = 0.3, 0.2
+    s = started(on_three_feet(x, y), **FINE)
+    s.run(SECOND)
+    c = (y + 1.0) / 3.0
+    shares = [(1.0 - c - x) / 2.0, (1.0 - c + x) / 2.0, c]
+    assert column(s, "contact/force")[1][-1] == pytest.approx(np.array(shares) * 6.0 * G, rel=1e-9)
 
 
 REFUSED = [
