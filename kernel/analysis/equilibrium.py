@@ -64,8 +64,9 @@ def equilibrium(simulation: Simulation) -> Equilibrium:
             )
         h = min(LONG, max(SHORT, h * min(10.0, max(0.2, before / size if size else 10.0))))
         before = size
-        K = stiffness(poses, q)
-        step, h = _step(K, a, h)
+        basis = poses.basis(q)
+        way, h = _step(stiffness(poses, q, basis), basis.T @ a, h)
+        step = basis @ way
         q = poses.moved(q, step * min(1.0, LONGEST / float(np.abs(step).max(initial=LONGEST))))
     raise _restless(poses, q)
 

@@ -17,8 +17,8 @@ STEP, SMALLEST = 1e-4, 1e-7  # [m, rad] between poses
 SPEED_STEP = 1e-3  # [m/s, rad/s]
 
 
-def stiffness(poses: Poses, q: np.ndarray) -> np.ndarray:
-    """(n_free, n_free) da/dq [1/s2] in the tangent space at pose q, at rest."""
+def stiffness(poses: Poses, q: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """(n, n) da/dq [1/s2] of the motions `basis` (n_free, n) at pose q, at rest."""
     poses.accelerations(q)
     holds = poses.guards() >= 0.0
 
@@ -38,12 +38,12 @@ def stiffness(poses: Poses, q: np.ndarray) -> np.ndarray:
                 return derivative
             h *= 0.1
 
-    return _columns(column, len(poses.free))
+    return _columns(column, basis)
 
 
-def damping(poses: Poses, q: np.ndarray) -> np.ndarray:
-    """(n_free, n_free) da/dv [1/s] at pose q, at rest."""
-    return _columns(lambda e: _difference(lambda x: poses.accelerations(q, x * e), SPEED_STEP), len(poses.free))
+def damping(poses: Poses, q: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """(n, n) da/dv [1/s] of the motions `basis` at pose q, at rest."""
+    return _columns(lambda e: _difference(lambda x: poses.accelerations(q, x * e), SPEED_STEP), basis)
 
 
 def _difference(f: Callable[[float], np.ndarray], h: float) -> np.ndarray:
@@ -52,5 +52,7 @@ def _difference(f: Callable[[float], np.ndarray], h: float) -> np.ndarray:
     return derivative
 
 
-def _columns(f: Callable[[np.ndarray], np.ndarray], n: int) -> np.ndarray:
-    return np.array([f(e) for e in np.eye(n)]).reshape(n, n).T
+def _columns(f: Callable[[np.ndarray], np.ndarray], basis: np.ndarray) -> np.ndarray:
+    n = basis.shape[1]
+    matrix: np.ndarray = basis.T @ np.array([f(e) for e in basis.T]).reshape(n, len(basis)).T
+    return matrix

@@ -56,8 +56,10 @@ def modes(simulation: Simulation) -> Modes:
     """Modes of a simulation about the pose where it is, which should be at rest (see `equilibrium`); all drives are
     stopped and all speeds count as zero."""
     poses = Poses(simulation)
-    q, n = poses.q, len(poses.free)
-    A = np.block([[np.zeros((n, n)), np.eye(n)], [stiffness(poses, q), damping(poses, q)]])
+    q = poses.q
+    basis = poses.basis(q)
+    n = basis.shape[1]
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [stiffness(poses, q, basis), damping(poses, q, basis)]])
     s, vectors = np.linalg.eig(A)
     poses.accelerations(q)  # leaves the simulation at its own pose
     energy = _Energy(simulation, q)
@@ -69,7 +71,7 @@ def modes(simulation: Simulation) -> Modes:
             decays.append(-float(s[k].real))
         elif s[k].imag > 0.0:
             shape = np.zeros(simulation.program.nv, dtype=complex)
-            shape[poses.free] = vectors[n:, k]
+            shape[poses.free] = basis @ vectors[n:, k]
             shape /= shape[np.argmax(np.abs(shape))]
             w = abs(s[k])
             found.append(Mode(w / (2.0 * pi), -float(s[k].real / w), shape, *energy.shares(shape)))

@@ -24,7 +24,7 @@ __all__ = ["Reaction", "reactions"]
 
 @dataclass(frozen=True)
 class Reaction:
-    """What a joint does to its child: `force` (3,) [N] and `moment` (3,) [N m] about the child's origin.
+    """What a joint does to its child: `force` (3,) [N] and `moment` (3,) [N m] about the joint's place on the child.
 
     Both in the axes of the joint's frame on the parent, R_WJ; along free axes they are the forces of the joint's laws.
     """
@@ -34,10 +34,11 @@ class Reaction:
 
 
 def reactions(simulation: Stepper) -> dict[str, Reaction]:
-    """Reaction of every joint of the spanning tree by name, at the present instant of a simulation."""
+    """Reaction of every joint by name, at the present instant of a simulation; those that close loops come last."""
     program, x = simulation.program, simulation.instant()
     dv = x.dy[program.nq : program.nq + program.nv]
     found: dict[str, Reaction] = {}
+    R_W = {-1: np.eye(3)}
     for i, (tree, _) in enumerate(program.instances):
         numbered = with_numbers(tree, simulation.P[program.parameters.at["tree", str(i)]])
         q, v = np.array(x.q[tree.q]), np.array(x.v[tree.v])
@@ -46,7 +47,12 @@ def reactions(simulation: Stepper) -> dict[str, Reaction]:
         _, F = composites(numbered, K, W)
         for n, b in enumerate(numbered.bodies):
             R_WJ = (K.R[b.parent] if b.parent >= 0 else np.eye(3)) @ b.R_PJ
-            moment, force = F[n][:3] - cross(K.r[n], F[n][3:]), F[n][3:]
+            R_W[tree.first + n] = K.R[n]
+            moment, force = F[n][:3] - cross(K.r[n] + K.R[n] @ b.p_CJ, F[n][3:]), F[n][3:]
             joint = program.graph.links[tree.first + n].joint.name
             found[joint] = Reaction(*(np.array(R_WJ.T @ f, dtype=float) for f in (force, moment)))
+    loads = np.reshape(np.array(x.loads(), dtype=float), (-1, 2, 3))
+    for j, load in zip(program.graph.loops, loads, strict=True):
+        R_WJ = R_W[program.graph.number(j.parent)] @ np.array(j.R_PJ)
+        found[j.name] = Reaction(*(np.array(R_WJ.T @ f, dtype=float) for f in load))
     return found
