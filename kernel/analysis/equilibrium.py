@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import KernelError
+from ..samples import channels, published
 from .linearise import stiffness
 from .poses import Poses
 
@@ -54,14 +55,7 @@ def equilibrium(simulation: Simulation) -> Equilibrium:
             break
         stalled = stalled + 1 if size > 0.5 * before and size < ROUNDING else 0
         if not switched and (size <= STILL or stalled >= 3):
-            row = simulation.row()
-            s = simulation.program.system
-            return Equilibrium(
-                q,
-                dict(zip((r.name for r in s.ropes), map(float, row.tension), strict=True)),
-                dict(zip((u.name for u in s.supports), map(float, row.normal), strict=True)),
-                steps,
-            )
+            return Equilibrium(q, _shown(simulation, "tension"), _shown(simulation, "support/force"), steps)
         h = min(LONG, max(SHORT, h * min(10.0, max(0.2, before / size if size else 10.0))))
         before = size
         basis = poses.basis(q)
@@ -69,6 +63,14 @@ def equilibrium(simulation: Simulation) -> Equilibrium:
         step = basis @ way
         q = poses.moved(q, step * min(1.0, LONGEST / float(np.abs(step).max(initial=LONGEST))))
     raise _restless(poses, q)
+
+
+def _shown(simulation: Simulation, topic: str) -> dict[str, float]:
+    """What samples show under topics of this ending, by name."""
+    method = simulation.method
+    values = published(method, np.array(method.row_layout.pack(simulation.row()))[None])[0]
+    shown = [c for c in channels(method) if c.topic.endswith(topic)]
+    return {name: float(x) for c in shown for name, x in zip(c.names, values[c.start : c.stop], strict=True)}
 
 
 def _step(K: np.ndarray, a: np.ndarray, h: float) -> tuple[np.ndarray, float]:

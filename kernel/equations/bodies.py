@@ -9,8 +9,8 @@ from __future__ import annotations
 from ..describe import WORLD, System
 from ..graph import Graph, children_of
 from .document import Equation, Section
-from .laws import Acting
-from .notation import Formula, cross, dual_cross, joined, sym, transposed
+from .laws import Acting, loops_at
+from .notation import Formula, cross, dual_cross, joined, law, sym, transposed
 
 __all__ = ["balance", "balances", "recursion"]
 
@@ -25,6 +25,7 @@ def _force(graph: Graph, i: int, remark: str = "") -> Equation:
     n = i + 1
     terms = [("+", sym("F", n)), ("+", sym("F", n, "c"))]
     terms += [("-", sym("F", j + 1, "c")) for j in children_of(graph.T, i)]
+    terms += [(sign, law("Fc", name, bold=True)) for name, sign in loops_at(graph, graph.links[i].body.name)]
     return Equation(_product(sym("m", n, bold=False), sym("r", n, dots=2)), joined(terms), remark)
 
 
@@ -44,6 +45,9 @@ def _moment(graph: Graph, i: int) -> Equation:
     terms = [("+", sym("M", n)), ("+", sym("M", n, "c")), ("+", lever(n))]
     for j in children_of(graph.T, i):
         terms += [("-", sym("M", j + 1, "c")), ("-", lever(j + 1))]
+    for name, sign in loops_at(graph, graph.links[i].body.name):
+        arm = Formula("(", "(") + law("p", name, bold=True) + " - " + sym("r", n) + ")"
+        terms += [(sign, law("Mc", name, bold=True)), (sign, cross(arm, law("Fc", name, bold=True)))]
     return Equation(left, joined(terms))
 
 

@@ -67,6 +67,24 @@ _ROWS: dict[str, tuple[_Row, ...]] = {
 }
 
 
+_LOOPS: tuple[_Row, ...] = (
+    (
+        'H q"',
+        r"\mathbf{H}\,\ddot{\mathbf{q}}",
+        "tau - S^T f + G^T lambda",
+        r"\tau - \mathbf{S}^T\,\mathbf{f} + \mathbf{G}^T\,\lambda",
+        "with the rows G of the loops",
+    ),
+    (
+        "G H^-1 G^T lambda",
+        r"\mathbf{G}\,\mathbf{H}^{-1}\,\mathbf{G}^T\,\lambda",
+        "-b - G H^-1 (tau - S^T f)",
+        r"-\mathbf{b} - \mathbf{G}\,\mathbf{H}^{-1}\,(\tau - \mathbf{S}^T\,\mathbf{f})",
+        'b their accelerations with q" = 0; redundant rows share by least squares',
+    ),
+)
+
+
 def formulation_section(graph: Graph, formulation: str) -> Section:
     """What is solved for the accelerations."""
     n, n_v = len(graph.links), graph.nv
@@ -76,5 +94,6 @@ def formulation_section(graph: Graph, formulation: str) -> Section:
         "embedding": f"constraint forces vanish by projection: {6 * n} velocities of bodies become {n_v} of joints",
         "augmented": f"{6 * n} accelerations of bodies in absolute coordinates and {6 * n - n_v} multipliers",
     }[formulation]
-    equations = [Equation(Formula(a, b), Formula(c, d), e) for a, b, c, d, e in _ROWS[formulation]]
+    rows = _ROWS[formulation] + (_LOOPS if graph.loops else ())
+    equations = [Equation(Formula(a, b), Formula(c, d), e) for a, b, c, d, e in rows]
     return Section(f"formulation: {formulation}", (told,), equations=[("", equations)])

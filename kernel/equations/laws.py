@@ -9,12 +9,13 @@ from dataclasses import fields, is_dataclass
 from inspect import getdoc
 from typing import Any
 
-from ..describe import WORLD, Brake, Drive, JointSpring, Point, Rope, Stop, Support, System
+from ..describe import WORLD, Brake, Drive, JointSpring, Point, RigidRope, Rope, Stop, Support, System
 from ..forces.describe import Load, Spring, Wind
+from ..graph import Graph
 from .document import Equation, Section
 from .notation import Formula, cross, joined, law, plain, sym
 
-__all__ = ["Acting", "laws"]
+__all__ = ["Acting", "laws", "loops_at"]
 
 Row = tuple[Point, str, str]  # where a law acts, its name with the number of its end, sign of its force there
 
@@ -25,7 +26,7 @@ class Acting:
     def __init__(self, system: System) -> None:
         self.system = system
         self.points: list[Row] = []
-        for r in system.ropes:
+        for r in system.straight_ropes:
             for n, line in enumerate(r.lines, 1):
                 self.points += [(line.a, f"{r.name}.{n}", "+"), (line.b, f"{r.name}.{n}", "-")]
         self.points += [(s.point, s.name, "+") for s in system.supports]
@@ -60,12 +61,19 @@ def _place(name: str, sign: str) -> Formula:
     return law("a" if sign == "+" else "b", name, bold=True)
 
 
+def loops_at(graph: Graph, body: str) -> list[tuple[str, str]]:
+    """Joints that close loops at a body: their names with the sign of their force there."""
+    ends = [(j.name, sign, on) for j in graph.loops for on, sign in ((j.child, "+"), (j.parent, "-"))]
+    return [(name, sign) for name, sign, on in ends if on == body]
+
+
 def laws(system: System) -> list[Section]:
     """One section per kind of law: its formulas and a table of its numbers."""
     groups: dict[type, list[Any]] = {}
-    members = (system.ropes, system.supports, system.springs, system.stops, system.brakes, system.drives)
-    for item in [x for group in members for x in group] + [*system.forces, *system.masters, *system.measured]:
-        groups.setdefault(type(item), []).append(item)
+    for f in fields(system):
+        if f.name not in ("bodies", "joints", "thresholds", "gravity"):
+            for item in getattr(system, f.name):
+                groups.setdefault(type(item), []).append(item)
     return [_section(kind, items) for kind, items in groups.items()]
 
 
@@ -114,6 +122,15 @@ _FORMULAS: dict[type, tuple[tuple[str, str, str, str], ...]] = {
             r"EA\,\frac{l - L_0}{L_0} + c\,(\dot{l} - \dot{L}_0)",
             "while hooked and taut, else 0",
         ),
+        (
+            "f",
+            "share T (b - a)/|b - a|",
+            r"\mathrm{share}\,T\,\frac{\mathbf{b} - \mathbf{a}}{|\mathbf{b} - \mathbf{a}|}",
+            "on the body of a, -f on that of b",
+        ),
+    ),
+    RigidRope: (
+        ("l", "L0", "L_0", "while taut: T is what keeps it; slack while l < L0"),
         (
             "f",
             "share T (b - a)/|b - a|",

@@ -5,8 +5,9 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import equilibrium, modes, momentum, reactions
-from heavylift.kernel.describe import WORLD, Body, Joint, System
-from small_scenes import G, Y, started
+from heavylift.kernel.describe import WORLD, Body, Joint, Line, Point, RigidRope, System
+from heavylift.kernel.equations import equations
+from small_scenes import G, X, Y, Z, hung, started
 
 LINK, M, L, SPAN = 30.0, 500.0, 4.0, 6.0  # [kg, kg, m, m]
 CLOSE = 1e-7
@@ -30,6 +31,15 @@ def swing(links: int = 2) -> System:
         for n in range(1, links)
     ]
     return System(tuple(bodies), tuple(joints), gravity=G)
+
+
+def test_the_printed_equations_know_the_joint_that_closes_the_loop():
+    text = equations(swing())
+    assert "-  platform  low1   revolute  link1 (closes a loop)" in text
+    assert '    m2 r2" = F2 + Fc2 + Fc(low1)\n' in text
+    assert '    m3 r3" = F3 + Fc3 - Fc(low1)\n' in text
+    assert '  H q" = tau - S^T f + G^T lambda' in text
+    assert "lambda" not in equations(hung(60.0))
 
 
 @pytest.mark.parametrize("links", [2, 3])
@@ -66,3 +76,20 @@ def test_in_motion_the_tops_carry_weight_and_inertia():
     rate = (momentum(simulation).linear - h) / dt
     weight = (M + 2.0 * LINK) * G
     assert sum_of_tops - rate == pytest.approx([0.0, 0.0, weight], abs=1e-4 * weight)
+
+
+def test_a_load_on_a_rigid_rope_rests_below_its_end():
+    """The rope pulls with the weight, and the load swings as a pendulum of its length."""
+    rope = RigidRope("rope", (Line(Point(WORLD), Point("load")),), L)
+    i = 1e-3 * M
+    load = Body("load", M, (0.0, 0.0, 0.0), ((i, 0.0, 0.0), (0.0, i, 0.0), (0.0, 0.0, i)))
+    slides = (
+        Joint("along", "prismatic", WORLD, "carrier", axis=X, q0=(0.5,)),
+        Joint("up", "prismatic", "carrier", "load", axis=Z, q0=(-sqrt(L * L - 0.25),)),
+    )
+    simulation = started(System((Body("carrier", 0.0), load), slides, rigid_ropes=(rope,), gravity=G))
+    found = equilibrium(simulation)
+    assert found.q == pytest.approx([0.0, -L], abs=1e-6)
+    assert found.tensions["rope"] == pytest.approx(M * G, rel=1e-6)
+    (mode,) = modes(simulation).oscillations
+    assert 2.0 * pi * mode.frequency == pytest.approx(sqrt(G / L), rel=1e-6)
