@@ -24,8 +24,10 @@ __all__ = ["Equilibrium", "equilibrium"]
 
 STILL = 1e-9  # [m/s2, rad/s2] acceleration that counts as none
 ROUNDING = 1e-6  # [m/s2, rad/s2] below which an acceleration that no longer falls is rounding of stiff laws
+NEAR = 1e-10  # [m, rad] a Newton step behind which there is only the rounding of stiff laws on light bodies
 LONGEST = 0.3  # [m, rad] a step
 MOST = 300  # steps
+RELAXED = 1.0  # [s] of pseudo time from which a step is Newton's
 SHORT, LONG = 0.1, 100.0  # [s] of pseudo time; LONG leaves neutral directions alone
 SETTLED = 20  # rounds of switching at one pose after which laws contradict each other
 
@@ -46,7 +48,7 @@ def equilibrium(simulation: Simulation) -> Equilibrium:
     Raises KernelError, naming the body that finds no rest.
     """
     poses = Poses(simulation)
-    q, h, before, stalled = poses.q, SHORT, np.inf, 0
+    q, h, before, last, stalled = poses.q, SHORT, np.inf, np.inf, 0
     for steps in range(MOST):
         switched = _switch(poses, q)
         a = poses.accelerations(q)
@@ -54,13 +56,14 @@ def equilibrium(simulation: Simulation) -> Equilibrium:
         if not np.isfinite(size):
             break
         stalled = stalled + 1 if size > 0.5 * before and size < ROUNDING else 0
-        if not switched and (size <= STILL or stalled >= 3):
+        if not switched and (size <= STILL or last <= NEAR or stalled >= 3):
             return Equilibrium(q, _shown(simulation, "tension"), _shown(simulation, "support/force"), steps)
         h = min(LONG, max(SHORT, h * min(10.0, max(0.2, before / size if size else 10.0))))
         before = size
         basis = poses.basis(q)
         way, h = _step(stiffness(poses, q, basis), basis.T @ a, h)
         step = basis @ way
+        last = float(np.abs(step).max(initial=0.0)) if h > RELAXED else np.inf
         q = poses.moved(q, step * min(1.0, LONGEST / float(np.abs(step).max(initial=LONGEST))))
     raise _restless(poses, q)
 

@@ -162,3 +162,23 @@ def test_what_nothing_holds_is_refused_by_name():
 def test_a_rope_that_is_off_holds_nothing():
     with pytest.raises(KernelError, match="body 'load' finds no rest"):
         equilibrium(started(hung(50.0, hooked=False)))
+
+
+def test_c09_an_equaliser_beam_leans_until_its_ropes_differ_as_the_formula_says():
+    x, want = FORMS["C09"]["given"], FORMS["C09"]["expected"]
+    c, h, phi, L, W = x["c"], x["h"], radians(x["phi_deg"]), 1e4, 1e6
+    bodies = (Body("beam", 1e-3, inertia=cube(1e-3)), Body("load", W / G))
+    joints = (
+        Joint("hinge", "revolute", "world", "beam", axis=Y),
+        Joint("guide", "prismatic", "world", "load", axis=Z, q0=(-L,)),
+    )
+    ropes = tuple(
+        Rope(
+            name, (Line(Point("beam", (s * c, 0.0, -h)), Point("load", (s * c, 0.0, -h))),), 1e13, L + s * c * sin(phi)
+        )
+        for name, s in (("T1", 1.0), ("T2", -1.0))
+    )
+    found = equilibrium(started(System(bodies, joints, ropes=ropes, gravity=G)))
+    assert abs(np.tan(found.q[0])) == pytest.approx(want["tan_phi"], rel=1e-4)
+    big, small = sorted(found.tensions.values(), reverse=True)
+    assert big / small == pytest.approx(want["T1_over_T2"], rel=1e-4)
