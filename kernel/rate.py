@@ -112,7 +112,7 @@ class Program:
 
     def _laws(self) -> tuple[tuple[Any, ...], ...]:
         s = self.system
-        flexible = tuple(k.body for k in self.graph.links if k.modes)
+        flexible = tuple(k.body for k in self.graph.links if k.n_modes)
         return s.ropes, s.supports, s.springs, s.stops, s.brakes, s.forces, flexible, s.rigid_ropes, s.contacts
 
     def _check(self) -> None:

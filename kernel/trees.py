@@ -175,7 +175,7 @@ def _place(graph: Graph, link: Link) -> Any:
     from .flexible.attachment import Place
 
     station, X = on.station(joint.p_PJ)
-    return Place(X, on.at(station))
+    return Place(X, on.at(station), on.shortening(station))
 
 
 def _values(body: TreeBody) -> list[Any]:

@@ -4,7 +4,7 @@ From the kinetic energy (3) of `reduction`, with momentum P = I nu + C eta' in b
     dP/dt + nu x* P = wrench,     d/dt (C_l^T nu + m_l eta'_l) - dT/deta_l = force on mode l,                      (6)
 and with D_k = dI/deta_k = J1_k + sum_l eta_l J2_kl, I' = sum_k eta'_k D_k, C'_l = sum_k eta'_k G1_kl:
     wrench  = I a + C eta'' + I' nu + C' eta' + nu x* (I nu + C eta'),                                             (7)
-    force_l = C_l^T a + m_l eta''_l + C'_l^T nu - 1/2 nu^T D_l nu - sum_k eta'_k G1_lk^T w.                         (8)
+    force_l = C_l^T a + m_l eta''_l + C'_l^T nu - 1/2 nu^T D_l nu - sum_k eta'_k G1_lk^T nu.                        (8)
 a is the acceleration of the frame in body axes; that of the ground, upwards, is gravity.  The terms follow from T
 alone, so that energy and momentum are kept exactly for any constants.
 """
@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ..spatial import force_cross, join, mirror, skew
+from ..spatial import force_cross, mirror, skew
 
 __all__ = ["FlexibleInertia", "flexible_inertia"]
 
@@ -46,22 +46,22 @@ def flexible_inertia(
     m = range(len(eta))
     to_body = np.block([[R.T, np.zeros((3, 3))], [-(R.T @ skew(r)), R.T]])
     nu, a = to_body @ V, to_body @ A
-    none = np.zeros(3)
-    D = [e.J1[k] + _angular(sum((e.J2[k, l] * eta[l] for l in m), np.zeros((3, 3)))) for k in m]
+    none = np.zeros(6)
+    D = [e.J1[k] + sum((e.J2[k, l] * eta[l] for l in m), np.zeros((6, 6))) for k in m]
     I = mirror(e.J0 + 0.5 * sum(((e.J1[k] + D[k]) * eta[k] for k in m), np.zeros((6, 6))))
-    C = [e.G0[l] + _moment(sum((e.G1[k, l] * eta[k] for k in m), none)) for l in m]
+    C = [e.G0[l] + sum((e.G1[k, l] * eta[k] for k in m), none) for l in m]
     C_rate = [sum((e.G1[k, l] * rates[k] for k in m), none) for l in m]
     I_rate = sum((D[k] * rates[k] for k in m), np.zeros((6, 6)))
-    moving = sum((C[l] * rates[l] for l in m), np.zeros(6))
+    moving = sum((C[l] * rates[l] for l in m), none)
     P = I @ nu + moving
-    speeding = sum((C[l] * accelerations[l] for l in m), np.zeros(6))
-    turning = I_rate @ nu + _moment(sum((C_rate[l] * rates[l] for l in m), none)) + force_cross(nu) @ P
+    speeding = sum((C[l] * accelerations[l] for l in m), none)
+    turning = I_rate @ nu + sum((C_rate[l] * rates[l] for l in m), none) + force_cross(nu) @ P
     forces = [
         C[l] @ a
         + e.mass[l] * accelerations[l]
-        + C_rate[l] @ nu[:3]
+        + C_rate[l] @ nu
         - 0.5 * (nu @ (D[l] @ nu))
-        - sum((e.G1[l, k] * rates[k] for k in m), none) @ nu[:3]
+        - sum((e.G1[l, k] * rates[k] for k in m), none) @ nu
         for l in m
     ]
     return FlexibleInertia(
@@ -74,13 +74,3 @@ def flexible_inertia(
         kinetic=0.5 * (nu @ (P + moving) + sum((e.mass[l] * rates[l] * rates[l] for l in m), 0.0)),
         moment=e.J0[3, 3] * r + R @ np.array([I[2, 4], I[0, 5], I[1, 3]]),
     )
-
-
-def _moment(x: Any) -> Any:
-    """(6,) wrench without force."""
-    return join(x, np.zeros(3))
-
-
-def _angular(x: Any) -> Any:
-    """(6, 6) with the angular part (3, 3)."""
-    return np.block([[x, np.zeros((3, 3))], [np.zeros((3, 6))]])

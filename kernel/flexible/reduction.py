@@ -10,6 +10,8 @@ Gerstmayr 2019) and with the meaning of the standard input data (Wallrapp 1994; 
     I = J0 + sum_k eta_k J1_k + 1/2 sum_kl eta_k eta_l J2_kl,   C_l = G0_l + sum_k eta_k G1_kl,                    (4)
     J0 = B_0^T M B_0,  J1_k = B_0^T M B_k + (..)^T,  J2_kl = B_k^T M B_l + (..)^T,  G0_l = B_0^T M Phi_l,
     G1_kl = B_k^T M Phi_l.                                                                                        (5)
+The shortening of a bent beam (equation (9) of `attachment`) is a displacement of second order; it adds to G1 and J2 as
+those of first order add to G0 and J1, which is the geometric stiffness.
 The modes are M-orthogonal, so that m and the reduced stiffness are diagonal.  The momentum is that of the moving centre
 of mass (so that acceleration of the ground and gravity are one) if the first moments in J1 are the forces in G0: for
 matrices that interpolate displacements with slopes, (5) fulfils this to the order of the elements; it is set exactly.
@@ -28,7 +30,7 @@ from scipy.linalg import eigh
 from ..errors import KernelError
 from .attachment import Track
 from .beam import beam_matrices, hermite, nodes_of, rigid_directions
-from .description import Flexible
+from .description import Beam, Flexible
 
 __all__ = ["Elastic", "Modes", "modes_of", "reduced"]
 
@@ -40,13 +42,13 @@ NODE = 1e-6  # [m] how far an attached point may be off its node by rounding
 
 @dataclass(frozen=True)
 class Elastic:
-    """The constants of equations (4), for the angular (3) or all (6) components of a twist."""
+    """The constants of equations (4)."""
 
     J0: np.ndarray  # (6, 6)
     J1: np.ndarray  # (m, 6, 6)
-    J2: np.ndarray  # (m, m, 3, 3)
+    J2: np.ndarray  # (m, m, 6, 6)
     G0: np.ndarray  # (m, 6)
-    G1: np.ndarray  # (m, m, 3)
+    G1: np.ndarray  # (m, m, 6)
     mass: np.ndarray  # (m,) of the modes
 
 
@@ -111,7 +113,41 @@ class Modes:
         slopes = np.zeros_like(fit)
         slopes[:-1] = chebyshev.chebder(fit) * (2.0 / beam.length)
         coefficients = _rounded(np.concatenate([fit, -slopes[:, 2:3], slopes[:, 1:2]], axis=1))
-        return Track(np.zeros(3), 2.0 / beam.length, coefficients)
+        g = np.zeros((2 * len(coefficients), m, m))
+        for k, l, d in np.ndindex(m, m, 2):
+            product = chebyshev.chebmul(coefficients[:, 4 + d, k], coefficients[:, 4 + d, l])
+            integral = chebyshev.chebint(product, lbnd=-1.0) * (beam.length / 2.0)
+            g[: len(integral), k, l] += integral
+        g[0] += self.shortening(0.0)
+        return Track(np.zeros(3), 2.0 / beam.length, coefficients, _rounded(g))
+
+    def shortening(self, station: int | float) -> np.ndarray:
+        """(m, m) g of equation (9) in `attachment` at a station: integrals of products of slopes [1/m]; 0 if no beam.
+
+        From the root on, where that holds the frame; the mean along the beam vanishes where nothing does.
+        """
+        beam, m = self.flexible.beam, len(self.mass)
+        if beam is None:
+            return np.zeros((m, m))
+        mean = self._shortening(beam).mean(axis=0) if self.flexible.frame == "free" else np.zeros((m, m))
+        h = beam.length / beam.elements
+        e = min(int(float(station) / h), beam.elements - 1)
+        return _rounded(self._shortening(beam)[e] + self._product(beam, e * h, float(station)) - mean)
+
+    def nodal_shortening(self) -> np.ndarray:
+        """(n, m, m) of all nodes."""
+        return np.array([self.shortening(x if self.flexible.beam else i) for i, x in enumerate(self.nodes[:, 0])])
+
+    def _shortening(self, beam: Beam) -> np.ndarray:
+        h = beam.length / beam.elements
+        pieces = [self._product(beam, e * h, (e + 1) * h) for e in range(beam.elements)]
+        return np.cumsum([np.zeros((len(self.mass),) * 2), *pieces], axis=0)
+
+    def _product(self, beam: Beam, a: float, b: float) -> np.ndarray:
+        """(m, m) integral of the products of slopes over a part of one element: of degree 4, exact with 3 points."""
+        points, weights = np.polynomial.legendre.leggauss(3)
+        slopes = [(hermite(beam, (a + b + (b - a) * x) / 2.0) @ self.shapes)[4:] for x in points]
+        return np.asarray(sum(w * (b - a) / 2.0 * s.T @ s for w, s in zip(weights, slopes, strict=True)))
 
 
 def _rounded(x: np.ndarray) -> np.ndarray:
@@ -183,8 +219,7 @@ def reduced(modes: Modes) -> Elastic:
     B0 = _rigid(modes.nodes)
     B = np.zeros((m, n, 6))
     for k in range(m):
-        for j in range(n // 6):
-            B[k, 6 * j : 6 * j + 3, :3] = -_skew(modes.shapes[6 * j : 6 * j + 3, k])
+        B[k, :, :3] = _turning(modes.shapes[:, k])
     M_shapes = modes.M @ modes.shapes
     half = np.einsum("ia,ij,kjb->kab", B0, modes.M, B)
     second = np.einsum("kia,ij,ljb->klab", B[..., :3], modes.M, B[..., :3])
@@ -198,8 +233,20 @@ def reduced(modes: Modes) -> Elastic:
     for k in range(m):
         J1[k, :3, 3:] = _skew(G0[k, 3:])
         J1[k, 3:, :3] = -_skew(G0[k, 3:])
-    J2 = _rounded(second + second.transpose(0, 1, 3, 2))
-    return Elastic(J0, J1, J2, G0, _rounded(np.einsum("kia,il->kla", B[..., :3], M_shapes)), modes.mass)
+    shorter = np.zeros((m, m, n))
+    shorter[:, :, 0::6] = -modes.nodal_shortening().transpose(1, 2, 0)
+    G1 = np.einsum("ia,ij,klj->kla", B0, modes.M, shorter)
+    G1[:, :, :3] += np.einsum("kia,il->kla", B[..., :3], M_shapes)
+    G1[:, :, :3], G1[:, :, 3:] = _rounded(G1[:, :, :3]), _rounded(G1[:, :, 3:])
+    J2 = np.zeros((m, m, 6, 6))
+    J2[:, :, :3, :3] = second + second.transpose(0, 1, 3, 2)
+    for k in range(m):
+        for l in range(m):
+            cut = B0[:, :3].T @ modes.M @ _turning(shorter[k, l])
+            J2[k, l, :3, :3] += cut + cut.T
+            J2[k, l, :3, 3:], J2[k, l, 3:, :3] = _skew(G1[k, l, 3:]), -_skew(G1[k, l, 3:])
+    J2[:, :, :3, :3] = _rounded(J2[:, :, :3, :3])
+    return Elastic(J0, J1, J2, G0, G1, modes.mass)
 
 
 def _model(flexible: Flexible) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[int]]:
@@ -242,6 +289,14 @@ def _rigid(nodes: np.ndarray) -> np.ndarray:
         B[j, :3, :3] = -_skew(X)
     B[:, :3, 3:] = B[:, 3:, :3] = np.eye(3)
     return B.reshape(-1, 6)
+
+
+def _turning(u: np.ndarray) -> np.ndarray:
+    """(n, 3) what turning the frame adds to the velocity of displaced nodes, B_k of equation (2)."""
+    B = np.zeros((len(u), 3))
+    for j in range(0, len(u), 6):
+        B[j : j + 3] = -_skew(u[j : j + 3])
+    return B
 
 
 def _skew(x: np.ndarray) -> np.ndarray:
