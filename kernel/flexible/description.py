@@ -1,6 +1,7 @@
 """What makes a body flexible, as plain data: a straight beam, or the matrices of any finite-element model.
 
-The body's frame is the floating frame: the deformation is measured from it, small, and a sum of modes.  Without NumPy,
+The body's frame is the floating frame: the deformation is measured from it, and is a sum of modes.  It must stay small,
+some 5 % of the length; tension and compression stiffen and soften beams (not bodies given by matrices).  Without NumPy,
 as all descriptions.  SI units; the mode coordinates are displacements in m (rad for torsion) where a mode is largest.
 """
 

@@ -20,6 +20,7 @@ matrices that interpolate displacements with slopes, (5) fulfils this to the ord
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.linalg import LinAlgError
@@ -129,19 +130,19 @@ class Modes:
         beam, m = self.flexible.beam, len(self.mass)
         if beam is None:
             return np.zeros((m, m))
-        mean = self._shortening(beam).mean(axis=0) if self.flexible.frame == "free" else np.zeros((m, m))
         h = beam.length / beam.elements
         e = min(int(float(station) / h), beam.elements - 1)
-        return _rounded(self._shortening(beam)[e] + self._product(beam, e * h, float(station)) - mean)
+        return _rounded(self.nodal_shortening[e] + self._product(beam, e * h, float(station)))
 
+    @cached_property
     def nodal_shortening(self) -> np.ndarray:
         """(n, m, m) of all nodes."""
-        return np.array([self.shortening(x if self.flexible.beam else i) for i, x in enumerate(self.nodes[:, 0])])
-
-    def _shortening(self, beam: Beam) -> np.ndarray:
+        beam, none = self.flexible.beam, np.zeros((len(self.mass),) * 2)
+        if beam is None:
+            return np.array([none] * len(self.nodes))
         h = beam.length / beam.elements
-        pieces = [self._product(beam, e * h, (e + 1) * h) for e in range(beam.elements)]
-        return np.cumsum([np.zeros((len(self.mass),) * 2), *pieces], axis=0)
+        g = np.cumsum([none, *(self._product(beam, e * h, (e + 1) * h) for e in range(beam.elements))], axis=0)
+        return g - g.mean(axis=0) if self.flexible.frame == "free" else g
 
     def _product(self, beam: Beam, a: float, b: float) -> np.ndarray:
         """(m, m) integral of the products of slopes over a part of one element: of degree 4, exact with 3 points."""
@@ -234,7 +235,7 @@ def reduced(modes: Modes) -> Elastic:
         J1[k, :3, 3:] = _skew(G0[k, 3:])
         J1[k, 3:, :3] = -_skew(G0[k, 3:])
     shorter = np.zeros((m, m, n))
-    shorter[:, :, 0::6] = -modes.nodal_shortening().transpose(1, 2, 0)
+    shorter[:, :, 0::6] = -modes.nodal_shortening.transpose(1, 2, 0)
     G1 = np.einsum("ia,ij,klj->kla", B0, modes.M, shorter)
     G1[:, :, :3] += np.einsum("kia,il->kla", B[..., :3], M_shapes)
     G1[:, :, :3], G1[:, :, 3:] = _rounded(G1[:, :, :3]), _rounded(G1[:, :, 3:])
