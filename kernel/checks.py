@@ -22,12 +22,18 @@ from .joints import JOINTS
 
 __all__ = ["check_description", "check_inertia", "check_joint"]
 
+MOST = 1e30  # of any number in SI units: its powers must stay finite
 UNIT = 1e-6  # how far an axis or a rotation may be off by rounding
 # groups within which a command or an event is addressed by name alone
 ADDRESSED = (
     ("drives", "ropes", "rigid_ropes", "masters", "measured", "forces"),
     ("ropes", "rigid_ropes", "supports", "stops", "brakes", "locks", "forces", "contacts", "thresholds"),
 )
+CHOICES: dict[str, dict[str, tuple[str | int, ...]]] = {
+    "Drive": {"kind": ("prescribed", "servo", "speed")},
+    "Measured": {"kind": ("angle", "joint"), "axis": (0, 1)},
+    "Threshold": {"quantity": ("height", "tension", "angle", "joint", "speed", "length"), "axis": (0, 1)},
+}
 POSITIVE = {"RigidRope": ("L0",), "Rope": ("EA", "L0")}
 NOT_NEGATIVE = {
     "JointSpring": ("k", "d"),
@@ -81,12 +87,21 @@ def _check_item(x: Any) -> None:
     for field, value in _numbers(x):
         if not isfinite(value):
             raise KernelError(f"{where}: {field} is {value}; it must be a finite number")
+        if abs(value) > MOST:
+            raise KernelError(f"{where}: {field} is {value:g}; nothing beyond {MOST:g} can be computed with")
+    for field, choices in CHOICES.get(kind, {}).items():
+        if getattr(x, field) not in choices:
+            raise KernelError(f"{where}: {field} is '{getattr(x, field)}'; it must be {_or(choices)}")
     for field in POSITIVE.get(kind, ()):
         if not getattr(x, field) > 0.0:
             raise KernelError(f"{where}: {field} is {getattr(x, field):g}; it must be positive")
     for field in NOT_NEGATIVE.get(kind, ()):
         if getattr(x, field) < 0.0:
             raise KernelError(f"{where}: {field} is {getattr(x, field):g}; it cannot be negative")
+
+
+def _or(choices: tuple[str | int, ...]) -> str:
+    return f"{', '.join(map(str, choices[:-1]))} or {choices[-1]}"
 
 
 def _word(kind: str) -> str:

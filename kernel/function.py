@@ -27,7 +27,8 @@ class Function:
     """body(**blocks) -> {name: values, or (row, values) for a row of a table}, recorded once and called many times.
 
     On floats a call runs the body itself; while another graph is recorded it adds one call node, so that the machine
-    code exists once.  `vectors` names outputs that callers get as one vector symbol.
+    code exists once.  `vectors` names outputs that callers get as one vector symbol; one that is `rare`,
+    called between steps only, need not be fast if it is long.
     """
 
     def __init__(
@@ -36,8 +37,9 @@ class Function:
         body: Callable[..., Mapping[str, Any]],
         inputs: Mapping[str, int],
         vectors: Sequence[str] = (),
+        rare: bool = False,
     ) -> None:
-        self.name, self.body, self.inputs, self.vectors = name, body, dict(inputs), vectors
+        self.name, self.body, self.inputs, self.vectors, self.rare = name, body, dict(inputs), vectors, rare
         self._nodes: list[Sym] | None = None
         self.rows: dict[str, Any] = {}
         self._outputs: dict[str, list[Any]] = {}

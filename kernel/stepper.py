@@ -137,6 +137,8 @@ class Stepper:
 
     def _call(self, name: str) -> None:
         blocks = [self.X, self.P]
+        sizes = self.method.layout.size, len(self.program.parameters.initial)
+        assert (self.X.size, self.P.size) == sizes, "blocks of another variant"
         if name in ("advance", "sample", "look"):
             blocks.append(self._table)
         self._code.call(name, *blocks)

@@ -206,7 +206,7 @@ class Stepping:
             at = self.f_project(t=t, y=y, P=P).place if self.f_project else y
             return {"values": self.row(p.evaluate(t[0], at, P))}
 
-        self.f_row = Function("row", row, state, ["values"])
+        self.f_row = Function("row", row, state, ["values"], rare=True)
         self.functions = {
             "step": self._on_block("step", lambda s, rate, row: step(s, rate, method, control)),
             "bisect": self._on_block("bisect", lambda s, rate, row: bisect(s, rate, method)),
@@ -311,4 +311,5 @@ class Stepping:
             )
             return {"X": layout.pack(s), **({"table": r} if table else {})}
 
-        return Function(name, body, {"X": layout.size, "P": len(self.program.parameters.initial)})
+        sizes = {"X": layout.size, "P": len(self.program.parameters.initial)}
+        return Function(name, body, sizes, rare=name in ("sample", "look", "refresh"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from .function import Function, placed
@@ -10,6 +11,9 @@ from .lanes import WIDEST, Batch, arranged
 from .symbol import Sym, is_sym
 
 __all__ = ["Straight", "blocks_of", "named_code"]
+
+PIECE = 500  # instructions of one block of long code
+LONG = 8000  # instructions of code for which LLVM would take too long
 
 _ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 
@@ -31,6 +35,14 @@ def _width(x: Any) -> int:
 def _cut(width: int) -> list[tuple[str, int, int]]:
     """Suffix, offset and lanes of each piece of a wide value."""
     return [(f"_{i}", i * WIDEST, min(WIDEST, width - i * WIDEST)) for i in range(-(-width // WIDEST))]
+
+
+def _in_pieces(lines: list[str]) -> Iterator[str]:
+    """Long code is cut into blocks, since LLVM's effort grows faster than the length of one."""
+    for i, line in enumerate(lines):
+        if i and i % PIECE == 0 and len(lines) > LONG:
+            yield f"br label %b{i}\nb{i}:"
+        yield line
 
 
 class Straight:
@@ -68,10 +80,11 @@ class Straight:
                 base = f"%base_{name}"
             self.store(placed("" if name in f.rows else name, values), base, f"o_{name}")
         parameters = ", ".join(f"ptr noalias %{k}" for k in blocks_of(f))
+        attributes = "noinline nounwind" + (" optnone" if f.rare and len(self.body) > LONG else "")
         lines = [
-            f"define void @{named_code(f, self.lanes)}({parameters}) noinline nounwind {{",
+            f"define void @{named_code(f, self.lanes)}({parameters}) {attributes} {{",
             *self.head,
-            *self.body,
+            *_in_pieces(self.body),
             "ret void",
             "}",
         ]

@@ -21,6 +21,7 @@ __all__ = [
     "printing", "scope", "select", "sqrt",
 ]  # fmt: skip
 
+_NUMBERS = (float, int, np.number)
 GRAPHS: list[Graph] = []  # the graphs being recorded, innermost last
 
 
@@ -126,14 +127,21 @@ def is_sym(x: Any) -> bool:
 def node(op: str, *args: Any, width: int | None = None) -> Sym:
     """The node of an operation in the graph being recorded, new or already there."""
     graph = GRAPHS[-1]
-    index = op in ("in", "ret", "slice")
-    args = tuple((int(x) if index else float(x)) if isinstance(x, float | int | np.number) else x for x in args)
-    found = graph.table.get((op, args))
+    found = graph.table.get((op, args))  # equal numbers of different types are one key
     if found is not None:
         return found
-    n = graph.table[op, args] = Sym()
-    n.op, n.args, n.id = op, args, len(graph.nodes)
-    widest = max((x.width for x in args if isinstance(x, Sym)), default=0)
+    number = int if op in ("in", "ret", "slice") else float
+    plain: list[Any] = []
+    widest = 0
+    for x in args:
+        if type(x) is Sym:
+            widest = max(widest, x.width)
+        elif isinstance(x, _NUMBERS):
+            x = number(x)
+        plain.append(x)
+    n = Sym()
+    n.op, n.args, n.id = op, tuple(plain), len(graph.nodes)
+    graph.table[op, n.args] = n
     n.width = width if width is not None else 0 if op == "dot" else widest
     graph.nodes.append(n)
     return n

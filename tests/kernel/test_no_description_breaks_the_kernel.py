@@ -1,0 +1,21 @@
+"""Whatever stands in a description: one sentence, or a run whose numbers are finite.  Longer in tests/full."""
+
+from random import Random
+
+import pytest
+from every_law import yard
+from random_trees import random_system
+from spoiled import outcome, spoiled
+
+CASES = 40
+
+
+@pytest.mark.parametrize("seed", range(CASES))
+def test_a_spoiled_scene_is_refused_in_a_sentence_or_runs(seed):
+    random = Random(seed)
+    system = random_system(seed, 4) if seed % 4 == 0 else yard()
+    for _ in range(random.choice((1, 1, 2, 4))):
+        system = spoiled(system, random)
+    said = outcome(system)
+    assert said
+    assert "\n" not in said
