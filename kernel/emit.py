@@ -51,8 +51,8 @@ def module(*functions: Function | While, fused: bool = False) -> str:
     texts: list[str] = []
     seen: set[str] = set()
 
-    def visit(f: Function | While, lanes: int) -> None:
-        name = f.name if isinstance(f, While) else named_code(f, lanes)
+    def visit(f: Function | While, lanes: int, shared: frozenset[str] = frozenset()) -> None:
+        name = f.name if isinstance(f, While) else named_code(f, lanes, shared)
         if name in seen:
             return
         seen.add(name)
@@ -61,10 +61,10 @@ def module(*functions: Function | While, fused: bool = False) -> str:
                 visit(part, 0)
             texts.append(_loop(f))
             return
-        code = Straight(f, lanes, fused)
+        code = Straight(f, lanes, fused, shared)
         texts.append(code.text())
-        for g, width in code.called:
-            visit(g, width)
+        for called in code.called:
+            visit(*called)
 
     for f in functions:
         visit(f, 0)

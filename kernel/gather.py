@@ -11,7 +11,7 @@ from typing import Any, Protocol
 from .lanes import Batch
 from .symbol import Sym, is_sym
 
-__all__ = ["constant", "gathered", "reference", "spread", "vector_type"]
+__all__ = ["constant", "gathered", "reference", "spread", "spread_value", "vector_type"]
 
 
 class Code(Protocol):
@@ -38,12 +38,18 @@ def vector_type(lanes: int, element: str = "double") -> str:
 
 def spread(code: Code, x: Any, lanes: int) -> str:
     """One scalar in all lanes."""
-    k, v = code.new(), vector_type(lanes)
-    code.body += [
-        f"{k}a = insertelement {v} poison, double {reference(x)}, i64 0",
-        f"{k} = shufflevector {v} {k}a, {v} poison, <{lanes} x i32> zeroinitializer",
-    ]
+    k = code.new()
+    spread_value(code.body, k, reference(x), lanes)
     return k
+
+
+def spread_value(body: list[str], name: str, x: str, lanes: int) -> None:
+    """A vector of that name with the value x in all lanes."""
+    v = vector_type(lanes)
+    body += [
+        f"{name}a = insertelement {v} poison, double {x}, i64 0",
+        f"{name} = shufflevector {v} {name}a, {v} poison, <{lanes} x i32> zeroinitializer",
+    ]
 
 
 def gathered(code: Code, values: tuple[Any, ...]) -> str:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from .function import Function, placed
-from .gather import constant, gathered, reference, spread, vector_type
+from .gather import constant, gathered, reference, spread, spread_value, vector_type
 from .lanes import WIDEST, Batch, arranged
 from .symbol import Sym, is_sym
 
@@ -23,9 +23,9 @@ def blocks_of(f: Function) -> list[str]:
     return list(dict.fromkeys([*f.inputs, *f.outputs]))
 
 
-def named_code(f: Function, lanes: int) -> str:
-    """Name of the machine code of a function for that many calls side by side; 0: for one."""
-    return f"{f.name}.x{lanes}" if lanes else f.name
+def named_code(f: Function, lanes: int, shared: frozenset[str] = frozenset()) -> str:
+    """Name of the machine code of a function for that many calls side by side (0: for one) that share some blocks."""
+    return ".".join([f"{f.name}.x{lanes}", *sorted(shared)]) if lanes else f.name
 
 
 def _width(x: Any) -> int:
@@ -49,16 +49,18 @@ class Straight:
     """Straight-line code of one recorded function; with `lanes`, of that many calls side by side.
 
     Then each scalar is a vector, and in its blocks the lanes of a number lie next to each other.  `fused`: products
-    may be added without being rounded, so that the bits depend on the processor.
+    may be added without being rounded, so that the bits depend on the processor.  `shared`: input blocks that are one
+    and the same in all lanes.
     """
 
-    def __init__(self, f: Function, lanes: int = 0, fused: bool = False) -> None:
-        self.f, self.lanes = f, lanes
+    def __init__(self, f: Function, lanes: int = 0, fused: bool = False, shared: frozenset[str] = frozenset()) -> None:
+        self.f, self.lanes, self.shared = f, lanes, shared
         self.flags = " contract" if fused else ""
         self.head: list[str] = []
         self.body: list[str] = []
         self.vectors = 0
-        self.called: list[tuple[Function, int]] = []  # functions that this one calls, and with how many lanes
+        # functions that this one calls, with how many lanes, and what they share
+        self.called: list[tuple[Function, int, frozenset[str]]] = []
         self.lane: dict[Sym, tuple[Batch, int]] = {}  # of calls that are made side by side
 
     def text(self) -> str:
@@ -82,7 +84,7 @@ class Straight:
         parameters = ", ".join(f"ptr noalias %{k}" for k in blocks_of(f))
         attributes = "noinline nounwind" + (" optnone" if f.rare and len(self.body) > LONG else "")
         lines = [
-            f"define void @{named_code(f, self.lanes)}({parameters}) {attributes} {{",
+            f"define void @{named_code(f, self.lanes, self.shared)}({parameters}) {attributes} {{",
             *self.head,
             *_in_pieces(self.body),
             "ret void",
@@ -130,6 +132,7 @@ class Straight:
             is_sym(v)
             and v.op in ("in", "ret", "slice")
             and v.args[0] not in self.lane
+            and v.args[0] not in self.shared
             and all(
                 is_sym(x) and x.op == v.op and x.args[:-1] == v.args[:-1] and x.args[-1] == v.args[-1] + i
                 for i, x in enumerate(values)
@@ -145,7 +148,13 @@ class Straight:
 
     def node(self, n: Sym) -> None:
         a = n.args
-        if n.op in ("in", "slice"):
+        if n.op == "in" and a[0] in self.shared:
+            self.body += [
+                f"%g{n.id} = getelementptr double, ptr %{a[0]}, i64 {a[1]}",
+                f"%u{n.id} = load double, ptr %g{n.id}, align 8",
+            ]
+            spread_value(self.body, f"%t{n.id}", f"%u{n.id}", self.lanes)
+        elif n.op in ("in", "slice"):
             self.load(n, f"%{a[0]}", a[1])
         elif n.op == "ret" and a[0] in self.lane:
             batch, lane = self.lane[a[0]]
@@ -195,20 +204,31 @@ class Straight:
         at = {k: self.pointer(v, f"a{n.id}_{k}") for k, v in zip(f.inputs, arguments, strict=True)}
         self.make_call(f, self.lanes, at, str(n.id))
 
-    def make_call(self, f: Function, lanes: int, at: dict[str, str], name: str) -> None:
+    def make_call(
+        self, f: Function, lanes: int, at: dict[str, str], name: str, shared: frozenset[str] = frozenset()
+    ) -> None:
         """The call, with room for its results; at: block -> pointer to its inputs."""
         for k, v in f.outputs.items():
             size = max(1, sum(map(_width, v))) * max(1, lanes)
             self.head.append(f"%r{name}_{k} = alloca [{size} x double], align 64")
             at[k] = f"ptr %r{name}_{k}"
-        self.body.append(f"call void @{named_code(f, lanes)}({', '.join(at[k] for k in blocks_of(f))})")
-        self.called.append((f, lanes))
+        self.body.append(f"call void @{named_code(f, lanes, shared)}({', '.join(at[k] for k in blocks_of(f))})")
+        self.called.append((f, lanes, shared))
 
     def batch(self, b: Batch) -> None:
         """One vector call in place of many."""
         at: dict[str, str] = {}
+        first = b.calls[0].args
+        shared = frozenset(
+            k
+            for i, k in enumerate(b.function.inputs, 1)
+            if all(x is y for call in b.calls for x, y in zip(call.args[i], first[i], strict=True))
+        )
         for i, k in enumerate(b.function.inputs, 1):
             tag = f"a{b.name}_{k}"
+            if k in shared:
+                at[k] = self.pointer(b.calls[0].args[i], tag)
+                continue
             rows = list(zip(*(call.args[i] for call in b.lanes), strict=True))
             self.head.append(f"%{tag} = alloca [{max(1, len(rows)) * b.width} x double], align 64")
             for j, values in enumerate(rows):
@@ -218,7 +238,7 @@ class Straight:
                     f"store {vector_type(b.width)} {v}, ptr %{tag}_{j}, align 8",
                 ]
             at[k] = f"ptr %{tag}"
-        self.make_call(b.function, b.width, at, b.name)
+        self.make_call(b.function, b.width, at, b.name, shared)
         self.lane.update({call: (b, lane) for lane, call in enumerate(b.calls)})
 
     def dot(self, n: Sym) -> None:

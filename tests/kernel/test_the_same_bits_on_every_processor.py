@@ -74,6 +74,22 @@ def test_calls_side_by_side_have_the_bits_of_each_alone(n):
     assert sum(len(b.calls) for b in batches) == (2 * n if n > 1 else 0), "the chain stays a chain"
 
 
+def test_what_all_lanes_share_is_given_once():
+    """A block that is the same in all calls, and calls inside that hand it on."""
+    inner = Function("inner", lambda p, x: {"y": [p[0] * x[0] + p[1]]}, {"p": 2, "x": 1})
+    outer = Function("outer", lambda p, x: {"y": [inner(p=p, x=[sin(x[0])]).y[0] * p[1]]}, {"p": 2, "x": 1})
+
+    def body(p, x):
+        alike = [outer(p=p, x=[e]).y[0] for e in x]
+        other = [outer(p=[p[0], e], x=[e]).y[0] for e in x]
+        return {"y": [*alike, *other]}
+
+    f = Function("sharing", body, {"p": 2, "x": 6})
+    p, x, y = np.array([0.7, -1.3]), np.linspace(-2.0, 3.0, 6), np.zeros(12)
+    Library("sharing", lambda: module(f), cache=False).call("sharing", p, x, y)
+    assert y.tolist() == [float(e) for e in body(p.tolist(), x.tolist())["y"]]
+
+
 def test_calls_that_need_each_other_crosswise_are_kept_apart():
     f, g = small(0), small(1)
 
