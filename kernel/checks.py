@@ -22,7 +22,8 @@ from .joints import JOINTS
 
 __all__ = ["check_description", "check_inertia", "check_joint"]
 
-MOST = 1e30  # of any number in SI units: its powers must stay finite
+PLACES = ("lines", "point", "p_PJ", "p_CJ", "com")
+FARTHEST = 1e30  # [m] the squares of distances must stay finite
 UNIT = 1e-6  # how far an axis or a rotation may be off by rounding
 # groups within which a command or an event is addressed by name alone
 ADDRESSED = (
@@ -87,8 +88,8 @@ def _check_item(x: Any) -> None:
     for field, value in _numbers(x):
         if not isfinite(value):
             raise KernelError(f"{where}: {field} is {value}; it must be a finite number")
-        if abs(value) > MOST:
-            raise KernelError(f"{where}: {field} is {value:g}; nothing beyond {MOST:g} can be computed with")
+        if field in PLACES and abs(value) > FARTHEST:
+            raise KernelError(f"{where}: {field} is {value:g} m; it must lie within {FARTHEST:g} m")
     for field, choices in CHOICES.get(kind, {}).items():
         if getattr(x, field) not in choices:
             raise KernelError(f"{where}: {field} is '{getattr(x, field)}'; it must be {_or(choices)}")
