@@ -1,7 +1,10 @@
 """Rigid contact with friction: where bodies touch, and which contacts push, stick and slide.
 
-candidates        what could touch, as a fixed list of witnesses per pair of shapes
-frames            contact point, normal and tangents with their rates; the rows of a contact
-complementarity   the pivoting solver: linear complementarity with boxes, one text for floats and machine code
-coulomb, sweeps   friction around it: the set of contacts that push, stick and slide
+describe               contacts and their shapes as plain data
+candidates             what could touch, as a fixed list of witnesses per pair of shapes
+frames, pairs          contact point, normal and tangents with their rates; the table of pairs of shapes
+slots                  the rows, guards and heat of what touches, inside an evaluation
+complementarity        the pivoting solver: linear complementarity with boxes, one text for floats and machine code
+coulomb, sweeps        friction around it: the set of contacts that push, stick and slide
+sets, impact           the next set at an event: impulses first, then forces
 """

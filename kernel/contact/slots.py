@@ -169,7 +169,8 @@ def _slot(pair: Pair, h: Any, mu: Any, A: Any, B: Any) -> dict[str, Any]:
     r = frames.rows(f, A, B)
     on, stick = h[SlotAt.ON] > 0.0, h[SlotAt.STICK] > 0.0
     v, u0 = r["rate"][1:], h[SlotAt.U]
-    u = v + SLIP_BLEND * u0
+    # friction does not turn round within a step that passes the stop: what slides back is seen in a mirror
+    u = v + (SLIP_BLEND - 2.0 * minimum(u0 @ v, 0.0)) * u0
     u = u * (1.0 / sqrt(u @ u + 1e-300))
     friction = select(stick, 0.0, mu)
     held = select(on, select(stick, 1.0, 0.0), 0.0)
