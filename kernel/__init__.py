@@ -4,6 +4,7 @@ describe                          bodies, joints, ropes and laws as plain data; 
 graph, trees                      numbering, path matrix T, trees of one kind
 joints, motion, dynamics, laws    the joint table and what its rows do, the recursion, the forces
 locking, resistance               joints locked in mid-run; masses and inertias that are missing
+flexible                          beams and finite-element models as modes in a floating frame, sliders on them
 forces                            the force table: loads, springs, bushings, wind, sheaves, laws of the user's own
 constraints, spanning             loops: rows of closing joints, redundancy, drift, assembly
 rate, evaluation                  the equations of a scene, written once
