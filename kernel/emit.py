@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .function import Function
+from .function import Function, Primitive
 from .lanes import WIDEST
 from .straight import Straight, blocks_of, named_code
 
-__all__ = ["While", "module"]
+__all__ = ["Parts", "Sequence", "While", "blocks", "module"]
 
 
 _DECLARE = [
@@ -27,39 +27,57 @@ _DECLARE = [
 ]
 
 
-@dataclass(frozen=True)
-class While:
-    """Repeat the parts (functions or loops) while block[flag] > 0."""
+class Parts:
+    """Functions, sequences and loops that make up one native function."""
 
     name: str
-    flag: int
-    parts: tuple[Function | While, ...]
-    block: str = "X"
+    parts: tuple[Function | Parts, ...]
 
     @property
     def blocks(self) -> list[str]:
         return list(dict.fromkeys(b for p in self.parts for b in blocks(p)))
 
 
-def blocks(f: Function | While) -> list[str]:
+@dataclass(frozen=True)
+class Sequence(Parts):
+    """The parts one after the other."""
+
+    name: str
+    parts: tuple[Function | Parts, ...]
+
+
+@dataclass(frozen=True)
+class While(Parts):
+    """Repeat the parts while block[flag] > 0."""
+
+    name: str
+    flag: int
+    parts: tuple[Function | Parts, ...]
+    block: str = "X"
+
+
+def blocks(f: Function | Parts) -> list[str]:
     """Names of the memory blocks of a function, in the order of its pointer arguments."""
-    return f.blocks if isinstance(f, While) else blocks_of(f)
+    return f.blocks if isinstance(f, Parts) else blocks_of(f)
 
 
-def module(*functions: Function | While, fused: bool = False) -> str:
+def module(*functions: Function | Parts, fused: bool = False) -> str:
     """IR text of functions and loops and of everything that they call; `fused`: see `Straight`."""
     texts: list[str] = []
     seen: set[str] = set()
 
-    def visit(f: Function | While, lanes: int, shared: frozenset[str] = frozenset()) -> None:
-        name = f.name if isinstance(f, While) else named_code(f, lanes, shared)
+    def visit(f: Function | Parts, lanes: int, shared: frozenset[str] = frozenset()) -> None:
+        name = f.name if isinstance(f, Parts) else named_code(f, lanes, shared)
         if name in seen:
             return
         seen.add(name)
-        if isinstance(f, While):
+        if isinstance(f, Parts):
             for part in f.parts:
                 visit(part, 0)
-            texts.append(_loop(f))
+            texts.append(_sequence(f))
+            return
+        if isinstance(f, Primitive):
+            texts.append(f.text)
             return
         code = Straight(f, lanes, fused, shared)
         texts.append(code.text())
@@ -71,9 +89,11 @@ def module(*functions: Function | While, fused: bool = False) -> str:
     return "\n".join([*_DECLARE, *texts])
 
 
-def _loop(w: While) -> str:
+def _sequence(w: Parts) -> str:
     parameters = ", ".join(f"ptr %{k}" for k in w.blocks)
     calls = "\n".join(f"  call void @{p.name}({', '.join(f'ptr %{k}' for k in blocks(p))})" for p in w.parts)
+    if not isinstance(w, While):
+        return f"define void @{w.name}({parameters}) {{\n{calls}\n  ret void\n}}"
     return f"""define void @{w.name}({parameters}) {{
   %p = getelementptr double, ptr %{w.block}, i64 {w.flag}
   br label %head

@@ -7,6 +7,7 @@ the order in which they stand.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -241,7 +242,8 @@ class Evaluation:
         return [value + slope * (self._t[0] - start), slope] if signal.times else [value, 0.0]
 
     def _unilateral(self) -> Iterator[tuple[str, Stop | Brake, Any]]:
-        yield from (("stop", s, laws.stop) for s in self.system.stops)
+        stop = partial(laws.stop, clamped=self.program.clamped)
+        yield from (("stop", s, stop) for s in self.system.stops)
         yield from (("brake", b, laws.brake) for b in self.system.brakes)
 
     # ---- accelerations and guards ------------------------------------------------------------------------

@@ -10,7 +10,9 @@ import numpy as np
 
 from .symbol import GRAPHS, Graph, Sym, is_sym, node
 
-__all__ = ["Function", "flatten", "placed", "symbols"]
+__all__ = ["OPAQUE", "Function", "Primitive", "flatten", "placed", "symbols"]
+
+OPAQUE = -1  # size of an input block that is handed on as a whole
 
 
 def operands(n: Sym) -> list[Sym]:
@@ -49,7 +51,7 @@ class Function:
         if self._nodes is not None:
             return
         with Graph() as graph:
-            out = self.body(**{k: symbols(k, n) for k, n in self.inputs.items()})
+            out = self.body(**{k: node("block", k) if n == OPAQUE else symbols(k, n) for k, n in self.inputs.items()})
             self.rows = {k: v[0] for k, v in out.items() if isinstance(v, tuple)}
             values = {k: v[1] if k in self.rows else v for k, v in out.items()}
             self._outputs = {k: flatten(v) for k, v in values.items()}
@@ -76,7 +78,7 @@ class Function:
 
     def __call__(self, **values: Any) -> SimpleNamespace:
         if not GRAPHS or GRAPHS[-1].opaque:
-            out = self.body(**{k: np.array(flatten(v)) for k, v in values.items()})
+            out = self.body(**{k: v if self.inputs[k] == OPAQUE else np.array(flatten(v)) for k, v in values.items()})
             return SimpleNamespace(**{k: np.array(flatten(v)) for k, v in out.items()})
         call = node("call", self, *(tuple(flatten(values[k])) for k in self.inputs))
 
@@ -87,6 +89,26 @@ class Function:
             return np.array([node("ret", call, k, i) for i in range(width)] + [None], dtype=object)[:-1]
 
         return SimpleNamespace(**{k: returned(k, v) for k, v in self.outputs.items()})
+
+
+class Primitive(Function):
+    """A function whose LLVM IR is given as `text` (loops of native code) with `body` as its float oracle.
+
+    One without outputs works on its blocks in place and serves as a part of a loop.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        body: Callable[..., Mapping[str, Any]],
+        inputs: Mapping[str, int],
+        outputs: Mapping[str, int],
+        text: str,
+    ) -> None:
+        super().__init__(name, body, inputs, [*outputs])
+        self.text = text
+        self._nodes = []
+        self._outputs = {k: [0.0] * n for k, n in outputs.items()}
 
 
 def placed(block: str, values: list[Any]) -> list[tuple[Any, bool]]:

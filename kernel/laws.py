@@ -2,7 +2,8 @@
 
 Discrete states (hooked, taut, closed, stick) are numbers that stay frozen during a step; every law returns *guards*,
 scalars that are positive while the discrete states hold and whose fall below zero is a located event.
-So no clamp ever acts inside a step, and the integrators keep their order.
+So no clamp ever acts inside a step, and the integrators keep their order.  (`clamped`: the part of a step that lies
+behind an event, and is thrown away, sees the one-sided law; the dense output before the event suffers from the kink.)
 Each law also returns the power that it turns into heat or takes from a motor: the energy balance integrates those.
 """
 
@@ -52,7 +53,7 @@ def profile(t: Any, inside: Any, p: Any) -> tuple[Any, Any, Any]:
     return x0 + v0 * maximum(s, 0.0) + a1 * x1 + a2 * x2, v0 + a1 * c1 + a2 * c2, a1 * b1 + a2 * b2
 
 
-def rope(p: Any, L0: Any, dL0: Any, bodies: list[tuple[Any, Any]]) -> SimpleNamespace:
+def rope(p: Any, L0: Any, dL0: Any, bodies: list[tuple[Any, Any]], clamped: bool = True) -> SimpleNamespace:
     """Tension-only elastic rope over straight lines, with winch.
 
     p = (EA, damping, hooked, taut, then per line a(3), b(3), share); bodies: per line the two end bodies (21,).
@@ -78,7 +79,7 @@ def rope(p: Any, L0: Any, dL0: Any, bodies: list[tuple[Any, Any]]) -> SimpleName
     strain = e * (1.0 / L0)
     trial = EA * strain + c * de
     on = select(taut > 0.0, hooked, 0.0)
-    tension = named("T", select(on > 0.0, maximum(trial, 0.0), 0.0))
+    tension = named("T", select(on > 0.0, one_sided(trial, clamped), 0.0))
     wrenches = []
     for n, (x_a, x_b, u) in enumerate(ends):
         f = named(f"f{n + 1}", tension * u)
@@ -96,12 +97,17 @@ def rope(p: Any, L0: Any, dL0: Any, bodies: list[tuple[Any, Any]]) -> SimpleName
     )
 
 
-def _unilateral(depth: Any, rate: Any, k: Any, d: Any, closed: Any) -> tuple[Any, Any, Any, Any]:
+def one_sided(force: Any, clamped: bool) -> Any:
+    """max(0, force), or the force as it is: a step that ends behind an event sees a smooth law and is then cut."""
+    return maximum(force, 0.0) if clamped else force
+
+
+def _unilateral(depth: Any, rate: Any, k: Any, d: Any, closed: Any, clamped: bool) -> tuple[Any, Any, Any, Any]:
     """Force, guard, heat and stored energy of a one-sided spring-damper."""
     trial = k * depth + d * rate
     on = closed > 0.0
     return (
-        select(on, maximum(trial, 0.0), 0.0),
+        select(on, one_sided(trial, clamped), 0.0),
         select(on, trial, -minimum(depth, trial)),
         select(on, d * rate * rate, 0.0),
         select(on, 0.5 * k * depth * depth, 0.0),
@@ -128,11 +134,11 @@ def _friction(s: Any, v: Any, limit: Any, k: Any, d: Any, stick: Any, direction:
     )
 
 
-def support(p: Any, body: Any) -> SimpleNamespace:
+def support(p: Any, body: Any, clamped: bool = True) -> SimpleNamespace:
     """Point on a horizontal pad; p = (point(3), height, k, d, mu, kt, dt, closed, stick, anchor(2), direction(2))."""
     height, k, d, mu, kt, dt, closed, stick = p[3:11]
     x, p_X, v_X = attachment(body, p[:3], "a")
-    N, guard, heat, stored = _unilateral(height - p_X[2], -v_X[2], k, d, closed)
+    N, guard, heat, stored = _unilateral(height - p_X[2], -v_X[2], k, d, closed, clamped)
     N = named("N", N)
     rub, slips, rubbed, held = _friction(p_X[:2] - p[11:13], v_X[:2], mu * N, kt, dt, stick, p[13:15])
     on = select(mu > 0.0, closed, 0.0) > 0.0  # a pad without friction never sticks
@@ -149,11 +155,11 @@ def support(p: Any, body: Any) -> SimpleNamespace:
     )
 
 
-def stop(p: Any, q: Any, v: Any) -> SimpleNamespace:
+def stop(p: Any, q: Any, v: Any, clamped: bool = True) -> SimpleNamespace:
     """End stops of a joint; p = (lower, upper, k, d, closed at lower, closed at upper)."""
     lower, upper, k, d, at_lower, at_upper = p
-    low, guard_low, heat_low, stored_low = _unilateral(lower - q, -v, k, d, at_lower)
-    up, guard_up, heat_up, stored_up = _unilateral(q - upper, v, k, d, at_upper)
+    low, guard_low, heat_low, stored_low = _unilateral(lower - q, -v, k, d, at_lower, clamped)
+    up, guard_up, heat_up, stored_up = _unilateral(q - upper, v, k, d, at_upper, clamped)
     return SimpleNamespace(
         force=low - up, guards=[guard_low, guard_up], heat=heat_low + heat_up, stored=stored_low + stored_up
     )

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .emit import While
-from .function import Function, flatten
+from .emit import Parts, While
+from .emit import blocks as names
+from .function import Function, Primitive, flatten
 from .stepping import Stepping
 
 __all__ = ["Oracle"]
@@ -18,20 +19,27 @@ class Oracle:
     """Stands in for `native.Library`."""
 
     def __init__(self, method: Stepping) -> None:
-        self._functions: dict[str, Function | While] = {**method.functions, "advance": method.advance}
+        self._functions: dict[str, Function | Parts] = {**method.functions, "advance": method.advance}
 
     def call(self, name: str, *blocks: np.ndarray) -> None:
-        """Run a function on the blocks X, P and, where it writes rows, the table."""
-        self._run(self._functions[name], *blocks)
+        """Run a function on its blocks, in the order of its native arguments."""
+        f = self._functions[name]
+        self._run(f, dict(zip(names(f), blocks, strict=True)))
 
-    def _run(self, f: Function | While, X: np.ndarray, P: np.ndarray, table: np.ndarray | None = None) -> None:
+    def _run(self, f: Function | Parts, memory: dict[str, np.ndarray]) -> None:
         if isinstance(f, While):
-            while X[f.flag] > 0.0:
+            while memory[f.block][f.flag] > 0.0:
                 for part in f.parts:
-                    self._run(part, X, P, table)
-            return
-        out = f.body(X=X.copy(), P=P)
-        X[:] = [float(x) for x in flatten(out["X"])]
-        if "table" in out and table is not None:
-            row, values = out["table"]
-            table[int(row)] = [float(x) for x in flatten(values)]
+                    self._run(part, memory)
+        elif isinstance(f, Parts):
+            for part in f.parts:
+                self._run(part, memory)
+        elif isinstance(f, Primitive):
+            f.body(**{k: memory[k] for k in f.inputs})
+        else:
+            out = f.body(**{k: memory[k] if k == "M" else memory[k].copy() for k in f.inputs})
+            for name, values in out.items():
+                row, given = values if isinstance(values, tuple) else (0.0, values)
+                numbers = [float(x) for x in flatten(given)]
+                start = int(row) * len(numbers)
+                memory[name].reshape(-1)[start : start + len(numbers)] = numbers

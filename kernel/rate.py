@@ -8,6 +8,7 @@ small however large the yard.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -56,10 +57,16 @@ class Program:
     """What a system becomes.  Raises KernelError if a law names what is not there or two drives share a joint.
 
     `formulation`: which text gives the accelerations, see `kernel.formulations`; `locked`: names of the locks that
-    hold, None for those that are engaged at the start.
+    hold, None for those that are engaged at the start; `clamped`: see `kernel.laws`.
     """
 
-    def __init__(self, system: System, formulation: str = "recursive", locked: frozenset[str] | None = None) -> None:
+    def __init__(
+        self,
+        system: System,
+        formulation: str = "recursive",
+        locked: frozenset[str] | None = None,
+        clamped: bool = True,
+    ) -> None:
         check_description(system)
         modes = None
         if any(b.flexible for b in system.bodies):
@@ -71,7 +78,7 @@ class Program:
                     f"body '{next(iter(modes))}' is flexible, but formulation '{formulation}' knows rigid bodies only; "
                     "choose recursive"
                 )
-        self.system, self.formulation = system, formulation
+        self.system, self.formulation, self.clamped = system, formulation, clamped
         self.graph = build_graph(system, modes)
         self._check_loops()
         self._check_contacts()
@@ -107,8 +114,8 @@ class Program:
         self.instances = self._share(trees)
         self.constraints.link(self)
         self.profile = Function("profile", _profile, {"t": 2, "p": PROFILE})
-        self.ropes = {n: _rope_function(n) for n in sorted({len(r.lines) for r in system.ropes})}
-        self.support = Function("support", _support, {"p": SUPPORT, "body": END})
+        self.ropes = {n: _rope_function(n, clamped) for n in sorted({len(r.lines) for r in system.ropes})}
+        self.support = Function("support", partial(_support, clamped), {"p": SUPPORT, "body": END})
 
     def _laws(self) -> tuple[tuple[Any, ...], ...]:
         s = self.system
@@ -246,17 +253,17 @@ def _profile(t: Any, p: Any) -> dict[str, Any]:
     return {"x": [x], "v": [v], "a": [a]}
 
 
-def _support(p: Any, body: Any) -> dict[str, Any]:
-    x = laws.support(p, body)
+def _support(clamped: bool, p: Any, body: Any) -> dict[str, Any]:
+    x = laws.support(p, body, clamped)
     one = {k: [getattr(x, k)] for k in ("normal", "heat", "stored")}
     return {**one, **{k: getattr(x, k) for k in ("wrench", "guards", "place", "velocity")}}
 
 
-def _rope_function(n: int) -> Function:
+def _rope_function(n: int, clamped: bool) -> Function:
     """A rope of n lines."""
 
     def body(L: Any, p: Any, **ends: Any) -> dict[str, Any]:
-        x = laws.rope(p, L[0], L[1], [(ends[f"a{i}"], ends[f"b{i}"]) for i in range(n)])
+        x = laws.rope(p, L[0], L[1], [(ends[f"a{i}"], ends[f"b{i}"]) for i in range(n)], clamped)
         out = {f"w{e}{i}": w for i, ab in enumerate(x.wrenches) for e, w in zip("ab", ab, strict=True)}
         names = ("tension", "elongation", "guard", "heat", "work", "stored")
         return {**{k: [getattr(x, k)] for k in names}, **out}

@@ -61,11 +61,11 @@ class Stepper:
         self._fused = fused
 
         def compiled(locked: frozenset[str] | None) -> Library | Oracle:
-            self.program = Program(system, formulation, locked)
+            self.program = Program(system, formulation, locked, clamped=method == "dopri5")
             if not self.program.nv:
                 raise KernelError("nothing in this scene can move: all joints are fixed")
-            chosen = choose(method, self.program)
-            self.method = Stepping(self.program, chosen, control_of(chosen, step, self.program))
+            found = choose(method, self.program)
+            self.method = Stepping(self.program, found, control_of(found, step, self.program))
             return Library(self.structure(), self._ir, opt, cache) if native else Oracle(self.method)
 
         self._compiled = compiled
@@ -74,6 +74,10 @@ class Stepper:
         self.P = self.program.parameters.initial.copy()
         self.X = np.zeros(self.method.layout.size)
         self._at = self.method.layout.at
+        chosen = self.method.method
+        self.M = np.zeros(chosen.matrices) if chosen.matrices else None
+        for name, value in chosen.constants().items():
+            self.X[self._at[name]] = value
         h_max = step or h_max
         one_step = ceil(h_max * 1e9 / sample_ns) + 2
         self._table = np.zeros((ROWS + one_step, self.method.columns))
@@ -141,6 +145,8 @@ class Stepper:
         assert (self.X.size, self.P.size) == sizes, "blocks of another variant"
         if name in ("advance", "sample", "look"):
             blocks.append(self._table)
+        if self.M is not None and name in ("advance", "step"):
+            blocks.append(self.M)
         self._code.call(name, *blocks)
 
     def _survey(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -268,9 +274,15 @@ class Stepper:
         """One step from the committed state to local time t, accepted as it is; step control is not touched."""
         h, error, t_stop = self["h"], self["error"], self["t_stop"]
         if t > self["t"]:
-            self._set(h=NEVER, forced=1.0, t_stop=t)
-            self._call("step")
-            self._set(h=h, forced=0.0, error=error, t_stop=t_stop, locate=0.0)
+            for _ in range(2):  # the second time with a new Jacobian, if there is one
+                self._set(h=NEVER, forced=1.0, t_stop=t)
+                self._call("step")
+                self._set(h=h, forced=0.0, error=error, t_stop=t_stop, locate=0.0)
+                if "sound" not in self._at or self["sound"] > 0.0:
+                    break
+                self._to_start()
+            else:
+                raise self._unsolved(t)
             if not np.isfinite(self.state).all():
                 raise self._failure()
 
@@ -289,11 +301,19 @@ class Stepper:
         self._set(t=0.0, t_base=base, t_out=base, dt_out=self._sample_ns * 1e-9, count=0.0, tentative=0.0)
         self.references.write(t_ns)
 
+    def _unsolved(self, t: float) -> KernelError:
+        return KernelError(
+            f"step near {self.epoch * 1e-9 + t:.6f} s: method '{self.method.method.name}' finds no solution of its "
+            "equations; choose a smaller step or tolerance"
+        )
+
     def _failure(self) -> KernelError:
         """Name what went wrong: a body that is not finite, or a step that became too small."""
         t = self.epoch * 1e-9 + self["t"]
-        if self.fixed:  # what the step would have led to
-            self._set(forced=1.0)
+        if self.fixed:
+            if "sound" in self._at and not self["sound"] > 0.0:
+                return self._unsolved(self["t"])
+            self._set(forced=1.0)  # what the step would have led to
             self._call("step")
         row = self.row()
         self._check_lengths(t, row.length)

@@ -16,15 +16,15 @@ import numpy as np
 
 from .constraints.projection import projection
 from .contact.impact import kick, kicking, survey, surveying
-from .emit import While
+from .emit import Parts, Sequence, While
 from .evaluation import Evaluation
-from .function import Function, flatten
+from .function import OPAQUE, Function, flatten
 from .layout import Layout
 from .locking import halted
 from .methods.control import Control
-from .methods.method import Method, Rate, fallen_in
+from .methods.method import Method, Rate, fallen_in, inside, length
 from .rate import Program
-from .symbol import any_of, maximum, minimum, select, sqrt
+from .symbol import any_of, maximum, select, sqrt
 
 __all__ = ["BREAK", "EVENT", "FAILED", "RUNNING", "STILL", "Stepping"]
 
@@ -50,19 +50,12 @@ _SCALARS = (
 )  # fmt: skip
 
 
-def inside(s: SimpleNamespace) -> Any:
-    """A time in the piece of the profiles that begins at t: no step crosses t_stop, where the next one begins."""
-    return s.t + 0.5 * minimum(1.0, s.t_stop - s.t)
-
-
 def step(s: SimpleNamespace, rate: Rate, method: Method, control: Control) -> None:
     """One attempt from (t, y, f); f is the derivative at y.  `forced` accepts whatever comes.
 
     Guards are looked at in every stage, so that one that falls and recovers within the step is not missed.
     """
-    room = s.t_stop - s.t
-    last = s.h >= room
-    h = select(last, room, s.h)
+    h, last = length(s)
     a = method.attempt(s, rate, h, inside(s))
     below, earliest = False, 1.0
     for c, fell in sorted(a.seen, key=lambda x: x[0]):
@@ -144,10 +137,12 @@ def commit(s: SimpleNamespace, quaternions: list[int], velocities: slice, projec
     s.tentative = 0.0
 
 
-def refresh(s: SimpleNamespace, rate: Rate) -> None:
+def refresh(s: SimpleNamespace, rate: Rate, method: Method) -> None:
     """After a change of state, laws or discrete states: derivative, tensions and guards at (t, y)."""
     r = rate(s.t, inside(s), s.y)
     s.f, s.T, s.G = r.dy, r.T, r.G
+    for name, value in method.forgotten().items():
+        setattr(s, name, value)
     s.tentative = 0.0
 
 
@@ -183,7 +178,7 @@ class Stepping:
         n_ropes, n_guards = len(p.system.ropes), len(p.guards)
         states = dict.fromkeys(("y", "f", "f0", "d0", *method.vectors), p.ny)
         ropes = dict.fromkeys(("T", "peak", "peak_time"), n_ropes)
-        scalars = dict.fromkeys([*_SCALARS, *(["coarse"] if method.completes else [])])
+        scalars = dict.fromkeys([*_SCALARS, *method.scalars, *(["coarse"] if method.completes else [])])
         rows = dict.fromkeys(("gap", "slip", "pivot"), len(p.constraints))
         pushed = rows["gap"] if p.contacts.sites else 0
         surveyed = {"delassus": pushed * pushed, "speed": pushed, "free": pushed, "impulse": pushed}
@@ -198,6 +193,9 @@ class Stepping:
             x = p.evaluate(t[0], y, P, t[1])
             return {"dy": x.dy, "T": x.tensions, "G": x.guards}
 
+        def take(s: SimpleNamespace, rate: Rate, row: Row) -> None:
+            step(s, rate, method, control)
+
         state = {"t": 1, "y": p.ny, "P": n_p}
         self.f_rate = Function("rate", evaluate, {**state, "t": 2}, vectors=["dy"])
         self.f_project = projection(p) if rows["gap"] else None
@@ -207,14 +205,14 @@ class Stepping:
             return {"values": self.row(p.evaluate(t[0], at, P))}
 
         self.f_row = Function("row", row, state, ["values"], rare=True)
-        self.functions = {
-            "step": self._on_block("step", lambda s, rate, row: step(s, rate, method, control)),
+        self.functions: dict[str, Function | Parts] = {
+            "step": self._on_block("step", take, matrices=bool(method.matrices)),
             "bisect": self._on_block("bisect", lambda s, rate, row: bisect(s, rate, method)),
             "commit": self._projecting(
                 "commit", lambda s, project: commit(s, p.quaternions, slice(nq, nq + nv), project)
             ),
             "sample": self._on_block("sample", lambda s, rate, row: sample(s, row, method), table=True),
-            "refresh": self._on_block("refresh", lambda s, rate, row: refresh(s, rate)),
+            "refresh": self._on_block("refresh", lambda s, rate, row: refresh(s, rate, method)),
             "look": self._on_block("look", lambda s, rate, row: look(s, row), table=True),
         }
         if self.f_project:
@@ -226,6 +224,8 @@ class Stepping:
         at, f = self.layout.at, self.functions
         if p.locked:
             f["halt"] = self._halt(n_p)
+        if prologue := method.prologue(self._on_method, at):
+            f["step"] = Sequence("step", (*prologue, self._on_block("take", take, matrices=bool(method.matrices))))
         ready: tuple[While, ...] = ()
         if method.completes:
             f["complete"] = self._on_block("complete", lambda s, rate, row: complete(s, rate, method))
@@ -298,18 +298,27 @@ class Stepping:
 
         return Function(name, body, {"X": self.plain.size, "P": len(self.program.parameters.initial)})
 
-    def _on_block(self, name: str, part: Callable[..., Any], table: bool = False) -> Function:
-        """A function of the blocks X and P (and a table) made of `part(s, rate, row)`."""
+    def _on_method(self, name: str, part: Callable[..., Any], matrices: bool = False) -> Function:
+        """A part of a method, `part(s, rate)`."""
+        return self._on_block(name, lambda s, rate, row: part(s, rate), matrices=matrices)
+
+    def _on_block(self, name: str, part: Callable[..., Any], table: bool = False, matrices: bool = False) -> Function:
+        """A function of the blocks X and P (and M, and a table) made of `part(s, rate, row)`.
+
+        What it returns are the rows of the table, or what is written to M.
+        """
         layout = self.layout
 
-        def body(X: Any, P: Any) -> dict[str, Any]:
+        def body(X: Any, P: Any, M: Any = None) -> dict[str, Any]:
             s = layout.unpack(X)
+            s.M = M
             r = part(
                 s,
                 lambda t, among, y: self.f_rate(t=[t, among], y=y, P=P),
                 lambda t, y: flatten(self.f_row(t=[t], y=y, P=P).values),
             )
-            return {"X": layout.pack(s), **({"table": r} if table else {})}
+            written = {"table" if table else "M": r} if table or r is not None else {}
+            return {"X": layout.pack(s), **written}
 
-        sizes = {"X": layout.size, "P": len(self.program.parameters.initial)}
-        return Function(name, body, sizes, rare=name in ("sample", "look", "refresh"))
+        inputs = {"X": layout.size, "P": len(self.program.parameters.initial)}
+        return Function(name, body, inputs | ({"M": OPAQUE} if matrices else {}), rare=name in ("sample", "look", "refresh"))

@@ -128,6 +128,8 @@ class Straight:
     def pointer(self, values: tuple[Any, ...], tag: str) -> str:
         """Address of consecutive values: where they already lie so in a block, else a copy on the stack."""
         v: Any = values[0] if values else None
+        if is_sym(v) and v.op == "block":
+            return f"ptr %{v.args[0]}"
         if (
             is_sym(v)
             and v.op in ("in", "ret", "slice")
@@ -165,6 +167,8 @@ class Straight:
             self.call(n)
         elif n.op == "dot":
             self.dot(n)
+        elif n.op == "block":
+            pass  # a pointer that is handed on
         else:
             for piece, _, lanes in self.pieces(n):
                 self.body.append(f"%t{n.id}{piece} = {self.operation(n, piece, lanes)}")

@@ -18,6 +18,7 @@ from .method import Attempt, Exponents
 __all__ = ["Control", "ErrorControl", "FixedStep", "Verdict"]
 
 TINY = 1e-200  # keeps the quotient of two vanishing errors at zero
+UNSOLVED = 16.0  # error of a step whose equations were not solved: the next one is half as long
 FINITE = 1e300  # a squared state beyond it, or one that is not a number, is not finite
 
 
@@ -40,6 +41,8 @@ class ErrorControl:
     def judge(self, s: SimpleNamespace, a: Attempt, h: Any, last: Any) -> Verdict:
         x = self._exponents
         error = self._weighed(a.error, 1.0 / (s.tol * (1.0 + maximum(abs(s.y), abs(a.y)))))
+        if a.sound is not None:
+            error = select(a.sound, error, UNSOLVED)
         good = error <= 1.0
         ok = good | (s.forced > 0.0)
         down = select(error > 1.0, maximum(0.2, 0.9 * power(maximum(error, 1.0), x.down)), 0.1)  # 0.1: not a number
@@ -62,8 +65,11 @@ class FixedStep:
 
     def judge(self, s: SimpleNamespace, a: Attempt, h: Any, last: Any) -> Verdict:
         finite = a.y @ a.y < FINITE
+        if a.sound is not None:
+            finite = finite & a.sound
         ok = finite | (s.forced > 0.0)
-        return Verdict(ok, s.h, s.error, select(ok, 0.0, 1.0) > 0.0)
+        again = 0.0 if a.fresh is None else select(a.fresh, 0.0, 1.0)  # once more with a new Jacobian
+        return Verdict(ok, s.h, s.error, select(ok, 1.0, again) < 0.5)
 
 
 Control = ErrorControl | FixedStep

@@ -8,16 +8,18 @@ profile is meant where two of them meet.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
-from ..symbol import any_of
+from ..emit import Parts
+from ..function import Function
+from ..symbol import any_of, minimum, select
 
-__all__ = ["Attempt", "Exponents", "Method", "Rate", "combine", "fallen_in"]
+__all__ = ["Attempt", "Build", "Exponents", "Method", "Rate", "combine", "fallen_in", "inside", "length"]
 
 Rate = Callable[[Any, Any, Any], Any]  # (t, a time inside the step, y) -> dy, T, G
 
@@ -46,16 +48,39 @@ class Attempt:
     error: Any
     seen: list[tuple[float, Any]]
     k: list[Any]
+    sound: Any = None  # whether its equations were solved; None: there are none
+    fresh: Any = None  # whether they had a new Jacobian
+
+
+Build = Callable[..., Function]  # (name, part) -> native function of X and P; with matrices=True of M, too
 
 
 class Method(ABC):
-    """`order` of the solution; `vectors`: names of the (ny,) blocks that keep what `interpolate` needs."""
+    """`order` of the solution; `vectors`: names of the (ny,) blocks that keep what `interpolate` needs.
+
+    Implicit methods solve their equations before `attempt` in parts of their own (`prologue`), keep numbers in
+    `scalars` and matrices in a block M of `matrices` doubles.
+    """
 
     name: str
     order: int
     vectors: tuple[str, ...]
     exponents: Exponents | None = None  # None: no error estimate, fixed steps only
+    scalars: tuple[str, ...] = ()
+    matrices = 0
     completes = False  # whether `interpolate` needs `complete` first
+
+    def prologue(self, build: Build, at: Mapping[str, Any]) -> tuple[Function | Parts, ...]:
+        """Native parts that run before `attempt` in every step; `at`: places in X."""
+        return ()
+
+    def constants(self) -> dict[str, Any]:
+        """What stands in X from the start, by name."""
+        return {}
+
+    def forgotten(self) -> dict[str, float]:
+        """What X says of the past after the derivative has jumped."""
+        return {}
 
     @abstractmethod
     def attempt(self, s: SimpleNamespace, rate: Rate, h: Any, among: Any) -> Attempt:
@@ -86,3 +111,15 @@ def combine(c: list[float], k: list[Any]) -> Any:
 def fallen_in(r: Any) -> Any:
     """Whether a guard is below zero in an evaluation."""
     return any_of(g < 0.0 for g in r.G)
+
+
+def inside(s: SimpleNamespace) -> Any:
+    """A time in the piece of the profiles that begins at t: no step crosses t_stop, where the next one begins."""
+    return s.t + 0.5 * minimum(1.0, s.t_stop - s.t)
+
+
+def length(s: SimpleNamespace) -> tuple[Any, Any]:
+    """Length of the step from t, and whether it ends at the boundary."""
+    room = s.t_stop - s.t
+    last = s.h >= room
+    return select(last, room, s.h), last

@@ -34,7 +34,7 @@ class SemiImplicitEuler(Method):
         def drift(y: Any, f: Any) -> dict[str, Any]:
             """N(q) dv/dt: what dq/dt gains per second while the velocities change."""
             dv = f[nq : nq + nv]
-            turned = [rates(k.joint.kind, y[k.q], dv[k.v]) for k in links]
+            turned = [join(rates(k.joint.kind, y[k.q], dv[k.v]), dv[k.v_modes]) for k in links]
             return {"x": join(*turned, np.zeros(ny - nq))}
 
         self._drift = Function("drift", drift, {"y": ny, "f": ny}, vectors=["x"])

@@ -38,7 +38,7 @@ def test_a_winch_pays_for_the_tension_and_for_the_strain_that_it_winds_up():
 def test_without_the_wound_up_strain_the_balance_misses(monkeypatch):
     whole = laws.rope
 
-    def tension_only(p, L0, dL0, bodies):
+    def tension_only(p, L0, dL0, bodies, clamped):
         x = whole(p, L0, dL0, bodies)
         x.work = -x.tension * dL0
         return x
@@ -50,7 +50,7 @@ def test_without_the_wound_up_strain_the_balance_misses(monkeypatch):
 def test_a_damper_left_out_of_the_accounts_shows(monkeypatch):
     whole = laws.rope
 
-    def uncounted(p, L0, dL0, bodies):
+    def uncounted(p, L0, dL0, bodies, clamped):
         x = whole(p, L0, dL0, bodies)
         x.heat = 0.0 * x.heat
         return x
