@@ -298,20 +298,22 @@ class Stepping:
 
         return Function(name, body, {"X": self.plain.size, "P": len(self.program.parameters.initial)})
 
-    def _on_method(self, name: str, part: Callable[..., Any], matrices: bool = False) -> Function:
-        """A part of a method, `part(s, rate)`."""
-        return self._on_block(name, lambda s, rate, row: part(s, rate), matrices=matrices)
+    def _on_method(self, name: str, part: Callable[..., Any], matrices: bool = False, plain: bool = False) -> Function:
+        """A part of a method, `part(s, rate)`; `plain`: it wants the state in scalars."""
+        return self._on_block(name, lambda s, rate, row: part(s, rate), matrices=matrices, plain=plain)
 
-    def _on_block(self, name: str, part: Callable[..., Any], table: bool = False, matrices: bool = False) -> Function:
+    def _on_block(
+        self, name: str, part: Callable[..., Any], table: bool = False, matrices: bool = False, plain: bool = False
+    ) -> Function:
         """A function of the blocks X and P (and M, and a table) made of `part(s, rate, row)`.
 
         What it returns are the rows of the table, or what is written to M.
         """
-        layout = self.layout
+        layout = self.plain if plain else self.layout
 
         def body(X: Any, P: Any, M: Any = None) -> dict[str, Any]:
             s = layout.unpack(X)
-            s.M = M
+            s.M, s.P = M, P
             r = part(
                 s,
                 lambda t, among, y: self.f_rate(t=[t, among], y=y, P=P),

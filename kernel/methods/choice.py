@@ -11,6 +11,7 @@ from .control import Control, ErrorControl, FixedStep
 from .explicit import DormandPrince5, DormandPrince8, Kutta4
 from .method import Method
 from .radau import Radau5
+from .rosenbrock import RosenbrockW
 from .semi_implicit import SemiImplicitEuler
 
 __all__ = ["METHODS", "choose", "control_of"]
@@ -20,6 +21,7 @@ METHODS: Mapping[str, Callable[[Program], Method]] = {
     "rk4": lambda program: Kutta4(),
     "dopri5": lambda program: DormandPrince5(),
     "dop853": lambda program: DormandPrince8(),
+    "ros34pw2": RosenbrockW,
     "radau5": Radau5,
 }
 SHORTEST = 1e-9  # [s] a fixed step: the resolution of event times

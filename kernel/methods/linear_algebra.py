@@ -16,7 +16,7 @@ import numpy as np
 from ..function import OPAQUE, Primitive
 from .loops import LANES, VECTOR, Code, padded
 
-__all__ = ["Factors", "solver"]
+__all__ = ["Factors", "product", "solver"]
 
 Number = list[str]  # registers of the real and, if there is one, the imaginary part
 
@@ -173,6 +173,24 @@ def solver(name: str, factors: Factors, ny: int) -> Primitive:
         return {"re": out.real, **({"im": out.imag} if factors.planes == 2 else {})}
 
     return Primitive(name, floats, inputs, dict.fromkeys(parts, ny), c.text())
+
+
+def product(name: str, n: int, stride: int, start: int) -> Primitive:
+    """x = A b for an (n, n) matrix that stands in M from `start`."""
+    c = Code(name, ["M", "b", "x"])
+    total = c.reserve(f"[{stride} x double]")
+    with c.loop(0, stride, LANES) as i:
+        c.store("zeroinitializer", c.at(total, i), VECTOR)
+    with c.loop(0, n) as k:
+        opposite = c.let(f"fneg double {c.load(c.at('%b', k))}")
+        _less(c, [total], [opposite], [c.at("%M", start, c.integer("mul", k, stride))], "0", stride)
+    with c.loop(0, n) as i:
+        c.store(c.load(c.at(total, i)), c.at("%x", i))
+
+    def floats(M: np.ndarray, b: np.ndarray) -> Mapping[str, Any]:
+        return {"x": M[start : start + n * stride].reshape(n, stride)[:, :n].T @ b}
+
+    return Primitive(name, floats, {"M": OPAQUE, "b": n}, {"x": n}, c.text())
 
 
 def _size(c: Code, x: Number) -> str:
