@@ -1,4 +1,4 @@
-"""ROS34PW2: a linearly implicit method of order 3 that takes an approximate Jacobian, for stiff ropes at medium accuracy.
+"""ROS34PW2: a linearly implicit method of order 3 with an approximate Jacobian, for stiff ropes at medium accuracy.
 
 Rang, Angermann, BIT 45 (2005) 761-787, table 4.2: four stages, L-stable, stiffly accurate, a W-method: its order holds
 for any matrix in place of the Jacobian, so that the structured one of `stiffness` will do and time derivatives may be
@@ -94,7 +94,9 @@ class RosenbrockW(Method):
         self._stage = Function("stage", self._stage_text, blocks, vectors=["x"])
 
     def prologue(self, build: Build, at: Mapping[str, Any]) -> tuple[Function | Parts, ...]:
-        return build("assemble", self._assemble, matrices=True, plain=True), While("factors", at["factor"], (self._factorise(at),))
+        return build("assemble", self._assemble, matrices=True, plain=True), While(
+            "factors", at["factor"], (self._factorise(at),)
+        )
 
     def _assemble(self, s: SimpleNamespace, rate: Rate) -> list[Any]:
         """What stands in M: H + e C + e^2 K with e = gamma h, H and K, column by column."""

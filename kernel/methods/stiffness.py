@@ -51,7 +51,9 @@ class Linearised:
     def _inertia(self) -> None:
         for i, (tree, _) in enumerate(self.program.instances):
             t = with_numbers(tree, self.x.numbers("tree", str(i)))
-            M = kinematics(t, np.array(self.x.q[tree.q]), np.array(self.x.v[tree.v]), 0.0, [0.0] * len(t.prescribed_dofs))
+            M = kinematics(
+                t, np.array(self.x.q[tree.q]), np.array(self.x.v[tree.v]), 0.0, [0.0] * len(t.prescribed_dofs)
+            )
             I, _ = composites(t, M, [np.zeros(6)] * len(t.bodies))
             for (k, l), h in joint_space_inertia(t, M, I).items():
                 self.H[tree.v.start + k][tree.v.start + l] = self.H[tree.v.start + l][tree.v.start + k] = h
@@ -128,7 +130,11 @@ class Linearised:
             _, k, d, mu, kt, dt, closed, stick = p[3:11]
             columns = self._columns(self.program.graph.number(s.point.body), p[:3])
             held = select(mu > 0.0, closed * stick, 0.0)
-            for axis, stiff, damp in ((0, held * kt, held * dt), (1, held * kt, held * dt), (2, closed * k, closed * d)):
+            for axis, stiff, damp in (
+                (0, held * kt, held * dt),
+                (1, held * kt, held * dt),
+                (2, closed * k, closed * d),
+            ):
                 row = {i: J[axis] for i, _, J in columns}
                 self._square(self.K, stiff, row)
                 self._square(self.C, damp, row)

@@ -1,0 +1,85 @@
+"""The matrix of the linearly implicit method against finite differences, and stiff scenes at steps set by accuracy."""
+
+import numpy as np
+import pytest
+from goliath import scene
+from heavylift.kernel.describe import Body, Joint, Line, Point, Rope, System
+from heavylift.kernel.methods.stiffness import Linearised
+from heavylift.kernel.motion import rates
+from small_scenes import SECOND, G, Y, hand_over, started
+
+STEP = 1e-6  # of a central difference
+LEFT_OUT = 0.03  # of the stiffness: weights on levers are not in the matrix
+MASS, LENGTH, ANGLE = 3.0e5, 20.0, 0.3
+COARSE, FINE = 1e-5, 1e-7  # tolerances
+CLOSE = 0.01  # [m] after 4 s, on a way of 10 m
+
+
+def test_the_matrix_is_that_of_finite_differences():
+    """At rest under tension."""
+    s = started(scene(), sample_ns=SECOND)
+    p, y, t = s.program, s.state.copy(), 0.0
+    y[p.nq : p.nq + p.nv] = 0.0
+    n = slice(p.nq, p.nq + p.nv)
+    x = Linearised(p.evaluate(t, y, s.P))
+    H, C, K = (np.array(A, float) for A in (x.H, x.C, x.K))
+
+    def slope(move):
+        there, back = (p.evaluate(t, y + sign * STEP * move, s.P).dy[n] for sign in (1.0, -1.0))
+        return (np.array(there, float) - np.array(back, float)) / (2.0 * STEP)
+
+    got_C, got_K = np.zeros_like(C), np.zeros_like(K)
+    for j, one in enumerate(np.eye(p.nv)):
+        move = np.zeros(p.ny)
+        move[n] = one
+        got_C[:, j] = -H @ slope(move)
+        moved = [rates(k.joint.kind, y[k.q], one[k.v]) for k in p.graph.links]
+        got_K[:, j] = -H @ slope(np.concatenate([*moved, np.zeros(p.ny - p.nq)]))
+    assert got_C == pytest.approx(C, abs=LEFT_OUT * np.abs(C).max())
+    scale = np.sqrt(np.outer(np.diag(H), np.diag(H)))
+    assert np.abs((got_K - K) / scale).max() < LEFT_OUT * np.abs(K / scale).max()
+
+
+def diagonal(i):
+    return ((i, 0.0, 0.0), (0.0, i, 0.0), (0.0, 0.0, i))
+
+
+def swing(stiffer: float, lighter: float) -> System:
+    """A load that swings on a rope of `stiffer` times the stiffness of steel, a loader of `lighter` times the mass of
+    a real one between rope and load; all three in line and at rest at the start."""
+    EA, reach = 6.0e8 * stiffer, (np.sin(ANGLE), 0.0, -np.cos(ANGLE))
+    bodies = (
+        Body("loader", 5.0e3 * lighter, (0.0, 0.0, 0.5), diagonal(1.0e3 * lighter)),
+        Body("load", MASS, (0.0, 0.0, -5.0), diagonal(1.0e6)),
+    )
+    half = (0.0, -np.sin(ANGLE / 2.0), 0.0, np.cos(ANGLE / 2.0))
+    joints = (
+        Joint("fly", "free", "world", "load", q0=(*(LENGTH * x for x in reach), *half), v0=(0.0,) * 6),
+        Joint("hinge", "revolute", "load", "loader", axis=Y),
+    )
+    span, pull = LENGTH - 1.0, (MASS + bodies[0].mass) * G * np.cos(ANGLE)
+    rope = Rope("rope", (Line(Point("world"), Point("loader", (0.0, 0.0, 1.0))),), EA, EA * span / (EA + pull))
+    return System(bodies, joints, ropes=(rope,), gravity=G)
+
+
+def swung(method, tolerance, stiffer=1.0, lighter=1.0):
+    s = started(swing(stiffer, lighter), method=method, tolerance=tolerance)
+    hand_over(s, 4 * SECOND)
+    return s, s.state[:3].copy()
+
+
+@pytest.mark.parametrize(
+    ("method", "stiffer", "lighter", "most"),
+    [
+        ("ros34pw2", 1.0, 1e-6, 200),  # explicit: 4 s at 7.7e4 rad/s, 1e5 steps
+        ("radau5", 1.0, 1e-6, 200),
+        ("ros34pw2", 1e6, 1.0, 5000),  # explicit: 4 s at 1e4 rad/s for the load, 8e7 rad/s for the loader
+        ("radau5", 1e6, 1.0, 800),
+        ("radau5", 1e6, 1e-6, 6000),
+    ],
+)
+def test_stiff_ropes_and_light_loaders_cost_few_steps(method, stiffer, lighter, most):
+    s, place = swung(method, COARSE, stiffer, lighter)
+    _, exact = swung("radau5", FINE, stiffer, lighter)
+    assert place == pytest.approx(exact, abs=CLOSE)
+    assert s["accepted"] + s["rejected"] < most
