@@ -40,6 +40,8 @@ def run(
     output: Annotated[Path | None, typer.Option("-o", "--output", help="recording; default NAME.mcap")] = None,
     sets: Sets = None,
     in_process: Annotated[bool, typer.Option("--in-process", help="all models in this process")] = False,
+    method: Annotated[str, typer.Option("--method", help="of integration: dopri5, radau5, ...")] = "",
+    step: Annotated[str, typer.Option("--step", help="fixed steps: --step '2 ms'")] = "",
 ) -> None:
     """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
     from .participant import PRELOAD
@@ -52,7 +54,8 @@ def run(
         from .progress import Progress, summary
         from .run import run as simulate
 
-        loaded = load(scene, sets or [])
+        given = [f"{key}={text}" for key, text in (("method", method), ("step", step)) if text]
+        loaded = load(scene, [*(sets or []), *given])
         path = output or Path(f"{loaded.plan.name}.mcap")
         with Progress(loaded.plan) as watch:
             result = simulate(loaded, path, in_process, watch, crew)

@@ -35,6 +35,8 @@ class KernelConfig(msgspec.Struct, frozen=True):
     tolerance: float
     sample_ns: int
     subscriptions: dict[str, list[str]]  # element -> models that hear of its events
+    method: str = "dopri5"
+    step: float | None = None
 
 
 class KernelNode:
@@ -53,6 +55,8 @@ class KernelNode:
             config.tolerance,
             config.sample_ns,
             frozenset(config.subscriptions),
+            method=config.method,
+            step=config.step,
         )
 
     def layout(self) -> bytes:

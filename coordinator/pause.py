@@ -60,6 +60,8 @@ def paused(scene: LoadedScene, at: float | None = None, after: str = "") -> Simu
         plan.tolerance,
         round(1e9 / plan.samples_hz),
         {element: list(models) for element, models in subscriptions(plan).items()},
+        plan.method,
+        plan.step,
     )
     kernel = KernelNode(config, lambda samples: None)
     if at is None and not after:

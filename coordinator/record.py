@@ -58,6 +58,8 @@ class Record:
             "seed": plan.seed,
             "accuracy": f"{100 * plan.tolerance / TOLERANCE_OF_ACCURACY:.6g} %",
             "tolerance": f"{plan.tolerance:.6g}",
+            "method": plan.method,
+            **({"step": f"{plan.step:.6g} s"} if plan.step else {}),
             "samples_hz": plan.samples_hz,
             "nodes": [*models, KERNEL],
             "rated": rated(plan),

@@ -152,6 +152,8 @@ class _Session:
             "tolerance": self._plan.tolerance,
             "sample_ns": round(1e9 / self._plan.samples_hz),
             "subscriptions": subscriptions(self._plan),
+            "method": self._plan.method,
+            "step": self._plan.step,
         }
         kernel = Setup(plan, msgspec.msgpack.encode(config))
         self._send(KERNEL, m.Welcome(1, msgspec.msgpack.encode(kernel)))

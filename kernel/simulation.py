@@ -255,6 +255,9 @@ class Simulation(Stepper):
             t_rest=self.references.rest(self.epoch),
         )
         self._call("refresh")
+        if self.fixed:
+            self._balance.restart()
+            self._check_step()
         self._note_peaks()  # of a rope that a jump has tightened, and where no step lies between two samples
         self._keep(self.epoch, np.array(self.method.row_layout.pack(self.row())))
         self.X[self._at["peak"]] = 0.0

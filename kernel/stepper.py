@@ -18,6 +18,8 @@ from .emit import module
 from .errors import KernelError
 from .evaluation import Evaluation
 from .methods.choice import choose, control_of
+from .methods.peers import Code, Peer, PeerCode
+from .methods.stability import Balance, check_step, jacobian
 from .native import Library
 from .oracle import Oracle
 from .rate import Program
@@ -57,19 +59,24 @@ class Stepper:
             raise KernelError(f"tolerance {tolerance:g}: it must lie between 0 and 1")
         if sample_ns < SHORTEST_SAMPLE:
             raise KernelError(f"samples every {sample_ns} ns: they must be at least {SHORTEST_SAMPLE} ns apart")
-        self.fixed = step is not None
+        self.fixed, self._step, self._balance = step is not None, step or 0.0, Balance()
         self._fused = fused
 
-        def compiled(locked: frozenset[str] | None) -> Library | Oracle:
+        def compiled(locked: frozenset[str] | None) -> Code:
             self.program = Program(system, formulation, locked, clamped=method == "dopri5")
             if not self.program.nv:
                 raise KernelError("nothing in this scene can move: all joints are fixed")
             found = choose(method, self.program)
             self.method = Stepping(self.program, found, control_of(found, step, self.program))
-            return Library(self.structure(), self._ir, opt, cache) if native else Oracle(self.method)
+            code: Code = Library(self.structure(), self._ir, opt, cache) if native else Oracle(self.method)
+            return (
+                PeerCode(code, found, self.method.layout.at, len(self.program.guards))
+                if isinstance(found, Peer)
+                else code
+            )
 
         self._compiled = compiled
-        self._variants: dict[frozenset[str], tuple[Program, Stepping, Library | Oracle]] = {}
+        self._variants: dict[frozenset[str], tuple[Program, Stepping, Code]] = {}
         self._use(None)
         self.P = self.program.parameters.initial.copy()
         self.X = np.zeros(self.method.layout.size)
@@ -246,7 +253,25 @@ class Stepper:
         self._check_lengths(t_ns * 1e-9, row[at["length"]])
         self._check_sliders(t_ns * 1e-9, row[at["q"]])
         row[at["peak_time"]] += self.epoch * 1e-9
+        if self.fixed:
+            signs = np.array([-1.0 if what == "work" else 1.0 for what, _ in self.program.accounts])
+            energies = (float(row[at[k]]) for k in ("kinetic", "potential"))
+            stored = float(row[at["stored"]].sum())
+            self._balance.check(t_ns * 1e-9, self._step, *energies, stored, signs * row[at["accounts"]])
         self.rows.append((t_ns, row))
+
+    def _check_step(self) -> None:
+        """Raises KernelError if the fixed step is unstable for the scene as it stands."""
+        p, t = self.program, self["t"]
+        n, T, G = p.nq + p.nv, np.zeros(len(p.system.ropes)), np.zeros(len(p.guards))
+
+        def rate(y: np.ndarray) -> np.ndarray:
+            dy = np.zeros(p.ny)
+            self._code.call("rate", np.array([t, t + 0.5 * min(1.0, self["t_stop"] - t)]), y, self.P, dy, T, G)
+            return dy
+
+        at = self.epoch * 1e-9 + t
+        check_step(self.method.method, jacobian(rate, self.state.copy(), n), self._step, p.nq, at)
 
     def _note_peaks(self) -> None:
         """The present tensions count among the peaks."""

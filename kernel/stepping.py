@@ -23,6 +23,7 @@ from .layout import Layout
 from .locking import halted
 from .methods.control import Control
 from .methods.method import Method, Rate, fallen_in, inside, length
+from .methods.peers import Peer
 from .rate import Program
 from .symbol import any_of, maximum, select, sqrt
 
@@ -221,6 +222,7 @@ class Stepping:
             rows_of, kicked = surveying(p), kicking(p)
             self.functions["survey"] = self._plain("survey", lambda s, P: survey(s, P, rows_of, inside(s)))
             self.functions["kick"] = self._plain("kick", lambda s, P: kick(s, P, kicked))
+        self.functions["rate"] = self.f_rate
         at, f = self.layout.at, self.functions
         if p.locked:
             f["halt"] = self._halt(n_p)
@@ -232,7 +234,11 @@ class Stepping:
             ready = (While("completing", at["coarse"], (f["complete"],)),)
         sampling = While("sampling", at["due"], (*ready, f["sample"]))
         locating = While("locating", at["locate"], (*ready, f["bisect"]))
-        self.advance = While("advance", at["run"], (f["commit"], sampling, f["step"], locating))
+        self.advance: Parts = While("advance", at["run"], (f["commit"], sampling, f["step"], locating))
+        if isinstance(method, Peer):  # takes its steps elsewhere
+            del f["step"]
+            f |= {"sampling": sampling, "locating": locating}
+            self.advance = Sequence("advance", ())
 
     def _row_layout(self) -> Layout:
         """Columns of a sample row: state, accounts, laws, poses (origin and rotation, 12 a body), energies, peaks."""

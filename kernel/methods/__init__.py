@@ -1,9 +1,13 @@
 """Integration methods: tableaus as data, and tiny classes that turn one into the stages and the dense output of a step.
 
 tableaus, dop853         coefficients with order and source
-method                   what every method tells: stages, interpolant, stability
+method, choice           what every method tells: stages, interpolant, stability; their names
 explicit, semi_implicit  Runge-Kutta pairs; symplectic Euler
-control                  error-controlled and fixed steps
+rosenbrock, stiffness    linearly implicit, with the stiffness of ropes in its matrix
+radau                    Radau IIA of order 5
+loops, linear_algebra    loops of native code; LU factors of dense systems
+control, stability       error-controlled and fixed steps; what fixed steps are refused
+peers                    SciPy's integrators as references
 
 Acceptance of steps, location of guards, commits and samples are the same for all and stand in `kernel.stepping`.
 """

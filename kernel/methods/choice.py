@@ -10,6 +10,7 @@ from ..rate import Program
 from .control import Control, ErrorControl, FixedStep
 from .explicit import DormandPrince5, DormandPrince8, Kutta4
 from .method import Method
+from .peers import PEERS, Peer
 from .radau import Radau5
 from .rosenbrock import RosenbrockW
 from .semi_implicit import SemiImplicitEuler
@@ -23,6 +24,7 @@ METHODS: Mapping[str, Callable[[Program], Method]] = {
     "dop853": lambda program: DormandPrince8(),
     "ros34pw2": RosenbrockW,
     "radau5": Radau5,
+    **{name: (lambda program, name=name: Peer(name)) for name in PEERS},
 }
 SHORTEST = 1e-9  # [s] a fixed step: the resolution of event times
 
@@ -40,6 +42,8 @@ def control_of(method: Method, step: float | None, program: Program) -> Control:
         if method.exponents is None:
             raise KernelError(f"method '{method.name}': it has no error estimate; give it a step, such as 0.001 s")
         return ErrorControl(method.exponents, program.nq + program.nv)
+    if isinstance(method, Peer):
+        raise KernelError(f"method '{method.name}': it chooses its own steps; leave the step out")
     if not (isfinite(step) and step >= SHORTEST):
         raise KernelError(f"step {step:g} s: a fixed step must be at least {SHORTEST:g} s and finite")
     return FixedStep()

@@ -82,6 +82,8 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
             name=scene.name,
             gravity=scene.gravity,
             tolerance=scene.accuracy * plan.TOLERANCE_OF_ACCURACY,
+            method=scene.method,
+            step=scene.step,
             seed=scene.seed,
             samples_hz=scene.samples,
             end=scene.end,

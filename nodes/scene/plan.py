@@ -20,7 +20,7 @@ from __future__ import annotations
 from typing import Literal
 
 import msgspec
-from heavylift.kernel.describe import Line, Point, Support, System, Vector
+from heavylift.kernel.describe import Line, MethodName, Point, Support, System, Vector
 
 from .actions import Action as Action
 from .actions import Item
@@ -209,6 +209,8 @@ class Plan(Item, frozen=True, kw_only=True):
     name: str
     gravity: float = 9.80665
     tolerance: float = 1e-6
+    method: MethodName = "dopri5"
+    step: float | None = None  # of fixed steps [s]
     seed: int = 0
     samples_hz: float = 10.0
     start: float = 0.0  # value of the Master "turn" at the start: the block's theta [rad]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
+from heavylift.kernel.describe import MethodName
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -250,6 +251,8 @@ class Scene(Base):
     gravity: Gravity = 9.80665
     accuracy: Accuracy = 1e-4  # of the rope tensions
     samples: Sampling = 2.0
+    method: MethodName = "dopri5"  # of integration
+    step: Duration | None = None  # fixed steps instead of steps as long as the accuracy allows
     seed: Annotated[int, Field(ge=0)] = 0
     end: Duration | None = None
     cranes: dict[Name, Crane] = Field(default_factory=dict)

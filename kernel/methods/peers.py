@@ -1,0 +1,136 @@
+"""SciPy's integrators on the same compiled equations: references to compare the kernel's own methods with.
+
+One adapter for all: SciPy takes the steps in Python, its dense output is copied as values at 13 nodes (exact for its
+polynomials, whose degree is at most 12), and all else (guards, samples, commits) is the native code of `stepping`.
+Steps are ten to a hundred times slower than the kernel's own.
+"""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, Protocol
+
+import numpy as np
+
+from .method import Attempt, Exponents, Method, Rate
+
+__all__ = ["PEERS", "Peer", "PeerCode"]
+
+PEERS = {"scipy-dop853": "DOP853", "scipy-radau": "Radau", "scipy-bdf": "BDF", "scipy-lsoda": "LSODA"}
+NODES = (0.5 - 0.5 * np.cos(np.pi * np.arange(13) / 12.0)).tolist()
+RUNNING, BREAK, EVENT, STILL, FAILED = 0.0, 1.0, 2.0, 3.0, 4.0  # as in `stepping`
+
+
+class Code(Protocol):
+    """Native functions by name."""
+
+    def call(self, name: str, *blocks: np.ndarray) -> None: ...
+
+
+class Peer(Method):
+    """A method whose steps SciPy takes; the kernel knows its interpolant only."""
+
+    order = 0  # as SciPy says
+    exponents = Exponents(0.0, 0.0, 0.0)
+    vectors = tuple(f"n{i}" for i in range(1, len(NODES)))
+
+    def __init__(self, name: str) -> None:
+        self.name, self.solver = name, PEERS[name]
+
+    def attempt(self, s: SimpleNamespace, rate: Rate, h: Any, among: Any) -> Attempt:
+        raise AssertionError("SciPy takes the steps")
+
+    def keep(self, s: SimpleNamespace, h: Any, a: Attempt) -> None:
+        raise AssertionError("SciPy takes the steps")
+
+    def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:
+        raise AssertionError("SciPy has no fixed steps")
+
+    def interpolate(self, s: SimpleNamespace, x: Any) -> Any:
+        """Lagrange's polynomial through the nodes."""
+        y: Any = 0.0
+        for i, node in enumerate(NODES):
+            scale, weight = 1.0, 1.0
+            for j, other in enumerate(NODES):
+                if j != i:
+                    weight, scale = weight * (x - other), scale * (node - other)
+            y = y + (weight * (1.0 / scale)) * getattr(s, f"n{i}" if i else "d0")
+        return y
+
+
+class PeerCode:
+    """Stands in for `native.Library`: `advance` and `step` here, all else in `native`."""
+
+    def __init__(self, native: Code, method: Peer, at: dict[str, Any], guards: int) -> None:
+        self._native, self._method, self._at, self._guards = native, method, at, guards
+        self._solver: Any = None
+
+    def call(self, name: str, *blocks: np.ndarray) -> None:
+        if name == "step":
+            self._step(*blocks)
+        elif name == "advance":
+            X, P, table = blocks
+            while X[self._at["run"]] > 0.0:
+                self._native.call("commit", X, P)
+                self._native.call("sampling", X, P, table)
+                self._step(X, P)
+                self._native.call("locating", X, P)
+        else:
+            self._native.call(name, *blocks)
+            if name == "refresh":
+                self._solver = None
+
+    def _rate(self, X: np.ndarray, P: np.ndarray, t: float, among: float, y: np.ndarray) -> tuple[np.ndarray, ...]:
+        out = np.zeros(len(y)), np.zeros(len(X[self._at["T"]])), np.zeros(self._guards)
+        self._native.call("rate", np.array([t, among]), np.ascontiguousarray(y, float), P, *out)
+        return out
+
+    def _start(self, X: np.ndarray, P: np.ndarray, t_stop: float) -> Any:
+        """A solver that begins at the present state; its piece of the profiles ends at t_stop."""
+        from scipy import integrate  # 0.3 s to import
+
+        at = self._at
+        t, tol = float(X[at["t"]]), float(X[at["tol"]])
+        among = t + 0.5 * min(1.0, t_stop - t)
+        solver = getattr(integrate, self._method.solver)
+
+        def slope(time: float, y: np.ndarray) -> np.ndarray:
+            return self._rate(X, P, time, among, y)[0]
+
+        return solver(slope, t, X[at["y"]].copy(), t_stop, rtol=tol, atol=tol, max_step=float(X[at["h_max"]]))
+
+    def _step(self, X: np.ndarray, P: np.ndarray) -> None:
+        """One of SciPy's steps, or as many as a forced one to t_stop takes; written to X as `stepping.step` does."""
+        at = self._at
+        t0, t_stop, y0, forced = float(X[at["t"]]), float(X[at["t_stop"]]), X[at["y"]].copy(), X[at["forced"]] > 0.0
+        if forced or self._solver is None or self._solver.t != t0:
+            self._solver = self._start(X, P, t_stop)
+        solver, pieces = self._solver, []
+        while solver.status == "running" and (forced or not pieces):
+            solver.step()
+            if solver.status != "failed":
+                pieces.append(solver.dense_output())
+        t, h = float(solver.t), float(solver.t) - t0
+        failed = solver.status == "failed" or not np.isfinite(solver.y).all()
+        places = [t0 + x * h for x in NODES]
+        values = [next((p for p in pieces if place <= p.t), pieces[-1])(place) if pieces else y0 for place in places]
+        X[at["t0"]], X[at["h0"]], X[at["f0"]], X[at["d0"]] = t0, h, X[at["f"]], y0
+        for i in range(1, len(NODES)):
+            X[at[f"n{i}"]] = values[i]
+        X[at["t"]], X[at["y"]] = t, solver.y
+        seen = [self._rate(X, P, place, place, y) for place, y in zip(places[1:-1], values[1:-1], strict=True)]
+        seen.append(self._rate(X, P, t, t - 0.5 * h, solver.y))
+        X[at["f"]], X[at["T"]], X[at["G"]] = seen[-1]
+        fallen = next((i for i, (_, _, G) in enumerate(seen) if (G < 0.0).any()), None)
+        X[at["locate"]], X[at["doubt"]], X[at["tentative"]] = float(fallen is not None), 0.0, 1.0
+        if fallen is not None:
+            X[at["lo"]], X[at["hi"]] = NODES[fallen], NODES[fallen + 1]
+        X[at["accepted"]] += 1.0
+        X[at["budget"]] -= 1.0
+        calm = FAILED if failed else STILL if X[at["still"]] > 0.0 else BREAK if t >= t_stop else RUNNING
+        X[at["status"]] = status = EVENT if fallen is not None and calm <= BREAK else calm
+        more = X[at["budget"]] > 0.0 and X[at["rows"]] > X[at["row"]] and X[at["until"]] >= t
+        X[at["calm"]], X[at["more"]] = calm, float(more)
+        X[at["run"]] = float(more and status == RUNNING)
+        if forced:
+            self._solver = None
