@@ -255,9 +255,8 @@ class Stepper:
         row[at["peak_time"]] += self.epoch * 1e-9
         if self.fixed:
             signs = np.array([-1.0 if what == "work" else 1.0 for what, _ in self.program.accounts])
-            energies = (float(row[at[k]]) for k in ("kinetic", "potential"))
-            stored = float(row[at["stored"]].sum())
-            self._balance.check(t_ns * 1e-9, self._step, *energies, stored, signs * row[at["accounts"]])
+            kinetic, potential, stored = (float(np.sum(row[at[k]])) for k in ("kinetic", "potential", "stored"))
+            self._balance.check(t_ns * 1e-9, self._step, kinetic, potential, stored, signs * row[at["accounts"]])
         self.rows.append((t_ns, row))
 
     def _check_step(self) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from math import isfinite
 
 from ..errors import KernelError
@@ -17,6 +18,11 @@ from .semi_implicit import SemiImplicitEuler
 
 __all__ = ["METHODS", "choose", "control_of"]
 
+
+def _peer(name: str, program: Program) -> Method:
+    return Peer(name)
+
+
 METHODS: Mapping[str, Callable[[Program], Method]] = {
     "semi-implicit-euler": SemiImplicitEuler,
     "rk4": lambda program: Kutta4(),
@@ -24,7 +30,7 @@ METHODS: Mapping[str, Callable[[Program], Method]] = {
     "dop853": lambda program: DormandPrince8(),
     "ros34pw2": RosenbrockW,
     "radau5": Radau5,
-    **{name: (lambda program, name=name: Peer(name)) for name in PEERS},
+    **{name: partial(_peer, name) for name in PEERS},
 }
 SHORTEST = 1e-9  # [s] a fixed step: the resolution of event times
 

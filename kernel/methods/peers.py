@@ -105,7 +105,8 @@ class PeerCode:
         t0, t_stop, y0, forced = float(X[at["t"]]), float(X[at["t_stop"]]), X[at["y"]].copy(), X[at["forced"]] > 0.0
         if forced or self._solver is None or self._solver.t != t0:
             self._solver = self._start(X, P, t_stop)
-        solver, pieces = self._solver, []
+        solver = self._solver
+        pieces: list[Any] = []
         while solver.status == "running" and (forced or not pieces):
             solver.step()
             if solver.status != "failed":

@@ -2,7 +2,8 @@
 
 Before the run and after every event the scene is linearised (central differences) and the spectral radius of what one
 step does to it must not exceed what the motion itself grows by.  Between events the balance kinetic + potential +
-stored - work + heat must hold: an unstable step makes energy at every step.  (That implicit methods take energy out of modes too fast for the step is their purpose.)
+stored - work + heat must hold: an unstable step makes energy at every step.
+That implicit methods take energy out of modes too fast for the step is their purpose.
 """
 
 from __future__ import annotations

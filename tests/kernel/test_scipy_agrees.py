@@ -1,4 +1,4 @@
-"""SciPy's integrators on the same equations: a user can choose them, and they find what the kernel's own methods find."""
+"""SciPy on the same equations: its integrators can be chosen, and find what the own methods of the kernel find."""
 
 from typing import get_args
 
