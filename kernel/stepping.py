@@ -329,4 +329,6 @@ class Stepping:
             return {"X": layout.pack(s), **written}
 
         inputs = {"X": layout.size, "P": len(self.program.parameters.initial)}
-        return Function(name, body, inputs | ({"M": OPAQUE} if matrices else {}), rare=name in ("sample", "look", "refresh"))
+        return Function(
+            name, body, inputs | ({"M": OPAQUE} if matrices else {}), rare=name in ("sample", "look", "refresh")
+        )
