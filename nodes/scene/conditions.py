@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Literal
 
-from heavylift.kernel.describe import Point, Threshold
+from heavylift.kernel.describe import Point, System, Threshold
+from heavylift.kernel.joints import JOINTS
 
 from . import actions, phrases, plan
 from .faults import closest
@@ -111,10 +112,12 @@ class Conditions:
             if of in bodies:
                 return at, Threshold(name, "height", point=Point(of))
         if test.quantity in {"position", "speed"}:
-            joints = [joint.name for joint in system.joints] if system else []
-            known += joints
-            if of in joints:
-                return at, Threshold(name, "joint" if test.quantity == "position" else "speed", of=of)
+            along = _coordinates(system) if system else {}
+            known += along
+            if of in along:
+                joint, coordinate = along[of]
+                quantity: Literal["joint", "speed"] = "joint" if test.quantity == "position" else "speed"
+                return at, Threshold(name, quantity, of=joint, coordinate=coordinate)
         if test.quantity in {"tension", "length"}:
             return self._rope_threshold(path, test, name)
         told = f"'{test.quantity}' of what?" if not of else f"there is no '{of}' with {test.quantity}"
@@ -135,3 +138,13 @@ class Conditions:
 
     def _fault(self, path: Path, sentence: str, hint: str = "", *, on_key: bool = False, column: int = 0) -> None:
         self.yard.source.faults.append(Fault(path, sentence, hint, on_key, column))
+
+
+def _coordinates(system: System) -> dict[str, tuple[str, str]]:
+    """Joint and coordinate by the words for them: the joint, or joint.coordinate where there are several."""
+    found = {}
+    for joint in system.joints:
+        names = JOINTS[joint.kind].actable
+        for c in names:
+            found[joint.name if len(names) == 1 else f"{joint.name}.{c}"] = joint.name, c if len(names) > 1 else ""
+    return found

@@ -52,6 +52,8 @@ actions:
   - bolt: lock
     pin: unlock
   - slew: drive 5 deg/s by 10 deg
+  - when: position of ram.travel >= 2 m and speed of spindle <= 1 deg/s
+    slew: drive 5 deg/s by 10 deg
 """
 )
 
@@ -89,6 +91,9 @@ def test_a_scene_with_every_type_of_joint():
         round(math.radians(1), 12),
     ]
     Program(s)
+    travel, spindle = built.actions[2].when.all
+    assert (travel.threshold.of, travel.threshold.coordinate) == ("ram", "travel")
+    assert (spindle.threshold.of, spindle.threshold.coordinate) == ("spindle", "")
     bolt, pin = built.actions[0].orders
     assert bolt == a.Brake(model="rig", brake="bolt", engaged=True, where="scene.yaml:50:5")
     assert pin == a.Brake(model="rig", brake="pin", engaged=False, where="scene.yaml:51:5")
@@ -161,6 +166,7 @@ def lines(old: str, new: str) -> list[str]:
             "two drives",
         ),
         ("bolt: lock", "bolt: release", "cannot release"),
+        ("position of ram.travel", "position of ram", "there is no 'ram' with position"),
     ],
 )
 def test_what_is_wrong_with_a_joint_is_told_where_it_stands(old, new, told):
