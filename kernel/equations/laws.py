@@ -30,6 +30,8 @@ class Acting:
             for n, line in enumerate(r.lines, 1):
                 self.points += [(line.a, f"{r.name}.{n}", "+"), (line.b, f"{r.name}.{n}", "-")]
         self.points += [(s.point, s.name, "+") for s in system.supports]
+        for c in system.contacts:
+            self.points += [(Point(c.a.body), c.name, "+"), (Point(c.b.body), c.name, "-")]
         self.couples = []  # ends of forces that bring a moment of their own
         for f in system.forces:
             for n, point in enumerate(f.points, 1):

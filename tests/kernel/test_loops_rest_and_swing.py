@@ -4,6 +4,7 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
+from contact_scenes import on_slope
 from heavylift.kernel.analysis import equilibrium, modes, momentum, reactions
 from heavylift.kernel.describe import WORLD, Body, Joint, Line, Point, RigidRope, System
 from heavylift.kernel.equations import equations
@@ -93,3 +94,18 @@ def test_a_load_on_a_rigid_rope_rests_below_its_end():
     assert found.tensions["rope"] == pytest.approx(M * G, rel=1e-6)
     (mode,) = modes(simulation).oscillations
     assert 2.0 * pi * mode.frequency == pytest.approx(sqrt(G / L), rel=1e-6)
+
+
+def test_a_brick_on_a_slope_rests_where_it_lies_and_its_equation_names_the_contact():
+    simulation = started(on_slope(0.1, 0.5))
+    where = simulation.state[:3].copy()
+    assert equilibrium(simulation).q[:3] == pytest.approx(where, abs=1e-9)
+    assert "    F1 = m1 g + f(slope)\n" in equations(on_slope(0.1, 0.5))
+
+
+def test_a_slack_rigid_rope_lets_its_load_down_and_then_holds_it():
+    rope = RigidRope("rope", (Line(Point(WORLD), Point("load")),), L)
+    guide = Joint("up", "prismatic", WORLD, "load", axis=Z, q0=(0.5 - L,))
+    found = equilibrium(started(System((Body("load", M),), (guide,), rigid_ropes=(rope,), gravity=G)))
+    assert found.q == pytest.approx([-L], abs=1e-9)
+    assert found.tensions["rope"] == pytest.approx(M * G, rel=1e-9)
