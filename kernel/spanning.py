@@ -1,9 +1,9 @@
 """Which joints of a graph form its spanning tree, and which close its loops.
 
-The tree grows from the ground, one body at a time (Prim 1957): of the joints that reach a new body, first those on
-which a spring, stop, brake, lock or drive acts or which something measures (their coordinates must be states), then
-those with the fewest freedoms, so that the joints left over have the fewest rows; then the nearest to the ground, then
-the first in the list.  A joint left over closes a loop.
+The tree grows from the ground, one body at a time (Prim 1957).  A body should be carried by a joint on which a spring,
+stop, brake or drive acts or which something measures (its coordinates must be states), else by that with the fewest
+freedoms, so that the joints left over have the fewest rows; joints that carry their body so come first, then those near
+the ground, then those first in the list.  A joint left over closes a loop.
 """
 
 from __future__ import annotations
@@ -33,8 +33,16 @@ def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str
     depth = {WORLD: 0}
     carrier = {}
 
-    def order(j: Joint) -> tuple[bool, int, int]:
-        return j.name not in acted, JOINTS[j.kind].n_v, depth[j.parent]
+    def rank(j: Joint) -> tuple[bool, int]:
+        return j.name not in acted, JOINTS[j.kind].n_v
+
+    first: dict[str, Joint] = {}  # the joint that should carry a body, once its parent is reached
+    for j in waiting:
+        if j.child not in first or rank(j) < rank(first[j.child]):
+            first[j.child] = j
+
+    def order(j: Joint) -> tuple[bool, bool, int, int]:
+        return j is not first[j.child], *rank(j), depth[j.parent]
 
     while ready := [j for j in waiting if j.parent in depth and j.child not in depth]:
         best = min(ready, key=order)
@@ -52,6 +60,7 @@ def _acted_on(system: System) -> dict[str, str]:
     laws: list[JointSpring | Stop | Brake | Drive | Lock] = [*system.springs, *system.stops, *system.brakes]
     laws += [*system.drives, *system.locks]
     acted = {x.joint: x.name for x in laws}
+    acted |= {f.along[0]: f.name for f in system.forces if f.along}
     acted |= {m.of: m.name for m in system.measured if m.kind == "joint"}
     return acted | {h.of: h.name for h in system.thresholds if h.quantity in ("joint", "speed")}
 

@@ -20,8 +20,9 @@ from ..graph import Graph
 from ..laws import attachment
 from ..spatial import cross, join
 from ..symbol import select
+from .blockwise import Blockwise
 from .closures import CLOSURES, closure_function, residual_unit
-from .delassus import Delassus, Lopsided
+from .delassus import Lopsided
 from .factors import OpenTree
 from .ropes import SLACK, RigidAt, rigid_rope
 
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Constraints", "Row", "Rows"]
 
+BLOCK = 6  # rows of a block at most
 _Parts = dict[tuple[int, int], Any]  # per tree and degree of freedom
 
 
@@ -87,7 +89,21 @@ class Constraints:
         self.groups = self._groups()
         first = len(self.of)
         ropes = [[r for r in rows if first <= r < first + len(self.ropes)] for rows, _ in self.groups]
-        self.delassus = (Lopsided if self.contacts.sites else Delassus)(n, couples, [x for x in ropes if x])
+        equal = [x for x in ropes if x]
+        self.delassus = Lopsided(n, couples, equal) if self.contacts.sites else self._blockwise(equal)
+
+    def _blockwise(self, equal: list[list[int]]) -> Blockwise:
+        """The matrix in blocks of up to six loop rows in turn between the same bodies, or of one rope."""
+        sizes: list[int] = []
+        for r, _ in enumerate(self.of):
+            if r and self.held[r] == self.held[r - 1] and sizes[-1] < BLOCK:
+                sizes[-1] += 1
+            else:
+                sizes.append(1)
+        sizes += [1 for _ in self.ropes]
+        paths = [self.paths[sum(sizes[:r])] for r in range(len(sizes))]
+        couples = [(s, r) for r in range(len(sizes)) for s in range(r) if paths[r].keys() & paths[s].keys()]
+        return Blockwise(sizes, couples, equal)
 
     def _groups(self) -> list[tuple[list[int], list[int]]]:
         """Rows and trees that hang together."""
@@ -125,7 +141,11 @@ class Rows:
         self.slots = self.constraints.contacts.slots(numbers, ends)
         self.rows += self.constraints.contacts.rows(self.slots)
         self._project()
-        self._entries = [self._masked(r, s) for r, s in self.constraints.delassus.entries]
+        d = self.constraints.delassus
+        if isinstance(d, Blockwise):
+            self._entries = [x for R, S in d.couples for x in self._block(d, d.rows(R), d.rows(S))]
+        else:
+            self._entries = [self._masked(r, s, self._entry(r, s)) for r, s in d.entries]
         soft = {"soft": [row.soft for row in self.rows]} if self.slots else {}
         self._factors = self.constraints.delassus.factorise(A=self._entries, size=self._sizes, **soft)
         self.multipliers: Any = None
@@ -165,9 +185,21 @@ class Rows:
         """Values of the rows that are there, 0 of the others."""
         return [select(row.on > 0.0, x, 0.0) for row, x in zip(self.rows, values, strict=True)]
 
-    def _masked(self, r: int, s: int) -> Any:
+    def _masked(self, r: int, s: int, a: Any) -> Any:
+        """An entry of the matrix without the rows that are not there: 1 on their diagonal, 0 elsewhere."""
         both = select(self.rows[r].on > 0.0, self.rows[s].on, 0.0) if r != s else self.rows[r].on
-        return select(both > 0.0, self._entry(r, s), 1.0 if r == s else 0.0)
+        return select(both > 0.0, a, 1.0 if r == s else 0.0)
+
+    def _block(self, d: Blockwise, rows: range, columns: range) -> list[Any]:
+        """G H^-1 G^T of two blocks, row by row; one tree after the other."""
+        A: list[Any] = [0.0] * (len(rows) * len(columns))
+        shared = [ik for ik in self._Y[rows[0]] if ik in self._Z[columns[0]]]
+        for i in dict.fromkeys(i for i, _ in shared):
+            dofs = [ik for ik in shared if ik[0] == i]
+            Y, Z = [self._Y[r][ik] for r in rows for ik in dofs], [self._Z[r][ik] for ik in dofs for r in columns]
+            A = list(d.blocks.gram(len(rows), len(columns), len(dofs))(A=A, Y=Y, Z=Z).A_)
+        pairs = [(r, s) for r in rows for s in columns]
+        return [self._masked(r, s, a) for (r, s), a in zip(pairs, A, strict=True)]
 
     def matrix(self) -> Any:
         """(n, n) G H^-1 G^T of all rows, there or not; on floats."""
@@ -176,7 +208,9 @@ class Rows:
 
     def entries(self) -> list[Any]:
         """(n * n,) the Delassus matrix of the rows that are there, row by row."""
-        A = dict(zip(self.constraints.delassus.entries, self._entries, strict=True))
+        d = self.constraints.delassus
+        assert isinstance(d, Lopsided), "asked for with contacts only"
+        A = dict(zip(d.entries, self._entries, strict=True))
         n = len(self.rows)
         return [A.get((r, s), 0.0) for r in range(n) for s in range(n)]
 
