@@ -7,6 +7,7 @@ locking, resistance               joints locked in mid-run; masses and inertias 
 flexible                          beams and finite-element models as modes in a floating frame, sliders on them
 forces                            the force table: loads, springs, bushings, wind, sheaves, laws of the user's own
 constraints, spanning             loops: rows of closing joints, redundancy, drift, assembly
+contact                           rigid contact with friction: witnesses, rows, pivoting solver, impacts
 rate, evaluation                  the equations of a scene, written once
 symbol, function, emit, native    the same text traced, as LLVM IR, as machine code
 methods                           integration methods: tableaus and tiny classes
