@@ -220,7 +220,8 @@ class Evaluation:
                 k, *blocks["x"] = self._joint(x.name, *along)
             if x.law.timed:
                 blocks["t"] = [self.numbers("clock", "")[0] + self._t[0]]
-            out = x.function(**blocks)
+            with scope(x.name):
+                out = x.function(**blocks)
             for i, body in enumerate(x.ends):
                 self._push(body, named(f"F({x.name},{i + 1})", getattr(out, f"w{i}")))
             if along:

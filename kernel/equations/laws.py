@@ -10,7 +10,7 @@ from inspect import getdoc
 from typing import Any
 
 from ..describe import WORLD, Brake, Drive, JointSpring, Point, RigidRope, Rope, Stop, Support, System
-from ..forces.describe import Load, Spring, Wind
+from ..forces.describe import Bushing, Characteristic, Load, Reeving, Spring, Torsion, UserLaw, Wind
 from ..graph import Graph
 from .document import Equation, Section
 from .notation import Formula, cross, joined, law, plain, sym
@@ -178,6 +178,33 @@ _FORMULAS: dict[type, tuple[tuple[str, str, str, str], ...]] = {
             "1/2 density C A |w - v| (w - v)",
             r"\tfrac{1}{2}\,\rho\,C\,A\,|\mathbf{w} - \mathbf{v}|\,(\mathbf{w} - \mathbf{v})",
             "",
+        ),
+    ),
+    Torsion: (
+        (
+            "m",
+            "(k (rest - phi) - d phi') dphi'/dw",
+            r"\bigl(k\,(\mathrm{rest} - \varphi) - d\,\dot{\varphi}\bigr)\,\partial\dot{\varphi}/\partial\omega",
+            "on b, -m on a; phi: twist of b about the axis",
+        ),
+    ),
+    Bushing: (
+        (
+            "f",
+            "-(dx'/dV)^T (K x + D x')",
+            r"-(\partial\dot{\mathbf{x}}/\partial\mathbf{V})^T (K\,\mathbf{x} + D\,\dot{\mathbf{x}})",
+            "six components on b, -f on a",
+        ),
+    ),
+    Characteristic: (("tau", "s(t) effort(x)", r"s(t)\,\mathrm{effort}(x)", "x: position or speed"),),
+    UserLaw: (("f", "function(t, state)", r"\mathrm{function}(t, \mathrm{state})", "force or effort"),),
+    Reeving: (
+        ("T", "EA (l/N - 1) + c s'", r"EA\,(l/N - 1) + c\,\dot{s}", "per part, while taut, else 0"),
+        (
+            "T",
+            "T_before exp(mu wrap)/efficiency",
+            r"T_{\mathrm{before}}\,e^{\mu\,\mathrm{wrap}}/\eta",
+            "behind a sheave that slips along the rope",
         ),
     ),
 }

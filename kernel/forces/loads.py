@@ -32,7 +32,7 @@ class LoadLaw(ForceLaw):
 
     def answer(self, f: Load, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
         body = ends[0]
-        x, _, v = attachment(body, p[:3])
+        x, _, v = attachment(body, p[:3], "a")
         force = signal[0] * p[3:6] if any(f.force) else np.zeros(3)
         moment = signal[0] * p[6:9] if any(f.moment) else np.zeros(3)
         if f.axes == "body":
@@ -63,7 +63,7 @@ class WindLaw(ForceLaw):
         return [*f.at.p, 0.5 * f.density * f.drag * f.area, *f.direction]
 
     def answer(self, f: Wind, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
-        x, _, v = attachment(ends[0], p[:3])
+        x, _, v = attachment(ends[0], p[:3], "a")
         u = signal[0] * p[4:7] - v
         force = p[3] * sqrt(u @ u) * u
         return Answer([wrench(x, force)], work=force @ v, shown=[signal[0], sqrt(force @ force)])

@@ -21,7 +21,7 @@ import numpy as np
 
 from ..elementary import power
 from ..laws import attachment
-from ..symbol import maximum, minimum, select
+from ..symbol import maximum, minimum, named, select
 from .describe import Reeving, Sheave, Signal
 from .law import Answer, ForceLaw, Poses, Shown, wrench
 from .sheaves import Node, Part, parts, turn
@@ -105,7 +105,8 @@ class ReevingLaw(ForceLaw):
         modes, own, limp, first = p[3 : 3 + n], p[3 + n : 3 + 2 * n], p[3 + 2 * n : 4 + 3 * n], 4 + 3 * n
         kept = [signal[0] - sum(own, 0.0), *own]
         given = [p[first + NODE * i : first + NODE * (i + 1)] for i in range(n + 2)]
-        nodes = [_node(x, q, body) for x, q, body in zip(_all(f), given, ends, strict=True)]
+        told = zip(_all(f), given, ends, strict=True)
+        nodes = [_node(x, q, body, f"a{i}") for i, (x, q, body) in enumerate(told, 1)]
         turning = _turning(f)
         made = parts(nodes, turning)
         ratios = [_ratio(s, nodes[i], made[i - 1], made[i], given[i], turning[i]) for i, s in enumerate(f.sheaves, 1)]
@@ -173,6 +174,7 @@ class _Rope:
         self, made: list[Part], kept: list[Any], dL: Any, rubs: list[bool], modes: Any, ratios: list[tuple[Any, Any]]
     ) -> None:
         self._rubs, self._modes, self._ratios = rubs, modes, ratios
+        self._sums = 0  # for their names in print
         n = len(made)
         r, dr = [1.0], [0.0]
         for i, (ratio, rate) in enumerate(ratios):
@@ -181,17 +183,19 @@ class _Rope:
             free = modes[i] >= FREE
             g = select(free, 1.0, select(along, ratio, inverse)) if rubs[i] else 1.0
             dg = select(free, 0.0, select(along, rate, -rate * inverse * inverse)) if rubs[i] else 0.0
-            r.append(self._joined(i, r[i] * g, 1.0))
-            dr.append(self._joined(i, dr[i] * g + r[i] * dg, 0.0))
+            r.append(named(f"ratio{i + 2}", self._joined(i, r[i] * g, 1.0)))
+            dr.append(named(f"dratio{i + 2}", self._joined(i, dr[i] * g + r[i] * dg, 0.0)))
         l, dl = [x.length for x in made], [x.rate for x in made]
         N = self._total(kept)
         whole = self._total(l)
         s = [(a / b - 1.0) * a / c for a, b, c in zip(whole, N, self._total(_times(r, l)), strict=True)]
-        for _ in range(NEWTON if any(rubs) else 0):  # exact already where all ratios are 1
+        for k in range(NEWTON if any(rubs) else 0):  # exact already where all ratios are 1
+            s = [named(f"s{k}_{i + 1}", x) for i, x in enumerate(s)]
             q = [1.0 / (1.0 + a * b) for a, b in zip(r, s, strict=True)]
             miss = self._total(_times(l, q))
             slope = self._total(_times(r, l, q, q))
-            s = [x + (m - n_) / k for x, m, n_, k in zip(s, miss, N, slope, strict=True)]
+            s = [x + (m - n_) / a for x, m, n_, a in zip(s, miss, N, slope, strict=True)]
+        s = [named(f"s_{i + 1}", x) for i, x in enumerate(s)]
         q = [1.0 / (1.0 + a * b) for a, b in zip(r, s, strict=True)]
         driven = self._total([dL] + [0.0] * (n - 1))
         free = self._total([a * b - l_ * c * x * b * b for a, b, l_, c, x in zip(dl, q, l, dr, s, strict=True)])
@@ -218,7 +222,8 @@ class _Rope:
             sums.append(x + self._joined(i, sums[i], 0.0))
         for i in reversed(range(len(values) - 1)):
             sums[i] = self._joined(i, sums[i + 1], sums[i])
-        return sums
+        self._sums += 1
+        return [named(f"sum{self._sums}_{i + 1}", x) for i, x in enumerate(sums)]
 
     def mean_rates(self) -> list[Any]:
         """For each part the mean of N s' over its group."""
@@ -261,9 +266,9 @@ def _node_numbers(s: Sheave) -> list[float]:
     return [*s.at.p, *s.axis, 1.0, 0.0, 0.0, s.radius, s.friction, 1.0 / s.efficiency]
 
 
-def _node(s: Sheave, q: Any, body: Any) -> Node:
+def _node(s: Sheave, q: Any, body: Any, label: str = "a") -> Node:
     """The node of a sheave, or of an end of the rope."""
-    x, c, v = attachment(body, q[:3])
+    x, c, v = attachment(body, q[:3], label)
     R = np.reshape(body[:9], (3, 3))
     needed = s.radius > 0.0 or s.friction > 0.0
     axis, divide = (R @ q[3:6], R @ q[6:9]) if needed else (None, None)

@@ -44,7 +44,7 @@ class SpringLaw(ForceLaw):
         return [*f.a.p, *f.b.p, f.k, f.d, f.rest]
 
     def answer(self, f: Spring, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
-        (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(ends[0], p[:3]), attachment(ends[1], p[3:6])
+        (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(ends[0], p[:3], "a"), attachment(ends[1], p[3:6], "b")
         k, d, rest = p[6:9]
         s = p_b - p_a
         length = sqrt(s @ s + TINY)
@@ -122,7 +122,7 @@ class BushingLaw(ForceLaw):
 
     def answer(self, f: Bushing, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
         A, B = ends
-        (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(A, p[:3]), attachment(B, p[3:6])
+        (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(A, p[:3], "a"), attachment(B, p[3:6], "b")
         R_a, R_b = (_rotation(X) @ np.reshape(q, (3, 3)) for X, q in ((A, p[6:15]), (B, p[15:24])))
         given = iter(p[24:])
         K, D = (_filled(pattern, given) for pattern in self.shape(f))

@@ -72,7 +72,7 @@ class UserLawEntry(ForceLaw):
     def answer(self, f: UserLaw, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
         n, m = len(f.parameters), len(f.parameters) + f.modes
         modes = p[n:m]
-        at = [attachment(body, p[m + 3 * i : m + 3 * i + 3]) for i, body in enumerate(ends)]
+        at = [attachment(body, p[m + 3 * i : m + 3 * i + 3], f"a{i + 1}") for i, body in enumerate(ends)]
         stacked = {
             "p": _stack([place for _, place, _ in at]),
             "v": _stack([v for _, _, v in at]),

@@ -2,12 +2,14 @@
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from heavylift.kernel.describe import Body, Brake, Joint, JointSpring, Line, Point, Rope, System
 from heavylift.kernel.dynamics import composites, joint_space_inertia, kinematics
 from heavylift.kernel.equations import equations
+from heavylift.kernel.forces.describe import Bushing, Characteristic, Reeving, Sheave, Signal, Torsion, UserLaw
 from heavylift.kernel.formulations import FORMULATIONS
 from heavylift.kernel.graph import build_graph
 from heavylift.kernel.trees import cut
@@ -16,6 +18,7 @@ from test_the_four_link_arm import GIVEN, PARENT, arm
 
 LABEL = re.compile(r"[A-Za-z]\w*\([^() ]+\)(?:\.\w+)?")
 SAME = 1e-12
+UNIT6 = tuple(tuple(float(i == j) for j in range(6)) for i in range(6))
 
 
 def printed(text: str) -> list[tuple[str, str]]:
@@ -151,3 +154,26 @@ def test_names_with_special_signs_survive_in_latex():
     check_latex(latex)
     assert r"a\_b\#1" in latex
     assert r"50\%\_rail" in latex
+
+
+@pytest.mark.parametrize(
+    ("force", "formula"),
+    [
+        (Torsion("t", "world", "load", Z, 1.0), "(k (rest - phi) - d phi') dphi'/dw"),
+        (Bushing("b", Point("world"), Point("load"), UNIT6, UNIT6), "-(dx'/dV)^T (K x + D x')"),
+        (Characteristic("c", "load-guide", "speed", (0.0, 1.0), (1.0, 0.0)), "s(t) effort(x)"),
+        (UserLaw("u", "laws_of_a_user:shaker", "load-guide"), "function(t, state)"),
+        (
+            Reeving(
+                "r", Point("world"), (Sheave(Point("load"), Y, friction=0.1),), Point("world", X), 1e6, Signal(130.0)
+            ),
+            "T_before exp(mu wrap)/efficiency",
+        ),
+    ],
+)
+def test_every_kind_of_force_is_printed_with_its_formula(force, formula):
+    system = replace(hung(LENGTH), ropes=(), forces=(force,))
+    text = equations(system)
+    assert formula in text
+    assert f"law: {type(force).__name__.lower()}" in text.lower()
+    assert f"F({force.name}" in text, "in coordinates, too"
