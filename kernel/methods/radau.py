@@ -103,9 +103,10 @@ class Radau5(Method):
         s.columns = select(s.stale > 0.0, float(self.n), 0.0)
         s.factor = select(s.stale > 0.0, 1.0, select(abs(s.of - h) > 0.0, 1.0, 0.0))
         s.of, s.fresh, s.stale = h, s.stale, 0.0
+        before = 1.0 / select(s.warm > 0.0, s.h0, 1.0)
         z = []
         for c in C:
-            x = (s.t + c * h - s.t0) * (1.0 / s.h0)
+            x = (s.t + c * h - s.t0) * before
             z.append(select(s.warm > 0.0, self.interpolate(s, x) - s.y, 0.0 * s.y))
         s.z0, s.z1, s.z2 = z
         s.w0, s.w1, s.w2 = (combine(row, z) for row in T_INVERSE.tolist())
