@@ -148,12 +148,8 @@ class _Assembly:
             else:
                 self._on_beam((*path, "at"), joint.parent, joint.at[0])
             self._known((*path, "child"), joint.child)
-            if joint.child == k.WORLD:
-                self._fault((*path, "child"), "the world cannot be carried by a joint")
-            elif joint.child in carried:
-                other = carried[joint.child]
-                self._fault((*path, "child"), f"the body '{joint.child}' is already carried by joint '{other}'")
-            carried.setdefault(joint.child, name)
+            if joint.child != k.WORLD:  # that closes a loop, as every further joint of a body does
+                carried.setdefault(joint.child, name)
             if joint.type == "free" and joint.child in self.given.bodies and not self._solid(joint.child):
                 told = f"the body '{joint.child}' moves freely and nothing resists its turning: give it moments"
                 self._fault(("mechanism", "bodies", joint.child), f"{told} with 'inertia'", on_key=True)

@@ -43,12 +43,15 @@ class Friction(Base):
 
 
 class AnyJoint(Base):
-    """What all joints have; `rotation` turns the frame about the parent's x, then its y, then its z."""
+    """What all joints have; `at child` is the joint's place on the child.
+
+    `rotation` turns the frame about the parent's x, then its y, then its z."""
 
     type: str
     parent: str = "world"
     child: str
     at: Station = (0.0, 0.0, 0.0)
+    at_child: Place = (0.0, 0.0, 0.0)
     rotation: tuple[Angle, Angle, Angle] = (0.0, 0.0, 0.0)
     limits: dict[str, Limits] = Field(default_factory=dict)
     friction: dict[str, Friction] = Field(default_factory=dict)
@@ -85,7 +88,8 @@ class AnyJoint(Base):
         q0, v0 = self.state()
         axis, second = (unit(e) for e in self.axes())
         frame = _rotation(*self.rotation)
-        return k.Joint(name, self.kind, self.parent, self.child, self.at, frame, axis, second, self.pitch, q0=q0, v0=v0)
+        place = (self.parent, self.child, self.at, frame)
+        return k.Joint(name, self.kind, *place, axis, second, self.pitch, q0=q0, v0=v0, p_CJ=self.at_child)
 
     def laws(self, name: str) -> Iterator[k.Stop | k.Brake | k.JointSpring]:
         """What its `limits` and `friction` are to the kernel."""

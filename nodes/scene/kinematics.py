@@ -24,12 +24,17 @@ def poses(system: System) -> Poses:
         if not ready:
             break
         for joint in ready:
+            if joint.child in found:  # it closes a loop
+                waiting.remove(joint)
+                continue
             p, R = found[joint.parent]
             Q, d = placement(joint.kind, axes_of(joint), joint.pitch, joint.q0 or JOINTS[joint.kind].rest)
             if joint.kind == "slider" and joint.q0:
                 d = np.array([joint.q0[0], 0.0, 0.0])  # along the straight beam
             frame = R @ np.array(joint.R_PJ)
-            found[joint.child] = (p + R @ np.array(joint.p_PJ) + frame @ d, frame @ Q)
+            turned = frame @ Q
+            own = turned @ np.array(joint.p_CJ)
+            found[joint.child] = (p + R @ np.array(joint.p_PJ) + frame @ d - own, turned)
             waiting.remove(joint)
     return found
 
