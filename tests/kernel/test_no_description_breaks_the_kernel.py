@@ -1,4 +1,4 @@
-"""Whatever stands in a description: one sentence, or a run whose numbers are finite.  Longer in tests/full."""
+"""Whatever stands in a description: one sentence, or a run whose numbers are finite.  Thousands: tests/full."""
 
 from random import Random
 
