@@ -6,5 +6,6 @@ frames, pairs          contact point, normal and tangents with their rates; the 
 slots                  the rows, guards and heat of what touches, inside an evaluation
 complementarity        the pivoting solver: linear complementarity with boxes, one text for floats and machine code
 coulomb, sweeps        friction around it: the set of contacts that push, stick and slide
-sets, impact           the next set at an event: impulses first, then forces
+sets, condensed,
+impact                 the next set at an event: impulses first, then forces
 """

@@ -18,7 +18,8 @@ import numpy as np
 from ..errors import KernelError
 from ..evaluation import Evaluation
 from ..switching import StateEvent
-from .complementarity import eliminate, solve
+from .complementarity import solve
+from .condensed import Condensed, part
 from .coulomb import Contacts, Friction, settle
 from .pairs import HELD
 from .slots import DEPTH, LEAVE, RESTING, Site, SlotAt
@@ -35,7 +36,6 @@ BEGIN = 1e-7  # [m/s] back against a slip that begins
 CAPTURE = 1e-4  # [m/s] slowest rebound
 LIGHT = 1e-7  # part of the largest normal force below which a contact only touches
 SMALL = 1e-9  # relative size of work that is round-off
-SOFT = 1e-10  # regularisation of joints that close loops, relative
 
 Survey = tuple[np.ndarray, np.ndarray, np.ndarray]
 
@@ -162,11 +162,11 @@ class ContactSets:
         on = self._on()
         A, speed, _ = act.survey()
         rows = _rows(on)
-        u = _part(speed, rows)
+        u = part(speed, rows)
         heat: dict[str, float] = {}
         events: list[StateEvent] = []
         if on and u[::3].min() < -RESTING:
-            problem = _Condensed(A, speed, rows, self._loops)
+            problem = Condensed(A, speed, rows, self._loops)
             bounce = np.array([s.site.contact.restitution for s in on]) * np.maximum(-u[::3], 0.0)
             bounce[bounce < CAPTURE] = 0.0
             x = self._impulses(problem, on, bounce, t)
@@ -192,12 +192,12 @@ class ContactSets:
                 self._free(s)
         return events, heat
 
-    def _impulses(self, problem: _Condensed, on: list[_Slot], bounce: np.ndarray, t: float) -> np.ndarray:
+    def _impulses(self, problem: Condensed, on: list[_Slot], bounce: np.ndarray, t: float) -> np.ndarray:
         b = problem.b.copy()
         b[::3] -= bounce
         return self._settled(Contacts(problem.A, b, _friction(on), np.zeros((len(on), 2))), on, t).x
 
-    def _held(self, problem: _Condensed, on: list[_Slot], x: np.ndarray, slow: set[int]) -> np.ndarray:
+    def _held(self, problem: Condensed, on: list[_Slot], x: np.ndarray, slow: set[int]) -> np.ndarray:
         """Impulses that end the motion of `slow` contacts together with those that push and stick."""
         extra = np.zeros(len(x))
         if slow:
@@ -238,10 +238,10 @@ class ContactSets:
 
     def _forces(self, A: np.ndarray, speed: np.ndarray, free: np.ndarray, on: list[_Slot], t: float) -> Friction:
         rows = _rows(on)
-        v = _part(speed, rows).reshape(-1, 3)[:, 1:]
+        v = part(speed, rows).reshape(-1, 3)[:, 1:]
         size = np.hypot(v[:, 0], v[:, 1])
         moving = np.where(size[:, None] > RESTING, v / np.maximum(size, RESTING)[:, None], 0.0)
-        problem = _Condensed(A, free, rows, self._loops)
+        problem = Condensed(A, free, rows, self._loops)
         return self._settled(Contacts(problem.A, problem.b, _friction(on), moving), on, t)
 
     def _settled(self, c: Contacts, on: list[_Slot], t: float) -> Friction:
@@ -255,45 +255,11 @@ class ContactSets:
         return f
 
 
-class _Condensed:
-    """Rows of contacts with the joints that close loops eliminated."""
-
-    def __init__(self, A: np.ndarray, b: np.ndarray, rows: list[int], loops: list[int]) -> None:
-        self._rows, self._loops = rows, loops
-        wide = np.pad(A, ((0, 1), (0, 1)))  # row -1 stands for a tangent that does not exist
-        self.A, self.b = wide[np.ix_(rows, rows)], _part(b, rows)
-        if loops and rows:
-            L = A[np.ix_(loops, loops)]
-            L = L + SOFT * float(np.diag(L).max()) * np.eye(len(loops))
-            side = wide[np.ix_(loops, rows)]
-            columns = [eliminate(L, c, np.ones(len(loops))) for c in (*side.T, b[loops])]
-            self._by, self._first = np.array(columns[:-1]).T, columns[-1]
-            down = wide[np.ix_(rows, loops)]
-            for k in range(len(loops)):
-                self.A = self.A - down[:, k, None] * self._by[k]
-                self.b = self.b - down[:, k] * self._first[k]
-
-    def after(self, x: np.ndarray) -> np.ndarray:
-        w = self.b
-        for k in range(len(x)):
-            w = w + self.A[:, k] * x[k]
-        return w
-
-    def impulses(self, x: np.ndarray, n: int) -> np.ndarray:
-        """Of all n rows."""
-        out = np.zeros(n + 1)
-        out[self._rows] = x
-        if self._loops and self._rows:
-            for k, row in enumerate(self._loops):
-                out[row] = -float(self._first[k]) - sum(float(e) for e in self._by[k] * x)
-        return out[:n]
-
-
 def _holds(
     A: np.ndarray, free: np.ndarray, on: list[_Slot], others: list[_Slot], f: Friction, loops: list[int]
 ) -> bool:
     """Whether what is let go does not fall back under the forces f of the others."""
-    problem, x = _Condensed(A, free, _rows(on), loops), np.zeros(3 * len(on))
+    problem, x = Condensed(A, free, _rows(on), loops), np.zeros(3 * len(on))
     for i, s in enumerate(others):
         k = on.index(s)
         x[3 * k : 3 * k + 3] = f.x[3 * i : 3 * i + 3]
@@ -310,16 +276,11 @@ def _rows(on: list[_Slot]) -> list[int]:
     return [k for s in on for k in (s.rows if len(s.rows) == 3 else [s.rows[0], -1, -1])]
 
 
-def _part(values: np.ndarray, rows: list[int]) -> np.ndarray:
-    wide: np.ndarray = np.append(values, 0.0)[rows] if rows else np.zeros(0)
-    return wide
-
-
 def _friction(on: list[_Slot]) -> np.ndarray:
     return np.array([s.site.contact.mu for s in on])
 
 
-def _work(problem: _Condensed, u: np.ndarray, x: np.ndarray) -> float:
+def _work(problem: Condensed, u: np.ndarray, x: np.ndarray) -> float:
     """Kinetic energy that impulses x bring [J]."""
     return float(sum(p * 0.5 * (before + after) for p, before, after in zip(x, u, problem.after(x), strict=True)))
 
