@@ -30,7 +30,7 @@ class Condensed:
         self.A, self.b = wide[np.ix_(rows, rows)], part(b, rows)
         if loops and rows:
             L = A[np.ix_(loops, loops)]
-            L = L + SOFT * float(np.diag(L).max()) * np.eye(len(loops))
+            L = L + SOFT * float(np.diag(A).max()) * np.eye(len(loops))  # a loop may repeat what joints hold already
             side = wide[np.ix_(loops, rows)]
             columns = [eliminate(L, c, np.ones(len(loops))) for c in (*side.T, b[loops])]
             self._by, self._first = np.array(columns[:-1]).T, columns[-1]

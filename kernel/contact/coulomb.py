@@ -165,8 +165,10 @@ def _inner(
     normal = np.array([k % 3 == 0 for k in rows])
     lo = np.where(normal, 0.0, -np.inf)
     start = np.array([side.get(k, -1.0 if k % 3 == 0 else 0.0) for k in rows])
+    diagonal = np.diag(c.A)
+    size = np.maximum(diagonal, SMALL * diagonal.max(initial=0.0))  # a joint may not let a tangent move at all
     # so that the solver regularises each row in proportion to its own diagonal, as the constraint rows are
-    scale = np.array([1.0 if k % 3 == 0 else share[k // 3] for k in rows]) / np.sqrt(np.diag(c.A)[rows])
+    scale = np.array([1.0 if k % 3 == 0 else share[k // 3] for k in rows]) / np.sqrt(size[rows])
     A = columns[np.ix_(rows, rows)] * scale[:, None] * scale
     s = solve(A, c.b[rows] * scale, lo, np.full(len(rows), np.inf), start)
     x = np.zeros(3 * m)

@@ -18,7 +18,7 @@ from contact_scenes import (
     way,
 )  # fmt: skip
 from heavylift.kernel.contact.describe import Ball, Box, Contact, Plane
-from heavylift.kernel.describe import System
+from heavylift.kernel.describe import Body, Joint, System
 from heavylift.kernel.errors import KernelError
 from small_scenes import SECOND, G, column, events, imbalance, started, times
 
@@ -227,6 +227,21 @@ def test_a_plate_rests_on_three_feet_by_its_centre_of_mass():
     c = (y + 1.0) / 3.0
     shares = [(1.0 - c - x) / 2.0, (1.0 - c + x) / 2.0, c]
     assert column(s, "contact/force")[1][-1] == pytest.approx(np.array(shares) * 6.0 * G, rel=1e-9)
+
+
+@pytest.mark.parametrize("hinges", [1, 2])
+def test_an_arm_falls_on_the_floor_whatever_repeats_its_hinge(hinges):
+    """The second hinge closes a loop that holds nothing new; nor can the tip move across."""
+    arm = Body("arm", 2.0, (0.5, 0.0, 0.0), ((0.1, 0.0, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.1)))
+    place = {"axis": (0.0, 1.0, 0.0), "p_PJ": (0.0, 0.0, 0.2)}
+    joints = [
+        Joint(f"hinge{i}", "revolute", "world", "arm", q0=(-0.5,) if i == 0 else (), **place) for i in range(hinges)
+    ]
+    tip = Contact("tip", Ball("arm", (1.0, 0.0, 0.0)), Plane(), 0.3, 0.5)
+    s = started(System((arm,), tuple(joints), contacts=(tip,), gravity=G), **FINE)
+    s.run(3 * SECOND)
+    assert s.state[0] == pytest.approx(np.arcsin(0.2), abs=1e-9)
+    assert imbalance(s) < BALANCE
 
 
 def test_feet_carry_what_mujoco_says():
