@@ -2,7 +2,8 @@
 
 Zero lookahead.  `next_time` is the tag of the next located event that a model subscribed to, or a silent tag in the
 last microsteps before the nanosecond in which the tentative step ends, so that where steps and grants end never shows
-in the tags of events.  A committed event is a transition; an input inside the tentative step discards it.
+in the tags of events.  A committed event is a transition; an input inside the tentative step discards it.  What a
+command has changed at once (a lock that stops a joint) is told at the next microstep, before any work ahead.
 Samples come from committed steps only and leave through `publish`, numbered.
 """
 
@@ -48,8 +49,9 @@ class KernelNode:
         self._subscriptions: Mapping[str, list[str]] = config.subscriptions
         self._publish = publish
         self._sent = 0
-        self._last = self._spoke = Tag(-1)  # of all transitions; of those with an event or an input
+        self._last = self._spoke = Tag(-1)  # of all transitions; of those with an output or an input
         self._offer: list[Switched] | None = None
+        self._told: list[Switched] = []  # what the last commands have changed, for the next microstep
         self.simulation = Simulation(
             merge(config.systems, config.gravity),
             config.tolerance,
@@ -74,31 +76,37 @@ class KernelNode:
 
     @property
     def next_time(self) -> Tag:
-        """Tag of the located event, or just before the nanosecond in which the tentative step ends.
+        """Tag of the consequences of a command, of the located event, or just before the end of the tentative step.
 
         A silent tag never shares its nanosecond with an event that is found later: where steps end must not show in
         the microsteps of events.
         """
+        if self._told:
+            return succ(self._spoke)
         t = self.simulation.next_ns
         if t >= FOREVER_NS:
             return FOREVER
         if self.simulation.event:
-            return max(Tag(t), succ(self._spoke))
+            return self._located
         return max(Tag(t - 1, SILENT), succ(self._last))
+
+    @property
+    def _located(self) -> Tag:
+        """Tag of the located event."""
+        return max(Tag(self.simulation.next_ns), succ(self._spoke))
 
     @property
     def quiet(self) -> Tag:
         """A tentative step without an event ends silently."""
-        return self.next_time if self.simulation.event else max(Tag(self.simulation.next_ns), succ(self.next_time))
+        spoken = self.simulation.event or self._told
+        return self.next_time if spoken else max(Tag(self.simulation.next_ns), succ(self.next_time))
 
     def outputs(self) -> list[Event]:
         """The state events at `next_time`, one copy for each model that subscribed."""
-        if not self.simulation.event:
-            return []
-        if self._offer is None:
-            self._offer = self.simulation.preview()
         tag, out, index = self.next_time, [], dict[str, int]()
-        for e in self._offer:
+        if self._offer is None and self.simulation.event and tag == self._located:
+            self._offer = self.simulation.preview()
+        for e in (*self._told, *(self._offer or ())):
             for model in self._subscriptions.get(e.name, ()):
                 port = f"state_{model}"
                 value = m.StateEvent(e.name, e.what, e.value)
@@ -108,19 +116,21 @@ class KernelNode:
 
     def advance(self, tag: Tag, bag: Sequence[Delivery], until: Tag) -> None:
         """An event fires, inputs apply, or both (confluent: switch first, then the inputs); then work ahead."""
-        fires = self.simulation.event and tag == self.next_time
+        fires, told = self.simulation.event and tag == self._located, bool(self._told)
         if fires:
             self.simulation.fire()
         elif bag:
             self.simulation.interrupt(tag.t)
         self._last = tag
-        if fires or bag:
+        if fires or bag or told:
             self._spoke = tag
+        before = len(self.simulation.log)
         try:
             for delivery in bag:
                 self._apply(delivery.event.value, tag)
         except KernelError as error:
             raise ModelError(f"{KERNEL} at {tag}: {error}") from error
+        self._told = [e for _, e in self.simulation.log[before:] if e.name in self._subscriptions]
         if fires or bag:
             self.simulation.settle()
         self._work(until)
@@ -134,7 +144,8 @@ class KernelNode:
 
     def _work(self, until: Tag) -> None:
         self._offer = None
-        self.simulation.run(until.t, lambda: self._flush(BATCH))
+        if not self._told:  # a model may answer it
+            self.simulation.run(until.t, lambda: self._flush(BATCH))
         self._flush(1)
 
     def _apply(self, x: Message, tag: Tag) -> None:

@@ -50,13 +50,16 @@ class Progress(Watch):
             self._live.stop()
 
     def event(self, event: Event) -> None:
-        """A stage begins."""
+        """A stage begins, or a joint is locked."""
         if event.type == "Stage":
             stage = event.value
             self._stage, self._action = stage.name or self._stage, stage.action + 1  # type: ignore[attr-defined]
             if self._live is None and stage.name:  # type: ignore[attr-defined]
                 self._console.print(f"{event.t * 1e-9:9.1f} s  {stage.name}", highlight=False)  # type: ignore[attr-defined]
             self.progress(event.t)
+        elif event.type == "StateEvent" and self._live is None and event.value.what == "locked":  # type: ignore[attr-defined]
+            lost = f"{event.value.name} locked, {event.value.value:.4g} J became heat"  # type: ignore[attr-defined]
+            self._console.print(f"{event.t * 1e-9:9.1f} s  {lost}", highlight=False)
 
     def progress(self, t_ns: int) -> None:
         """Simulated time moves on."""

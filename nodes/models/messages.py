@@ -84,7 +84,8 @@ class Unwatch(KernelInput, frozen=True):
 
 
 class StateEvent(Message, frozen=True):
-    """A rope is taut / slack, a support or stop closed / open, a brake stick / slip, a threshold reached."""
+    """A rope is taut / slack, a support or stop closed / open, a brake stick / slip, a threshold reached, a joint
+    locked (with the energy that it lost [J]) / freed."""
 
     name: str
     what: str

@@ -99,7 +99,11 @@ class BrakeActor(LiveActor):
 
 
 class JointLockActor(BrakeActor):
-    """Locks and frees a joint."""
+    """Locks and frees a joint; the kernel answers with the energy that stopping it has cost."""
+
+    def __init__(self, name: str, lock: str, laws: System, *, engaged: bool) -> None:
+        super().__init__(name, lock, laws, engaged=engaged)
+        self.hears = frozenset((lock,))
 
     def command(self, engaged: bool) -> KernelInput:
         """What the kernel is told."""

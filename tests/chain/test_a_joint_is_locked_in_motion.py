@@ -3,7 +3,11 @@
 from pathlib import Path
 
 import numpy as np
-from chain import channel, play
+import pytest
+from chain import Happening, channel, happenings, play, the_only
+from heavylift.coordinator.progress import Progress
+from heavylift.coordinator.run import run
+from heavylift.nodes.scene import load
 
 SCENE = """\
 heavylift: 1
@@ -28,6 +32,8 @@ actions:
   - bolt: unlock
 """
 
+LOST = 0.5 * 600.0 * 2.0**2 / 2.0 + 0.5 * 1000.0 * 0.1**2  # half of the spin's energy, all of the slide's [J]
+
 
 def test_two_discs_share_their_angular_momentum(tmp_path: Path) -> None:
     """Equal discs: both turn at half the speed; half of the spin's energy and all of the slide's become heat."""
@@ -41,4 +47,29 @@ def test_two_discs_share_their_angular_momentum(tmp_path: Path) -> None:
     assert np.all(hub[after] == 0.0)
     assert np.all(slide[after] == 0.0)
     _, heat = channel(one, "account", "bolt.heat")
-    assert abs(heat[-1] - (0.5 * 600.0 * 2.0**2 / 2.0 + 0.5 * 1000.0 * 0.1**2)) < 1e-9
+    assert abs(heat[-1] - LOST) < 1e-9
+
+
+def test_the_lost_energy_is_told_to_the_model_and_on_record(tmp_path: Path) -> None:
+    """The kernel answers the command at the next microstep; without motion there is nothing to lose."""
+    again = SCENE + "  - bolt: lock\n"
+    one, many = (play(tmp_path, again, in_process=here) for here in (True, False))
+    assert one.result["digest"] == many.result["digest"]
+    locked, standing = happenings(one, "locked", "bolt")
+    assert (locked.t, standing.t) == (2.0, 4.0)
+    assert abs(locked.value - LOST) < 1e-9
+    assert standing.value < 1e-20
+    assert the_only(happenings(one, "freed")) == Happening(4.0, "bolt", "freed", 0.0)
+    told = [e for e in one.events(source="kernel") if e.t_ns == 2_000_000_000]
+    asked = [e for e in one.events() if e.type == "SetLock" and e.t_ns == 2_000_000_000]
+    assert [e.microstep for e in told] == [asked[0].microstep + 1]
+    assert told[0].port == "state_mechanism"
+
+
+def test_the_lost_energy_is_printed_among_the_stages(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """One line with the time, the lock and what has become heat."""
+    scene = tmp_path / "scene.yaml"
+    scene.write_text(SCENE)
+    loaded = load(scene)
+    run(loaded, tmp_path / "run.mcap", in_process=True, watch=Progress(loaded.plan))
+    assert "2.0 s  bolt locked, 605 J became heat" in capsys.readouterr().err
