@@ -118,7 +118,7 @@ def half_period(recording: Recording) -> float:
         ("body: the mass of a point", {"450 t": "45 t"}, 2 * pi * sqrt(60 / G)),
         (
             "body: the moment of inertia",
-            {"-60 m]": "-60 m], inertia: [0, 1.62e9 kg m2, 0]"},
+            {"-60 m]": "-60 m], inertia: [1.62e9 kg m2, 1.62e9 kg m2, 0]"},
             2 * pi * sqrt((60 + 60.0) / G),
         ),
         (

@@ -2,37 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from pathlib import Path
-
 import numpy as np
 import pytest
-from heavylift.coordinator.run import Result, run
+from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
 from independent_mechanics import Mechanics
-from stock_reader import Array, Reading
-
-
-@dataclass(frozen=True)
-class Lift:
-    """The recording, how the run ended, and the folder of the machine code, which was empty before."""
-
-    path: Path
-    result: Result
-    code: Path
-
-
-@dataclass(frozen=True)
-class Stage:
-    """From when to when [s], and the numbers of the samples in between."""
-
-    start: float
-    end: float
-    samples: Array
-
-    def last(self, seconds: float) -> Array:
-        """The samples of its last seconds, two to the second."""
-        return self.samples[-round(2 * seconds) :]
+from stock_reader import Reading
+from the_run import Lift, Stage
 
 
 @pytest.fixture(scope="session")

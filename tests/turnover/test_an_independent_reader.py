@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import Stage
 from independent_mechanics import Mechanics
 from stock_reader import Array, Reading
+from the_run import Stage
 
 TENSION = 1e-9  # of the largest tension
 STILL = 1e-4  # of the weight

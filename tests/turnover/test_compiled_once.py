@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
-from conftest import Lift
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
+from the_run import Lift
 
 
 def test_the_whole_lift_leaves_one_object_file(lift: Lift) -> None:

@@ -15,13 +15,13 @@ from typing import Any
 
 import heavylift.coordinator.run as runner
 import pytest
-from conftest import Lift
 from heavylift.coordinator.core import Coordinator
 from heavylift.coordinator.messages import Done, Grant, Hello
 from heavylift.nodes.devs import FOREVER, Tag, after, succ
 from heavylift.nodes.scene import load
 from msgspec.structs import replace
 from stock_reader import Reading
+from the_run import Lift
 
 HEAVYLIFT = Path(sys.executable).with_name("heavylift")
 NODES = ["commander", "crane", "loader-1", "loader-2", "loader-3", "block", "kernel"]

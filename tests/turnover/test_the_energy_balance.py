@@ -12,11 +12,11 @@ import json
 
 import numpy as np
 import pytest
-from conftest import Lift, Stage
 from heavylift.coordinator.energy import EnergyAudit
 from heavylift.recordings import SampleChannel, SampleLayout
 from independent_mechanics import Mechanics
 from stock_reader import Array, Reading
+from the_run import Lift, Stage
 
 CLOSES = 1e-6  # of the energy turned over
 CLOSES_IN_THE_AIR = 5e-9  # of the same, before the block lands

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import Stage
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
 from independent_mechanics import Mechanics
 from stock_reader import Reading
+from the_run import Stage
 
 UPSIDE_DOWN = np.radians(0.1)  # how far the former top face may lean at the end [rad]
 WEIGHT = 1e-6  # of the weight, by which the stools may miss it

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import Stage
 from independent_mechanics import Mechanics
 from stock_reader import Array, Reading
+from the_run import Stage
 
 LENGTH, PLACE = 2e-3, 5e-3  # [m] ropes against their laws; trolleys, which servos hold against the swinging load
 SHARE = 0.005  # of the load
