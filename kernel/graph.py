@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .describe import WORLD, Body, Joint, System
+from .describe import WORLD, Body, Joint, System, Vector
 from .errors import KernelError
 from .joints import JOINTS
 from .spanning import spanning_tree
@@ -83,6 +83,24 @@ class Graph:
             if link.joint.name == name:
                 return link
         raise KernelError(f"joint '{name}': no such joint; joints are {', '.join(k.joint.name for k in self.links)}")
+
+    def in_frame(self, where: str, body: str, p: Vector) -> Vector:
+        """A point of a law that may stand on a station (see `flexible.stations`): from there instead of from the body.
+
+        Raises KernelError where it belongs to another station: stations are part of the compiled scene.
+        """
+        link = self.links[self.number(body)] if body != WORLD else None
+        on = self.links[link.parent] if link and link.parent >= 0 else None
+        if not link or not on or not on.modes or not body.startswith(f"{on.body.name}@"):
+            return p
+        x, X = on.modes.station(p)
+        if f"{on.body.name}@{x:.9g}" != body:
+            at = ", ".join(f"{e:g}" for e in link.joint.p_PJ)
+            raise KernelError(
+                f"{where}: its end on the flexible body '{on.body.name}' stays at the station ({at}); "
+                "give the scene one rope for each station and hook the other one"
+            )
+        return (p[0] - X[0], p[1] - X[1], p[2] - X[2])
 
     def coordinate(self, law: str, joint: str, name: str = "") -> tuple[int, int]:
         """Where a coordinate of a joint stands in q and its rate in v; the name may be left out if there is only one.

@@ -315,7 +315,11 @@ class Simulation(Stepper):
         self._heat(row)
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
-        """Hook a slack rope, at new points of the same bodies if given; raises KernelError if it is too short."""
+        """Hook a slack rope, at new points (in the frames) of the same bodies if given.
+
+        Raises KernelError if it is too short, or for a new station on a flexible body.
+        """
+        a, b = self._ends(rope, a, b)
         if (rigid := self.switches.rigid_numbers(rope)) is not None:
             self._hook_rigid(rope, rigid, a, b, L0)
             return
@@ -340,6 +344,18 @@ class Simulation(Stepper):
         if L0 is not None:
             self.references.set_value(rope, self.epoch, L0)
         p[RopeAt.HOOKED], p[RopeAt.TAUT] = 1.0, 0.0
+
+    def _ends(self, rope: str, a: Vector | None, b: Vector | None) -> list[Vector | None]:
+        """New ends of a rope's first line where the rope's numbers want them: on a flexible body from their station."""
+        system = self.program.system
+        lines = {r.name: r.lines[0] for r in system.ropes} | {r.name: r.lines[0] for r in system.rigid_ropes}
+        if rope not in lines:
+            return [a, b]
+        line = lines[rope]
+        where = f"rope '{rope}' at {self.epoch * 1e-9:.3f} s"
+        return [
+            None if p is None else self.program.graph.in_frame(where, x.body, p) for x, p in ((line.a, a), (line.b, b))
+        ]
 
     def _hook_rigid(self, rope: str, p: np.ndarray, a: Vector | None, b: Vector | None, L0: float | None) -> None:
         where = f"rope '{rope}' at {self.epoch * 1e-9:.3f} s"

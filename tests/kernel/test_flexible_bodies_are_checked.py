@@ -3,10 +3,11 @@
 from dataclasses import replace
 
 import pytest
-from heavylift.kernel.describe import Body, Joint, Point, Support, System
+from heavylift.kernel.describe import Body, Joint, Line, Point, RigidRope, Rope, Support, System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.flexible.description import Beam, Flexible, Nodal
 from heavylift.kernel.rate import Program
+from small_scenes import started
 
 BEAM = Beam(10.0, 100.0, EI_y=1e6, elements=8)
 GOOD = Flexible(2, BEAM)
@@ -66,3 +67,22 @@ def test_points_beside_a_flexible_body():
 def test_only_the_recursive_formulation_knows_modes():
     with pytest.raises(KernelError, match="body 'beam' is flexible, but formulation 'augmented' knows rigid bodies"):
         Program(system(GOOD), "augmented")
+
+
+@pytest.mark.parametrize("EA", [1e6, 0.0])
+def test_a_rope_is_hooked_at_a_new_point_of_its_own_station_only(EA):
+    """The new end is given in the body's frame: 2 m above the axis at x = 5 m, 1 m from the rope's other end."""
+    line = Line(Point("beam", (5.0, 0.0, 0.5)), Point("world", (5.0, 0.0, 3.0)))
+    rope = Rope("rope", (line,), EA, 4.0, hooked=False) if EA else RigidRope("rope", (line,), 4.0, hooked=False)
+    ropes = {"ropes": (rope,)} if EA else {"rigid_ropes": (rope,)}
+    s = started(replace(system(GOOD), supports=(), **ropes))
+    told = (
+        r"rope 'rope' at 0.000 s: its end on the flexible body 'beam' stays at the station \(5, 0, 0\); give the scene"
+    )
+    with pytest.raises(KernelError, match=told):
+        s.hook("rope", a=(6.0, 0.0, 0.5))
+    with pytest.raises(KernelError, match="100 mm too short"):
+        s.hook("rope", a=(5.0, 0.0, 2.0), L0=0.9)
+    s.hook("rope", a=(5.0, 0.0, 2.0), L0=1.1)
+    row = s.row()
+    assert [-row.elongation[0] if EA else row.slack[0]] == pytest.approx([0.1], abs=1e-12)
