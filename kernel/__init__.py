@@ -11,7 +11,9 @@ contact                           rigid contact with friction: witnesses, rows, 
 rate, evaluation                  the equations of a scene, written once
 symbol, function, emit, native    the same text traced, as LLVM IR, as machine code
 methods                           integration methods: tableaus and tiny classes
-stepping, stepper, simulation     steps, samples, located events, commands
+steps, stepping, columns           one step, one location, one sample as text; native functions of them; sample rows
+stepper, commands, simulation      blocks and steps; what may be ordered; the life of a run, with located events
+structure, failures                what scenes with the same code share; why a run cannot go on
 formulations                      embedding, augmented and articulated beside the recursion
 analysis                          inverse dynamics, joint reactions, momentum
 equations, errors                 the equations in print, as text and LaTeX; the exception tree of heavylift

@@ -1,4 +1,4 @@
-"""Runs one compiled system in integer time: steps, located events, commands, samples.
+"""Runs one compiled system in integer time: steps, located events, samples.
 
 Local time is float seconds since the last event or command (the epoch); event times are rounded up to the next
 nanosecond and the state is integrated to that nanosecond.  Steps depend on the history of commands and state events
@@ -7,7 +7,7 @@ only: `run(until)` never cuts a step, the one that passes `until` stays tentativ
     next_ns        when something is known to happen: a located event, or the end of the tentative step
     run(until)     commit steps up to `until`; stops at an event that somebody subscribed to
     fire()         take the located event: integrate to it, switch the laws, return what happened
-    interrupt(t)   integrate to t, so that commands can be given
+    interrupt(t)   integrate to t, so that commands (see `commands`) can be given
     settle()       after events and commands: new derivative, guards that the jump has made true
 """
 
@@ -15,20 +15,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import ceil
-from types import SimpleNamespace
 
 import numpy as np
 
-from .constraints.ropes import RigidAt
+from .commands import Commanded
 from .contact.sets import KINDS, Act, ContactSets
-from .describe import System, Vector
-from .elementary import atan2
+from .describe import System
 from .errors import KernelError
-from .locking import lock_of, moving_drive
-from .parameters import PROFILE, RopeAt
-from .stepper import FOREVER_NS, NEVER, Stepper
-from .stepping import EVENT, FAILED, RUNNING, STILL
-from .switching import StateEvent, Switches
+from .stepper import FOREVER_NS, NEVER
+from .steps import EVENT, FAILED, RUNNING, STILL
+from .switching import StateEvent
 
 __all__ = ["FOREVER_NS", "Simulation"]
 
@@ -37,7 +33,7 @@ TOO_SHORT = 1e-6  # [m] by which a rigid rope may be too short by rounding
 CHATTER = 200  # events at one instant, after which the laws contradict each other
 
 
-class Simulation(Stepper):
+class Simulation(Commanded):
     """`tolerance`: of a step, relative to 1 + |y|; `sample_ns`: period of samples; `subscribed`: names of laws whose
     events stop `run`; `native=False` runs the same text on floats (slow oracle); `method`: one of
     `kernel.methods.METHODS`; `step`: fixed steps of so many seconds; `formulation`: one of
@@ -60,10 +56,8 @@ class Simulation(Stepper):
         fused: bool = False,
     ) -> None:
         super().__init__(system, tolerance, sample_ns, h_max, native, opt, cache, method, step, formulation, fused)
-        self.switches = Switches(self.program, self.P)
         self._contacts = ContactSets(self.program, self.P)
         self.subscribed = subscribed
-        self.log: list[tuple[int, StateEvent]] = []
         self._fallen: list[int] = []
         self._event_ns = FOREVER_NS
         self._instant = 0  # events in a row at the same nanosecond
@@ -206,11 +200,6 @@ class Simulation(Stepper):
             self.state[first + self.program.accounts.index(("heat", name))] += lost
         return events
 
-    def _heat(self, before: SimpleNamespace) -> None:
-        """What the laws hold less than before a switch has become their heat; what they hold more comes from it."""
-        first = self.program.nq + self.program.nv
-        self.state[first : first + len(before.stored)] += before.stored - self.row().stored
-
     def fire(self) -> list[StateEvent]:
         """Integrate to the located event and switch all laws whose guards have fallen there, in fixed order."""
         fallen, t_ns = self._fallen, self._event_ns
@@ -264,125 +253,3 @@ class Simulation(Stepper):
         fallen = np.flatnonzero(self.X[self._at["G"]] < 0.0)
         self._fallen = [int(i) for i in fallen]
         self._event_ns = self.epoch if len(fallen) else FOREVER_NS
-
-    # ---- commands, between interrupt (or fire) and settle --------------------------------------------------
-
-    def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
-        """Let an actuator follow k1 s + kc cos s + ks sin s of a master from here on; "" releases it."""
-        self.references.set_follow(actuator, self.epoch, master, f, self.masters_now())
-
-    def set_brake(self, brake: str, engaged: bool) -> None:
-        """Close a brake where its joint stands, or open it."""
-        row = self.row()
-        self.switches.set_brake(brake, engaged, row)
-        self._heat(row)
-
-    def set_lock(self, lock: str, engaged: bool) -> StateEvent | None:
-        """Lock a joint where it stands, or free it; the event tells the energy that stopping it has taken [J].
-
-        In a joint that moves, a lock stops it by an impulse; freed, it goes on without a jump.  None: nothing changed.
-        """
-        lock_of(self.program.system, lock)
-        if engaged == (lock in self.program.locked):
-            return None
-        before, at_lock = self.row(), self.program.nq + self.program.nv + self.program.accounts.index(("heat", lock))
-        heat = self.state[at_lock]
-        if engaged and len(self.program.constraints) and (moving := moving_drive(self.program, before.v)):
-            raise KernelError(
-                f"lock '{lock}' at {self.epoch * 1e-9:.3f} s: drive '{moving}' moves; stop it before a joint of a "
-                "scene with closed loops is locked"
-            )
-        self._use(self.program.locked ^ {lock})
-        if engaged:
-            self._call("halt")
-            if len(self.program.constraints):
-                changed = self._resolve()
-                self.log += [(self.epoch, e) for e in changed]
-                self.state[at_lock] += self._kept(before) - self._kept(self.row())  # what the loops' impulses took
-        event = StateEvent(lock, "locked" if engaged else "freed", float(self.state[at_lock] - heat))
-        self.log.append((self.epoch, event))
-        return event
-
-    def _kept(self, row: SimpleNamespace) -> float:
-        """Kinetic energy with what went into heat and without what came from work: no impulse changes it."""
-        signs = [1.0 if what == "heat" else -1.0 for what, _ in self.program.accounts]
-        return float(row.kinetic + row.accounts @ np.array(signs))
-
-    def unhook(self, rope: str) -> None:
-        """Take a rope off; the energy that it held is lost."""
-        row = self.row()
-        self.switches.unhook(rope)
-        self._heat(row)
-
-    def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
-        """Hook a slack rope, at new points (in the frames) of the same bodies if given.
-
-        Raises KernelError if it is too short, or for a new station on a flexible body.
-        """
-        a, b = self._ends(rope, a, b)
-        if (rigid := self.switches.rigid_numbers(rope)) is not None:
-            self._hook_rigid(rope, rigid, a, b, L0)
-            return
-        p = self.switches.rope_numbers(rope)
-        if p[RopeAt.HOOKED] > 0.0:
-            raise KernelError(f"rope '{rope}' at {self.epoch * 1e-9:.3f} s: it is hooked already; unhook it first")
-        if L0 is not None and not 0.0 < L0 < np.inf:
-            raise KernelError(f"rope '{rope}' at {self.epoch * 1e-9:.3f} s: length {L0:g} m; it must be positive")
-        before = self.P.copy()
-        p[RopeAt.A], p[RopeAt.B] = a or p[RopeAt.A], b or p[RopeAt.B]
-        if L0 is not None:
-            at = self.program.parameters.at
-            self.P[at["reference", rope]], self.P[at["follow", rope]] = [0.0, L0] + [0.0] * (PROFILE - 2), 0.0
-        names = [r.name for r in self.program.system.ropes]
-        gap = float(self.row().elongation[names.index(rope)])
-        if not gap <= 0.0:
-            self.P[:] = before
-            raise KernelError(
-                f"rope '{rope}' at {self.epoch * 1e-9:.3f} s: {gap * 1e3:.0f} mm too short to be hooked there; "
-                "bring the hook closer"
-            )
-        if L0 is not None:
-            self.references.set_value(rope, self.epoch, L0)
-        p[RopeAt.HOOKED], p[RopeAt.TAUT] = 1.0, 0.0
-
-    def _ends(self, rope: str, a: Vector | None, b: Vector | None) -> list[Vector | None]:
-        """New ends of a rope's first line where the rope's numbers want them: on a flexible body from their station."""
-        system = self.program.system
-        lines = {r.name: r.lines[0] for r in system.ropes} | {r.name: r.lines[0] for r in system.rigid_ropes}
-        if rope not in lines:
-            return [a, b]
-        line = lines[rope]
-        where = f"rope '{rope}' at {self.epoch * 1e-9:.3f} s"
-        return [
-            None if p is None else self.program.graph.in_frame(where, x.body, p) for x, p in ((line.a, a), (line.b, b))
-        ]
-
-    def _hook_rigid(self, rope: str, p: np.ndarray, a: Vector | None, b: Vector | None, L0: float | None) -> None:
-        where = f"rope '{rope}' at {self.epoch * 1e-9:.3f} s"
-        if p[RigidAt.HOOKED] > 0.0:
-            raise KernelError(f"{where}: it is hooked already; unhook it first")
-        before, at = self.P.copy(), self.program.parameters.at
-        p[RigidAt.A], p[RigidAt.B] = a or p[RigidAt.A], b or p[RigidAt.B]
-        if L0 is not None:
-            self.P[at["reference", rope]], self.P[at["follow", rope]] = [0.0, L0] + [0.0] * (PROFILE - 2), 0.0
-        names = [r.name for r in self.program.system.rigid_ropes]
-        slack = float(self.row().slack[names.index(rope)])
-        if not slack >= 0.0:
-            self.P[:] = before
-            raise KernelError(f"{where}: {-slack * 1e3:.0f} mm too short to be hooked there; bring the hook closer")
-        if L0 is not None:
-            self.references.set_value(rope, self.epoch, L0)
-        p[RigidAt.HOOKED], p[RigidAt.TAUT] = 1.0, 0.0
-
-    def masters_now(self) -> list[float]:
-        """Values of masters and measured scalars at the epoch."""
-        s = self.program.system
-        values = [self.references.own(m.name, self.epoch)[0] for m in s.masters]
-        row = self.row()
-        for m in s.measured:
-            if m.kind == "joint":
-                values.append(float(row.q[self.program.graph.coordinate(m.name, m.of, m.coordinate)[0]]))
-            else:
-                R = row.poses.reshape(-1, 12)[self.program.graph.number(m.of), 3:].reshape(3, 3)
-                values.append(atan2(float(R[1 if m.axis == 0 else 0, 2]), float(R[2, 2])))
-        return values

@@ -17,6 +17,7 @@ from .describe import System
 from .emit import module
 from .errors import KernelError
 from .evaluation import Evaluation
+from .failures import check_lengths, check_sliders, too_small, undefined, unsolved
 from .methods.choice import choose, control_of
 from .methods.peers import Code, Peer, PeerCode
 from .methods.stability import Balance, check_step, jacobian
@@ -26,15 +27,14 @@ from .rate import Program
 from .references import References
 from .resistance import check_resistance
 from .stepping import Stepping
+from .structure import structure
 from .switching import StateEvent
-from .trees import kind_of
 
 __all__ = ["FOREVER_NS", "NEVER", "Stepper"]
 
 FOREVER_NS = 2**63 - 1
 ROWS = 512  # rows of the table that native code fills, besides those that one step may add
 SHORTEST_SAMPLE = 100_000  # [ns]
-SHORTEST_ROPE = 1e-6  # [m] below which EA/L0 makes any step too small
 NEVER = 1e15  # [s] local time that does not come
 
 
@@ -69,11 +69,9 @@ class Stepper:
             found = choose(method, self.program)
             self.method = Stepping(self.program, found, control_of(found, step, self.program))
             code: Code = Library(self.structure(), self._ir, opt, cache) if native else Oracle(self.method)
-            return (
-                PeerCode(code, found, self.method.layout.at, len(self.program.guards))
-                if isinstance(found, Peer)
-                else code
-            )
+            if isinstance(found, Peer):
+                return PeerCode(code, found, self.method.layout.at, len(self.program.guards))
+            return code
 
         self._compiled = compiled
         self._variants: dict[frozenset[str], tuple[Program, Stepping, Code]] = {}
@@ -93,11 +91,9 @@ class Stepper:
         self.rows: list[tuple[int, np.ndarray]] = []
         self.epoch = 0
         self._samples = 1  # number of the next periodic sample
-        x = self.X
-        x[self._at["tol"]], x[self._at["h"]], x[self._at["error"]] = tolerance, step or 1e-4, 1e-4
-        x[self._at["h_min"]], x[self._at["h_max"]], x[self._at["rows"]] = 1e-12, h_max, ROWS
+        self._set(tol=tolerance, h=step or 1e-4, error=1e-4, h_min=1e-12, h_max=h_max, rows=ROWS)
         y0 = self.program.initial_state()
-        x[self._at["y"]] = y0
+        self.X[self._at["y"]] = y0
         check_resistance(self.program, y0)
 
     def _use(self, locked: frozenset[str] | None) -> None:
@@ -111,30 +107,8 @@ class Stepper:
         self.program, self.method, self._code = self._variants[self.program.locked if locked is None else locked]
 
     def structure(self) -> str:
-        """Equal for scenes that share machine code: everything that the traced text branches or indexes on."""
-        p, s = self.program, self.program.system
-        number = p.graph.number
-        return repr(
-            [
-                (self.method.method.name, self.fixed, self._fused),
-                p.formulation,
-                [(kind_of(t), x.ends, x.held) for t, x in p.instances],
-                [(j.kind, number(j.parent), number(j.child)) for j in p.graph.loops],
-                p.contacts.structure,
-                [(d.kind, d.joint, d.coordinate) for d in s.drives],
-                [x.joint for x in s.locks],
-                [[(x.joint, x.coordinate) for x in group] for group in (s.springs, s.stops, s.brakes)],
-                len(s.masters),
-                [(r.winch, [(number(k.a.body), number(k.b.body)) for k in r.lines]) for r in s.rigid_ropes],
-                [(r.winch, [(number(k.a.body), number(k.b.body)) for k in r.lines]) for r in s.ropes],
-                [number(u.point.body) for u in s.supports],
-                [x.structure for x in p.forces],
-                [(m.kind, m.of, m.axis, m.coordinate) for m in s.measured],
-                [(h.quantity, h.of, h.coordinate, h.ropes, h.axis, h.point and h.point.body) for h in s.thresholds],
-                [(k.body.name, k.joint.name, k.q.start, k.v.start) for k in p.graph.links],
-                [r.name for r in s.ropes],
-            ]
-        )
+        """Equal for simulations that share machine code."""
+        return structure(self.program, self.method.method.name, self.fixed, self._fused)
 
     def _ir(self) -> str:
         return module(self.method.advance, *self.method.functions.values(), fused=self._fused)
@@ -170,6 +144,10 @@ class Stepper:
     def _local(self, t_ns: int) -> float:
         return (t_ns - self.epoch) * 1e-9 if t_ns < FOREVER_NS else NEVER
 
+    def _among(self) -> float:
+        """A local time within the piece of the profiles that begins now, as in the steps."""
+        return self["t"] + 0.5 * min(1.0, self["t_stop"] - self["t"])
+
     @property
     def state(self) -> np.ndarray:
         """(ny,) coordinates, velocities and accounts, committed or tentative."""
@@ -183,9 +161,7 @@ class Stepper:
 
     def instant(self) -> Evaluation:
         """All that the equations say of the present state, on floats: forces, accelerations, guards."""
-        t = self["t"]
-        among = t + 0.5 * min(1.0, self["t_stop"] - t)  # as in the steps: in the piece of the profiles that begins here
-        return self.program.evaluate(t, self.state.copy(), self.P, among)
+        return self.program.evaluate(self["t"], self.state.copy(), self.P, self._among())
 
     def _close(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """One Newton step onto the constraints from y; gaps and slips before it, pivots of the rows."""
@@ -206,8 +182,7 @@ class Stepper:
     def _resolve(self) -> list[StateEvent]:
         """Impulses of rigid ropes and loops, and the ropes that are taut then; what has changed."""
         ropes, at = self.program.system.rigid_ropes, self.program.parameters.at
-        among = self["t"] + 0.5 * min(1.0, self["t_stop"] - self["t"])
-        after = resolve(self.program, self["t"], among, self.state.copy(), self.P)
+        after = resolve(self.program, self["t"], self._among(), self.state.copy(), self.P)
         slots = [self.P[at["rigid", r.name]] for r in ropes]
         before = [p[RigidAt.TAUT] > 0.0 for p in slots]
         for p, may in zip(slots, after.may, strict=True):
@@ -250,8 +225,8 @@ class Stepper:
     def _keep(self, t_ns: int, row: np.ndarray) -> None:
         """Take a row of the native table as a sample; raises KernelError if a rope is used up."""
         at = self.method.row_layout.at
-        self._check_lengths(t_ns * 1e-9, row[at["length"]])
-        self._check_sliders(t_ns * 1e-9, row[at["q"]])
+        check_lengths(self.program, t_ns * 1e-9, row[at["length"]])
+        check_sliders(self.program, t_ns * 1e-9, row[at["q"]])
         row[at["peak_time"]] += self.epoch * 1e-9
         if self.fixed:
             signs = np.array([-1.0 if what == "work" else 1.0 for what, _ in self.program.accounts])
@@ -266,33 +241,17 @@ class Stepper:
 
         def rate(y: np.ndarray) -> np.ndarray:
             dy = np.zeros(p.ny)
-            self._code.call("rate", np.array([t, t + 0.5 * min(1.0, self["t_stop"] - t)]), y, self.P, dy, T, G)
+            self._code.call("rate", np.array([t, self._among()]), y, self.P, dy, T, G)
             return dy
 
-        at = self.epoch * 1e-9 + t
-        check_step(self.method.method, jacobian(rate, self.state.copy(), n), self._step, p.nq, at)
+        J = jacobian(rate, self.state.copy(), n)
+        check_step(self.method.method, J, self._step, p.nq, self.epoch * 1e-9 + t)
 
     def _note_peaks(self) -> None:
         """The present tensions count among the peaks."""
         T, peak, when = (self.X[self._at[name]] for name in ("T", "peak", "peak_time"))
         higher = peak < T
         peak[higher], when[higher] = T[higher], self["t"]
-
-    def _check_sliders(self, t: float, q: np.ndarray) -> None:
-        for k in self.program.graph.links:
-            if k.joint.kind == "slider":
-                modes = self.program.graph.links[k.parent].modes
-                length = modes.flexible.beam.length if modes and modes.flexible.beam else 0.0
-                if not 0.0 <= q[k.q.start] <= length:
-                    raise KernelError(
-                        f"slider '{k.joint.name}' at {t:.3f} s: it has left its beam, which reaches from 0 to "
-                        f"{length:g} m; stop it before"
-                    )
-
-    def _check_lengths(self, t: float, lengths: np.ndarray) -> None:
-        for rope, length in zip(self.program.system.ropes, lengths, strict=True):
-            if length < SHORTEST_ROPE:
-                raise KernelError(f"rope '{rope.name}' at {t:.3f} s: all of it is wound up; stop its winch before")
 
     def _forced(self, t: float) -> None:
         """One step from the committed state to local time t, accepted as it is; step control is not touched."""
@@ -306,7 +265,7 @@ class Stepper:
                     break
                 self._to_start()
             else:
-                raise self._unsolved(t)
+                raise unsolved(self.method.method.name, self.epoch * 1e-9 + t)
             if not np.isfinite(self.state).all():
                 raise self._failure()
 
@@ -325,40 +284,17 @@ class Stepper:
         self._set(t=0.0, t_base=base, t_out=base, dt_out=self._sample_ns * 1e-9, count=0.0, tentative=0.0)
         self.references.write(t_ns)
 
-    def _unsolved(self, t: float) -> KernelError:
-        return KernelError(
-            f"step near {self.epoch * 1e-9 + t:.6f} s: method '{self.method.method.name}' finds no solution of its "
-            "equations; choose a smaller step or tolerance"
-        )
-
     def _failure(self) -> KernelError:
-        """Name what went wrong: a body that is not finite, or a step that became too small."""
-        t = self.epoch * 1e-9 + self["t"]
+        """Why there is no next step."""
+        p, t = self.program, self.epoch * 1e-9 + self["t"]
         if self.fixed:
             if "sound" in self._at and not self["sound"] > 0.0:
-                return self._unsolved(self["t"])
+                return unsolved(self.method.method.name, t)
             self._set(forced=1.0)  # what the step would have led to
             self._call("step")
-        row = self.row()
-        self._check_lengths(t, row.length)
-        for rope, span in zip(self.program.system.ropes, row.length + row.elongation, strict=True):
-            if span < SHORTEST_ROPE:
-                where = f"rope '{rope.name}' at {t:.3f} s"
-                return KernelError(f"{where}: its ends meet, so that it has no direction; keep them apart")
-        for link in self.program.graph.links:
-            v = self.state[self.program.nq + link.v.start : self.program.nq + link.v_modes.stop]
-            if not np.isfinite(v).all():
-                return KernelError(
-                    f"body '{link.body.name}' at {t:.6f} s: its motion is not finite; check its mass and forces"
-                )
-        if len(self.program.constraints):
-            error = locked(self.program, self._pivots, self._close(self.state.copy())[3], t)
-            if error:
-                return error
-        rates = np.abs(self.X[self._at["f"]][self.program.nq : self.program.nq + self.program.nv])
-        worst = int(np.nanargmax(rates)) if np.isfinite(rates).any() else 0
-        link = next(k for k in self.program.graph.links if k.v.start <= worst < k.v_modes.stop)
-        return KernelError(
-            f"body '{link.body.name}' at {t:.6f} s: the step became too small (below 1e-12 s); "
-            "a law near it is too stiff or jumps"
-        )
+        nq, end = p.nq, p.nq + p.nv
+        if error := undefined(p, t, self.row(), self.state[nq:end]):
+            return error
+        if len(p.constraints) and (error := locked(p, self._pivots, self._close(self.state.copy())[3], t)):
+            return error
+        return too_small(p, t, self.X[self._at["f"]][nq:end])

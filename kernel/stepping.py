@@ -1,9 +1,7 @@
-"""Steps, located guards, commits and samples of any method, as branch-free functions of one state block X; loops around
-them make one native call.  The method gives stages and dense output, the control says whether a step is taken.
+"""The native functions of one program: the text of `steps` on its blocks, and the loops around it as one native call.
 
-The last accepted step stays *tentative*: its samples and peaks count only when the next call commits it, so that an
-input inside it can discard it.  A guard that falls below zero in a step is located in the dense output to a quarter of
-a nanosecond; what then happens is not decided here.
+Blocks: X (state of the steps), P (numbers of the scene and discrete states), M (matrices of a method), table (samples).
+`advance` commits, samples, steps and locates until something has happened; the parts can be called one by one.
 """
 
 from __future__ import annotations
@@ -12,161 +10,20 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
-
+from .columns import columns, row_layout
 from .constraints.projection import projection
 from .contact.impact import kick, kicking, survey, surveying
 from .emit import Parts, Sequence, While
-from .evaluation import Evaluation
 from .function import OPAQUE, Function, flatten
 from .layout import Layout
 from .locking import halted
 from .methods.control import Control
-from .methods.method import Method, Rate, fallen_in, inside, length
+from .methods.method import Method, Rate, inside
 from .methods.peers import Peer
 from .rate import Program
-from .symbol import any_of, maximum, select, sqrt
+from .steps import SCALARS, Row, bisect, close, commit, complete, look, refresh, sample, step
 
-__all__ = ["BREAK", "EVENT", "FAILED", "RUNNING", "STILL", "Stepping"]
-
-RUNNING, BREAK, EVENT, STILL, FAILED = 0.0, 1.0, 2.0, 3.0, 4.0  # why a native call returned
-LOCATED = 2.5e-10  # [s] width to which a guard's root is bracketed
-STILL_SQUARE = 1e-14  # |v|^2 and |dv/dt|^2 of a scene at rest [SI]
-
-Project = Callable[[Any, Any], Any]  # (t, y) -> place, gap, slip, pivot
-Row = Callable[[Any, Any], list[Any]]  # (t, y) -> columns of a sample
-
-_SCALARS = (
-    # control: loop flags, then why it stopped, attempts left in this call
-    "run", "due", "locate", "status", "budget",
-    # time: now, proposed step, step boundary that no step crosses, horizon behind which steps stay tentative
-    "t", "h", "t_stop", "until",
-    # tolerance and step control, earliest time at which a scene may count as still
-    "tol", "h_min", "h_max", "error", "forced", "t_rest",
-    "accepted", "rejected", "tentative", "still",
-    # last step: start, length, bracket of a root, whether only a stage has seen it, status and loop without it
-    "t0", "h0", "lo", "hi", "doubt", "calm", "more",
-    # samples: next, period, local time of sample 0 of this stretch, number within the stretch, row, rows allowed
-    "t_out", "dt_out", "t_base", "count", "row", "rows",
-)  # fmt: skip
-
-
-def step(s: SimpleNamespace, rate: Rate, method: Method, control: Control) -> None:
-    """One attempt from (t, y, f); f is the derivative at y.  `forced` accepts whatever comes.
-
-    Guards are looked at in every stage, so that one that falls and recovers within the step is not missed.
-    """
-    h, last = length(s)
-    a = method.attempt(s, rate, h, inside(s))
-    below, earliest = False, 1.0
-    for c, fell in sorted(a.seen, key=lambda x: x[0]):
-        below, earliest = any_of([below, fell]), select(below, earliest, select(fell, c, earliest))
-    verdict = control.judge(s, a, h, last)
-    ok = verdict.ok
-    s.t0, s.h0, s.f0, s.d0 = s.t, h, s.f, s.y
-    method.keep(s, h, a)
-    if method.completes:
-        s.coarse = 1.0
-    s.t = select(ok, select(last, s.t_stop, s.t + h), s.t)
-    s.y, s.f = select(ok, a.y, s.y), select(ok, a.f, s.f)
-    s.error, s.h = verdict.error, verdict.h
-    s.accepted, s.rejected = s.accepted + select(ok, 1.0, 0.0), s.rejected + select(ok, 0.0, 1.0)
-    s.tentative = select(ok, 1.0, 0.0)
-    s.T = select(ok, a.r.T, s.T)
-    ended = fallen_in(a.r)
-    fallen = below if below is False else ok & below
-    s.locate = select(fallen, 1.0, 0.0)
-    s.doubt = select(ended, 0.0, 1.0)
-    s.lo, s.hi = 0.0, select(ended, 1.0, earliest)
-    s.G = a.r.G
-    s.budget = s.budget - 1.0
-    s.more = select(s.budget > 0.0, select(s.rows > s.row, select(s.until >= s.t, 1.0, 0.0), 0.0), 0.0)
-    s.calm = select(verdict.failed, FAILED, select(s.still > 0.0, STILL, select(ok & last, BREAK, RUNNING)))
-    go_on(s, select(fallen, select(s.calm > BREAK, s.calm, EVENT), s.calm))
-
-
-def go_on(s: SimpleNamespace, status: Any) -> None:
-    """The loop goes on while nothing has happened and there is budget, room for samples, and time."""
-    s.status = status
-    s.run = select(status > RUNNING, 0.0, s.more)
-
-
-def complete(s: SimpleNamespace, rate: Rate, method: Method) -> None:
-    """Make the dense output of the last step ready."""
-    method.complete(s, rate)
-    s.coarse = 0.0
-
-
-def bisect(s: SimpleNamespace, rate: Rate, method: Method) -> None:
-    """Halve the bracket [lo, hi] around the first fall of a guard in the last step; G holds the guards at hi.
-
-    A fall that only a stage has seen is in doubt: if the solution does not show it at that time there was none.
-    """
-    x = select(s.doubt > 0.0, s.hi, 0.5 * (s.lo + s.hi))
-    t = s.t0 + x * s.h0
-    G = rate(t, t, method.interpolate(s, x)).G
-    fallen = any_of(g < 0.0 for g in G)
-    none = select(fallen, 0.0, s.doubt)
-    s.G = select(fallen, G, s.G)
-    s.lo, s.hi = select(fallen, s.lo, x), select(fallen, x, s.hi)
-    s.locate = select(none > 0.0, 0.0, select((s.hi - s.lo) * s.h0 > LOCATED, 1.0, 0.0))
-    s.doubt = 0.0
-    go_on(s, select(none > 0.0, s.calm, s.status))
-
-
-def commit(s: SimpleNamespace, quaternions: list[int], velocities: slice, project: Project | None) -> None:
-    """The tentative step becomes history: peaks of the tensions, samples that are due, unit quaternions.
-
-    `project` puts it back onto the constraints, of which the widest gaps so far are kept.  `still` is set when all
-    velocities and accelerations vanish after the last command has run out.
-    """
-    higher = [(s.tentative > 0.0) & (p < T) for T, p in zip(s.T, s.peak, strict=True)]
-    s.peak = np.array([select(c, T, p) for c, T, p in zip(higher, s.T, s.peak, strict=True)], dtype=object)
-    s.peak_time = np.array([select(c, s.t, p) for c, p in zip(higher, s.peak_time, strict=True)], dtype=object)
-    if project:
-        x = project(s.t, s.y)
-        s.y = select(s.tentative > 0.0, x.place, s.y)
-        s.gap = select(s.tentative > 0.0, maximum(s.gap, abs(x.gap)), s.gap)
-    y = s.y.copy()
-    for i in quaternions:
-        q = s.y[i : i + 4]
-        y[i : i + 4] = q * (1.0 / sqrt(q @ q))
-    s.y = y
-    slow = [sum(e * e for e in x[velocities]) < STILL_SQUARE for x in (s.y, s.f)]
-    s.still = select(s.t >= s.t_rest, select(slow[0], select(slow[1], 1.0, 0.0), 0.0), 0.0)
-    s.due = select(s.tentative > 0.0, select(s.t >= s.t_out, 1.0, 0.0), 0.0)
-    s.tentative = 0.0
-
-
-def refresh(s: SimpleNamespace, rate: Rate, method: Method) -> None:
-    """After a change of state, laws or discrete states: derivative, tensions and guards at (t, y)."""
-    r = rate(s.t, inside(s), s.y)
-    s.f, s.T, s.G = r.dy, r.T, r.G
-    for name, value in method.forgotten().items():
-        setattr(s, name, value)
-    s.tentative = 0.0
-
-
-def close(s: SimpleNamespace, project: Project) -> None:
-    """One Newton step onto the constraints, with what was missing before and which rows are independent."""
-    x = project(s.t, s.y)
-    s.y, s.gap, s.slip, s.pivot = x.place, x.gap, x.slip, x.pivot
-
-
-def look(s: SimpleNamespace, row: Row) -> tuple[Any, list[Any]]:
-    """The state as it stands in the next free row, which stays free."""
-    return s.row, [*row(s.t, s.y), *s.peak, *s.peak_time]
-
-
-def sample(s: SimpleNamespace, row: Row, method: Method) -> tuple[Any, list[Any]]:
-    """One row from the dense output of the committed step; steps are never shortened for samples."""
-    values = [*row(s.t_out, method.interpolate(s, (s.t_out - s.t0) * (1.0 / s.h0))), *s.peak, *s.peak_time]
-    number = s.row
-    s.row, s.count = number + 1.0, s.count + 1.0
-    s.t_out = s.t_base + s.count * s.dt_out
-    s.peak = s.peak * 0.0
-    s.due = select(s.t >= s.t_out, 1.0, 0.0)
-    return number, values
+__all__ = ["Stepping"]
 
 
 class Stepping:
@@ -179,7 +36,7 @@ class Stepping:
         n_ropes, n_guards = len(p.system.ropes), len(p.guards)
         states = dict.fromkeys(("y", "f", "f0", "d0", *method.vectors), p.ny)
         ropes = dict.fromkeys(("T", "peak", "peak_time"), n_ropes)
-        scalars = dict.fromkeys([*_SCALARS, *method.scalars, *(["coarse"] if method.completes else [])])
+        scalars = dict.fromkeys([*SCALARS, *method.scalars, *(["coarse"] if method.completes else [])])
         rows = dict.fromkeys(("gap", "slip", "pivot"), len(p.constraints))
         pushed = rows["gap"] if p.contacts.sites else 0
         surveyed = {"delassus": pushed * pushed, "speed": pushed, "free": pushed, "impulse": pushed}
@@ -187,7 +44,7 @@ class Stepping:
         self.layout = Layout(sizes, frozenset(states))
         self.plain = Layout(sizes)
         n_p = len(p.parameters.initial)
-        self.row_layout = self._row_layout()
+        self.row_layout = row_layout(p)
         self.columns = self.row_layout.size
 
         def evaluate(t: Any, y: Any, P: Any) -> dict[str, Any]:
@@ -203,7 +60,7 @@ class Stepping:
 
         def row(t: Any, y: Any, P: Any) -> dict[str, Any]:
             at = self.f_project(t=t, y=y, P=P).place if self.f_project else y
-            return {"values": self.row(p.evaluate(t[0], at, P))}
+            return {"values": columns(p.evaluate(t[0], at, P))}
 
         self.f_row = Function("row", row, state, ["values"], rare=True)
         self.functions: dict[str, Function | Parts] = {
@@ -239,42 +96,6 @@ class Stepping:
             del f["step"]
             f |= {"sampling": sampling, "locating": locating}
             self.advance = Sequence("advance", ())
-
-    def _row_layout(self) -> Layout:
-        """Columns of a sample row: state, accounts, laws, poses (origin and rotation, 12 a body), energies, peaks."""
-        p = self.program
-        ropes, supports = len(p.system.ropes), len(p.system.supports)
-        sizes: dict[str, int | None] = {"q": p.nq, "v": p.nv, "accounts": len(p.accounts)}
-        sizes |= dict.fromkeys(("tension", "length", "length_rate", "elongation"), ropes)
-        sizes |= {
-            "normal": supports,
-            "place": 2 * supports,
-            "velocity": 2 * supports,
-            "stored": len(p.stored),
-            "shown": sum(len(x.law.shows(x.force)) for x in p.forces),
-        }
-        sizes |= {"poses": 12 * len(p.graph.links), "kinetic": None, "potential": None}
-        sizes |= {"loop": 6 * len(p.graph.loops)} | dict.fromkeys(("pull", "slack", "span"), len(p.system.rigid_ropes))
-        sizes |= {"pressing": len(p.system.contacts)}
-        return Layout(sizes | {"peak": ropes, "peak_time": ropes})
-
-    def row(self, x: Evaluation) -> list[Any]:
-        """The columns of `_row_layout` without the peaks."""
-        poses, kinetic, potential = x.poses_and_energies()
-        parts = (x.q, x.v, x.accounts, x.tensions, x.lengths, x.length_rates, x.elongations, x.normals)
-        flat = [e for part in parts for e in part]
-        return [
-            *flat,
-            *x.places,
-            *x.velocities,
-            *x.stored,
-            *x.shown,
-            *poses,
-            kinetic,
-            potential,
-            *x.loads(),
-            *x.pressing,
-        ]
 
     def _halt(self, n_p: int) -> Function:
         """Brings the locked joints to rest at once."""

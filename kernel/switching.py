@@ -42,7 +42,7 @@ class StateEvent:
 
 
 class Switches:
-    """Reads and writes the discrete states in P; `row` is the present sample row (see `Stepping._row_layout`)."""
+    """Reads and writes the discrete states in P; `row` is the present sample row (see `columns`)."""
 
     def __init__(self, program: Program, P: np.ndarray) -> None:
         self._program, self._P, self._at = program, P, program.parameters.at

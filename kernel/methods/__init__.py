@@ -9,7 +9,7 @@ loops, linear_algebra    loops of native code; LU factors of dense systems
 control, stability       error-controlled and fixed steps; what fixed steps are refused
 peers                    SciPy's integrators as references
 
-Acceptance of steps, location of guards, commits and samples are the same for all and stand in `kernel.stepping`.
+Acceptance of steps, location of guards, commits and samples are the same for all and stand in `kernel.steps`.
 """
 
 from .choice import METHODS, choose

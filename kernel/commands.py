@@ -1,0 +1,140 @@
+"""Commands: what may be told to a simulation that stands between two stretches, and what that does to the laws.
+
+They are given after `interrupt` or `fire` and before `settle` (see `simulation`), at the time of the epoch.  Energy
+that a law gives up by a command becomes its heat, so that the balance stays closed.
+"""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from .constraints.ropes import RigidAt
+from .describe import Vector
+from .elementary import atan2
+from .errors import KernelError
+from .locking import lock_of, moving_drive
+from .parameters import PROFILE, RopeAt
+from .stepper import Stepper
+from .switching import StateEvent, Switches
+
+__all__ = ["Commanded"]
+
+
+class Commanded(Stepper):
+    """A stepper whose laws can be switched, hooked, locked and led; `log`: what happened, and when [ns].
+
+    Arguments as those of `Stepper`.
+    """
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+        self.switches = Switches(self.program, self.P)
+        self.log: list[tuple[int, StateEvent]] = []
+
+    def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
+        """Let an actuator follow k1 s + kc cos s + ks sin s of a master from here on; "" releases it."""
+        self.references.set_follow(actuator, self.epoch, master, f, self.masters_now())
+
+    def set_brake(self, brake: str, engaged: bool) -> None:
+        """Close a brake where its joint stands, or open it."""
+        row = self.row()
+        self.switches.set_brake(brake, engaged, row)
+        self._heat(row)
+
+    def set_lock(self, lock: str, engaged: bool) -> StateEvent | None:
+        """Lock a joint where it stands, or free it; the event tells the energy that stopping it has taken [J].
+
+        In a joint that moves, a lock stops it by an impulse; freed, it goes on without a jump.  None: nothing changed.
+        """
+        lock_of(self.program.system, lock)
+        if engaged == (lock in self.program.locked):
+            return None
+        before, at_lock = self.row(), self.program.nq + self.program.nv + self.program.accounts.index(("heat", lock))
+        heat = self.state[at_lock]
+        if engaged and len(self.program.constraints) and (moving := moving_drive(self.program, before.v)):
+            raise KernelError(
+                f"lock '{lock}' at {self.epoch * 1e-9:.3f} s: drive '{moving}' moves; stop it before a joint of a "
+                "scene with closed loops is locked"
+            )
+        self._use(self.program.locked ^ {lock})
+        if engaged:
+            self._call("halt")
+            if len(self.program.constraints):
+                changed = self._resolve()
+                self.log += [(self.epoch, e) for e in changed]
+                self.state[at_lock] += self._kept(before) - self._kept(self.row())  # what the loops' impulses took
+        event = StateEvent(lock, "locked" if engaged else "freed", float(self.state[at_lock] - heat))
+        self.log.append((self.epoch, event))
+        return event
+
+    def _kept(self, row: SimpleNamespace) -> float:
+        """Kinetic energy with what went into heat and without what came from work: no impulse changes it."""
+        signs = [1.0 if what == "heat" else -1.0 for what, _ in self.program.accounts]
+        return float(row.kinetic + row.accounts @ np.array(signs))
+
+    def unhook(self, rope: str) -> None:
+        """Take a rope off; the energy that it held is lost."""
+        row = self.row()
+        self.switches.unhook(rope)
+        self._heat(row)
+
+    def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
+        """Hook a slack rope, at new points (in the frames) of the same bodies if given.
+
+        Raises KernelError if it is too short, or for a new station on a flexible body.
+        """
+        a, b = self._ends(rope, a, b)
+        where, at = f"rope '{rope}' at {self.epoch * 1e-9:.3f} s", self.program.parameters.at
+        rigid = self.switches.rigid_numbers(rope)
+        p, places = (self.switches.rope_numbers(rope), RopeAt) if rigid is None else (rigid, RigidAt)
+        if p[places.HOOKED] > 0.0:
+            raise KernelError(f"{where}: it is hooked already; unhook it first")
+        if L0 is not None and not 0.0 < L0 < np.inf:
+            raise KernelError(f"{where}: length {L0:g} m; it must be positive")
+        before = self.P.copy()
+        p[places.A], p[places.B] = a or p[places.A], b or p[places.B]
+        if L0 is not None:
+            self.P[at["reference", rope]], self.P[at["follow", rope]] = [0.0, L0] + [0.0] * (PROFILE - 2), 0.0
+        gap = self._too_short(rope)
+        if not gap <= 0.0:
+            self.P[:] = before
+            raise KernelError(f"{where}: {gap * 1e3:.0f} mm too short to be hooked there; bring the hook closer")
+        if L0 is not None:
+            self.references.set_value(rope, self.epoch, L0)
+        p[places.HOOKED], p[places.TAUT] = 1.0, 0.0
+
+    def _ends(self, rope: str, a: Vector | None, b: Vector | None) -> list[Vector | None]:
+        """New ends of a rope's first line where the rope's numbers want them: on a flexible body from their station."""
+        system, graph = self.program.system, self.program.graph
+        lines = {r.name: r.lines[0] for r in system.ropes} | {r.name: r.lines[0] for r in system.rigid_ropes}
+        if rope not in lines:
+            return [a, b]
+        line, where = lines[rope], f"rope '{rope}' at {self.epoch * 1e-9:.3f} s"
+        return [None if p is None else graph.in_frame(where, x.body, p) for x, p in ((line.a, a), (line.b, b))]
+
+    def _too_short(self, rope: str) -> float:
+        """By how much a rope is shorter than the way between its ends [m]."""
+        row, system = self.row(), self.program.system
+        elastic, rigid = ([r.name for r in ropes] for ropes in (system.ropes, system.rigid_ropes))
+        return float(row.elongation[elastic.index(rope)] if rope in elastic else -row.slack[rigid.index(rope)])
+
+    def masters_now(self) -> list[float]:
+        """Values of masters and measured scalars at the epoch."""
+        s = self.program.system
+        values = [self.references.own(m.name, self.epoch)[0] for m in s.masters]
+        row = self.row()
+        for m in s.measured:
+            if m.kind == "joint":
+                values.append(float(row.q[self.program.graph.coordinate(m.name, m.of, m.coordinate)[0]]))
+            else:
+                R = row.poses.reshape(-1, 12)[self.program.graph.number(m.of), 3:].reshape(3, 3)
+                values.append(atan2(float(R[1 if m.axis == 0 else 0, 2]), float(R[2, 2])))
+        return values
+
+    def _heat(self, before: SimpleNamespace) -> None:
+        """What the laws hold less than before a switch has become their heat; what they hold more comes from it."""
+        first = self.program.nq + self.program.nv
+        self.state[first : first + len(before.stored)] += before.stored - self.row().stored

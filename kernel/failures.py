@@ -1,0 +1,72 @@
+"""Why a run cannot go on, in one sentence each: what is used up, left, undefined or too stiff, and when.
+
+`t` is the time since the start of the run [s] throughout.  Loops that lose their rows speak in `constraints.assembly`,
+unstable fixed steps in `methods.stability`.
+"""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+
+from .errors import KernelError
+from .rate import Program
+
+__all__ = ["check_lengths", "check_sliders", "too_small", "undefined", "unsolved"]
+
+SHORTEST_ROPE = 1e-6  # [m] below which EA/L0 makes any step too small
+
+
+def check_lengths(program: Program, t: float, lengths: np.ndarray) -> None:
+    """Raises KernelError for a rope that is wound up; lengths: (n_ropes,) unstrained [m]."""
+    for rope, length in zip(program.system.ropes, lengths, strict=True):
+        if length < SHORTEST_ROPE:
+            raise KernelError(f"rope '{rope.name}' at {t:.3f} s: all of it is wound up; stop its winch before")
+
+
+def check_sliders(program: Program, t: float, q: np.ndarray) -> None:
+    """Raises KernelError for a slider beyond the ends of its beam; q: (nq,) coordinates."""
+    links = program.graph.links
+    for k in links:
+        if k.joint.kind == "slider":
+            modes = links[k.parent].modes
+            length = modes.flexible.beam.length if modes and modes.flexible.beam else 0.0
+            if not 0.0 <= q[k.q.start] <= length:
+                raise KernelError(
+                    f"slider '{k.joint.name}' at {t:.3f} s: it has left its beam, which reaches from 0 to "
+                    f"{length:g} m; stop it before"
+                )
+
+
+def unsolved(method: str, t: float) -> KernelError:
+    """An implicit method whose iteration does not converge."""
+    return KernelError(
+        f"step near {t:.6f} s: method '{method}' finds no solution of its equations; choose a smaller step or tolerance"
+    )
+
+
+def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -> KernelError | None:
+    """A rope without direction or a body whose velocities v (nv,) are not finite; raises KernelError as above."""
+    check_lengths(program, t, row.length)
+    for rope, span in zip(program.system.ropes, row.length + row.elongation, strict=True):
+        if span < SHORTEST_ROPE:
+            where = f"rope '{rope.name}' at {t:.3f} s"
+            return KernelError(f"{where}: its ends meet, so that it has no direction; keep them apart")
+    for link in program.graph.links:
+        if not np.isfinite(v[link.v.start : link.v_modes.stop]).all():
+            return KernelError(
+                f"body '{link.body.name}' at {t:.6f} s: its motion is not finite; check its mass and forces"
+            )
+    return None
+
+
+def too_small(program: Program, t: float, accelerations: np.ndarray) -> KernelError:
+    """A step below the shortest, blamed on the body that accelerates most; accelerations: (nv,)."""
+    rates = np.abs(accelerations)
+    worst = int(np.nanargmax(rates)) if np.isfinite(rates).any() else 0
+    link = next(k for k in program.graph.links if k.v.start <= worst < k.v_modes.stop)
+    return KernelError(
+        f"body '{link.body.name}' at {t:.6f} s: the step became too small (below 1e-12 s); "
+        "a law near it is too stiff or jumps"
+    )
