@@ -170,6 +170,17 @@ def view(
 
 
 @app.command()
+def report(
+    file: File,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="document; default NAME-report.html")] = None,
+) -> None:
+    """Write the planner's document: ropes, cranes, stages, warnings.    heavylift report turnover.mcap"""
+    from heavylift.recordings import report as write
+
+    typer.echo(f"wrote {write(file, output or file.with_name(file.stem + '-report.html'))}; open it in a browser")
+
+
+@app.command()
 def compare(
     a: File,
     b: File,

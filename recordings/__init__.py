@@ -5,6 +5,7 @@ Numbers:    rec.layout(SampleLayout([...])); rec.samples(batch)
 Reading:    Recording("run.mcap").signal("rope/tension"), .events(), .run, .result
 For people: info("run.mcap") is a text, plot("run.mcap", "run.png") a figure, storyboard(...) the lift itself.
 A page:     view("run.mcap", "run.html") shows the lift in 3D with signals, stages and events.
+A document: report("run.mcap", "report.html") tells what each stage asked of ropes and cranes.
 Two runs:   compare("a.mcap", "b.mcap") tells where they part; recover("run.mcap.part") saves what a killed run left.
 Elsewhere:  export("run.mcap", "run.csv", ["rope/tension/*"])
 Equal runs: Digest().hexdigest() is one line that two equal runs share.
@@ -18,6 +19,7 @@ from .info import info
 from .plot import plot
 from .reader import RecordedEvent, Recording, Signal, Topic
 from .recover import Recovered, recover
+from .report import report
 from .rows import Peak
 from .samples import SampleChannel, SampleLayout
 from .storyboard import storyboard
@@ -44,6 +46,7 @@ __all__ = [
     "info",
     "plot",
     "recover",
+    "report",
     "storyboard",
     "view",
 ]

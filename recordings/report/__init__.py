@@ -1,0 +1,10 @@
+"""The planner's document of a run: what every stage asked of ropes, hooks and cranes.
+
+facts     numbers of a recording, as frozen tables
+document  the same as one self-contained page
+"""
+
+from .document import report
+from .facts import Facts, facts
+
+__all__ = ["Facts", "facts", "report"]

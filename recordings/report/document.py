@@ -1,0 +1,158 @@
+"""The planner's document as one page that prints well: tables, warnings, the figure of tensions, the lift in pictures.
+
+Self-contained HTML (a browser prints it to PDF); pictures travel inside as data.  Everything that comes from the
+recording is escaped.
+"""
+
+from __future__ import annotations
+
+import base64
+import tempfile
+from collections.abc import Callable, Sequence
+from html import escape
+from math import degrees
+from pathlib import Path
+
+from heavylift.kernel.errors import RecordingError
+
+from ..info import duration
+from ..partfile import output_path
+from ..plot import plot
+from ..reader import Recording
+from ..storyboard import storyboard
+from .facts import OFF_LEAD, CraneUse, Facts, RopeUse, StageUse, facts
+
+__all__ = ["report"]
+
+BAND = (1.05, "dynamic factors up to 1.05 are usual for onshore lifts of 100 t to 1000 t")
+STYLE = """
+body { font: 14px/1.5 system-ui, sans-serif; color: #1d2733; max-width: 1000px; margin: 24px auto; padding: 0 16px; }
+h1 { font-size: 22px; margin: 0 0 4px; } h2 { font-size: 16px; margin: 28px 0 6px; border-bottom: 1px solid #dfe4e9; }
+p.quiet { color: #66727e; } table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
+th, td { text-align: right; padding: 3px 8px; border-bottom: 1px solid #eceff2; } th { font-weight: 600; }
+th:first-child, td:first-child { text-align: left; } td.bad { color: #a3182b; font-weight: 600; }
+img { max-width: 100%; } .verdict { padding: 8px 12px; border-radius: 4px; background: #e9f4ec; }
+.verdict.bad { background: #fbe9ea; } @media print { body { margin: 0; } h2, tr, img { break-inside: avoid; } }
+"""
+Cell = str | tuple[str, bool]  # text, and whether it is beyond what it should be
+
+
+def report(path: str | Path, out: str | Path) -> Path:
+    """Write the document of a recording to a .html file; RecordingError if one of them cannot be used."""
+    out = output_path(out)
+    if out.suffix.lower() not in (".html", ".htm"):
+        raise RecordingError(f"{out}: a report is written as .html; give it this ending (a browser prints it to PDF)")
+    rec = Recording(path)
+    page = _page(rec, facts(rec), _pictures(rec))
+    try:
+        out.write_text(page)
+    except OSError as error:
+        raise RecordingError(f"{out}: cannot be written ({error.strerror}); choose another place") from None
+    return out
+
+
+def _page(rec: Recording, found: Facts, pictures: list[str]) -> str:
+    title = f"Lift report: {rec.run.get('scene', rec.path.stem)}"
+    parts = [
+        f"<h1>{escape(title)}</h1>",
+        f'<p class="quiet">{escape(_origin(rec))}</p>',
+        _verdict(rec, found),
+        _warnings(found),
+        _section("Cranes", ["crane", "largest load", "at", "may carry", "use"], [_crane(c) for c in found.cranes]),
+        _section(
+            "Ropes", ["rope", "peak", "at", "stage", "rated", "use", "rated / peak", "off-lead"],
+            [_rope(r) for r in found.ropes],
+        ),
+        _section(
+            "Stages", ["stage", "from", "lasts", "rope used most", "use", "dynamic factor"],
+            [_stage(s) for s in found.stages],
+        ),
+        f'<p class="quiet">{BAND[1]}.</p>' if any(s.dynamic for s in found.stages) else "",
+        *(f'<p><img src="data:image/png;base64,{data}" alt=""></p>' for data in pictures),
+    ]  # fmt: skip
+    head = f'<meta charset="utf-8"><title>{escape(title)}</title><style>{STYLE}</style>'
+    return f'<!doctype html><html lang="en"><head>{head}</head><body>{"".join(parts)}</body></html>\n'
+
+
+def _origin(rec: Recording) -> str:
+    facts_ = [f"{duration(float(rec.fact('sim_s', 0.0)))} simulated", f"accuracy {rec.run.get('accuracy', 'unknown')}"]
+    facts_ += [f"digest {rec.result['digest'][:16]}"] if rec.result.get("digest") else []
+    return ", ".join([*facts_, rec.library, f"from {rec.path.name}"])
+
+
+def _verdict(rec: Recording, found: Facts) -> str:
+    status = rec.result.get("status", "cut off")
+    used = [r for r in found.ropes if r.rated]
+    most = max(used, key=lambda r: r.peak / (r.rated or 1.0), default=None)
+    told = f"The run {status}." if status == "finished" else f"The run is {status}: {rec.result.get('reason', '')}"
+    if most and most.rated:
+        told += f" The rope used most is {most.name}: {100 * most.peak / most.rated:.0f} % of its rated tension."
+    n = len(found.warnings)
+    told += " Nothing went beyond its limits." if not n else f" {n} warning{'s' if n > 1 else ''}, listed below."
+    bad = " bad" if n or status != "finished" else ""
+    return f'<p class="verdict{bad}">{escape(told)}</p>'
+
+
+def _warnings(found: Facts) -> str:
+    return _section(
+        "Warnings", ["who", "what", "at"], [[w.who, (w.what, True), _clock(w.when)] for w in found.warnings]
+    )
+
+
+def _crane(c: CraneUse) -> list[Cell]:
+    use = c.load / c.capacity if c.capacity else 0.0
+    return [
+        c.name,
+        f"{c.load / 1e3:.1f} t",
+        _clock(c.when),
+        f"{c.capacity / 1e3:.0f} t",
+        (f"{100 * use:.0f} %", use > 1),
+    ]
+
+
+def _rope(r: RopeUse) -> list[Cell]:
+    rated: list[Cell] = ["", "", ""]
+    if r.rated:
+        use = r.peak / r.rated
+        margin = f"{1 / use:.2f}" if use else ""
+        rated = [f"{r.rated / 1e3:.0f} kN", (f"{100 * use:.0f} %", use > 1), margin]
+    lead: Cell = "" if r.off_lead is None else (f"{degrees(r.off_lead):.2f}°", r.off_lead > OFF_LEAD)
+    return [r.name, f"{r.peak / 1e3:.1f} kN", _clock(r.when), r.stage, *rated, lead]
+
+
+def _stage(s: StageUse) -> list[Cell]:
+    factors = ", ".join(f"{crane} {factor:.3f}" for crane, factor in s.dynamic.items())
+    return [s.name, _clock(s.start), duration(s.end - s.start), s.rope, (f"{100 * s.use:.0f} %", s.use > 1), factors]
+
+
+def _section(title: str, head: Sequence[str], rows: Sequence[Sequence[Cell]]) -> str:
+    if not rows:
+        return ""
+    top = "".join(f"<th>{escape(name)}</th>" for name in head)
+    body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in rows)
+    return f"<h2>{escape(title)}</h2><table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _cell(cell: Cell) -> str:
+    text, bad = cell if isinstance(cell, tuple) else (cell, False)
+    return f'<td class="bad">{escape(text)}</td>' if bad else f"<td>{escape(text)}</td>"
+
+
+def _clock(seconds: float) -> str:
+    minutes, rest = divmod(seconds, 60.0)
+    hours, minutes = divmod(int(minutes), 60)
+    return f"{hours}:{minutes:02}:{rest:04.1f}" if hours else f"{minutes}:{rest:04.1f}"
+
+
+def _pictures(rec: Recording) -> list[str]:
+    """The lift and its tensions as PNG in base64; what a recording has nothing of is left out."""
+    found = []
+    drawings: list[Callable[[Path, Path], Path]] = [storyboard, plot]
+    with tempfile.TemporaryDirectory() as folder:
+        for number, draw in enumerate(drawings):
+            try:
+                picture = draw(rec.path, Path(folder) / f"{number}.png")
+            except RecordingError:
+                continue
+            found.append(base64.b64encode(picture.read_bytes()).decode())
+    return found

@@ -1,0 +1,86 @@
+"""The planner's document: each number again from the samples, and the limits that were passed in red."""
+
+from __future__ import annotations
+
+import re
+from math import atan2, degrees, radians
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings import Recorder, Recording, RopeLine, SampleChannel, SampleLayout, report
+from heavylift.recordings.report import facts
+from small_run import POSE, SECOND, Stage
+
+G = 9.80665
+PLAN = {
+    "gravity": G,
+    "cranes": [{"name": "west", "capacity": 40e3, "hooks": [{"block_mass": 2e3}]}],
+    "rig": {"hook_ropes": [{"name": "west.H1", "crane": "west"}]},
+}
+TENSION = np.array([1e5, 3e5, 4.4e5, 4e5, 4e5, 4e5, 4.2e5, 4e5])  # [N] each second; rated 4.3e5
+SHIFT = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.4, 0.0])  # [m] of the load under its rope of 5 m
+
+
+@pytest.fixture
+def recorded(tmp_path: Path) -> Path:
+    """A load on one rope: taken up for 3 s, held for 5 s, once aside by 0.4 m."""
+    layout = SampleLayout(
+        [
+            SampleChannel("rope/tension", ["west.H1"], "N", 0, 1),
+            SampleChannel("rope/peak", ["west.H1"], "N", 1, 2),
+            SampleChannel("pose/load", POSE, "m", 2, 9),
+        ]
+    )
+    n = len(TENSION)
+    poses = np.zeros((n, 7))
+    poses[:, 1], poses[:, 2], poses[:, 6] = SHIFT, 4.0, 1.0
+    rows = np.ascontiguousarray(np.column_stack([TENSION, TENSION, poses]))
+    facts_ = {"scene": "<b>lift</b>", "rated": {"west.H1": 4.3e5}}
+    attachments = {"resolved.json": msgspec.json.encode(PLAN)}
+    with Recorder(tmp_path / "run.mcap", facts_, attachments) as rec:
+        rec.add_port("commander", "stage", msgspec.json.schema(Stage))
+        rec.layout(layout)
+        rec.ropes(0, [RopeLine("west.H1", "world", (0, 0, 10), "load", (0, 0, 1))])
+        for second, name in ((0, "take up"), (3, "hold")):
+            payload = msgspec.msgpack.encode(Stage(name, second))
+            rec.event(second * SECOND, 0, "commander", "stage", 0, "Stage", payload)
+        rec.samples(msgspec.msgpack.encode([0, [i * SECOND for i in range(n)], rows.tobytes()]))
+        return rec.close()
+
+
+def test_every_number_is_that_of_the_samples(recorded: Path) -> None:
+    found = facts(Recording(recorded))
+    (rope,) = found.ropes
+    assert (rope.name, rope.peak, rope.when, rope.stage, rope.rated) == ("west.H1", 4.4e5, 2.0, "take up", 4.3e5)
+    assert rope.off_lead == pytest.approx(atan2(0.4, 5.0))
+    assert rope.off_lead_when == 6.0
+    (crane,) = found.cranes
+    assert crane.load == pytest.approx(4.4e5 / G - 2e3), "the hook block belongs to the crane"
+    assert (crane.when, crane.capacity) == (2.0, 40e3)
+    take_up, hold = found.stages
+    assert (take_up.start, take_up.end, take_up.rope) == (0.0, 3.0, "west.H1")
+    assert take_up.dynamic == {"west": pytest.approx(1.1)}
+    assert hold.dynamic == {"west": pytest.approx(1.05)}
+
+
+def test_what_went_beyond_its_limits_is_listed_in_order_of_time(recorded: Path) -> None:
+    assert atan2(0.4, 5.0) > radians(3.0)
+    assert [(w.when, w.who, w.what) for w in facts(Recording(recorded)).warnings] == [
+        (2.0, "west", "107 % of the load that it may carry"),
+        (2.0, "west.H1", "tension 102 % of the rated one"),
+        (6.0, "west.H1", f"off-lead {degrees(atan2(0.4, 5.0)):.1f} degrees, more than 3"),
+    ]
+
+
+def test_the_page_says_the_worst_first_and_escapes_what_scenes_say(recorded: Path, tmp_path: Path) -> None:
+    text = report(recorded, tmp_path / "report.html").read_text()
+    assert "<b>lift</b>" not in text
+    assert "&lt;b&gt;lift" in text
+    assert "The rope used most is west.H1: 102 % of its rated tension. 3 warnings, listed below." in text
+    assert re.findall(r'<td class="bad">(.*?)</td>', text)[-4:] == ["107 %", "102 %", "4.57°", "102 %"]
+    assert text.count("data:image/png;base64,") == 2
+    with pytest.raises(RecordingError, match=r"a report is written as \.html; give it this ending"):
+        report(recorded, tmp_path / "report.pdf")
