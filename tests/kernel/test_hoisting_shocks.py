@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from heavylift.kernel.describe import Body, Joint, Line, Point, Rope, Stop, System
 from heavylift.kernel.simulation import Simulation
-from small_scenes import SECOND, G, Y, Z, column, hand_over, hung, started
+from small_scenes import EA, LENGTH, MASS, SECOND, G, Y, Z, column, hand_over, hung, started
 
 FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[1] / "data" / "closed_forms.json").read_text())}
 FACTOR = 1e-3  # the closed forms are for constant stiffness; a winch law stiffens a rope that it shortens
@@ -42,6 +42,22 @@ def test_c07b_pick_up_with_little_rope_at_the_speed_of_an_empty_hook():
     assert peak(s) / (m * G) == pytest.approx(want["phi"], rel=FACTOR)
     t_lift = next(t for t, e in s.log if e.name == "ground" and e.what == "open") * 1e-9
     assert t_lift == pytest.approx(want["t_lift"], rel=3e-3)
+
+
+def test_c07d_a_soft_pick_up_lies_within_the_design_factors_of_the_standards():
+    """C07a's load at C07d's speed: above what marine rules take for slow lifts, below every hoisting class."""
+    x, want = FORMS["C07d"]["given"], FORMS["C07d"]["expected"]
+    k = EA / LENGTH
+    stiff = 1e12
+    ground = Stop("ground", "load-guide", -LENGTH + MASS * G / stiff, 1e6, stiff, 0.6 * sqrt(stiff * MASS))
+    scene = replace(hanging(MASS, k, LENGTH, winch=True), stops=(ground,))
+    s = started(replace(scene, joints=tuple(replace(j, q0=(-LENGTH,)) for j in scene.joints)), **FINE)
+    s.references.set_profile("rope", 0, -x["v_h"], 1e6, None)
+    s.settle()
+    hand_over(s, 8 * SECOND)
+    factor = peak(s) / (MASS * G)
+    assert want["NobleDenton_onshore_1000_2500t"] < factor < want["EN13001_HC1"]
+    assert factor == pytest.approx(1.0 + x["v_h"] * sqrt(k / MASS) / G, rel=FACTOR)
 
 
 def test_c07c_a_ramp_of_the_hoist_with_the_load_hanging():
