@@ -15,12 +15,15 @@ __all__ = ["constant", "gathered", "reference", "spread", "spread_value", "vecto
 
 
 class Code(Protocol):
-    """Straight-line code that is being written; `lane`: where calls stand that were made side by side."""
+    """Straight-line code that is being written; `lane`: where calls stand that were made side by side; `value`: the
+    name of a number, which is loaded if it has not been."""
 
     body: list[str]
     lane: dict[Sym, tuple[Batch, int]]
 
     def new(self) -> str: ...
+
+    def value(self, x: Any, lanes: int = 0) -> str: ...
 
 
 def constant(x: float, lanes: int = 0) -> str:
@@ -39,7 +42,7 @@ def vector_type(lanes: int, element: str = "double") -> str:
 def spread(code: Code, x: Any, lanes: int) -> str:
     """One scalar in all lanes."""
     k = code.new()
-    spread_value(code.body, k, reference(x), lanes)
+    spread_value(code.body, k, code.value(x), lanes)
     return k
 
 
@@ -110,8 +113,9 @@ def _shuffled(code: Code, sources: list[str], width: int, places: list[int]) -> 
 
 
 def _one_by_one(code: Code, values: tuple[Any, ...]) -> str:
+    names = [code.value(x) for x in values]
     k, v, last = code.new(), vector_type(len(values)), "poison"
-    for i, x in enumerate(values):
-        code.body.append(f"{k}_{i} = insertelement {v} {last}, double {reference(x)}, i64 {i}")
+    for i in range(len(values)):
+        code.body.append(f"{k}_{i} = insertelement {v} {last}, double {names[i]}, i64 {i}")
         last = f"{k}_{i}"
     return last

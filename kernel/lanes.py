@@ -20,10 +20,14 @@ WIDEST = 8
 
 @dataclass(frozen=True)
 class Batch:
-    """Calls of one function, one a lane; `calls` may be fewer than `width`: the last one fills the other lanes."""
+    """Calls of one function, one a lane; `calls` may be fewer than `width`: the last one fills the other lanes.
+
+    `shared`: input blocks that are one and the same in all calls that could stand side by side.
+    """
 
     calls: tuple[Sym, ...]
     width: int
+    shared: frozenset[str]
 
     @property
     def function(self) -> Function:
@@ -73,7 +77,17 @@ def _batches(nodes: Sequence[Sym]) -> Iterator[Batch]:
     for calls in groups.values():
         width = width_of(len(calls))
         if width > 1:
-            yield from (Batch(tuple(calls[i : i + width]), width) for i in range(0, len(calls), width))
+            shared = _shared(calls)
+            yield from (Batch(tuple(calls[i : i + width]), width, shared) for i in range(0, len(calls), width))
+
+
+def _shared(calls: Sequence[Sym]) -> frozenset[str]:
+    f, *first = calls[0].args
+    return frozenset(
+        block
+        for i, block in enumerate(f.inputs)
+        if all(x is y for call in calls for x, y in zip(call.args[i + 1], first[i], strict=True))
+    )
 
 
 def _scalar(f: Function) -> bool:

@@ -108,7 +108,7 @@ class Stepping:
             s.y = at_once(t=[s.t], y=s.y, P=P).after
             return {"X": self.layout.pack(s)}
 
-        return Function("halt", body, {"X": self.layout.size, "P": n_p})
+        return Function("halt", body, {"X": self.layout.size, "P": OPAQUE})
 
     def _projecting(self, name: str, part: Callable[..., None]) -> Function:
         """A function of the blocks X, in scalars, and P made of `part(s, project)`; project is None without rows."""
@@ -123,7 +123,7 @@ class Stepping:
             part(s, P)
             return {"X": self.plain.pack(s)}
 
-        return Function(name, body, {"X": self.plain.size, "P": len(self.program.parameters.initial)})
+        return Function(name, body, {"X": self.plain.size, "P": OPAQUE})
 
     def _on_method(self, name: str, part: Callable[..., Any], matrices: bool = False, plain: bool = False) -> Function:
         """A part of a method, `part(s, rate)`; `plain`: it wants the state in scalars."""
@@ -149,7 +149,7 @@ class Stepping:
             written = {"table" if table else "M": r} if table or r is not None else {}
             return {"X": layout.pack(s), **written}
 
-        inputs = {"X": layout.size, "P": len(self.program.parameters.initial)}
+        inputs = {"X": layout.size, "P": len(self.program.parameters.initial) if plain else OPAQUE}
         return Function(
             name, body, inputs | ({"M": OPAQUE} if matrices else {}), rare=name in ("sample", "look", "refresh")
         )

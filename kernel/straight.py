@@ -9,12 +9,14 @@ from .function import Function, placed
 from .gather import constant, gathered, reference, spread, spread_value, vector_type
 from .lanes import WIDEST, Batch, arranged
 from .symbol import Sym, is_sym
+from .wide import Wide, is_long
 
 __all__ = ["Straight", "blocks_of", "named_code"]
 
 PIECE = 500  # instructions of one block of long code
 LONG = 8000  # instructions of code for which LLVM would take too long
 
+_LOADED = ("in", "slice", "ret")
 _ARITHMETIC = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 
 
@@ -62,20 +64,27 @@ class Straight:
         # functions that this one calls, with how many lanes, and what they share
         self.called: list[tuple[Function, int, frozenset[str]]] = []
         self.lane: dict[Sym, tuple[Batch, int]] = {}  # of calls that are made side by side
+        self.loaded: set[Sym] = set()
+        self.spreads: dict[tuple[Sym, int], str] = {}
 
     def text(self) -> str:
         f = self.f
-        for n in f.nodes if self.lanes else arranged(f.nodes):
+        order = f.nodes if self.lanes else arranged(f.nodes)
+        self.wide = Wide(self, f, order)
+        for n in order:
             if isinstance(n, Batch):
+                self.wide.flush()
                 self.batch(n)
-            else:
+            elif not self.wide.later(n):
                 self.node(n)
+        self.wide.flush()
+        self.read_before_written()
         for name, values in f.outputs.items():
             base = f"%{name}"
             if name in f.rows:  # a row of a table
                 size = sum(map(_width, values))
                 self.body += [
-                    f"%row_{name} = fptosi double {reference(f.rows[name])} to i64",
+                    f"%row_{name} = fptosi double {self.value(f.rows[name])} to i64",
                     f"%first_{name} = mul i64 %row_{name}, {size}",
                     f"%base_{name} = getelementptr double, ptr %{name}, i64 %first_{name}",
                 ]
@@ -92,6 +101,24 @@ class Straight:
         ]
         return "\n".join(lines)
 
+    def read_before_written(self) -> None:
+        """Load what the results take from blocks, before the first of them is written."""
+        for row in self.f.rows.values():
+            self.value(row)
+        for name, values in self.f.outputs.items():
+            for x, kept in placed("" if name in self.f.rows else name, values):
+                if is_long(x) and not kept:
+                    self.wide.save(x)
+                elif not kept:
+                    self.value(x)
+
+    def value(self, x: Any, lanes: int = 0) -> str:
+        """Its name; a number of a block is loaded where it is first needed."""
+        if is_sym(x) and x.op in _LOADED and x not in self.loaded and not is_long(x):
+            self.loaded.add(x)
+            self.fetch(x)
+        return reference(x, lanes)
+
     def pieces(self, x: Any) -> list[tuple[str, int, int]]:
         """Suffix, offset and lanes of each piece of a value; 0 lanes for a scalar."""
         return _cut(x.width) if is_sym(x) and x.width else [("", 0, self.lanes)]
@@ -107,18 +134,25 @@ class Straight:
         """Write values one after the other, except those that stand there already."""
         i = 0
         for x, kept in values:
-            for piece, offset, lanes in [] if kept else self.pieces(x):
+            if is_long(x) and not kept:
+                self.wide.copy(x, base, i)
+            for piece, offset, lanes in [] if kept or is_long(x) else self.pieces(x):
+                value = self.value(x, lanes)
                 self.body += [
                     f"%{tag}_{i + offset} = getelementptr double, ptr {base}, i64 {i + offset}",
-                    f"store {vector_type(lanes)} {reference(x, lanes)}{piece}, ptr %{tag}_{i + offset}, align 8",
+                    f"store {vector_type(lanes)} {value}{piece}, ptr %{tag}_{i + offset}, align 8",
                 ]
             i += _width(x) * max(1, self.lanes)
 
     def operand(self, x: Any, piece: str, lanes: int) -> str:
         """One piece of an operand; scalars are spread over the lanes."""
         if not lanes or self.lanes or (is_sym(x) and x.width):
-            return reference(x, self.lanes) + (piece if is_sym(x) and x.width else "")
-        return spread(self, x, lanes)
+            return self.value(x, self.lanes) + (piece if is_sym(x) and x.width else "")
+        if not is_sym(x):
+            return constant(x, lanes)
+        if (x, lanes) not in self.spreads:
+            self.spreads[x, lanes] = spread(self, x, lanes)
+        return self.spreads[x, lanes]
 
     def new(self) -> str:
         """A name for an intermediate vector."""
@@ -130,6 +164,10 @@ class Straight:
         v: Any = values[0] if values else None
         if is_sym(v) and v.op == "block":
             return f"ptr %{v.args[0]}"
+        if is_long(v) and len(values) == 1:
+            base, first = self.wide.address(v)
+            self.body.append(f"%{tag} = getelementptr double, ptr {base}, i64 {first}")
+            return f"ptr %{tag}"
         if (
             is_sym(v)
             and v.op in ("in", "ret", "slice")
@@ -148,7 +186,8 @@ class Straight:
             self.store([(x, False) for x in values], f"%{tag}", tag)
         return f"ptr %{tag}"
 
-    def node(self, n: Sym) -> None:
+    def fetch(self, n: Sym) -> None:
+        """Load a number of a block or of a result."""
         a = n.args
         if n.op == "in" and a[0] in self.shared:
             self.body += [
@@ -158,17 +197,21 @@ class Straight:
             spread_value(self.body, f"%t{n.id}", f"%u{n.id}", self.lanes)
         elif n.op in ("in", "slice"):
             self.load(n, f"%{a[0]}", a[1])
-        elif n.op == "ret" and a[0] in self.lane:
+        elif a[0] in self.lane:
             batch, lane = self.lane[a[0]]
             self.load(n, f"%r{batch.name}_{a[1]}", a[2] * batch.width + lane)
-        elif n.op == "ret":
+        else:
             self.load(n, f"%r{a[0].id}_{a[1]}", a[2])
-        elif n.op == "call":
+
+    def node(self, n: Sym) -> None:
+        if n.op in _LOADED or n.op == "block":
+            return  # loaded where it is needed, or a pointer that is handed on
+        if n.op == "call":
+            self.wide.flush()
             self.call(n)
         elif n.op == "dot":
+            self.wide.flush()
             self.dot(n)
-        elif n.op == "block":
-            pass  # a pointer that is handed on
         else:
             for piece, _, lanes in self.pieces(n):
                 self.body.append(f"%t{n.id}{piece} = {self.operation(n, piece, lanes)}")
@@ -178,7 +221,7 @@ class Straight:
         x = [self.operand(y, piece, lanes) if not (n.op == "select" and i == 0) else "" for i, y in enumerate(a)]
         if n.op == "select":
             flag = vector_type(lanes if a[0].width or self.lanes else 0, "i1")
-            return f"select {flag} {reference(a[0])}{piece if a[0].width else ''}, {d} {x[1]}, {d} {x[2]}"
+            return f"select {flag} {self.value(a[0])}{piece if a[0].width else ''}, {d} {x[1]}, {d} {x[2]}"
         if n.op in ("gt", "ge"):
             return f"fcmp o{n.op} {d} {x[0]}, {x[1]}"
         if n.op in ("and", "or"):
@@ -222,15 +265,9 @@ class Straight:
     def batch(self, b: Batch) -> None:
         """One vector call in place of many."""
         at: dict[str, str] = {}
-        first = b.calls[0].args
-        shared = frozenset(
-            k
-            for i, k in enumerate(b.function.inputs, 1)
-            if all(x is y for call in b.calls for x, y in zip(call.args[i], first[i], strict=True))
-        )
         for i, k in enumerate(b.function.inputs, 1):
             tag = f"a{b.name}_{k}"
-            if k in shared:
+            if k in b.shared:
                 at[k] = self.pointer(b.calls[0].args[i], tag)
                 continue
             rows = list(zip(*(call.args[i] for call in b.lanes), strict=True))
@@ -242,10 +279,13 @@ class Straight:
                     f"store {vector_type(b.width)} {v}, ptr %{tag}_{j}, align 8",
                 ]
             at[k] = f"ptr %{tag}"
-        self.make_call(b.function, b.width, at, b.name, shared)
+        self.make_call(b.function, b.width, at, b.name, b.shared)
         self.lane.update({call: (b, lane) for lane, call in enumerate(b.calls)})
 
     def dot(self, n: Sym) -> None:
+        if is_long(n.args[0]):
+            self.wide.dot(n)
+            return
         total, t = constant(0.0), f"%t{n.id}"
         pieces = _cut(n.args[0].width)
         last = len(pieces) - 1
