@@ -64,13 +64,14 @@ def blocks(f: Function | Parts) -> list[str]:
 def module(*functions: Function | Parts, fused: bool = False) -> str:
     """IR text of functions and loops and of everything that they call; `fused`: see `Straight`."""
     texts: list[str] = []
-    seen: set[str] = set()
+    seen: dict[str, Function | Parts] = {}
 
     def visit(f: Function | Parts, lanes: int, shared: frozenset[str] = frozenset()) -> None:
         name = f.name if isinstance(f, Parts) else named_code(f, lanes, shared)
         if name in seen:
+            assert seen[name] is f, f"two functions are called '{name}'"
             return
-        seen.add(name)
+        seen[name] = f
         if isinstance(f, Parts):
             for part in f.parts:
                 visit(part, 0)

@@ -43,7 +43,7 @@ class Blockwise:
         self.blocks = Blocks()
         n_A = sum(sizes[r] * sizes[s] for r, s in self.couples)
         n_C = sum(sizes[r] * sizes[s] for r, s in self.filled) + sum(m * m for m in sizes)
-        self.factorise = Function("factorise", self._factorise, {"A": n_A, "size": self.n})
+        self.factorise = Function("factorise_rows", self._factorise, {"A": n_A, "size": self.n})
         self.multipliers = Function("multipliers", self._multipliers, {"C": n_C, "mu": self.n, "b": self.n})
         self._substitute = Function("substitute", self._substituted, {"C": n_C, "b": self.n})
 

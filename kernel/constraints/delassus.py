@@ -39,7 +39,7 @@ class Delassus:
                 self.lower[r] = sorted({*self.lower[r], *self.lower[s][i + 1 :]})
         self.filled = [(r, s) for s in range(self.n) for r in self.lower[s]]
         size = {"C": len(self.filled) + self.n, "mu": self.n, "b": self.n}
-        self.factorise = Function("factorise", self._factorise, {"A": len(self.entries), "size": self.n})
+        self.factorise = Function("factorise_rows", self._factorise, {"A": len(self.entries), "size": self.n})
         self.multipliers = Function("multipliers", self._multipliers, size)
         self._substitute = Function("substitute", self._substituted, {"C": size["C"], "b": self.n})
 
@@ -98,7 +98,7 @@ class Lopsided(Delassus):
         super().__init__(n, couples, equal)
         self.entries += [(s, r) for r, s in sorted(couples)]
         size = 2 * len(self.filled) + n
-        self.factorise = Function("factorise", self._split, {"A": len(self.entries), "size": n, "soft": n})
+        self.factorise = Function("factorise_rows", self._split, {"A": len(self.entries), "size": n, "soft": n})
         self.multipliers = Function("multipliers", self._multipliers, {"C": size, "mu": n, "b": n})
         self._substitute = Function("substitute", self._substituted, {"C": size, "b": n})
 
