@@ -2,7 +2,9 @@
 
 describe                          bodies, joints, ropes and laws as plain data; needs no NumPy
 graph, trees                      numbering, path matrix T, trees of one kind
-joints, motion, dynamics, laws    the joint table and what its rows do, the recursion, the forces
+joints, motion                    the joint table and what its rows do
+kinematics, dynamics, ltdl        the recursion: motion, equations of motion, their sparse factors
+laws                              ropes, supports, springs, stops, brakes, drives
 locking, resistance               joints locked in mid-run; masses and inertias that are missing
 flexible                          beams and finite-element models as modes in a floating frame, sliders on them
 forces                            the force table: loads, springs, bushings, wind, sheaves, laws of the user's own

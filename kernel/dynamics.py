@@ -1,122 +1,29 @@
-"""Recursive equations of motion of one tree: the paper's Fig. 6 (a)-(e), solved with CRBA and LTDL.
+"""Recursive equations of motion of one tree: the paper's Fig. 6 (c)-(e), solved with CRBA and LTDL.
 
-World axes about the root body's origin, so that with the path matrix T the recursions are sums along paths:
-twists V = T^T S qd, composite inertias and wrenches likewise, H_kl = S_l^T I^c S_k for l on the path of k
-(Featherstone 2008, ch. 5-6; H = L^T D L without fill-in, ch. 8).  Sign of (d) as corrected:
-f_c,i = f_B,i - f_e,i + sum over children f_c,j.  The text runs on floats (oracle) and on symbols (machine code).
+World axes about the root body's origin, so that with the path matrix T the recursions are sums along paths: composite
+inertias and wrenches as the twists of `kinematics`, H_kl = S_l^T I^c S_k for l on the path of k (Featherstone 2008,
+chapters 5 and 6).  Sign of (d) as corrected: f_c,i = f_B,i - f_e,i + sum over children f_c,j.  The text runs on floats
+(oracle) and on symbols (machine code).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from .errors import KernelError
-from .flexible.attachment import carry, carry_along
-from .flexible.inertia import FlexibleInertia, flexible_inertia
-from .motion import columns, placement, rates
-from .spatial import force_cross, join, mirror, motion_cross, skew, spatial_inertia
+from .kinematics import Kinematics, elastic, kinematics, seen_from
+from .ltdl import Factors, ltdl
+from .spatial import force_cross, join, mirror, skew, spatial_inertia
 from .symbol import is_sym, named
 from .trees import Tree
 
 __all__ = [
-    "Base", "Equations", "Factors", "Kinematics", "composites", "dynamics", "elastic", "energies",
-    "equations_of_motion", "joint_forces", "joint_space_inertia", "kinematics", "ltdl", "seen_from",
+    "Equations", "composites", "dynamics", "energies", "equations_of_motion", "joint_forces", "joint_space_inertia",
 ]  # fmt: skip
-
-
-@dataclass
-class Kinematics:
-    """Per body of a tree, in world axes: rotation R_WB, r from the tree's point o to the origin, twist V,
-    bias acceleration A (gravity as upward acceleration of the ground), columns S and dq/dt per joint.
-
-    A mode does not move the floating frame: its column in S is zero.  `modes`: coordinates, rates and accelerations of
-    a flexible body (the latter 0, as those of the joints in A); `carried`: the columns of its modes at the joint of a
-    body that it carries.
-    """
-
-    o: Any
-    R: list[Any] = field(default_factory=list)
-    r: list[Any] = field(default_factory=list)
-    V: list[Any] = field(default_factory=list)
-    A: list[Any] = field(default_factory=list)
-    S: list[list[Any]] = field(default_factory=list)
-    dq: list[Any] = field(default_factory=list)
-    modes: dict[int, tuple[Any, Any, Any]] = field(default_factory=dict)
-    carried: dict[int, list[Any]] = field(default_factory=dict)
-
-
-Base = tuple[Any, Any, Any, Any]  # R, r, V, A of what a root stands on
-
-
-def kinematics(tree: Tree, q: Any, v: Any, g: Any, a_ref: Any = (), base: Base | None = None) -> Kinematics:
-    """Fig. 6 (a), (b) with zero acceleration except the prescribed joints' a_ref (n_prescribed,).
-
-    `base`: the body that the root stands on if that is not the ground; r then counts from the point of its tree.
-    """
-    ground = (np.eye(3), np.zeros(3), np.zeros(6), join(np.zeros(3), [0.0, 0.0, g]))
-    K = Kinematics(o=np.zeros(3))
-    prescribed = iter(a_ref)
-    for i, b in enumerate(tree.bodies):
-        x, u = q[b.q], v[b.v]
-        root, p = b.parent < 0, b.parent
-        R_WP, r_P, V_P, A_P = (base or ground) if root else (K.R[p], K.r[p], K.V[p], K.A[p])
-        if b.place is not None:
-            flexible = (*K.modes[b.parent][:2], R_WP, r_P, V_P, A_P)
-            slides = b.kind == "slider"
-            on = carry_along(b.place, x[0], u[0], *flexible) if slides else carry(b.place, *flexible)
-            R_WP, r_P, V_P, A_P, K.carried[i] = on.R, on.r, on.V, on.A, on.columns
-        R_JB, p_JB = placement(b.kind, b.axes, b.pitch, x)
-        R_WJ = R_WP @ b.R_PJ
-        p_PB = R_WP @ b.p_PJ + R_WJ @ p_JB
-        R = named(f"R({b.name})", R_WJ @ R_JB)
-        if root and base is None:
-            K.o, r = p_PB, np.zeros(3)
-        else:
-            r = named(f"r({b.name})", r_P + p_PB)
-        S, bias = columns(b, x, u, R_WJ, R, r)
-        if b.shifted:
-            R = named(f"R({b.name})", R @ b.R_CJ.T)
-            r = named(f"r({b.name})", r - R @ b.p_CJ)
-        V_J = sum((s * w for s, w in zip(S, u, strict=True)), np.zeros(6))
-        A = A_P + motion_cross(V_P) @ V_J
-        if bias is not None:
-            A = A + bias
-        if b.kind == "slider":
-            S = [on.along]  # already in V_P and A_P
-        for n in b.prescribed:
-            A = A + S[n] * next(prescribed)
-        K.R.append(R)
-        K.r.append(r)
-        K.S.append(S)
-        K.V.append(named(f"V({b.name})", V_P + V_J))
-        K.A.append(named(f"A({b.name})", A))
-        K.dq.append(rates(b.kind, x, u))
-        if b.elastic is not None:
-            K.modes[i] = q[b.q_modes], v[b.v_modes], np.zeros(b.n_modes)
-            K.S[i] = [*S, *np.zeros((b.n_modes, 6))]
-            K.dq[i] = join(K.dq[i], v[b.v_modes])
-    return K
-
-
-def seen_from(tree: Tree, K: Kinematics, k: int, i: int) -> Any:
-    """(6,) column of degree of freedom k on the path of body i, as the motion that it gives to body i."""
-    on = tree.body_of_dof[k]
-    b = tree.bodies[on]
-    mode = k - b.v_modes.start
-    if mode < 0 or on == i:
-        return K.S[on][k - b.v.start]
-    while tree.bodies[i].parent != on:
-        i = tree.bodies[i].parent
-    return K.carried[i][mode]
-
-
-def elastic(tree: Tree, K: Kinematics, i: int) -> FlexibleInertia:
-    """The deformable part of flexible body i at these places and motions."""
-    return flexible_inertia(tree.bodies[i].elastic, *K.modes[i], K.R[i], K.r[i], K.V[i], K.A[i])
 
 
 @dataclass(frozen=True)
@@ -235,55 +142,6 @@ def _mode_inertia(tree: Tree, K: Kinematics, I: list[Any], H: dict[tuple[int, in
     for l in tree.dof_paths[k]:
         if l < b.v_modes.start:
             H[k, l] = named(f"H({k},{l})", seen_from(tree, K, l, i) @ f)
-
-
-@dataclass(frozen=True)
-class Factors:
-    """H = L^T D L over the free degrees of freedom of a tree, without fill-in along the paths.
-
-    L[k, i] for i on the path of k (its unit diagonal is not stored), D_inverse[k] = 1/D_k.
-    """
-
-    dofs: list[int]
-    paths: list[list[int]]
-    L: dict[tuple[int, int], Any]
-    D_inverse: dict[int, Any]
-
-    def half(self, b: list[Any]) -> list[Any]:
-        """L^-T b, so that b^T H^-1 c = half(b)^T D^-1 half(c)."""
-        y = dict(zip(self.dofs, b, strict=True))
-        for k in reversed(self.dofs):
-            for i in self.paths[k]:
-                y[i] = y[i] - self.L[k, i] * y[k]
-        return [y[k] for k in self.dofs]
-
-    def back(self, y: list[Any]) -> list[Any]:
-        """L^-1 D^-1 y: the second half of a solution."""
-        x: dict[int, Any] = {}
-        for k, y_k in zip(self.dofs, y, strict=True):
-            t = y_k * self.D_inverse[k]
-            for i in self.paths[k]:
-                t = t - self.L[k, i] * x[i]
-            x[k] = t
-        return [x[k] for k in self.dofs]
-
-    def solve(self, b: list[Any]) -> list[Any]:
-        """H^-1 b over the free degrees of freedom."""
-        return self.back(self.half(b))
-
-
-def ltdl(tree: Tree, H: dict[tuple[int, int], Any]) -> Factors:
-    """Factorise H in place (Featherstone 2008, sections 6.5 and 8.6)."""
-    dofs, paths = tree.free_dofs, tree.free_paths
-    D_inverse: dict[int, Any] = {}
-    for k in reversed(dofs):
-        D_inverse[k] = 1.0 / H[k, k]
-        for n, i in enumerate(paths[k]):
-            a = H[k, i] * D_inverse[k]
-            for j in paths[k][n:]:
-                H[i, j] = H[i, j] - a * H[k, j]
-            H[k, i] = a
-    return Factors(dofs, paths, H, D_inverse)
 
 
 def energies(tree: Tree, K: Kinematics, g: Any) -> tuple[Any, Any]:

@@ -21,7 +21,7 @@ from .joints import JOINTS
 from .spanning import spanning_tree
 
 if TYPE_CHECKING:
-    from .flexible.reduction import Modes
+    from .flexible.modes import Modes
 
 __all__ = ["Graph", "Link", "build_graph", "children_of", "path_matrix"]
 

@@ -13,10 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from .dynamics import Base, Equations, Kinematics, composites, joint_forces, joint_space_inertia, kinematics, ltdl
+from .dynamics import Equations, composites, joint_forces, joint_space_inertia
 from .formulations.articulated import inwards, outwards
 from .formulations.bodies import newton_euler
 from .function import Function, flatten
+from .kinematics import Base, Kinematics, kinematics
+from .ltdl import ltdl
 from .spatial import join
 from .trees import Tree, TreeBody, all_numbers, kind_of, numbers, structural, with_numbers
 

@@ -14,11 +14,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .describe import Lock, System
-from .dynamics import composites, joint_space_inertia, kinematics, ltdl
+from .dynamics import composites, joint_space_inertia
 from .errors import KernelError
 from .function import Function
 from .graph import Graph
 from .joints import JOINTS
+from .kinematics import kinematics
+from .ltdl import ltdl
 from .spatial import join
 from .trees import Tree, numbers, with_numbers
 

@@ -20,7 +20,7 @@ from .constraints.factors import OpenTree, open_tree
 from .constraints.rows import Constraints
 from .contact.slots import ContactRows
 from .describe import Brake, Drive, JointSpring, Stop, System
-from .dynamics import energies, kinematics
+from .dynamics import energies
 from .errors import KernelError
 from .evaluation import Evaluation
 from .forces.law import Poses
@@ -29,6 +29,7 @@ from .formulations import formulated
 from .function import Function
 from .graph import Graph, build_graph
 from .joints import JOINTS
+from .kinematics import kinematics
 from .limbs import limbs_of
 from .locking import check_locks, halt_function
 from .parameters import PROFILE, ROPE_HEAD, ROPE_LINE, SUPPORT, Parameters

@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .dynamics import composites, joint_space_inertia, kinematics, ltdl
+from .dynamics import composites, joint_space_inertia
 from .errors import KernelError
+from .kinematics import kinematics
+from .ltdl import ltdl
 from .trees import Tree
 
 if TYPE_CHECKING:

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics import Kinematics, composites, joint_forces, kinematics
+from ..dynamics import composites, joint_forces
+from ..kinematics import Kinematics, kinematics
 from ..trees import Tree
 
 __all__ = ["accelerated", "inverse_dynamics"]

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..dynamics import elastic, kinematics
 from ..formulations.embedding import velocity_transformation
+from ..kinematics import elastic, kinematics
 from ..samples import coordinate_names
 from ..spatial import spatial_inertia
 from ..trees import with_numbers

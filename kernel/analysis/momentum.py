@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..dynamics import elastic, kinematics
+from ..kinematics import elastic, kinematics
 from ..spatial import cross, spatial_inertia
 from ..trees import with_numbers
 

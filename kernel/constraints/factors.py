@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics import equations_of_motion, seen_from
+from ..dynamics import equations_of_motion
 from ..function import Function
+from ..kinematics import seen_from
 from ..spatial import join
 from ..trees import Tree, with_numbers
 

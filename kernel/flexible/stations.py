@@ -12,7 +12,7 @@ from typing import Any
 from msgspec import Struct, structs
 
 from ..describe import Body, Joint, Point, System
-from .reduction import Modes, modes_of
+from .modes import Modes, modes_of
 
 __all__ = ["with_stations"]
 

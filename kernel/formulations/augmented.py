@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics import Kinematics, kinematics
+from ..kinematics import Kinematics, kinematics
 from ..spatial import join, skew
 from ..symbol import named
 from ..trees import Tree

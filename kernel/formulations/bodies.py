@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..dynamics import Kinematics
+from ..kinematics import Kinematics
 from ..spatial import force_cross, mirror, spatial_inertia
 from ..symbol import named
 from ..trees import Tree

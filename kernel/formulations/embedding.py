@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics import Kinematics, kinematics
+from ..kinematics import Kinematics, kinematics
 from ..spatial import join
 from ..symbol import named
 from ..trees import Tree

@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics import Kinematics, composites, joint_space_inertia, kinematics, seen_from
+from ..dynamics import composites, joint_space_inertia
 from ..evaluation import Evaluation
+from ..kinematics import Kinematics, kinematics, seen_from
 from ..parameters import RopeAt, StopAt
 from ..spatial import cross
 from ..symbol import select, sqrt

@@ -7,8 +7,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from heavylift.kernel.describe import Body, Joint, JointSpring, System
-from heavylift.kernel.dynamics import kinematics
 from heavylift.kernel.joints import JOINTS
+from heavylift.kernel.kinematics import kinematics
 from heavylift.kernel.rate import Program
 from random_trees import (
     GRAVITY,

@@ -8,8 +8,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from heavylift.kernel.analysis import inverse_dynamics
-from heavylift.kernel.dynamics import composites, dynamics, energies, joint_space_inertia, kinematics
+from heavylift.kernel.dynamics import composites, dynamics, energies, joint_space_inertia
 from heavylift.kernel.graph import build_graph
+from heavylift.kernel.kinematics import kinematics
 from heavylift.kernel.trees import cut
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st

@@ -1,0 +1,35 @@
+"""Rounding, so that modes and constants do not depend on a machine's linear algebra, and rigid motions of nodes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..spatial import skew
+
+__all__ = ["rigid_motions", "rounded", "rounded_each"]
+
+DIGITS = 12  # to which constants are rounded, so that they do not depend on a machine's linear algebra
+
+
+def rounded(x: np.ndarray) -> np.ndarray:
+    """x to DIGITS significant digits of its largest element, so that what should be zero is zero."""
+    largest = float(np.abs(x).max(initial=0.0))
+    if largest == 0.0:
+        return x
+    scale = 10.0 ** np.ceil(np.log10(largest))
+    digits: np.ndarray = np.round(x / scale, DIGITS) * scale + 0.0  # no negative zeros
+    return digits
+
+
+def rounded_each(x: np.ndarray) -> np.ndarray:
+    """Every element to DIGITS significant digits of its own."""
+    return np.array([float(f"{e:.{DIGITS - 1}e}") for e in x])
+
+
+def rigid_motions(nodes: np.ndarray) -> np.ndarray:
+    """(6n, 6) B_0 of equation (2) in `reduction`: velocities of the nodes (n, 3) in a rigid motion."""
+    B = np.zeros((len(nodes), 6, 6))
+    for j, X in enumerate(nodes):
+        B[j, :3, :3] = -skew(X)
+    B[:, :3, 3:] = B[:, 3:, :3] = np.eye(3)
+    return B.reshape(-1, 6)
