@@ -32,7 +32,7 @@ def row_layout(program: Program) -> Layout:
         ("pull", "slack", "span"), len(program.system.rigid_ropes)
     )
     sizes |= {"pressing": len(program.system.contacts)}
-    return Layout(sizes | {"peak": ropes, "peak_time": ropes})
+    return Layout(sizes | dict.fromkeys(("peak", "peak_time"), len(program.system.straight_ropes)))
 
 
 def columns(x: Evaluation) -> list[Any]:

@@ -264,9 +264,9 @@ class System:
         return tuple(f for f in self.forces if isinstance(f, Reeving))
 
     @property
-    def all_ropes(self) -> tuple[Rope | Reeving, ...]:
-        """Ropes of straight lines, then those over sheaves."""
-        return *self.ropes, *self.reevings
+    def all_ropes(self) -> tuple[Rope | RigidRope | Reeving, ...]:
+        """Ropes of straight lines, elastic and rigid ones, then those over sheaves."""
+        return *self.straight_ropes, *self.reevings
 
     @property
     def straight_ropes(self) -> tuple[Rope | RigidRope, ...]:

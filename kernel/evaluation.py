@@ -85,6 +85,11 @@ class Evaluation:
         return self._ends
 
     @property
+    def pulls(self) -> list[Any]:
+        """Tensions of all ropes of straight lines, the rigid ones last [N]."""
+        return [*self.tensions, *(self._held.tensions.values() if self._held else ())]
+
+    @property
     def gravity(self) -> Any:
         return self.numbers("gravity", "")[0]
 
@@ -337,6 +342,8 @@ class Evaluation:
             return a * sine + a2 * cosine + b
         ropes = zip(self.system.ropes, self.tensions, self.lengths, strict=True)
         known = {r.name: (tension, length) for r, tension, length in ropes} | self._reeved
+        if self._held:
+            known |= {r: (tension, self.lengths_of[r][0]) for r, tension in self._held.tensions.items()}
         if h.quantity == "height":
             assert h.point is not None, "checked by the program"
             x = laws.attachment(self._ends[self.graph.number(h.point.body)], p[3:6])[1][2]

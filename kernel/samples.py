@@ -56,23 +56,21 @@ def channels(method: Stepping) -> list[Channel]:
     """The channels of a scene in the order of `published`'s columns."""
     p = method.program
     s = p.system
-    ropes = tuple(r.name for r in s.ropes)
+    ropes, straight = (tuple(r.name for r in group) for group in (s.ropes, s.straight_ropes))
     winches = tuple(r.name for r in s.ropes if r.winch)
     positions, velocities = coordinate_names(p.graph)
     groups: list[tuple[str, tuple[str, ...], str]] = [
         ("joint/position", tuple(positions), "m or rad"),
         ("joint/velocity", tuple(velocities), "m/s or rad/s"),
-        ("rope/tension", ropes, "N"),
-        ("rope/peak", ropes, "N"),
-        ("rope/peak_time", ropes, "s"),
-        ("rope/length", ropes, "m"),
+        ("rope/tension", straight, "N"),
+        ("rope/peak", straight, "N"),
+        ("rope/peak_time", straight, "s"),
+        ("rope/length", straight, "m"),
         ("rope/length_rate", ropes, "m/s"),
         ("rope/elongation", ropes, "m"),
         ("hook/load", winches, "N"),
         ("support/force", tuple(u.name for u in s.supports), "N"),
-        ("rigid/tension", tuple(r.name for r in s.rigid_ropes), "N"),
         ("rigid/slack", tuple(r.name for r in s.rigid_ropes), "m"),
-        ("rigid/length", tuple(r.name for r in s.rigid_ropes), "m"),
         ("contact/force", tuple(c.name for c in s.contacts), "N"),
         ("loop/force", tuple(f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"), "N"),
         ("loop/moment", tuple(f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"), "N m"),
@@ -109,15 +107,14 @@ def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
     poses = part["poses"].reshape(n, -1, 12)
     quaternions = Rotation.from_matrix(poses[:, :, 3:].reshape(-1, 3, 3)).as_quat(canonical=True)
     pose = np.concatenate([poses[:, :, :3], quaternions.reshape(n, -1, 4)], axis=2).reshape(n, -1)
-    columns = [part[k] for k in ("q", "v", "tension", "peak", "peak_time", "length", "length_rate", "elongation")]
+    columns = [part[k] for k in ("q", "v", "tension", "pull", "peak", "peak_time", "length", "span")]
+    columns += [part[k] for k in ("length_rate", "elongation")]
     forces = [i for group in shown(p).values() for _, i in group]
     loads = part["loop"].reshape(n, len(p.graph.loops), 2, 3)
     columns += [
         part["tension"][:, winches],
         part["normal"],
-        part["pull"],
         part["slack"],
-        part["span"],
         part["pressing"],
     ]
     columns += [loads[:, :, i].reshape(n, 3 * len(p.graph.loops)) for i in range(2)]

@@ -237,7 +237,7 @@ class Stepper:
     def _check_step(self) -> None:
         """Raises KernelError if the fixed step is unstable for the scene as it stands."""
         p, t = self.program, self["t"]
-        n, T, G = p.nq + p.nv, np.zeros(len(p.system.ropes)), np.zeros(len(p.guards))
+        n, T, G = p.nq + p.nv, np.zeros(len(p.system.straight_ropes)), np.zeros(len(p.guards))
 
         def rate(y: np.ndarray) -> np.ndarray:
             dy = np.zeros(p.ny)

@@ -33,7 +33,7 @@ class Stepping:
         p = self.program = program
         self.method, self.control = method, control
         nq, nv = p.nq, p.nv
-        n_ropes, n_guards = len(p.system.ropes), len(p.guards)
+        n_ropes, n_guards = len(p.system.straight_ropes), len(p.guards)
         states = dict.fromkeys(("y", "f", "f0", "d0", *method.vectors), p.ny)
         ropes = dict.fromkeys(("T", "peak", "peak_time"), n_ropes)
         scalars = dict.fromkeys([*SCALARS, *method.scalars, *(["coarse"] if method.completes else [])])
@@ -49,7 +49,7 @@ class Stepping:
 
         def evaluate(t: Any, y: Any, P: Any) -> dict[str, Any]:
             x = p.evaluate(t[0], y, P, t[1])
-            return {"dy": x.dy, "T": x.tensions, "G": x.guards}
+            return {"dy": x.dy, "T": x.pulls, "G": x.guards}
 
         def take(s: SimpleNamespace, rate: Rate, row: Row) -> None:
             step(s, rate, method, control)

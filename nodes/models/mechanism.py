@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 
-from heavylift.kernel.describe import WORLD, Rope, System
+from heavylift.kernel.describe import WORLD, RigidRope, Rope, System
 from heavylift.kernel.errors import ModelError
 from heavylift.kernel.forces.describe import Force, Reeving
 from heavylift.nodes.scene.plan import Actuator, Mechanism, Plan
@@ -60,6 +60,8 @@ class MechanismModel(Machine):
         actors: list[Actor] = [Law("weight")]
         for rope in (r for r in self.system.ropes if _body(r) == body):
             actors.append(self._rope(rope, System(ropes=(rope,))))
+        for rigid in (r for r in self.system.rigid_ropes if _body(r) == body):
+            actors.append(self._rope(rigid, System(rigid_ropes=(rigid,))))
         for force in (f for f in self.system.forces if _first(f) == body):
             laws = System(forces=(force,))
             actors.append(self._rope(force, laws) if isinstance(force, Reeving) else Law(_name(force.name), laws))
@@ -72,7 +74,7 @@ class MechanismModel(Machine):
             actors.append(Stools("supports", body, laws, faces=faces, closed=closed))
         return actors
 
-    def _rope(self, rope: Rope | Reeving, laws: System) -> Actor:
+    def _rope(self, rope: Rope | RigidRope | Reeving, laws: System) -> Actor:
         if not rope.winch:
             return SlingActor(_name(rope.name), rope.name, laws)
         at = self._actuator(rope.name)
@@ -90,7 +92,7 @@ class MechanismModel(Machine):
         return Actuator(name=name, start=lengths.get(name, 0.0), accel=0.0)
 
 
-def _body(rope: Rope) -> str:
+def _body(rope: Rope | RigidRope) -> str:
     """The body whose actor a rope is."""
     for line in rope.lines:
         for point in (line.a, line.b):

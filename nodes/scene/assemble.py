@@ -28,6 +28,7 @@ from .forces import Characteristic
 from .source import Fault, Path, Source
 from .units import Dimension
 
+TOO_SHORT = 1e-6  # [m] that a rigid rope may lack at the start by rounding
 TOUCH = 1e-9  # a rope or support this close carries [m]
 # key of a law -> its dimension on a sliding and on a turning joint
 _UNITS: dict[str, tuple[Dimension, Dimension]] = {
@@ -86,7 +87,8 @@ class _Assembly:
             drives=tuple(
                 k.Drive(n, x.joint, x.type, x.stiffness, x.damping, x.coordinate) for n, x in given.drives.items()
             ),
-            ropes=tuple(ropes),
+            ropes=tuple(r for r in ropes if isinstance(r, k.Rope)),
+            rigid_ropes=tuple(r for r in ropes if isinstance(r, k.RigidRope)),
             supports=tuple(_support(name, support) for name, support in given.supports.items()),
             forces=(*reevings, *self._forces()),
             contacts=tuple(self._contacts()),
@@ -122,7 +124,13 @@ class _Assembly:
         at = kinematics.poses(system)
         spans = {r.name: self._span(r, at) for r in system.reevings}
         reeved = [r.name for r in system.reevings if spans[r.name] > r.L0 + TOUCH]
-        taut = (r.name for r in system.ropes if r.hooked and kinematics.length(r, at) > r.L0 + TOUCH)
+        stretched = {r.name: kinematics.length(r, at) - r.L0 for r in system.straight_ropes if r.hooked}
+        for rigid in system.rigid_ropes:
+            if stretched.get(rigid.name, 0.0) > TOO_SHORT:
+                told = f"the rope is rigid and {stretched[rigid.name] * 1e3:.3g} mm too short for its ends at the start"
+                self._fault(("mechanism", "ropes", rigid.name, "length"), told)
+        taut = [r.name for r in system.ropes if stretched.get(r.name, 0.0) > TOUCH]
+        taut += [r.name for r in system.rigid_ropes if stretched.get(r.name, -1.0) > -TOUCH]
         closed = (s.name for s in system.supports if kinematics.place(s.point, at)[2] < s.height - TOUCH)
         touching = (c.name for c in system.contacts if contacts.touches(c, at, TOUCH))
         return (*taut, *reeved), (*closed, *touching)
@@ -312,7 +320,7 @@ class _Assembly:
                     except ValueError as error:
                         self._fault((*path, key, i) if many else (*path, key), str(error))
 
-    def _rope(self, name: str, rope: mechanics.Rope) -> k.Rope:
+    def _rope(self, name: str, rope: mechanics.Rope) -> k.Rope | k.RigidRope:
         path: Path = ("mechanism", "ropes", name)
         lines = [(line.start, line.end, line.share, (*path, "lines", i)) for i, line in enumerate(rope.lines)]
         for start, end, _, at in lines:
@@ -326,8 +334,25 @@ class _Assembly:
         elif rope.start or rope.end or rope.over or not rope.lines:
             self._fault(path, "a rope has either 'start' and 'end' or 'lines'", on_key=True)
         self._wound(path, rope)
+        self._stretch(path, rope)
         made = tuple(k.Line(k.Point(a.body, a.at), k.Point(b.body, b.at), share) for a, b, share, _ in lines)
-        return k.Rope(name, made, rope.EA, rope.length, rope.damping, rope.winch is not None, rope.hooked)
+        winch = rope.winch is not None
+        if rope.rigid:
+            return k.RigidRope(name, made, rope.length, winch, rope.hooked)
+        return k.Rope(name, made, rope.EA or 1.0, rope.length, rope.damping or 0.0, winch, rope.hooked)
+
+    def _stretch(self, path: Path, rope: mechanics.Rope) -> None:
+        """An elastic rope has a stiffness, a rigid one none, no damping and no contacts beside it."""
+        if not rope.rigid:
+            if rope.EA is None:
+                self._fault(path, "the key 'EA' is missing; a rope that cannot stretch is 'rigid: true'", on_key=True)
+            return
+        for key in ("EA", "damping"):
+            if getattr(rope, key) is not None:
+                self._fault((*path, key), f"a rigid rope cannot stretch: leave '{key}' or 'rigid' away", on_key=True)
+        if self.given.contacts:
+            told = "contacts go with elastic ropes only: give the rope its 'EA' instead"
+            self._fault((*path, "rigid"), told, on_key=True)
 
     def _reeving(self, name: str, rope: mechanics.Rope) -> forces.Reeving:
         """A rope over sheaves with a radius or friction."""
@@ -338,13 +363,17 @@ class _Assembly:
         start, end = (x or mechanics.End(body=k.WORLD) for x in (rope.start, rope.end))
         self._nodes(path, start, rope.over, end)
         self._wound(path, rope)
+        self._stretch(path, rope)
+        if rope.rigid:
+            told = "a rigid rope runs over points only: leave 'radius', 'friction' and 'efficiency' of its sheaves away"
+            self._fault((*path, "rigid"), told, on_key=True)
         sheaves = tuple(
             forces.Sheave(k.Point(s.body, s.at), joints.unit(s.axis), s.radius, s.friction, s.efficiency)
             for s in rope.over
         )
         signal = forces.Signal(rope.length, driven=rope.winch is not None)
         ends = k.Point(start.body, start.at), k.Point(end.body, end.at)
-        made = forces.Reeving(name, ends[0], sheaves, ends[1], rope.EA, signal, rope.damping)
+        made = forces.Reeving(name, ends[0], sheaves, ends[1], rope.EA or 1.0, signal, rope.damping or 0.0)
         self._checked(path, check_force, made)
         return made
 

@@ -6,7 +6,7 @@ Walks the joints from the world outwards, by the kernel's own joint table.
 from __future__ import annotations
 
 import numpy as np
-from heavylift.kernel.describe import WORLD, Point, Rope, System
+from heavylift.kernel.describe import WORLD, Point, RigidRope, Rope, System
 from heavylift.kernel.joints import JOINTS
 from heavylift.kernel.motion import axes_of, placement
 from numpy.typing import NDArray
@@ -39,7 +39,7 @@ def poses(system: System) -> Poses:
     return found
 
 
-def length(rope: Rope, at: Poses) -> float:
+def length(rope: Rope | RigidRope, at: Poses) -> float:
     """Geometric length of a rope: the sum over its lines, each with its share [m]."""
     return sum(line.share * float(np.linalg.norm(place(line.a, at) - place(line.b, at))) for line in rope.lines)
 

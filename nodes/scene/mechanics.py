@@ -91,7 +91,7 @@ class Over(End):
 
 
 class Rope(Base):
-    """A tension-only elastic rope; `length` is unstretched.
+    """A tension-only elastic rope; `length` is unstretched.  `rigid`: it cannot stretch, and has no EA and damping.
 
     From `start` to `end`, on its way perhaps `over` points and sheaves, or over separate `lines` of one tension.
     """
@@ -100,9 +100,10 @@ class Rope(Base):
     end: End | None = None
     over: list[Over] = Field(default_factory=list)
     lines: list[Line] = Field(default_factory=list)
-    EA: Force
+    EA: Force | None = None
+    rigid: bool = False
     length: Extent
-    damping: Damping = 0.0
+    damping: Damping | None = None
     winch: Winch | None = None
     hooked: bool = True
 

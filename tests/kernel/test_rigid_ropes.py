@@ -33,7 +33,7 @@ def on_rope(system, L0, **rope):
 
 def test_a_load_at_rest_hangs_on_its_weight():
     s = started(on_rope(point(z=-20.0), 20.0))
-    _, T = column(s, "rigid/tension")
+    _, T = column(s, "rope/tension")
     assert T[0, 0] == pytest.approx(MASS * G, rel=1e-12)
 
 
@@ -47,7 +47,7 @@ def test_a_load_that_falls_into_a_rigid_rope_stops_dead():
     names = [f"{name}.{what}" for what, name in s.program.accounts]
     _, accounts = column(s, "account")
     assert accounts[-1, names.index("rope.heat")] == pytest.approx(2.0 * MASS * G, rel=EXACT)
-    _, T = column(s, "rigid/tension")
+    _, T = column(s, "rope/tension")
     assert T[-1, 0] == pytest.approx(MASS * G, rel=EXACT)
     assert imbalance(s) < CLOSES
 
@@ -88,7 +88,7 @@ def test_a_load_reeled_in_at_constant_speed_swings_as_the_reference_says():
     s.settle()
     hand_over(s, 10 * SECOND)
     t, q = column(s, "joint/position")
-    _, T = column(s, "rigid/tension")
+    _, T = column(s, "rope/tension")
     for at, (angle, rate) in reference("hoist pendulum").items():
         k = int(np.argmin(np.abs(t - float(at))))
         assert np.arctan2(q[k, 0], -q[k, 1]) == pytest.approx(angle, abs=3e-6)
@@ -109,7 +109,7 @@ def six(lugs, com):
 def test_an_indeterminate_group_shares_its_load_by_the_least_norm():
     case = reference("C08b")
     s = started(six(case["lugs"], case["cg"]))
-    _, T = column(s, "rigid/tension")
+    _, T = column(s, "rope/tension")
     assert T[0] == pytest.approx(case["T"], rel=1e-6)
 
 
@@ -117,7 +117,7 @@ def test_ropes_of_a_group_that_would_have_to_push_are_slack():
     """With the load outside the lugs' middle some ropes carry nothing; the others carry the weight and its moment."""
     case = reference("C08b")
     s = started(six(case["lugs"], (9.0, 0.0)))
-    _, T = column(s, "rigid/tension")
+    _, T = column(s, "rope/tension")
     carried = T[0]
     x, y = np.array(case["lugs"]).T
     assert carried.min() >= 0.0
