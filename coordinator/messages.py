@@ -85,9 +85,10 @@ class Stop(msgspec.Struct, frozen=True, tag="stop"):
 
 
 class Bye(msgspec.Struct, frozen=True, tag="bye"):
-    """The node leaves; `sentence` says what it still waits for."""
+    """The node leaves; `sentence` says what it still waits for, `busy_s` how long it worked under grants."""
 
     sentence: str = ""
+    busy_s: float = 0.0
 
 
 AnyMessage = Hello | Welcome | Grant | Done | Fail | Stop | Bye

@@ -6,6 +6,7 @@ declares: its part of the mechanics, or the kernel's sample layout.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from hashlib import blake2b
 from importlib import metadata
@@ -45,6 +46,7 @@ class Participant:
     def __init__(self, name: str, send: Callable[[bytes], None], sample: Callable[[bytes], None]) -> None:
         self.name, self._send, self._sample = name, send, sample
         self._node: Node | None = None
+        self._busy_s = 0.0
         self.over = False
 
     def handle(self, data: bytes) -> None:
@@ -56,7 +58,11 @@ class Participant:
             answer = m.Bye()
         else:
             assert self._node is not None, "WELCOME comes first"
+            began = time.perf_counter()
             answer = self._node.handle(message)
+            self._busy_s += time.perf_counter() - began
+            if isinstance(answer, m.Bye):
+                answer = msgspec.structs.replace(answer, busy_s=self._busy_s)
         if answer is not None:
             self._send(m.encode(answer))
         self.over = isinstance(answer, m.Bye | m.Fail)

@@ -103,6 +103,7 @@ def summary(plan: Plan, result: Result, path: Path) -> None:
     console.print(
         f"\n{clock(result.sim_s)} simulated in {result.wall_s:.1f} s, {factor:.0f} x real time, {result.grants} grants"
     )
+    console.print(f"seconds: {result.budget}")
     if result.energy_turned_over:
         moved = f"{result.energy_turned_over / 1e6:.4g} MJ turned over"
         console.print(f"energy balance closes to {result.energy_error:.1e} of the {moved}")

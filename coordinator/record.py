@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
@@ -19,6 +19,7 @@ from heavylift.recordings import Recorder, SampleLayout
 from heavylift.recordings.samples import decode_batch
 
 from . import messages as m
+from .budget import Budget, Spent, clocked
 from .drawing import RopeLines, boxes
 from .energy import EnergyAudit
 
@@ -30,8 +31,9 @@ __all__ = ["Record", "Result", "rated"]
 
 @dataclass(frozen=True)
 class Result:
-    """How a run ended: times, digest, per rope (peak tension [N], when [s]), how well the energy closes, and what the
-    action list still waited for when a time bound ended the run ("" = nothing)."""
+    """How a run ended: times and what they went into (`budget`, known when all nodes are gone), digest, per rope (peak
+    tension [N], when [s]), how well the energy closes, and what the action list still waited for when a time bound
+    ended the run ("" = nothing)."""
 
     sim_s: float
     wall_s: float
@@ -41,9 +43,10 @@ class Result:
     energy_turned_over: float
     grants: int
     unfinished: str
+    budget: Budget = field(default_factory=Budget)
 
 
-class Record:
+class Record(Spent):
     """Recorder, digest, peaks and energy audit of one run; a context manager that finishes the file in any case."""
 
     def __init__(self, scene: LoadedScene, models: dict[str, NodeModel], output: Path) -> None:
@@ -87,6 +90,7 @@ class Record:
         self._ropes = RopeLines(systems)
         self._recorder.ropes(0, self._ropes.drawn())
 
+    @clocked
     def event(self, e: Event) -> None:
         """A committed event, in total order."""
         self._last_ns = max(self._last_ns, e.t)
@@ -94,6 +98,7 @@ class Record:
         if self._ropes.change(e):
             self._recorder.ropes(e.t, self._ropes.drawn())
 
+    @clocked
     def samples(self, batch: bytes) -> int:
         """A batch of the kernel; returns the time of its last sample [ns]."""
         self._recorder.samples(batch)
@@ -103,10 +108,12 @@ class Record:
         self._last_ns = max(self._last_ns, rows.times[-1])
         return rows.times[-1]
 
+    @clocked
     def settle(self, t_ns: int) -> None:
         """Nothing before this time comes any more: what waits below it may be written."""
         self._recorder.settle(t_ns)
 
+    @clocked
     def protocol(self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes) -> None:
         """A message of the time protocol; outside the digest."""
         kind = type(message).__name__.upper()
@@ -116,6 +123,7 @@ class Record:
         """A node cannot go on: its traceback belongs to the record, not on the user's screen."""
         self._recorder.log(message.tag.t, "error", message.path, f"{message.sentence}\n{message.traceback}")
 
+    @clocked
     def finish(self, grants: int, wall_s: float, unfinished: str) -> Result:
         """Close the recording."""
         audit = self._energy

@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,7 @@ from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, coupling
 from heavylift.nodes.scene.plan import encode
 
 from . import messages as m
+from .budget import Budget
 from .core import Coordinator, Outcome
 from .hub import Hub, LocalHub
 from .participant import NODE_MODULE, PRELOAD, Participant, Setup, fingerprint, version
@@ -59,11 +61,14 @@ def run(
         session = _Session(scene, models, hub, record, watch or Watch())
         try:
             session.play()
+            played = record.mark()
             session.dismiss()
         except BaseException as error:
             session.abort()
             raise _named(error, session) from error
-        return record.finish(session.grants, time.perf_counter() - started, session.unfinished)
+        result = record.finish(session.grants, time.perf_counter() - started, session.unfinished)
+    budget = Budget.of((started, 0.0), session.greeted, played, record.mark(), session.kernel_s)
+    return replace(result, budget=budget)
 
 
 @contextmanager
@@ -108,6 +113,7 @@ class _Session:
         self.now = Tag(0)
         self.grants = 0
         self.unfinished = ""
+        self.greeted, self.kernel_s = record.mark(), 0.0
         self._outcome: Outcome | None = None
         end = Tag(ns(self._plan.end)) if self._plan.end is not None else Tag(PATIENCE_ns)
         self._core = Coordinator([*models, KERNEL], couplings(self._plan), end, (COMMANDER, "finished"), self._event)
@@ -117,6 +123,7 @@ class _Session:
     def play(self) -> None:
         """HELLO of everybody, then rounds until nothing is left to do."""
         self._greet()
+        self.greeted = self._record.mark()
         while True:
             for name, grant in self._core.ready():
                 self._send(name, grant)
@@ -219,6 +226,8 @@ class _Session:
             node, message = self._receive(PATIENCE_s)
             if isinstance(message, m.Bye):
                 staying.discard(node)
+                if node == KERNEL:
+                    self.kernel_s = message.busy_s
                 sentences += [message.sentence] if message.sentence else []
         self._take_samples()
         if sentences and self._plan.end is None and self._outcome is not Outcome.FINISHED:

@@ -1,0 +1,40 @@
+"""The budget of a run: its parts make up the whole, and the summary shows them."""
+
+import re
+
+from heavylift.coordinator.budget import Budget, Spent, clocked
+from heavylift.coordinator.cli import app
+from typer.testing import CliRunner
+
+
+def test_the_parts_make_up_the_whole():
+    """Four instants with the recording until then: 2 s of start, 5 s of rounds and kernel, 1 s of exit."""
+    budget = Budget.of((10.0, 0.0), (12.5, 0.5), (18.0, 1.0), (19.25, 1.25), 3.0)
+    assert budget == Budget(start=2.0, kernel=3.0, rounds=2.0, recording=1.25, exit=1.0)
+    assert str(budget) == "start 2.00, kernel 3.00, rounds 2.00, recording 1.25, exit 1.00"
+
+
+def test_a_kernel_that_works_while_others_record_leaves_no_negative_rounds():
+    assert Budget.of((0.0, 0.0), (1.0, 0.0), (5.0, 2.0), (5.0, 2.0), 3.5).rounds == 0.0
+
+
+def test_clocked_work_counts_even_if_it_fails():
+    class Work(Spent):
+        @clocked
+        def fail(self):
+            raise ValueError
+
+    work = Work()
+    for _ in range(2):
+        before = work.spent_s
+        try:
+            work.fail()
+        except ValueError:
+            assert work.spent_s > before
+
+
+def test_a_run_ends_with_its_budget(tmp_path):
+    told = CliRunner().invoke(app, ["run", "lift", "--in-process", "-o", str(tmp_path / "lift.mcap")]).output
+    line = re.search(r"seconds: start (\S+), kernel (\S+), rounds \S+, recording (\S+), exit \S+\n", told)
+    assert line, told
+    assert all(float(x) > 0.0 for x in line.groups())
