@@ -6,12 +6,12 @@ A contact is that of a body with another one or, if none is named, with the grou
 
 from __future__ import annotations
 
-import numpy as np
 from heavylift.kernel.contact import describe as c
 from heavylift.kernel.contact.pairs import gap
-from heavylift.kernel.points import WORLD, Matrix
+from heavylift.kernel.points import WORLD
 from pydantic import Field
 
+from .attitudes import quaternion_matrix
 from .base import Base, Direction, Place, Quaternion
 from .kinematics import Poses
 from .units import Extent, Ratio
@@ -54,19 +54,8 @@ def built(name: str, x: Contact) -> c.Contact:
 
 def _solid(body: str, x: _Side) -> c.Ball | c.Box:
     if x.box:
-        return c.Box(body, x.box, x.at, _matrix(x.attitude))
+        return c.Box(body, x.box, x.at, quaternion_matrix(x.attitude))
     return c.Ball(body, x.at, x.radius or 0.0)
-
-
-def _matrix(q: Quaternion) -> Matrix:
-    x, y, z, w = np.array(q) / (float(np.linalg.norm(q)) or 1.0)
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
-    )
-    a, b, d = (tuple(float(e) for e in row) for row in rows)
-    return ((a[0], a[1], a[2]), (b[0], b[1], b[2]), (d[0], d[1], d[2]))
 
 
 def touches(contact: c.Contact, at: Poses, width: float) -> bool:

@@ -6,14 +6,14 @@ The laws themselves and their conventions: `heavylift.kernel.forces.describe`.
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from heavylift.kernel.forces import describe as f
-from heavylift.kernel.points import Matrix, Point, Vector
+from heavylift.kernel.points import Point
 from pydantic import Field
 
+from .attitudes import quaternion_matrix, unit
 from .base import Base, Direction, End, Quaternion, Station
 from .units import (
     Angle,
@@ -85,7 +85,7 @@ class Wind(_Force):
 
     def built(self, name: str, folder: Path) -> f.Force:
         at, signal = Point(self.body, self.at), _signal(self.speed, self.gusts)
-        return f.Wind(name, at, self.area, self.drag, _unit(self.direction), signal, self.density)
+        return f.Wind(name, at, self.area, self.drag, unit(self.direction), signal, self.density)
 
 
 class Spring(_Force):
@@ -118,7 +118,7 @@ class Torsion(_Force):
         return [(("start",), self.start), (("end",), self.end)]
 
     def built(self, name: str, folder: Path) -> f.Force:
-        return f.Torsion(name, self.start, self.end, _unit(self.axis), self.stiffness, self.damping, self.rest)
+        return f.Torsion(name, self.start, self.end, unit(self.axis), self.stiffness, self.damping, self.rest)
 
 
 class Bushing(_Force):
@@ -139,7 +139,7 @@ class Bushing(_Force):
     def built(self, name: str, folder: Path) -> f.Force:
         K = self.K or _diagonal((*self.stiffness, *self.turning_stiffness))
         D = self.D or _diagonal((*self.damping, *self.turning_damping))
-        turns = _rotation(self.start_attitude), _rotation(self.end_attitude)
+        turns = quaternion_matrix(self.start_attitude), quaternion_matrix(self.end_attitude)
         return f.Bushing(name, _point(self.start), _point(self.end), K, D, *turns)
 
 
@@ -208,25 +208,8 @@ def _signal(value: float, history: list[tuple[float, float]]) -> f.Signal:
     return f.Signal(value, tuple(t for t, _ in history), tuple(x for _, x in history))
 
 
-def _unit(vector: tuple[float, ...]) -> Vector:
-    norm = math.hypot(*vector) or 1.0
-    x, y, z = (c / norm for c in vector)
-    return x, y, z
-
-
 def _diagonal(values: tuple[float, ...]) -> Any:
     return tuple(tuple(x if i == j else 0.0 for j in range(6)) for i, x in enumerate(values))
-
-
-def _rotation(quaternion: Quaternion) -> Matrix:
-    """Rotation matrix of a quaternion x y z w of any length."""
-    norm = math.hypot(*quaternion) or 1.0
-    x, y, z, w = (c / norm for c in quaternion)
-    return (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
-    )
 
 
 def _beside(function: str, folder: Path) -> str:

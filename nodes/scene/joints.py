@@ -9,20 +9,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from heavylift.kernel import describe as k
 from heavylift.kernel.joints import JOINTS
+from heavylift.kernel.points import Vector
 from pydantic import Field
 
+from .attitudes import across, turned, unit
 from .base import Base, Direction, Place, Quaternion, Station
 from .units import Angle, AnyDamping, AnyStiffness, Effort, Length, Rate, Stroke, Velocity
 
 __all__ = ["JOINT_TYPES", "AnyJoint", "Joint"]
 
-EXACT = 1e-15  # how far a sine may be from 0 or 1 by rounding
 X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-Vector = tuple[float, float, float]
 
 
 class Limits(Base):
@@ -87,7 +87,7 @@ class AnyJoint(Base):
         """The kernel's joint."""
         q0, v0 = self.state()
         axis, second = (unit(e) for e in self.axes())
-        frame = _rotation(*self.rotation)
+        frame = turned(*self.rotation)
         place = (self.parent, self.child, self.at, frame)
         return k.Joint(name, self.kind, *place, axis, second, self.pitch, q0=q0, v0=v0, p_CJ=self.at_child)
 
@@ -204,7 +204,7 @@ class Planar(AnyJoint):
     directions: ClassVar[tuple[str, ...]] = ("normal", "x axis")
 
     def axes(self) -> tuple[Vector, Vector]:
-        return self.normal, self.x_axis or _across(self.normal)
+        return self.normal, self.x_axis or across(self.normal)
 
     def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         return self.start, self.speed
@@ -221,7 +221,7 @@ class ConstantVelocity(AnyJoint):
     directions: ClassVar[tuple[str, ...]] = ("shaft", "bend axis")
 
     def axes(self) -> tuple[Vector, Vector]:
-        return self.shaft, self.bend_axis or _across(self.shaft)
+        return self.shaft, self.bend_axis or across(self.shaft)
 
     def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         return self.start, self.speed
@@ -266,32 +266,3 @@ Joint = Annotated[
     Field(discriminator="type"),
 ]
 JOINT_TYPES = tuple(JOINTS)
-
-
-def unit(vector: tuple[float, ...]) -> Any:
-    """The vector with length 1; one without length stays."""
-    norm = math.sqrt(sum(x * x for x in vector)) or 1.0
-    return tuple(x / norm for x in vector)
-
-
-def _across(axis: Vector) -> Vector:
-    """The x axis as seen across an axis, or y where that is x."""
-    a: Vector = unit(axis)
-    e = Y if abs(a[0]) > 1.0 - 1e-9 else X
-    along = sum(p * q for p, q in zip(a, e, strict=True))
-    x, y, z = (p - along * q for p, q in zip(e, a, strict=True))
-    return x, y, z
-
-
-def _rotation(roll: float, pitch: float, yaw: float) -> k.Matrix:
-    """R = Rz(yaw) Ry(pitch) Rx(roll); quarter turns are exact, so that they cost nothing in the compiled code."""
-    (c, s), (d, t), (e, u) = ((_exact(math.cos(x)), _exact(math.sin(x))) for x in (roll, pitch, yaw))
-    return (
-        (e * d, e * t * s - u * c, e * t * c + u * s),
-        (u * d, u * t * s + e * c, u * t * c - e * s),
-        (0.0 - t, d * s, d * c),
-    )
-
-
-def _exact(x: float) -> float:
-    return float(round(x)) if abs(x - round(x)) < EXACT else x
