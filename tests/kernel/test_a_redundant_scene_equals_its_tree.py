@@ -4,8 +4,14 @@ tree of 24 degrees of freedom."""
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from goliath import scene
 from heavylift.kernel.describe import WORLD, Joint, System
+from heavylift.kernel.rate import Program
+from heavylift.kernel.simulation import Simulation
+from linkages import poses
+from random_trees import nested
+from scipy.spatial.transform import Rotation
 from small_scenes import SECOND, column, started
 
 AGREES = 1e-8  # of a tension
@@ -50,3 +56,73 @@ def test_thirty_six_redundant_rows_carry_what_the_tree_carries():
     assert len(s.program.constraints) == 36
     assert np.isfinite(tensions[1]).all()
     assert np.abs(tensions[1] / tensions[0] - 1.0).max() < AGREES
+
+
+def posed(seed: int) -> tuple[System, System]:
+    """The tree and the pinned scene at the same random pose and speeds, each rope stretched by about its share."""
+    random = np.random.default_rng(seed)
+    tree = scene()
+    joints = []
+    for j in tree.joints:
+        if j.kind == "free":
+            turn = Rotation.from_rotvec(random.uniform(-1.0, 1.0, 3)).as_quat()
+            q0: tuple = (*(BLOCK + random.uniform(-3.0, 3.0, 3)), *turn)
+            joints.append(replace(j, q0=nested(np.array(q0)), v0=nested(random.uniform(-1.0, 1.0, 6))))
+        else:
+            joints.append(replace(j, q0=(random.uniform(-1.0, 1.0),), v0=(random.uniform(-1.0, 1.0),)))
+    springs = tuple(x for x in tree.springs if not is_loader(x.joint.removesuffix("-joint"), "low"))
+    tree = replace(tree, joints=tuple(joints), springs=springs)
+    program = Program(tree)
+    ends = program.evaluate(0.0, program.initial_state(), program.parameters.initial).ends
+    at = poses(tree)
+    ropes = []
+    for r in tree.ropes:
+        (line,) = r.lines
+        a, b = (at[p.body][0] + at[p.body][1] @ np.array(p.p) for p in (line.a, line.b))
+        ropes.append(replace(r, L0=float(np.linalg.norm(b - a)) / (1.0 + random.uniform(2e5, 8e5) / r.EA)))
+    tree = replace(tree, ropes=tuple(ropes))
+    given = {j.name: j for j in tree.joints}
+    loops = []
+    for j in pinned(tree).joints:
+        if j.kind == "free" and j.child != "block":
+            p, R = at[j.child]
+            _, r, V = np.split(ends[program.graph.number(j.child)][9:], (3, 6))
+            q0, v = (*p, *Rotation.from_matrix(R).as_quat()), V[3:] + np.cross(V[:3], r)
+            loops.append(replace(j, q0=nested(np.array(q0)), v0=nested(np.concatenate([R.T @ v, R.T @ V[:3]]))))
+        elif is_loader(j.child, "low") and j.kind == "revolute":
+            q, v = given[j.name].q0[0], given[j.name].v0[0]
+            loops.append(replace(j, q0=(-q,), v0=(-v,)))
+        else:
+            loops.append(j)
+    return tree, replace(tree, joints=tuple(loops))
+
+
+def block_acceleration(s: Simulation) -> np.ndarray:
+    """(6,) of the block, after every acceleration has been found finite."""
+    dv = s.X[s.method.layout.at["f"]][s.program.nq : s.program.nq + s.program.nv]
+    assert np.isfinite(dv).all()
+    return np.array(dv[s.program.graph.joint("block-joint").v])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_random_poses_carry_what_the_tree_carries(seed: int) -> None:
+    tensions, accelerations = [], []
+    for system in posed(seed):
+        s = started(system, tolerance=1e-12, sample_ns=SECOND // 50)
+        accelerations.append(block_acceleration(s))
+        s.run(SECOND // 10)
+        tensions.append(column(s, "rope/tension")[1][:5])
+    assert len(s.program.constraints) == 36
+    assert np.abs(accelerations[1] - accelerations[0]).max() < AGREES * np.abs(accelerations[0]).max()
+    assert np.isfinite(tensions[1]).all()
+    assert np.abs(tensions[1] - tensions[0]).max() < AGREES * tensions[0].max()
+
+
+def test_doubled_rows_change_nothing() -> None:
+    """On floats: machine code of 72 rows takes long to compile."""
+    _, once = posed(3)
+    again = [replace(j, name=f"{j.name}-again") for j in once.joints if j.kind == "spherical"]
+    twice = started(replace(once, joints=(*once.joints, *again)), native=False)
+    assert len(twice.program.constraints) == 72
+    want = block_acceleration(started(once))
+    assert np.abs(block_acceleration(twice) - want).max() < AGREES * np.abs(want).max()
