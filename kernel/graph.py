@@ -8,6 +8,7 @@ with T_ki = 1 (the paper's steps d-h); as a matrix, row i of T^-T.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -23,15 +24,32 @@ from .spanning import spanning_tree
 if TYPE_CHECKING:
     from .flexible.modes import Modes
 
-__all__ = ["Graph", "Link", "build_graph", "children_of", "path_matrix"]
+__all__ = ["Freedoms", "Graph", "Link", "build_graph", "children_of", "path_matrix"]
+
+
+class Freedoms(ABC):
+    """Coordinates q and velocities v of a body's joint; those of the modes of a flexible body stand behind them."""
+
+    q: slice
+    v: slice
+
+    @property
+    @abstractmethod
+    def n_modes(self) -> int:
+        """0 where the body is rigid."""
+
+    @property
+    def q_modes(self) -> slice:
+        return slice(self.q.stop, self.q.stop + self.n_modes)
+
+    @property
+    def v_modes(self) -> slice:
+        return slice(self.v.stop, self.v.stop + self.n_modes)
 
 
 @dataclass(frozen=True)
-class Link:
-    """A body with the joint that carries it; parent is a link number, -1 the ground; q and v index the state.
-
-    A flexible body's mode coordinates and their rates stand behind those of its joint.
-    """
+class Link(Freedoms):
+    """A body with the joint that carries it; parent is a link number, -1 the ground; q and v index the state."""
 
     body: Body
     joint: Joint
@@ -49,14 +67,6 @@ class Link:
     @property
     def n_modes(self) -> int:
         return len(self.modes.mass) if self.modes else 0
-
-    @property
-    def q_modes(self) -> slice:
-        return slice(self.q.stop, self.q.stop + self.n_modes)
-
-    @property
-    def v_modes(self) -> slice:
-        return slice(self.v.stop, self.v.stop + self.n_modes)
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import numpy as np
 
 from .describe import JointKind
 from .errors import KernelError
-from .graph import Graph, Link
+from .graph import Freedoms, Graph, Link
 from .motion import axes_of
 from .symbol import is_sym
 
@@ -25,12 +25,12 @@ _PARTS = ("elastic", "place")  # of numbers of their own, where a flexible body 
 
 
 @dataclass(frozen=True)
-class TreeBody:
+class TreeBody(Freedoms):
     """A link with its numbers as floats or symbols; parent, q and v count within the tree.
 
     axes: (1, 3), or (3, 3) where the joint has a second axis; prescribed: which of its velocities are given, by a
     drive or, if `locked`, as zero.
-    `elastic` (`flexible.reduction.Elastic`) makes it flexible; its mode coordinates follow those of its joint.
+    `elastic` (`flexible.reduction.Elastic`) makes it flexible.
     `place` (`flexible.attachment.Place`, or `Track` of a slider) is where its joint sits on a flexible parent.
     """
 
@@ -56,14 +56,6 @@ class TreeBody:
     @property
     def n_modes(self) -> int:
         return len(self.elastic.mass) if self.elastic else 0
-
-    @property
-    def q_modes(self) -> slice:
-        return slice(self.q.stop, self.q.stop + self.n_modes)
-
-    @property
-    def v_modes(self) -> slice:
-        return slice(self.v.stop, self.v.stop + self.n_modes)
 
     @property
     def shifted(self) -> bool:

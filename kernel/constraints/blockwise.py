@@ -13,12 +13,12 @@ import numpy as np
 
 from ..function import Function
 from .blocks import Blocks
-from .delassus import MU, MU_SHARED, PASSES, TINY
+from .proximal import Proximal, fill_in
 
 __all__ = ["Blockwise"]
 
 
-class Blockwise:
+class Blockwise(Proximal):
     """Functions `factorise` (A, size -> C, mu, pivot) and `multipliers` (C, mu, b -> x) for one pattern of zeros.
 
     `sizes`: rows of each block; `couples`: pairs (s, r), s <= r, of blocks that share a freedom; `equal`: rows
@@ -33,12 +33,7 @@ class Blockwise:
         self.starts = np.concatenate([[0], np.cumsum(sizes)]).astype(int).tolist()
         self.n = self.starts[-1]
         self.couples = [(r, r) for r in range(len(sizes))] + sorted(couples)
-        self.after: list[list[int]] = [[] for _ in sizes]  # blocks right of the diagonal, with the fill-in
-        for s, r in sorted(couples):
-            self.after[s].append(r)
-        for s in range(len(sizes)):
-            for i, r in enumerate(self.after[s]):
-                self.after[r] = sorted({*self.after[r], *self.after[s][i + 1 :]})
+        self.after = fill_in(len(sizes), couples)  # blocks right of the diagonal
         self.filled = [(s, r) for s in range(len(sizes)) for r in self.after[s]]
         self.blocks = Blocks()
         n_A = sum(sizes[r] * sizes[s] for r, s in self.couples)
@@ -60,21 +55,12 @@ class Blockwise:
             at += n
         return out
 
-    def _regularisation(self, diagonal: list[Any], size: Any) -> list[Any]:
-        floor = sum(size, 0.0) * (MU_SHARED / self.n) + TINY
-        mu = [MU * a + floor for a in diagonal]
-        for rows in self.equal:
-            mean = sum((size[r] for r in rows), 0.0) * (MU / len(rows))
-            for r in rows:
-                mu[r] = mean + floor
-        return mu
-
     def _factorise(self, A: Any, size: Any) -> dict[str, Any]:
         """C = (W = D^-1 M right of the diagonal, factors of D) of A + mu; pivot: what is left of it, relative."""
         M: dict[tuple[int, int], list[Any]] = self._cut(A, self.couples)
         m = self.sizes
         diagonal = [M[r, r][i * (m[r] + 1)] for r in range(len(m)) for i in range(m[r])]
-        mu = self._regularisation(diagonal, size)
+        mu = self.regularisation(diagonal, size)
         for r in range(len(m)):
             for i, row in enumerate(self.rows(r)):
                 M[r, r][i * (m[r] + 1)] = diagonal[row] + mu[row]
@@ -106,9 +92,3 @@ class Blockwise:
             for r in self.after[s]:
                 x[s] = list(self.blocks.minus(m[s], m[r])(x=x[s], W=parts[s, r], y=x[r]).x_)
         return {"x": [e for block in x for e in block]}
-
-    def _multipliers(self, C: Any, mu: Any, b: Any) -> dict[str, Any]:
-        x = self._substitute(C=C, b=b).x
-        for _ in range(PASSES - 1):
-            x = self._substitute(C=C, b=[e + m * y for e, m, y in zip(b, mu, x, strict=True)]).x
-        return {"x": x}

@@ -1,9 +1,7 @@
 """The rows' matrix G H^-1 G^T, factorised as far as its zeros allow, and the multipliers by proximal passes.
 
 Rows that share no tree do not couple: only entries that can be non-zero exist, so that a chain of loops costs in
-proportion to its length.  Redundant rows make the matrix singular; (A + mu) x_n+1 = b + mu x_n converges to the
-solution of least norm (Carpentier, Budhiraja, Mansard 2021, algorithm 2), so that rows of one sense share their load
-equally, and a singular pose is passed with bounded multipliers.
+proportion to its length.  What redundant rows get is in `proximal`.
 """
 
 from __future__ import annotations
@@ -12,16 +10,12 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..function import Function
+from .proximal import MU, Proximal, fill_in
 
 __all__ = ["Delassus", "Lopsided"]
 
-MU = 1e-6  # regularisation relative to a row's own diagonal
-MU_SHARED = 1e-8  # and to the mean size of all rows, metres and radians alike: for what can only move together
-TINY = 1e-300  # where no row can move anything
-PASSES = 3  # each divides the error by 1/MU for well-conditioned rows
 
-
-class Delassus:
+class Delassus(Proximal):
     """Functions `factorise` (A, size -> C, mu, pivot) and `multipliers` (C, mu, b -> x) for one pattern of zeros.
 
     `couples`: pairs (r, s), r > s, of rows that share a degree of freedom; `equal`: rows of one kind whose multipliers'
@@ -31,12 +25,7 @@ class Delassus:
     def __init__(self, n: int, couples: Sequence[tuple[int, int]], equal: Sequence[Sequence[int]] = ()) -> None:
         self.n, self.equal = n, equal
         self.entries = [(r, r) for r in range(self.n)] + sorted(couples)
-        self.lower: list[list[int]] = [[] for _ in range(self.n)]  # of each column, with the fill-in
-        for r, s in sorted(couples):
-            self.lower[s].append(r)
-        for s in range(self.n):
-            for i, r in enumerate(self.lower[s]):
-                self.lower[r] = sorted({*self.lower[r], *self.lower[s][i + 1 :]})
+        self.lower = fill_in(n, [(s, r) for r, s in couples])
         self.filled = [(r, s) for s in range(self.n) for r in self.lower[s]]
         size = {"C": len(self.filled) + self.n, "mu": self.n, "b": self.n}
         self.factorise = Function("factorise_rows", self._factorise, {"A": len(self.entries), "size": self.n})
@@ -47,12 +36,7 @@ class Delassus:
         """C = (L below the diagonal, 1/D) of A + mu; pivot: what elimination leaves of a diagonal, relative."""
         M = dict.fromkeys(self.filled, 0.0) | dict(zip(self.entries, A, strict=True))
         diagonal = [M[r, r] for r in range(self.n)]
-        floor = sum(size, 0.0) * (MU_SHARED / self.n) + TINY
-        mu = [MU * a + floor for a in diagonal]
-        for rows in self.equal:
-            mean = sum((size[r] for r in rows), 0.0) * (MU / len(rows))
-            for r in rows:
-                mu[r] = mean + floor
+        mu = self.regularisation(diagonal, size)
         for r in range(self.n):
             M[r, r] = diagonal[r] + mu[r]
         inverse: list[Any] = []
@@ -83,12 +67,6 @@ class Delassus:
             x[s] = y
         return {"x": x}
 
-    def _multipliers(self, C: Any, mu: Any, b: Any) -> dict[str, Any]:
-        x = self._substitute(C=C, b=b).x
-        for _ in range(PASSES - 1):
-            x = self._substitute(C=C, b=[e + m * y for e, m, y in zip(b, mu, x, strict=True)]).x
-        return {"x": x}
-
 
 class Lopsided(Delassus):
     """The same where rows push otherwise than they sense, so that the matrix has two sides: `factorise` (A, size,
@@ -105,7 +83,7 @@ class Lopsided(Delassus):
     def _split(self, A: Any, size: Any, soft: Any) -> dict[str, Any]:
         """C = (L, U above the diagonal, 1/D) of A + mu."""
         M = {rs: 0.0 for r, s in self.filled for rs in ((r, s), (s, r))} | dict(zip(self.entries, A, strict=True))
-        floor = sum(size, 0.0) * (MU_SHARED / self.n) + TINY
+        floor = self.floor(size)
         mu = [MU * k * a + floor for k, a in zip(soft, size, strict=True)]
         diagonal = [M[r, r] for r in range(self.n)]
         for r in range(self.n):

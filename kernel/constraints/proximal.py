@@ -1,0 +1,60 @@
+"""Multipliers of redundant rows by proximal passes.
+
+Redundant rows make the rows' matrix A singular; (A + mu) x_n+1 = b + mu x_n converges to the solution of least norm
+(Carpentier, Budhiraja, Mansard 2021, algorithm 2), so that rows of one sense share their load equally, and a singular
+pose is passed with bounded multipliers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..function import Function
+
+__all__ = ["MU", "Proximal", "fill_in"]
+
+MU = 1e-6  # regularisation relative to a row's own diagonal
+MU_SHARED = 1e-8  # and to the mean size of all rows, metres and radians alike: for what can only move together
+TINY = 1e-300  # where no row can move anything
+PASSES = 3  # each divides the error by 1/MU for well-conditioned rows
+
+
+def fill_in(n: int, couples: Sequence[tuple[int, int]]) -> list[list[int]]:
+    """Per row or block s the later ones r that elimination of s touches; couples: pairs (s, r), s < r, of A."""
+    later: list[list[int]] = [[] for _ in range(n)]
+    for s, r in couples:
+        later[s].append(r)
+    for s in range(n):
+        later[s].sort()
+        for i, r in enumerate(later[s]):
+            later[r] = sorted({*later[r], *later[s][i + 1 :]})
+    return later
+
+
+class Proximal:
+    """What the factorisations of A + mu share: mu, and the passes; `equal` as told there."""
+
+    n: int
+    equal: Sequence[Sequence[int]]
+    _substitute: Function  # (C, b -> x) of one factorisation
+
+    def floor(self, size: Any) -> Any:
+        """The part of mu that all rows share."""
+        return sum(size, 0.0) * (MU_SHARED / self.n) + TINY
+
+    def regularisation(self, diagonal: list[Any], size: Any) -> list[Any]:
+        """(n,) mu of all rows."""
+        floor = self.floor(size)
+        mu = [MU * a + floor for a in diagonal]
+        for rows in self.equal:
+            mean = sum((size[r] for r in rows), 0.0) * (MU / len(rows))
+            for r in rows:
+                mu[r] = mean + floor
+        return mu
+
+    def _multipliers(self, C: Any, mu: Any, b: Any) -> dict[str, Any]:
+        x = self._substitute(C=C, b=b).x
+        for _ in range(PASSES - 1):
+            x = self._substitute(C=C, b=[e + m * y for e, m, y in zip(b, mu, x, strict=True)]).x
+        return {"x": x}
