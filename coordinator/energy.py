@@ -13,7 +13,8 @@ __all__ = ["EnergyAudit"]
 
 
 class EnergyAudit:
-    """Largest imbalance [J] and energy turned over [J]: what drives and winches moved up or down, plus all heat."""
+    """Largest imbalance [J] and energy turned over [J]: what drives and winches moved up or down, all heat, and what
+    went in and out of motion."""
 
     def __init__(self, layout: SampleLayout) -> None:
         self._energy, self._accounts = layout.find("energy"), layout.find("account")
@@ -23,6 +24,7 @@ class EnergyAudit:
         self._last_works: np.ndarray | None = None
         self._heat = 0.0
         self._moved = 0.0
+        self._slow, self._fast = np.inf, -np.inf  # least and largest kinetic energy
         self.imbalance = 0.0
 
     def add(self, rows: np.ndarray) -> None:
@@ -35,6 +37,7 @@ class EnergyAudit:
             self._start = float(total[0])
         self.imbalance = max(self.imbalance, float(np.abs(total - self._start).max()))
         self._heat = float(heat[-1])
+        self._slow, self._fast = min(self._slow, float(kinetic.min())), max(self._fast, float(kinetic.max()))
         if self._accounts is not None and self._works:
             works = rows[:, [self._accounts.start + i for i in self._works]]
             before = works[:1] if self._last_works is None else self._last_works[None]
@@ -43,7 +46,7 @@ class EnergyAudit:
 
     @property
     def turned_over(self) -> float:
-        return self._moved + self._heat
+        return self._moved + self._heat + max(0.0, self._fast - self._slow)
 
     @property
     def error(self) -> float:

@@ -218,7 +218,10 @@ class _Session:
 
     def dismiss(self) -> None:
         """The ordered end: STOP, the last samples, BYE; raises ModelError if a model still waits for something."""
-        end = Tag(self.now.t + 1) if self._outcome is Outcome.QUIET else self._core.end
+        ended = (
+            self._outcome is Outcome.QUIET and self._plan.end is None
+        )  # where nothing moves, time goes on all the same
+        end = Tag(self.now.t + 1) if ended else self._core.end
         self._hub.dismiss(m.encode(m.Stop(end)))
         staying = {*self._models, KERNEL}
         sentences = []
