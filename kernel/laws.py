@@ -17,10 +17,9 @@ import numpy as np
 from .spatial import cross, join
 from .symbol import maximum, minimum, named, select, sqrt
 
-__all__ = [
-    "attachment", "brake", "drive", "profile", "rope", "stop", "support",
-]  # fmt: skip
+__all__ = ["BODY", "attachment", "brake", "drive", "profile", "rope", "stop", "support"]
 
+BODY = 21  # numbers that describe a body to a law: R, o, r, V, see `attachment`
 ROUND_OFF = 1e-12  # [m] deflection of a friction spring that round-off in places far from the origin can feign
 SLIP_BLEND = 1e-6  # [m/s] below this speed the direction of sliding friction is that of the slip's start
 

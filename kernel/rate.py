@@ -38,8 +38,6 @@ from .trees import Tree, cut, kind_of, numbers, with_numbers
 
 __all__ = ["Program", "SharedTree"]
 
-END = 21  # numbers that describe a body to a law: R, o, r, V
-
 
 @dataclass(frozen=True)
 class SharedTree:
@@ -87,7 +85,7 @@ class Program:
         self.locked = frozenset(x.name for x in system.locks if x.engaged) if locked is None else locked
         at_rest = frozenset(x.joint for x in system.locks if x.name in self.locked)
         trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"}, at_rest)
-        self.forces = shared(system.forces, self.graph, _poses_at_start(self.graph, trees), END)
+        self.forces = shared(system.forces, self.graph, _poses_at_start(self.graph, trees), laws.BODY)
         self.parameters = Parameters.of(system, self.graph, trees, self.forces)
         self.nq, self.nv = self.graph.nq, self.graph.nv
         names = [x.name for group in self._laws() for x in group]
@@ -116,7 +114,7 @@ class Program:
         self.constraints.link(self)
         self.profile = Function("profile", _profile, {"t": 2, "p": PROFILE})
         self.ropes = {n: _rope_function(n, clamped) for n in sorted({len(r.lines) for r in system.ropes})}
-        self.support = Function("support", partial(_support, clamped), {"p": SUPPORT, "body": END})
+        self.support = Function("support", partial(_support, clamped), {"p": SUPPORT, "body": laws.BODY})
 
     def _laws(self) -> tuple[tuple[Any, ...], ...]:
         s = self.system
@@ -269,7 +267,7 @@ def _rope_function(n: int, clamped: bool) -> Function:
         names = ("tension", "elongation", "guard", "heat", "work", "stored")
         return {**{k: [getattr(x, k)] for k in names}, **out}
 
-    blocks = {f"{e}{i}": END for i in range(n) for e in "ab"}
+    blocks = {f"{e}{i}": laws.BODY for i in range(n) for e in "ab"}
     return Function(f"rope{n}", body, {"L": 2, "p": ROPE_HEAD + ROPE_LINE * n, **blocks})
 
 

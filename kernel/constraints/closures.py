@@ -18,11 +18,11 @@ from ..describe import Joint
 from ..elementary import cos, sin
 from ..function import Function
 from ..joints import JOINTS
+from ..laws import BODY
 from ..spatial import cross, join
 
-__all__ = ["CLOSURES", "END", "closure_function", "closure_numbers", "residual_unit"]
+__all__ = ["CLOSURES", "closure_function", "closure_numbers", "residual_unit"]
 
-END = 21  # numbers that describe a body: R, o, r, V
 SIDES = 25  # per side the joint's point and the rows axis, second, third of its frame; then the pitch
 AXIS, SECOND, THIRD = range(3)
 
@@ -140,7 +140,7 @@ def closure_function(kind: str) -> Function:
             "wb": np.array(wb),
         }
 
-    return Function(f"closure_{kind.replace('-', '_')}", body, {"p": SIDES, "A": END, "B": END})
+    return Function(f"closure_{kind.replace('-', '_')}", body, {"p": SIDES, "A": BODY, "B": BODY})
 
 
 def _pair(p: Any, A: Any, B: Any) -> tuple[Pair, tuple[Any, Any], tuple[Any, Any], Any]:

@@ -16,7 +16,7 @@ import numpy as np
 from ..contact.complementarity import solve
 from ..errors import KernelError
 from ..function import Function
-from ..laws import attachment
+from ..laws import BODY, attachment
 from ..spatial import cross, join
 from ..symbol import sqrt
 
@@ -27,7 +27,7 @@ __all__ = ["SLACK", "Outcome", "RigidAt", "resolve", "rigid_numbers", "rigid_rop
 
 SLACK = 1e-9  # [m] used up by less, a rope still counts as slack, so that round-off does not pull it taut
 TOUCHING = 2e-9  # [m] slack below which a rope may become taut
-END, LINE = 21, 7
+LINE = 7  # numbers of a line: a(3), b(3), share
 
 
 class RigidAt:
@@ -64,7 +64,7 @@ def rigid_rope(n: int) -> Function:
                 bias = bias + s * (join(cross(v, u) + cross(x, du), du) @ V)
         return {"gap": [gap], "rate": [rate], "bias": [bias], **out}
 
-    blocks = {f"{e}{i}": END for i in range(n) for e in "ab"}
+    blocks = {f"{e}{i}": BODY for i in range(n) for e in "ab"}
     return Function(f"rigid{n}", body, {"L": 3, "p": RigidAt.LINES + LINE * n, **blocks})
 
 

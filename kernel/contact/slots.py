@@ -19,7 +19,7 @@ from ..constraints.rows import Row
 from ..describe import System
 from ..function import Function
 from ..graph import Graph
-from ..laws import SLIP_BLEND
+from ..laws import BODY, SLIP_BLEND
 from ..symbol import maximum, minimum, select, sqrt
 from . import frames
 from .describe import Contact
@@ -27,7 +27,6 @@ from .pairs import HELD, Pair, pair_of, shape_numbers
 
 __all__ = ["SLOT", "ContactRows", "Site", "SlotAt", "contact_numbers"]
 
-END = 21  # numbers that describe a body: R, o, r, V
 SLOT = HELD + 7
 DEPTH = 1e-10  # [m] and [m/s] below which a touch is round-off
 SUNK = 1e-8  # [m] where a touch without speed counts
@@ -142,7 +141,7 @@ def _site(c: Contact, graph: Graph) -> Site:
     pair, bodies = pair_of(c), (graph.number(c.a.body), graph.number(c.b.body))
     kind = f"{type(c.a).__name__}_{type(c.b).__name__}".lower()
     n = len(shape_numbers(c.a))
-    sizes = {"p": n + len(shape_numbers(c.b)), "held": pair.candidates, "A": END, "B": END}
+    sizes = {"p": n + len(shape_numbers(c.b)), "held": pair.candidates, "A": BODY, "B": BODY}
 
     def watch(p: Any, held: Any, A: Any, B: Any) -> dict[str, Any]:
         witnesses = pair.watch(p[:n], p[n:], A, B)
@@ -151,7 +150,7 @@ def _site(c: Contact, graph: Graph) -> Site:
     def slot(h: Any, mu: Any, A: Any, B: Any) -> dict[str, Any]:
         return _slot(pair, h, mu[0], A, B)
 
-    slots = Function(f"slot_{kind}", slot, {"h": SLOT, "mu": 1, "A": END, "B": END})
+    slots = Function(f"slot_{kind}", slot, {"h": SLOT, "mu": 1, "A": BODY, "B": BODY})
     return Site(c, pair, n, bodies, 3 if c.mu > 0.0 else 1, Function(f"watch_{kind}", watch, sizes), slots)
 
 

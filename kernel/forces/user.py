@@ -23,14 +23,12 @@ import numpy as np
 
 from ..errors import KernelError
 from ..function import Function
-from ..laws import attachment
+from ..laws import BODY, attachment
 from ..symbol import is_sym
 from .describe import Signal, UserLaw
 from .law import Answer, ForceLaw, Poses, Shown, wrench
 
 __all__ = ["Given", "UserLawEntry"]
-
-BODY = 21  # numbers that describe a body to a law
 
 
 @dataclass(frozen=True)
