@@ -3,12 +3,14 @@
 The tree grows from the ground, one body at a time (Prim 1957).  A body should be carried by a joint on which a spring,
 stop, brake or drive acts or which something measures (its coordinates must be states), else by that with the fewest
 freedoms, so that the joints left over have the fewest rows; joints that carry their body so come first, then those near
-the ground, then those first in the list.  A joint left over closes a loop.
+the ground, then those first in the list.  A joint left over closes a loop.  Where only a joint's child is within reach,
+the joint is turned round: one along a single axis is the same joint, coordinate by coordinate, with the axis reversed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from dataclasses import replace
 
 from .describe import WORLD, Brake, Drive, Joint, JointSpring, Lock, Stop, System
 from .errors import KernelError
@@ -44,7 +46,16 @@ def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str
     def order(j: Joint) -> tuple[bool, bool, int, int]:
         return j is not first[j.child], *rank(j), depth[j.parent]
 
-    while ready := [j for j in waiting if j.parent in depth and j.child not in depth]:
+    flexible = {b.name for b in system.bodies if b.flexible}
+    while True:
+        ready = [j for j in waiting if j.parent in depth and j.child not in depth]
+        if not ready:
+            behind = [j for j in waiting if j.child in depth and j.parent not in depth]
+            if not behind:
+                break
+            best = min(behind, key=rank)
+            waiting[waiting.index(best)] = first[best.parent] = _turned_round(best, flexible)
+            continue
         best = min(ready, key=order)
         carrier[best.child], depth[best.child] = best, depth[best.parent] + 1
         waiting.remove(best)
@@ -53,6 +64,19 @@ def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str
         _check(j, acted, carrier)
     lost = {j.child: j for j in waiting if j not in loops}
     return carrier | lost, loops
+
+
+def _turned_round(j: Joint, flexible: Collection[str]) -> Joint:
+    """The same joint with parent and child exchanged; raises KernelError where its coordinates would be others."""
+    if JOINTS[j.kind].axes > 1 or JOINTS[j.kind].quaternion is not None or {j.parent, j.child} & set(flexible):
+        raise KernelError(
+            f"joint '{j.name}': nothing but it holds its parent '{j.parent}', and a joint carries its child; "
+            "exchange its parent and child"
+        )
+    x, y, z = j.axis
+    return replace(
+        j, parent=j.child, child=j.parent, p_PJ=j.p_CJ, R_PJ=j.R_CJ, p_CJ=j.p_PJ, R_CJ=j.R_PJ, axis=(-x, -y, -z)
+    )
 
 
 def _acted_on(system: System) -> dict[str, str]:

@@ -57,6 +57,8 @@ class _Assembly(Checking):
             gravity=gravity,
             **laws_of(given),
         )
+        if not self.source.faults:
+            self.checked(("mechanism", "joints"), kinematics.poses, system)
         taut, closed = self._carrying(system) if not self.source.faults else ((), ())
         return plan.Mechanism(
             name=given.name,
@@ -99,7 +101,7 @@ class _Assembly(Checking):
         return (*taut, *reeved), (*closed, *touching)
 
     def _tree(self) -> None:
-        """Each body is the child of one joint, and all hang together with the world."""
+        """Joints hold bodies that there are, and all hang together with the world."""
         carried: dict[str, str] = {}
         for name, joint in self.given.joints.items():
             path: Path = ("mechanism", "joints", name)
@@ -116,7 +118,8 @@ class _Assembly(Checking):
             if joint.type == "free" and joint.child in self.given.bodies and not self._solid(joint.child):
                 told = f"the body '{joint.child}' moves freely and nothing resists its turning: give it moments"
                 self.fault(("mechanism", "bodies", joint.child), f"{told} with 'inertia'", on_key=True)
-        for body in self.given.bodies:
+        connected = self._connected()
+        for body in (b for b in self.given.bodies if b not in connected):
             above, seen = body, set[str]()
             while above in carried and above not in seen:
                 seen.add(above)
@@ -126,6 +129,16 @@ class _Assembly(Checking):
             elif above in seen:
                 told = f"the joints of '{body}' go in a circle and never reach the world"
                 self.fault(("mechanism", "bodies", body), told, on_key=True)
+
+    def _connected(self) -> set[str]:
+        """Bodies that joints join to the world, this way round or that."""
+        found, before = {k.WORLD}, 0
+        while len(found) > before:
+            before = len(found)
+            for joint in self.given.joints.values():
+                if {joint.parent, joint.child} & found:
+                    found |= {joint.parent, joint.child}
+        return found
 
     def _bodies(self) -> Iterator[k.Body]:
         """The kernel's bodies, with inertias that a mass can have."""

@@ -27,7 +27,7 @@ class Checking:
         self.source, self.given = source, given
         self.bodies = [k.WORLD, *given.bodies]
 
-    def checked(self, path: Path, check: Callable[[Any], None], made: Any) -> None:
+    def checked(self, path: Path, check: Callable[[Any], object], made: Any) -> None:
         """What the kernel would refuse is a fault of the scene."""
         try:
             check(made)

@@ -9,6 +9,7 @@ import numpy as np
 from heavylift.kernel.describe import WORLD, Point, RigidRope, Rope, System
 from heavylift.kernel.joints import JOINTS
 from heavylift.kernel.motion import axes_of, placement
+from heavylift.kernel.spanning import spanning_tree
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -16,17 +17,14 @@ Poses = dict[str, tuple[Array, Array]]  # body -> position [m], rotation matrix
 
 
 def poses(system: System) -> Poses:
-    """Position and rotation of every body that hangs together with the world."""
+    """Position and rotation of every body that hangs together with the world, along the kernel's spanning tree.
+
+    Raises KernelError for joints of which no tree can be made.
+    """
     found: Poses = {WORLD: (np.zeros(3), np.eye(3))}
-    waiting = list(system.joints)
-    while waiting:
-        ready = [joint for joint in waiting if joint.parent in found]
-        if not ready:
-            break
+    waiting = list(spanning_tree(system, {joint.name: joint for joint in system.joints})[0].values())
+    while ready := [joint for joint in waiting if joint.parent in found]:
         for joint in ready:
-            if joint.child in found:  # it closes a loop
-                waiting.remove(joint)
-                continue
             p, R = found[joint.parent]
             Q, d = placement(joint.kind, axes_of(joint), joint.pitch, joint.q0 or JOINTS[joint.kind].rest)
             if joint.kind == "slider" and joint.q0:
