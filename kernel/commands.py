@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from .constraints.ropes import RigidAt
+from .contact.sets import Act, ContactSets
 from .describe import Vector
 from .elementary import atan2
 from .errors import KernelError
@@ -32,7 +33,26 @@ class Commanded(Stepper):
     def __init__(self, *args: Any) -> None:
         super().__init__(*args)
         self.switches = Switches(self.program, self.P)
+        self._contacts = ContactSets(self.program, self.P)
         self.log: list[tuple[int, StateEvent]] = []
+
+    def _resolve_rows(self, fallen: list[int], t_ns: int) -> list[StateEvent]:
+        """The next set of rigid ropes and contacts, all together."""
+        if not self.program.contacts.sites:
+            return self._resolve()
+        act = Act(self._survey, lambda: self.row().slack, self._kick, self._onto_rows)
+        after = self._contacts.resolve(fallen, t_ns * 1e-9, self["t"], self.state, act)
+        self._onto_rows()
+        first = self.program.nq + self.program.nv
+        for account, energy in after.accounts.items():
+            if account in self.program.accounts:
+                self.state[first + self.program.accounts.index(account)] += energy
+        return after.events
+
+    def _onto_rows(self) -> None:
+        """Places and speeds that the rows allow."""
+        self.X[self._at["y"]] = self._close(self.state.copy())[0]
+        self.X[self._at["gap"]] = 0.0
 
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
         """Let an actuator follow k1 s + kc cos s + ks sin s of a master from here on; "" releases it."""
@@ -63,7 +83,7 @@ class Commanded(Stepper):
         if engaged:
             self._call("halt")
             if len(self.program.constraints):
-                changed = self._resolve()
+                changed = self._resolve_rows([], self.epoch)
                 self.log += [(self.epoch, e) for e in changed]
                 self.state[at_lock] += self._kept(before) - self._kept(self.row())  # what the loops' impulses took
         event = StateEvent(lock, "locked" if engaged else "freed", float(self.state[at_lock] - heat))

@@ -14,7 +14,7 @@ import numpy as np
 
 from . import laws
 from .constraints.rows import Rows
-from .describe import Brake, Drive, Measured, Stop, Threshold
+from .describe import Brake, Drive, Measured, RigidRope, Stop, Threshold
 from .elementary import atan2, cos, sin
 from .forces.describe import Reeving, Signal
 from .spatial import cross, join
@@ -320,14 +320,17 @@ class Evaluation:
             **{f"w{b}": self._wrenches[tree.first + b] for b in shared.ends},
         }
 
+    def length_of(self, r: RigidRope) -> Reference:
+        """Of a rigid rope, with two rates."""
+        return self._reference(r.name) if r.winch else (self.numbers("reference", r.name)[1], 0.0, 0.0)
+
     def constraint_rows(self) -> Rows:
         """The constraint rows under the forces known so far; those of the accelerations once these are known."""
         if self._held:
             return self._held
         arguments = {i: self._arguments(i) for i in self.program.constraints.linked}
         for r in self.system.rigid_ropes:
-            own = self.numbers("reference", r.name)[1], 0.0, 0.0
-            self.lengths_of[r.name] = self._reference(r.name) if r.winch else own
+            self.lengths_of[r.name] = self.length_of(r)
         return Rows(self.program, arguments, self._ends, self.numbers, self.lengths_of)
 
     def _thresholds(self) -> None:

@@ -184,10 +184,6 @@ class Program:
                 raise KernelError(
                     f"contact '{c.name}': formulation '{self.formulation}' knows none; take the recursive one"
                 )
-            for r in self.system.rigid_ropes:
-                raise KernelError(
-                    f"contact '{c.name}' and rigid rope '{r.name}': let the rope be elastic beside contacts"
-                )
             if c.a.body == "world":
                 raise KernelError(f"contact '{c.name}': its first shape belongs to the ground; name a body first")
             for k in self.graph.links:

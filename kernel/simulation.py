@@ -19,7 +19,7 @@ from math import ceil
 import numpy as np
 
 from .commands import Commanded
-from .contact.sets import KINDS, Act, ContactSets
+from .contact.sets import KINDS
 from .describe import System
 from .errors import KernelError
 from .stepper import FOREVER_NS, NEVER
@@ -56,7 +56,6 @@ class Simulation(Commanded):
         fused: bool = False,
     ) -> None:
         super().__init__(system, tolerance, sample_ns, h_max, native, opt, cache, method, step, formulation, fused)
-        self._contacts = ContactSets(self.program, self.P)
         self.subscribed = subscribed
         self._fallen: list[int] = []
         self._event_ns = FOREVER_NS
@@ -76,11 +75,10 @@ class Simulation(Commanded):
             if kind in ("rope", "support", "lower", "upper", "force") and self.X[self._at["G"]][i] < 0.0:
                 self.switches.fire(i, self.row())
         self._check_ropes()
-        if self.program.system.rigid_ropes:
-            self._resolve()
         if self.program.contacts.sites:
             self._contacts.check_start(self.state)
-            self._touch([], 0)
+        if self.program.contacts.sites or self.program.system.rigid_ropes:
+            self._resolve_rows([], 0)
         self._new_stretch(0)
         self.settle()
 
@@ -177,27 +175,14 @@ class Simulation(Commanded):
         return events
 
     def _switch(self, fallen: list[int], t_ns: int) -> list[StateEvent]:
-        """Switch the laws behind fallen guards in fixed order, then all rigid ropes together, then all contacts."""
+        """Switch the laws behind fallen guards in fixed order, then all rigid ropes and contacts together."""
         row = self.row()
         kinds = [self.program.guards[i][0] for i in fallen]
         together = ("rigid", *KINDS)
         events = [self.switches.fire(i, row) for i, kind in zip(fallen, kinds, strict=True) if kind not in together]
         self._heat(row)
-        if "rigid" in kinds:
-            events += self._resolve()
-        if any(kind in KINDS for kind in kinds):
-            events += self._touch(fallen, t_ns)
-        return events
-
-    def _touch(self, fallen: list[int], t_ns: int) -> list[StateEvent]:
-        """The next set of contacts, with the heat of their impacts."""
-        act = Act(self._survey, self._kick)
-        events, heat = self._contacts.resolve(fallen, t_ns * 1e-9, self["t"], self.state, act)
-        self.X[self._at["y"]] = self._close(self.state.copy())[0]
-        self.X[self._at["gap"]] = 0.0
-        first = self.program.nq + self.program.nv
-        for name, lost in heat.items():
-            self.state[first + self.program.accounts.index(("heat", name))] += lost
+        if any(kind in together for kind in kinds):
+            events += self._resolve_rows(fallen, t_ns)
         return events
 
     def fire(self) -> list[StateEvent]:

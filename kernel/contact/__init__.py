@@ -6,6 +6,7 @@ frames, pairs          contact point, normal and tangents with their rates; the 
 slots                  the rows, guards and heat of what touches, inside an evaluation
 complementarity        the pivoting solver: linear complementarity with boxes, one text for floats and machine code
 coulomb, sweeps        friction around it: the set of contacts that push, stick and slide
+unilateral, touching   what may push at an event: slots of contacts, rigid ropes; who touches
 sets, condensed,
-impact                 the next set at an event: impulses first, then forces
+impact                 the next set at an event, of contacts and rigid ropes together: impulses first, then forces
 """

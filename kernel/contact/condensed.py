@@ -28,12 +28,12 @@ class Condensed:
         self._rows, self._loops = rows, loops
         wide = np.pad(A, ((0, 1), (0, 1)))  # row -1 stands for a tangent that does not exist
         self.A, self.b = wide[np.ix_(rows, rows)], part(b, rows)
-        if loops and rows:
+        if loops:
             L = A[np.ix_(loops, loops)]
             L = L + SOFT * float(np.diag(A).max()) * np.eye(len(loops))  # a loop may repeat what joints hold already
             side = wide[np.ix_(loops, rows)]
             columns = [eliminate(L, c, np.ones(len(loops))) for c in (*side.T, b[loops])]
-            self._by, self._first = np.array(columns[:-1]).T, columns[-1]
+            self._by, self._first = np.reshape(columns[:-1], (len(rows), len(loops))).T, columns[-1]
             down = wide[np.ix_(rows, loops)]
             for k in range(len(loops)):
                 self.A = self.A - down[:, k, None] * self._by[k]
@@ -49,7 +49,7 @@ class Condensed:
         """Of all n rows."""
         out = np.zeros(n + 1)
         out[self._rows] = x
-        if self._loops and self._rows:
+        if self._loops:
             for k, row in enumerate(self._loops):
                 out[row] = -float(self._first[k]) - sum(float(e) for e in self._by[k] * x)
         return out[:n]
