@@ -192,12 +192,18 @@ class Simulation(Commanded):
         self._commit()
         self._instant = self._instant + 1 if t_ns == self.epoch else 0
         if self._instant > CHATTER:
-            names = ", ".join(sorted({self.program.guards[i][1] for i in fallen}))
-            raise KernelError(f"{names} at {t_ns * 1e-9:.9f} s: states switch without end; soften or damp the law")
+            raise self._chatter(fallen, t_ns)
         self._new_stretch(t_ns)
         events = self._switch(fallen, t_ns)
         self.log += [(t_ns, e) for e in events]
         return events
+
+    def _chatter(self, fallen: list[int], t_ns: int) -> KernelError:
+        touching = any(self.program.guards[i][0] in KINDS for i in fallen)
+        names = ", ".join(sorted({self.program.guards[i][1] for i in fallen}))
+        cure = "let a support with stiffness take the contact's place" if touching else "soften or damp the law"
+        where = f"contact '{names}'" if touching else names
+        return KernelError(f"{where} at {t_ns * 1e-9:.9f} s: states switch without end; {cure}")
 
     def interrupt(self, t_ns: int) -> None:
         """Integrate to t_ns (not beyond next_ns), so that commands can be given there."""

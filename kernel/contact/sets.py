@@ -23,7 +23,7 @@ from .condensed import Condensed, part
 from .coulomb import Contacts, Friction, settle
 from .slots import RESTING
 from .touching import check_start, touch
-from .unilateral import KINDS, Unilateral, ropes_of, slots_of
+from .unilateral import KINDS, Unilateral, first_guard, ropes_of, slots_of
 
 if TYPE_CHECKING:
     from ..rate import Program
@@ -63,6 +63,7 @@ class ContactSets:
     def __init__(self, program: Program, P: np.ndarray) -> None:
         self._program, self._P, self._at = program, P, program.parameters.at
         self._loops = list(range(len(program.constraints.of)))
+        self._touches = first_guard(program, "touch")
         self._ropes, self._slots = ropes_of(program, self._numbers), slots_of(program, self._numbers)
         self._all: list[Unilateral] = [*self._ropes, *self._slots]
 
@@ -84,7 +85,8 @@ class ContactSets:
         """
         closed, slid, taut = self._closed(), self._sliding(), [r.on for r in self._ropes]
         scene = Evaluation(self._program, local, y, self._P, local, forces=False)
-        touch(self._program.contacts.sites, self._slots, self._numbers, scene.ends)
+        fell = {i - self._touches for i in fallen if self._program.guards[i][0] == "touch"}
+        touch(self._program.contacts.sites, self._slots, self._numbers, scene.ends, fell)
         for r, slack in zip(self._ropes, act.slack() if self._ropes else (), strict=True):
             r.take(float(slack))
         out = self._impact(t, act, {r.name: scene.length_of(r)[1] for r in self._program.system.rigid_ropes})

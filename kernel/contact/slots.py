@@ -74,13 +74,14 @@ class ContactRows:
     """What the contacts of a system add to an evaluation."""
 
     def __init__(self, system: System, graph: Graph) -> None:
-        self.sites = [_site(c, graph) for c in system.contacts]
+        kinds: dict[str, tuple[Function, Function]] = {}
+        self.sites = [_site(c, graph, kinds) for c in system.contacts]
         self.bodies = [b for s in self.sites for b in s.bodies]
         self.held = [s.bodies for s in self.sites for _ in range(s.pair.slots * s.per_slot)]
         self.names = [s.contact.name for s in self.sites for _ in range(s.pair.slots * s.per_slot)]
         self.guards = [("touch", s.contact.name) for s in self.sites for _ in range(s.pair.candidates)]
-        kinds = ("press", "grip", "leave")
-        self.guards += [(what, s.contact.name) for s in self.sites for _ in range(s.pair.slots) for what in kinds]
+        what = ("press", "grip", "leave")
+        self.guards += [(kind, s.contact.name) for s in self.sites for _ in range(s.pair.slots) for kind in what]
         self.structure = [(s.slot.name, s.bodies, s.per_slot) for s in self.sites]
 
     def slots(self, numbers: Callable[[str, str], Any], ends: Mapping[int, Any]) -> list[SimpleNamespace]:
@@ -137,11 +138,18 @@ class ContactRows:
         return guards, list(heat.values()), list(force.values())
 
 
-def _site(c: Contact, graph: Graph) -> Site:
+def _site(c: Contact, graph: Graph, kinds: dict[str, tuple[Function, Function]]) -> Site:
+    """`kinds`: functions of the pairs of shapes so far, which contacts of the same pair share."""
     pair, bodies = pair_of(c), (graph.number(c.a.body), graph.number(c.b.body))
     kind = f"{type(c.a).__name__}_{type(c.b).__name__}".lower()
     n = len(shape_numbers(c.a))
-    sizes = {"p": n + len(shape_numbers(c.b)), "held": pair.candidates, "A": BODY, "B": BODY}
+    if kind not in kinds:
+        kinds[kind] = _functions(pair, kind, n, n + len(shape_numbers(c.b)))
+    return Site(c, pair, n, bodies, 3 if c.mu > 0.0 else 1, *kinds[kind])
+
+
+def _functions(pair: Pair, kind: str, n: int, size: int) -> tuple[Function, Function]:
+    """Guards of the candidates, and one slot; shapes are given by `size` numbers, n of them of the first."""
 
     def watch(p: Any, held: Any, A: Any, B: Any) -> dict[str, Any]:
         witnesses = pair.watch(p[:n], p[n:], A, B)
@@ -150,8 +158,9 @@ def _site(c: Contact, graph: Graph) -> Site:
     def slot(h: Any, mu: Any, A: Any, B: Any) -> dict[str, Any]:
         return _slot(pair, h, mu[0], A, B)
 
+    sizes = {"p": size, "held": pair.candidates, "A": BODY, "B": BODY}
     slots = Function(f"slot_{kind}", slot, {"h": SLOT, "mu": 1, "A": BODY, "B": BODY})
-    return Site(c, pair, n, bodies, 3 if c.mu > 0.0 else 1, Function(f"watch_{kind}", watch, sizes), slots)
+    return Function(f"watch_{kind}", watch, sizes), slots
 
 
 def _touch(gap: Any, rate: Any) -> Any:

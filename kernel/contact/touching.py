@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import KernelError
+from .frames import Frame
 from .pairs import HELD
 from .slots import LEAVE, Site
 from .unilateral import Numbers, Slot
@@ -18,6 +19,7 @@ from .unilateral import Numbers, Slot
 __all__ = ["check_start", "touch"]
 
 TOUCH = 1e-8  # [m] gap of what touches in the same instant
+SAME = 1e-7  # [m] and [rad] between candidates that are one place
 INSIDE = 1e-6  # [m] by which shapes may overlap at the start
 
 Ends = dict[int, Any]  # numbers of the bodies
@@ -34,22 +36,34 @@ def check_start(sites: list[Site], numbers: Numbers, ends: Ends) -> None:
             )
 
 
-def touch(sites: list[Site], slots: list[Slot], numbers: Numbers, ends: Ends) -> None:
-    """Free the slots whose place has left its face; give free ones to what touches, fastest first.  All stick."""
+def touch(sites: list[Site], slots: list[Slot], numbers: Numbers, ends: Ends, fell: set[int]) -> None:
+    """Free the slots whose place has left its face; give free ones to what touches, fastest first.  All stick.
+
+    `fell`: candidates, counted through all sites, whose guards say that they touch.  At the end of an edge they may
+    say so by round-off that is another one here.
+    """
+    first = 0
     for s in sites:
         shapes, own = _shapes(s, numbers, ends), [x for x in slots if x.site is s]
+        places: list[Frame] = []
         for x in own:
-            if x.on and _beyond(s, x.state, ends):
+            if x.on and _within(f := _frame(s, x.state, ends), x.state):
+                places.append(f)
+            elif x.on:
                 x.let_go()
         held = numbers("held", s.contact.name)
-        nearing = sorted((rate, i) for i, (gap, rate) in enumerate(s.pair.watch(*shapes)) if gap <= TOUCH)
+        found = enumerate(s.pair.watch(*shapes))
+        nearing = sorted((rate, i) for i, (gap, rate) in found if gap <= TOUCH or first + i in fell)
+        first += s.pair.candidates
         for _, i in nearing:
             spare = next((x for x in own if not x.on), None)
             if held[i] > 0.0 or spare is None:
                 continue
-            place = s.pair.hold(i, *shapes)
-            if not _beyond(s, np.array(place), ends):
-                spare.take(i, place)
+            h = s.pair.hold(i, *shapes)
+            f = _frame(s, np.array(h), ends)
+            if _within(f, np.array(h)) and _adds(f, places):
+                spare.take(i, h)
+                places.append(f)
     for x in slots:
         if x.on:
             x.grip()
@@ -61,8 +75,18 @@ def _shapes(s: Site, numbers: Numbers, ends: Ends) -> tuple[np.ndarray, np.ndarr
     return p[: s.first], p[s.first :], A, B
 
 
-def _beyond(s: Site, h: np.ndarray, ends: Ends) -> bool:
-    """Whether a slot's place lies beyond its face or edges."""
+def _frame(s: Site, h: np.ndarray, ends: Ends) -> Frame:
     A, B = (np.array(ends[i], float) for i in s.bodies)
-    along = s.pair.frame(h[:HELD], A, B).along
-    return bool((np.abs(along) > h[HELD - 2 : HELD] + LEAVE).any())
+    return s.pair.frame(h[:HELD], A, B)
+
+
+def _within(f: Frame, h: np.ndarray) -> bool:
+    """Whether a slot's place lies on its face or edges."""
+    return bool((np.abs(f.along) <= h[HELD - 2 : HELD] + LEAVE).all())
+
+
+def _adds(f: Frame, places: list[Frame]) -> bool:
+    """Whether a candidate holds what others do not hold: where a corner meets an edge, many candidates are one place,
+    and two directions hold it."""
+    here = [other for other in places if np.abs(f.x - other.x).max() < SAME]
+    return len(here) < 2 and all(np.abs(f.F[0] - other.F[0]).max() > SAME for other in here)

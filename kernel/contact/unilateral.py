@@ -19,7 +19,7 @@ from .slots import DEPTH, Site, SlotAt
 if TYPE_CHECKING:
     from ..rate import Program
 
-__all__ = ["KINDS", "Rope", "Slot", "Unilateral", "ropes_of", "slots_of"]
+__all__ = ["KINDS", "Rope", "Slot", "Unilateral", "first_guard", "ropes_of", "slots_of"]
 
 KINDS = ("touch", "press", "grip", "leave")  # guards of contacts
 BEGIN = 1e-7  # [m/s] back against a slip that begins
@@ -146,14 +146,14 @@ class Rope(Unilateral):
 def ropes_of(program: Program, numbers: Numbers) -> list[Rope]:
     """All rigid ropes, in order."""
     row = len(program.constraints.of)
-    guard = _first(program, "rigid")
+    guard = first_guard(program, "rigid")
     return [Rope(r.name, numbers, [row + i, -1, -1], guard + i) for i, r in enumerate(program.system.rigid_ropes)]
 
 
 def slots_of(program: Program, numbers: Numbers) -> list[Slot]:
     """All slots of contacts, in order."""
     out: list[Slot] = []
-    row, press = len(program.constraints) - len(program.contacts.held), _first(program, "press")
+    row, press = len(program.constraints) - len(program.contacts.held), first_guard(program, "press")
     for s in program.contacts.sites:
         for k in range(s.pair.slots):
             rows = [*range(row, row + s.per_slot), *[-1] * (3 - s.per_slot)]
@@ -162,5 +162,6 @@ def slots_of(program: Program, numbers: Numbers) -> list[Slot]:
     return out
 
 
-def _first(program: Program, kind: str) -> int:
+def first_guard(program: Program, kind: str) -> int:
+    """Number of the first guard of a kind, -1 if there is none."""
     return next((i for i, (what, _) in enumerate(program.guards) if what == kind), -1)

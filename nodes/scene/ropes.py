@@ -42,7 +42,7 @@ def rope_of(checks: Checking, name: str, rope: mechanics.Rope) -> k.Rope | k.Rig
 
 
 def _stretch(checks: Checking, path: Path, rope: mechanics.Rope) -> None:
-    """An elastic rope has a stiffness, a rigid one none, no damping and no contacts beside it."""
+    """An elastic rope has a stiffness, a rigid one none, and no damping."""
     if not rope.rigid:
         if rope.EA is None:
             checks.fault(path, "the key 'EA' is missing; a rope that cannot stretch is 'rigid: true'", on_key=True)
@@ -50,9 +50,6 @@ def _stretch(checks: Checking, path: Path, rope: mechanics.Rope) -> None:
     for key in ("EA", "damping"):
         if getattr(rope, key) is not None:
             checks.fault((*path, key), f"a rigid rope cannot stretch: leave '{key}' or 'rigid' away", on_key=True)
-    if checks.given.contacts:
-        told = "contacts go with elastic ropes only: give the rope its 'EA' instead"
-        checks.fault((*path, "rigid"), told, on_key=True)
 
 
 def reeving_of(checks: Checking, name: str, rope: mechanics.Rope) -> forces.Reeving:

@@ -207,6 +207,15 @@ def test_a_cube_tumbles_over_the_edge_of_another(seed):
     assert ("pair", "impact") in events(s)
 
 
+@pytest.mark.parametrize("seed", [9, 14, 30, 54])
+def test_states_settle_where_a_cube_catches_on_an_edge(seed):
+    """Contacts that begin to slide do so from rest, whatever round-off has left of another motion."""
+    s = started(tumbling(seed))
+    s.run(3 * SECOND)
+    assert len(s.log) < 50
+    assert imbalance(s) < 1e-5
+
+
 def apart(up, low):
     """Largest separation of the two cubes over all fifteen directions."""
     from scipy.spatial.transform import Rotation
