@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import KernelError
 from .frames import Frame
 from .pairs import HELD
-from .slots import LEAVE, Site
+from .slots import LEAVE, RESTING, Site
 from .unilateral import Numbers, Slot
 
 __all__ = ["check_start", "touch"]
@@ -45,25 +45,28 @@ def touch(sites: list[Site], slots: list[Slot], numbers: Numbers, ends: Ends, fe
     first = 0
     for s in sites:
         shapes, own = _shapes(s, numbers, ends), [x for x in slots if x.site is s]
-        places: list[Frame] = []
+        places: list[tuple[Frame, Slot]] = []
         for x in own:
             if x.on and _within(f := _frame(s, x.state, ends), x.state):
-                places.append(f)
+                places.append((f, x))
             elif x.on:
                 x.let_go()
         held = numbers("held", s.contact.name)
         found = enumerate(s.pair.watch(*shapes))
         nearing = sorted((rate, i) for i, (gap, rate) in found if gap <= TOUCH or first + i in fell)
         first += s.pair.candidates
-        for _, i in nearing:
-            spare = next((x for x in own if not x.on), None)
-            if held[i] > 0.0 or spare is None:
-                continue
+        for rate, i in nearing:
             h = s.pair.hold(i, *shapes)
             f = _frame(s, np.array(h), ends)
-            if _within(f, np.array(h)) and _adds(f, places):
+            if held[i] > 0.0 or not _within(f, np.array(h)) or not _adds(f, places):
+                continue
+            spare = next((x for x in own if not x.on), None)
+            if spare is None and rate < -RESTING and (spare := _second(places)):
+                spare.let_go()
+                places = [(g, x) for g, x in places if x is not spare]
+            if spare:
                 spare.take(i, h)
-                places.append(f)
+                places.append((f, spare))
     for x in slots:
         if x.on:
             x.grip()
@@ -85,8 +88,18 @@ def _within(f: Frame, h: np.ndarray) -> bool:
     return bool((np.abs(f.along) <= h[HELD - 2 : HELD] + LEAVE).all())
 
 
-def _adds(f: Frame, places: list[Frame]) -> bool:
+def _adds(f: Frame, places: list[tuple[Frame, Slot]]) -> bool:
     """Whether a candidate holds what others do not hold: where a corner meets an edge, many candidates are one place,
     and two directions hold it."""
-    here = [other for other in places if np.abs(f.x - other.x).max() < SAME]
-    return len(here) < 2 and all(np.abs(f.F[0] - other.F[0]).max() > SAME for other in here)
+    here = [g for g, _ in places if _near(f, g)]
+    return len(here) < 2 and all(np.abs(f.F[0] - g.F[0]).max() > SAME for g in here)
+
+
+def _second(places: list[tuple[Frame, Slot]]) -> Slot | None:
+    """The slot of a second direction at some place, which what approaches elsewhere needs more."""
+    found = (x for k, (f, x) in enumerate(places) if any(_near(f, g) for g, _ in places[:k]))
+    return next(found, None)
+
+
+def _near(f: Frame, g: Frame) -> bool:
+    return bool(np.abs(f.x - g.x).max() < SAME)
