@@ -48,7 +48,7 @@ def test_on_its_way_down_the_rope_shares_in_the_impulse_of_the_wall(e):
     if e == 0.0:
         assert events(s) == [("wall", "impact"), ("wall", "closed")]
         assert column(s, "contact/force")[1][-1, 0] == pytest.approx(MASS * G * tan(-angle), rel=EXACT)
-        assert column(s, "rigid/tension")[1][-1, 0] == pytest.approx(MASS * G / cos(angle), rel=EXACT)
+        assert column(s, "rope/tension")[1][-1, 0] == pytest.approx(MASS * G / cos(angle), rel=EXACT)
 
 
 def test_on_its_way_up_the_wall_alone_stops_it_and_the_rope_falls_slack():
@@ -90,7 +90,7 @@ def test_a_crate_is_set_down_and_lifted_again():
     assert [x for x in events(s)[events(s).index(names[0]) :] if x in names] == names
     assert told["ground", "impact"] == pytest.approx(MASS * v, rel=1e-5)
     assert told["rope", "taut"] == pytest.approx(MASS * v, rel=1e-5)
-    assert column(s, "rigid/tension")[1][-1, 0] == pytest.approx(MASS * G, rel=EXACT)
+    assert column(s, "rope/tension")[1][-1, 0] == pytest.approx(MASS * G, rel=EXACT)
     assert imbalance(s) < BALANCE
 
 
@@ -98,7 +98,7 @@ def test_a_crate_that_stands_under_a_rope_without_slack_is_carried_by_both_or_ei
     """The forces are not unique; they hold the weight, none of them pushes or pulls the wrong way, and all is quiet."""
     s = started(crate(0.0), **FINE)
     s.run(SECOND)
-    T, n = column(s, "rigid/tension")[1][-1, 0], column(s, "contact/force")[1][-1, 0]
+    T, n = column(s, "rope/tension")[1][-1, 0], column(s, "contact/force")[1][-1, 0]
     assert T + n == pytest.approx(MASS * G, rel=1e-6)
     assert min(T, n) >= 0.0
     assert len(s.log) <= 2

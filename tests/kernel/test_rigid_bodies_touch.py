@@ -207,7 +207,7 @@ def test_a_cube_tumbles_over_the_edge_of_another(seed):
     assert ("pair", "impact") in events(s)
 
 
-@pytest.mark.parametrize("seed", [9, 14, 30, 54])
+@pytest.mark.parametrize("seed", [9, 14, 30, 31])
 def test_states_settle_where_a_cube_catches_on_an_edge(seed):
     """Contacts that begin to slide do so from rest, whatever round-off has left of another motion."""
     s = started(tumbling(seed))
