@@ -20,7 +20,7 @@ from .function import Function, flatten
 from .kinematics import Base, Kinematics, kinematics
 from .ltdl import ltdl
 from .spatial import join
-from .trees import Tree, TreeBody, all_numbers, kind_of, numbers, structural, with_numbers
+from .trees import Tree, TreeBody, all_numbers, in_order, kind_of, numbers, structural, with_numbers
 
 __all__ = ["Limbs", "limbs_of"]
 
@@ -113,8 +113,7 @@ class Limbs:
         )
 
     def _state(self, kind: Kind, limb: Limb, tree: Tree, q: Any, v: Any) -> dict[str, Any]:
-        own, pattern = all_numbers([tree.bodies[i] for i in limb.bodies]), all_numbers(kind.tree.bodies)
-        values = [x for x, e in zip(own, pattern, strict=True) if not structural(e)]
+        values = in_order(kind.tree, all_numbers([tree.bodies[i] for i in limb.bodies]))
         return {"q": _of(tree, "q", limb.bodies, q), "v": _of(tree, "v", limb.bodies, v), "P": values}
 
 

@@ -18,7 +18,7 @@ from .graph import Freedoms, Graph, Link
 from .motion import axes_of
 from .symbol import is_sym
 
-__all__ = ["Tree", "TreeBody", "all_numbers", "cut", "kind_of", "numbers", "structural", "with_numbers"]
+__all__ = ["Tree", "TreeBody", "all_numbers", "cut", "in_order", "kind_of", "numbers", "structural", "with_numbers"]
 
 _FIELDS = ("mass", "com", "inertia", "p_PJ", "R_PJ", "axes", "pitch", "p_CJ", "R_CJ")
 _PARTS = ("elastic", "place")  # of numbers of their own, where a flexible body is or carries
@@ -183,12 +183,33 @@ def all_numbers(bodies: Sequence[TreeBody]) -> list[Any]:
 
 def numbers(tree: Tree) -> list[float]:
     """The parameters of a tree in the order that `with_numbers` takes them."""
-    return [x for x in all_numbers(tree.bodies) if not structural(x)]
+    return in_order(tree, all_numbers(tree.bodies))
+
+
+def in_order(tree: Tree, every: Sequence[Any]) -> list[Any]:
+    """Of `all_numbers` of a tree like this one, its parameters in the order that `with_numbers` takes them."""
+    return [every[i] for i in _places(tree)]
+
+
+def _places(tree: Tree) -> list[int]:
+    """Where the parameters stand among all numbers: those of like bodies side by side, first by first, second by
+    second, so that vector calls for equal limbs load them at once (see `lanes`)."""
+    depths: list[int] = []
+    leaders: dict[tuple[int, str, int], int] = {}
+    places: list[tuple[int, int, int, int]] = []
+    first = 0
+    for i, b in enumerate(tree.bodies):
+        depths.append(depths[b.parent] + 1 if b.parent >= 0 else 0)
+        values = all_numbers([b])
+        leader = leaders.setdefault((depths[i], b.kind, len(values)), i)
+        places += [(leader, k, i, first + k) for k, x in enumerate(values) if not structural(x)]
+        first += len(values)
+    return [place for *_, place in sorted(places)]
 
 
 def with_numbers(tree: Tree, values: Any) -> Tree:
     """The same tree with its parameters replaced, in traced text by symbols."""
-    given = iter(values)
+    given = iter([x for _, x in sorted(zip(_places(tree), values, strict=True), key=lambda pair: pair[0])])
 
     def replaced(x: Any) -> Any:
         if np.ndim(x) == 0:
