@@ -1,11 +1,18 @@
-"""A run in one process, then its kernel alone, driven by the grants and commands that it got then."""
+"""A run in one process, then its kernel alone, driven by the grants and commands that it got then.
+
+The same commands at the same times also drive a pruned scene: the loaders' hinges locked, upper and lower part one body
+(nothing orders a hinge, and it decides neither the loads of the ropes nor the way of the block).
+"""
 
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import heavylift.coordinator.kernel_node as room
 import heavylift.coordinator.run as runner
+import msgspec
+import numpy as np
 from heavylift.nodes.scene import load
 
 
@@ -41,7 +48,7 @@ class Clock:
 
 
 def kernel_alone(scene):
-    """Simulated seconds, degrees of freedom, attempted steps, and CPU seconds by what they were spent on."""
+    """What the kernel was told; its tensions; attempted steps; and CPU seconds by what they were spent on."""
     began = time.process_time()
     original, room.KernelNode = room.KernelNode, Noting
     try:
@@ -53,7 +60,8 @@ def kernel_alone(scene):
     noted = Noting.last
 
     began = time.thread_time()
-    kernel = room.KernelNode(noted.config, lambda batch: None)
+    tensions = Tensions()
+    kernel = room.KernelNode(noted.config, tensions.take)
     start = time.thread_time() - began
     simulation = kernel.simulation
     native, samples = Clock(simulation._code, "call"), Clock(kernel, "_flush")
@@ -71,4 +79,66 @@ def kernel_alone(scene):
         "rounds, recording, exit": whole - start - alone,
     }
     steps = simulation["accepted"] + simulation["rejected"]
-    return noted.end.t * 1e-9, simulation.program.nv, steps, alone - samples.seconds, spent
+    return noted, tensions.of(kernel), steps, alone - samples.seconds, spent
+
+
+class Tensions:
+    """Times [s] and rope tensions (n, ropes) [N] out of the batches that a kernel publishes."""
+
+    def __init__(self):
+        self.batches = []
+
+    def take(self, batch):
+        self.batches.append(msgspec.msgpack.decode(batch))
+
+    def of(self, kernel):
+        channels = msgspec.msgpack.decode(kernel.layout())["channels"]
+        at = next(c for c in channels if c["topic"] == "rope/tension")
+        t = np.concatenate([np.array(times) for _, times, _ in self.batches]) * 1e-9
+        rows = [np.frombuffer(rows, "<f8").reshape(len(times), -1) for _, times, rows in self.batches]
+        return t, np.concatenate(rows)[:, at["start"] : at["stop"]]
+
+
+def without_hinges(system):
+    """The declarations of a node with its hinges locked, and the names of the brakes that are spared."""
+    hinges = {j.name for j in system.joints if j.name.endswith("hinge")}
+    joints = tuple(replace(j, kind="fixed", q0=(), v0=()) if j.name in hinges else j for j in system.joints)
+    kept = {
+        group: tuple(x for x in getattr(system, group) if x.joint not in hinges)
+        for group in ("springs", "stops", "brakes")
+    }
+    return replace(system, joints=joints, **kept), {b.name for b in system.brakes if b.joint in hinges}
+
+
+def pruned_alone(noted, method):
+    """Tensions, degrees of freedom and CPU seconds of the pruned scene under the same commands at the same times."""
+    pruned = [without_hinges(s) for s in noted.config.systems]
+    spared = {name for _, names in pruned for name in names}
+    config = msgspec.structs.replace(noted.config, systems=[s for s, _ in pruned], method=method)
+    tensions = Tensions()
+    kernel = room.KernelNode(config, tensions.take)
+    simulation, samples = kernel.simulation, Clock(kernel, "_flush")
+
+    def run(until):
+        simulation.run(until)
+        while simulation.event and simulation.next_ns <= until:
+            simulation.fire()
+            simulation.settle()
+            simulation.run(until)
+
+    began = time.thread_time()
+    kernel.start()
+    for tag, bag, _ in noted.history:
+        orders = [d.event.value for d in bag]
+        orders = [x for x in orders if getattr(x, "brake", None) not in spared]
+        if orders:
+            run(tag.t)
+            simulation.interrupt(tag.t)
+            for order in orders:
+                kernel._apply(order, tag)
+            simulation.settle()
+            kernel._flush(1)
+    run(noted.end.t - 1)
+    kernel.finish(noted.end)
+    alone = time.thread_time() - began - samples.seconds
+    return tensions.of(kernel), simulation.program.nv, alone
