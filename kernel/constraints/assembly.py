@@ -84,8 +84,9 @@ def _check_mobility(program: Program, independent: Sequence[bool] | np.ndarray) 
     for rows, trees in constraints.groups:
         held = [program.instances[i][0] for i in trees]
         free = sum(len(t.free_dofs) for t in held)
-        if free <= sum(bool(independent[r]) for r in rows if r < n) and not any(t.prescribed_dofs for t in held):
-            names = ", ".join(dict.fromkeys(constraints.names[r] for r in rows if r < n))
+        closing = [r for r in rows if r < n]
+        if closing and free <= sum(bool(independent[r]) for r in closing) and not any(t.prescribed_dofs for t in held):
+            names = ", ".join(dict.fromkeys(constraints.names[r] for r in closing))
             raise KernelError(
                 f"{names}: the loops leave nothing free to move; "
                 "give a joint of them another freedom, or join the bodies by fixed joints"

@@ -27,6 +27,8 @@ __all__ = ["SLACK", "Outcome", "RigidAt", "resolve", "rigid_numbers", "rigid_rop
 
 SLACK = 1e-9  # [m] used up by less, a rope still counts as slack, so that round-off does not pull it taut
 TOUCHING = 2e-9  # [m] slack below which a rope may become taut
+WIDE = 1e4  # ratio of what an impulse does in two rows, beyond which softness for both would drown one
+LEFT = 1e-4  # part of the energy of impulses that may be lost in loops by such softness
 LINE = 7  # numbers of a line: a(3), b(3), share
 
 
@@ -93,7 +95,7 @@ def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarr
     rows = e.constraint_rows()
     hooked = np.array([P[at][RigidAt.HOOKED] > 0.0 for at in slots], dtype=bool)
     close = [P[at][RigidAt.TAUT] > 0.0 or r.gap < TOUCHING for at, r in zip(slots, rows.rows[first:], strict=True)]
-    may = hooked & np.array(close, dtype=bool)
+    may = hooked & np.array(close, dtype=bool) & rows.movable[first:]
     before = np.array([float(r.rate) for r in rows.rows])
     x, after = _complementary(rows.matrix(), before, first, may, t)
     v = np.array(y[program.nq : program.nq + program.nv])
@@ -119,11 +121,25 @@ def _complementary(
     A: np.ndarray, b: np.ndarray, first: int, may: np.ndarray, t: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """x and A x + b with loops (rows before `first`) free and ropes that may pull complementary."""
+    A = A + np.diag(np.where(np.diag(A) > 0.0, 0.0, 1.0))  # a row that moves nothing stands alone
+    scale = _scale(np.diag(A))
     lo = np.concatenate([np.full(first, -np.inf), np.zeros(len(may))])
     hi = np.concatenate([np.full(first, np.inf), np.where(may, np.inf, 0.0)])
-    found = solve(A, b, lo, hi)
+    found = solve(A * np.outer(scale, scale), b * scale, lo, hi)
     if not found.found:
         raise KernelError(
             f"rigid ropes at {t:.6f} s: no set of taut ropes fits the forces; let some of them be elastic"
         )
-    return found.x, found.w
+    left = float(np.abs(found.x * found.w)[:first].sum())
+    if scale.min() < scale.max() and left > LEFT * float(np.abs(found.x * b * scale).sum()):
+        raise KernelError(
+            f"rigid ropes at {t:.6f} s: the masses that they and the loops move differ too much to find their "
+            "impulses; make the heavy bodies lighter, or let the ropes be elastic"
+        )
+    return found.x * scale, found.w / scale
+
+
+def _scale(diagonal: np.ndarray) -> np.ndarray:
+    """Factors that make rows equal which move masses of very different size, and so share nothing; else 1."""
+    wide = diagonal.max(initial=0.0) > WIDE * diagonal.min(initial=np.inf)
+    return 1.0 / np.sqrt(diagonal) if wide else np.ones(len(diagonal))

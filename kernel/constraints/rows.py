@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 __all__ = ["Constraints", "Row", "Rows"]
 
 BLOCK = 6  # rows of a block at most
+ROUNDED = 1e-12  # part of a row that is round-off
 _Parts = dict[tuple[int, int], Any]  # per tree and degree of freedom
 
 
@@ -155,6 +156,12 @@ class Rows:
     def pivots(self) -> Any:
         """(n,) what elimination leaves of each row's diagonal, relative: about 1e-6 for a redundant row."""
         return self._factors.pivot
+
+    @property
+    def movable(self) -> np.ndarray:
+        """(n,) whether a row moves anything at all, not only round-off; on floats."""
+        each = enumerate(self._sizes)
+        return np.array([float(self._entry(r, r)) > ROUNDED * float(size) for r, size in each], dtype=bool)
 
     def _opened(self, i: int) -> OpenTree:
         opened = self._instances[i][1].opened

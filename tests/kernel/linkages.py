@@ -36,27 +36,30 @@ def windows(n: int, theta: float = 0.0, omega: float = 1.0) -> System:
 TREE_KINDS = ("fixed", "revolute", "prismatic", "cylindrical", "universal", "free")  # less free than a ball joint
 
 
-def looped(seed: int, kinds: tuple[str, ...]) -> tuple[System, np.ndarray, np.ndarray]:
+def looped(
+    seed: int, kinds: tuple[str, ...], n: int = 9, decades: float = 1.0, tree_kinds: tuple[str, ...] = TREE_KINDS
+) -> tuple[System, np.ndarray, np.ndarray]:
     """A random tree at a random pose with joints of the given kinds between random bodies, closed in that pose."""
     random = np.random.default_rng(seed)
-    tree = random_system(seed, n=9, decades=1.0, kinds=TREE_KINDS)
+    tree = random_system(seed, n, decades, kinds=tree_kinds)
     graph = Program(tree).graph
     q, v = random_state(graph, seed + 1)
     starts = {k.joint.name: (tuple(q[k.q]), tuple(v[k.v])) for k in graph.links}
     joints = [replace(j, q0=starts[j.name][0], v0=starts[j.name][1]) for j in tree.joints]
     tree = replace(tree, joints=tuple(joints))
     at = poses(tree)
-    for n, kind in enumerate(kinds):
-        a, b = random.choice([WORLD, *(f"b{i}" for i in range(9))], 2, replace=False)
+    for number, kind in enumerate(kinds):
+        a, b = random.choice([WORLD, *(f"b{i}" for i in range(n))], 2, replace=False)
         p, R = random.normal(size=3), rotation(random)
         axis = random.normal(size=3)
         axis /= np.linalg.norm(axis)
         (p_A, R_A), (p_B, R_B) = at[a], at[b]
         p_C, R_C = R_B.T @ (p_A + R_A @ p - p_B), R_B.T @ R_A @ R
-        loop = Joint(
-            f"loop{n}", kind, str(a), str(b), nested(p), nested(R), nested(axis), p_CJ=nested(p_C), R_CJ=nested(R_C)
-        )
-        joints.append(loop)
+        second = np.cross(axis, R[0])
+        second /= np.linalg.norm(second)
+        pitch = 0.3 if kind == "screw" else 0.0
+        ends = nested(p), nested(R), nested(axis), nested(second), pitch
+        joints.append(Joint(f"loop{number}", kind, str(a), str(b), *ends, p_CJ=nested(p_C), R_CJ=nested(R_C)))
     return replace(tree, joints=tuple(joints)), q, v
 
 

@@ -1,0 +1,30 @@
+"""Hundreds of random mechanisms of everything at once: a finite run whose energy closes, or one sentence."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
+
+from random_mechanisms import CLOSES, has_loops, mechanism, outcome
+from small_scenes import SECOND
+
+CASES = 300
+
+
+@pytest.mark.parametrize("seed", range(CASES))
+def test_masses_of_two_decades(seed):
+    sentence, error = outcome(mechanism(seed, 2.0))
+    assert "\n" not in sentence
+    assert not sentence.startswith(":")
+    assert error < CLOSES
+
+
+@pytest.mark.parametrize("seed", range(CASES))
+def test_masses_of_twelve_decades(seed):
+    system = mechanism(seed, 12.0)
+    sentence, error = outcome(system, SECOND // 50)
+    assert "\n" not in sentence
+    assert not sentence.startswith(":")
+    assert error < CLOSES or has_loops(system)
