@@ -4,6 +4,7 @@ describe               contacts and their shapes as plain data
 candidates             what could touch, as a fixed list of witnesses per pair of shapes
 frames, pairs          contact point, normal and tangents with their rates; the table of pairs of shapes
 slots                  the rows, guards and heat of what touches, inside an evaluation
+rounds, pivoting,
 complementarity        the pivoting solver: linear complementarity with boxes, one text for floats and machine code
 coulomb, sweeps        friction around it: the set of contacts that push, stick and slide
 unilateral, touching   what may push at an event: slots of contacts, rigid ropes; who touches

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .complementarity import eliminate
+from .rounds import eliminate
 
 __all__ = ["Condensed", "part"]
 

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .complementarity import eliminate, solve
+from .complementarity import solve
+from .rounds import eliminate
 from .sweeps import sweep
 
 __all__ = ["Contacts", "Friction", "settle"]
