@@ -19,22 +19,22 @@ from .errors import KernelError
 from .flexible.checks import check_flexible
 from .forces.table import check_force
 from .joints import JOINTS
+from .shapes import choice, field_names, item_word, plain
 
-__all__ = ["check_description", "check_inertia", "check_joint"]
+__all__ = ["check_description", "check_inertia", "check_joint", "check_options"]
 
 PLACES = ("lines", "point", "p_PJ", "p_CJ", "com")
 FARTHEST = 1e30  # [m] the squares of distances must stay finite
+FINEST = 1e-14  # of a step: below is rounding, and steps shrink without end
+SHORTEST_SAMPLE = 100_000  # [ns]
+MOST_SAMPLES = 1_000_000  # within one step: their rows must find room
 UNIT = 1e-6  # how far an axis or a rotation may be off by rounding
 # groups within which a command or an event is addressed by name alone
 ADDRESSED = (
     ("drives", "ropes", "rigid_ropes", "masters", "measured", "forces"),
     ("ropes", "rigid_ropes", "supports", "stops", "brakes", "locks", "forces", "contacts", "thresholds"),
 )
-CHOICES: dict[str, dict[str, tuple[str | int, ...]]] = {
-    "Drive": {"kind": ("prescribed", "servo", "speed")},
-    "Measured": {"kind": ("angle", "joint"), "axis": (0, 1)},
-    "Threshold": {"quantity": ("height", "tension", "angle", "joint", "speed", "length"), "axis": (0, 1)},
-}
+AXES = (0, 1)  # about which an attitude is measured
 POSITIVE = {"RigidRope": ("L0",), "Rope": ("EA", "L0")}
 NOT_NEGATIVE = {
     "JointSpring": ("k", "d"),
@@ -46,8 +46,9 @@ NOT_NEGATIVE = {
 }
 
 
-def check_description(system: System) -> None:
-    """Raises KernelError for the first item that cannot be."""
+def check_description(system: System) -> System:
+    """The description in tuples and floats (see `shapes`); raises KernelError for the first item that cannot be."""
+    system = plain(system)
     if not isfinite(system.gravity):
         raise KernelError(f"gravity is {system.gravity}; it must be a finite number")
     for group in [(f.name,) for f in fields(system) if f.name not in ("bodies", "joints", "gravity")] + [*ADDRESSED]:
@@ -80,19 +81,19 @@ def check_description(system: System) -> None:
     for s in system.stops:
         if s.lower > s.upper:
             raise KernelError(f"stop '{s.name}': its lower limit {s.lower:g} lies above the upper one, {s.upper:g}")
+    return system
 
 
 def _check_item(x: Any) -> None:
     """Finite numbers everywhere, the right sign where there is one."""
-    kind, where = type(x).__name__, f"{_word(type(x).__name__)} '{x.name}'"
+    kind, where = type(x).__name__, f"{item_word(x)} '{x.name}'"
     for field, value in _numbers(x):
         if not isfinite(value):
             raise KernelError(f"{where}: {field} is {value}; it must be a finite number")
         if field in PLACES and abs(value) > FARTHEST:
             raise KernelError(f"{where}: {field} is {value:g} m; it must lie within {FARTHEST:g} m")
-    for field, choices in CHOICES.get(kind, {}).items():
-        if getattr(x, field) not in choices:
-            raise KernelError(f"{where}: {field} is '{getattr(x, field)}'; it must be {_or(choices)}")
+    if kind in ("Measured", "Threshold") and x.axis not in AXES:
+        raise KernelError(f"{where}: axis is '{x.axis}'; it must be {choice(AXES)}")
     for field in POSITIVE.get(kind, ()):
         if not getattr(x, field) > 0.0:
             raise KernelError(f"{where}: {field} is {getattr(x, field):g}; it must be positive")
@@ -101,18 +102,10 @@ def _check_item(x: Any) -> None:
             raise KernelError(f"{where}: {field} is {getattr(x, field):g}; it cannot be negative")
 
 
-def _or(choices: tuple[str | int, ...]) -> str:
-    return f"{', '.join(map(str, choices[:-1]))} or {choices[-1]}"
-
-
-def _word(kind: str) -> str:
-    return "spring" if kind == "JointSpring" else kind.lower()
-
-
 def _numbers(x: Any, field: str = "") -> Iterator[tuple[str, float]]:
     """All numbers of a description with the field that holds them."""
     if is_dataclass(x) or isinstance(x, Struct):
-        for name in x.__struct_fields__ if isinstance(x, Struct) else [f.name for f in fields(x)]:
+        for name in field_names(x):
             yield from _numbers(getattr(x, name), field or name)
     elif isinstance(x, tuple):
         for e in x:
@@ -159,3 +152,22 @@ def check_joint(j: Joint) -> None:
     quaternion = j.q0[-4:] if joint.quaternion is not None else ()
     if quaternion and not any(quaternion):
         raise KernelError(f"joint '{j.name}': its initial quaternion is zero; it must have length 1")
+
+
+def check_options(tolerance: Any, sample_ns: Any, h_max: Any, step: Any, opt: Any) -> None:
+    """Raises KernelError for options of a simulation that no run can have."""
+    numbers = {"tolerance": tolerance, "sample_ns": sample_ns, "h_max": h_max, "step": 1.0 if step is None else step}
+    for name, x in numbers.items():
+        if not isinstance(x, float | int | np.number):
+            raise KernelError(f"{name} is {x!r}; it must be a number")
+    if not FINEST <= tolerance < 1.0:
+        raise KernelError(f"tolerance {tolerance:g}: it must lie between {FINEST:g} and 1")
+    if not isinstance(sample_ns, int | np.integer) or sample_ns < SHORTEST_SAMPLE:
+        raise KernelError(f"samples every {sample_ns} ns: they must be at least {SHORTEST_SAMPLE} ns apart")
+    if not (isfinite(h_max) and h_max > 0.0):
+        raise KernelError(f"h_max {h_max:g} s: the longest step must be positive and finite")
+    longest = step or h_max
+    if isfinite(longest) and longest * 1e9 > MOST_SAMPLES * sample_ns:
+        raise KernelError(f"a step of {longest:g} s has more than {MOST_SAMPLES} samples; make it shorter")
+    if opt not in (0, 1, 2, 3):
+        raise KernelError(f"opt {opt!r}: the compiler's levels are 0, 1, 2 and 3")

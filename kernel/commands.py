@@ -32,6 +32,7 @@ class Commanded(Stepper):
 
     def __init__(self, *args: Any) -> None:
         super().__init__(*args)
+        self._started = False
         self.switches = Switches(self.program, self.P)
         self._contacts = ContactSets(self.program, self.P)
         self.log: list[tuple[int, StateEvent]] = []
@@ -54,12 +55,19 @@ class Commanded(Stepper):
         self.X[self._at["y"]] = self._close(self.state.copy())[0]
         self.X[self._at["gap"]] = 0.0
 
+    def _begun(self) -> None:
+        """Raises KernelError before `start`: there is no derivative, no time of samples, no discrete state."""
+        if not self._started:
+            raise KernelError("the simulation has no state yet; start it first")
+
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
         """Let an actuator follow k1 s + kc cos s + ks sin s of a master from here on; "" releases it."""
+        self._begun()
         self.references.set_follow(actuator, self.epoch, master, f, self.masters_now())
 
     def set_brake(self, brake: str, engaged: bool) -> None:
         """Close a brake where its joint stands, or open it."""
+        self._begun()
         row = self.row()
         self.switches.set_brake(brake, engaged, row)
         self._heat(row)
@@ -69,6 +77,7 @@ class Commanded(Stepper):
 
         In a joint that moves, a lock stops it by an impulse; freed, it goes on without a jump.  None: nothing changed.
         """
+        self._begun()
         lock_of(self.program.system, lock)
         if engaged == (lock in self.program.locked):
             return None
@@ -97,6 +106,7 @@ class Commanded(Stepper):
 
     def unhook(self, rope: str) -> None:
         """Take a rope off; the energy that it held is lost."""
+        self._begun()
         row = self.row()
         self.switches.unhook(rope)
         self._heat(row)
@@ -106,6 +116,7 @@ class Commanded(Stepper):
 
         Raises KernelError if it is too short, or for a new station on a flexible body.
         """
+        self._begun()
         a, b = self._ends(rope, a, b)
         where, at = f"rope '{rope}' at {self.epoch * 1e-9:.3f} s", self.program.parameters.at
         rigid = self.switches.rigid_numbers(rope)
@@ -115,7 +126,9 @@ class Commanded(Stepper):
         if L0 is not None and not 0.0 < L0 < np.inf:
             raise KernelError(f"{where}: length {L0:g} m; it must be positive")
         before = self.P.copy()
-        p[places.A], p[places.B] = a or p[places.A], b or p[places.B]
+        for end, place in ((a, places.A), (b, places.B)):
+            if end is not None:
+                p[place] = end
         if L0 is not None:
             self.P[at["reference", rope]], self.P[at["follow", rope]] = [0.0, L0] + [0.0] * (PROFILE - 2), 0.0
         gap = self._too_short(rope)
@@ -133,6 +146,9 @@ class Commanded(Stepper):
         if rope not in lines:
             return [a, b]
         line, where = lines[rope], f"rope '{rope}' at {self.epoch * 1e-9:.3f} s"
+        for end in (a, b):
+            if end is not None and not _is_place(end):
+                raise KernelError(f"{where}: end {end}; it must be 3 finite numbers")
         return [None if p is None else graph.in_frame(where, x.body, p) for x, p in ((line.a, a), (line.b, b))]
 
     def _too_short(self, rope: str) -> float:
@@ -158,3 +174,12 @@ class Commanded(Stepper):
         """What the laws hold less than before a switch has become their heat; what they hold more comes from it."""
         first = self.program.nq + self.program.nv
         self.state[first : first + len(before.stored)] += before.stored - self.row().stored
+
+
+def _is_place(p: Any) -> bool:
+    """Whether p is three finite numbers."""
+    return (
+        isinstance(p, tuple | list | np.ndarray)
+        and len(p) == 3
+        and all(isinstance(x, float | int | np.number) and np.isfinite(x) for x in p)
+    )

@@ -66,7 +66,7 @@ class Program:
         locked: frozenset[str] | None = None,
         clamped: bool = True,
     ) -> None:
-        check_description(system)
+        system = check_description(system)
         modes = None
         if any(b.flexible for b in system.bodies):
             from .flexible.stations import with_stations  # needs linear algebra, which rigid scenes do not

@@ -80,6 +80,7 @@ class Simulation(Commanded):
         if self.program.contacts.sites or self.program.system.rigid_ropes:
             self._resolve_rows([], 0)
         self._new_stretch(0)
+        self._started = True
         self.settle()
 
     def _check_ropes(self) -> None:
@@ -106,7 +107,8 @@ class Simulation(Commanded):
         return any(self.program.guards[i][1] in self.subscribed for i in self._fallen)
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
-        """Commit steps that end by `until_ns`; `pause` is called every 25 ms of work."""
+        """Commit steps that end by `until_ns`, none if that is past; `pause` is called every 25 ms of work."""
+        self._check_time(until_ns)
         while not self._still:
             if self._fallen:
                 if self.event or self._event_ns > until_ns:
@@ -132,6 +134,12 @@ class Simulation(Commanded):
                 self._restore()
                 self._still = True
             pause()
+
+    def _check_time(self, t_ns: int) -> None:
+        """Raises KernelError for a time that is none."""
+        self._begun()
+        if not isinstance(t_ns, int | np.integer):
+            raise KernelError(f"time {t_ns!r}: it must be a whole number of nanoseconds")
 
     def _pass_break(self) -> None:
         """Between two pieces of a profile or history: commit, and a new derivative, since forces may jump."""
@@ -169,6 +177,7 @@ class Simulation(Commanded):
 
     def preview(self) -> list[StateEvent]:
         """What `fire` will return; changes nothing."""
+        self._begun()
         P, X = self.P.copy(), self.X.copy()
         events = self._switch(self._fallen, self._event_ns)
         self.P[:], self.X[:] = P, X
@@ -187,6 +196,9 @@ class Simulation(Commanded):
 
     def fire(self) -> list[StateEvent]:
         """Integrate to the located event and switch all laws whose guards have fallen there, in fixed order."""
+        self._begun()
+        if not self._fallen:
+            raise KernelError("no event has been located; run first")
         fallen, t_ns = self._fallen, self._event_ns
         self._snapshot, self._fallen, self._event_ns = None, [], FOREVER_NS
         self._commit()
@@ -207,6 +219,9 @@ class Simulation(Commanded):
 
     def interrupt(self, t_ns: int) -> None:
         """Integrate to t_ns (not beyond next_ns), so that commands can be given there."""
+        self._check_time(t_ns)
+        if t_ns < self.epoch:
+            raise KernelError(f"time {t_ns} ns: it lies before the present, {self.epoch} ns")
         self.run(t_ns)  # what ends or happens unheard by then comes first
         self._restore()
         if self._still:
@@ -229,6 +244,7 @@ class Simulation(Commanded):
 
     def settle(self) -> None:
         """Derivative and guards after a jump; a guard that is below zero now is an event at once."""
+        self._begun()
         self.references.write(self.epoch)
         self._set(
             t_stop=next(iter(self.references.breaks(self.epoch)), NEVER),

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from .checks import check_options
 from .constraints.assembly import assemble, locked, lost
 from .constraints.ropes import RigidAt, resolve
 from .describe import System
@@ -34,7 +35,6 @@ __all__ = ["FOREVER_NS", "NEVER", "Stepper"]
 
 FOREVER_NS = 2**63 - 1
 ROWS = 512  # rows of the table that native code fills, besides those that one step may add
-SHORTEST_SAMPLE = 100_000  # [ns]
 NEVER = 1e15  # [s] local time that does not come
 
 
@@ -55,10 +55,7 @@ class Stepper:
         formulation: str,
         fused: bool,
     ) -> None:
-        if not 0.0 < tolerance < 1.0:
-            raise KernelError(f"tolerance {tolerance:g}: it must lie between 0 and 1")
-        if sample_ns < SHORTEST_SAMPLE:
-            raise KernelError(f"samples every {sample_ns} ns: they must be at least {SHORTEST_SAMPLE} ns apart")
+        check_options(tolerance, sample_ns, h_max, step, opt)
         self.fixed, self._step, self._balance = step is not None, step or 0.0, Balance()
         self._fused = fused
 

@@ -3,7 +3,9 @@
 from dataclasses import replace
 from math import inf, nan
 
+import numpy as np
 import pytest
+from heavylift.kernel.contact.describe import Box, Contact, Plane
 from heavylift.kernel.describe import (
     Body,
     Brake,
@@ -21,6 +23,7 @@ from heavylift.kernel.describe import (
     Threshold,
 )  # fmt: skip
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.flexible.description import Beam, Flexible
 from heavylift.kernel.methods import METHODS
 from heavylift.kernel.rate import Program
 from heavylift.kernel.simulation import Simulation
@@ -31,6 +34,7 @@ ONE = slider("a")
 BODY, GUIDE = ONE.bodies[0], ONE.joints[0]
 LINE = (Line(Point("world"), Point("a")),)
 ROPE = Rope("rope", LINE, 1e8, 10.0)
+BEAM = Beam(10.0, 5.0, EI_y=1e6)
 SHEARED = ((1.0, 0.5, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 LEFT_HANDED = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0))
 COORDINATES = (("dt", "travel"), ("ea", "angle"), ("ft", "travel"))
@@ -72,8 +76,8 @@ DESCRIPTIONS = [
     ),
     (
         with_(joints=(replace(GUIDE, kind="hinge"),)),
-        "joint 'a-guide': there is no kind 'hinge'; kinds are fixed, revolute, prismatic, cylindrical, screw, "
-        "universal, planar, constant-velocity, slider, spherical, free",
+        "joint 'a-guide': kind is 'hinge'; it must be fixed, revolute, prismatic, cylindrical, screw, universal, "
+        "planar, constant-velocity, spherical, free or slider",
     ),
     # axes
     (
@@ -145,6 +149,47 @@ DESCRIPTIONS = [
     (
         with_(brakes=(Brake("brake", "a-guide", -1.0, 1e6, 0.0),)),
         "brake 'brake': moment is -1; it cannot be negative",
+    ),
+    # types and shapes
+    ({}, "the description is {}; it must be a System"),
+    (with_(gravity=None), "gravity is None; it must be a number"),
+    (with_(bodies=(GUIDE, *ONE.bodies)), f"bodies: {str(GUIDE)[:57]}... is none of them; it must be a Body"),
+    (with_(bodies=(Body(7, 1.0),)), "body 7: name is 7; it must be a text"),
+    (with_(bodies=(Body("a", "heavy"),)), "body 'a': mass is 'heavy'; it must be a number"),
+    (with_(bodies=(Body("a", None),)), "body 'a': mass is None; it must be a number"),
+    (
+        with_(bodies=(Body("a", 1.0, inertia=((1.0,),)),)),
+        "body 'a': inertia is ((1.0,),); it must be 3 rows of 3 numbers",
+    ),
+    (with_(joints=(replace(GUIDE, axis=(1.0, 0.0)),)), "joint 'a-guide': axis is (1.0, 0.0); it must be 3 numbers"),
+    (
+        with_(joints=(replace(GUIDE, R_PJ=((1.0, 0.0), (0.0, 1.0))),)),
+        "joint 'a-guide': R_PJ is ((1.0, 0.0), (0.0, 1.0)); it must be 3 rows of 3 numbers",
+    ),
+    (with_(joints=(replace(GUIDE, p_PJ=np.full(3, nan)),)), "joint 'a-guide': p_PJ is nan; it must be a finite number"),
+    (with_(joints=(replace(GUIDE, q0=[nan]),)), "joint 'a-guide': q0 is nan; it must be a finite number"),
+    (with_(bodies=(Body("a", np.float32(nan)),)), "body 'a': mass is nan; it must be a finite number"),
+    (with_(ropes=(replace(ROPE, EA="x"),)), "rope 'rope': EA is 'x'; it must be a number"),
+    (with_(ropes=(replace(ROPE, lines=(7,)),)), "rope 'rope': lines is 7; it must be a Line"),
+    (
+        with_(contacts=(Contact("c", Box("a", size=(1.0, 1.0)), Plane()),)),
+        "contact 'c': a.size is (1.0, 1.0); it must be 3 numbers",
+    ),
+    (
+        with_(contacts=(Contact("c", Plane(), Plane()),)),
+        f"contact 'c': a is {str(Plane())[:57]}...; it must be a Ball or a Box",
+    ),
+    (
+        with_(bodies=(Body("a", 1.0, flexible=Flexible(2, BEAM, frame="foo")),)),
+        "body 'a': flexible.frame is 'foo'; it must be clamped, simply supported or free",
+    ),
+    (
+        with_(bodies=(Body("a", 1.0, flexible=Flexible(2, replace(BEAM, elements=2.5))),)),
+        "body 'a': flexible.beam.elements is 2.5; it must be a whole number",
+    ),
+    (
+        with_(bodies=(Body("a", 1.0, flexible=Flexible(2.5, BEAM)),)),
+        "body 'a': flexible.modes is 2.5; it must be a whole number",
     ),
     # laws
     (
@@ -239,8 +284,8 @@ def test_descriptions_that_cannot_be(system, sentence):
             {},
             "body 'b': nothing resists its motion in joint 'k'; give it, or what it carries, mass or inertia",
         ),
-        (ONE, {"tolerance": 0.0}, "tolerance 0: it must lie between 0 and 1"),
-        (ONE, {"tolerance": nan}, "tolerance nan: it must lie between 0 and 1"),
+        (ONE, {"tolerance": 0.0}, "tolerance 0: it must lie between 1e-14 and 1"),
+        (ONE, {"tolerance": nan}, "tolerance nan: it must lie between 1e-14 and 1"),
         (ONE, {"sample_ns": 0}, "samples every 0 ns: they must be at least 100000 ns apart"),
         (
             ONE,
@@ -248,6 +293,13 @@ def test_descriptions_that_cannot_be(system, sentence):
             f"method 'euler': there is none of this name; choose one of {', '.join(METHODS)}",
         ),
         (ONE, {"method": "rk4"}, "method 'rk4': it has no error estimate; give it a step, such as 0.001 s"),
+        (ONE, {"tolerance": 1e-30}, "tolerance 1e-30: it must lie between 1e-14 and 1"),
+        (ONE, {"tolerance": "a"}, "tolerance is 'a'; it must be a number"),
+        (ONE, {"h_max": nan}, "h_max nan s: the longest step must be positive and finite"),
+        (ONE, {"h_max": 0.0}, "h_max 0 s: the longest step must be positive and finite"),
+        (ONE, {"h_max": -1.0}, "h_max -1 s: the longest step must be positive and finite"),
+        (ONE, {"h_max": 1e9}, "a step of 1e+09 s has more than 1000000 samples; make it shorter"),
+        (ONE, {"opt": 9}, "opt 9: the compiler's levels are 0, 1, 2 and 3"),
         (ONE, {"step": 0.0}, "step 0 s: a fixed step must be at least 1e-09 s and finite"),
         (ONE, {"step": nan}, "step nan s: a fixed step must be at least 1e-09 s and finite"),
     ],
@@ -334,6 +386,16 @@ COMMANDS = [
     ),
     (lambda s: s.unhook("x"), "'x': no rope of this name; there are rope, sling"),
     (lambda s: s.hook("x"), "'x': no rope of this name; there are rope, sling"),
+    (lambda s: s.hook("sling", a=(1.0,)), "rope 'sling' at 0.000 s: end (1.0,); it must be 3 finite numbers"),
+    (lambda s: s.hook("sling", b=(1.0, 2.0)), "rope 'sling' at 0.000 s: end (1.0, 2.0); it must be 3 finite numbers"),
+    (
+        lambda s: s.hook("sling", a=(nan,) * 3),
+        "rope 'sling' at 0.000 s: end (nan, nan, nan); it must be 3 finite numbers",
+    ),
+    (lambda s: s.run(nan), "time nan: it must be a whole number of nanoseconds"),
+    (lambda s: s.interrupt(1e8), "time 100000000.0: it must be a whole number of nanoseconds"),
+    (lambda s: s.interrupt(-1), "time -1 ns: it lies before the present, 0 ns"),
+    (lambda s: s.fire(), "no event has been located; run first"),
     (lambda s: s.hook("rope"), "rope 'rope' at 0.000 s: it is hooked already; unhook it first"),
 ]
 
@@ -351,6 +413,34 @@ def test_commands_that_cannot_be(simulation, command, sentence):
     assert str(e.value) == sentence
     simulation.references.write(simulation.epoch)
     assert simulation.P.tobytes() == before, "a refused command changes nothing"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        lambda s: s.run(SECOND),
+        lambda s: s.interrupt(SECOND // 10),
+        lambda s: s.fire(),
+        lambda s: s.preview(),
+        lambda s: s.settle(),
+        lambda s: s.set_follow("rope", "theta", (1.0, 0.0, 0.0)),
+        lambda s: s.set_brake("brake", True),
+        lambda s: s.set_lock("lock", True),
+        lambda s: s.unhook("rope"),
+        lambda s: s.hook("rope"),
+    ],
+)
+def test_nothing_can_be_told_to_a_simulation_before_its_start(command):
+    with pytest.raises(KernelError) as e:
+        command(Simulation(driven()))
+    assert str(e.value) == "the simulation has no state yet; start it first"
+
+
+def test_a_rope_is_hooked_at_an_array():
+    s = started(driven())
+    s.unhook("sling")
+    s.hook("sling", a=np.array([1.0, 0.0, 0.0]))
+    assert s.switches.rope_numbers("sling")[4:7] == pytest.approx([1.0, 0.0, 0.0])
 
 
 def test_names_of_none():
