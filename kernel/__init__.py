@@ -10,7 +10,7 @@ flexible                          beams and finite-element models as modes in a 
 forces                            the force table: loads, springs, bushings, wind, sheaves, laws of the user's own
 constraints, spanning             loops: rows of closing joints, redundancy, drift, assembly
 contact                           rigid contact with friction: witnesses, rows, pivoting solver, impacts
-rate, evaluation                  the equations of a scene, written once
+rate, evaluation                  the equations of a scene, written once: placing, applying, then accelerations
 symbol, function, emit, native    the same text traced, as LLVM IR, as machine code
 methods                           integration methods: tableaus and tiny classes
 steps, stepping, columns           one step, one location, one sample as text; native functions of them; sample rows

@@ -16,8 +16,8 @@ import numpy as np
 from . import laws
 from .checks import check_description
 from .constraints.closures import CLOSURES
+from .constraints.constraints import Constraints
 from .constraints.factors import OpenTree, open_tree
-from .constraints.rows import Constraints
 from .contact.slots import ContactRows
 from .describe import Brake, Drive, JointSpring, Stop, System
 from .dynamics import energies
