@@ -36,7 +36,8 @@ mechanism:
     c: {type: revolute, parent: rocker, child: coupler, at: [0, 0, 1 m], at child: [0, 0, 1 m], axis: [0, 1, 0]}
     hub: {type: revolute, parent: coupler, child: wheel, at: [0, 0.2 m, 0.5 m], axis: [0, 1, 0], speed: 20 rad/s}
     hang: {type: free, child: plate, at: [0, 0, 6 m]}
-    float: {type: free, child: crate, at: [20.6006 m, 0, 0.8008 m], attitude: [0, 0.316227766016838, 0, 0.948683298050514]}
+    float:
+      {type: free, child: crate, at: [20.6006 m, 0, 0.8008 m], attitude: [0, 0.316227766016838, 0, 0.948683298050514]}
   locks:
     bolt: {joint: hub}
   ropes:
