@@ -7,6 +7,7 @@ where a processor has narrower vectors the compiler splits them.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -16,6 +17,7 @@ from .symbol import Sym
 __all__ = ["WIDEST", "Batch", "arranged", "width_of"]
 
 WIDEST = 8
+CROWDED = 4  # so many times fewer calls side by side than each of them has inside: those inside use the lanes better
 
 
 @dataclass(frozen=True)
@@ -74,11 +76,17 @@ def _batches(nodes: Sequence[Sym]) -> Iterator[Batch]:
             if _scalar(f):
                 groups.setdefault((f, rung[f]), []).append(n)
         rungs[n] = rung
-    for calls in groups.values():
+    for (f, _), calls in groups.items():
         width = width_of(len(calls))
-        if width > 1:
+        if width > 1 and CROWDED * width > _inside(f):
             shared = _shared(calls)
             yield from (Batch(tuple(calls[i : i + width]), width, shared) for i in range(0, len(calls), width))
+
+
+def _inside(f: Function) -> int:
+    """Lanes that equal calls within one call of f fill."""
+    counts = Counter(n.args[0] for n in f.nodes if n.op == "call")
+    return width_of(max(counts.values(), default=0))
 
 
 def _shared(calls: Sequence[Sym]) -> frozenset[str]:
