@@ -35,6 +35,7 @@ TAUT = 2  # place of the state in P, behind EA and c
 NODE = 12  # numbers of a node: centre, axis, dividing direction, radius, friction, 1/efficiency
 FREE = 2.0  # mode of a sheave of a slack rope
 PARALLEL = 0.99  # cosine between the axes of neighbouring sheaves
+ALONG = 0.9  # sine of a fleet angle at which a rope no longer lies in its sheave
 UNIT = 1e-6  # how far an axis may be off by rounding
 
 
@@ -94,6 +95,10 @@ class ReevingLaw(ForceLaw):
             bias = float((a.radius or 0.0) - (b.radius or 0.0))
             D = b.c - a.c
             self.demand(f, f"part {i}", float(D @ D) > bias * bias, "has no length; keep its ends apart")
+            for x in (a, b):
+                if x.axis is not None:
+                    told = "runs along the axis of its sheave; turn the axis across the rope"
+                    self.demand(f, f"part {i}", abs(float(D @ x.axis)) < ALONG * float(np.linalg.norm(D)), told)
             if a.radius is not None and b.radius is not None:
                 self.demand(
                     f, f"part {i}", abs(float(a.axis @ b.axis)) > PARALLEL, "joins sheaves whose axes are not parallel"

@@ -15,6 +15,7 @@ import sys
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import isnan
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -29,6 +30,9 @@ from .describe import Signal, UserLaw
 from .law import Answer, ForceLaw, Poses, Shown, wrench
 
 __all__ = ["Given", "UserLawEntry"]
+
+MATHEMATICS = "heavylift.kernel.forces.mathematics"
+CONDITIONS = ("gt", "ge", "and", "or")  # operations whose result is no number
 
 
 @dataclass(frozen=True)
@@ -56,7 +60,15 @@ class UserLawEntry(ForceLaw):
 
     def check(self, f: UserLaw) -> None:
         self.demand(f, "joint", bool(f.joint) != bool(f.ends), "and ends: it must act on either of them, not on both")
-        self._traced(f)
+        law = self._traced(f)
+        told = _wrong(law)
+        if told:
+            raise KernelError(f"law '{f.name}': '{f.function}' {told}")
+        if _digest(self._traced(f)) != _digest(law):
+            raise KernelError(
+                f"law '{f.name}': '{f.function}' computes something else each time it is called; a law depends on what "
+                "it is given only, not on random numbers, clocks or what it remembers"
+            )
 
     def signal(self, f: UserLaw) -> Signal:
         return f.signal
@@ -156,9 +168,9 @@ def _called(f: UserLaw, function: str, given: Given) -> Any:
         file = law.__code__.co_filename if hasattr(law, "__code__") else ""
         lines = [x for x in traceback.extract_tb(e.__traceback__) if x.filename == file]
         where = f"{Path(file).name}:{lines[-1].lineno}" if lines else function
-        told = str(e)
-        if "no callable" in told or "must be real number" in told or "ufunc" in told:
-            told = "math and NumPy cannot work on a run-time value: use those of heavylift.kernel.forces.mathematics"
+        told = str(e).replace("kernel.elementary", MATHEMATICS)
+        if "no callable" in told or "must be real number" in told or "ufunc" in told or "forced to a float" in told:
+            told = f"math and NumPy cannot work on a run-time value: use those of {MATHEMATICS}"
         raise KernelError(f"law '{f.name}': '{function}' at {where}: {told}") from e
 
 
@@ -190,6 +202,21 @@ def _module(name: str) -> ModuleType:
         spec.loader.exec_module(module)
         sys.modules[key] = module
     return sys.modules[key]
+
+
+def _wrong(law: Function) -> str:
+    """What stands in a recorded law that cannot be computed."""
+    written = [x for values in law.outputs.values() for x in values]
+    if any(isnan(x) for x in (*written, *(a for n in law.nodes for a in n.args)) if isinstance(x, float)):
+        return "computes with nan; give it finite numbers"
+    used = [
+        (x, n.op in ("and", "or") or (n.op == "select" and i == 0)) for n in law.nodes for i, x in enumerate(n.args)
+    ]
+    for x, wants in (*used, *((x, False) for x in written)):
+        if is_sym(x) and wants != (x.op in CONDITIONS):
+            told = "a number is not a condition" if wants else "a condition is not a number"
+            return f"computes where {told}: use select(condition, a, b) with > or >="
+    return ""
 
 
 def _digest(law: Function) -> str:

@@ -1,6 +1,7 @@
 """Laws as a user writes them, good ones and bad ones."""
 
 import math
+import random
 
 import numpy as np
 from heavylift.kernel.forces.mathematics import cos, maximum, select, sin, sqrt
@@ -74,3 +75,27 @@ def nothing(x):
 
 def misspelt(x):
     return x.position
+
+
+def counting(x):
+    return (x.q > 0.0) * 3.0
+
+
+def answering(x):
+    return x.q > 0.0
+
+
+def choosing(x):
+    return select(x.q, 1.0, 2.0)
+
+
+def by_a_root(x):
+    return x.q**0.5
+
+
+def gambling(x):
+    return random.random()
+
+
+def undefined(x):
+    return math.nan

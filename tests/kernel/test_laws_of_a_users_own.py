@@ -115,12 +115,18 @@ def test_an_edited_law_is_compiled_again(tmp_path, monkeypatch):
 BAD = [
     ("branching", "at laws_of_a_user.py:", "use select(condition, a, b)"),
     ("looping", "at laws_of_a_user.py:", "use select(condition, a, b)"),
-    ("by_the_library", "at laws_of_a_user.py:", "use"),
+    ("by_the_library", "at laws_of_a_user.py:", "use those of heavylift.kernel.forces.mathematics"),
+    ("by_a_root", "at laws_of_a_user.py:", "use power of heavylift.kernel.forces.mathematics"),
     ("by_numpy", "at laws_of_a_user.py:", "use those of heavylift.kernel.forces.mathematics"),
     ("misspelt", "at laws_of_a_user.py:", "no attribute 'position'"),
     ("too_many", "must return one number, the effort along its joint", ""),
     ("a_word", "must return one number, the effort along its joint", ""),
     ("nothing", "must return one number, the effort along its joint", ""),
+    ("counting", "a condition is not a number", "use select(condition, a, b)"),
+    ("answering", "a condition is not a number", "use select(condition, a, b)"),
+    ("choosing", "a number is not a condition", "with > or >="),
+    ("gambling", "computes something else each time", "a law depends on what it is given only"),
+    ("undefined", "'laws_of_a_user:undefined' computes with nan", "give it finite numbers"),
     ("absent", "there is no function 'absent' in 'laws_of_a_user'", ""),
 ]
 
@@ -146,7 +152,7 @@ def test_what_cannot_be_traced_is_refused_with_its_line(function, told, do, nati
         (own("relay", guards=f"{HERE}:beyond_the_middle", modes=2), "must return a list of 2 numbers"),
         (
             UserLaw("own", f"{HERE}:relay", ends=(Point("load"),), modes=0),
-            "laws_of_a_user.py:35: index 0 is out of bounds",
+            "laws_of_a_user.py:36: index 0 is out of bounds",
         ),
         (UserLaw("own", f"{HERE}:too_many", ends=(Point("load"),)), "a force of 3 numbers, or force and moment of 6"),
         (UserLaw("own", f"{HERE}:shaker", "guide"), "joint 'guide': no such joint"),
