@@ -1,22 +1,30 @@
 """The multibody kernel: a compiler from described mechanics to machine code, with located events.
 
-describe                          bodies, joints, ropes and laws as plain data; needs no NumPy
-graph, trees                      numbering, path matrix T, trees of one kind
-joints, motion                    the joint table and what its rows do
-kinematics, dynamics, ltdl        the recursion: motion, equations of motion, their sparse factors
-laws                              ropes, supports, springs, stops, brakes, drives
-locking, resistance               joints locked in mid-run; masses and inertias that are missing
-flexible                          beams and finite-element models as modes in a floating frame, sliders on them
-forces                            the force table: loads, springs, bushings, wind, sheaves, laws of the user's own
-constraints, spanning             loops: rows of closing joints, redundancy, drift, assembly
-contact                           rigid contact with friction: witnesses, rows, pivoting solver, impacts
-rate, evaluation                  the equations of a scene, written once: placing, applying, then accelerations
-symbol, function, emit, native    the same text traced, as LLVM IR, as machine code
-methods                           integration methods: tableaus and tiny classes
-steps, stepping, columns           one step, one location, one sample as text; native functions of them; sample rows
-stepper, commands, simulation      blocks and steps; what may be ordered; the life of a run, with located events
-structure, failures                what scenes with the same code share; why a run cannot go on
-formulations                      embedding, augmented and articulated beside the recursion
-analysis                          inverse dynamics, joint reactions, momentum
-equations, errors                 the equations in print, as text and LaTeX; the exception tree of heavylift
+What is there
+    describe, points, shapes, checks  bodies, joints, ropes and laws as plain data, without NumPy; what they must fulfil
+    graph, spanning, trees            numbering, path matrix T, which joints close loops, trees of one kind
+    joints, motion, locking           the joint table, what its rows do, joints locked in mid-run
+    profile, references               what drives, winches and masters follow
+How it moves, written once
+    spatial, kinematics, dynamics     spatial algebra; motion from the root outwards; equations of motion
+    ltdl, limbs, resistance           their sparse factors; equal branches; masses and inertias that are missing
+    laws, forces                      ropes, supports, stops, brakes, drives; the force table, laws of the user's own
+    flexible                          beams and finite-element models as modes in a floating frame, sliders on them
+    constraints                       loops and rigid ropes: rows, redundancy, drift, assembly, impulses
+    contact                           rigid contact with friction: witnesses, rows, pivoting solver, impacts
+    parameters, rate                  numbers of a scene in P; its equations
+    placing, applying, evaluation     one evaluation of them: where bodies are, what acts on them, accelerations
+How it becomes machine code
+    symbol, function, layout          tracing: symbols, functions, named parts of blocks
+    elementary                        sin, cos, atan2 and powers that are equal on every processor
+    emit, straight, lanes, gather, wide    LLVM IR: modules, functions, equal calls side by side, loops over states
+    structure, native, oracle         what scenes with the same code share; machine code; the same text on floats
+How it runs
+    methods                           integration methods: tableaus and tiny classes
+    steps, stepping, columns          a step, a location, a sample as text; native functions of them; sample rows
+    stepper, commands, simulation     blocks and steps; what may be ordered; the life of a run, with located events
+    switching, samples, failures      discrete states; channels with units; why a run cannot go on
+What can be asked
+    analysis, formulations            statics, modes, reactions, inverse dynamics; other formulations to compare
+    equations, errors                 the equations in print, as text and LaTeX; the exception tree of heavylift
 """

@@ -134,7 +134,7 @@ class Lock:
 
 @dataclass(frozen=True)
 class Drive:
-    """An actuator of a coordinate of a joint; what it follows is a `Profile` or `Follow` sent at run time.
+    """An actuator of a coordinate of a joint; what it follows is sent at run time, see `references`.
 
     prescribed: q is the reference itself (rheonomic).  servo: force = kp (ref - q) + kv (ref' - v).
     speed: force = kv (ref' - v).

@@ -2,9 +2,12 @@
 
 closures      what each joint type forbids, as rows
 factors       one kind of tree, opened up so that rows can use its factors
-blockwise     the same in blocks whose rows are vectors, for loops and ropes
-delassus      the rows' matrix, factorised as far as its zeros allow, and its proximal solution
+ropes         rigid ropes: rows that pull only, their switches and impulses
+blocks, blockwise    the rows' matrix of loops and ropes, factorised in blocks whose rows are vectors
+delassus      the same, entry by entry, where contacts push otherwise than they sense
+proximal      what redundant rows get: regularisation and passes
 constraints   which rows a scene has, and which of them couple
 rows          the rows of a scene at one instant: multipliers, accelerations, corrections
+projection    one step back onto the constraints
 assembly      closing the loops of an initial pose, or saying how wide they gape
 """

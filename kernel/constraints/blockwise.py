@@ -1,4 +1,4 @@
-"""The rows' matrix of loops and rigid ropes by blocks: what `delassus` does row by row, for symmetric matrices.
+"""The rows' matrix G H^-1 G^T of loops and rigid ropes, symmetric, by blocks; its multipliers by proximal passes.
 
 The rows of one joint or rope are a block.  Blocks that share no tree do not couple: only those that can be non-zero
 exist, so that a chain of loops costs in proportion to its length; a row of a block is a vector of the processor.
@@ -13,7 +13,7 @@ import numpy as np
 
 from ..function import Function
 from .blocks import Blocks
-from .proximal import Proximal, fill_in
+from .proximal import MU, MU_SHARED, TINY, Proximal, fill_in
 
 __all__ = ["Blockwise"]
 
@@ -55,12 +55,22 @@ class Blockwise(Proximal):
             at += n
         return out
 
+    def _regularisation(self, diagonal: list[Any], size: Any) -> list[Any]:
+        """(n,) mu of all rows."""
+        floor = sum(size, 0.0) * (MU_SHARED / self.n) + TINY
+        mu = [MU * a + floor for a in diagonal]
+        for rows in self.equal:
+            mean = sum((size[r] for r in rows), 0.0) * (MU / len(rows))
+            for r in rows:
+                mu[r] = mean + floor
+        return mu
+
     def _factorise(self, A: Any, size: Any) -> dict[str, Any]:
         """C = (W = D^-1 M right of the diagonal, factors of D) of A + mu; pivot: what is left of it, relative."""
         M: dict[tuple[int, int], list[Any]] = self._cut(A, self.couples)
         m = self.sizes
         diagonal = [M[r, r][i * (m[r] + 1)] for r in range(len(m)) for i in range(m[r])]
-        mu = self.regularisation(diagonal, size)
+        mu = self._regularisation(diagonal, size)
         for r in range(len(m)):
             for i, row in enumerate(self.rows(r)):
                 M[r, r][i * (m[r] + 1)] = diagonal[row] + mu[row]

@@ -12,7 +12,7 @@ from typing import Any
 
 from ..function import Function
 
-__all__ = ["MU", "Proximal", "fill_in"]
+__all__ = ["MU", "MU_SHARED", "TINY", "Proximal", "fill_in"]
 
 MU = 1e-6  # regularisation relative to a row's own diagonal
 MU_SHARED = 1e-8  # and to the mean size of all rows, metres and radians alike: for what can only move together
@@ -33,25 +33,9 @@ def fill_in(n: int, couples: Sequence[tuple[int, int]]) -> list[list[int]]:
 
 
 class Proximal:
-    """What the factorisations of A + mu share: mu, and the passes; `equal` as told there."""
+    """What the factorisations of A + mu share: the passes."""
 
-    n: int
-    equal: Sequence[Sequence[int]]
     _substitute: Function  # (C, b -> x) of one factorisation
-
-    def floor(self, size: Any) -> Any:
-        """The part of mu that all rows share."""
-        return sum(size, 0.0) * (MU_SHARED / self.n) + TINY
-
-    def regularisation(self, diagonal: list[Any], size: Any) -> list[Any]:
-        """(n,) mu of all rows."""
-        floor = self.floor(size)
-        mu = [MU * a + floor for a in diagonal]
-        for rows in self.equal:
-            mean = sum((size[r] for r in rows), 0.0) * (MU / len(rows))
-            for r in rows:
-                mu[r] = mean + floor
-        return mu
 
     def _multipliers(self, C: Any, mu: Any, b: Any) -> dict[str, Any]:
         x = self._substitute(C=C, b=b).x
