@@ -2,7 +2,7 @@
 
 ball - plane, ball - ball     one candidate
 box - plane                   its 8 vertices
-ball - box                    one: the face of the box that the ball's centre lies outside of, if its foot is on it
+ball - box                    one: the nearest point of the box, on a face, an edge or a corner
 box - box                     16 vertices in the other box; 144 pairs of edges
 
 A ball is (centre, radius), a box (centre, axes as rows, half edges), a plane (point, normal), in its body's frame.
@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from ..spatial import cross
-from ..symbol import maximum, minimum, select, sqrt
+from ..symbol import maximum, select, sqrt
 from .frames import Side
 
 __all__ = [
@@ -84,13 +84,15 @@ def ball_ball(first: Any, second: Any, A: Any, B: Any) -> list[Witness]:
 
 
 def ball_box(ball: Any, box: Any, A: Any, B: Any) -> list[Witness]:
-    """A ball of A against the faces of a box of B; its edges and corners do not count."""
+    """A ball of A against the nearest face, edge or corner of a box of B."""
     a, b = Side(A), Box(box, B)
     c = a.place(ball[:3])
-    s, _ = b.outside(c, a)
+    d = b.axes @ (c - b.c)
+    off = np.array([select(e > h, e - h, select(-e > h, e + h, 0.0)) for e, h in zip(d, b.h, strict=True)])
+    size = sqrt(off @ off + TINY)
+    v = off @ (b.axes @ (a.velocity(c) - b.side.velocity(c))) * (1.0 / size)
     gap, rate = b.depth(c, a)
-    high, low = maximum(s[0], s[1]), minimum(s[0], s[1])
-    return [(select(maximum(low, minimum(high, s[2])) > 0.0, APART, gap - ball[3]), rate)]
+    return [(select(gap > 0.0, size, gap) - ball[3], select(gap > 0.0, v, rate))]
 
 
 def box_plane(box: Any, plane: Any, A: Any, B: Any) -> list[Witness]:

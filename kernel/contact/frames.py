@@ -1,6 +1,7 @@
 """Where two bodies touch: the contact point x, the normal n that pushes A away from B, two tangents, and their rates.
 
-Three kinds are enough for points, balls and boxes: a ball of A on a face of B, two balls, two edges that cross.
+Five kinds are enough for points, balls and boxes: a ball of A on a face, an edge or a corner of B, two balls, two
+edges that cross.
 With F = (n, t1, t2), the rows' velocities are F (v_A(x) - v_B(x)), and because x is one moving point of the world for
 both bodies, their derivatives hold besides the accelerations of the bodies only F ((w_A - w_B) x dx/dt) + dF/dt
 (v_A(x) - v_B(x)): each kind needs no more than x, dx/dt, F and dF/dt.
@@ -14,12 +15,28 @@ from typing import Any
 import numpy as np
 
 from ..spatial import cross, join
-from ..symbol import sqrt
+from ..symbol import minimum, sqrt
 
-__all__ = ["BALLS", "EDGES", "FACE", "Frame", "Side", "balls", "edges", "face", "rows"]
+__all__ = [
+    "BALLS",
+    "CORNER",
+    "EDGE",
+    "EDGES",
+    "FACE",
+    "Frame",
+    "Side",
+    "balls",
+    "corner",
+    "edge",
+    "edges",
+    "face",
+    "rows",
+]
 
 FACE = 16  # numbers: centre and radius of the ball on A; a point of the face and its normal, first, second on B
 BALLS = 11  # centre and radius on A, centre and radius on B, a direction of B that is not the normal
+EDGE = 13  # centre and radius on A; a point of the edge, its direction, difference of its faces' normals on B
+CORNER = 16  # centre and radius on A; the corner and the normals of its faces on B
 EDGES = 12  # a point and the unit direction of the edge on A (turned so that a x b pushes A away), the same on B
 TINY = 1e-300  # keeps what is computed of an empty slot finite
 
@@ -88,6 +105,27 @@ def edges(p: Any, A: Any, B: Any) -> Frame:
     v_a, v_b = a.velocity(x), b.velocity(x)
     ds = ((v_b - v_a) @ on_a) * per_a
     return Frame(n @ (p_a - p_b), x, v_a + ds * d, F, dF, np.array([s, t]))
+
+
+def edge(p: Any, A: Any, B: Any) -> Frame:
+    """A ball of A on an edge of B; `along`: along the edge, and 1 where the ball comes onto a face beside it."""
+    a, b = Side(A), Side(B)
+    c, q, e, across = a.place(p[:3]), b.place(p[4:7]), b.R @ p[7:10], b.R @ p[10:13]
+    d, dd, de = c - q, a.velocity(c) - b.velocity(q), cross(b.w, e)
+    s, ds = d @ e, dd @ e + d @ de
+    n, dn, distance = _unit(d - s * e, dd - ds * e - s * de)
+    F = np.array([n, e, cross(n, e)])
+    dF = np.array([dn, de, cross(dn, e) + cross(n, de)])
+    return Frame(distance - p[3], c - p[3] * n, a.velocity(c) - p[3] * dn, F, dF, np.array([s, n @ across]))
+
+
+def corner(p: Any, A: Any, B: Any) -> Frame:
+    """A ball of A on a corner of B; `along`: more than 1 where the ball comes onto an edge."""
+    axes = np.reshape(p[7:16], (3, 3))
+    f = balls(np.concatenate([p[:7], [0.0], p[7:10]]), A, B)
+    outward = [f.F[0] @ (Side(B).R @ e) for e in axes]
+    least = minimum(minimum(outward[0], outward[1]), outward[2])
+    return Frame(f.gap, f.x, f.dx, f.F, f.dF, np.array([1.0 - least, 0.0]))
 
 
 def _unit(m: Any, dm: Any) -> tuple[Any, Any, Any]:

@@ -19,7 +19,7 @@ from . import candidates, frames
 from .candidates import SIGNS, VERTICES, Witness, edge
 from .candidates import Box as BoxAt
 from .describe import Ball, Box, Contact, Plane, Shape
-from .frames import BALLS, EDGES, FACE, Frame, Side
+from .frames import BALLS, CORNER, EDGE, EDGES, FACE, Frame, Side
 
 __all__ = ["HELD", "PAIRS", "Pair", "check_contact", "gap", "pair_of", "shape_numbers"]
 
@@ -28,6 +28,8 @@ UNIT = 1e-6  # how far a rotation may be off by rounding
 EVERYWHERE = 1e9  # [m] half width of a plane
 Pose = tuple[np.ndarray, np.ndarray]  # position [m], rotation matrix
 ON_B, ON_A, CROSSING = 0.0, 1.0, 2.0  # kinds between two boxes: vertex of A on a face of B, of B on A, edges
+ON_EDGE, ON_CORNER = 1.0, 2.0  # kinds of a ball on a box, beside ON_B
+NEAREST = 1e-12  # [m] beyond a face where a ball lies at its edge
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,27 @@ def _on_face(kind: float, p: np.ndarray, radius: float, box: np.ndarray, own: np
 
 
 def _ball_on_box(i: int, a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndarray) -> list[float]:
-    return _on_face(ON_B, a[:3], float(a[3]), b, A, B, Side(A).place(a[:3]) - BoxAt(b, B).c)
+    """On the face, edge or corner that is nearest to the ball's centre; a point touches faces only."""
+    at = BoxAt(b, B)
+    between = Side(A).place(a[:3]) - at.c
+    d = at.axes @ between
+    beyond = [k for k in range(3) if abs(d[k]) > at.h[k] + NEAREST]
+    axes = np.reshape(b[3:12], (3, 3)) * np.where(d > 0.0, 1.0, -1.0)[:, None]
+    if len(beyond) < 2 or a[3] == 0.0:
+        return _on_face(ON_B, a[:3], float(a[3]), b, A, B, between)
+    q = b[:3] + sum(at.h[k] * axes[k] for k in beyond)
+    if len(beyond) == 3:
+        return _held(ON_CORNER, [*a[:4], *q, *axes.ravel()], (1.0, 1.0))
+    along = 3 - sum(beyond)
+    across = axes[beyond[0]] - axes[beyond[1]]
+    return _held(ON_EDGE, [*a[:4], *q, *axes[along], *across], (float(at.h[along]), 1.0))
+
+
+def _frame_of_ball_on_box(h: Any, A: Any, B: Any) -> Frame:
+    """On a face, an edge or a corner."""
+    g = h[1:]
+    kinds = frames.face(g[:FACE], A, B), frames.edge(g[:EDGE], A, B), frames.corner(g[:CORNER], A, B)
+    return _chosen(h[0], kinds)
 
 
 def _two_boxes(i: int, a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndarray) -> list[float]:
@@ -118,10 +140,12 @@ def _frame_of_boxes(h: Any, A: Any, B: Any) -> Frame:
     g = h[1:]
     on_b, on_a = frames.face(g[:FACE], A, B), _turned(frames.face(g[:FACE], B, A))
     crossed = frames.edges(g[:EDGES], A, B)
-    kind = h[0]
+    return _chosen(h[0], (on_b, on_a, crossed))
 
+
+def _chosen(kind: Any, found: tuple[Frame, Frame, Frame]) -> Frame:
     def choose(name: str) -> Any:
-        x, y, z = (getattr(f, name) for f in (on_b, on_a, crossed))
+        x, y, z = (getattr(f, name) for f in found)
         return select(kind > 1.5, z, select(kind > 0.5, y, x))
 
     return Frame(*(choose(name) for name in ("gap", "x", "dx", "F", "dF", "along")))
@@ -139,9 +163,7 @@ PAIRS: dict[tuple[type, type], Pair] = {
         lambda i, a, b, A, B: _on_plane(a[:3], a[3], b),
     ),
     (Ball, Ball): Pair(1, 1, candidates.ball_ball, lambda h, A, B: frames.balls(h[1 : 1 + BALLS], A, B), _two_balls),
-    (Ball, Box): Pair(
-        1, 1, candidates.ball_box, lambda h, A, B: frames.face(h[1 : 1 + FACE], A, B), _ball_on_box
-    ),
+    (Ball, Box): Pair(1, 1, candidates.ball_box, _frame_of_ball_on_box, _ball_on_box),
     (Box, Plane): Pair(
         8, 4, candidates.box_plane,
         lambda h, A, B: frames.face(h[1 : 1 + FACE], A, B),

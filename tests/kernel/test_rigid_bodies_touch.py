@@ -5,7 +5,9 @@ from math import acosh, atan, cos, sin, sqrt, tan
 import numpy as np
 import pytest
 from contact_scenes import (
+    ball,
     bouncing,
+    brick,
     leaning,
     on_slope,
     on_three_feet,
@@ -205,6 +207,41 @@ def test_a_cube_tumbles_over_the_edge_of_another(seed):
     low, up = (column(s, f"pose/{name}")[1] for name in ("low", "up"))
     assert min(apart(a, b) for a, b in zip(up, low, strict=True)) > -1e-8
     assert ("pair", "impact") in events(s)
+
+
+def test_a_ball_slides_over_the_edge_of_a_box_and_leaves_it_at_two_thirds():
+    """Without friction it turns about the edge until its weight no longer keeps it there: cos = 2/3 + v^2 / 3 g r."""
+    v, r = 0.2, 0.5
+    body, joint = ball("ball", r, 2.0, (0.9, 0.0, 1.0 + r), (v, 0.0, 0.0, 0.0, 0.0, 0.0))
+    post = Joint("post", "fixed", "world", "low")
+    pair = Contact("pair", Ball("ball", radius=r), Box("low", (2.0, 2.0, 2.0)), 0.0)
+    scene = System((brick("low", (2.0, 2.0, 2.0), 10.0), body), (post, joint), contacts=(pair,), gravity=G)
+    s = started(scene, **FINE, subscribed=frozenset(["pair"]))
+    s.run(3 * SECOND)
+    assert s.next_ns == pytest.approx(0.1 / v * SECOND, abs=50), "it comes to the edge"
+    s.fire()
+    s.settle()
+    s.run(3 * SECOND)
+    s.fire()
+    assert events(s)[-1] == ("pair", "open")
+    x, _, z = s.state[:3]
+    assert np.hypot(x - 1.0, z - 1.0) == pytest.approx(r, abs=1e-8)
+    assert (z - 1.0) / r == pytest.approx(2.0 / 3.0 + v * v / (3.0 * G * r), abs=1e-7)
+    assert imbalance(s) < BALANCE
+
+
+def test_a_ball_bounces_off_a_corner_along_the_line_of_centres():
+    """Falling on a corner with e = 1 and no friction it is thrown along the line from the corner to its centre."""
+    n = np.array([1.0, 2.0, 2.0]) / 3.0
+    body, joint = ball("ball", 0.3, 2.0, np.ones(3) + 0.4 * n, (*-n, 0.0, 0.0, 0.0))
+    post = Joint("post", "fixed", "world", "low")
+    pair = Contact("pair", Ball("ball", radius=0.3), Box("low", (2.0, 2.0, 2.0)), 0.0, 1.0)
+    scene = System((brick("low", (2.0, 2.0, 2.0), 10.0), body), (post, joint), contacts=(pair,), gravity=0.0)
+    s = started(scene, **FINE)
+    s.run(SECOND // 2)
+    s.interrupt(SECOND // 2)
+    assert events(s) == [("pair", "impact")]
+    assert s.state[:3] == pytest.approx(np.ones(3) + 0.7 * n, abs=1e-8)
 
 
 @pytest.mark.parametrize("seed", [9, 14, 30, 31])

@@ -95,12 +95,14 @@ def test_no_edges_count_while_the_boxes_are_apart():
     assert min(gaps(w)) == pytest.approx(1.0)
 
 
-def test_a_ball_touches_faces_but_not_the_corners_of_a_box():
+def test_a_ball_touches_faces_edges_and_corners_of_a_box():
     one = box((2, 2, 2))
     at = lambda *p: candidates.ball_box(np.array([0.0, 0.0, 0.0, 0.25]), one, body(p=p), body())[0][0]  # noqa: E731
     assert at(0.3, 0.2, 1.5) == pytest.approx(0.25)
     assert at(-1.25, 0.9, 0.0) == pytest.approx(0.0, abs=1e-15)
-    assert at(1.1, 1.1, 0.0) == candidates.APART
+    assert at(1.1, -1.1, 0.0) == pytest.approx(0.1 * 2.0**0.5 - 0.25)
+    assert at(1.1, -1.2, 1.2) == pytest.approx(0.3 - 0.25)
+    assert at(0.9, 0.8, -0.5) == pytest.approx(-0.35)
 
 
 @pytest.mark.parametrize("law", ["ball_plane", "ball_ball", "ball_box", "box_plane", "box_box"])
@@ -140,6 +142,8 @@ def moving(R, p, w, v, t):
 NUMBERS = {
     "face": np.array([0.3, -0.2, 0.5, 0.1, 0.2, 0.1, -0.3, *Rotation.random(random_state=1).as_matrix().ravel()]),
     "balls": np.array([0.3, -0.2, 0.5, 0.4, 0.1, 0.2, 0.1, 0.3, 0.0, 1.0, 0.0]),
+    "edge": np.array([0.3, -0.2, 0.5, 0.1, 0.2, 0.1, -0.3, 0.6, 0.0, 0.8, 0.8, 1.0, -0.6]),
+    "corner": np.array([0.3, -0.2, 0.5, 2.0, 0.2, 0.1, -0.3, *np.eye(3).ravel()]),
     "edges": np.array([0.3, -0.2, 0.5, 0.6, 0.8, 0.0, 0.1, 0.2, -0.4, 0.0, 0.28, 0.96]),
 }
 
