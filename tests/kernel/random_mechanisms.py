@@ -85,4 +85,4 @@ def outcome(system: System, t_ns: int = SECOND // 5, batches: int = 8) -> tuple[
     except KernelError as error:
         return str(error), 0.0
     assert np.isfinite(s.state).all()
-    return "", imbalance(s)
+    return "", imbalance(s) if s.rows[-1][0] > 0 else 0.0
