@@ -107,6 +107,7 @@ def statics(scene: Scene, at: At = None, after: After = "", as_json: Json = Fals
     import json
 
     from heavylift.kernel.analysis import equilibrium, reactions
+    from heavylift.kernel.analysis import modes as about
     from heavylift.kernel.analysis.tables import statics_data, statics_text
     from heavylift.nodes.scene import load
 
@@ -114,8 +115,8 @@ def statics(scene: Scene, at: At = None, after: After = "", as_json: Json = Fals
 
     simulation = paused(load(scene, sets or []), at, after)
     found = equilibrium(simulation)
-    carried = reactions(simulation)
-    typer.echo(json.dumps(statics_data(found, carried)) if as_json else statics_text(found, carried))
+    shown = found, reactions(simulation), about(simulation).growth
+    typer.echo(json.dumps(statics_data(*shown)) if as_json else statics_text(*shown))
 
 
 @app.command()

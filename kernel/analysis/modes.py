@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Mode", "Modes", "modes"]
 
+GROWS = 0.1  # [1/s] below which growth is rounding, too: a mast of a kilometre falls faster
 FREE = 1e-2  # [rad/s] below which a motion has no frequency but only rounding
 
 
@@ -50,6 +51,12 @@ class Modes:
     oscillations: tuple[Mode, ...]
     decays: tuple[float, ...]
     free: int
+
+    @property
+    def growth(self) -> float:
+        """[1/s] at which the fastest of them grows from any push; 0 if the pose is stable."""
+        rates = [-x for x in self.decays] + [-2.0 * pi * m.frequency * m.damping for m in self.oscillations]
+        return max([x for x in rates if x > GROWS], default=0.0)
 
 
 def modes(simulation: Simulation) -> Modes:

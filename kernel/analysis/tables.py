@@ -62,9 +62,11 @@ def modes_data(found: Modes) -> dict[str, Any]:
     }
 
 
-def statics_text(found: Equilibrium, reactions: dict[str, Reaction]) -> str:
-    """Tensions, pads and what the joints carry."""
+def statics_text(found: Equilibrium, reactions: dict[str, Reaction], growth: float) -> str:
+    """Tensions, pads and what the joints carry; `growth` of a small push [1/s]."""
     lines = [f"at rest after {found.steps} step{'s' * (found.steps != 1)}"]
+    if growth:
+        lines.append(f"unstable: a small push grows e-fold in {1.0 / growth:.3g} s")
     for title, values, empty in (("rope", found.tensions, "slack"), ("support", found.supports, "open")):
         if values:
             forces = [(n, f"{x / 1e3:.3f} kN" if x > 0.0 else empty) for n, x in values.items()]
@@ -77,9 +79,10 @@ def statics_text(found: Equilibrium, reactions: dict[str, Reaction]) -> str:
     return "\n".join([*lines, "", *_columns(rows, "lrrrrrr")])
 
 
-def statics_data(found: Equilibrium, reactions: dict[str, Reaction]) -> dict[str, Any]:
-    """Coordinates, tensions and normal forces [N], reactions in the joints' axes [N, N m]."""
+def statics_data(found: Equilibrium, reactions: dict[str, Reaction], growth: float) -> dict[str, Any]:
+    """Coordinates, tensions and normal forces [N], reactions in the joints' axes [N, N m], growth of a push [1/s]."""
     return {
+        "growth": growth,
         "coordinates": found.q.tolist(),
         "tensions": found.tensions,
         "supports": found.supports,

@@ -4,6 +4,7 @@ from dataclasses import fields, is_dataclass, replace
 from math import inf, nan
 from random import Random
 
+import numpy as np
 from heavylift.kernel.describe import System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.simulation import Simulation
@@ -45,6 +46,22 @@ def spoiled(x, random: Random):
             new = {name: random.choice(((1.0,), (nan,), (0.5,) * 3, (0.0,) * 6, (0.0,) * 7))}
         return replace_struct(x, **new) if isinstance(x, Struct) else replace(x, **new)
     return x
+
+
+def misfit(x, random: Random):
+    """x with one thing in it of another type or shape, or in another container."""
+    if isinstance(x, tuple) and (not x or random.random() < 0.3):
+        array = [np.array(x), np.full(np.shape(x), nan)] if x and numbered(x) else []
+        return random.choice((list(x), x[:-1], (*x, *x[:1]), x[0] if x else None, *array))
+    if isinstance(x, tuple):
+        i = random.randrange(len(x))
+        return (*x[:i], misfit(x[i], random), *x[i + 1 :])
+    if is_dataclass(x) or isinstance(x, Struct):
+        names = x.__struct_fields__ if isinstance(x, Struct) else [f.name for f in fields(x)]
+        name = random.choice(names)
+        new = {name: misfit(getattr(x, name), random)}
+        return replace_struct(x, **new) if isinstance(x, Struct) else replace(x, **new)
+    return random.choice((None, "heavy", 2.5, True, [1.0], {}, (nan,), np.float32(nan), np.float64(1.0), 10**400, x))
 
 
 class Slow(Exception):

@@ -5,7 +5,7 @@ from random import Random
 import pytest
 from every_law import yard
 from random_trees import random_system
-from spoiled import outcome, spoiled
+from spoiled import misfit, outcome, spoiled
 
 CASES = 40
 
@@ -17,5 +17,13 @@ def test_a_spoiled_scene_is_refused_in_a_sentence_or_runs(seed):
     for _ in range(random.choice((1, 1, 2, 4))):
         system = spoiled(system, random)
     said = outcome(system)
+    assert said
+    assert "\n" not in said
+
+
+@pytest.mark.parametrize("seed", range(CASES))
+def test_a_scene_of_other_types_and_shapes_is_refused_in_a_sentence_or_runs(seed):
+    random = Random(seed)
+    said = outcome(misfit(yard(), random))
     assert said
     assert "\n" not in said

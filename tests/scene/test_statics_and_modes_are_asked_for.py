@@ -13,6 +13,17 @@ from heavylift.nodes.scene import load
 G = 9.80665
 LIFTED = 300e3 + 3 * 45e3  # [kg] block, and three loaders with their hook blocks
 PERIOD_s = 15.541579551746315  # C01, linear
+UPRIGHT = """\
+heavylift: 1
+name: upright
+mechanism:
+  bodies:
+    bob: {mass: 3 kg, com: [0, 0, 2 m]}
+  joints:
+    pivot: {type: revolute, child: bob, axis: [0, 1, 0]}
+actions:
+  - wait 1 s
+"""
 
 
 def said(capsys, monkeypatch, *words: str) -> str:
@@ -32,6 +43,7 @@ def test_the_pendulum_tells_its_period(capsys, monkeypatch):
 def test_statics_of_the_lift_at_its_start_and_when_it_hangs(capsys, monkeypatch):
     text = said(capsys, monkeypatch, "statics", "lift")
     assert "at rest after 0 steps" in text
+    assert "unstable" not in text
     assert "loader-1.sling-1       slack" in text
     found = json.loads(said(capsys, monkeypatch, "statics", "lift", "--after", "up", "--json"))
     ropes = sum(T for name, T in found["tensions"].items() if name.startswith("crane."))
@@ -39,6 +51,13 @@ def test_statics_of_the_lift_at_its_start_and_when_it_hangs(capsys, monkeypatch)
     assert set(found["supports"].values()) == {0.0}
     gantry = found["reactions"]["crane.gantry"]["force"]
     assert gantry == pytest.approx([0.0, 0.0, gantry[2]], abs=1e-6 * gantry[2])
+
+
+def test_statics_of_what_stands_upright(capsys, monkeypatch, tmp_path):
+    file = tmp_path / "upright.yaml"
+    file.write_text(UPRIGHT)
+    text = said(capsys, monkeypatch, "statics", str(file))
+    assert text.startswith("at rest after 0 steps\nunstable: a small push grows e-fold in 0.452 s\n")  # sqrt(L/g)
 
 
 def test_a_pose_at_a_time_of_the_run(capsys, monkeypatch):
@@ -76,7 +95,8 @@ def test_what_cannot_be_asked_is_one_sentence(capsys, monkeypatch, words, senten
 FALLS = """\
 heavylift: 1
 name: falls
-end: 1 s
+actions:
+  - wait 1 s
 mechanism:
   bodies:
     stone: {mass: 1 t}
