@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from .errors import KernelError
+from .forces.reeving import ReevingLaw
 from .rate import Program
 
 __all__ = ["check_lengths", "check_sliders", "too_small", "undefined", "unsolved"]
@@ -53,6 +54,15 @@ def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -
         if span < SHORTEST_ROPE:
             where = f"rope '{rope.name}' at {t:.3f} s"
             return KernelError(f"{where}: its ends meet, so that it has no direction; keep them apart")
+    frames = row.poses.reshape(-1, 12)
+
+    def pose(body: str) -> tuple[np.ndarray, np.ndarray]:
+        i = program.graph.number(body)
+        return (np.eye(3), np.zeros(3)) if i < 0 else (frames[i, 3:].reshape(3, 3), frames[i, :3])
+
+    for x in program.forces:
+        if isinstance(x.law, ReevingLaw) and (told := x.law.off_its_sheaves(x.force, pose)):
+            return KernelError(f"reeving '{x.name}' at {t:.3f} s: {told}")
     for link in program.graph.links:
         if not np.isfinite(v[link.v.start : link.v_modes.stop]).all():
             return KernelError(

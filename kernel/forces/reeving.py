@@ -36,6 +36,7 @@ NODE = 12  # numbers of a node: centre, axis, dividing direction, radius, fricti
 FREE = 2.0  # mode of a sheave of a slack rope
 PARALLEL = 0.99  # cosine between the axes of neighbouring sheaves
 ALONG = 0.9  # sine of a fleet angle at which a rope no longer lies in its sheave
+MEETS = 1e-2  # part of a radius or length, near which a rope loses its direction in steps that become too small
 UNIT = 1e-6  # how far an axis may be off by rounding
 
 
@@ -74,6 +75,22 @@ class ReevingLaw(ForceLaw):
         given, bodies = self._placed(f, poses), [_body(*poses(p.body)) for p in f.points]
         nodes = [_node(x, np.array(q), body) for x, q, body in zip(_all(f), given, bodies, strict=True)]
         return float(sum(x.length for x in parts(nodes, _turning(f))))
+
+    def off_its_sheaves(self, f: Reeving, poses: Poses) -> str:
+        """Where a rope that ran well has come to have no direction, in words; "" if it runs."""
+        bodies = [_body(*poses(p.body)) for p in f.points]
+        given = [np.array(_node_numbers(x)) for x in _all(f)]
+        nodes = [_node(x, q, body) for x, q, body in zip(_all(f), given, bodies, strict=True)]
+        for i, (a, b) in enumerate(pairwise(nodes), 1):
+            axis, D = b.axis if a.axis is None else a.axis, b.c - a.c
+            if axis is None:
+                continue
+            across = float(np.linalg.norm(D - (D @ axis) * axis))
+            if across < (1.0 + MEETS) * abs(float((a.radius or 0.0) - (b.radius or 0.0))):
+                return f"part {i} comes within its sheave; keep its ends apart"
+            if across < MEETS * float(np.linalg.norm(D)):
+                return f"part {i} runs along the axis of its sheave; turn the axis across the rope"
+        return ""
 
     def _placed(self, f: Reeving, poses: Poses) -> list[list[float]]:
         """The numbers of the nodes, arcs divided in the middle."""

@@ -344,3 +344,23 @@ def test_a_rope_whose_line_has_no_length_is_refused():
     rope = Rope("r", (Line(WORLD, LOAD), Line(LOAD, Point("load"))), 1e6, 10.0)
     with pytest.raises(KernelError, match="rope 'r': line 2 begins and ends at one point; it has no length"):
         Simulation(replace(slider(), ropes=(rope,)))
+
+
+def flung(axis) -> System:
+    """A load that a long rope over a sheave at the origin throws up against it."""
+    load = Joint("float", "free", "world", "load", q0=(1.0, 0.1, -3.0, 0.0, 0.0, 0.0, 1.0))
+    rope = Reeving("rope", Point("world", (-1.0, 0.0, -3.0)), (Sheave(WORLD, axis, 0.3),), LOAD, 1e4, Signal(6.3))
+    return System((Body("load", 10.0, inertia=cube(10.0)),), (load,), forces=(rope,))
+
+
+def test_a_rope_along_the_axis_of_its_sheave_is_refused():
+    with pytest.raises(KernelError) as e:
+        Simulation(flung(Z))
+    assert str(e.value) == "reeving 'rope': part 1 runs along the axis of its sheave; turn the axis across the rope"
+
+
+def test_a_load_that_runs_into_its_sheave_names_the_rope():
+    s = started(flung(Y))
+    with pytest.raises(KernelError) as e:
+        s.run(SECOND)
+    assert str(e.value) == "reeving 'rope' at 0.387 s: part 2 comes within its sheave; keep its ends apart"
