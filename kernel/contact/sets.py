@@ -214,6 +214,12 @@ class ContactSets:
         return self._settled(Contacts(problem.A, problem.b, _friction(on), moving), on, t)
 
     def _settled(self, c: Contacts, on: list[Unilateral], t: float) -> Friction:
+        for i, x in enumerate(on):
+            if not c.A[3 * i, 3 * i] > 0.0 and not c.b[3 * i] > 0.0:
+                raise KernelError(
+                    f"{x.label} '{x.name}' at {t:.6f} s: drives or locks hold all that it could move; stop the drive "
+                    "before, make it a servo, or free a joint"
+                )
         f = settle(c)
         if not f.found:
             names = ", ".join(dict.fromkeys(f"{x.label} '{x.name}'" for x in on))

@@ -5,7 +5,7 @@ from math import inf, nan
 
 import numpy as np
 import pytest
-from heavylift.kernel.contact.describe import Box, Contact, Plane
+from heavylift.kernel.contact.describe import Ball, Box, Contact, Plane
 from heavylift.kernel.describe import (
     Body,
     Brake,
@@ -484,6 +484,19 @@ def test_a_law_that_jumps_is_named_by_its_body():
         s.run(SECOND)
     assert str(e.value) == (
         "body 'a' at 0.000000 s: the step became too small (below 1e-12 s); a law near it is too stiff or jumps"
+    )
+
+
+def test_a_drive_that_pushes_a_body_into_the_ground_is_named_by_the_contact():
+    ground = Contact("ground", Ball("a", radius=0.1), Plane(p=(0.0, 0.0, -0.2)))
+    s = started(replace(slider("a", 1.0), drives=(Drive("press", "a-guide", "prescribed"),), contacts=(ground,)))
+    s.references.set_profile("press", 0, -0.5, 0.5, None)
+    s.settle()
+    with pytest.raises(KernelError) as e:
+        s.run(2 * SECOND)
+    assert str(e.value) == (
+        "contact 'ground' at 0.632456 s: drives or locks hold all that it could move; stop the drive before, make it "
+        "a servo, or free a joint"
     )
 
 
