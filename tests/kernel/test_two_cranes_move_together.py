@@ -79,7 +79,7 @@ def test_c10f_gantries_out_of_step_pull_their_ropes_off_plumb():
 
     def apart(late: float) -> float:
         s = started(lifted(A, B, "prescribed"), sample_ns=SECOND)
-        for name, t in (("west", late), ("east", 0.0)):
+        for name, t in (("east", 0.0), ("west", late)):
             hand_over(s, round(t * SECOND))
             s.references.set_profile(f"drive-{name}", round(t * SECOND), x["v"], 0.5, None)
             s.settle()

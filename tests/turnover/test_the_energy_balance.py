@@ -35,10 +35,10 @@ def imbalance(reading: Reading, without: str = "") -> Array:
 
 
 def turned_over(reading: Reading) -> float:
-    """[J] ways up and down of every work account, and all heat."""
-    names, values = reading.names["/account"], reading.values["/account"]
+    """[J] ways up and down of every work account, all heat, and what went in and out of motion."""
+    names, values, energy = reading.names["/account"], reading.values["/account"], reading.values["/energy"]
     works = [i for i, name in enumerate(names) if name.endswith(".work")]
-    return float(np.abs(np.diff(values[:, works], axis=0)).sum() + reading.values["/energy"][-1, 4])
+    return float(np.abs(np.diff(values[:, works], axis=0)).sum() + energy[-1, 4] + np.ptp(energy[:, 0]))
 
 
 def test_the_balance_of_the_lift_closes(lift: Lift, reading: Reading) -> None:
