@@ -8,6 +8,8 @@ box - box                     16 vertices in the other box; 144 pairs of edges
 A ball is (centre, radius), a box (centre, axes as rows, half edges), a plane (point, normal), in its body's frame.
 
 A vertex has its distance from the box's surface (largest over the three axes), so that it needs no test of a foot.
+The border of a face belongs to it: above the face that separates two overlapping boxes most, a vertex has its height,
+else boxes of equal width, whose vertices meet border on border, would pass through each other.
 Of the 12 x 12 pairs of edges only those count that cross within both and are as far apart as the boxes are along the
 direction that separates them most (Gottschalk, Lin, Manocha, SIGGRAPH 1996: 15 directions decide): convex bodies
 touch nowhere else.  The others stand at `APART`.  Written without branches.
@@ -36,6 +38,7 @@ Witness = tuple[Any, Any]  # gap [m], its rate [m/s]
 
 APART = 1.0  # [m] witness of a candidate that does not count
 CROSSING = 1e-3  # sine of the angle below which two edges are parallel
+BORDER = 5e-10  # [m] beyond a face up to which its border reaches; within this, a place is not yet left
 NEAR = 1e-6  # [m] to which a gap is that of the direction that separates two boxes most
 VERTICES = [(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)]
 SIGNS = [(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
@@ -65,6 +68,15 @@ class Box:
         first = s[0] > s[1]
         gap, rate = select(first, s[0], s[1]), select(first, v[0], v[1])
         return select(gap > s[2], gap, s[2]), select(gap > s[2], rate, v[2])
+
+    def height(self, x: Any, body: Side, faces: list[Any]) -> Witness:
+        """Distance of a point above the one of three `faces` that counts if it lies over it, else its depth."""
+        s, v = self.outside(x, body)
+        gap, rate = self.depth(x, body)
+        for k, face in enumerate(faces):
+            over = face & (s[k - 2] < BORDER) & (s[k - 1] < BORDER)
+            gap, rate = select(over, s[k], gap), select(over, v[k], rate)
+        return gap, rate
 
 
 def ball_plane(ball: Any, plane: Any, A: Any, B: Any) -> list[Witness]:
@@ -108,16 +120,24 @@ def _above(x: Any, plane: Any, a: Side, b: Side) -> list[Witness]:
 def box_box(first: Any, second: Any, A: Any, B: Any) -> list[Witness]:
     """Vertices of A in B, vertices of B in A, then pairs of edges: (a_i, b_j, edge of A, of B)."""
     a, b = Box(first, A), Box(second, B)
-    depths = [b.depth(x, a.side) for x in a.vertices()] + [a.depth(x, b.side) for x in b.vertices()]
     C = a.axes @ b.axes.T
     d = a.c - b.c
     apart = [abs(a.axes[i] @ d) - a.h[i] - sum(abs(C[i, j]) * b.h[j] for j in range(3)) for i in range(3)]
     apart += [abs(b.axes[j] @ d) - b.h[j] - sum(abs(C[i, j]) * a.h[i] for i in range(3)) for j in range(3)]
+    of_a, of_b = _faces(apart[:3]), _faces(apart[3:])
+    heights = [b.height(x, a.side, of_b) for x in a.vertices()] + [a.height(x, b.side, of_a) for x in b.vertices()]
     directions = crossings(a, b)
     most = apart[0]
     for x in [*apart[1:], *(x.separation for x in directions)]:
         most = maximum(most, x)
-    return depths + [w for x in directions for w in _edges(a, b, x, most)]
+    return heights + [w for x in directions for w in _edges(a, b, x, most)]
+
+
+def _faces(apart: list[Any]) -> list[Any]:
+    """Along which of its three axes a box is separated most from another that it overlaps along the other two: boxes
+    that slide past each other flush do not catch on a border."""
+    over = [x < -NEAR for x in apart]
+    return [(apart[k] >= maximum(apart[k - 2], apart[k - 1])) & over[k - 2] & over[k - 1] for k in range(3)]
 
 
 @dataclass(frozen=True)
