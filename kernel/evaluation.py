@@ -43,6 +43,11 @@ class Evaluation(Applying):
         """Tensions of all ropes of straight lines, the rigid ones last [N]."""
         return [*self.tensions, *(self._held.tensions.values() if self._held else ())]
 
+    @property
+    def reach(self) -> Any:
+        """Longest step from here in which no shape passes through another [s]."""
+        return self.program.contacts.reach(self.numbers, self._ends)
+
     # ---- accelerations and guards ------------------------------------------------------------------------
 
     def _accelerate(self) -> None:

@@ -17,7 +17,7 @@ from .emit import Parts, Sequence, While
 from .function import OPAQUE, Function, flatten
 from .layout import Layout
 from .locking import halted
-from .methods.control import Control
+from .methods.control import Control, ErrorControl
 from .methods.method import Method, Rate, inside
 from .methods.peers import Peer
 from .rate import Program
@@ -47,9 +47,11 @@ class Stepping:
         self.row_layout = row_layout(p)
         self.columns = self.row_layout.size
 
+        bounded = p.contacts.bounded and isinstance(control, ErrorControl) and not isinstance(method, Peer)
+
         def evaluate(t: Any, y: Any, P: Any) -> dict[str, Any]:
             x = p.evaluate(t[0], y, P, t[1])
-            return {"dy": x.dy, "T": x.pulls, "G": x.guards}
+            return {"dy": x.dy, "T": x.pulls, "G": x.guards, **({"reach": [x.reach]} if bounded else {})}
 
         def take(s: SimpleNamespace, rate: Rate, row: Row) -> None:
             step(s, rate, method, control)

@@ -16,7 +16,7 @@ import numpy as np
 
 from .methods.control import Control
 from .methods.method import Method, Rate, fallen_in, inside, length
-from .symbol import any_of, maximum, select, sqrt
+from .symbol import any_of, maximum, minimum, select, sqrt
 
 __all__ = [
     "BREAK", "EVENT", "FAILED", "RUNNING", "SCALARS", "STILL", "Project", "Row",
@@ -63,7 +63,7 @@ def step(s: SimpleNamespace, rate: Rate, method: Method, control: Control) -> No
         s.coarse = 1.0
     s.t = select(ok, select(last, s.t_stop, s.t + h), s.t)
     s.y, s.f = select(ok, a.y, s.y), select(ok, a.f, s.f)
-    s.error, s.h = verdict.error, verdict.h
+    s.error, s.h = verdict.error, select(ok, bounded(verdict.h, a.r), verdict.h)
     s.accepted, s.rejected = s.accepted + select(ok, 1.0, 0.0), s.rejected + select(ok, 0.0, 1.0)
     s.tentative = select(ok, 1.0, 0.0)
     s.T = select(ok, a.r.T, s.T)
@@ -77,6 +77,11 @@ def step(s: SimpleNamespace, rate: Rate, method: Method, control: Control) -> No
     s.more = select(s.budget > 0.0, select(s.rows > s.row, select(s.until >= s.t, 1.0, 0.0), 0.0), 0.0)
     s.calm = select(verdict.failed, FAILED, select(s.still > 0.0, STILL, select(ok & last, BREAK, RUNNING)))
     go_on(s, select(fallen, select(s.calm > BREAK, s.calm, EVENT), s.calm))
+
+
+def bounded(h: Any, r: Any) -> Any:
+    """Length of the next step, no longer than guards can see shapes pass through each other, where they could."""
+    return minimum(h, r.reach[0]) if hasattr(r, "reach") else h
 
 
 def go_on(s: SimpleNamespace, status: Any) -> None:
@@ -135,7 +140,7 @@ def commit(s: SimpleNamespace, quaternions: list[int], velocities: slice, projec
 def refresh(s: SimpleNamespace, rate: Rate, method: Method) -> None:
     """After a change of state, laws or discrete states: derivative, tensions and guards at (t, y)."""
     r = rate(s.t, inside(s), s.y)
-    s.f, s.T, s.G = r.dy, r.T, r.G
+    s.f, s.T, s.G, s.h = r.dy, r.T, r.G, bounded(s.h, r)
     for name, value in method.forgotten().items():
         setattr(s, name, value)
     s.tentative = 0.0

@@ -24,6 +24,7 @@ from ..symbol import maximum, minimum, select, sqrt
 from . import frames
 from .describe import Contact
 from .pairs import HELD, Pair, pair_of, shape_numbers
+from .reach import passes, reach
 
 __all__ = ["SLOT", "ContactRows", "Site", "SlotAt", "contact_numbers"]
 
@@ -31,6 +32,7 @@ SLOT = HELD + 7
 DEPTH = 1e-10  # [m] and [m/s] below which a touch is round-off
 SUNK = 1e-8  # [m] where a touch without speed counts
 RESTING = 1e-6  # [m/s] speed that counts as none at an event: what a nanosecond may change
+FOREVER = 1e15  # [s] a step that nothing bounds
 LEAVE = 1e-9  # [m] beyond the edge of a face where a place is left
 
 
@@ -47,7 +49,8 @@ class SlotAt:
 
 @dataclass(frozen=True)
 class Site:
-    """A contact with its pair, how many numbers its first shape has, its bodies and its rows per slot."""
+    """A contact with its pair, how many numbers its first shape has, its bodies and its rows per slot; `reach`: of a
+    step, if the shapes could pass through each other."""
 
     contact: Contact
     pair: Pair
@@ -56,6 +59,7 @@ class Site:
     per_slot: int
     watch: Function
     slot: Function
+    reach: Function | None
 
 
 def contact_numbers(c: Contact, weight: float) -> dict[tuple[str, str], list[float]]:
@@ -74,7 +78,7 @@ class ContactRows:
     """What the contacts of a system add to an evaluation."""
 
     def __init__(self, system: System, graph: Graph) -> None:
-        kinds: dict[str, tuple[Function, Function]] = {}
+        kinds: dict[str, tuple[Function, Function, Function | None]] = {}
         self.sites = [_site(c, graph, kinds) for c in system.contacts]
         self.bodies = [b for s in self.sites for b in s.bodies]
         self.held = [s.bodies for s in self.sites for _ in range(s.pair.slots * s.per_slot)]
@@ -117,6 +121,20 @@ class ContactRows:
             out += list(s.watch(p=p, held=held, A=a, B=b).guard)
         return out
 
+    @property
+    def bounded(self) -> bool:
+        """Whether shapes could pass through each other in a step that is too long."""
+        return any(s.reach for s in self.sites)
+
+    def reach(self, numbers: Callable[[str, str], Any], ends: Mapping[int, Any]) -> Any:
+        """Longest step in which nothing passes through anything else [s]."""
+        longest: Any = FOREVER
+        for s in self.sites:
+            if s.reach:
+                a, b = (ends[i] for i in s.bodies)
+                longest = minimum(longest, s.reach(p=numbers("shapes", s.contact.name), A=a, B=b).reach[0])
+        return longest
+
     def loads(self, slots: list[SimpleNamespace], multipliers: Any) -> tuple[list[Any], list[Any], list[Any]]:
         """Guards of the slots, heat per contact [W], normal force per contact [N]."""
         guards: list[Any] = []
@@ -138,18 +156,18 @@ class ContactRows:
         return guards, list(heat.values()), list(force.values())
 
 
-def _site(c: Contact, graph: Graph, kinds: dict[str, tuple[Function, Function]]) -> Site:
+def _site(c: Contact, graph: Graph, kinds: dict[str, tuple[Function, Function, Function | None]]) -> Site:
     """`kinds`: functions of the pairs of shapes so far, which contacts of the same pair share."""
     pair, bodies = pair_of(c), (graph.number(c.a.body), graph.number(c.b.body))
     kind = f"{type(c.a).__name__}_{type(c.b).__name__}".lower()
     n = len(shape_numbers(c.a))
     if kind not in kinds:
-        kinds[kind] = _functions(pair, kind, n, n + len(shape_numbers(c.b)))
+        kinds[kind] = _functions(c, pair, kind, n)
     return Site(c, pair, n, bodies, 3 if c.mu > 0.0 else 1, *kinds[kind])
 
 
-def _functions(pair: Pair, kind: str, n: int, size: int) -> tuple[Function, Function]:
-    """Guards of the candidates, and one slot; shapes are given by `size` numbers, n of them of the first."""
+def _functions(c: Contact, pair: Pair, kind: str, n: int) -> tuple[Function, Function, Function | None]:
+    """Guards of the candidates, one slot, and the reach of a step; n numbers are of the first shape."""
 
     def watch(p: Any, held: Any, A: Any, B: Any) -> dict[str, Any]:
         witnesses = pair.watch(p[:n], p[n:], A, B)
@@ -158,9 +176,14 @@ def _functions(pair: Pair, kind: str, n: int, size: int) -> tuple[Function, Func
     def slot(h: Any, mu: Any, A: Any, B: Any) -> dict[str, Any]:
         return _slot(pair, h, mu[0], A, B)
 
+    def longest(p: Any, A: Any, B: Any) -> dict[str, Any]:
+        return {"reach": [reach(c, p[:n], p[n:], A, B)]}
+
+    size = n + len(shape_numbers(c.b))
     sizes = {"p": size, "held": pair.candidates, "A": BODY, "B": BODY}
     slots = Function(f"slot_{kind}", slot, {"h": SLOT, "mu": 1, "A": BODY, "B": BODY})
-    return Function(f"watch_{kind}", watch, sizes), slots
+    bound = Function(f"reach_{kind}", longest, {"p": size, "A": BODY, "B": BODY}) if passes(c) else None
+    return Function(f"watch_{kind}", watch, sizes), slots, bound
 
 
 def _touch(gap: Any, rate: Any) -> Any:

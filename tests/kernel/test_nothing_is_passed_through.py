@@ -1,0 +1,48 @@
+"""Fast and thin things touch at the default step control instead of passing through each other."""
+
+from math import sqrt
+
+import pytest
+from contact_scenes import STILL, ball, brick, floating
+from heavylift.kernel.contact.describe import Ball, Box, Contact
+from heavylift.kernel.describe import Joint, System
+from small_scenes import SECOND, G, started, times
+
+NANOSECOND = 2e-9  # [s] event times are rounded up
+
+
+def bar(size):
+    return brick("bar", size, 1.0), Joint("post", "fixed", "world", "bar")
+
+
+@pytest.mark.parametrize("height", [0.3, 1.0, 1.7, 5.0])
+def test_a_rod_falls_on_a_bar_across_it(height):
+    along, across = (0.1, 4.0, 0.1), (4.0, 0.1, 0.1)
+    body, post = bar(across)
+    pair = Contact("pair", Box("rod", along), Box("bar", across), 0.3)
+    rod = floating("rod", (0.0, 0.0, height + 0.1))
+    s = started(System((body, brick("rod", along, 5.0)), (post, rod), contacts=(pair,), gravity=G))
+    s.interrupt(2 * SECOND)
+    assert times(s, "pair", "impact")[0] == pytest.approx(sqrt(2.0 * height / G), abs=NANOSECOND)
+    assert s.state[2] == pytest.approx(0.1, abs=1e-8)
+
+
+@pytest.mark.parametrize("speed", [2.0, 8.0, 50.0])
+@pytest.mark.parametrize("method", ["dopri5", "dop853"])
+def test_a_ball_hits_a_thin_wall(speed, method):
+    size = (0.05, 2.0, 2.0)
+    body, post = bar(size)
+    thrown, joint = ball("ball", 0.1, 1.0, (-3.0, 0.1, 0.2), (speed, *STILL[1:]))
+    pair = Contact("pair", Ball("ball", radius=0.1), Box("bar", size), 0.0, 0.5)
+    s = started(System((body, thrown), (post, joint), contacts=(pair,), gravity=0.0), method=method)
+    s.interrupt(3 * SECOND)
+    assert times(s, "pair", "impact") == pytest.approx([(3.0 - 0.125) / speed], abs=NANOSECOND)
+    assert s.state[0] < -0.125
+
+
+def test_two_balls_meet_head_on():
+    balls = [ball(n, 0.05, 1.0, (x, 0.0, 0.0), (v, *STILL[1:])) for n, x, v in (("a", -4.0, 9.0), ("b", 3.0, -9.0))]
+    pair = Contact("pair", Ball("a", radius=0.05), Ball("b", radius=0.05), 0.0, 1.0)
+    s = started(System(tuple(b for b, _ in balls), tuple(j for _, j in balls), contacts=(pair,), gravity=0.0))
+    s.interrupt(SECOND)
+    assert times(s, "pair", "impact") == pytest.approx([6.9 / 18.0], abs=NANOSECOND)
