@@ -12,7 +12,7 @@ How it moves, written once
     flexible                          beams and finite-element models as modes in a floating frame, sliders on them
     constraints                       loops and rigid ropes: rows, redundancy, drift, assembly, impulses
     contact                           rigid contact with friction: witnesses, rows, pivoting solver, impacts
-    parameters, rate                  numbers of a scene in P; its equations
+    parameters, rate, sharing         numbers of a scene in P; its equations; what equal parts share
     placing, applying, evaluation     one evaluation of them: where bodies are, what acts on them, accelerations
 How it becomes machine code
     symbol, function, layout          tracing: symbols, functions, named parts of blocks

@@ -7,7 +7,6 @@ small however large the yard.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -17,39 +16,22 @@ from . import laws
 from .checks import check_description
 from .constraints.closures import CLOSURES
 from .constraints.constraints import Constraints
-from .constraints.factors import OpenTree, open_tree
 from .contact.slots import ContactRows
 from .describe import Brake, Drive, JointSpring, Stop, System
-from .dynamics import energies
 from .errors import KernelError
 from .evaluation import Evaluation
 from .forces.law import Poses
 from .forces.table import shared
-from .formulations import formulated
 from .function import Function
 from .graph import Graph, build_graph
 from .joints import JOINTS
 from .kinematics import kinematics
-from .limbs import limbs_of
-from .locking import check_locks, halt_function
-from .parameters import PROFILE, ROPE_HEAD, ROPE_LINE, SUPPORT, Parameters
-from .spatial import join
-from .trees import Tree, cut, kind_of, numbers, with_numbers
+from .locking import check_locks
+from .parameters import PROFILE, SUPPORT, Parameters
+from .sharing import SharedTree, profile, rope_function, support, tree_functions
+from .trees import Tree, cut, kind_of
 
-__all__ = ["Program", "SharedTree"]
-
-
-@dataclass(frozen=True)
-class SharedTree:
-    """The functions of one kind of tree; `ends`: bodies that laws act on; `opened`: for constraint rows on `held`."""
-
-    ends: tuple[int, ...]
-    held: tuple[int, ...]
-    place: Function
-    accelerate: Function
-    pose: Function
-    halt: Function
-    opened: OpenTree | None
+__all__ = ["Program"]
 
 
 class Program:
@@ -112,9 +94,9 @@ class Program:
         self.constraints = Constraints(self.graph, system.rigid_ropes, self.contacts)
         self.instances = self._share(trees)
         self.constraints.link(self)
-        self.profile = Function("profile", _profile, {"t": 2, "p": PROFILE})
-        self.ropes = {n: _rope_function(n, clamped) for n in sorted({len(r.lines) for r in system.ropes})}
-        self.support = Function("support", partial(_support, clamped), {"p": SUPPORT, "body": laws.BODY})
+        self.profile = Function("profile", profile, {"t": 2, "p": PROFILE})
+        self.ropes = {n: rope_function(n, clamped) for n in sorted({len(r.lines) for r in system.ropes})}
+        self.support = Function("support", partial(support, clamped), {"p": SUPPORT, "body": laws.BODY})
 
     def _laws(self) -> tuple[tuple[Any, ...], ...]:
         s = self.system
@@ -221,7 +203,7 @@ class Program:
             held = tuple(i for i in ends if t.first + i in self.constraints.bodies)
             key = self.sharing(t) + str(ends) + str(held)
             if key not in kinds:
-                kinds[key] = _tree_functions(len(kinds), t, ends, held, self.formulation)
+                kinds[key] = tree_functions(len(kinds), t, ends, held, self.formulation)
             out.append((t, kinds[key]))
         return out
 
@@ -241,66 +223,3 @@ def _poses_at_start(graph: Graph, trees: list[Tree]) -> Poses:
         return K.R[i - tree.first], K.o + K.r[i - tree.first]
 
     return pose
-
-
-def _profile(t: Any, p: Any) -> dict[str, Any]:
-    x, v, a = laws.profile(t[0], t[1], p)
-    return {"x": [x], "v": [v], "a": [a]}
-
-
-def _support(clamped: bool, p: Any, body: Any) -> dict[str, Any]:
-    x = laws.support(p, body, clamped)
-    one = {k: [getattr(x, k)] for k in ("normal", "heat", "stored")}
-    return {**one, **{k: getattr(x, k) for k in ("wrench", "guards", "place", "velocity")}}
-
-
-def _rope_function(n: int, clamped: bool) -> Function:
-    """A rope of n lines."""
-
-    def body(L: Any, p: Any, **ends: Any) -> dict[str, Any]:
-        x = laws.rope(p, L[0], L[1], [(ends[f"a{i}"], ends[f"b{i}"]) for i in range(n)], clamped)
-        out = {f"w{e}{i}": w for i, ab in enumerate(x.wrenches) for e, w in zip("ab", ab, strict=True)}
-        names = ("tension", "elongation", "guard", "heat", "work", "stored")
-        return {**{k: [getattr(x, k)] for k in names}, **out}
-
-    blocks = {f"{e}{i}": laws.BODY for i in range(n) for e in "ab"}
-    return Function(f"rope{n}", body, {"L": 2, "p": ROPE_HEAD + ROPE_LINE * n, **blocks})
-
-
-def _tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, ...], formulation: str) -> SharedTree:
-    """Placement of the bodies that laws act on, accelerations, and poses with energies of one kind of tree."""
-    nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
-    dynamics = formulated(formulation)
-    limbs = limbs_of(f"limb{k}", tree, ends) if formulation == "recursive" else None
-    state = {"q": tree.q.stop - tree.q.start, "v": nv, "P": len(numbers(tree))}
-
-    def place(q: Any, v: Any, P: Any) -> dict[str, Any]:
-        t = with_numbers(tree, P)
-        if limbs:
-            return {f"b{i}": x for i, x in sorted(limbs.place(t, q, v, ends, [0.0] * fixed).items())}
-        K = kinematics(t, q, v, 0.0, [0.0] * fixed)
-        return {f"b{i}": join(K.R[i].ravel(), K.o, K.r[i], K.V[i]) for i in ends}
-
-    def accelerate(q: Any, v: Any, tau: Any, P: Any, g: Any, a: Any, **w: Any) -> dict[str, Any]:
-        W = [w.get(f"w{i}", np.zeros(6)) for i in range(len(tree.bodies))]
-        text = limbs.dynamics if limbs else dynamics
-        dq, dv, reaction = text(with_numbers(tree, P), q, v, tau, W, g[0], list(a)[:fixed])
-        return {"dq": dq, "dv": dv, "reaction": reaction}
-
-    def pose(q: Any, v: Any, P: Any, g: Any) -> dict[str, Any]:
-        t = with_numbers(tree, P)
-        K = kinematics(t, q, v, 0.0, [0.0] * fixed)
-        poses = [join(K.o + K.r[i], K.R[i].ravel()) for i in range(len(t.bodies))]
-        return {"poses": poses, "energy": list(energies(t, K, g[0]))}
-
-    wrenches = {f"w{i}": 6 for i in ends}
-    forced = {**state, "tau": max(1, nv), "g": 1, "a": max(1, fixed), **wrenches}
-    return SharedTree(
-        ends,
-        held,
-        Function(f"place{k}", place, state),
-        Function(f"accelerate{k}", accelerate, forced),
-        Function(f"pose{k}", pose, {**state, "g": 1}),
-        halt_function(k, tree),
-        open_tree(k, tree, forced, held) if held else None,
-    )

@@ -1,0 +1,103 @@
+"""The traced functions that equal parts of a scene share: profiles, supports, ropes of n lines, trees of one kind.
+
+Each instance calls them with its own numbers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import laws
+from .constraints.factors import OpenTree, open_tree
+from .dynamics import energies
+from .formulations import formulated
+from .function import Function
+from .kinematics import kinematics
+from .limbs import limbs_of
+from .locking import halt_function
+from .parameters import ROPE_HEAD, ROPE_LINE
+from .spatial import join
+from .trees import Tree, numbers, with_numbers
+
+__all__ = ["SharedTree", "profile", "rope_function", "support", "tree_functions"]
+
+
+@dataclass(frozen=True)
+class SharedTree:
+    """The functions of one kind of tree; `ends`: bodies that laws act on; `opened`: for constraint rows on `held`."""
+
+    ends: tuple[int, ...]
+    held: tuple[int, ...]
+    place: Function
+    accelerate: Function
+    pose: Function
+    halt: Function
+    opened: OpenTree | None
+
+
+def profile(t: Any, p: Any) -> dict[str, Any]:
+    """Value, rate and acceleration of a profile."""
+    x, v, a = laws.profile(t[0], t[1], p)
+    return {"x": [x], "v": [v], "a": [a]}
+
+
+def support(clamped: bool, p: Any, body: Any) -> dict[str, Any]:
+    """A point on a pad."""
+    x = laws.support(p, body, clamped)
+    one = {k: [getattr(x, k)] for k in ("normal", "heat", "stored")}
+    return {**one, **{k: getattr(x, k) for k in ("wrench", "guards", "place", "velocity")}}
+
+
+def rope_function(n: int, clamped: bool) -> Function:
+    """A rope of n lines."""
+
+    def body(L: Any, p: Any, **ends: Any) -> dict[str, Any]:
+        x = laws.rope(p, L[0], L[1], [(ends[f"a{i}"], ends[f"b{i}"]) for i in range(n)], clamped)
+        out = {f"w{e}{i}": w for i, ab in enumerate(x.wrenches) for e, w in zip("ab", ab, strict=True)}
+        names = ("tension", "elongation", "guard", "heat", "work", "stored")
+        return {**{k: [getattr(x, k)] for k in names}, **out}
+
+    blocks = {f"{e}{i}": laws.BODY for i in range(n) for e in "ab"}
+    return Function(f"rope{n}", body, {"L": 2, "p": ROPE_HEAD + ROPE_LINE * n, **blocks})
+
+
+def tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, ...], formulation: str) -> SharedTree:
+    """Placement of the bodies that laws act on, accelerations, and poses with energies of one kind of tree."""
+    nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
+    dynamics = formulated(formulation)
+    limbs = limbs_of(f"limb{k}", tree, ends) if formulation == "recursive" else None
+    state = {"q": tree.q.stop - tree.q.start, "v": nv, "P": len(numbers(tree))}
+
+    def place(q: Any, v: Any, P: Any) -> dict[str, Any]:
+        t = with_numbers(tree, P)
+        if limbs:
+            return {f"b{i}": x for i, x in sorted(limbs.place(t, q, v, ends, [0.0] * fixed).items())}
+        K = kinematics(t, q, v, 0.0, [0.0] * fixed)
+        return {f"b{i}": join(K.R[i].ravel(), K.o, K.r[i], K.V[i]) for i in ends}
+
+    def accelerate(q: Any, v: Any, tau: Any, P: Any, g: Any, a: Any, **w: Any) -> dict[str, Any]:
+        W = [w.get(f"w{i}", np.zeros(6)) for i in range(len(tree.bodies))]
+        text = limbs.dynamics if limbs else dynamics
+        dq, dv, reaction = text(with_numbers(tree, P), q, v, tau, W, g[0], list(a)[:fixed])
+        return {"dq": dq, "dv": dv, "reaction": reaction}
+
+    def pose(q: Any, v: Any, P: Any, g: Any) -> dict[str, Any]:
+        t = with_numbers(tree, P)
+        K = kinematics(t, q, v, 0.0, [0.0] * fixed)
+        poses = [join(K.o + K.r[i], K.R[i].ravel()) for i in range(len(t.bodies))]
+        return {"poses": poses, "energy": list(energies(t, K, g[0]))}
+
+    wrenches = {f"w{i}": 6 for i in ends}
+    forced = {**state, "tau": max(1, nv), "g": 1, "a": max(1, fixed), **wrenches}
+    return SharedTree(
+        ends,
+        held,
+        Function(f"place{k}", place, state),
+        Function(f"accelerate{k}", accelerate, forced),
+        Function(f"pose{k}", pose, {**state, "g": 1}),
+        halt_function(k, tree),
+        open_tree(k, tree, forced, held) if held else None,
+    )
