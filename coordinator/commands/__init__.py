@@ -1,0 +1,6 @@
+"""The commands of `heavylift`, a file per subject; a file that is imported here adds its commands to `app`."""
+
+from . import files, running, scenes
+from .app import app
+
+__all__ = ["app", "files", "running", "scenes"]

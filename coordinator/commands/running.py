@@ -1,0 +1,41 @@
+"""`heavylift run`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .app import Scene, Sets, app
+
+
+@app.command()
+def run(
+    scene: Scene,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="recording; default NAME.mcap")] = None,
+    sets: Sets = None,
+    in_process: Annotated[bool, typer.Option("--in-process", help="all models in this process")] = False,
+    method: Annotated[str, typer.Option("--method", help="of integration: dopri5, radau5, ...")] = "",
+    step: Annotated[str, typer.Option("--step", help="fixed steps: --step '2 ms'")] = "",
+) -> None:
+    """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
+    from ..participant import PRELOAD
+    from ..processes import Processes
+
+    crew = None if in_process else Processes(PRELOAD)  # starts while the rest is imported
+    try:
+        from heavylift.nodes.scene import load
+
+        from ..progress import Progress, summary
+        from ..run import run as simulate
+
+        given = [f"{key}={text}" for key, text in (("method", method), ("step", step)) if text]
+        loaded = load(scene, [*(sets or []), *given])
+        path = output or Path(f"{loaded.plan.name}.mcap")
+        with Progress(loaded.plan) as watch:
+            result = simulate(loaded, path, in_process, watch, crew)
+    finally:
+        if crew is not None:
+            crew.end()
+    summary(loaded.plan, result, path)

@@ -1,0 +1,81 @@
+"""Commands about a scene that is not run: check, tree, equations, statics, modes."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from .app import After, At, Json, Scene, Sets, app
+
+
+@app.command()
+def check(scene: Scene, sets: Sets = None) -> None:
+    """Check a scene and show its static loads; starts nothing.    heavylift check my-lift.yaml"""
+    from heavylift.nodes.scene import check as examine
+    from heavylift.nodes.scene import load
+
+    typer.echo(str(examine(load(scene, sets or []))))
+
+
+@app.command()
+def tree(scene: Scene, sets: Sets = None) -> None:
+    """Print the tree of DEVS models.    heavylift tree turnover"""
+    from heavylift.nodes.models import tree as draw
+    from heavylift.nodes.scene import load
+
+    typer.echo(draw(load(scene, sets or []).plan))
+
+
+@app.command()
+def equations(
+    scene: Scene,
+    formulation: Annotated[
+        str, typer.Option("--formulation", help="recursive, articulated, embedding or augmented")
+    ] = "recursive",
+    latex: Annotated[bool, typer.Option("--latex", help="a LaTeX document")] = False,
+    sets: Sets = None,
+) -> None:
+    """Print graph, path matrix and the equations of motion, body by body.    heavylift equations arm"""
+    from heavylift.kernel.equations import equations as write
+    from heavylift.nodes.models import system
+    from heavylift.nodes.scene import load
+
+    plan = load(scene, sets or []).plan
+    typer.echo(write(system(plan), formulation, latex, f"Equations of motion: {plan.name}"))
+
+
+@app.command()
+def statics(scene: Scene, at: At = None, after: After = "", as_json: Json = False, sets: Sets = None) -> None:
+    """Find where a scene comes to rest, and what ropes, pads and joints then carry.    heavylift statics lift"""
+    import json
+
+    from heavylift.kernel.analysis import equilibrium, reactions
+    from heavylift.kernel.analysis import modes as about
+    from heavylift.kernel.analysis.tables import statics_data, statics_text
+    from heavylift.nodes.scene import load
+
+    from ..pause import paused
+
+    simulation = paused(load(scene, sets or []), at, after)
+    found = equilibrium(simulation)
+    shown = found, reactions(simulation), about(simulation).growth
+    typer.echo(json.dumps(statics_data(*shown)) if as_json else statics_text(*shown))
+
+
+@app.command()
+def modes(scene: Scene, at: At = None, after: After = "", as_json: Json = False, sets: Sets = None) -> None:
+    """Show frequencies, damping and modes about the pose at rest.    heavylift modes turnover --after "hoist" """
+    import json
+
+    from heavylift.kernel.analysis import equilibrium
+    from heavylift.kernel.analysis import modes as about
+    from heavylift.kernel.analysis.tables import modes_data, modes_text
+    from heavylift.nodes.scene import load
+
+    from ..pause import paused
+
+    simulation = paused(load(scene, sets or []), at, after)
+    equilibrium(simulation)
+    found = about(simulation)
+    typer.echo(json.dumps(modes_data(found)) if as_json else modes_text(found))
