@@ -1,0 +1,120 @@
+"""An append-only file of entries that a process which may be killed leaves readable up to its last one.
+
+    length | crc32 | entry      little-endian, 4 bytes each; one `write` of the system per entry
+
+What a killed process has appended is in the system's hands and stays; only a loss of power can take it, unless
+`sync` has put it on the disk before `append` returned. `read` gives the entries that are whole and ends in silence at
+the first that is cut or damaged: behind it nothing can be told apart. Readers may follow a file that still grows.
+
+A run keeps several, so that each can be cut on its own: one for each node (what it was granted, since its last
+checkpoint), and those that stay whole (what an operator ordered, what observers were shown).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from struct import Struct
+from types import TracebackType
+from typing import Self
+from zlib import crc32
+
+from heavylift.kernel.errors import RecordingError
+
+__all__ = ["Journal", "read"]
+
+_HEAD = Struct("<II")
+SEED = 0x486C4A31  # so that noughts are no entry
+LIMIT = 1 << 30  # bytes of an entry: a longer one is damage
+
+
+class Journal:
+    """Writes a new journal at `path`; an older one there is lost."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            self._file = _new(path)
+        except OSError as error:
+            raise self._refused(error) from None
+
+    def append(self, entry: bytes, sync: bool = False) -> None:
+        """Add an entry; with `sync` it is on the disk before this returns."""
+        try:
+            _write(self._file, _framed(entry))
+            if sync:
+                os.fsync(self._file)
+        except OSError as error:
+            raise self._refused(error) from None
+
+    def restart(self, entries: Iterable[bytes]) -> None:
+        """Hold these entries only, as at a checkpoint; whoever is killed meanwhile leaves the old or the new ones."""
+        fresh = self.path.with_name(self.path.name + ".new")
+        try:
+            file = _new(fresh)
+            _write(file, b"".join(_framed(entry) for entry in entries))
+            os.replace(fresh, self.path)
+        except OSError as error:
+            raise self._refused(error) from None
+        os.close(self._file)
+        self._file = file
+
+    def close(self) -> None:
+        """Write no more; the file stays."""
+        if self._file >= 0:
+            os.close(self._file)
+            self._file = -1
+
+    def delete(self) -> None:
+        """The ordered end: nobody needs it any more."""
+        self.close()
+        self.path.unlink(missing_ok=True)
+
+    def _refused(self, error: OSError) -> RecordingError:
+        return RecordingError(
+            f"{self.path}: the journal cannot be written ({error.strerror}); make room or choose another place"
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def read(path: Path) -> Iterator[bytes]:
+    """The whole entries of a journal in order; none if there is no file."""
+    try:
+        stream = path.open("rb")
+    except FileNotFoundError:
+        return
+    with stream:
+        while len(head := stream.read(_HEAD.size)) == _HEAD.size:
+            length, crc = _HEAD.unpack(head)
+            if length > LIMIT:
+                return
+            entry = stream.read(length)
+            if len(entry) < length or _check(length, entry) != crc:
+                return
+            yield entry
+
+
+def _new(path: Path) -> int:
+    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND | os.O_CLOEXEC, 0o600)
+
+
+def _write(file: int, data: bytes) -> None:
+    written = os.write(file, data)
+    while written < len(data):  # a full disk says so at the next write
+        written += os.write(file, data[written:])
+
+
+def _framed(entry: bytes) -> bytes:
+    return _HEAD.pack(len(entry), _check(len(entry), entry)) + entry
+
+
+def _check(length: int, entry: bytes) -> int:
+    return crc32(entry, SEED ^ length)

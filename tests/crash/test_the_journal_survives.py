@@ -1,0 +1,102 @@
+"""A journal is read up to its first cut or damaged entry, wherever that lies, and never further."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.journal import Journal, read
+from heavylift.kernel.errors import RecordingError
+
+ENTRIES = [b"hoist", b"", b"travel" * 9, b"\x00" * 8, b"end"]
+HEAD = 8  # bytes before each entry
+STARTS = [sum(HEAD + len(e) for e in ENTRIES[:i]) for i in range(len(ENTRIES) + 1)]
+
+
+@pytest.fixture
+def written(tmp_path: Path) -> Path:
+    path = tmp_path / "run.journal"
+    with Journal(path) as journal:
+        for entry in ENTRIES:
+            journal.append(entry)
+    return path
+
+
+def whole_before(place: int) -> list[bytes]:
+    """The entries that end at this byte or before."""
+    return [entry for entry, end in zip(ENTRIES, STARTS[1:], strict=True) if end <= place]
+
+
+def test_what_was_appended_is_read_in_order(written: Path) -> None:
+    assert list(read(written)) == ENTRIES
+
+
+def test_a_file_cut_at_any_byte_gives_what_was_whole(written: Path) -> None:
+    data = written.read_bytes()
+    for place in range(len(data) + 1):
+        written.write_bytes(data[:place])
+        assert list(read(written)) == whole_before(place)
+
+
+def test_any_flipped_bit_ends_the_reading_there(written: Path) -> None:
+    data = written.read_bytes()
+    for place in range(len(data)):
+        for bit in range(8):
+            spoiled = bytearray(data)
+            spoiled[place] ^= 1 << bit
+            written.write_bytes(spoiled)
+            assert list(read(written)) == whole_before(place)
+
+
+def test_a_file_of_noughts_holds_nothing(written: Path) -> None:
+    """As a file system may leave it when the power fails: the length is there, the data is not."""
+    written.write_bytes(bytes(64))
+    assert list(read(written)) == []
+
+
+def test_no_file_is_an_empty_journal(tmp_path: Path) -> None:
+    assert list(read(tmp_path / "none.journal")) == []
+
+
+def test_a_killed_writer_loses_nothing_that_it_appended(tmp_path: Path) -> None:
+    path = tmp_path / "run.journal"
+    pid = os.fork()
+    if pid == 0:
+        journal = Journal(path)
+        for i in range(1000):
+            journal.append(i.to_bytes(4, "little"))
+        os.kill(os.getpid(), signal.SIGKILL)
+    os.waitpid(pid, 0)
+    assert list(read(path)) == [i.to_bytes(4, "little") for i in range(1000)]
+
+
+def test_a_reader_follows_a_journal_that_grows(tmp_path: Path) -> None:
+    with Journal(tmp_path / "run.journal") as journal:
+        journal.append(b"one")
+        entries = read(journal.path)
+        assert next(entries) == b"one"
+        journal.append(b"two", sync=True)
+        assert list(entries) == [b"two"]
+
+
+def test_at_a_checkpoint_the_past_is_dropped(written: Path) -> None:
+    with Journal(written) as journal:
+        journal.append(b"granted")
+        journal.restart([b"checkpoint", b"outstanding"])
+        journal.append(b"granted next")
+        assert list(read(written)) == [b"checkpoint", b"outstanding", b"granted next"]
+        assert [p.name for p in written.parent.iterdir()] == ["run.journal"]
+
+
+def test_the_ordered_end_leaves_no_file(written: Path) -> None:
+    journal = Journal(written)
+    journal.append(b"last")
+    journal.delete()
+    assert not written.exists()
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match=r"nowhere/run\.journal: the journal cannot be written"):
+        Journal(tmp_path / "nowhere" / "run.journal")
