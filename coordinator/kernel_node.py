@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import msgspec
 import numpy as np
-from heavylift.kernel.describe import System, merge
+from heavylift.kernel.describe import merge
 from heavylift.kernel.errors import KernelError, ModelError
 from heavylift.kernel.samples import channels, published
 from heavylift.kernel.simulation import FOREVER_NS, Simulation
@@ -22,22 +22,12 @@ from heavylift.nodes.devs import FOREVER, Delivery, Event, Message, Tag, encode,
 from heavylift.nodes.models import KERNEL
 from heavylift.nodes.models import messages as m
 
+from .parts import KernelConfig
+
 __all__ = ["KernelConfig", "KernelNode"]
 
 BATCH = 64  # samples in one message
 SILENT = 2**30  # microstep of silent tags
-
-
-class KernelConfig(msgspec.Struct, frozen=True):
-    """What the kernel is told when all other nodes have declared themselves."""
-
-    systems: list[System]
-    gravity: float
-    tolerance: float
-    sample_ns: int
-    subscriptions: dict[str, list[str]]  # element -> models that hear of its events
-    method: str = "dopri5"
-    step: float | None = None
 
 
 class KernelNode:

@@ -1,43 +1,31 @@
 """One node of a run, from WELCOME to BYE, whether it lives in its own process or in the coordinator's.
 
-WELCOME brings the plan (models) or the declarations of all models (kernel); the answer is HELLO with what this node
-declares: its part of the mechanics, or the kernel's sample layout.
+WELCOME brings the part that the node plays (parts.py); the answer is HELLO with what the node declares: its share of
+the mechanics, the kernel's sample layout, or the ports of a model.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from hashlib import blake2b
 from importlib import metadata
 
 import msgspec
 from heavylift.nodes.devs import Simulator
 
 from . import messages as m
+from . import parts
 from .node import Node
 
-__all__ = ["NODE_MODULE", "PRELOAD", "Participant", "Setup", "fingerprint", "version"]
+__all__ = ["NODE_MODULE", "PRELOAD", "Participant", "version"]
 
 NODE_MODULE = "heavylift.coordinator.node_process"
-PRELOAD = (NODE_MODULE, "heavylift.nodes.models", "heavylift.nodes.scene.plan")  # what every node imports
+PRELOAD = (NODE_MODULE, "heavylift.nodes.models", "heavylift.nodes.scene.plan")  # what every node of a scene imports
 
 
 def version() -> str:
     """The version of heavylift that this process runs."""
     return metadata.version("heavylift")
-
-
-def fingerprint(plan: bytes) -> str:
-    """What two nodes of one run must agree on."""
-    return blake2b(plan, digest_size=16).hexdigest()
-
-
-class Setup(msgspec.Struct, frozen=True):
-    """Config of a WELCOME: the plan, and for the kernel what the models have declared."""
-
-    plan: bytes
-    kernel: bytes = b""
 
 
 class Participant:
@@ -46,6 +34,7 @@ class Participant:
     def __init__(self, name: str, send: Callable[[bytes], None], sample: Callable[[bytes], None]) -> None:
         self.name, self._send, self._sample = name, send, sample
         self._node: Node | None = None
+        self._flush: Callable[[], None] = lambda: None  # what goes to the data topic before an answer
         self._busy_s = 0.0
         self.over = False
 
@@ -63,27 +52,40 @@ class Participant:
             self._busy_s += time.perf_counter() - began
             if isinstance(answer, m.Bye):
                 answer = msgspec.structs.replace(answer, busy_s=self._busy_s)
+            self._flush()
         if answer is not None:
             self._send(m.encode(answer))
         self.over = isinstance(answer, m.Bye | m.Fail)
 
     def _join(self, welcome: m.Welcome) -> m.AnyMessage:
-        setup = msgspec.msgpack.decode(welcome.config, type=Setup)
         try:
-            if setup.kernel:
-                from .kernel_node import KernelConfig, KernelNode
-
-                kernel = KernelNode(msgspec.msgpack.decode(setup.kernel, type=KernelConfig), self._sample)
-                self._node, declaration = Node(self.name, kernel, kernel.finish), kernel.layout()
-            else:
-                from heavylift.nodes.models import build_one
-                from heavylift.nodes.scene.plan import decode
-
-                model = build_one(decode(setup.plan), self.name)
-                waits = getattr(model, "waiting_for", lambda: "")
-                self._node = Node(self.name, Simulator(model), lambda end: waits())
-                declaration = msgspec.msgpack.encode(model.declare())
+            node, declaration, agreed = self._take(parts.decode(welcome.config))
         except Exception as error:
             return Node.failure(self.name, error)
-        self._node.handle(welcome)
-        return self._node.hello(declaration, version(), fingerprint(setup.plan))
+        self._node = node
+        node.handle(welcome)
+        return node.hello(declaration, version(), agreed)
+
+    def _take(self, part: parts.Part) -> tuple[Node, bytes, str]:
+        """The node that plays this part, what it declares, and the fingerprint that all nodes must agree on."""
+        if isinstance(part, parts.KernelPart):
+            from .kernel_node import KernelNode
+
+            kernel = KernelNode(part.config, self._sample)
+            return Node(self.name, kernel, kernel.finish), kernel.layout(), part.agreed
+        if isinstance(part, parts.ModelPart):
+            from .building import child, declaration
+            from .transitions import Transitions
+
+            own = child(part.build, self.name)
+            log = Transitions(self._sample) if part.log else None
+            if log is not None:
+                self._flush = log.flush
+            return Node(self.name, Simulator(own, log)), declaration(own), parts.fingerprint(part.build.encode())
+        from heavylift.nodes.models import build_one
+        from heavylift.nodes.scene.plan import decode
+
+        model = build_one(decode(part.plan), self.name)
+        waits = getattr(model, "waiting_for", lambda: "")
+        declared = msgspec.msgpack.encode(model.declare())
+        return Node(self.name, Simulator(model), lambda end: waits()), declared, parts.fingerprint(part.plan)

@@ -1,31 +1,31 @@
-"""One run: start the nodes, let the protocol decide, record what happens, end in order.
+"""One run of a scene: start its models and the kernel, let the protocol decide, record what happens, end in order.
 
-    plan -> WELCOME(plan) -> HELLO(declaration) of every model -> WELCOME(declarations) -> HELLO of the kernel
-    -> GRANT / DONE rounds -> STOP -> BYE
-The same loop serves processes over a private socket and nodes in this process over a local session.
+plan -> WELCOME(plan) -> HELLO(declaration) of every model -> WELCOME(declarations) -> HELLO of the kernel
+-> rounds until the commander has finished, the time bound is reached or nothing can happen any more
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.kernel.describe import System
-from heavylift.kernel.errors import ModelError, ProtocolError, Stopped
+from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import FOREVER, Event, Tag, ns
 from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings, subscriptions
 from heavylift.nodes.scene.plan import encode
 
-from . import messages as m
 from .budget import Budget
-from .core import Coordinator, Outcome
+from .conversation import Conversation
+from .core import Outcome
+from .distance import Coupling
 from .hub import Hub, LocalHub
-from .participant import NODE_MODULE, PRELOAD, Participant, Setup, fingerprint, version
+from .joining import joined
+from .parts import KernelConfig, KernelPart, ScenePart, fingerprint
+from .parts import encode as part
 from .processes import Processes
 from .record import Record, Result
 from .watch import Watch
@@ -35,10 +35,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Result", "run"]
 
-PATIENCE_s = 30.0  # for a node's HELLO
 PATIENCE_ns = 4 * 3600 * 10**9  # simulated time without an order after which a scene without an end is stuck: a load
 # that swings undamped never comes to rest, and a run must not go on for ever
-LOOK_s = 0.2  # how often samples are taken while a node works
 
 
 def run(
@@ -53,47 +51,26 @@ def run(
 
     Raises HeavyliftError: one sentence, after the recording is finished and all processes are gone.
     """
-    plan = scene.plan
-    models = build(plan)
+    models = build(scene.plan)
     names = order or [*models, KERNEL]
     started = time.perf_counter()
-    with Record(scene, models, output) as record, _nodes(names, in_process, processes) as hub:
-        session = _Session(scene, models, hub, record, watch or Watch())
+    with Record(scene, models, output) as record, joined(names, in_process, processes) as hub:
+        played = _Run(scene, models, hub, record, watch or Watch())
         try:
-            session.play()
-            played = record.mark()
-            session.dismiss()
+            played.greet()
+            greeted = record.mark()
+            played.play()
+            done = record.mark()
+            played.dismiss()
         except BaseException as error:
-            session.abort()
-            raise _named(error, session) from error
-        result = record.finish(session.grants, time.perf_counter() - started, session.unfinished)
-    budget = Budget.of((started, 0.0), session.greeted, played, record.mark(), session.kernel_s)
+            raise played.talk.abort(error) from error
+        result = record.finish(played.talk.grants, time.perf_counter() - started, played.unfinished)
+    budget = Budget.of((started, 0.0), greeted, done, record.mark(), played.kernel_s)
     return replace(result, budget=budget)
 
 
-@contextmanager
-def _nodes(names: list[str], in_process: bool, processes: Processes | None) -> Iterator[Hub | LocalHub]:
-    if in_process:
-        with LocalHub(names) as local:
-            for name in names:
-                link = local.link(name)
-                link.serve(Participant(name, link.send, link.sample).handle)
-            yield local
-        return
-    with Hub(names) as hub, processes or Processes(PRELOAD) as crew:
-        crew.start(hub, {name: (NODE_MODULE, name) for name in names})
-        yield hub
-
-
-def _named(error: BaseException, session: _Session) -> BaseException:
-    if isinstance(error, KeyboardInterrupt):
-        at = session.now.t * 1e-9
-        return Stopped(f"stopped by the user at {at:.3f} s; the recording is complete up to there")
-    return error
-
-
-class _Session:
-    """The conversation with the nodes of one run."""
+class _Run(Watch):
+    """What a scene makes of the conversation with its nodes."""
 
     def __init__(
         self,
@@ -103,141 +80,59 @@ class _Session:
         record: Record,
         watch: Watch,
     ) -> None:
-        self._plan, self._models, self._hub, self._record, self._watch = (
-            scene.plan,
-            models,
-            hub,
-            record,
-            watch,
-        )
-        self.now = Tag(0)
-        self.grants = 0
-        self.unfinished = ""
-        self.greeted, self.kernel_s = record.mark(), 0.0
-        self._outcome: Outcome | None = None
+        self._plan, self._models, self._record, self._watch = scene.plan, models, record, watch
+        self.unfinished, self.kernel_s = "", 0.0
+        self._outcome = Outcome.BOUND
         end = Tag(ns(self._plan.end)) if self._plan.end is not None else Tag(PATIENCE_ns)
-        self._core = Coordinator([*models, KERNEL], couplings(self._plan), end, (COMMANDER, "finished"), self._event)
-        if isinstance(hub, Hub):
-            hub.when = lambda: f"t = {self.now.t * 1e-9:.3f} s"
+        wires = [Coupling(*wire) for wire in couplings(self._plan)]
+        self.talk = Conversation(hub, wires, end, record, self, (COMMANDER, "finished"))
 
-    def play(self) -> None:
-        """HELLO of everybody, then rounds until nothing is left to do."""
-        self._greet()
-        self.greeted = self._record.mark()
-        while True:
-            for name, grant in self._core.ready():
-                self._send(name, grant)
-                self.grants += 1
-            self._record.settle(self._core.floor.t)
-            self._outcome = self._core.over
-            if self._outcome is None:
-                self._done(*self._receive())
-            elif self._outcome is not Outcome.BOUND or self._plan.end is not None or not self._hope():
-                return
-
-    def _hope(self) -> bool:
-        """Whether a scene without an end may go on: a model has something before it, not only a load that swings."""
-        due = self._core.scheduled(self._models)
-        if due < FOREVER:
-            self._core.extend(Tag(due.t + PATIENCE_ns))
-        return due < FOREVER
-
-    def _greet(self) -> None:
-        plan = encode(self._plan)
-        self._fingerprint = fingerprint(plan)
-        setup = Setup(plan)
-        for name in self._models:
-            self._send(name, m.Welcome(1, msgspec.msgpack.encode(setup)))
-        declared: dict[str, bytes] = {}
-        while len(declared) < len(self._models):  # they arrive in any order
-            node, hello = self._receive(PATIENCE_s)
-            declared[node] = self._hello(node, hello)
-        systems = [msgspec.msgpack.decode(declared[name], type=System) for name in self._models]
-        config = {
-            "systems": systems,
-            "gravity": self._plan.gravity,
-            "tolerance": self._plan.tolerance,
-            "sample_ns": round(1e9 / self._plan.samples_hz),
-            "subscriptions": subscriptions(self._plan),
-            "method": self._plan.method,
-            "step": self._plan.step,
-        }
-        kernel = Setup(plan, msgspec.msgpack.encode(config))
-        self._send(KERNEL, m.Welcome(1, msgspec.msgpack.encode(kernel)))
-        self._record.layout(self._hello(*self._receive(PATIENCE_s)), systems)
-
-    def _send(self, node: str, message: m.AnyMessage) -> None:
-        data = m.encode(message)
-        self._record.protocol(self.now.t, node, "to node", message, data)
-        self._hub.send(node, data)
-
-    def _receive(self, patience: float | None = None) -> tuple[str, m.AnyMessage]:
-        deadline = time.monotonic() + patience if patience else None
-        while True:
-            got = self._hub.receive(LOOK_s)
-            self._take_samples()
-            if got is not None:
-                node, data = got
-                message = m.decode(data)
-                self._record.protocol(self.now.t, node, "from node", message, data)
-                if isinstance(message, m.Fail):
-                    self._record.failed(message)
-                    raise ModelError(message.sentence)
-                return node, message
-            if deadline is not None and time.monotonic() > deadline:
-                raise ProtocolError(f"no node has said HELLO for {patience:.0f} s; start the run again")
-
-    def _hello(self, node: str, message: m.AnyMessage) -> bytes:
-        if not isinstance(message, m.Hello):
-            raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where HELLO was expected")
-        if (message.version, message.scene) != (version(), self._fingerprint):
-            raise ProtocolError(
-                f"node {node} runs heavylift {message.version} with another scene or version than the coordinator's "
-                f"{version()}; use one installation for all nodes"
-            )
-        self._core.hello(node, message)
-        return message.declaration
-
-    def _done(self, node: str, message: m.AnyMessage) -> None:
-        if not isinstance(message, m.Done):
-            raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where DONE was expected")
-        self._core.done(node, message)
-
-    def _event(self, event: Event) -> None:
-        self.now = max(self.now, event.tag)
-        self._record.event(event)
+    def event(self, event: Event) -> None:
+        """While the commander gives orders, a scene without an end goes on."""
         if event.source == COMMANDER and self._plan.end is None:
-            self._core.extend(Tag(event.t + PATIENCE_ns))
-        self._hub.publish_event(event.source, event.port, event.payload)
+            self.talk.core.extend(Tag(event.t + PATIENCE_ns))
         self._watch.event(event)
 
-    def _take_samples(self) -> None:
-        for _, batch in self._hub.samples():
-            self.now = max(self.now, Tag(self._record.samples(batch)))
-            self._watch.progress(self.now.t)
+    def progress(self, t_ns: int) -> None:
+        """Samples up to this simulation time have come."""
+        self._watch.progress(t_ns)
+
+    def greet(self) -> None:
+        """The models first, for the kernel needs what they declare."""
+        plan = encode(self._plan)
+        agreed = fingerprint(plan)
+        for name in self._models:
+            self.talk.welcome(name, part(ScenePart(plan)))
+        declared = dict(self.talk.hello(agreed) for _ in self._models)  # they arrive in any order
+        systems = [msgspec.msgpack.decode(declared[name], type=System) for name in self._models]
+        config = KernelConfig(
+            systems,
+            self._plan.gravity,
+            self._plan.tolerance,
+            round(1e9 / self._plan.samples_hz),
+            {element: list(models) for element, models in subscriptions(self._plan).items()},
+            self._plan.method,
+            self._plan.step,
+        )
+        self.talk.welcome(KERNEL, part(KernelPart(config, agreed)))
+        _, layout = self.talk.hello(agreed)
+        self._record.layout(layout, systems)
+
+    def play(self) -> None:
+        """Rounds until the end; without one, while a model has something before it, not only a load that swings."""
+        while True:
+            self._outcome = self.talk.play()
+            due = self.talk.core.scheduled(self._models)
+            if self._outcome is not Outcome.BOUND or self._plan.end is not None or due >= FOREVER:
+                return
+            self.talk.core.extend(Tag(due.t + PATIENCE_ns))
 
     def dismiss(self) -> None:
-        """The ordered end: STOP, the last samples, BYE; raises ModelError if a model still waits for something."""
-        ended = (
-            self._outcome is Outcome.QUIET and self._plan.end is None
-        )  # where nothing moves, time goes on all the same
-        end = Tag(self.now.t + 1) if ended else self._core.end
-        self._hub.dismiss(m.encode(m.Stop(end)))
-        staying = {*self._models, KERNEL}
-        sentences = []
-        while staying:
-            node, message = self._receive(PATIENCE_s)
-            if isinstance(message, m.Bye):
-                staying.discard(node)
-                if node == KERNEL:
-                    self.kernel_s = message.busy_s
-                sentences += [message.sentence] if message.sentence else []
-        self._take_samples()
+        """The ordered end; raises ModelError if a model still waits for something."""
+        ended = self._outcome is Outcome.QUIET and self._plan.end is None
+        byes = self.talk.dismiss(Tag(self.talk.now.t + 1) if ended else self.talk.core.end)
+        self.kernel_s = byes[KERNEL].busy_s
+        sentences = [bye.sentence for bye in byes.values() if bye.sentence]
         if sentences and self._plan.end is None and self._outcome is not Outcome.FINISHED:
             raise ModelError(sentences[0])
         self.unfinished = "; ".join(sentences)
-
-    def abort(self) -> None:
-        """Nodes may go; what they sampled so far is kept."""
-        self._hub.dismiss(m.encode(m.Stop(self.now, "aborted")))
-        self._take_samples()

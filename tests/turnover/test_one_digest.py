@@ -15,6 +15,7 @@ from typing import Any
 
 import heavylift.coordinator.run as runner
 import pytest
+from heavylift.coordinator import conversation
 from heavylift.coordinator.core import Coordinator
 from heavylift.coordinator.messages import Done, Grant, Hello
 from heavylift.nodes.devs import FOREVER, Tag, after, succ
@@ -111,7 +112,7 @@ class CutShort(Coordinator):
 def test_random_grant_limits_leave_every_byte_equal(
     truth: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seed: int
 ) -> None:
-    monkeypatch.setattr(runner, "Coordinator", CutShort)
+    monkeypatch.setattr(conversation, "Coordinator", CutShort)
     CutShort.random, CutShort.cuts = Random(seed), 0
     run = runner.run(load("lift"), tmp_path / "lift.mcap", in_process=True)
     assert CutShort.cuts > 100, CutShort.cuts
@@ -124,7 +125,7 @@ def test_random_grant_limits_leave_the_loaded_lift_of_turnover_equal(
     """The first 100 s with two cranes and twelve slings: the slings chatter as they come taut."""
     scene = load("turnover", ["end=100 s"])
     whole = runner.run(scene, tmp_path / "whole.mcap", in_process=True)
-    monkeypatch.setattr(runner, "Coordinator", CutShort)
+    monkeypatch.setattr(conversation, "Coordinator", CutShort)
     CutShort.random, CutShort.cuts = Random(7), 0
     cut = runner.run(scene, tmp_path / "cut.mcap", in_process=True)
     assert CutShort.cuts > 100, CutShort.cuts

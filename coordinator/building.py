@@ -1,0 +1,112 @@
+"""Finds the model that a researcher names: `package.module:function` or `path/to/file.py:function`.
+
+The function takes nothing and returns a Coupled, new at each call and always the same; each child becomes a node.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import msgspec
+from heavylift.kernel.errors import HeavyliftError, ModelError
+from heavylift.nodes.devs import Coupled, InPort, Model, OutPort
+
+from .distance import Coupling
+
+__all__ = ["built", "child", "couplings", "declaration", "importing"]
+
+_importing: list[str] = []
+
+
+def built(reference: str) -> Coupled:
+    """The model of a reference; ModelError says what is wrong with it."""
+    where, colon, name = reference.rpartition(":")
+    if not colon or not where or not name:
+        raise ModelError(f"{reference!r} names no model: write module:function, such as my_models:build")
+    function = getattr(_module(where), name, None)
+    if not callable(function):
+        raise ModelError(f"{reference}: {where} has no function {name}; define it and let it return a Coupled")
+    try:
+        model = function()
+    except HeavyliftError:
+        raise
+    except Exception as error:
+        raise ModelError(f"{reference}: {name}() raised {type(error).__name__}: {error}") from error
+    if not isinstance(model, Coupled):
+        raise ModelError(f"{reference}: {name}() returned {type(model).__name__}, it must return a Coupled")
+    if not model.children:
+        raise ModelError(f"{reference}: {model.name} has no children, and each child becomes a node; add some")
+    return model
+
+
+def _module(where: str) -> ModuleType:
+    _importing.append(where)
+    try:
+        if not where.endswith(".py"):
+            return importlib.import_module(where)
+        path = Path(where).resolve()
+        spec = importlib.util.spec_from_file_location(path.stem, path)
+        if spec is None or spec.loader is None:
+            raise FileNotFoundError(where)
+        if path.stem in sys.modules:
+            known = sys.modules[path.stem]
+            if Path(known.__file__ or "") == path:
+                return known
+            raise ModelError(f"{where}: a module {path.stem} exists already; give the file another name")
+        module = sys.modules[path.stem] = importlib.util.module_from_spec(spec)
+        try:
+            spec.loader.exec_module(module)
+        except BaseException:
+            del sys.modules[path.stem]
+            raise
+        return module
+    except HeavyliftError:
+        raise
+    except FileNotFoundError as error:
+        raise ModelError(f"{where}: there is no such file") from error
+    except ModuleNotFoundError as error:
+        if error.name is not None and f"{where}.".startswith(f"{error.name}."):
+            raise ModelError(
+                f"there is no module {where} in {', '.join(p or '.' for p in sys.path[:1])} or installed"
+            ) from error
+        raise ModelError(f"{where} cannot be imported: {error}") from error
+    except Exception as error:
+        raise ModelError(f"{where} cannot be imported: {type(error).__name__}: {error}") from error
+    finally:
+        _importing.pop()
+
+
+def importing() -> str:
+    """The module that is being imported for its model just now, or ""."""
+    return _importing[-1] if _importing else ""
+
+
+def child(reference: str, name: str) -> Model:
+    """The child of this name, for its node."""
+    model = built(reference)
+    if name not in model.children:
+        raise ModelError(f"{reference}: {model.name} has no child {name} here, it has {', '.join(model.children)}")
+    return model.children[name]
+
+
+def couplings(model: Coupled) -> list[Coupling]:
+    """The couplings between children; what leads to a port of the model itself leaves the run."""
+    return [
+        Coupling(source.owner.name, source.name, target.owner.name, target.name)
+        for source, target in model.couplings
+        if source.owner is not model and target.owner is not model
+    ]
+
+
+def declaration(model: Model) -> bytes:
+    """What coordinator and node must find alike in a child: its ports, as bytes."""
+    ports = [
+        (port.name, "in" if isinstance(port, InPort) else "out", port.type.__name__)
+        for port in model.ports.values()
+        if isinstance(port, InPort | OutPort)
+    ]
+    return msgspec.msgpack.encode(sorted(ports))

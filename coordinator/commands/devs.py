@@ -1,0 +1,44 @@
+"""`heavylift devs`: any DEVS model, distributed."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .app import Json, app
+
+
+@app.command()
+def devs(
+    model: Annotated[str, typer.Argument(help="module:function or file.py:function that returns a Coupled")],
+    until: Annotated[str, typer.Option("--until", help="end of simulation: --until 10s; default no activity")] = "",
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="recording; default none")] = None,
+    in_process: Annotated[bool, typer.Option("--in-process", help="all models in this process")] = False,
+    as_json: Json = False,
+) -> None:
+    """Run a DEVS model, each child a process.    heavylift devs my_models:build --until 10s -o run.mcap"""
+    import dataclasses
+    import json
+
+    from heavylift.kernel.errors import ModelError
+    from heavylift.nodes.devs import NEVER, ns
+    from heavylift.nodes.scene.units import TIME
+
+    from ..model_run import run_models
+
+    sys.path.insert(0, "")  # a module in the folder where the user stands
+    try:
+        end = ns(TIME.read(until)) if until else NEVER
+    except ValueError as error:
+        raise ModelError(f"--until: {error}") from None
+    run = run_models(model, end, output, in_process)
+    if as_json:
+        typer.echo(json.dumps({**dataclasses.asdict(run), "outcome": run.outcome.name.lower()}))
+        return
+    typer.echo(f"ended at {run.sim_s:g} s because {run.outcome.value}")
+    typer.echo(f"{run.grants} grants in {run.wall_s:.2f} s\ndigest {run.digest}")
+    if output is not None:
+        typer.echo(f"wrote {output}")

@@ -1,0 +1,133 @@
+"""The conversation with the nodes of one run, whatever they model.
+
+    WELCOME(config) -> HELLO(declaration) of every node -> rounds of GRANT and DONE -> STOP -> BYE
+
+It knows the hub, the protocol's core and a tape, and nothing of scenes: who uses it gives each node its config, judges
+what the nodes declare, and says when the run is over.  `watch` hears of committed events and of the time reached.
+"""
+
+from __future__ import annotations
+
+import time
+
+from heavylift.kernel.errors import ModelError, ProtocolError, Stopped
+from heavylift.nodes.devs import Event, Tag
+
+from . import messages as m
+from .core import Coordinator, Outcome
+from .distance import Coupling
+from .hub import Hub, LocalHub
+from .participant import version
+from .tape import Tape
+from .watch import Watch
+
+__all__ = ["Conversation"]
+
+PATIENCE_s = 30.0  # for a node's HELLO
+LOOK_s = 0.2  # how often samples are taken while a node works
+
+
+class Conversation:
+    """`welcome` and `hello` each node, `play`, `dismiss`; `abort` in place of whatever an error prevents."""
+
+    def __init__(
+        self,
+        hub: Hub | LocalHub,
+        couplings: list[Coupling],
+        end: Tag,
+        tape: Tape,
+        watch: Watch,
+        finish: tuple[str, str] | None = None,
+    ) -> None:
+        """`end`: what lies before it is done; `finish`: the (node, port) whose event ends the run."""
+        self._hub, self._tape, self._watch = hub, tape, watch
+        self.core = Coordinator(hub.nodes, couplings, end, finish, self._event)
+        self.now = Tag(0)
+        """Tag of the last event, or time of the last sample."""
+        self.grants = 0
+        if isinstance(hub, Hub):
+            hub.when = lambda: f"t = {self.now.t * 1e-9:.3f} s"
+
+    def welcome(self, node: str, config: bytes) -> None:
+        """Tell a node what it is."""
+        self._send(node, m.Welcome(1, config))
+
+    def hello(self, fingerprint: str) -> tuple[str, bytes]:
+        """The next node that says HELLO, with what it declares; the fingerprint is what all must agree on."""
+        node, message = self._receive(PATIENCE_s)
+        if not isinstance(message, m.Hello):
+            raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where HELLO was expected")
+        if (message.version, message.scene) != (version(), fingerprint):
+            raise ProtocolError(
+                f"node {node} runs heavylift {message.version} with another scene or version than the coordinator's "
+                f"{version()}; use one installation for all nodes"
+            )
+        self.core.hello(node, message)
+        return node, message.declaration
+
+    def play(self) -> Outcome:
+        """Rounds until nothing is left to do before the end; again, if the end has been moved."""
+        while True:
+            for name, grant in self.core.ready():
+                self._send(name, grant)
+                self.grants += 1
+            self._tape.settle(self.core.floor.t)
+            outcome = self.core.over
+            if outcome is not None:
+                return outcome
+            node, message = self._receive()
+            if not isinstance(message, m.Done):
+                raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where DONE was expected")
+            self.core.done(node, message)
+
+    def dismiss(self, end: Tag) -> dict[str, m.Bye]:
+        """The ordered end: STOP, the last samples, BYE of every node."""
+        self._hub.dismiss(m.encode(m.Stop(end)))
+        left: dict[str, m.Bye] = {}
+        while len(left) < len(self._hub.nodes):
+            node, message = self._receive(PATIENCE_s)
+            if isinstance(message, m.Bye):
+                left[node] = message
+        self._take_samples()
+        return {node: left[node] for node in self._hub.nodes}
+
+    def abort(self, error: BaseException) -> BaseException:
+        """Nodes may go, what they sampled so far is kept; returns what to raise in place of the error."""
+        self._hub.dismiss(m.encode(m.Stop(self.now, "aborted")))
+        self._take_samples()
+        if isinstance(error, KeyboardInterrupt):
+            at = self.now.t * 1e-9
+            return Stopped(f"stopped by the user at {at:.3f} s; the recording is complete up to there")
+        return error
+
+    def _send(self, node: str, message: m.AnyMessage) -> None:
+        data = m.encode(message)
+        self._tape.protocol(self.now.t, node, "to node", message, data)
+        self._hub.send(node, data)
+
+    def _receive(self, patience: float | None = None) -> tuple[str, m.AnyMessage]:
+        deadline = time.monotonic() + patience if patience else None
+        while True:
+            got = self._hub.receive(LOOK_s)
+            self._take_samples()
+            if got is not None:
+                node, data = got
+                message = m.decode(data)
+                self._tape.protocol(self.now.t, node, "from node", message, data)
+                if isinstance(message, m.Fail):
+                    self._tape.failed(message)
+                    raise ModelError(message.sentence)
+                return node, message
+            if deadline is not None and time.monotonic() > deadline:
+                raise ProtocolError(f"no node has said HELLO for {patience:.0f} s; start the run again")
+
+    def _event(self, event: Event) -> None:
+        self.now = max(self.now, event.tag)
+        self._tape.event(event)
+        self._hub.publish_event(event.source, event.port, event.payload)
+        self._watch.event(event)
+
+    def _take_samples(self) -> None:
+        for node, batch in self._hub.samples():
+            self.now = max(self.now, Tag(self._tape.samples(node, batch)))
+            self._watch.progress(self.now.t)

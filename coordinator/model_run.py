@@ -1,0 +1,152 @@
+"""A run of any DEVS model: each child of a coupled model becomes a node, couplings between children the protocol's.
+
+    from heavylift.coordinator import run_models
+
+    if __name__ == "__main__":
+        run = run_models("my_models:build", until=ns(10), output="ring.mcap")
+
+The node processes import the module and take their child by its name, so the function must be found under that name
+from a fresh interpreter.  Flat or distributed, in one process or many, a model does the same to the last byte.
+"""
+
+from __future__ import annotations
+
+import inspect
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import FOREVER, NEVER, Coupled, OutPort, Tag, Transition
+
+from . import parts
+from .building import built, couplings, declaration, importing
+from .conversation import Conversation
+from .core import Outcome
+from .joining import joined
+from .participant import NODE_MODULE
+from .processes import Processes
+from .tape import FileTape, Tape
+from .transitions import read
+from .watch import Watch
+
+__all__ = ["ModelRun", "run_models"]
+
+
+@dataclass(frozen=True)
+class ModelRun:
+    """How the run of a model ended: why, last event [s], wall time [s], grants, digest of all events."""
+
+    outcome: Outcome
+    sim_s: float
+    wall_s: float
+    grants: int
+    digest: str
+
+
+def run_models(
+    build: str | Callable[[], Coupled],
+    until: int = NEVER,
+    output: str | Path | None = None,
+    in_process: bool = False,
+    log: Callable[[Transition], None] | None = None,
+    watch: Watch | None = None,
+    order: list[str] | None = None,
+) -> ModelRun:
+    """Run the model of `build` = "module:function" to events at t < `until` [ns], or to the end of all activity.
+
+    `log` hears of every transition of every process when the run is over, in the order of a flat run.  Raises
+    HeavyliftError: one sentence, after a recording is finished and all processes are gone.
+    """
+    if importing():
+        raise ModelError(
+            f"{importing()} runs a model while it is imported, but each node imports it; "
+            'put the call of run_models under `if __name__ == "__main__":`'
+        )
+    reference = build if isinstance(build, str) else _reference(build)
+    model = built(reference)
+    names = order or list(model.children)
+    started = time.perf_counter()
+    lines: list[Transition] = []
+    with (
+        _tape(reference, model, output, lines) as tape,
+        joined(names, in_process, None if in_process else Processes(_preload(reference))) as hub,
+    ):
+        end = Tag(until) if until < NEVER else FOREVER
+        talk = Conversation(hub, couplings(model), end, tape, watch or Watch())
+        try:
+            _greet(talk, model, reference, log is not None)
+            outcome = talk.play()
+            talk.dismiss(min(talk.core.end, end))
+        except BaseException as error:
+            raise talk.abort(error) from error
+        run = ModelRun(outcome, tape.last_ns / 1e9, time.perf_counter() - started, talk.grants, tape.digest.hexdigest())
+        tape.close({"sim_s": run.sim_s, "wall_s": run.wall_s, "grants": run.grants, "outcome": outcome.value})
+    if log is not None:
+        for line in sorted(lines, key=lambda line: (line.tag, line.path.split("."))):
+            log(line)
+    return run
+
+
+class _Lines(Tape):
+    """A tape without a file that keeps transitions."""
+
+    lines: list[Transition]
+
+    def samples(self, node: str, batch: bytes) -> int:
+        """The transitions of a node."""
+        found = read(batch)
+        self.lines += found
+        return found[-1].tag.t
+
+
+class _FileLines(_Lines, FileTape):
+    """The same beside a recording."""
+
+
+def _tape(reference: str, model: Coupled, output: str | Path | None, lines: list[Transition]) -> Tape:
+    tape: _Lines
+    if output is None:
+        tape = _Lines()
+    else:
+        tape = file = _FileLines(Path(output), {"model": reference, "nodes": list(model.children)}, {})
+        for name, child in model.children.items():
+            for port in child.ports.values():
+                if isinstance(port, OutPort):
+                    file.port(name, port.name, port.type)
+    tape.lines = lines
+    return tape
+
+
+def _greet(talk: Conversation, model: Coupled, reference: str, log: bool) -> None:
+    config = parts.encode(parts.ModelPart(reference, log))
+    for name in model.children:
+        talk.welcome(name, config)
+    for _ in model.children:
+        name, declared = talk.hello(parts.fingerprint(reference.encode()))
+        if declared != declaration(model.children[name]):
+            raise ModelError(
+                f"{reference}: node {name} has other ports than {name} has here; let the function build the same "
+                "model each time, and use one version of the module everywhere"
+            )
+
+
+def _preload(reference: str) -> list[str]:
+    module = reference.rpartition(":")[0]
+    return [NODE_MODULE, "heavylift.coordinator.building", *([] if module.endswith(".py") else [module])]
+
+
+def _reference(build: Callable[[], Coupled]) -> str:
+    """The name under which other processes find a function."""
+    name = getattr(build, "__qualname__", "")
+    if not name.isidentifier():
+        raise ModelError(
+            f"{name or build!r}: other processes cannot import it; build the model in a function of a module"
+        )
+    if build.__module__ != "__main__":
+        return f"{build.__module__}:{name}"
+    file = inspect.getsourcefile(build)
+    if file is None or not Path(file).exists():
+        raise ModelError(f"{name}: other processes cannot import what was typed in; put the function into a file")
+    return f"{Path(file).resolve()}:{name}"

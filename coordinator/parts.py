@@ -1,0 +1,66 @@
+"""What a node is made of: the config of its WELCOME.
+
+ScenePart    a machine or the commander of a scene         KernelPart    the mechanics of all of them
+ModelPart    a child of the model that a function builds
+"""
+
+from __future__ import annotations
+
+from hashlib import blake2b
+
+import msgspec
+from heavylift.kernel.describe import System
+
+__all__ = ["KernelConfig", "KernelPart", "ModelPart", "Part", "ScenePart", "decode", "encode", "fingerprint"]
+
+
+class ScenePart(msgspec.Struct, frozen=True, tag="scene"):
+    """The model of the node's name in an encoded plan."""
+
+    plan: bytes
+
+
+class KernelConfig(msgspec.Struct, frozen=True):
+    """What the kernel is told when all other nodes have declared themselves."""
+
+    systems: list[System]
+    gravity: float
+    tolerance: float
+    sample_ns: int
+    subscriptions: dict[str, list[str]]  # element -> models that hear of its events
+    method: str = "dopri5"
+    step: float | None = None
+
+
+class KernelPart(msgspec.Struct, frozen=True, tag="kernel"):
+    """The kernel; `agreed` is the fingerprint of the plan that the models have."""
+
+    config: KernelConfig
+    agreed: str
+
+
+class ModelPart(msgspec.Struct, frozen=True, tag="model"):
+    """The child of the node's name in the model of `build` = "module:function"; its transitions logged if asked for."""
+
+    build: str
+    log: bool = False
+
+
+Part = ScenePart | KernelPart | ModelPart
+
+_DECODER: msgspec.msgpack.Decoder[Part] = msgspec.msgpack.Decoder(Part)
+
+
+def encode(part: Part) -> bytes:
+    """The wire form."""
+    return msgspec.msgpack.encode(part)
+
+
+def decode(data: bytes) -> Part:
+    """The part of a wire form."""
+    return _DECODER.decode(data)
+
+
+def fingerprint(what: bytes) -> str:
+    """What two nodes of one run must agree on."""
+    return blake2b(what, digest_size=16).hexdigest()

@@ -1,0 +1,130 @@
+"""What any run puts on record: events, protocol traffic, the reason of its end.
+
+`Tape` keeps the digest alone; `FileTape` writes a recording and finishes it in any case, as a context manager.
+"""
+
+from __future__ import annotations
+
+import platform
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import msgspec
+from heavylift.nodes.devs import Event, Message
+from heavylift.recordings import Digest, Recorder
+
+from . import messages as m
+from .budget import Spent, clocked
+
+__all__ = ["FileTape", "Tape"]
+
+
+class Tape(Spent):
+    """Nothing but the digest of the events, and the time that was reached."""
+
+    def __init__(self) -> None:
+        self.digest = Digest()
+        self.last_ns = 0
+        """Simulation time of the last event or sample [ns]."""
+
+    def event(self, e: Event) -> None:
+        """A committed event, in total order."""
+        self.last_ns = max(self.last_ns, e.t)
+        self.digest.event(e.t, e.k, e.source, e.port, e.index, e.type, e.payload)
+
+    def samples(self, node: str, batch: bytes) -> int:
+        """What a node has put on its data topic; returns the simulation time that it reaches [ns]."""
+        return self.last_ns
+
+    def settle(self, t_ns: int) -> None:
+        """Nothing before this simulation time [ns] comes any more."""
+
+    def protocol(self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes) -> None:
+        """A message of the time protocol, "to node" or "from node"; outside the digest."""
+
+    def failed(self, message: m.Fail) -> None:
+        """A node cannot go on."""
+
+    def close(self, facts: Mapping[str, object]) -> None:
+        """The run has ended in order."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """An end by an error is put on record where there is one."""
+
+
+class FileTape(Tape):
+    """A recording; its ports are announced before the run begins."""
+
+    def __init__(self, output: Path, facts: Mapping[str, object], attachments: Mapping[str, bytes]) -> None:
+        super().__init__()
+        machine = {"python": sys.version.split()[0], "platform": platform.platform()}
+        self.recorder = Recorder(output, {**facts, **machine}, attachments)
+        self.digest = self.recorder.digest
+
+    def port(self, model: str, port: str, type_: type[Message]) -> None:
+        """Announce an out port of a node."""
+        self.recorder.add_port(model, port, msgspec.json.schema(type_), f"event/{model}/{port}")
+
+    @clocked
+    def event(self, e: Event) -> None:
+        """A committed event, in total order."""
+        self.last_ns = max(self.last_ns, e.t)
+        self.recorder.event(e.t, e.k, e.source, e.port, e.index, e.type, e.payload)
+
+    @clocked
+    def settle(self, t_ns: int) -> None:
+        """What waits below this simulation time [ns] may be written."""
+        self.recorder.settle(t_ns)
+
+    @clocked
+    def protocol(self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes) -> None:
+        """A message of the time protocol, with a summary for people."""
+        self.recorder.protocol(t_ns, node, direction, type(message).__name__.upper(), _summary(message), data)
+
+    def failed(self, message: m.Fail) -> None:
+        """A node cannot go on: its traceback belongs to the record, not on the user's screen."""
+        self.recorder.log(message.tag.t, "error", message.path, f"{message.sentence}\n{message.traceback}")
+
+    @clocked
+    def close(self, facts: Mapping[str, object]) -> None:
+        """Finish the recording, with these facts about how the run ended."""
+        self.recorder.close("finished", "", facts)
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is not None:
+            self.recorder.close("failed", str(error) or type(error).__name__)
+
+
+def _summary(message: m.AnyMessage) -> dict[str, object]:
+    match message:
+        case m.Grant():
+            return {
+                "gseq": message.gseq,
+                "until": message.until,
+                "inputs": len(message.inputs),
+                "committed": message.committed,
+            }
+        case m.Done():
+            return {
+                "gseq": message.gseq,
+                "next": message.next,
+                "spoken": len(message.spoken),
+                "offer": len(message.offer),
+            }
+        case m.Hello():
+            return {"next": message.next, "lookahead": message.lookahead}
+        case m.Fail():
+            return {"tag": message.tag, "sentence": message.sentence}
+        case m.Stop():
+            return {"end": message.end, "why": message.why}
+    return {}

@@ -1,0 +1,112 @@
+"""A researcher's model, child by child in processes of their own, does what it does alone, log for log."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator import run_models
+from heavylift.coordinator.core import Outcome
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import Simulator, Transition, ms
+from heavylift.recordings import Recording
+from rings import tokens, work
+
+HERE = Path(__file__).parent
+HEAVYLIFT = Path(sys.executable).parent / "heavylift"
+
+
+def flat(build, until):
+    lines: list[Transition] = []
+    simulator = Simulator(build(), lines.append)
+    simulator.start()
+    simulator.run(until)
+    return lines
+
+
+@pytest.mark.parametrize("in_process", [False, True], ids=["processes", "one process"])
+@pytest.mark.parametrize("build", [tokens, work])
+def test_the_log_is_that_of_the_flat_run(build, in_process):
+    lines: list[Transition] = []
+    run = run_models(build, until=ms(101), in_process=in_process, log=lines.append)
+    assert lines == flat(build, ms(101))
+    assert len(lines) > 20
+    assert run.outcome is Outcome.BOUND
+
+
+def test_a_model_that_falls_silent_ends_its_run():
+    run = run_models("rings:work", in_process=True)
+    assert run.outcome is Outcome.QUIET
+    assert run.sim_s == 0.205  # the job that was taken at 0.18 s
+
+
+def test_a_recording_holds_what_was_said(tmp_path):
+    run = run_models(tokens, until=ms(21), output=tmp_path / "ring.mcap", in_process=True)
+    recording = Recording(tmp_path / "ring.mcap")
+    said = [(e.t_ns, e.source, e.value["number"]) for e in recording.events()]
+    sent = [
+        (line.tag.t, line.path.split(".")[1], number.number) for line in flat(tokens, ms(21)) for _, number in line.sent
+    ]
+    assert said == sent
+    assert len(said) == 8
+    assert recording.result["digest"] == run.digest == run_models(tokens, until=ms(21)).digest
+
+
+def command(*arguments, **more):
+    return subprocess.run([HEAVYLIFT, "devs", *arguments], capture_output=True, text=True, timeout=60, **more)
+
+
+def test_the_command_runs_a_module_of_this_folder_and_a_file(tmp_path):
+    by_module = command("rings:tokens", "--until", "21 ms", "-o", str(tmp_path / "ring.mcap"), cwd=HERE)
+    assert by_module.returncode == 0, by_module.stderr
+    assert by_module.stdout.splitlines()[0] == "ended at 0.02 s because the time bound is reached"
+    by_file = command(str(HERE / "rings.py") + ":tokens", "--until", "21 ms", "--in-process", cwd=tmp_path)
+    assert by_file.stdout.splitlines()[2] == by_module.stdout.splitlines()[2] != ""
+
+
+@pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
+def test_a_mistake_in_a_model_is_told_with_its_path_and_time(where):
+    done = command("rings:failing", *where, cwd=HERE)
+    assert done.returncode == 1
+    assert done.stderr == (
+        "heavylift: workshop.divider at (2 s, 0): external() raised ZeroDivisionError: division by zero\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("reference", "sentence"),
+    [
+        ("rings", "'rings' names no model: write module:function, such as my_models:build"),
+        ("rings:sand", "rings:sand: rings has no function sand; define it and let it return a Coupled"),
+        ("rungs:tokens", "there is no module rungs in . or installed"),
+        ("rungs.py:tokens", "rungs.py: there is no such file"),
+        ("rings:Job", "rings:Job: Job() raised TypeError: Missing required argument 'number'"),
+        ("rings:ring", "rings:ring: ring() raised TypeError: ring() missing 3 required positional arguments"),
+        ("builtins:dict", "builtins:dict: dict() returned dict, it must return a Coupled"),
+    ],
+)
+def test_what_names_no_model_is_told_in_a_sentence(reference, sentence):
+    done = command(reference, cwd=HERE)
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"heavylift: {sentence}")
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_script_that_runs_its_model_at_import_is_told_so(tmp_path):
+    script = tmp_path / "study.py"
+    script.write_text(
+        "from heavylift.coordinator import run_models\n"
+        "from heavylift.nodes.zoo.token_ring import ring\n"
+        "def build():\n    return ring(3, 1, 10)\n"
+        "run_models(build, until=100)\n"
+    )
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)
+    assert "runs a model while it is imported" in done.stderr.splitlines()[-1]
+
+
+def test_a_function_inside_a_function_is_refused():
+    def build():
+        return tokens()
+
+    with pytest.raises(ModelError, match="other processes cannot import it"):
+        run_models(build)
