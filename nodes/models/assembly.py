@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from heavylift.kernel.describe import WORLD, Line, Master, Point, Rope, System, merge
+from heavylift.kernel.describe import WORLD, Master, Point, System, merge
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Coupled, In, Model, Out
 from heavylift.nodes.scene.plan import Plan
@@ -23,6 +23,7 @@ from .mechanism import MechanismModel
 from .messages import Finished, KernelInput, Order, Report, Stage
 from .parts import LiveActor, Machine, RopeAtomic, declared
 from .roster import TURN, machines, turns
+from .rungs import hook_rope, sling
 
 COMMANDER, KERNEL = "commander", "kernel"
 Coupling: TypeAlias = tuple[str, str, str, str]  # source model, its out port, target model, its in port
@@ -35,13 +36,10 @@ class Rig(Coupled):
         super().__init__("rig")
         places = {lug.name: lug.p for lug in plan.block.lugs} if plan.block else {}
         for rope in plan.rig.hook_ropes:
-            part = Rope(rope.name, rope.lines, rope.EA, rope.L0, rope.damping, winch=True)
-            self.add(RopeAtomic(rope.name.replace(".", "-"), part))
-        for sling in plan.rig.slings:
-            lug = Point(plan.block.name if plan.block else WORLD, places.get(sling.lug, (0.0, 0.0, 0.0)))
-            line, hooked = Line(sling.beam, lug), bool(sling.lug)
-            part = Rope(sling.name, (line,), sling.EA, sling.L0, sling.damping, hooked=hooked)
-            self.add(RopeAtomic(sling.name.replace(".", "-"), part))
+            self.add(RopeAtomic(rope.name.replace(".", "-"), hook_rope(plan, rope)))
+        for given in plan.rig.slings:
+            lug = Point(plan.block.name if plan.block else WORLD, places.get(given.lug, (0.0, 0.0, 0.0)))
+            self.add(RopeAtomic(given.name.replace(".", "-"), sling(plan, given, lug)))
 
 
 class CommanderModel(Coupled):

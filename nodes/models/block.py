@@ -14,6 +14,7 @@ from .gauges import Gauge, Inclinometer
 from .loader import REST6
 from .parts import BodyCoupled, JointCoupled, Law, Machine, body
 from .rigging import Stools
+from .rungs import modelled
 
 
 class BlockModel(Machine):
@@ -22,7 +23,7 @@ class BlockModel(Machine):
     def __init__(self, plan: Plan, block: Block) -> None:
         super().__init__(block.name)
         joint = Joint(f"{block.name}.free", "free", WORLD, block.name, q0=block.pose, v0=REST6)
-        self.take(JointCoupled("free", joint, Law("free")))
+        self.take(JointCoupled("free", modelled(joint, plan.fidelity), Law("free")))
         faces = {pad.support.name: pad.face for pad in block.pads}
         closed = frozenset(pad.support.name for pad in block.pads if pad.closed)
         laws = System(supports=tuple(pad.support for pad in block.pads))

@@ -11,9 +11,11 @@ from heavylift.kernel.describe import WORLD, Drive, Joint, System, Threshold, Ve
 from heavylift.nodes.scene.plan import Axis, Crane, Hook, HookRope, Plan, Trolley
 
 from .conditions import watched
-from .drive import DriveActor, WinchActor
+from .drive import DriveActor, HeldActor, WinchActor
 from .gauges import Gauge, LoadCell
+from .girder import girder, on_girder, stiff_part
 from .parts import Actor, BodyCoupled, JointCoupled, Law, Machine, body
+from .rungs import modelled, pieces
 
 X: Vector = (1.0, 0.0, 0.0)
 Y: Vector = (0.0, 1.0, 0.0)
@@ -24,11 +26,17 @@ class CraneModel(Machine):
 
     def __init__(self, plan: Plan, crane: Crane) -> None:
         super().__init__(crane.name)
-        self.gravity, self.crane = plan.gravity, crane
+        self.plan, self.crane = plan, crane
         self.ropes = {rope.hook: rope for rope in plan.rig.hook_ropes if rope.crane == crane.name}
+        self.bends = plan.fidelity.girder == "elastic"
         main = f"{crane.name}.main"
-        self.take(_slide("gantry", f"{crane.name}.gantry", WORLD, main, X, crane.gantry))
-        self.take(BodyCoupled("main", body(main, crane.main), Law("weight"), *self._cell(main, crane.hooks)))
+        self._slide("gantry", f"{crane.name}.gantry", WORLD, main, X, crane.gantry)
+        inertia = stiff_part(crane) if self.bends else crane.main
+        self.take(BodyCoupled("main", body(main, inertia), Law("weight"), *self._cell(main, crane.hooks)))
+        if self.bends:
+            held, beam = girder(plan, crane)
+            self.take(JointCoupled("girder-feet", held, Law("held")))
+            self.take(BodyCoupled("girder", beam, Law("weight")))
         for trolley in (crane.upper, crane.lower):
             self._trolley(trolley, main)
         if thresholds := watched(plan, crane.name):
@@ -39,11 +47,25 @@ class CraneModel(Machine):
         hooks = tuple(h for h in self.crane.hooks if h.trolley == trolley.name and h.name in self.ropes)
         winches: list[Actor] = []
         for hook in hooks:
-            winches.append(_winch(hook, self.ropes[hook.name]))
+            winches.append(_winch(self.plan, hook, self.ropes[hook.name]))
             winches += self._cell(hook.rope, (hook,), f"{hook.name}-load", hook.capacity)
         cell = self._cell(name, hooks, "load", trolley.capacity) if len(hooks) > 1 else ()
-        self.take(_slide(f"{trolley.name}-slide", f"{name}-slide", main, name, Y, trolley.axis))
+        self._slide(f"{trolley.name}-slide", f"{name}-slide", main, name, Y, trolley.axis)
         self.take(BodyCoupled(trolley.name, body(name, trolley.body), Law("weight"), *winches, *cell))
+
+    def _slide(self, name: str, element: str, parent: str, child: str, axis: Vector, motion: Axis) -> None:
+        """A sliding joint with its servo; one that is locked has none."""
+        free = Joint(element, "prismatic", parent, child, axis=axis, q0=(motion.start,), v0=(0.0,))
+        joint = modelled(free, self.plan.fidelity)
+        if self.bends and axis == Y:
+            joint = on_girder(self.plan, self.crane, joint, motion.start)
+        drive = Drive(f"{element}.drive", element, "servo", motion.kp, motion.kv)
+        if element in self.plan.fidelity.locked:
+            actor: Actor = HeldActor("drive", drive.name)
+        else:
+            laws = System(drives=(drive,))
+            actor = DriveActor("drive", drive.name, laws, start=motion.start, lower=motion.lower, upper=motion.upper)
+        self.take(JointCoupled(name, joint, actor))
 
     def _cell(
         self, name: str, hooks: tuple[Hook, ...], cell: str = "load", capacity: float | None = None
@@ -53,25 +75,18 @@ class CraneModel(Machine):
         if not hooks:
             return ()
         mass = (self.crane.capacity if capacity is None else capacity) + sum(h.block_mass for h in hooks)
-        return (LoadCell(cell, f"{name}.load", tuple(h.rope for h in hooks), mass * self.gravity),)
+        return (LoadCell(cell, f"{name}.load", tuple(h.rope for h in hooks), mass * self.plan.gravity),)
 
 
-def _slide(name: str, element: str, parent: str, child: str, axis: Vector, motion: Axis) -> JointCoupled:
-    """A sliding joint with its servo."""
-    joint = Joint(element, "prismatic", parent, child, axis=axis, q0=(motion.start,), v0=(0.0,))
-    drive = Drive(f"{element}.drive", element, "servo", motion.kp, motion.kv)
-    actor = DriveActor(
-        "drive",
-        drive.name,
-        System(drives=(drive,)),
-        start=motion.start,
-        lower=motion.lower,
-        upper=motion.upper,
-    )
-    return JointCoupled(name, joint, actor)
-
-
-def _winch(hook: Hook, rope: HookRope) -> WinchActor:
+def _winch(plan: Plan, hook: Hook, rope: HookRope) -> WinchActor:
     """The winch of a hook; its rope stands in the rig."""
     switch = (Threshold(f"{hook.rope}.highest", "height", point=rope.eye), hook.highest)
-    return WinchActor(hook.name, hook.rope, start=rope.L0, lower=hook.shortest, upper=hook.drum, switch=switch)
+    return WinchActor(
+        hook.name,
+        hook.rope,
+        start=rope.L0,
+        lower=hook.shortest,
+        upper=hook.drum,
+        switch=switch,
+        pieces=pieces(plan, hook.rope),
+    )

@@ -154,10 +154,20 @@ class DriveActor(LiveActor):
         return (left if (left > 0.0) == up else 0.0), self.limits[up]
 
 
+class HeldActor(LiveActor):
+    """In place of the drive `element` of a joint that is not modelled: obeys nothing."""
+
+    def obey(self, order: Order) -> None:
+        """Refuse."""
+        joint = self.element.removesuffix(".drive")
+        self.refuse(order, f"{joint} is locked and cannot move: take it off the list 'locked' of 'fidelity'")
+
+
 class WinchActor(DriveActor):
     """A drive that winds a rope: says when the rope is taut or slack; has an upper limit switch at the hook.
 
-    `switch` is the height of the hook eye with the value at which it trips; hoisting stops then.
+    `switch` is the height of the hook eye with the value at which it trips; hoisting stops then.  A rope of several
+    `pieces` takes its length in equal parts from all of them.
     """
 
     def __init__(
@@ -170,13 +180,14 @@ class WinchActor(DriveActor):
         lower: float | None = None,
         upper: float | None = None,
         switch: tuple[Threshold, float] | None = None,
+        pieces: tuple[str, ...] = (),
     ) -> None:
         guards = (switch[0],) if switch else ()
         laws = laws or System(thresholds=guards)
         hears = (rope, *(guard.name for guard in guards))
         limits = ("shortest rope", "drum empty")
         super().__init__(name, rope, laws, start=start, lower=lower, upper=upper, limits=limits, hears=hears)
-        self.switch = switch
+        self.switch, self.pieces = switch, pieces or (rope,)
 
     def begin(self) -> None:
         """Arm the limit switch."""
@@ -191,6 +202,14 @@ class WinchActor(DriveActor):
             self.say(Limit(self.element, "upper limit", self.reference()[0]))
         else:
             super().run(order)
+
+    def say(self, *messages: KernelInput | Report) -> None:
+        """Tell every piece of the rope its part."""
+        for message in messages:
+            if isinstance(message, SetProfile | SetFollow):
+                super().say(*(part(message, piece, len(self.pieces)) for piece in self.pieces))
+            else:
+                super().say(message)
 
     def notice(self, event: StateEvent) -> None:
         """The rope changed its state, or the limit switch did."""
@@ -209,6 +228,14 @@ class WinchActor(DriveActor):
         if self.switch is not None:
             guard, height = self.switch
             self.say(Watch(guard.name, height - SWITCH_BACK * self.tripped, not self.tripped))
+
+
+def part(order: SetProfile | SetFollow, piece: str, n: int) -> SetProfile | SetFollow:
+    """What one of n equal pieces of a rope has to do of it."""
+    if isinstance(order, SetFollow):
+        return SetFollow(piece, order.master, order.k1 / n, order.kc / n, order.ks / n)
+    distance = None if order.distance is None else order.distance / n
+    return SetProfile(piece, order.start_ns, order.speed / n, order.accel / n, distance)
 
 
 def value(law: Follow, s: float) -> float:

@@ -6,6 +6,8 @@ lock, which holds the beam while no sling is hooked.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from heavylift.kernel.describe import WORLD, Brake, Joint, JointSpring, Stop, System
 from heavylift.nodes.scene.plan import Loader, Plan
 
@@ -14,6 +16,7 @@ from .gauges import Gauge, LoadCell
 from .messages import Latch
 from .parts import BodyCoupled, JointCoupled, Law, Machine, body
 from .rigging import LockActor, SlingActor
+from .rungs import modelled, weight_below
 
 REST6 = (0.0,) * 6
 
@@ -25,9 +28,11 @@ class LoaderModel(Machine):
         super().__init__(loader.name)
         n = loader.name
         slings = [sling for sling in plan.rig.slings if sling.loader == n]
+        half_piece = weight_below(plan, n)
         upper, lower = body(f"{n}.upper", loader.upper), body(f"{n}.lower", loader.lower)
+        upper = replace(upper, mass=upper.mass + half_piece)
         free = Joint(f"{n}.free", "free", WORLD, upper.name, q0=loader.pose, v0=REST6)
-        self.take(JointCoupled("free", free, Law("free")))
+        self.take(JointCoupled("free", modelled(free, plan.fidelity), Law("free")))
         self.take(BodyCoupled("upper", upper, Law("weight")))
 
         hinge = Joint(
@@ -51,9 +56,11 @@ class LoaderModel(Machine):
         )
         hooked = frozenset(sling.name for sling in slings if sling.lug)
         brake = Brake(f"{hinge.name}.lock", hinge.name, loader.lock_moment, loader.lock_k, loader.lock_d, not hooked)
-        lock = LockActor("lock", brake.name, System(brakes=(brake,)), hooked=hooked)
-        damped, stopped = Law("damper", System(springs=(damper,))), Law("stop", System(stops=(stop,)))
-        joint = self.take(JointCoupled("hinge", hinge, damped, stopped, lock))
+        held = hinge.name in plan.fidelity.locked  # then nothing acts on it
+        laws = System() if held else System(brakes=(brake,))
+        lock = LockActor("lock", brake.name, laws, hooked=hooked)
+        others = () if held else (Law("damper", System(springs=(damper,))), Law("stop", System(stops=(stop,))))
+        joint = self.take(JointCoupled("hinge", modelled(hinge, plan.fidelity), *others, lock))
 
         actors = [SlingActor(f"sling-{i}", sling.name) for i, sling in enumerate(slings, 1)]
         names = tuple(sling.name for sling in slings)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing import NoReturn, TypeVar
 
-from heavylift.kernel.describe import Body, Joint, Matrix, Rope, System, merge
+from heavylift.kernel.describe import Body, Joint, Matrix, System, merge
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Model, Out
 from heavylift.nodes.scene.plan import Inertia
@@ -73,15 +73,15 @@ class BodyAtomic(Part):
 
 
 class RopeAtomic(Part):
-    """Holds a connection of the rig."""
+    """Holds a connection of the rig: a rope, or the pieces of one with mass."""
 
-    def __init__(self, name: str, rope: Rope) -> None:
+    def __init__(self, name: str, rope: System) -> None:
         super().__init__(name)
         self.rope = rope
 
     def declare(self) -> System:
         """The rope."""
-        return System(ropes=(self.rope,))
+        return self.rope
 
 
 class Actor(Part):

@@ -91,7 +91,9 @@ class BrakeActor(LiveActor):
         """Change the state, if it is another one."""
         if engaged != self.engaged:
             self.engaged = engaged
-            self.say(self.command(engaged), BrakeState(self.element, engaged))
+            if self.laws != System():  # a joint that is not modelled needs no brake
+                self.say(self.command(engaged))
+            self.say(BrakeState(self.element, engaged))
 
     def command(self, engaged: bool) -> KernelInput:
         """What the kernel is told."""

@@ -52,8 +52,11 @@ def _kind(model: Model) -> str:
         case BodyAtomic():
             return f"body atomic: {model.body.mass / 1e3:g} t"
         case RopeAtomic():
-            ends = " and ".join(f"{line.a.body} to {line.b.body}" for line in model.rope.lines[:1])
-            return f"rope atomic: {ends}, L0 = {model.rope.L0:g} m"
+            ropes = model.rope.straight_ropes
+            length = sum(rope.L0 for rope in ropes)
+            ends = f"{ropes[0].lines[0].a.body} to {ropes[-1].lines[0].b.body}"
+            kind = "rigid, " if model.rope.rigid_ropes else f"{len(ropes)} pieces, " if len(ropes) > 1 else ""
+            return f"rope atomic: {ends}, {kind}L0 = {length:g} m"
         case Commander():
             return f"commander atomic: {len(model.plan.actions)} actions"
         case LiveActor():

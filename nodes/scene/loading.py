@@ -20,6 +20,7 @@ from .faults import closest, raise_faults
 from .follow import Following, follow
 from .geometry import start_checks, step_checks
 from .machines import build_machines
+from .modelling import build_fidelity
 from .report import Report, report
 from .resolve import build_actions
 from .source import Fault, Source, override, read
@@ -92,6 +93,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
             block=yard.block,
             mechanisms=(mechanism,) if mechanism else (),
             rig=plan.Rig(hook_ropes=tuple(yard.ropes), slings=tuple(yard.slings)),
+            fidelity=build_fidelity(yard),
             actions=build_actions(yard, mechanism),
         ),
         text,

@@ -111,6 +111,13 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
         lower=trolley(LOWER, crane.lower_mass, crane.lower_exit, crane.lower_capacity),
         hooks=tuple(sorted(hooks, key=lambda hook: hook.name)),
         capacity=crane.capacity * (crane.tandem if tandem else 1.0),
+        girder=plan.Girder(
+            mass=crane.girder_mass,
+            stiffness=crane.girder_stiffness,
+            span=crane.span,
+            height=(crane.upper_exit + crane.lower_exit) / 2,
+            damping=crane.girder_damping,
+        ),
         where=where,
     )
 

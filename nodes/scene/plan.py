@@ -24,6 +24,7 @@ from heavylift.kernel.describe import Line, MethodName, Point, Support, System, 
 
 from .actions import Action as Action
 from .actions import Item
+from .fidelity import Fidelity as Fidelity
 
 TOLERANCE_OF_ACCURACY = 1e-2  # tolerance of an integration step / accuracy of the rope tensions that it serves
 
@@ -72,6 +73,19 @@ class Hook(Item, frozen=True, kw_only=True):
     block_mass: float  # hook block, which the rope carries besides [kg]
 
 
+class Girder(Item, frozen=True, kw_only=True):
+    """The part of a crane's main body that bends: mass [kg], stiffness at midspan [N/m], from y = 0 to `span` [m].
+
+    `height`: z of its neutral axis; `damping`: ratio of its first mode to critical damping.
+    """
+
+    mass: float
+    stiffness: float
+    span: float
+    height: float
+    damping: float
+
+
 class Crane(Item, frozen=True, kw_only=True):
     """A goliath crane: main body on rails along x, upper and lower trolley along y.
 
@@ -87,6 +101,7 @@ class Crane(Item, frozen=True, kw_only=True):
     lower: Trolley
     hooks: tuple[Hook, ...]
     capacity: float
+    girder: Girder
 
 
 class Loader(Item, frozen=True, kw_only=True):
@@ -176,6 +191,7 @@ class HookRope(Item, frozen=True, kw_only=True):
     L0: float
     EA: float
     damping: float
+    line: float = 0.0  # mass per length of all falls together [kg/m]
     rated: float = 0.0  # tension that counts as 100 % of use [N]; 0: none given
 
 
@@ -220,6 +236,7 @@ class Plan(Item, frozen=True, kw_only=True):
     block: Block | None = None
     mechanisms: tuple[Mechanism, ...] = ()
     rig: Rig = Rig()
+    fidelity: Fidelity = Fidelity()
     actions: tuple[Action, ...] = ()
 
 

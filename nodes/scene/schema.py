@@ -30,7 +30,9 @@ from .units import (
     FORCE,
     LENGTH,
     MASS,
+    MASS_PER_LENGTH,
     SPEED,
+    STIFFNESS,
     Accuracy,
     Duration,
     Extent,
@@ -42,11 +44,13 @@ from .units import (
     Inertia,
     Length,
     Mass,
+    MassPerLength,
     Moment,
     Ramp,
     Ratio,
     Sampling,
     Speed,
+    Stiffness,
     Swing,
     TurnDamping,
     TurnStiffness,
@@ -92,7 +96,10 @@ class Crane(Base):
     width: Extent = LENGTH.read("34 m")  # of the portal along x, over the buffers
     girder: Range = (10.0, 140.0)  # y that the trolleys can reach
     trolley_length: Extent = LENGTH.read("10 m")  # along y
-    main_mass: Mass = MASS.read("4200 t")
+    main_mass: Mass = MASS.read("4200 t")  # with the girder
+    girder_mass: Mass = MASS.read("2500 t")
+    girder_stiffness: Stiffness = STIFFNESS.read("58.8 MN/m")  # at midspan, between the legs
+    girder_damping: Ratio = 0.01  # of critical
     upper_mass: Mass = MASS.read("300 t")
     lower_mass: Mass = MASS.read("150 t")
     upper_exit: Extent = LENGTH.read("102 m")  # z where the ropes leave
@@ -116,6 +123,7 @@ class Crane(Base):
     hook_block: Mass = MASS.read("25 t")
     falls: Annotated[int, Field(ge=1)] = 20
     fall_EA: Force = FORCE.read("93.5088 MN")  # 44 mm 6x36: 890.6 mm2, 105 GPa
+    fall_mass: MassPerLength = MASS_PER_LENGTH.read("7.92 kg/m")
     fall_breaking: Force = FORCE.read("1351 kN")
     rope_damping: Ratio = 0.03  # of critical, with what it carries at the start
     rope_factor: Factor = 5.6  # design factor, mechanism group M6
@@ -243,6 +251,17 @@ class Action(BaseModel):
         return all(isinstance(order, Waiting) for order in self.orders.values())
 
 
+class Fidelity(Base):
+    """How much is modelled (see `fidelity`); locked: joints, or all `hinges`, `gantries`, `trolleys`."""
+
+    ropes: Literal["rigid", "elastic", "massive"] = "elastic"
+    lumps: Annotated[int, Field(ge=2, le=64)] = 4
+    slings: Literal["rigid", "elastic"] = "elastic"
+    girder: Literal["rigid", "elastic"] = "rigid"
+    motion: Literal["spatial", "across", "along"] = "spatial"
+    locked: tuple[str, ...] = ()
+
+
 class Scene(Base):
     """A scene file."""
 
@@ -258,5 +277,6 @@ class Scene(Base):
     cranes: dict[Name, Crane] = Field(default_factory=dict)
     block: Block | None = None
     rig: Rig | None = None
+    fidelity: Fidelity = Fidelity()
     mechanism: Mechanism | None = None
     actions: list[Action] = Field(default_factory=list)

@@ -1,0 +1,142 @@
+"""What a machine declares of a joint or a rope under the fidelity of its plan: all of it, less, or nothing.
+
+A locked joint is fixed where it starts; a body in planar motion has three degrees of freedom; a rigid rope is as long
+as it hangs at the start; one with mass is a chain of lumps that keep the distance of the falls, so that it resists
+yawing as the whole rope does (T b2 / 4 L).
+"""
+
+from __future__ import annotations
+
+from math import atan2, dist
+
+from heavylift.kernel.describe import WORLD, Body, Joint, Line, Point, RigidRope, Rope, System, Vector
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.scene.plan import Fidelity, HookRope, Plan, Sling
+
+__all__ = ["hook_rope", "modelled", "pieces", "sling", "weight_below"]
+
+X: Vector = (1.0, 0.0, 0.0)
+Y: Vector = (0.0, 1.0, 0.0)
+Z: Vector = (0.0, 0.0, 1.0)
+NORMAL = {"across": (X, Y), "along": ((0.0, -1.0, 0.0), X)}  # of the plane, and its first direction; the second is z
+LEVEL = 1e-9  # of a quaternion's part that is out of the plane
+
+
+def modelled(joint: Joint, fidelity: Fidelity) -> Joint:
+    """The joint as it is declared."""
+    if joint.name in fidelity.locked:
+        slides = joint.kind == "prismatic"
+        x, y, z = (p + slides * joint.q0[0] * a for p, a in zip(joint.p_PJ, joint.axis, strict=True))
+        return Joint(joint.name, "fixed", joint.parent, joint.child, (x, y, z), joint.R_PJ)
+    if joint.kind == "free" and fidelity.motion != "spatial":
+        return _planar(joint, fidelity.motion)
+    return joint
+
+
+def _planar(joint: Joint, motion: str) -> Joint:
+    """A free joint whose child stays in its plane."""
+    normal, first = NORMAL[motion]
+    x, y, z, *q = joint.q0
+    turned = sum(a * b for a, b in zip(normal, q[:3], strict=True))
+    if any(abs(c - turned * n) > LEVEL for c, n in zip(q[:3], normal, strict=True)):
+        raise ModelError(
+            f"{joint.child}: it starts turned out of the plane of its motion, '{motion}'; model it in space: "
+            "fidelity: {motion: spatial}"
+        )
+    angle = 2.0 * atan2(turned, q[3])
+    return Joint(
+        joint.name, "planar", joint.parent, joint.child, (x, y, z), axis=normal, second=first, q0=(0.0, 0.0, angle),
+        v0=(0.0,) * 3,
+    )  # fmt: skip
+
+
+def hook_rope(plan: Plan, rope: HookRope) -> System:
+    """A hook rope as it is declared."""
+    match plan.fidelity.ropes:
+        case "rigid":
+            return System(rigid_ropes=(RigidRope(rope.name, rope.lines, _hangs(plan, rope), winch=True),))
+        case "massive":
+            return _chain(plan, rope)
+    return System(ropes=(Rope(rope.name, rope.lines, rope.EA, rope.L0, rope.damping, winch=True),))
+
+
+def sling(plan: Plan, given: Sling, lug: Point) -> System:
+    """A sling as it is declared."""
+    lines, hooked = (Line(given.beam, lug),), bool(given.lug)
+    if plan.fidelity.slings == "rigid":
+        return System(rigid_ropes=(RigidRope(given.name, lines, given.L0, hooked=hooked),))
+    return System(ropes=(Rope(given.name, lines, given.EA, given.L0, given.damping, hooked=hooked),))
+
+
+def pieces(plan: Plan, rope: str) -> tuple[str, ...]:
+    """The ropes that a hook rope is made of, from the trolley down; the last, at the hook, bears its name."""
+    count = plan.fidelity.lumps if plan.fidelity.ropes == "massive" else 1
+    return (*(f"{rope}~{i}" for i in range(1, count)), rope)
+
+
+def weight_below(plan: Plan, loader: str) -> float:
+    """Half a piece of its rope, which the upper body of a loader carries [kg]; 0 without mass in the ropes."""
+    if plan.fidelity.ropes != "massive":
+        return 0.0
+    return sum(r.line * r.L0 / plan.fidelity.lumps / 2.0 for r in plan.rig.hook_ropes if r.carries == loader)
+
+
+def _chain(plan: Plan, rope: HookRope) -> System:
+    """A hook rope of n pieces and n - 1 lumps between them, at rest under what hangs on it at the start."""
+    n, (top, eye) = plan.fidelity.lumps, _ends(plan, rope)
+    step, mass = _hangs(plan, rope) / n, rope.line * rope.L0 / n
+    loader = next(x for x in plan.loaders if x.name == rope.carries)
+    hanging = loader.upper.mass + loader.lower.mass + mass / 2.0
+    half = max(abs(line.b.p[0]) for line in rope.lines)
+    bodies, joints, ropes = [], [], []
+    above, names = [line.a for line in rope.lines], pieces(plan, rope.name)
+    for i, name in enumerate(names, 1):
+        here = f"{rope.name}.lump-{i}"
+        ends = [Point(here, (line.b.p[0], 0.0, 0.0)) for line in rope.lines] if i < n else [x.b for x in rope.lines]
+        if i < n:
+            z = top[2] + (eye[2] - top[2]) * i / n
+            chain, moved = _lump(here, mass, half, (top[0], top[1], z), plan.fidelity.motion)
+            bodies += chain
+            joints += moved
+        tension = (hanging + (n - i) * mass) * plan.gravity
+        L0 = step / (1.0 + tension / rope.EA)
+        lines = tuple(Line(a, b, x.share) for a, b, x in zip(above, ends, rope.lines, strict=True))
+        ropes.append(Rope(name, lines, rope.EA, L0, n * rope.damping, winch=True))
+        above = ends
+    return System(tuple(bodies), tuple(joints), ropes=tuple(ropes))
+
+
+def _lump(name: str, mass: float, half: float, at: Vector, motion: str) -> tuple[list[Body], list[Joint]]:
+    """Two points of half the mass at +-half along x; it moves as far as the motion goes, and yaws in space."""
+    turns = mass * half**2
+    ball = Body(name, mass, inertia=((0.0, 0.0, 0.0), (0.0, turns, 0.0), (0.0, 0.0, turns)))
+    directions = {"spatial": (X, Y), "across": (Y,), "along": (X,)}[motion]
+    bodies, joints, parent, place = [], [], WORLD, at
+    for axis, letter in ((X, "x"), (Y, "y")):
+        if axis in directions:
+            child = f"{name}-{letter}"
+            bodies.append(Body(child, 0.0))
+            joints.append(Joint(child, "prismatic", parent, child, place, axis=axis, q0=(0.0,), v0=(0.0,)))
+            parent, place = child, (0.0, 0.0, 0.0)
+    if motion == "spatial":
+        last = Joint(f"{name}-z", "cylindrical", parent, name, place, axis=Z, q0=(0.0, 0.0), v0=(0.0, 0.0))
+    else:
+        last = Joint(f"{name}-z", "prismatic", parent, name, place, axis=Z, q0=(0.0,), v0=(0.0,))
+    return [*bodies, ball], [*joints, last]
+
+
+def _ends(plan: Plan, rope: HookRope) -> tuple[Vector, Vector]:
+    """Where a hook rope leaves its trolley and where its eye is at the start, in the world [m]."""
+    crane = next(c for c in plan.cranes if c.name == rope.crane)
+    hook = next(h for h in crane.hooks if h.rope == rope.name)
+    trolley = crane.upper if hook.trolley == "upper" else crane.lower
+    loader = next(x for x in plan.loaders if x.name == rope.carries)
+    n = len(rope.lines)
+    x, y, z = (sum(line.a.p[i] for line in rope.lines) / n for i in range(3))
+    ex, ey, ez = (sum(line.b.p[i] for line in rope.lines) / n + loader.pose[i] for i in range(3))
+    return (x + crane.gantry.start, y + trolley.axis.start, z), (ex, ey, ez)
+
+
+def _hangs(plan: Plan, rope: HookRope) -> float:
+    """Length of a hook rope at the start, under what hangs on it then [m]."""
+    return dist(*_ends(plan, rope))

@@ -1,0 +1,32 @@
+"""How much of a yard is modelled: the rung of the ladder between a rigid pendulum and heavy ropes on a soft girder.
+
+Named in a scene under `fidelity:`, or chosen for what the scene asks; the models obey when they declare themselves, so
+that what is left out never reaches the kernel.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from .actions import Item
+
+__all__ = ["ACROSS", "ALONG", "Fidelity"]
+
+ACROSS, ALONG = "across", "along"
+
+
+class Fidelity(Item, frozen=True, kw_only=True):
+    """What of the machines is modelled.
+
+    ropes: "rigid" ones keep their length, "elastic" ones stretch, "massive" ones are chains of `lumps` pieces.
+    slings: rigid or elastic.  girder: rigid, or "elastic" with its first vertical mode.
+    motion: spatial, or planar "across" (along the girders: y, z) or "along" the rails (x, z).
+    locked: joints that are declared fixed where they start.
+    """
+
+    ropes: Literal["rigid", "elastic", "massive"] = "elastic"
+    lumps: int = 4
+    slings: Literal["rigid", "elastic"] = "elastic"
+    girder: Literal["rigid", "elastic"] = "rigid"
+    motion: Literal["spatial", "across", "along"] = "spatial"
+    locked: tuple[str, ...] = ()
