@@ -50,6 +50,7 @@ class _Node:
         self.ways: list[tuple[int, Delay]] = []  # ranks of the nodes that can reach it, with their D
         self.echo: Delay | None = None  # D[i][i]
         self.frozen: Tag | None = None  # o_j while it runs, else None
+        self.until = Tag(0)  # what lies before it is decided: its window while it runs, then what it has reached
         self.gseq = 0
         self.greeted = False
 
@@ -82,7 +83,7 @@ class Coordinator:
         self._couplings = [Coupling(*coupling) for coupling in couplings]
         self._receivers: dict[tuple[str, str], list[tuple[_Node, str]]] = {}
         self._finish, self._finished = finish, False
-        self.end, self._on_event = end, on_event
+        self.end, self._limit, self._on_event = end, end, on_event
         self.floor = Tag(0)  # nothing below it comes any more
         self._held: list[tuple[Order, Event]] = []  # heap of events that have not left yet
         self._open = False  # whether all have said HELLO
@@ -121,26 +122,27 @@ class Coordinator:
                 )
         del node.pending[: _before(node.pending, done.reached)]
         node.change()
-        node.frozen, node.committed = None, False
+        node.frozen, node.committed, node.until = None, False, done.reached
         self._take(node, done)
         for event in done.spoken:
             self._hold(event)
 
-    def ready(self) -> list[tuple[str, Grant]]:
-        """Commit what can be committed, let events leave, and grant every node that can move."""
+    def ready(self, horizon: Tag = FOREVER) -> list[tuple[str, Grant]]:
+        """Commit what can be committed, let events leave, and grant every node that can move, all below `horizon`."""
         if not self._open:
             return []
+        self._limit = min(self.end, horizon)
         bound = self._commit()
-        self.floor = floor = min(min(bound), self.end)
+        self.floor = floor = min(min(bound), self._limit)
         while self._held and self._held[0][1].tag < floor:
             self._on_event(heappop(self._held)[1])
         grants = []
         for node in self._nodes.values():
             if node.frozen is None and (node.first < node.next or not node.offer or node.committed):
                 tag = min(node.next, node.first)
-                if tag < self.end and tag < (window := self._window(node, bound)):
+                if tag < self._limit and tag < (window := self._window(node, bound)):
                     grants.append((node.name, self._grant(node, window, bound[node.rank])))
-        if not grants and not self.waiting and self.over is None:
+        if not grants and not self.waiting and self.first < self._limit:
             next_ = ", ".join(f"{node.name} {min(node.next, node.first)}" for node in self._nodes.values())
             raise ProtocolError(f"no node can move before the end, {self.end}, though they wait for {next_}")
         return grants
@@ -157,6 +159,12 @@ class Coordinator:
         if first == FOREVER:
             return Outcome.QUIET
         return Outcome.BOUND if first >= self.end else None
+
+    @property
+    def first(self) -> Tag:
+        """The earliest thing that a node which does not run has before it; FOREVER if there is none."""
+        idle = (node for node in self._nodes.values() if node.frozen is None)
+        return min((min(node.next, node.first) for node in idle), default=FOREVER)
 
     def extend(self, end: Tag) -> None:
         """Move a time bound that was not reached yet, or only now, to a later one; an end that was said stays."""
@@ -195,14 +203,8 @@ class Coordinator:
         while changed:
             changed = False
             for node in self._nodes.values():
-                if (
-                    node.offer
-                    and not node.committed
-                    and node.frozen is None
-                    and node.next < self.end
-                    and node.next <= node.first
-                    and node.next <= self._window(node, bound)
-                ):
+                free = node.offer and not node.committed and node.frozen is None and node.next < self._limit
+                if free and node.next <= node.first and node.next <= self._window(node, bound):
                     node.committed = changed = True
                     bound[node.rank] = node.earliest
                     for receiver in [r for event in node.offer for r in self._hold(event)]:
@@ -210,8 +212,8 @@ class Coordinator:
         return bound
 
     def _window(self, node: _Node, bound: list[Tag]) -> Tag:
-        """B_i of the header, below the end; `plus` is written out, for nothing runs more often."""
-        t, k = self.end
+        """B_i of the header, below end and horizon; `plus` is written out, for nothing runs more often."""
+        t, k = self._limit
         for rank, (wait, steps) in node.ways:
             earliest = bound[rank]
             reach = earliest.t + wait
@@ -225,6 +227,7 @@ class Coordinator:
         """Put an event into its receivers' bags and among those that wait to leave."""
         if (event.source, event.port) == self._finish:
             self.end, self._finished = min(self.end, Tag(event.t + 1)), True
+            self._limit = min(self._limit, self.end)
         heappush(self._held, (event.order, event))
         receivers = self._receivers.get((event.source, event.port), [])
         for node, into in receivers:
@@ -234,7 +237,7 @@ class Coordinator:
 
     def _grant(self, node: _Node, window: Tag, earliest: Tag) -> Grant:
         inputs = node.pending[: _before(node.pending, window)]
-        node.frozen, node.gseq = earliest, node.gseq + 1
+        node.frozen, node.until, node.gseq = earliest, window, node.gseq + 1
         return Grant(node.gseq, window, node.echo, node.committed, inputs)
 
 

@@ -33,7 +33,7 @@ def run_in_memory(
             node = by_name[name]
             if cut:
                 grant = _cut(grant, node, order)
-            answers.append((name, _answer(node, grant)))
+            answers.append((name, answer(node, grant)))
         outcome = coordinator.over
         if outcome is not None:
             return outcome
@@ -41,7 +41,7 @@ def run_in_memory(
         coordinator.done(name, done)
 
 
-def _answer(node: Node, grant: Grant) -> Done:
+def answer(node: Node, grant: Grant) -> Done:
     answer = node.handle(decode(encode(grant)))
     if isinstance(answer, Fail):
         raise ModelError(answer.sentence)

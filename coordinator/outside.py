@@ -1,0 +1,58 @@
+"""A coordinator that also takes events from outside: an operator's, who is no node and takes part in no round.
+
+An event from outside may come at any tag from `safe` on, the latest of
+  until_i   of every node: its window while it runs, else what it has reached
+  next_i    of every node whose offer is committed and not yet granted
+  floor     below which all events have left
+and it goes into its receivers' bags there, in the total order.  Nothing that was decided can change by it:
+a node that ran did so below until_i, so it has not passed the tag; whatever the receiver says because of the event
+comes at or after it, and so at or after every window that was granted; a committed offer at next_i is refuted only by
+an input before next_i.  So the same events, known from the beginning, give the same run.
+
+With `ready(horizon)` nothing is decided at or after the horizon, so that `safe` never lies above it: who wants to
+speak soon keeps the horizon near.
+"""
+
+from collections.abc import Callable, Iterable
+
+from heavylift.kernel.errors import ProtocolError
+from heavylift.nodes.devs import FOREVER, Event, Tag
+
+from .core import Coordinator
+
+__all__ = ["OpenCoordinator"]
+
+
+class OpenCoordinator(Coordinator):
+    """A coordinator with couplings whose sources are not nodes; `inject` brings their events."""
+
+    def __init__(
+        self,
+        nodes: Iterable[str],
+        couplings: Iterable[tuple[str, str, str, str]],
+        end: Tag = FOREVER,
+        finish: tuple[str, str] | None = None,
+        on_event: Callable[[Event], None] = lambda event: None,
+        outside: Iterable[tuple[str, str, str, str]] = (),
+    ) -> None:
+        """`outside`: couplings (source, port, node, its port) from sources that take part in no round."""
+        super().__init__(nodes, couplings, end, finish, on_event)
+        for source, port, target, into in outside:
+            self._receivers.setdefault((source, port), []).append((self._node(target), into))
+
+    @property
+    def safe(self) -> Tag:
+        """The earliest tag at which nothing is decided yet."""
+        nodes = self._nodes.values()
+        committed = (node.next for node in nodes if node.committed and node.frozen is None)
+        return max(self.floor, *(node.until for node in nodes), *committed)
+
+    def inject(self, event: Event) -> None:
+        """Bring an event from outside, at `safe` or later."""
+        if (event.source, event.port) not in self._receivers or event.source in self._nodes:
+            raise ProtocolError(f"{event.source}.{event.port} is coupled to no node from outside")
+        if event.tag < self.safe:
+            raise ProtocolError(
+                f"{event.source}.{event.port} at {event.tag}: the run is decided up to {self.safe}, choose a later time"
+            )
+        self._hold(event)
