@@ -79,11 +79,11 @@ class Girder(Item, frozen=True, kw_only=True):
     `height`: z of its neutral axis; `damping`: ratio of its first mode to critical damping.
     """
 
-    mass: float
-    stiffness: float
-    span: float
-    height: float
-    damping: float
+    mass: float = 2.5e6
+    stiffness: float = 5.88e7
+    span: float = 150.0
+    height: float = 95.0
+    damping: float = 0.01
 
 
 class Crane(Item, frozen=True, kw_only=True):
@@ -101,7 +101,7 @@ class Crane(Item, frozen=True, kw_only=True):
     lower: Trolley
     hooks: tuple[Hook, ...]
     capacity: float
-    girder: Girder
+    girder: Girder = Girder()
 
 
 class Loader(Item, frozen=True, kw_only=True):
