@@ -43,14 +43,14 @@ class References:
         self._placed = {d.name for d in system.drives if d.kind == "prescribed"}  # before anything is measured
         names = [name for kind, name in parameters.at if kind == "reference"]
         self.histories = Histories(signals(system.forces), parameters, P)
-        self._actuators = {n: _Actuator(0, float(P[self._at["reference", n]][1]), REST, {}) for n in names}
+        self.actuators = {n: _Actuator(0, float(P[self._at["reference", n]][1]), REST, {}) for n in names}
 
     def _actuator(self, name: str) -> _Actuator:
-        if name not in self._actuators:
+        if name not in self.actuators:
             raise KernelError(
-                f"'{name}': no drive, winch or master of this name; there are {', '.join(self._actuators)}"
+                f"'{name}': no drive, winch or master of this name; there are {', '.join(self.actuators)}"
             )
-        return self._actuators[name]
+        return self.actuators[name]
 
     def _driven(self, name: str) -> _Actuator:
         a = self._actuator(name)
@@ -96,12 +96,12 @@ class References:
 
     def stop(self, t_ns: int) -> None:
         """Everything stays at its value of this instant; what follows goes on following."""
-        for name, a in self._actuators.items():
+        for name, a in self.actuators.items():
             a.start_ns, a.x0, a.move = t_ns, self.own(name, t_ns)[0], REST
 
     def write(self, epoch_ns: int) -> None:
         """Bring P up to date; times become seconds since the epoch."""
-        for name, a in self._actuators.items():
+        for name, a in self.actuators.items():
             m = a.move
             start = (a.start_ns - epoch_ns) * 1e-9
             cruise = m.cruise if m.cruise < inf else 1e12
@@ -119,7 +119,7 @@ class References:
         """Seconds since the epoch at which a profile changes its acceleration and the next ones at which a history
         changes its slope, sorted, those later than `after` only."""
         out = set(self.histories.breaks(epoch_ns, after))
-        for a in self._actuators.values():
+        for a in self.actuators.values():
             t = (a.start_ns - epoch_ns) * 1e-9
             for d in (a.move.d1, a.move.cruise, a.move.d2):
                 t += d
@@ -131,7 +131,7 @@ class References:
         """Seconds since the epoch after which nothing is driven any more; inf while an endless move or a clock runs."""
         if ("clock", "") in self._at:
             return inf
-        moving = (a for a in self._actuators.values() if a.move.v0 or a.move.d1 or a.move.d2)
+        moving = (a for a in self.actuators.values() if a.move.v0 or a.move.d1 or a.move.d2)
         ends = [
             (a.start_ns - epoch_ns) * 1e-9
             + (a.move.duration if a.move.cruise < inf or a.move.speed(a.move.d1) else a.move.d1)

@@ -14,7 +14,9 @@ only: `run(until)` never cuts a step, the one that passes `until` stays tentativ
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import deepcopy
 from math import ceil
+from typing import Any
 
 import numpy as np
 
@@ -22,6 +24,7 @@ from .commands import Commanded
 from .contact.sets import KINDS
 from .describe import System
 from .errors import KernelError
+from .methods.peers import Peer
 from .stepper import FOREVER_NS, NEVER
 from .steps import EVENT, FAILED, RUNNING, STILL
 from .switching import StateEvent
@@ -30,6 +33,7 @@ __all__ = ["FOREVER_NS", "Simulation"]
 
 BUDGET = 4000.0  # attempts per native call: about 25 ms, so that Ctrl-C and progress live
 TOO_SHORT = 1e-6  # [m] by which a rigid rope may be too short by rounding
+KEPT = ("X", "P", "M", "rows", "epoch", "_samples", "_fallen", "_event_ns", "_instant", "_still", "_snapshot")
 CHATTER = 200  # events at one instant, after which the laws contradict each other
 
 
@@ -260,3 +264,31 @@ class Simulation(Commanded):
         fallen = np.flatnonzero(self.X[self._at["G"]] < 0.0)
         self._fallen = [int(i) for i in fallen]
         self._event_ns = self.epoch if len(fallen) else FOREVER_NS
+
+    # ---- snapshots ----------------------------------------------------------------------------------------
+
+    def snapshot(self) -> dict[str, Any]:
+        """All that the future depends on as plain numbers: step size and its history, the tentative step, armed guards
+        and modes are in X, P and M; laws with their starts, accounts and the number of the next sample beside them.
+
+        Raises KernelError for a method of SciPy, whose history cannot be taken out of it.
+        """
+        self._begun()
+        if isinstance(self.method.method, Peer):
+            raise KernelError(f"method {self.method.method.name}: SciPy keeps its history; choose a method of our own")
+        beside = {"locked": sorted(self.program.locked), "balance": vars(self._balance)}
+        led = {"actuators": self.references.actuators, "watched": self.switches.watched}
+        return deepcopy({**{name: getattr(self, name) for name in KEPT}, **beside, **led})
+
+    def restore(self, snapshot: dict[str, Any]) -> None:
+        """Go on from the snapshot of a simulation of the same system and options, bit for bit; start this one first."""
+        self._begun()
+        kept = deepcopy(snapshot)
+        self._use(frozenset(kept.pop("locked")))
+        for name in ("X", "P", "M"):  # in place, for parts of them are in other hands
+            if (block := kept.pop(name)) is not None:
+                getattr(self, name)[:] = block
+        vars(self._balance).update(kept.pop("balance"))
+        self.references.actuators.update(kept.pop("actuators"))
+        self.switches.watched.update(kept.pop("watched"))
+        vars(self).update(kept)

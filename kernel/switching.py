@@ -51,7 +51,7 @@ class Switches:
         self._supports = {u.name: i for i, u in enumerate(s.supports)}
         self._brakes = {b.name: program.graph.coordinate(b.name, b.joint, b.coordinate) for b in s.brakes}
         self._thresholds = {h.name: h for h in s.thresholds}
-        self._values: dict[str, float] = {}
+        self.watched: dict[str, float] = {}
 
     def fire(self, guard: int, row: SimpleNamespace) -> StateEvent:
         """Switch the law behind a fallen guard."""
@@ -126,7 +126,7 @@ class Switches:
 
     def _threshold(self, name: str, row: SimpleNamespace) -> StateEvent:
         self.unwatch(name)
-        return StateEvent(name, "reached", self._values[name])
+        return StateEvent(name, "reached", self.watched[name])
 
     # ---- commands --------------------------------------------------------------------------------------
 
@@ -138,7 +138,7 @@ class Switches:
         sign = -1.0 if rising else 1.0
         angle = self._thresholds[name].quantity == "angle"
         p[:3] = [sign * cos(value), -sign * sin(value), 0.0] if angle else [sign, 0.0, -sign * value]
-        self._values[name] = value
+        self.watched[name] = value
 
     def unwatch(self, name: str) -> None:
         self._threshold_numbers(name)[:3] = [0.0, 0.0, 1.0]

@@ -1,0 +1,226 @@
+"""Plain data, messages and objects of any class as bytes, without a line of code in them, and back.
+
+    scalar          None, bool, int of 64 bits, float, str, bytes: as they are
+    [kind, ...]     all else, numbered from 0 in the order in which it is met
+    ["@", number]   the same thing again, so that what was one thing, or a circle, is so again
+
+Objects are made without their `__init__`; their classes, functions and methods are looked up in the modules that are
+loaded: a stranger's bytes can build nonsense but call no function. Equal states that share alike have equal bytes:
+attributes are sorted by name, sets by the bytes of their items. Generators, closures, open files and objects of
+foreign machine code are refused by a TypeError.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter, OrderedDict, defaultdict, deque
+from collections.abc import Callable, Iterable, Iterator
+from enum import Enum
+from random import Random
+from types import BuiltinFunctionType, FunctionType, MethodType
+from typing import Any
+
+import msgspec
+
+__all__ = ["frozen", "thawed"]
+
+_SCALARS = (type(None), bool, float, str, bytes)
+_DICTS: dict[type, str] = {dict: "dict", OrderedDict: "OrderedDict", Counter: "Counter", defaultdict: "defaultdict"}
+_MADE_IN_PYTHON = 1 << 9  # a flag of such classes
+_OPEN = object()  # in place of what is being made of its parts
+
+
+def frozen(value: object) -> bytes:
+    """A value as bytes; TypeError if something in it cannot be kept."""
+    return msgspec.msgpack.encode(_Freezer().fold(value))
+
+
+def thawed(data: bytes) -> Any:
+    """A new value from its bytes; TypeError or LookupError if they are not from here."""
+    return _Thawer().unfold(msgspec.msgpack.decode(data))
+
+
+class _Freezer:
+    def __init__(self) -> None:
+        self._numbers: dict[int, int] = {}
+        self._met: list[object] = []  # kept, so that no id is given twice
+
+    def fold(self, x: Any) -> Any:
+        kind = type(x)
+        if kind in _SCALARS:
+            return x
+        if kind is int:
+            return x if -(2**63) <= x < 2**63 else ["int", str(x)]
+        number = self._numbers.get(id(x))
+        if number is not None:
+            return ["@", number]
+        self._numbers[id(x)] = len(self._met)
+        self._met.append(x)
+        return list(self._parts(x, kind))
+
+    def _all(self, items: Iterable[Any]) -> Iterator[Any]:
+        return map(self.fold, items)
+
+    def _parts(self, x: Any, kind: type) -> Iterator[Any]:
+        if kind in _DICTS:
+            yield from (_DICTS[kind], self.fold(getattr(x, "default_factory", None)))
+            for item in x.items():
+                yield from self._all(item)
+        elif kind in (set, frozenset):
+            yield from (kind.__name__, *map(msgspec.Raw, sorted(map(frozen, x))))
+        elif kind is deque:
+            yield from ("deque", x.maxlen, *self._all(x))
+        elif kind in (list, tuple):
+            yield from (kind.__name__, *self._all(x))
+        elif kind is bytearray:
+            yield from ("bytearray", bytes(x))
+        elif kind is Random:
+            yield from ("Random", *self._all(x.getstate()))
+        elif kind is MethodType:
+            yield from ("method", self.fold(x.__self__), x.__name__)
+        elif isinstance(x, type | FunctionType | BuiltinFunctionType):
+            yield from ("name", *_name(x))
+        elif isinstance(x, Enum):
+            yield from ("enum", *_name(kind), x.name)
+        elif isinstance(x, msgspec.Struct):
+            yield from ("struct", *_name(kind), *self._all(getattr(x, f) for f in x.__struct_fields__))
+        elif isinstance(x, tuple) and hasattr(kind, "_make"):
+            yield from ("namedtuple", *_name(kind), *self._all(x))
+        elif (kind.__module__, kind.__name__) == ("numpy", "ndarray") and not x.dtype.hasobject:
+            yield from ("array", x.dtype.str, list(x.shape), x.tobytes())
+        else:
+            yield from self._object(x, kind)
+
+    def _object(self, x: Any, kind: type) -> Iterator[Any]:
+        if not _plain(kind):
+            raise TypeError(f"a {kind.__name__} cannot be kept")
+        if hasattr(kind, "__setstate__"):
+            yield from ("state", *_name(kind), self.fold(x.__getstate__()))
+            return
+        slots = (slot for base in kind.__mro__ for slot in getattr(base, "__slots__", ()))
+        names = sorted({*getattr(x, "__dict__", ()), *(slot for slot in slots if hasattr(x, slot))} - {"__dict__"})
+        yield from ("object", *_name(kind), names, *self._all(getattr(x, name) for name in names))
+
+
+class _Thawer:
+    def __init__(self) -> None:
+        self._made: list[Any] = []
+
+    def unfold(self, x: Any) -> Any:
+        if type(x) is not list:
+            return x
+        kind, *rest = x
+        if kind == "int":
+            return int(rest[0])
+        if kind == "@":
+            made = self._made[rest[0]]
+            if made is _OPEN:
+                raise TypeError("a tuple or message that holds itself cannot be kept")
+            return made
+        number = len(self._made)
+        self._made.append(_OPEN)
+        self._made[number] = value = self._value(number, kind, rest)
+        return value
+
+    def _all(self, items: Iterable[Any]) -> list[Any]:
+        return [self.unfold(item) for item in items]
+
+    def _value(self, number: int, kind: str, rest: list[Any]) -> Any:
+        match kind:
+            case "list" | "set" | "deque":
+                return self._filled(number, kind, rest)
+            case "dict" | "OrderedDict" | "Counter" | "defaultdict":
+                return self._dict(number, kind, rest)
+            case "tuple":
+                return tuple(self._all(rest))
+            case "frozenset":
+                return frozenset(_Thawer().unfold(item) for item in rest)
+            case "bytearray":
+                return bytearray(rest[0])
+            case "Random":
+                generator = Random(0)
+                generator.setstate(tuple(self._all(rest)))
+                return generator
+            case "method":
+                return getattr(self.unfold(rest[0]), rest[1])
+            case "name":
+                return _named(*rest)
+            case "enum":
+                return _class(rest, lambda cls: issubclass(cls, Enum))[rest[2]]
+            case "struct":
+                struct = _class(rest, lambda cls: issubclass(cls, msgspec.Struct))
+                return struct(**dict(zip(struct.__struct_fields__, self._all(rest[2:]), strict=True)))
+            case "namedtuple":
+                return _class(rest, lambda cls: issubclass(cls, tuple) and hasattr(cls, "_make"))(*self._all(rest[2:]))
+            case "array":
+                import numpy as np  # whoever had one has it
+
+                return np.frombuffer(rest[2], rest[0]).reshape(rest[1]).copy()
+            case "state" | "object":
+                return self._object(number, kind, rest)
+        raise TypeError(f"{kind!r} is no kind of a kept value")
+
+    def _filled(self, number: int, kind: str, rest: list[Any]) -> Any:
+        if kind == "set":
+            return {_Thawer().unfold(item) for item in rest}
+        made: list[Any] | deque[Any] = [] if kind == "list" else deque(maxlen=rest.pop(0))
+        self._made[number] = made
+        made.extend(self._all(rest))
+        return made
+
+    def _dict(self, number: int, kind: str, rest: list[Any]) -> Any:
+        factory, *items = rest
+        made: Any = next(t for t, name in _DICTS.items() if name == kind)()
+        self._made[number] = made
+        default = self.unfold(factory)
+        if kind == "defaultdict":
+            made.default_factory = default
+        values = self._all(items)
+        for key, value in zip(values[::2], values[1::2], strict=True):
+            made[key] = value
+        return made
+
+    def _object(self, number: int, kind: str, rest: list[Any]) -> Any:
+        self._made[number] = made = object.__new__(_class(rest, _plain))
+        if kind == "state":
+            made.__setstate__(self.unfold(rest[2]))
+            return made
+        for name, value in zip(rest[2], self._all(rest[3:]), strict=True):
+            object.__setattr__(made, name, value)
+        return made
+
+
+def _plain(cls: type) -> bool:
+    """Whether its objects are made by nothing but their attributes."""
+    own: Any = cls.__new__
+    return bool(cls.__flags__ & _MADE_IN_PYTHON) and own is object.__new__
+
+
+def _class(name: list[Any], fits: Callable[[type], bool]) -> Any:
+    """The class of this module and name; TypeError if it is no class or none of the kind that is wanted."""
+    found = _named(*name[:2])
+    if not isinstance(found, type) or not fits(found):
+        raise TypeError(f"{name[1]} of {name[0]} makes no such value")
+    return found
+
+
+def _name(x: Any) -> tuple[str, str]:
+    """Module and qualified name of a class or function; TypeError if it cannot be found by them."""
+    module, name = getattr(x, "__module__", None) or "", x.__qualname__
+    if "<" in name or _found(module, name) is not x:
+        raise TypeError(f"{name} cannot be kept, it has no name in a module")
+    return module, name
+
+
+def _named(module: str, name: str) -> Any:
+    found = _found(module, name)
+    if found is None:
+        raise LookupError(f"{name} is not defined in {module}, or that is not imported")
+    return found
+
+
+def _found(module: str, name: str) -> Any:
+    found = sys.modules.get(module)
+    for part in name.split("."):
+        found = getattr(found, part, None)
+    return found
