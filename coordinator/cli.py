@@ -20,7 +20,9 @@ __all__ = ["app", "main"]
 def main() -> None:
     """Entry point of the command `heavylift`."""
     try:
-        app(standalone_mode=False)
+        code = app(standalone_mode=False)  # of a command that ends with typer.Exit
+        if code:
+            sys.exit(code)
     except Stopped as error:
         print(f"heavylift: {error}", file=sys.stderr)
         sys.exit(130)

@@ -5,13 +5,15 @@ For what is asked of a pose rather than of a run: statics, modes.  The simulatio
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from heavylift.kernel.errors import SceneError
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.devs import Event, Simulator, Tag, ns
-from heavylift.nodes.models import COMMANDER, KERNEL, build, couplings, subscriptions
+from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings, subscriptions
 from heavylift.nodes.models.messages import Finished, Stage
+from heavylift.nodes.scene.plan import Plan
 
 from .core import Coordinator
 from .kernel_node import KernelConfig, KernelNode
@@ -21,7 +23,7 @@ from .node import Node
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
 
-__all__ = ["paused"]
+__all__ = ["configured", "paused"]
 
 LAST = Tag(100 * 3600 * 10**9)  # simulated time after which a stage that has not ended never does
 
@@ -47,14 +49,9 @@ class _Stages:
             self.seen.append(begins)
 
 
-def paused(scene: LoadedScene, at: float | None = None, after: str = "") -> Simulation:
-    """The started simulation of a scene at time `at` [s], at the end of the stage `after`, or at its start.
-
-    Raises SceneError if there is no such stage, and whatever sentence ends the run before.
-    """
-    plan = scene.plan
-    models = build(plan)
-    config = KernelConfig(
+def configured(plan: Plan, models: Mapping[str, NodeModel]) -> KernelConfig:
+    """What the kernel is told of a plan and its models."""
+    return KernelConfig(
         [m.declare() for m in models.values()],
         plan.gravity,
         plan.tolerance,
@@ -63,7 +60,16 @@ def paused(scene: LoadedScene, at: float | None = None, after: str = "") -> Simu
         plan.method,
         plan.step,
     )
-    kernel = KernelNode(config, lambda samples: None)
+
+
+def paused(scene: LoadedScene, at: float | None = None, after: str = "") -> Simulation:
+    """The started simulation of a scene at time `at` [s], at the end of the stage `after`, or at its start.
+
+    Raises SceneError if there is no such stage, and whatever sentence ends the run before.
+    """
+    plan = scene.plan
+    models = build(plan)
+    kernel = KernelNode(configured(plan, models), lambda samples: None)
     if at is None and not after:
         kernel.simulation.start()
         return kernel.simulation

@@ -8,6 +8,7 @@ silently when a reader is slow.
 
     heavylift/<run>/<node>/in | out | samples | alive | leave      one coordinator, one node per key
     heavylift/<run>/event/<model path>/<port>                      committed events, for observers
+    heavylift/<run>/sample/<topic>                                 data of a recording that is replayed, for observers
 """
 
 from __future__ import annotations
@@ -55,10 +56,10 @@ def check_names(nodes: Iterable[str]) -> tuple[str, ...]:
     """The nodes' names, refused unless they can stand in a key and differ from each other."""
     names = tuple(nodes)
     for name in names:
-        if not re.fullmatch(r"[A-Za-z0-9_-]{1,200}", name) or name in ("event", OBSERVER):
+        if not re.fullmatch(r"[A-Za-z0-9_-]{1,200}", name) or name in ("event", "sample", OBSERVER):
             raise ProtocolError(
                 f"node name {name!r} cannot be used, choose 1 to 200 letters, digits, _ or - "
-                f"other than 'event' and '{OBSERVER}'"
+                f"other than 'event', 'sample' and '{OBSERVER}'"
             )
         if names.count(name) > 1:
             raise ProtocolError(f"two nodes are named {name!r}, give each node its own name")
@@ -220,7 +221,7 @@ def _access(run: str, nodes: list[str]) -> dict[str, Any]:
             ["put", "declare_subscriber", "declare_queryable", "liveliness_token", "reply"],
             key(run, "**"),
         ),
-        rule("observe", "ingress", ["declare_subscriber"], key(run, "event", "**")),
+        rule("observe", "ingress", ["declare_subscriber"], key(run, "event", "**"), key(run, "sample", "**")),
     ]
     policies = [{"rules": ["observe", "egress"], "subjects": [OBSERVER]}]
     for node in nodes:

@@ -9,6 +9,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -96,6 +97,15 @@ class Recording:
     def messages(self, *topics: str) -> Iterator[Raw]:
         """The undecoded messages of these topics in the order of the file."""
         return self._file.messages({self._channels[topic] for topic in topics if topic in self._channels})
+
+    def stream(self, *topics: str) -> Iterator[tuple[str, Raw]]:
+        """The same with the topic of each message."""
+        names = {number: topic for topic, number in self._channels.items()}
+        return ((names[raw.channel], raw) for raw in self.messages(*topics))
+
+    def reading(self) -> AbstractContextManager[None]:
+        """Context that turns whatever goes wrong in decoding into a sentence about this file."""
+        return self._file.reading()
 
     def events(self, source: str | None = None, port: str | None = None) -> list[RecordedEvent]:
         """All events in total order, or those of one model or port name."""

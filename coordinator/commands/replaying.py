@@ -1,0 +1,101 @@
+"""`heavylift replay`: over Zenoh again, verified, or with one model for real."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from heavylift.kernel.errors import RecordingError
+
+from .app import File, Json, app
+
+if TYPE_CHECKING:
+    from ..replay import Outcome, RecordedRun
+
+
+@app.command()
+def replay(
+    file: File,
+    rate: Annotated[float, typer.Option("--rate", help="seconds of the run per second of the wall")] = 1.0,
+    start: Annotated[float | None, typer.Option("--from", help="time of the run [s]; default its start")] = None,
+    end: Annotated[float | None, typer.Option("--to", help="time of the run [s]; default its end")] = None,
+    loop: Annotated[bool, typer.Option("--loop", help="again and again")] = False,
+    paused: Annotated[bool, typer.Option("--paused", help="wait for a key: space goes on, s steps")] = False,
+    topics: Annotated[
+        list[str] | None, typer.Option("--topics", help="only these, such as 'commander/*'; may be repeated")
+    ] = None,
+    verify: Annotated[bool, typer.Option("--verify", help="simulate again: is every event reproduced?")] = False,
+    live: Annotated[
+        str, typer.Option("--live", help="run this model for real against the recorded rest, such as crane/west")
+    ] = "",
+    as_json: Json = False,
+) -> None:
+    """Play a recording to observers; or prove it; or try one model on it.    heavylift replay turnover.mcap --rate 20
+
+    Keys: space pauses and goes on, s steps, + and - change the rate, q ends. --verify and --live: exit code 1 if
+    something deviates.
+    """
+    from ..replay import RecordedRun, single
+    from ..replay import verify as prove
+
+    run = RecordedRun(file)
+    if verify and live:
+        raise RecordingError(f"{file}: --verify runs all models and --live one; give one of them")
+    if verify:
+        _tell(run, prove(run), "the run", as_json)
+    elif live:
+        _tell(run, single(run, live), live, as_json)
+    else:
+        _publish(run, rate, start, end, loop, paused, topics or [])
+
+
+def _tell(run: RecordedRun, found: Outcome, who: str, as_json: bool) -> None:
+    """Print the outcome; exit code 1 if something deviates."""
+    import msgspec
+
+    if as_json:
+        typer.echo(msgspec.json.encode(found).decode())
+    elif found.deviation:
+        typer.echo(f"{who} deviates after {found.events} equal events, {found.deviation}")
+        made = run.recording.library.partition(" mcap")[0]
+        typer.echo(f"the recording was made by {made}")
+    elif found.digest:
+        typer.echo(f"reproduced: {found.events} events and all samples, digest {found.digest}")
+    else:
+        upto = "" if run.complete else f", as far as the recording goes ({run.end.t * 1e-9:.3f} s)"
+        typer.echo(f"{who}: no deviation in {found.events} events{upto}")
+    if not found.same:
+        raise typer.Exit(1)
+
+
+def _publish(
+    run: RecordedRun, rate: float, start: float | None, end: float | None, loop: bool, paused: bool, topics: list[str]
+) -> None:
+    from ..keyboard import Keyboard
+    from ..progress import Progress, command
+    from ..replay import Player, Publisher, Replay, Said
+
+    if not 0.0 < rate < float("inf"):
+        raise RecordingError(f"{run.path}: --rate {rate:g} is no speed; give a number above 0, such as 20")
+    asked = Replay(run, topics, start, end)
+    with Keyboard() as keyboard, Publisher() as publisher:
+        if paused and not keyboard.there:
+            raise RecordingError(f"{run.path}: --paused waits for keys, but there is no terminal; leave it out")
+        keys = "; space pauses, s steps, + - rate, q ends" if keyboard.there else ""
+        typer.echo(
+            f"run {publisher.run} in {publisher.directory}; {command()} watch {publisher.directory}{keys}", err=True
+        )
+        said = 0
+        with Progress(run.plan) as progress:
+
+            def say(one: Said) -> None:
+                publisher.say(one)
+                if one.event is not None:
+                    progress.event(one.event)
+
+            player = Player(say, rate, paused, keyboard, told=progress.progress)
+            while True:
+                said += player.play(asked)
+                if player.over or not loop:
+                    break
+    typer.echo(f"replayed {said} messages of {len(asked.topics)} topics")

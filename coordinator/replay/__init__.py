@@ -1,0 +1,26 @@
+"""A recording played again: for observers, for proof, for one model.
+
+recorded    what a recording holds, as the plan and the events that the run was made of
+publish     the committed events and samples over Zenoh, at any rate, with keys
+verify      the whole scene simulated again: every event and sample must come again
+single      one model for real against the recorded rest: where it first deviates
+"""
+
+from .deviation import Deviation, Outcome
+from .publish import Player, Publisher, Replay, Said
+from .recorded import RecordedRun
+from .single import models_of, single
+from .verify import verify
+
+__all__ = [
+    "Deviation",
+    "Outcome",
+    "Player",
+    "Publisher",
+    "RecordedRun",
+    "Replay",
+    "Said",
+    "models_of",
+    "single",
+    "verify",
+]

@@ -1,0 +1,166 @@
+"""A recording over Zenoh again: its committed events, and its samples, at their times or any multiple of them.
+
+A replay is a run to whoever observes it: a run id and a private socket of its own, and the keys of a run,
+    heavylift/<run>/event/<model path>/<port>      canonical bytes of the message, as in the run
+    heavylift/<run>/sample/<topic>                 the recorded protobuf message: samples, poses, rope lines
+What has one time is published together, events in their total order before the samples.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from itertools import groupby
+from types import TracebackType
+from typing import NamedTuple, Self
+
+import msgspec
+from heavylift.kernel.errors import RecordingError
+from heavylift.nodes.devs import Event, ns
+from heavylift.recordings import RecordedEvent
+
+from ..hub import Hub
+from ..keyboard import Keyboard
+from .recorded import RecordedRun
+
+__all__ = ["Player", "Publisher", "Replay", "Said"]
+
+FASTER = 2.0  # what one press of + or - does to the rate
+
+
+class Said(NamedTuple):
+    """One thing to publish: an event, or the bytes of a data topic."""
+
+    t_ns: int
+    event: Event | None
+    topic: str
+    data: bytes
+
+
+class Replay:
+    """The messages of a recording between two times [s], of the topics that match one of the patterns (all if none)."""
+
+    def __init__(
+        self, run: RecordedRun, topics: Sequence[str] = (), start: float | None = None, end: float | None = None
+    ) -> None:
+        self._run, rec = run, run.recording
+        data = {t.name for t in rec.topics.values() if t.encoding == "protobuf" and t.name not in ("/scene", "/log")}
+        ports = {t.name for t in rec.topics.values() if "port" in t.metadata}
+        self.topics = sorted(t for t in ports | data if _wanted(t, topics))
+        if not self.topics:
+            raise RecordingError(
+                f"{run.path}: no topic matches {', '.join(topics)}; it has {', '.join(sorted(ports | data))}"
+            )
+        self._data = data
+        self.start = 0 if start is None else ns(start)
+        self.end = ns(end) + 1 if end is not None else 2**63 - 1
+        if self.start >= self.end:
+            raise RecordingError(f"{run.path}: nothing lies between {start} s and {end} s; give --from before --to")
+
+    def __iter__(self) -> Iterator[tuple[int, list[Said]]]:
+        """Time [ns] and all that is said then, in order of time."""
+        said = (x for x in self._said() if self.start <= x.t_ns < self.end)
+        for t, group in groupby(said, lambda x: x.t_ns):
+            yield t, sorted(group, key=lambda x: (x.event is None, x.event.order if x.event else (), x.topic))
+
+    def _said(self) -> Iterator[Said]:
+        decode = msgspec.json.Decoder(RecordedEvent).decode
+        rec = self._run.recording
+        for topic, raw in rec.stream(*self.topics):
+            if topic in self._data:
+                yield Said(raw.log_time, None, topic.removeprefix("/"), raw.data)
+            else:
+                with rec.reading():
+                    event = decode(raw.data)
+                yield Said(raw.log_time, self._run.event(event), topic, b"")
+
+
+def _wanted(topic: str, patterns: Sequence[str]) -> bool:
+    names = (topic, topic.removeprefix("/"))
+    return not patterns or any(fnmatchcase(name, pattern) for name in names for pattern in patterns)
+
+
+class Publisher:
+    """A run of its own that nobody takes part in and everybody may observe."""
+
+    def __init__(self) -> None:
+        self._hub = Hub(())
+        self.run, self.directory = self._hub.run, self._hub.directory.path
+
+    def say(self, said: Said) -> None:
+        """Publish one thing."""
+        if said.event is not None:
+            self._hub.publish_event(said.event.source, said.event.port, said.event.payload)
+        else:
+            self._hub.publish_data(said.topic, said.data)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._hub.close()
+
+
+@dataclass
+class Player:
+    """Says everything at its time: `rate` seconds of the run per second of the wall; keys pause, step, change the rate.
+
+    space: pause and go on    s or .: the next instant, then pause    + and -: twice and half the rate    q: end
+    """
+
+    say: Callable[[Said], None]
+    rate: float = 1.0
+    paused: bool = False
+    keyboard: Keyboard = field(default_factory=Keyboard)
+    clock: Callable[[], float] = time.monotonic
+    told: Callable[[int], None] = lambda t_ns: None
+    over: bool = False
+
+    def play(self, replay: Replay) -> int:
+        """Once from its start to its end; returns how many things were said."""
+        said, self._sim_ns, self._wall = 0, replay.start, self.clock()
+        for t, group in replay:
+            self._wait(t)
+            if self.over:
+                break
+            for one in group:
+                self.say(one)
+            said += len(group)
+            self.told(t)
+        return said
+
+    def _wait(self, t: int) -> None:
+        """Until it is time for `t`, a key asks for it, or the replay is over."""
+        while not self.over:
+            left = None if self.paused else self._wall + (t - self._sim_ns) * 1e-9 / self.rate - self.clock()
+            if left is not None and left <= 0.0 and not self.keyboard.there:
+                return
+            key = self.keyboard.wait(left if left is None else max(0.0, left))
+            if key in ("s", "."):
+                self.paused, self._sim_ns = True, t
+                return
+            if key:
+                self._obey(key)
+            elif left is not None:
+                return
+            else:  # paused, and no key can come any more
+                self.over = not self.keyboard.there
+
+    def _obey(self, key: str) -> None:
+        if not self.paused:  # what follows counts from here
+            now = self.clock()
+            self._sim_ns += round((now - self._wall) * self.rate * 1e9)
+        self._wall = self.clock()
+        match key:
+            case " ":
+                self.paused = not self.paused
+            case "+":
+                self.rate *= FASTER
+            case "-":
+                self.rate /= FASTER
+            case "q":
+                self.over = True

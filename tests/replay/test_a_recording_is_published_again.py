@@ -1,0 +1,144 @@
+"""Observers of a replay hear what observers of the run heard; time, keys, topics and the part that is played."""
+
+from __future__ import annotations
+
+import os
+import pty
+import queue
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import zenoh
+from heavylift.coordinator.keyboard import Keyboard
+from heavylift.coordinator.replay import Player, Publisher, RecordedRun, Replay, Said
+from heavylift.coordinator.session import key, observer_session
+from heavylift.kernel.errors import RecordingError
+
+HEAVYLIFT = Path(sys.executable).parent / "heavylift"
+SECOND = 1_000_000_000
+
+
+class Clock:
+    """A wall clock that moves by waiting only, and a keyboard on which keys are pressed at given times [s]."""
+
+    def __init__(self, keys: dict[float, str] | None = None) -> None:
+        self.now, self.keys, self.there = 0.0, dict(keys or {}), True
+
+    def __call__(self) -> float:
+        return self.now
+
+    def wait(self, seconds: float | None) -> str:
+        end = float("inf") if seconds is None else self.now + seconds
+        at = min(self.keys, default=float("inf"))
+        if at <= end:
+            self.now = max(self.now, at)
+            return self.keys.pop(at)
+        assert seconds is not None, "somebody waits for a key that nobody presses"
+        self.now = end
+        return ""
+
+
+def played(run: RecordedRun, keys: dict[float, str], rate: float, **options: bool) -> list[tuple[float, float]]:
+    """(wall, simulation) time [s] of each instant of the stages and samples of the first rope signal."""
+    clock = Clock(keys)
+    times: list[tuple[float, float]] = []
+    player = Player(lambda said: None, rate, keyboard=clock, clock=clock, **options)  # type: ignore[arg-type]
+    player.told = lambda t_ns: times.append((round(clock.now, 6), t_ns / 1e9))
+    player.play(Replay(run, ["rope/tension"], 1.0, 4.0))
+    return times
+
+
+def test_an_observer_hears_the_recorded_events(recorded: RecordedRun) -> None:
+    heard: queue.SimpleQueue[zenoh.Sample] = queue.SimpleQueue()
+    said: list[Said] = []
+    with Publisher() as publisher:
+        observer = observer_session(publisher.directory)
+        subscribers = [
+            observer.declare_subscriber(key(publisher.run, part, "**"), heard.put) for part in ("event", "sample")
+        ]
+        first = Said(0, None, "ready", b"?")
+        while heard.empty():  # until the observer is known to the hub
+            publisher.say(first)
+        player = Player(lambda one: (said.append(one), publisher.say(one))[0], rate=1e9)
+        player.play(Replay(recorded, ["commander/*", "rope/tension"]))
+        publisher.say(Said(0, None, "over", b"."))
+        got: list[tuple[str, bytes]] = []
+        while not got or not got[-1][0].endswith("/over"):
+            sample = heard.get(timeout=10)
+            got.append((str(sample.key_expr), sample.payload.to_bytes()))
+        assert subscribers
+        observer.close()
+    got = [x for x in got[:-1] if not x[0].endswith("/ready")]
+    prefix = f"heavylift/{publisher.run}/"
+    events = [(f"{prefix}event/{e.source}/{e.port}", e.payload) for e in recorded.events if e.source == "commander"]
+    assert [x for x in got if "/event/" in x[0]] == events
+    samples = [x for x in got if x[0] == prefix + "sample/rope/tension"]
+    assert len(samples) == len(recorded.recording.signal("rope/tension").t)
+    assert [s.t_ns for s in said] == sorted(s.t_ns for s in said)
+
+
+def test_time_runs_at_the_rate_asked_for(recorded: RecordedRun) -> None:
+    times = played(recorded, {}, rate=2.0)
+    assert times
+    for wall, t in times:
+        assert wall == pytest.approx((t - 1.0) / 2.0, abs=1e-6)
+
+
+def test_keys_pause_step_change_the_rate_and_end(recorded: RecordedRun) -> None:
+    free = [t for _, t in played(recorded, {}, rate=1.0)]
+    times = played(recorded, {0.55: " ", 5.0: "s", 6.0: "s", 7.0: " "}, rate=1.0)
+    before = [x for x in times if x[0] <= 0.55]
+    assert [t for _, t in times] == free, "nothing is left out, nothing comes twice"
+    n = len(before)
+    assert [wall for wall, _ in times[n : n + 2]] == [5.0, 6.0], "each step is one instant"
+    assert times[n + 2][0] == pytest.approx(7.0 + times[n + 2][1] - times[n + 1][1])
+    faster = played(recorded, {1.0: "+"}, rate=1.0)
+    assert faster[-1] == (pytest.approx(1.0 + (faster[-1][1] - 2.0) / 2.0), free[-1])
+    assert [t for _, t in played(recorded, {1.25: "q"}, rate=1.0)] == [t for t in free if t <= 2.25]
+    assert played(recorded, {0.5: "q"}, rate=1.0, paused=True) == []
+
+
+def test_only_what_is_asked_for_is_played(recorded: RecordedRun) -> None:
+    stages = [group for _, group in Replay(recorded, ["commander/stage"], 1.0)]
+    expected = [e for e in recorded.events if e.port == "stage" and e.t >= SECOND]
+    assert [said.event for group in stages for said in group] == expected
+    with pytest.raises(
+        RecordingError, match=r"lift\.mcap: no topic matches crane/west; it has /account, /block/input, "
+    ):
+        Replay(recorded, ["crane/west"])
+    with pytest.raises(RecordingError, match=r"nothing lies between 5\.0 s and 1\.0 s; give --from before --to$"):
+        Replay(recorded, [], 5.0, 1.0)
+
+
+def test_without_a_terminal_it_is_plain(lift: Path) -> None:
+    arguments = [HEAVYLIFT, "replay", lift, "--rate", "1000", "--topics", "*/stage"]
+    done = subprocess.run(arguments, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0
+    assert done.stdout == "replayed 2 messages of 1 topics\n"
+    assert "\x1b" not in done.stderr
+    assert "space pauses" not in done.stderr
+    done = subprocess.run(
+        [*arguments, "--paused"], stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 1
+    assert done.stderr.endswith("--paused waits for keys, but there is no terminal; leave it out\n")
+    done = subprocess.run([*arguments, "--rate", "0"], capture_output=True, text=True, timeout=60)
+    assert done.stderr.endswith("--rate 0 is no speed; give a number above 0, such as 20\n")
+
+
+def test_a_terminal_is_read_key_by_key_and_gets_its_settings_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    import termios
+
+    mine, theirs = pty.openpty()
+    with os.fdopen(theirs, "r") as terminal:
+        monkeypatch.setattr("sys.stdin", terminal)
+        before = termios.tcgetattr(terminal)
+        with Keyboard() as keyboard:
+            assert keyboard.there
+            assert keyboard.wait(0.0) == ""
+            os.write(mine, b"s ")
+            assert (keyboard.wait(5.0), keyboard.wait(5.0)) == ("s", " "), "without a return key"
+        assert termios.tcgetattr(terminal) == before
+    os.close(mine)

@@ -1,0 +1,92 @@
+"""A recording proves itself: simulated again, every event and sample comes again, or the first that does not is told."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.cli import main
+from heavylift.coordinator.replay import RecordedRun, verify
+from heavylift.kernel.errors import RecordingError
+from heavylift.nodes.models.drive import DriveActor
+from heavylift.nodes.models.messages import Run
+from heavylift.recordings import Recorder, Recording
+
+
+def command(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
+    """Exit code of `heavylift ...` in this process."""
+    monkeypatch.setattr("sys.argv", ["heavylift", *map(str, arguments)])
+    try:
+        main()
+    except SystemExit as end:
+        return int(end.code or 0)
+    return 0
+
+
+@pytest.fixture
+def hurried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Somebody lets drives move twice as fast as they are told."""
+    obey = DriveActor.run
+    monkeypatch.setattr(DriveActor, "run", lambda self, order: obey(self, faster(order)))
+
+
+def faster(order: Run) -> Run:
+    return Run(order.actor, order.id, order.where, 2.0 * order.speed, order.accel, order.by, order.to)
+
+
+def test_every_event_and_sample_comes_again(recorded: RecordedRun) -> None:
+    outcome = verify(recorded)
+    assert outcome.same
+    assert outcome.events == len(recorded.recording.events()) > 50
+    assert outcome.digest == recorded.recording.result["digest"]
+
+
+@pytest.mark.usefixtures("hurried")
+def test_the_first_event_that_deviates_is_told_with_both_values(recorded: RecordedRun) -> None:
+    outcome = verify(recorded)
+    told = outcome.deviation
+    assert told is not None
+    before = [e for e in recorded.events if e.order < (0, 1, "crane", "input", 0)]
+    assert outcome.events == len(before), "the moves are the first thing that the crane says"
+    assert (told.t_ns, told.microstep, told.topic) == (0, 1, "/crane/input")
+    assert told.recorded["SetProfile"]["speed"] == pytest.approx(-0.3 / 60)
+    assert told.now["SetProfile"] == {**told.recorded["SetProfile"], "speed": 2 * told.recorded["SetProfile"]["speed"]}
+
+
+def test_a_sample_that_deviates_is_told(recorded: RecordedRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    signal = recorded.recording.signal("rope/tension")
+    forged = signal.values.copy()
+    forged[7, 1] += 1e-3
+    real = Recording.signal
+    monkeypatch.setattr(
+        Recording, "signal", lambda self, name: real(self, name)._replace(values=forged) if name == "rope/tension" else real(self, name)
+    )  # fmt: skip
+    told = verify(recorded).deviation
+    assert told is not None
+    assert (told.t_ns, told.topic) == (round(signal.t[7] * 1e9), f"/rope/tension/{signal.names[1]}")
+    assert (told.recorded, told.now) == (forged[7, 1], signal.values[7, 1])
+
+
+def test_the_command_tells_both_outcomes_by_its_exit_code(
+    lift: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], request: pytest.FixtureRequest
+) -> None:
+    digest = Recording(lift).result["digest"]
+    assert command(monkeypatch, "replay", lift, "--verify") == 0
+    assert f"digest {digest}" in capsys.readouterr().out
+    assert command(monkeypatch, "replay", lift, "--verify", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["digest"] == digest
+    request.getfixturevalue("hurried")
+    assert command(monkeypatch, "replay", lift, "--verify") == 1
+    assert "deviates after 17 equal events, at (0 s, 1) on /crane/input: recorded" in capsys.readouterr().out
+
+
+def test_a_recording_that_cannot_be_run_is_a_sentence(tmp_path: Path) -> None:
+    def recording(name: str, attachments: dict[str, bytes]) -> RecordedRun:
+        with Recorder(tmp_path / name, {"scene": "lift"}, attachments) as rec:
+            return RecordedRun(rec.close())
+
+    with pytest.raises(RecordingError, match=r"bare\.mcap: has no scene attached to simulate again; record it with"):
+        verify(recording("bare.mcap", {}))
+    with pytest.raises(RecordingError, match=r"old\.mcap: this version cannot run its scene \(.*\); use the version"):
+        verify(recording("old.mcap", {"resolved.json": b'{"gravity": 9.81}'}))

@@ -1,0 +1,76 @@
+"""One model against yesterday's run: unchanged it says what it said, changed it is caught at its first other word."""
+
+from __future__ import annotations
+
+import pytest
+from heavylift.coordinator.replay import RecordedRun, models_of, single
+from heavylift.kernel.errors import ModelError, RecordingError
+from heavylift.kernel.simulation import Simulation
+from heavylift.nodes.models.drive import DriveActor
+from heavylift.nodes.models.messages import Order
+
+
+def test_every_model_alone_says_what_it_said(recorded: RecordedRun) -> None:
+    assert list(models_of(recorded)) == [
+        "crane/crane", "loader/loader-1", "loader/loader-2", "loader/loader-3", "block", "commander", "kernel",
+    ]  # fmt: skip
+    heard = 0
+    for name in models_of(recorded):
+        outcome = single(recorded, name)
+        assert outcome.same, f"{name} {outcome.deviation}"
+        heard += outcome.events
+    assert heard == len(recorded.events), "each event is that of one model"
+
+
+def test_changed_code_is_what_runs(recorded: RecordedRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    halt = DriveActor.halt
+    late: list[int] = []
+
+    def sluggish(self: DriveActor, order: Order) -> None:
+        """Forgets the first halt that it is given."""
+        if late:
+            halt(self, order)  # type: ignore[arg-type]
+        late.append(self.now.t)
+
+    monkeypatch.setattr(DriveActor, "halt", sluggish)
+    told = single(recorded, "crane/crane").deviation
+    assert told is not None
+    assert (told.t_ns, told.topic) == (late[0], "/crane/input"), "at the halt that was forgotten"
+    assert told.recorded["SetProfile"]["speed"] == 0.0
+    assert single(recorded, "block").same, "who has not changed does not deviate"
+
+
+def test_another_gravity_shows_in_the_kernel_at_its_first_sample(
+    recorded: RecordedRun, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make = Simulation.__init__
+
+    def lighter(self, system, *rest, **options):  # type: ignore[no-untyped-def]
+        make(self, type(system)(**{**vars(system), "gravity": 9.7}), *rest, **options)
+
+    monkeypatch.setattr(Simulation, "__init__", lighter)
+    told = single(recorded, "kernel").deviation
+    assert told is not None
+    assert told.t_ns == 0
+    assert isinstance(told.recorded, float)
+    assert told.now != told.recorded
+
+
+def test_a_model_that_fails_names_itself_and_the_time(recorded: RecordedRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(self: DriveActor, order: Order) -> None:
+        raise ZeroDivisionError("speed")
+
+    monkeypatch.setattr(DriveActor, "run", broken)
+    with pytest.raises(
+        ModelError, match=r"^crane\.lower\.H3 at \(0 s, 0\): confluent\(\) raised ZeroDivisionError: speed$"
+    ):
+        single(recorded, "crane")
+
+
+def test_a_model_that_was_not_in_the_run_is_answered_with_those_that_were(recorded: RecordedRun) -> None:
+    with pytest.raises(RecordingError) as error:
+        single(recorded, "crane/west")
+    assert str(error.value) == (
+        f"{recorded.path}: there is no model crane/west in it, it has crane/crane, loader/loader-1, loader/loader-2, "
+        "loader/loader-3, block, commander, kernel"
+    )
