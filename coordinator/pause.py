@@ -16,9 +16,10 @@ from heavylift.nodes.models.messages import Finished, Stage
 from heavylift.nodes.scene.plan import Plan
 
 from .core import Coordinator
-from .kernel_node import KernelConfig, KernelNode
+from .kernel_node import KernelNode
 from .memory import run_in_memory
 from .node import Node
+from .parts import KernelConfig
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene

@@ -10,7 +10,10 @@ from heavylift.kernel.errors import RecordingError
 from .app import File, Json, app
 
 if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
     from ..replay import Outcome, RecordedRun
+    from ..watch import Watch
 
 
 @app.command()
@@ -62,7 +65,7 @@ def _tell(run: RecordedRun, found: Outcome, who: str, as_json: bool) -> None:
     elif found.digest:
         typer.echo(f"reproduced: {found.events} events and all samples, digest {found.digest}")
     else:
-        upto = "" if run.complete else f", as far as the recording goes ({run.end.t * 1e-9:.3f} s)"
+        upto = "" if run.complete else f", as far as the recording goes, {run.end}"
         typer.echo(f"{who}: no deviation in {found.events} events{upto}")
     if not found.same:
         raise typer.Exit(1)
@@ -72,7 +75,7 @@ def _publish(
     run: RecordedRun, rate: float, start: float | None, end: float | None, loop: bool, paused: bool, topics: list[str]
 ) -> None:
     from ..keyboard import Keyboard
-    from ..progress import Progress, command
+    from ..progress import command
     from ..replay import Player, Publisher, Replay, Said
 
     if not 0.0 < rate < float("inf"):
@@ -86,7 +89,7 @@ def _publish(
             f"run {publisher.run} in {publisher.directory}; {command()} watch {publisher.directory}{keys}", err=True
         )
         said = 0
-        with Progress(run.plan) as progress:
+        with _watching(run) as progress:
 
             def say(one: Said) -> None:
                 publisher.say(one)
@@ -99,3 +102,20 @@ def _publish(
                 if player.over or not loop:
                     break
     typer.echo(f"replayed {said} messages of {len(asked.topics)} topics")
+
+
+def _watching(run: RecordedRun) -> AbstractContextManager[Watch]:
+    """What shows the user where the replay is: stages, if the recording is one of a scene."""
+    from contextlib import nullcontext
+
+    import msgspec
+    from heavylift.nodes.scene.plan import decode
+
+    from ..progress import Progress
+    from ..replay.cast import RESOLVED
+    from ..watch import Watch
+
+    try:
+        return Progress(decode(run.recording.attachments[RESOLVED]))
+    except (KeyError, msgspec.MsgspecError):
+        return nullcontext(Watch())

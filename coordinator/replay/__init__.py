@@ -1,6 +1,7 @@
 """A recording played again: for observers, for proof, for one model.
 
-recorded    what a recording holds, as the plan and the events that the run was made of
+cast        the models of a recorded run, built again
+recorded    what a recording holds, as the models and the events that the run was made of
 publish     the committed events and samples over Zenoh, at any rate, with keys
 verify      the whole scene simulated again: every event and sample must come again
 single      one model for real against the recorded rest: where it first deviates
@@ -9,7 +10,7 @@ single      one model for real against the recorded rest: where it first deviate
 from .deviation import Deviation, Outcome
 from .publish import Player, Publisher, Replay, Said
 from .recorded import RecordedRun
-from .single import models_of, single
+from .single import single
 from .verify import verify
 
 __all__ = [

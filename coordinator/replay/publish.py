@@ -23,7 +23,7 @@ from heavylift.recordings import RecordedEvent
 
 from ..hub import Hub
 from ..keyboard import Keyboard
-from .recorded import RecordedRun
+from .recorded import RecordedRun, plain
 
 __all__ = ["Player", "Publisher", "Replay", "Said"]
 
@@ -74,7 +74,7 @@ class Replay:
             else:
                 with rec.reading():
                     event = decode(raw.data)
-                yield Said(raw.log_time, self._run.event(event), topic, b"")
+                yield Said(raw.log_time, plain(event), topic, b"")
 
 
 def _wanted(topic: str, patterns: Sequence[str]) -> bool:

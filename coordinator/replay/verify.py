@@ -7,8 +7,7 @@ stopped or cut off is compared as far as it goes.
 from __future__ import annotations
 
 import msgspec
-from heavylift.nodes.devs import Event, Simulator
-from heavylift.nodes.models import COMMANDER, KERNEL, build
+from heavylift.nodes.devs import Event
 from heavylift.recordings import Digest, SampleLayout
 from heavylift.recordings.samples import decode_batch
 
@@ -16,7 +15,6 @@ from ..core import Coordinator
 from ..kernel_node import KernelNode
 from ..memory import run_in_memory
 from ..node import Node
-from ..pause import configured
 from .deviation import Deviation, Follower, Outcome
 from .recorded import RecordedRun
 from .sampled import first_of, sample_apart
@@ -34,10 +32,9 @@ class _Apart(Exception):
 
 def verify(run: RecordedRun) -> Outcome:
     """Simulate again; the outcome has the digest of the new run if it came to the same end."""
-    plan, end = run.plan, run.end
-    models = build(plan)
+    cast, end = run.cast, run.end
     batches: list[bytes] = []
-    kernel = KernelNode(configured(plan, models), batches.append)
+    models = {name: cast.make(name, batches.append) for name in cast.nodes}
     follower, digest = Follower(run.events), Digest()
 
     def hear(event: Event) -> None:
@@ -45,20 +42,28 @@ def verify(run: RecordedRun) -> Outcome:
             raise _Apart(deviation)
         digest.event(event.t, event.k, event.source, event.port, event.index, event.type, event.payload)
 
-    core = Coordinator([*models, KERNEL], run.wiring, end, (COMMANDER, "finished"), hear)
-    nodes = [Node(name, Simulator(model)) for name, model in models.items()]
+    core = Coordinator(list(models), cast.wiring, end, cast.finish, hear)
+    kernel = next((model for model in models.values() if isinstance(model, KernelNode)), None)
     try:
-        run_in_memory(core, [*nodes, Node(KERNEL, kernel)])
+        run_in_memory(core, [Node(name, model) for name, model in models.items()])
         found = follower.reach(end)
     except _Apart as apart:
         found = apart.deviation
     else:
-        kernel.finish(end)
-    found = first_of(found, sample_apart(run, kernel.layout(), batches))
+        if kernel is not None:
+            kernel.finish(end)
+    layout = kernel.layout() if kernel is not None else b""
+    if kernel is not None:
+        found = first_of(found, sample_apart(run, layout, batches))
     if found is not None or not run.complete:
         return Outcome(follower.count, found)
-    width = msgspec.msgpack.decode(kernel.layout(), type=SampleLayout).width
+    if kernel is not None:
+        _digest_samples(digest, layout, batches)
+    return Outcome(follower.count, None, digest.hexdigest())
+
+
+def _digest_samples(digest: Digest, layout: bytes, batches: list[bytes]) -> None:
+    width = msgspec.msgpack.decode(layout, type=SampleLayout).width
     for batch in (decode_batch(data, width) for data in batches):
         for number, (t_ns, row) in enumerate(zip(batch.times, batch.rows, strict=True), batch.first):
             digest.samples(number, t_ns, row.tobytes())
-    return Outcome(follower.count, None, digest.hexdigest())

@@ -1,4 +1,4 @@
-"""A recording proves itself: simulated again, every event and sample comes again, or the first that does not is told."""
+"""A recording proves itself: simulated again, every event and sample comes again, or the first that does not."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from heavylift.coordinator.replay import RecordedRun, verify
 from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.models.drive import DriveActor
 from heavylift.nodes.models.messages import Run
-from heavylift.recordings import Recorder, Recording
+from heavylift.recordings import Recorder, Recording, Signal
 
 
 def command(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
@@ -59,9 +59,12 @@ def test_a_sample_that_deviates_is_told(recorded: RecordedRun, monkeypatch: pyte
     forged = signal.values.copy()
     forged[7, 1] += 1e-3
     real = Recording.signal
-    monkeypatch.setattr(
-        Recording, "signal", lambda self, name: real(self, name)._replace(values=forged) if name == "rope/tension" else real(self, name)
-    )  # fmt: skip
+
+    def signal_(self: Recording, name: str) -> Signal:
+        found = real(self, name)
+        return found._replace(values=forged) if name == "rope/tension" else found
+
+    monkeypatch.setattr(Recording, "signal", signal_)
     told = verify(recorded).deviation
     assert told is not None
     assert (told.t_ns, told.topic) == (round(signal.t[7] * 1e9), f"/rope/tension/{signal.names[1]}")

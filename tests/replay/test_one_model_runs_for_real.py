@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
-from heavylift.coordinator.replay import RecordedRun, models_of, single
+from heavylift.coordinator.replay import RecordedRun, single
 from heavylift.kernel.errors import ModelError, RecordingError
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.models.drive import DriveActor
 from heavylift.nodes.models.messages import Order
 
+HEAVYLIFT = Path(sys.executable).parent / "heavylift"
+
 
 def test_every_model_alone_says_what_it_said(recorded: RecordedRun) -> None:
-    assert list(models_of(recorded)) == [
+    assert list(recorded.cast.models) == [
         "crane/crane", "loader/loader-1", "loader/loader-2", "loader/loader-3", "block", "commander", "kernel",
     ]  # fmt: skip
     heard = 0
-    for name in models_of(recorded):
+    for name in recorded.cast.models:
         outcome = single(recorded, name)
         assert outcome.same, f"{name} {outcome.deviation}"
         heard += outcome.events
@@ -74,3 +80,33 @@ def test_a_model_that_was_not_in_the_run_is_answered_with_those_that_were(record
         f"{recorded.path}: there is no model crane/west in it, it has crane/crane, loader/loader-1, loader/loader-2, "
         "loader/loader-3, block, commander, kernel"
     )
+
+
+MODEL = """
+from heavylift.nodes.zoo.token_ring import ring
+
+def build():
+    model = ring(3, 1, 1_000_000)
+    model.children["s1"].hold += {late}
+    return model
+"""
+
+
+def test_a_researchers_own_model_is_debugged_with_yesterdays_run(tmp_path: Path) -> None:
+    def heavylift(*arguments: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run([HEAVYLIFT, *arguments], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+
+    source = tmp_path / "mine.py"
+    source.write_text(MODEL.format(late=0))
+    assert heavylift("devs", "mine.py:build", "--until", "10 ms", "-o", "run.mcap", "--in-process").returncode == 0
+    assert heavylift("replay", "run.mcap", "--live", "s1").stdout == "s1: no deviation in 3 events\n"
+    source.write_text(MODEL.format(late=7))
+    done = heavylift("replay", "run.mcap", "--live", "s1")
+    assert done.returncode == 1
+    assert done.stdout.splitlines()[0] == (
+        's1 deviates after 0 equal events, at (0.002 s, 0) on /s1/out: recorded {"Token":{"number":0}}, now nothing'
+    )
+    assert heavylift("replay", "run.mcap", "--live", "s0").returncode == 0
+    assert heavylift("replay", "run.mcap", "--verify").returncode == 1
+    source.write_text(MODEL.format(late=0))
+    assert heavylift("replay", "run.mcap", "--verify").stdout.startswith("reproduced: 9 events and all samples")

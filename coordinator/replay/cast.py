@@ -1,0 +1,87 @@
+"""The models of a recorded run, built again by the code that is installed now.
+
+A run of a scene attaches its plan: cranes, loaders, block, mechanism, commander, and the kernel.  A run of any other
+DEVS model names the function that built it: its children.  A model is asked for by kind and name, such as crane/west,
+or by its name alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import msgspec
+from heavylift.kernel.errors import RecordingError
+from heavylift.nodes.devs import Simulator, Steppable
+from heavylift.nodes.models import COMMANDER, KERNEL, build, build_one, couplings
+from heavylift.nodes.scene.plan import Plan, decode
+from heavylift.recordings import Recording
+
+from .. import building
+from ..distance import Coupling
+from ..kernel_node import KernelNode
+from ..pause import configured
+
+__all__ = ["RESOLVED", "Cast", "cast_of"]
+
+RESOLVED = "resolved.json"
+
+
+@dataclass(frozen=True)
+class Cast:
+    """Who takes part: nodes by the name that a user gives, how they are wired, who ends the run, and how each is made.
+
+    `make(name, publish)` starts afresh; `publish` gets the sample batches of the kernel.
+    """
+
+    models: dict[str, str]
+    wiring: list[Coupling]
+    finish: tuple[str, str] | None
+    make: Callable[[str, Callable[[bytes], None]], Steppable] = field(repr=False)
+
+    @property
+    def nodes(self) -> list[str]:
+        """All nodes."""
+        return list(self.models.values())
+
+    def node(self, name: str) -> str:
+        """The node that a user means; RecordingError if there is none."""
+        if name in self.models or name in self.models.values():
+            return self.models.get(name, name)
+        raise RecordingError(f"there is no model {name} in it, it has {', '.join(self.models)}")
+
+
+def cast_of(rec: Recording) -> Cast:
+    """The models of a recording; RecordingError if they cannot be built any more."""
+    if RESOLVED in rec.attachments:
+        try:
+            return _of_plan(decode(rec.attachments[RESOLVED]))
+        except msgspec.MsgspecError as error:
+            raise RecordingError(
+                f"{rec.path}: this version cannot run its scene ({error}); use the version that made it, {rec.library}"
+            ) from None
+    if "model" in rec.run:
+        return _of_model(rec.run["model"])
+    raise RecordingError(f"{rec.path}: has no scene attached to simulate again; record it with `heavylift run`")
+
+
+def _of_plan(plan: Plan) -> Cast:
+    kinds = (("crane", plan.cranes), ("loader", plan.loaders), ("mechanism", plan.mechanisms))
+    found = {f"{kind}/{x.name}": x.name for kind, some in kinds for x in some}
+    found |= {plan.block.name: plan.block.name} if plan.block else {}
+
+    def make(name: str, publish: Callable[[bytes], None]) -> Steppable:
+        if name == KERNEL:
+            return KernelNode(configured(plan, build(plan)), publish)
+        return Simulator(build_one(plan, name))
+
+    wiring = [Coupling(*wire) for wire in couplings(plan)]
+    return Cast({**found, COMMANDER: COMMANDER, KERNEL: KERNEL}, wiring, (COMMANDER, "finished"), make)
+
+
+def _of_model(reference: str) -> Cast:
+    model = building.built(reference)
+    names = {name: name for name in model.children}
+    return Cast(
+        names, building.couplings(model), None, lambda name, publish: Simulator(building.child(reference, name))
+    )
