@@ -7,6 +7,7 @@ import pty
 import queue
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -61,7 +62,8 @@ def test_an_observer_hears_the_recorded_events(recorded: RecordedRun) -> None:
         first = Said(0, None, "ready", b"?")
         while heard.empty():  # until the observer is known to the hub
             publisher.say(first)
-        player = Player(lambda one: (said.append(one), publisher.say(one))[0], rate=1e9)
+            time.sleep(0.01)
+        player = Player(lambda one: (said.append(one), publisher.say(one))[0], rate=40.0)
         player.play(Replay(recorded, ["commander/*", "rope/tension"]))
         publisher.say(Said(0, None, "over", b"."))
         got: list[tuple[str, bytes]] = []
