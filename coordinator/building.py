@@ -1,15 +1,19 @@
 """Finds the model that a researcher names: `package.module:function` or `path/to/file.py:function`.
 
-The function takes nothing and returns a Coupled, new at each call and always the same; each child becomes a node.
+The function may be given arguments that Python can read as they stand, such as in
+`heavylift.nodes.zoo.token_ring:ring(4, 2, 500)`.  It returns a Coupled, new at each call and always the same; each
+child becomes a node.
 """
 
 from __future__ import annotations
 
+import ast
 import importlib
 import importlib.util
 import sys
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import msgspec
 from heavylift.kernel.errors import HeavyliftError, ModelError
@@ -17,21 +21,19 @@ from heavylift.nodes.devs import Coupled, InPort, Model, OutPort
 
 from .distance import Coupling
 
-__all__ = ["built", "child", "couplings", "declaration", "importing"]
+__all__ = ["built", "child", "couplings", "declaration", "importing", "module"]
 
 _importing: list[str] = []
 
 
 def built(reference: str) -> Coupled:
     """The model of a reference; ModelError says what is wrong with it."""
-    where, colon, name = reference.rpartition(":")
-    if not colon or not where or not name:
-        raise ModelError(f"{reference!r} names no model: write module:function, such as my_models:build")
+    where, name, arguments, named = _read(reference)
     function = getattr(_module(where), name, None)
     if not callable(function):
         raise ModelError(f"{reference}: {where} has no function {name}; define it and let it return a Coupled")
     try:
-        model = function()
+        model = function(*arguments, **named)
     except HeavyliftError:
         raise
     except Exception as error:
@@ -41,6 +43,28 @@ def built(reference: str) -> Coupled:
     if not model.children:
         raise ModelError(f"{reference}: {model.name} has no children, and each child becomes a node; add some")
     return model
+
+
+def module(reference: str) -> str:
+    """The module or file of a reference."""
+    return _read(reference)[0]
+
+
+def _read(reference: str) -> tuple[str, str, list[Any], dict[str, Any]]:
+    """Module or file, function, positional and named arguments."""
+    where = reference.partition("(")[0].rpartition(":")[0]
+    try:
+        tree = ast.parse(reference[len(where) + 1 :], mode="eval").body
+        if isinstance(tree, ast.Name) and where:
+            return where, tree.id, [], {}
+        if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and where:
+            named = {k.arg: ast.literal_eval(k.value) for k in tree.keywords if k.arg is not None}
+            return where, tree.func.id, [ast.literal_eval(x) for x in tree.args], named
+    except (SyntaxError, ValueError):
+        pass
+    raise ModelError(
+        f"{reference!r} names no model: write module:function, such as my_models:build or my_models:ring(4, hold=5)"
+    )
 
 
 def _module(where: str) -> ModuleType:

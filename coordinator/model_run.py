@@ -21,7 +21,7 @@ from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import FOREVER, NEVER, Coupled, OutPort, Tag, Transition
 
 from . import parts
-from .building import built, couplings, declaration, importing
+from .building import built, couplings, declaration, importing, module
 from .conversation import Conversation
 from .core import Outcome
 from .joining import joined
@@ -36,11 +36,12 @@ __all__ = ["ModelRun", "run_models"]
 
 @dataclass(frozen=True)
 class ModelRun:
-    """How the run of a model ended: why, last event [s], wall time [s], grants, digest of all events."""
+    """How the run of a model ended: why, last event [s], wall time in all and of its rounds [s], grants, digest."""
 
     outcome: Outcome
     sim_s: float
     wall_s: float
+    rounds_s: float
     grants: int
     digest: str
 
@@ -77,11 +78,14 @@ def run_models(
         talk = Conversation(hub, couplings(model), end, tape, watch or Watch())
         try:
             _greet(talk, model, reference, log is not None)
+            greeted = time.perf_counter()
             outcome = talk.play()
+            played = time.perf_counter()
             talk.dismiss(min(talk.core.end, end))
         except BaseException as error:
             raise talk.abort(error) from error
-        run = ModelRun(outcome, tape.last_ns / 1e9, time.perf_counter() - started, talk.grants, tape.digest.hexdigest())
+        wall_s = time.perf_counter() - started
+        run = ModelRun(outcome, tape.last_ns / 1e9, wall_s, played - greeted, talk.grants, tape.digest.hexdigest())
         tape.close({"sim_s": run.sim_s, "wall_s": run.wall_s, "grants": run.grants, "outcome": outcome.value})
     if log is not None:
         for line in sorted(lines, key=lambda line: (line.tag, line.path.split("."))):
@@ -133,8 +137,8 @@ def _greet(talk: Conversation, model: Coupled, reference: str, log: bool) -> Non
 
 
 def _preload(reference: str) -> list[str]:
-    module = reference.rpartition(":")[0]
-    return [NODE_MODULE, "heavylift.coordinator.building", *([] if module.endswith(".py") else [module])]
+    where = module(reference)
+    return [NODE_MODULE, "heavylift.coordinator.building", *([] if where.endswith(".py") else [where])]
 
 
 def _reference(build: Callable[[], Coupled]) -> str:

@@ -1,5 +1,6 @@
 """A researcher's model, child by child in processes of their own, does what it does alone, log for log."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -76,7 +77,12 @@ def test_a_mistake_in_a_model_is_told_with_its_path_and_time(where):
 @pytest.mark.parametrize(
     ("reference", "sentence"),
     [
-        ("rings", "'rings' names no model: write module:function, such as my_models:build"),
+        (
+            "rings",
+            "'rings' names no model: write module:function, such as my_models:build or my_models:ring(4, hold=5)",
+        ),
+        ("rings:tokens(open('x'))", "\"rings:tokens(open('x'))\" names no model: write module:function"),
+        ("rings:tokens(4)", "rings:tokens(4): tokens() raised TypeError: tokens() takes 0 positional arguments"),
         ("rings:sand", "rings:sand: rings has no function sand; define it and let it return a Coupled"),
         ("rungs:tokens", "there is no module rungs in . or installed"),
         ("rungs.py:tokens", "rungs.py: there is no such file"),
@@ -102,6 +108,11 @@ def test_a_script_that_runs_its_model_at_import_is_told_so(tmp_path):
     )
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)
     assert "runs a model while it is imported" in done.stderr.splitlines()[-1]
+
+
+def test_a_function_takes_arguments():
+    done = command("heavylift.nodes.zoo.token_ring:ring(4, tokens=2, hold=5_000_000)", "--until", "21 ms", "--json")
+    assert json.loads(done.stdout)["digest"] == run_models(tokens, until=ms(21), in_process=True).digest
 
 
 def test_a_function_inside_a_function_is_refused():
