@@ -2,7 +2,7 @@
 
 What is there
     describe, points, shapes, checks  bodies, joints, ropes and laws as plain data, without NumPy; what they must fulfil
-    graph, spanning, trees            numbering, path matrix T, which joints close loops, trees of one kind
+    graph, spanning, trees, merging   numbering, path matrix T, which joints close loops, trees of one kind
     joints, motion, locking           the joint table, what its rows do, joints locked in mid-run
     profile, references               what drives, winches and masters follow
 How it moves, written once

@@ -27,6 +27,7 @@ from .graph import Graph, build_graph
 from .joints import JOINTS
 from .kinematics import kinematics
 from .locking import check_locks
+from .merging import merged
 from .parameters import PROFILE, SUPPORT, Parameters
 from .sharing import SharedTree, profile, rope_function, support, tree_functions
 from .trees import Tree, cut, kind_of
@@ -66,7 +67,8 @@ class Program:
         self._check()
         self.locked = frozenset(x.name for x in system.locks if x.engaged) if locked is None else locked
         at_rest = frozenset(x.joint for x in system.locks if x.name in self.locked)
-        trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"}, at_rest)
+        self.trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"}, at_rest)
+        trees = [merged(tree) for tree in self.trees]
         self.forces = shared(system.forces, self.graph, _poses_at_start(self.graph, trees), laws.BODY)
         self.parameters = Parameters.of(system, self.graph, trees, self.forces)
         self.nq, self.nv = self.graph.nq, self.graph.nv

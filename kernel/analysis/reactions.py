@@ -13,7 +13,6 @@ import numpy as np
 
 from ..dynamics import composites
 from ..spatial import cross
-from ..trees import with_numbers
 from .inverse import accelerated
 
 if TYPE_CHECKING:
@@ -39,13 +38,12 @@ def reactions(simulation: Stepper) -> dict[str, Reaction]:
     dv = x.dy[program.nq : program.nq + program.nv]
     found: dict[str, Reaction] = {}
     R_W = {-1: np.eye(3)}
-    for i, (tree, _) in enumerate(program.instances):
-        numbered = with_numbers(tree, simulation.P[program.parameters.at["tree", str(i)]])
+    for tree in program.trees:
         q, v = np.array(x.q[tree.q]), np.array(x.v[tree.v])
         W = x.wrenches[tree.first : tree.first + len(tree.bodies)]
-        K = accelerated(numbered, q, v, dv[tree.v], x.gravity)
-        _, F = composites(numbered, K, W)
-        for n, b in enumerate(numbered.bodies):
+        K = accelerated(tree, q, v, dv[tree.v], x.gravity)
+        _, F = composites(tree, K, W)
+        for n, b in enumerate(tree.bodies):
             R_WJ = (K.R[b.parent] if b.parent >= 0 else np.eye(3)) @ b.R_PJ
             R_W[tree.first + n] = K.R[n]
             moment, force = F[n][:3] - cross(K.r[n] + K.R[n] @ b.p_CJ, F[n][3:]), F[n][3:]
