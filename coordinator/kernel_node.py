@@ -19,6 +19,7 @@ from heavylift.kernel.samples import channels, published
 from heavylift.kernel.simulation import FOREVER_NS, Simulation
 from heavylift.kernel.switching import StateEvent as Switched
 from heavylift.nodes.devs import FOREVER, Delivery, Event, Message, Tag, encode, succ
+from heavylift.nodes.devs.canonical import frozen, thawed
 from heavylift.nodes.models import KERNEL
 from heavylift.nodes.models import messages as m
 
@@ -39,6 +40,8 @@ class KernelNode:
         self._subscriptions: Mapping[str, list[str]] = config.subscriptions
         self._publish = publish
         self._sent = 0
+        self.pauses = 0
+        """Native calls so far: in a long one of the node's steps, whether it gets on."""
         self._last = self._spoke = Tag(-1)  # of all transitions; of those with an output or an input
         self._offer: list[Switched] | None = None
         self._told: list[Switched] = []  # what the last commands have changed, for the next microstep
@@ -132,11 +135,27 @@ class KernelNode:
         self._flush(1)
         return ""
 
+    def snapshot(self) -> bytes:
+        """The simulation's, and what was said and sent."""
+        said = self._sent, self._last, self._spoke, self._told
+        return frozen((self.simulation.snapshot(), said))
+
+    def restore(self, snapshot: bytes) -> None:
+        """Go on from a snapshot of a kernel of the same config."""
+        simulation, said = thawed(snapshot)
+        self.simulation.restore(simulation)
+        self._sent, self._last, self._spoke, self._told = said
+        self._offer = None
+
     def _work(self, until: Tag) -> None:
         self._offer = None
         if not self._told:  # a model may answer it
-            self.simulation.run(until.t, lambda: self._flush(BATCH))
+            self.simulation.run(until.t, self._pause)
         self._flush(1)
+
+    def _pause(self) -> None:
+        self.pauses += 1
+        self._flush(BATCH)
 
     def _apply(self, x: Message, tag: Tag) -> None:
         s = self.simulation

@@ -11,12 +11,16 @@
 |         |             | before B_i, sorted                  | stored DONE                               |
 | DONE    | node -> hub | gseq, reached, spoken, next, offer, | all tags below `reached` are done; inputs |
 |         |             | quiet, hash                         | from there on stay pending at the hub     |
+| CHECK-  | both ways   | gseq; with a state: of the node     | asked for between grants, answered by the |
+| POINT   |             | after that grant                    | state; told a state, the node goes on     |
+|         |             |                                     | from it and answers with that grant's DONE|
 | FAIL    | node -> hub | tag, path, sentence, traceback      | ends the run                              |
 | STOP    | hub -> node | end, why                            | nothing at or after `end` counts          |
 | BYE     | node -> hub | what the node still waits for       | answers STOP; nothing follows             |
 
 `offer` = lambda(next), computed ahead. `quiet` = earliest tag at which the node can speak if nothing reaches
 it. `spoken` = outputs made under this grant, not offered before. `hash` chains (tag, bag, outputs, next).
+ASK ("are you alive, where are you") is a query to a process, which a thread of its own answers by ALIVE.
 Any other message, or one out of order, is refused by name. The wire form is MessagePack, one map per message.
 """
 
@@ -68,6 +72,21 @@ class Done(msgspec.Struct, frozen=True, tag="done"):
     hash: bytes
 
 
+class Checkpoint(msgspec.Struct, frozen=True, tag="checkpoint"):
+    """The state of a node after GRANT `gseq`, canonical; without one, a request for it, or `why` it cannot be given."""
+
+    gseq: int
+    state: bytes = b""
+    why: str = ""
+
+
+class Alive(msgspec.Struct, frozen=True, tag="alive"):
+    """Steps of work that a process has done, and whether a debugger holds it."""
+
+    steps: int
+    traced: bool = False
+
+
 class Fail(msgspec.Struct, frozen=True, tag="fail"):
     """The node cannot go on."""
 
@@ -91,7 +110,7 @@ class Bye(msgspec.Struct, frozen=True, tag="bye"):
     busy_s: float = 0.0
 
 
-AnyMessage = Hello | Welcome | Grant | Done | Fail | Stop | Bye
+AnyMessage = Hello | Welcome | Grant | Done | Checkpoint | Fail | Stop | Bye
 
 _ENCODER = msgspec.msgpack.Encoder()
 _DECODER: msgspec.msgpack.Decoder[AnyMessage] = msgspec.msgpack.Decoder(AnyMessage)

@@ -12,12 +12,13 @@ from hashlib import blake2b
 
 import msgspec
 from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError
-from heavylift.nodes.devs import FOREVER, Event, Steppable, Tag, after, succ
+from heavylift.nodes.devs import FOREVER, Event, Keepable, Steppable, Tag, after, succ
 
 from .distance import plus
-from .messages import AnyMessage, Bye, Done, Fail, Grant, Hello, Stop, Welcome
+from .messages import AnyMessage, Bye, Checkpoint, Done, Fail, Grant, Hello, Stop, Welcome
 
 _ENCODER = msgspec.msgpack.Encoder()
+_KEPT = msgspec.msgpack.Decoder(tuple[Tag, bytes, Tag, list[Event], bytes])
 _BEGIN = Tag(0)
 
 
@@ -29,6 +30,8 @@ class Node:
         self._last, self._hash = Tag(-1), b""
         self._done: Done | None = None
         self._gseq, self._quiet = 0, FOREVER
+        self.steps = 0
+        """Tags that it has done in its life, replayed ones as well: whether it gets on."""
 
     def hello(self, declaration: bytes = b"", version: str = "", scene: str = "") -> Hello | Fail:
         """Start the model and say what it is."""
@@ -39,7 +42,7 @@ class Node:
             return self.failure(self.name, error)
         return Hello(tag, offer, self._quiet, self.model.lookahead, declaration, version, scene)
 
-    def handle(self, message: AnyMessage) -> Done | Fail | Bye | None:
+    def handle(self, message: AnyMessage) -> Done | Checkpoint | Fail | Bye | None:
         """The answer to a message of the coordinator."""
         match message:
             case Grant():
@@ -53,6 +56,11 @@ class Node:
                 except Exception as error:
                     return self.failure(self.name, error, self._last)
                 return self._done
+            case Checkpoint():
+                try:
+                    return self._resume(message) if message.state else self._checkpoint()
+                except Exception as error:
+                    return self.failure(self.name, error, self._last)
             case Stop():
                 try:
                     return Bye(self._finish(message.end))
@@ -89,11 +97,32 @@ class Node:
                     self._check(said, declared)
                     spoken += said
             offered, self._last = False, tag
+            self.steps += 1
             model.advance(tag, bag, min(stop, inputs[at].event.tag) if at < len(inputs) else stop)
             link = _ENCODER.encode((self._hash, tag, bag, said, model.next_time))
             self._hash = blake2b(link, digest_size=16).digest()
         due, offer, self._quiet = self._present()
         return Done(grant.gseq, stop, spoken, due, offer, self._quiet, self._hash)
+
+    def _checkpoint(self) -> Checkpoint:
+        """All that the next answer depends on; the last DONE beside it shows later whether it was all."""
+        if not isinstance(self.model, Keepable) or self._done is None:
+            return Checkpoint(self._gseq, why=f"{self.name} has no state that could be kept")
+        try:
+            model = self.model.snapshot()
+        except HeavyliftError as error:
+            return Checkpoint(self._gseq, why=str(error))
+        said = self._done.reached, self._done.spoken
+        return Checkpoint(self._gseq, _ENCODER.encode((self._last, self._hash, *said, model)))
+
+    def _resume(self, checkpoint: Checkpoint) -> Done:
+        assert isinstance(self.model, Keepable), "it has given a checkpoint"
+        self._last, self._hash, reached, spoken, model = _KEPT.decode(checkpoint.state)
+        self.model.restore(model)
+        self._gseq = checkpoint.gseq
+        due, offer, self._quiet = self._present()
+        self._done = Done(checkpoint.gseq, reached, spoken, due, offer, self._quiet, self._hash)
+        return self._done
 
     def _present(self) -> tuple[Tag, list[Event], Tag]:
         """Next tag, offer, quiet."""

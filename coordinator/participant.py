@@ -11,7 +11,7 @@ from collections.abc import Callable
 from importlib import metadata
 
 import msgspec
-from heavylift.nodes.devs import Simulator
+from heavylift.nodes.devs import Simulator, Tag
 
 from . import messages as m
 from . import parts
@@ -35,8 +35,14 @@ class Participant:
         self.name, self._send, self._sample = name, send, sample
         self._node: Node | None = None
         self._flush: Callable[[], None] = lambda: None  # what goes to the data topic before an answer
+        self._pauses: Callable[[], int] = lambda: 0
         self._busy_s = 0.0
         self.over = False
+
+    @property
+    def steps(self) -> int:
+        """Grows while the node gets on with its work; any thread may ask."""
+        return self._node.steps + self._pauses() if self._node is not None else 0
 
     def handle(self, data: bytes) -> None:
         """Answer one message of the coordinator."""
@@ -72,6 +78,7 @@ class Participant:
             from .kernel_node import KernelNode
 
             kernel = KernelNode(part.config, self._sample)
+            self._pauses = lambda: kernel.pauses
             return Node(self.name, kernel, kernel.finish), kernel.layout(), part.agreed
         if isinstance(part, parts.ModelPart):
             from .building import child, declaration
@@ -86,6 +93,10 @@ class Participant:
         from heavylift.nodes.scene.plan import decode
 
         model = build_one(decode(part.plan), self.name)
-        waits = getattr(model, "waiting_for", lambda: "")
+        simulator = Simulator(model)
+
+        def waits(end: Tag) -> str:
+            return str(getattr(simulator.model, "waiting_for", str)())
+
         declared = msgspec.msgpack.encode(model.declare())
-        return Node(self.name, Simulator(model), lambda end: waits()), declared, parts.fingerprint(part.plan)
+        return Node(self.name, simulator, waits), declared, parts.fingerprint(part.plan)

@@ -7,7 +7,7 @@ implements `Steppable` can be a node: the local `Simulator` does, and so does th
 """
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import msgspec
 
@@ -74,3 +74,14 @@ class Steppable(Protocol):
 
     def advance(self, tag: Tag, bag: Sequence[Delivery], until: Tag) -> None:
         """Transit at `tag` <= next_time; may then work ahead below `until` while it is silent."""
+
+
+@runtime_checkable
+class Keepable(Protocol):
+    """A `Steppable` whose state can be taken out between two tags, so that another one goes on from it."""
+
+    def snapshot(self) -> bytes:
+        """All that the future depends on; HeavyliftError if some of it cannot be kept."""
+
+    def restore(self, snapshot: bytes) -> None:
+        """Go on from a snapshot of the same model, after `start`."""

@@ -1,0 +1,92 @@
+"""A node that is replaced between two grants by a twin with its checkpoint, again and again, shows nothing of it."""
+
+from __future__ import annotations
+
+from random import Random
+
+from heavylift.coordinator.core import Coordinator
+from heavylift.coordinator.memory import run_in_memory
+from heavylift.coordinator.messages import AnyMessage, Checkpoint, Done, Fail, Grant, Hello, decode, encode
+from heavylift.coordinator.node import Node
+from heavylift.nodes.devs import Atomic, Event, Message, Out, Simulator, Tag
+from random_models import END, Logs, distributed, parts
+
+MODELS = range(150)
+
+
+class Mortal(Node):
+    """Is replaced before a grant now and then."""
+
+    def __init__(self, name: str, seed: int, logs: Logs, random: Random) -> None:
+        super().__init__(name, parts(seed, logs)[0][name])
+        self._born, self._random, self.lives = (name, seed, logs), random, 1
+
+    def handle(self, message: AnyMessage) -> AnyMessage | None:  # type: ignore[override]
+        if isinstance(message, Grant) and message.gseq > 1 and self._random.random() < 0.3:
+            self._die()
+        return super().handle(message)
+
+    def _die(self) -> None:
+        last = self._done
+        state = Node.handle(self, Checkpoint(self._gseq))
+        assert isinstance(state, Checkpoint)
+        assert state.state, state.why
+        name, seed, logs = self._born
+        twin = Node(name, parts(seed, logs)[0][name])
+        assert isinstance(twin.hello(), Hello)
+        assert twin.handle(decode(encode(state))) == last
+        vars(self).update(vars(twin))
+        self.lives += 1
+
+
+def test_every_log_and_event_is_that_of_the_undisturbed_run() -> None:
+    lives = 0
+    for seed in MODELS:
+        truth = distributed(seed)
+        logs: Logs = {}
+        events: list[Event] = []
+        simulators, couplings = parts(seed, logs)
+        nodes = [Mortal(name, seed, logs, Random(seed)) for name in simulators]
+        run_in_memory(Coordinator(simulators, couplings, Tag(END), None, events.append), nodes, Random(seed))
+        assert (logs, events) == (truth.logs, truth.events), seed
+        lives += sum(node.lives for node in nodes)
+    assert lives > 1_000
+
+
+class Tick(Message):
+    n: int
+
+
+class Secret(Atomic):
+    """Keeps a function that no other process could find."""
+
+    out = Out(Tick)
+
+    def start(self) -> None:
+        self.law = lambda n: n + 1
+        self.n = 0
+        self.hold_in(1)
+
+    def output(self) -> None:
+        self.out.send(Tick(self.n))
+
+    def internal(self) -> None:
+        self.n = self.law(self.n)
+        self.hold_in(1)
+
+
+def test_a_state_that_cannot_be_kept_says_so_and_the_node_goes_on() -> None:
+    node = Node("secret", Simulator(Secret("secret")))
+    node.hello()
+    assert isinstance(node.handle(Grant(1, Tag(5), None, False, [])), Done)
+    answer = node.handle(Checkpoint(1))
+    assert isinstance(answer, Checkpoint)
+    assert answer.state == b""
+    assert answer.why.startswith("secret: no snapshot can be taken (Secret.start.<locals>.<lambda> cannot be kept")
+    assert isinstance(node.handle(Grant(2, Tag(9), None, False, [])), Done)
+
+
+def test_bytes_that_are_no_state_are_refused() -> None:
+    node = Node("secret", Simulator(Secret("secret")))
+    node.hello()
+    assert isinstance(node.handle(Checkpoint(1, b"spoiled")), Fail)
