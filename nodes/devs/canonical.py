@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import sys
 from collections import Counter, OrderedDict, defaultdict, deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from enum import Enum
 from random import Random
 from types import BuiltinFunctionType, FunctionType, MethodType
@@ -30,20 +30,20 @@ _MADE_IN_PYTHON = 1 << 9  # a flag of such classes
 _OPEN = object()  # in place of what is being made of its parts
 
 
-def frozen(value: object) -> bytes:
-    """A value as bytes; TypeError if something in it cannot be kept."""
-    return msgspec.msgpack.encode(_Freezer().fold(value))
+def frozen(value: object, around: Sequence[object] = ()) -> bytes:
+    """A value as bytes, without the things `around` it; TypeError if something in it cannot be kept."""
+    return msgspec.msgpack.encode(_Freezer(around).fold(value))
 
 
-def thawed(data: bytes) -> Any:
-    """A new value from its bytes; TypeError or LookupError if they are not from here."""
-    return _Thawer().unfold(msgspec.msgpack.decode(data))
+def thawed(data: bytes, around: Sequence[object] = ()) -> Any:
+    """A new value from its bytes, among as many things; TypeError or LookupError if they are not from here."""
+    return _Thawer(around).unfold(msgspec.msgpack.decode(data))
 
 
 class _Freezer:
-    def __init__(self) -> None:
-        self._numbers: dict[int, int] = {}
-        self._met: list[object] = []  # kept, so that no id is given twice
+    def __init__(self, around: Sequence[object] = ()) -> None:
+        self._met: list[object] = [*around]  # kept, so that no id is given twice
+        self._numbers = {id(x): number for number, x in enumerate(around)}
 
     def fold(self, x: Any) -> Any:
         kind = type(x)
@@ -103,8 +103,8 @@ class _Freezer:
 
 
 class _Thawer:
-    def __init__(self) -> None:
-        self._made: list[Any] = []
+    def __init__(self, around: Sequence[object] = ()) -> None:
+        self._made: list[Any] = [*around]
 
     def unfold(self, x: Any) -> Any:
         if type(x) is not list:

@@ -228,7 +228,7 @@ class Simulator:
 
     def restore(self, snapshot: bytes) -> None:
         """Go on from a snapshot; `model` and `atomics` are new ones then."""
-        self.model, (self._last, self._staged) = thawed(snapshot)
+        self.model, (self._last, self._staged) = thawed(snapshot, self.model)
         self._due, self._said, self._loop, self._clock.now = None, None, set(), self._last
         self._adopt()
         self.model._changes = []

@@ -11,7 +11,7 @@ from heavylift.coordinator.node import Node
 from heavylift.nodes.devs import Atomic, Event, Message, Out, Simulator, Tag
 from random_models import END, Logs, distributed, parts
 
-MODELS = range(150)
+MODELS = range(40)
 
 
 class Mortal(Node):
@@ -50,7 +50,7 @@ def test_every_log_and_event_is_that_of_the_undisturbed_run() -> None:
         run_in_memory(Coordinator(simulators, couplings, Tag(END), None, events.append), nodes, Random(seed))
         assert (logs, events) == (truth.logs, truth.events), seed
         lives += sum(node.lives for node in nodes)
-    assert lives > 1_000
+    assert lives > 500
 
 
 class Tick(Message):
