@@ -88,5 +88,5 @@ def _winch(plan: Plan, hook: Hook, rope: HookRope) -> WinchActor:
         lower=hook.shortest,
         upper=hook.drum,
         switch=switch,
-        pieces=pieces(plan, hook.rope),
+        pieces=pieces(plan.fidelity, hook.rope),
     )

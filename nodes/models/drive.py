@@ -9,6 +9,7 @@ it holds its place.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import copysign, cos, inf, sin
 
 from heavylift.kernel.describe import System, Threshold
@@ -167,7 +168,7 @@ class WinchActor(DriveActor):
     """A drive that winds a rope: says when the rope is taut or slack; has an upper limit switch at the hook.
 
     `switch` is the height of the hook eye with the value at which it trips; hoisting stops then.  A rope of several
-    `pieces` takes its length in equal parts from all of them.
+    `pieces` (with their parts of its length) is wound as if all of them were.
     """
 
     def __init__(
@@ -180,14 +181,14 @@ class WinchActor(DriveActor):
         lower: float | None = None,
         upper: float | None = None,
         switch: tuple[Threshold, float] | None = None,
-        pieces: tuple[str, ...] = (),
+        pieces: Mapping[str, float] | None = None,
     ) -> None:
         guards = (switch[0],) if switch else ()
         laws = laws or System(thresholds=guards)
         hears = (rope, *(guard.name for guard in guards))
         limits = ("shortest rope", "drum empty")
         super().__init__(name, rope, laws, start=start, lower=lower, upper=upper, limits=limits, hears=hears)
-        self.switch, self.pieces = switch, pieces or (rope,)
+        self.switch, self.pieces = switch, pieces or {rope: 1.0}
 
     def begin(self) -> None:
         """Arm the limit switch."""
@@ -207,7 +208,7 @@ class WinchActor(DriveActor):
         """Tell every piece of the rope its part."""
         for message in messages:
             if isinstance(message, SetProfile | SetFollow):
-                super().say(*(part(message, piece, len(self.pieces)) for piece in self.pieces))
+                super().say(*(part(message, *piece) for piece in self.pieces.items()))
             else:
                 super().say(message)
 
@@ -230,12 +231,12 @@ class WinchActor(DriveActor):
             self.say(Watch(guard.name, height - SWITCH_BACK * self.tripped, not self.tripped))
 
 
-def part(order: SetProfile | SetFollow, piece: str, n: int) -> SetProfile | SetFollow:
-    """What one of n equal pieces of a rope has to do of it."""
+def part(order: SetProfile | SetFollow, piece: str, share: float) -> SetProfile | SetFollow:
+    """What a piece of a rope has to do of it."""
     if isinstance(order, SetFollow):
-        return SetFollow(piece, order.master, order.k1 / n, order.kc / n, order.ks / n)
-    distance = None if order.distance is None else order.distance / n
-    return SetProfile(piece, order.start_ns, order.speed / n, order.accel / n, distance)
+        return SetFollow(piece, order.master, order.k1 * share, order.kc * share, order.ks * share)
+    distance = None if order.distance is None else order.distance * share
+    return SetProfile(piece, order.start_ns, order.speed * share, order.accel * share, distance)
 
 
 def value(law: Follow, s: float) -> float:

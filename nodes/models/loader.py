@@ -6,8 +6,6 @@ lock, which holds the beam while no sling is hooked.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from heavylift.kernel.describe import WORLD, Brake, Joint, JointSpring, Stop, System
 from heavylift.nodes.scene.plan import Loader, Plan
 
@@ -16,7 +14,7 @@ from .gauges import Gauge, LoadCell
 from .messages import Latch
 from .parts import BodyCoupled, JointCoupled, Law, Machine, body
 from .rigging import LockActor, SlingActor
-from .rungs import modelled, weight_below
+from .rungs import modelled
 
 REST6 = (0.0,) * 6
 
@@ -28,9 +26,7 @@ class LoaderModel(Machine):
         super().__init__(loader.name)
         n = loader.name
         slings = [sling for sling in plan.rig.slings if sling.loader == n]
-        half_piece = weight_below(plan, n)
         upper, lower = body(f"{n}.upper", loader.upper), body(f"{n}.lower", loader.lower)
-        upper = replace(upper, mass=upper.mass + half_piece)
         free = Joint(f"{n}.free", "free", WORLD, upper.name, q0=loader.pose, v0=REST6)
         self.take(JointCoupled("free", modelled(free, plan.fidelity), Law("free")))
         self.take(BodyCoupled("upper", upper, Law("weight")))

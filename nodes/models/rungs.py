@@ -13,7 +13,7 @@ from heavylift.kernel.describe import WORLD, Body, Joint, Line, Point, RigidRope
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.scene.plan import Fidelity, HookRope, Plan, Sling
 
-__all__ = ["hook_rope", "modelled", "pieces", "sling", "weight_below"]
+__all__ = ["hook_rope", "modelled", "pieces", "sling"]
 
 X: Vector = (1.0, 0.0, 0.0)
 Y: Vector = (0.0, 1.0, 0.0)
@@ -68,40 +68,39 @@ def sling(plan: Plan, given: Sling, lug: Point) -> System:
     return System(ropes=(Rope(given.name, lines, given.EA, given.L0, given.damping, hooked=hooked),))
 
 
-def pieces(plan: Plan, rope: str) -> tuple[str, ...]:
-    """The ropes that a hook rope is made of, from the trolley down; the last, at the hook, bears its name."""
-    count = plan.fidelity.lumps if plan.fidelity.ropes == "massive" else 1
-    return (*(f"{rope}~{i}" for i in range(1, count)), rope)
+def pieces(fidelity: Fidelity, rope: str) -> dict[str, float]:
+    """The ropes that a hook rope is made of, with their parts of its length, from the trolley down.
 
-
-def weight_below(plan: Plan, loader: str) -> float:
-    """Half a piece of its rope, which the upper body of a loader carries [kg]; 0 without mass in the ropes."""
-    if plan.fidelity.ropes != "massive":
-        return 0.0
-    return sum(r.line * r.L0 / plan.fidelity.lumps / 2.0 for r in plan.rig.hook_ropes if r.carries == loader)
+    Lumps sit in the middle of equal parts, so that the ends pull with the tensions of the rope's ends; the last piece,
+    at the hook, bears its name.
+    """
+    if fidelity.ropes != "massive":
+        return {rope: 1.0}
+    n = fidelity.lumps
+    return {f"{rope}~1": 0.5 / n, **{f"{rope}~{i}": 1.0 / n for i in range(2, n + 1)}, rope: 0.5 / n}
 
 
 def _chain(plan: Plan, rope: HookRope) -> System:
-    """A hook rope of n pieces and n - 1 lumps between them, at rest under what hangs on it at the start."""
-    n, (top, eye) = plan.fidelity.lumps, _ends(plan, rope)
-    step, mass = _hangs(plan, rope) / n, rope.line * rope.L0 / n
+    """A hook rope as its pieces with lumps between them, at rest under what hangs on it at the start."""
+    (x, y, top), (_, _, eye) = _ends(plan, rope)
+    parts, mass = pieces(plan.fidelity, rope.name), rope.line * rope.L0 / plan.fidelity.lumps
     loader = next(x for x in plan.loaders if x.name == rope.carries)
-    hanging = loader.upper.mass + loader.lower.mass + mass / 2.0
     half = max(abs(line.b.p[0]) for line in rope.lines)
     bodies, joints, ropes = [], [], []
-    above, names = [line.a for line in rope.lines], pieces(plan, rope.name)
-    for i, name in enumerate(names, 1):
+    above, z = [line.a for line in rope.lines], top
+    for i, (name, part) in enumerate(parts.items(), 1):
+        below = loader.upper.mass + loader.lower.mass + (len(parts) - i) * mass
+        z -= part * (top - eye)
+        last = i == len(parts)
         here = f"{rope.name}.lump-{i}"
-        ends = [Point(here, (line.b.p[0], 0.0, 0.0)) for line in rope.lines] if i < n else [x.b for x in rope.lines]
-        if i < n:
-            z = top[2] + (eye[2] - top[2]) * i / n
-            chain, moved = _lump(here, mass, half, (top[0], top[1], z), plan.fidelity.motion)
+        ends = [line.b if last else Point(here, (line.b.p[0], 0.0, 0.0)) for line in rope.lines]
+        if not last:
+            chain, moved = _lump(here, mass, half, (x, y, z), plan.fidelity.motion)
             bodies += chain
             joints += moved
-        tension = (hanging + (n - i) * mass) * plan.gravity
-        L0 = step / (1.0 + tension / rope.EA)
-        lines = tuple(Line(a, b, x.share) for a, b, x in zip(above, ends, rope.lines, strict=True))
-        ropes.append(Rope(name, lines, rope.EA, L0, n * rope.damping, winch=True))
+        lines = tuple(Line(a, b, line.share) for a, b, line in zip(above, ends, rope.lines, strict=True))
+        L0 = part * (top - eye) / (1.0 + below * plan.gravity / rope.EA)
+        ropes.append(Rope(name, lines, rope.EA, L0, rope.damping / part, winch=True))
         above = ends
     return System(tuple(bodies), tuple(joints), ropes=tuple(ropes))
 

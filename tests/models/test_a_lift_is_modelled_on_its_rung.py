@@ -45,7 +45,7 @@ def test_nothing_moves_before_it_is_ordered(rung):
 
 def test_what_is_left_out_is_not_there():
     count = {r: len(system(lift(r).plan).joints) for r in ("{}", "{locked: [hinges]}", "{ropes: massive}")}
-    assert count["{ropes: massive}"] == count["{}"] + 3 * 3 * 3  # ropes, lumps, joints of each
+    assert count["{ropes: massive}"] == count["{}"] + 3 * 4 * 3  # ropes, lumps, joints of each
     hinges = [j.kind for j in system(lift("{locked: [hinges]}").plan).joints if "hinge" in j.name]
     assert hinges == ["fixed"] * 3
     rigid = system(lift("{ropes: rigid, slings: rigid}").plan)
@@ -66,16 +66,16 @@ def test_a_girder_alone_swings_at_its_frequency():
 
 
 def test_a_heavy_rope_carries_its_own_weight():
-    """Each piece carries what hangs below its middle; at the hook, the loader alone with half a piece."""
+    """At the hook, the tension is the weight of what hangs on it; at the trolley, that of the whole rope more."""
     scene = lift("{ropes: massive, lumps: 5}", still=True)
     row = paused(scene, at=3.0).row()
     plan, names = scene.plan, [r.name for r in system(scene.plan).ropes]
     tension = dict(zip(names, row.tension, strict=True))
     rope = plan.rig.hook_ropes[0]
     loader = next(x for x in plan.loaders if x.name == rope.carries)
-    piece = rope.line * rope.L0 / 5
-    for i, name in enumerate((*(f"{rope.name}~{i}" for i in range(1, 5)), rope.name), 1):
-        below = loader.upper.mass + loader.lower.mass + (5 - i + 0.5) * piece
+    lump = rope.line * rope.L0 / 5
+    for i, name in enumerate((*(f"{rope.name}~{i}" for i in range(1, 6)), rope.name)):
+        below = loader.upper.mass + loader.lower.mass + (5 - i) * lump
         assert tension[name] == pytest.approx(below * plan.gravity, rel=1e-6)
 
 
