@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 
-from heavylift.kernel.errors import ModelError, ProtocolError, Stopped
+from heavylift.kernel.errors import ProtocolError, Stopped
 from heavylift.nodes.devs import Event, Tag
 
 from . import messages as m
@@ -89,6 +89,7 @@ class Conversation:
             if isinstance(message, m.Bye):
                 left[node] = message
         self._take_samples()
+        self._tape.slack = [slack for node in sorted(left) for slack in left[node].slack]
         return {node: left[node] for node in self._hub.nodes}
 
     def abort(self, error: BaseException) -> BaseException:
@@ -116,7 +117,7 @@ class Conversation:
                 self._tape.protocol(self.now.t, node, "from node", message, data)
                 if isinstance(message, m.Fail):
                     self._tape.failed(message)
-                    raise ModelError(message.sentence)
+                    raise self.core.failed(node, message)
                 return node, message
             if deadline is not None and time.monotonic() > deadline:
                 raise ProtocolError(f"no node has said HELLO for {patience:.0f} s; start the run again")

@@ -1,19 +1,17 @@
 """The coordinator: conservative Parallel DEVS in one round trip per decision. No input or output, no clock.
 
-State per node j: next_j, offer_j = lambda(next_j), quiet_j, lookahead L_j, and the pending inputs.
-  o_j  earliest output of j that is not held yet: min(q_j, after(first pending input, L_j)), with
-       q_j = succ(next_j) once the offer is committed, else quiet_j; frozen at grant time while j runs
-  B_i  = min over j != i of o_j + D[j][i], the window of i; D from `distance`
-  COMMIT, to a fixpoint, before granting: an idle i with next_i <= B_i and next_i <= its first pending tag
-       puts its offer into the receivers' bags at next_i
-  GRANT idle i when e_i = min(next_i, first pending) < B_i and, if e_i = next_i, its offer is empty or
-       committed
-Nothing is in flight when a decision is made. Committed and spoken events leave through `on_event` in total
-order (t, k, source, port, index) as soon as no earlier one can come: when their tag is below all o_j.
-
-After Chandy and Misra's bounds, with lambda computed ahead so that confluent transitions are exact. Not
-bounds: next_j + L_j (a scheduled output has no lookahead), and sending an imminent output to the next
-microstep.
+PROTOCOL.md defines the words and shows why it is right; the numbers are those of its steps.
+  (1) HELLO   each node says next, offer = lambda(next), quiet, and the lookahead of each out port
+  (2) WINDOW  B_i = min over j != i of says_j + D[j][i] and hears_j + R[j][i]; D and R from `distance`
+              says_j = succ(next_j) once its offer is committed, else quiet_j; hears_j = tag of its first input
+  (3) COMMIT  to a fixpoint: the offer of an idle i with next_i <= B_i and next_i <= hears_i goes into the
+              receivers' bags at next_i
+  (4) GRANT   to an idle i with first_i = min(next_i, hears_i) < B_i and, if first_i = next_i, an offer that is
+              empty or committed: all before B_i may be done
+  (5) DONE    what was spoken goes into the receivers' bags; then as in (1)
+  (6) FLOOR   events below all says_j and hears_j + L_j leave through `on_event`, in total order
+  (7) END     nobody runs, and nothing is left before the end
+No B_i ever falls: who is held back need not be looked at again before the node that holds it back has moved.
 """
 
 from bisect import bisect_left, insort
@@ -21,12 +19,15 @@ from collections.abc import Callable, Iterable
 from enum import Enum
 from heapq import heappop, heappush
 
-from heavylift.kernel.errors import ProtocolError
+from heavylift.kernel.errors import ModelError, ProtocolError
 from heavylift.nodes.devs import FOREVER, Delivery, Event, Tag, after, succ
 from heavylift.nodes.devs.events import Order
 
-from .distance import Coupling, distances
-from .messages import Delay, Done, Grant, Hello
+from .cycle import CycleWatch
+from .distance import Coupling, distances, reaction
+from .messages import Delay, Done, Fail, Grant, Hello
+
+_BEGIN = Tag(0)
 
 
 class Outcome(Enum):
@@ -41,30 +42,22 @@ class _Node:
     """What the coordinator knows of a node."""
 
     def __init__(self, name: str, rank: int) -> None:
-        self.name, self.rank, self.lookahead = name, rank, 0
-        self.next = self.quiet = FOREVER
+        self.name, self.rank = name, rank
+        self.lookahead, self.least = dict[str, int](), 0  # [ns] of each out port, and the smallest
+        self.next = self.hears = self.first = FOREVER
         self.offer: list[Event] = []
-        self.committed = False
-        self.pending: list[Delivery] = []  # sorted
-        self.first = FOREVER  # tag of the first pending input
-        self.ways: list[tuple[int, Delay]] = []  # ranks of the nodes that can reach it, with their D
-        self.echo: Delay | None = None  # D[i][i]
-        self.frozen: Tag | None = None  # o_j while it runs, else None
-        self.until = Tag(0)  # what lies before it is decided: its window while it runs, then what it has reached
+        self.pending: list[Delivery] = []  # sorted; what was granted stays until it is done
+        self.committed = self.running = self.greeted = False
+        self.until = _BEGIN  # all before it is decided: its window while it runs, else what it has reached
         self.gseq = 0
-        self.greeted = False
-
-    def change(self) -> None:
-        """Take note of a change of `pending`."""
-        self.first = self.pending[0].event.tag if self.pending else FOREVER
+        self.ways: list[tuple[int, int, int]] = []  # what can reach it: index into `tags`, ns, microsteps
+        self.echo: Delay | None = None  # D[i][i]
+        self.holds: dict[int, _Node] = {}  # whom it has held back
 
     @property
-    def earliest(self) -> Tag:
-        """o_j of the header."""
-        if self.frozen is not None:
-            return self.frozen
-        own = succ(self.next) if self.committed else self.quiet
-        return min(own, after(self.first, self.lookahead)) if self.pending else own
+    def untold(self) -> bool:
+        """Whether what comes first is an offer that is not committed."""
+        return bool(self.offer) and not self.committed and self.next <= self.hears
 
 
 class Coordinator:
@@ -77,83 +70,101 @@ class Coordinator:
         end: Tag = FOREVER,
         finish: tuple[str, str] | None = None,
         on_event: Callable[[Event], None] = lambda event: None,
+        microsteps: int = 10_000,
     ) -> None:
         """Run to events below `end`; an event on the port `finish` = (node, port) ends it with its time."""
         self._nodes = {name: _Node(name, i) for i, name in enumerate(sorted(nodes))}
+        self._by_rank = list(self._nodes.values())
         self._couplings = [Coupling(*coupling) for coupling in couplings]
         self._receivers: dict[tuple[str, str], list[tuple[_Node, str]]] = {}
         self._finish, self._finished = finish, False
         self.end, self._limit, self._on_event = end, end, on_event
-        self.floor = Tag(0)  # nothing below it comes any more
+        self.floor = _BEGIN  # nothing below it comes any more
+        self._tags = [FOREVER] * (2 * len(self._nodes))  # says_j, then hears_j, of all nodes
+        self._world = _Node("", -1)  # hears everything: its window is the floor
         self._held: list[tuple[Order, Event]] = []  # heap of events that have not left yet
+        self._look: dict[int, _Node] = {}  # whose rights may have changed
+        self._running = 0
+        self._cycles = CycleWatch(self._couplings, microsteps)
         self._open = False  # whether all have said HELLO
 
     def hello(self, name: str, hello: Hello) -> None:
-        """A node has started; the last of them opens the run."""
+        """(1) A node has started; the last of them opens the run."""
         node = self._node(name)
         if node.greeted:
             raise ProtocolError(f"{name} said HELLO twice: two nodes of one name, or an old one came back")
-        node.greeted, node.lookahead = True, hello.lookahead
+        node.greeted, node.lookahead, node.least = True, hello.lookahead, min(hello.lookahead.values(), default=0)
         self._take(node, hello)
-        nodes = self._nodes
-        if all(other.greeted for other in nodes.values()):
-            ahead = {other.name: other.lookahead for other in nodes.values()}
-            finish = self._finish[0] if self._finish else None
-            D = distances(list(nodes), self._couplings, ahead, finish)
-            for i, other in enumerate(nodes.values()):
-                other.ways = [(j, d) for j, row in enumerate(D) if j != i and (d := row[i]) is not None]
-                other.echo = D[i][i]
+        nodes, n = self._by_rank, len(self._nodes)
+        if all(other.greeted for other in nodes):
+            D, R = distances(list(self._nodes), self._couplings, {m.name: m.lookahead for m in nodes}, self._finish)
+            for i, other in enumerate(nodes):
+                other.ways = [(j, *D[j][i]) for j in range(n) if j != i and i in D[j]]
+                other.ways += [(n + j, *R[j][i]) for j in range(n) if j != i and i in R[j]]
+                other.echo = D[i].get(i)
+            self._world.ways = [(j, 0, 0) for j in range(n)] + [
+                (n + j, *reaction(m.least)) for j, m in enumerate(nodes)
+            ]
             for source, port, target, into in self._couplings:
-                self._receivers.setdefault((source, port), []).append((nodes[target], into))
-            self._open = True
+                self._receivers.setdefault((source, port), []).append((self._nodes[target], into))
+            self._open, self._look = True, dict(enumerate(nodes))
 
     def done(self, name: str, done: Done) -> None:
-        """A node has done what it was granted."""
+        """(5) A node has done what it was granted."""
         node = self._node(name)
-        if node.frozen is None or done.gseq != node.gseq:
+        if not node.running or done.gseq != node.gseq:
             raise ProtocolError(f"{name} sent DONE {done.gseq} out of order, its last GRANT is {node.gseq}")
-        for event in done.spoken:
+        for event in (*done.spoken, *done.offer):
+            soonest = min(self._tags[node.rank], after(node.hears, node.lookahead.get(event.port, node.least)))
             if event.source != name:
                 raise ProtocolError(f"{name} spoke for {event.source}: a node says only its own events")
-            if event.tag < node.frozen:
+            if event.tag < soonest:
                 raise ProtocolError(
-                    f"{name} spoke on port {event.port} at {event.tag}, earlier than the {node.frozen} "
+                    f"{name} spoke on port {event.port} at {event.tag}, earlier than the {soonest} "
                     f"that it had declared: the lookahead of that port is too long"
                 )
         del node.pending[: _before(node.pending, done.reached)]
-        node.change()
-        node.frozen, node.committed, node.until = None, False, done.reached
+        node.running, node.committed, node.until = False, False, done.reached
+        self._running -= 1
         self._take(node, done)
         for event in done.spoken:
             self._hold(event)
+        self._moved(node)
 
     def ready(self, horizon: Tag = FOREVER) -> list[tuple[str, Grant]]:
         """Commit what can be committed, let events leave, and grant every node that can move, all below `horizon`."""
         if not self._open:
             return []
-        self._limit = min(self.end, horizon)
-        bound = self._commit()
-        self.floor = floor = min(min(bound), self._limit)
-        while self._held and self._held[0][1].tag < floor:
+        before, self._limit = self._limit, min(self.end, horizon)
+        if self._limit > before:
+            self._look = dict(enumerate(self._by_rank))
+        able: dict[int, _Node] = {}
+        while self._look:  # (3)
+            rank, node = self._look.popitem()
+            able[rank] = node
+            if not node.running and node.next < self._limit and node.untold and self._window(node, node.next):
+                self._commit(node)
+        self._cycles.check()
+        self.floor = self._window(self._world) or self._limit  # (6)
+        while self._held and self._held[0][1].tag < self.floor:
             self._on_event(heappop(self._held)[1])
         grants = []
-        for node in self._nodes.values():
-            if node.frozen is None and (node.first < node.next or not node.offer or node.committed):
-                tag = min(node.next, node.first)
-                if tag < self._limit and tag < (window := self._window(node, bound)):
-                    grants.append((node.name, self._grant(node, window, bound[node.rank])))
-        if not grants and not self.waiting and self.first < self._limit:
-            next_ = ", ".join(f"{node.name} {min(node.next, node.first)}" for node in self._nodes.values())
+        for _, node in sorted(able.items()):  # (4)
+            if not node.running and node.first < self._limit and not node.untold:
+                window = self._window(node, succ(node.first))
+                if window:
+                    grants.append((node.name, self._grant(node, window)))
+        if not grants and not self._running and self.first < self._limit:
+            next_ = ", ".join(f"{node.name} {node.first}" for node in self._by_rank)
             raise ProtocolError(f"no node can move before the end, {self.end}, though they wait for {next_}")
         return grants
 
     @property
     def over(self) -> Outcome | None:
-        """Why the run has ended, once `ready` has nothing to grant and nobody runs; else None."""
-        nodes = self._nodes.values()
-        if not self._open or any(node.frozen is not None for node in nodes):
+        """(7) Why the run has ended, once `ready` has nothing to grant and nobody runs; else None."""
+        if not self._open or self._running:
             return None
-        first = min(min(node.next, node.first) for node in nodes)
+        first = self.first
         if self._finished and first >= self.end:
             return Outcome.FINISHED
         if first == FOREVER:
@@ -163,8 +174,11 @@ class Coordinator:
     @property
     def first(self) -> Tag:
         """The earliest thing that a node which does not run has before it; FOREVER if there is none."""
-        idle = (node for node in self._nodes.values() if node.frozen is None)
-        return min((min(node.next, node.first) for node in idle), default=FOREVER)
+        return min((node.first for node in self._by_rank if not node.running), default=FOREVER)
+
+    def failed(self, name: str, fail: Fail) -> ModelError:
+        """What to raise for a FAIL: its sentence, or the cycle between nodes in which time stood still."""
+        return ModelError(self._cycles.sentence(name, fail.tag) or fail.sentence)
 
     def extend(self, end: Tag) -> None:
         """Move a time bound that was not reached yet, or only now, to a later one; an end that was said stays."""
@@ -173,12 +187,12 @@ class Coordinator:
 
     def scheduled(self, names: Iterable[str]) -> Tag:
         """The earliest thing that these nodes have before them; FOREVER if they only react."""
-        return min(min(self._nodes[name].next, self._nodes[name].first) for name in names)
+        return min(self._nodes[name].first for name in names)
 
     @property
     def waiting(self) -> dict[str, int]:
         """Nodes that have an outstanding GRANT, with its gseq."""
-        return {node.name: node.gseq for node in self._nodes.values() if node.frozen is not None}
+        return {node.name: node.gseq for node in self._by_rank if node.running}
 
     def _node(self, name: str) -> _Node:
         if name not in self._nodes:
@@ -194,51 +208,57 @@ class Coordinator:
                     f"events at its next tag, {said.next}"
                 )
         node.next, node.offer = said.next, said.offer
-        node.quiet = said.quiet if said.offer else max(said.quiet, succ(said.next))
+        self._tags[node.rank] = said.quiet if said.offer else max(said.quiet, succ(said.next))
+        self._listen(node)
 
-    def _commit(self) -> list[Tag]:
-        """Commit to the fixpoint; returns o_j of all nodes."""
-        bound = [node.earliest for node in self._nodes.values()]
-        changed = True
-        while changed:
-            changed = False
-            for node in self._nodes.values():
-                free = node.offer and not node.committed and node.frozen is None and node.next < self._limit
-                if free and node.next <= node.first and node.next <= self._window(node, bound):
-                    node.committed = changed = True
-                    bound[node.rank] = node.earliest
-                    for receiver in [r for event in node.offer for r in self._hold(event)]:
-                        bound[receiver.rank] = receiver.earliest
-        return bound
+    def _listen(self, node: _Node) -> None:
+        """Take note of a change of next or pending."""
+        node.hears = self._tags[len(self._nodes) + node.rank] = node.pending[0].event.tag if node.pending else FOREVER
+        node.first = min(node.next, node.hears)
 
-    def _window(self, node: _Node, bound: list[Tag]) -> Tag:
-        """B_i of the header, below end and horizon; `plus` is written out, for nothing runs more often."""
+    def _window(self, node: _Node, need: Tag = _BEGIN) -> Tag | None:
+        """(2) B_i below the limit; None if it is below `need`, and who holds it back has taken note of that."""
         t, k = self._limit
-        for rank, (wait, steps) in node.ways:
-            earliest = bound[rank]
-            reach = earliest.t + wait
+        for source, wait, steps in node.ways:  # `plus` is written out, for nothing runs more often
+            tag = self._tags[source]
+            reach = tag[0] + wait
             if reach <= t:
-                step = steps if wait else earliest.k + steps
+                step = steps if wait else tag[1] + steps
                 if reach < t or step < k:
                     t, k = reach, step
+                    if (t, k) < need:
+                        self._by_rank[source % len(self._nodes)].holds[node.rank] = node
+                        return None
         return Tag(t, k)
 
-    def _hold(self, event: Event) -> list[_Node]:
+    def _commit(self, node: _Node) -> None:
+        """(3) Nothing can refute the offer any more."""
+        node.committed, self._tags[node.rank] = True, succ(node.next)
+        for event in node.offer:
+            self._hold(event)
+        self._moved(node)
+
+    def _moved(self, node: _Node) -> None:
+        """Whom it held back may have rights now."""
+        self._look |= {**node.holds, node.rank: node}
+        node.holds = {}
+
+    def _hold(self, event: Event) -> None:
         """Put an event into its receivers' bags and among those that wait to leave."""
         if (event.source, event.port) == self._finish:
             self.end, self._finished = min(self.end, Tag(event.t + 1)), True
             self._limit = min(self._limit, self.end)
+        self._cycles.note(event)
         heappush(self._held, (event.order, event))
-        receivers = self._receivers.get((event.source, event.port), [])
-        for node, into in receivers:
+        for node, into in self._receivers.get((event.source, event.port), []):
             insort(node.pending, Delivery(event, into), key=_place)
-            node.change()
-        return [node for node, _ in receivers]
+            self._listen(node)
+            self._look[node.rank] = node
 
-    def _grant(self, node: _Node, window: Tag, earliest: Tag) -> Grant:
-        inputs = node.pending[: _before(node.pending, window)]
-        node.frozen, node.until, node.gseq = earliest, window, node.gseq + 1
-        return Grant(node.gseq, window, node.echo, node.committed, inputs)
+    def _grant(self, node: _Node, window: Tag) -> Grant:
+        node.running, node.until, node.gseq = True, window, node.gseq + 1
+        self._running += 1
+        return Grant(node.gseq, window, node.echo, node.committed, node.pending[: _before(node.pending, window)])
 
 
 def _place(delivery: Delivery) -> tuple[Order, str]:

@@ -1,13 +1,15 @@
-"""Path lookahead: how soon what one node says can make another one speak.
+"""Path lookahead: how soon what one node says or hears can make something arrive at another one.
 
-D[j][i] = minimum over coupling paths from j to i of the summed lookaheads of the nodes between them; a
-direct coupling costs nothing, a node between with zero lookahead costs one microstep. D[i][i] is the
-shortest cycle through others. A delay is (ns, microsteps); a positive lookahead restarts the microsteps,
-as in `after`. All-pairs shortest paths after Floyd and Warshall; the bound is that of Chandy and Misra,
-summed over paths.
+A delay is (ns, microsteps); a positive lookahead restarts the microsteps, as in `after`, and a lookahead of zero costs
+one. From j straight to m it is w[j][m], the least lookahead of those out ports of j that are coupled to m. With them
+  R[j][i] = least sum of w over coupling paths from j to i: from what j hears to the bag of i
+  D[j][i] = the same without its first w: from what j says to the bag of i; 0 if they are coupled
+and D[i][i] is the shortest cycle through others. Shortest paths after Dijkstra (`chain` is monotone and never
+shortens); the bound is that of Chandy and Misra, summed over paths.
 """
 
 from collections.abc import Iterable, Mapping
+from heapq import heapify, heappop, heappush
 from typing import NamedTuple
 
 from heavylift.kernel.errors import ProtocolError
@@ -15,7 +17,9 @@ from heavylift.nodes.devs import FOREVER, NEVER, Tag
 
 from .messages import Delay
 
-Matrix = list[list[Delay | None]]  # [from][to]; None = no path
+Matrix = list[dict[int, Delay]]  # [from][to]; no entry = no path
+ZERO: Delay = (0, 0)
+END: Delay = (1, 0)  # a run ends with the time of its finish event
 
 
 class Coupling(NamedTuple):
@@ -37,38 +41,68 @@ def plus(tag: Tag, delay: Delay | None) -> Tag:
     return Tag(tag.t + wait, steps) if wait < NEVER - tag.t else FOREVER
 
 
-def chain(first: Delay | None, second: Delay | None) -> Delay | None:
+def chain(first: Delay, second: Delay) -> Delay:
     """One delay after the other."""
-    if first is None or second is None:
-        return None
-    if second[0] == 0:
-        return first[0], first[1] + second[1]
-    return min(first[0] + second[0], NEVER), second[1]
+    return (first[0], first[1] + second[1]) if second[0] == 0 else (first[0] + second[0], second[1])
+
+
+def reaction(lookahead: int) -> Delay:
+    """From an input to the outputs that it can cause by a port with this lookahead [ns]."""
+    return (lookahead, 0) if lookahead > 0 else (0, 1)
 
 
 def distances(
-    nodes: list[str], couplings: Iterable[Coupling], lookaheads: Mapping[str, int], finish: str | None = None
-) -> Matrix:
-    """D of the header. Each node hears of the end, said by node `finish`, as of a message that takes 1 ns."""
+    nodes: list[str],
+    couplings: Iterable[Coupling],
+    lookaheads: Mapping[str, Mapping[str, int]],
+    finish: tuple[str, str] | None = None,
+) -> tuple[Matrix, Matrix]:
+    """D and R of the header. Each node hears of the end, said on port `finish`, as of a message that takes 1 ns."""
     rank = {name: i for i, name in enumerate(nodes)}
-    D: Matrix = [[None] * len(nodes) for _ in nodes]
-    if finish is not None:
-        D[rank[finish]] = [(1, 0) for _ in nodes]
-    for source, port, target, into in couplings:
+    said: Matrix = [{} for _ in nodes]  # from what j says over one coupling
+    w: Matrix = [{} for _ in nodes]
+    ways = [(source, port, target, ZERO) for source, port, target, _ in _checked(couplings, rank)]
+    ways += [(*finish, name, END) for name in nodes] if finish else []
+    for source, port, target, delay in ways:
+        j, m, lookahead = rank[source], rank[target], lookaheads[source].get(port, 0)
+        if lookahead < NEVER:
+            _shorten(said[j], m, delay)
+            _shorten(w[j], m, chain(reaction(lookahead), delay))
+
+    R = [_reached(j, w) for j in range(len(nodes))]
+    D = [dict(row) for row in said]
+    for j, row in enumerate(said):
+        for m, delay in row.items():
+            for i, more in R[m].items():
+                _shorten(D[j], i, chain(delay, more))
+    return D, R
+
+
+def _reached(j: int, edges: Matrix) -> dict[int, Delay]:
+    """Shortest ways from j; also back to j, through others."""
+    found: dict[int, Delay] = {}
+    ahead = [(delay, m) for m, delay in edges[j].items()]
+    heapify(ahead)
+    while ahead:
+        delay, m = heappop(ahead)
+        if m not in found:
+            found[m] = delay
+            for i, more in edges[m].items():
+                if i not in found:
+                    heappush(ahead, (chain(delay, more), i))
+    return found
+
+
+def _shorten(row: dict[int, Delay], to: int, delay: Delay) -> None:
+    row[to] = min(delay, row.get(to, delay))
+
+
+def _checked(couplings: Iterable[Coupling], rank: Mapping[str, int]) -> Iterable[Coupling]:
+    for coupling in couplings:
+        source, port, target, into = coupling
         if source not in rank or target not in rank:
             unknown = target if source in rank else source
             raise ProtocolError(f"coupling {source}.{port} -> {target}.{into}: there is no node {unknown}")
         if source == target:
             raise ProtocolError(f"coupling {source}.{port} -> {target}.{into}: couple it inside the node")
-        D[rank[source]][rank[target]] = (0, 0)
-
-    through: list[Delay] = [(lookaheads[n], 0) if lookaheads[n] > 0 else (0, 1) for n in nodes]
-    for k in range(len(nodes)):
-        for a in range(len(nodes)):
-            to_k = chain(D[a][k], through[k])
-            if to_k is not None:
-                for b in range(len(nodes)):
-                    found, known = chain(to_k, D[k][b]), D[a][b]
-                    if found is not None and (known is None or found < known):
-                        D[a][b] = found
-    return D
+        yield coupling

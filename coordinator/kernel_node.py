@@ -18,7 +18,7 @@ from heavylift.kernel.errors import KernelError, ModelError
 from heavylift.kernel.samples import channels, published
 from heavylift.kernel.simulation import FOREVER_NS, Simulation
 from heavylift.kernel.switching import StateEvent as Switched
-from heavylift.nodes.devs import FOREVER, Delivery, Event, Message, Tag, encode, succ
+from heavylift.nodes.devs import FOREVER, Delivery, Event, Message, Slack, Tag, encode, succ
 from heavylift.nodes.devs.canonical import frozen, thawed
 from heavylift.nodes.models import KERNEL
 from heavylift.nodes.models import messages as m
@@ -34,7 +34,7 @@ SILENT = 2**30  # microstep of silent tags
 class KernelNode:
     """A `Steppable` around a `Simulation`; `publish(batch)` gets encoded samples, [first, times, rows]."""
 
-    lookahead = 0
+    lookahead: Mapping[str, int] = {}
 
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None]) -> None:
         self._subscriptions: Mapping[str, list[str]] = config.subscriptions
@@ -87,6 +87,11 @@ class KernelNode:
     def _located(self) -> Tag:
         """Tag of the located event."""
         return max(Tag(self.simulation.next_ns), succ(self._spoke))
+
+    @property
+    def slack(self) -> list[Slack]:
+        """An event of the mechanics is never scheduled by an input."""
+        return []
 
     @property
     def quiet(self) -> Tag:

@@ -33,7 +33,7 @@ def run_in_memory(
             node = by_name[name]
             if cut:
                 grant = _cut(grant, node, order)
-            answers.append((name, answer(node, grant)))
+            answers.append((name, answer(node, grant, coordinator)))
         outcome = coordinator.over
         if outcome is not None:
             return outcome
@@ -41,13 +41,14 @@ def run_in_memory(
         coordinator.done(name, done)
 
 
-def answer(node: Node, grant: Grant) -> Done:
-    answer = node.handle(decode(encode(grant)))
-    if isinstance(answer, Fail):
-        raise ModelError(answer.sentence)
-    again = decode(encode(answer)) if answer is not None else None
+def answer(node: Node, grant: Grant, coordinator: Coordinator) -> Done:
+    """The DONE of a node, by way of the wire; what a FAIL says is raised."""
+    said = node.handle(decode(encode(grant)))
+    if isinstance(said, Fail):
+        raise coordinator.failed(node.name, said)
+    again = decode(encode(said)) if said is not None else None
     if not isinstance(again, Done):
-        raise ProtocolError(f"{node.name} answered GRANT {grant.gseq} with {answer!r}")
+        raise ProtocolError(f"{node.name} answered GRANT {grant.gseq} with {said!r}")
     return again
 
 

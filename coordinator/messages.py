@@ -3,7 +3,8 @@
 | message | way         | carries                             | invariant                                 |
 |---------|-------------|-------------------------------------|-------------------------------------------|
 | HELLO   | node -> hub | declaration, version, scene hash,   | once per node; nothing is granted before  |
-|         |             | next, offer, quiet, lookahead       | all have said it                          |
+|         |             | next, offer, quiet, lookahead of    | all have said it                          |
+|         |             | each out port                       |                                           |
 | WELCOME | hub -> node | epoch, config                       | once per incarnation; before HELLO where  |
 |         |             |                                     | a node needs what the others declared     |
 | GRANT   | hub -> node | gseq, until = B_i, echo = D[i][i],  | one outstanding per node; gseq counts up; |
@@ -16,7 +17,8 @@
 |         |             |                                     | from it and answers with that grant's DONE|
 | FAIL    | node -> hub | tag, path, sentence, traceback      | ends the run                              |
 | STOP    | hub -> node | end, why                            | nothing at or after `end` counts          |
-| BYE     | node -> hub | what the node still waits for       | answers STOP; nothing follows             |
+| BYE     | node -> hub | what the node still waits for,      | answers STOP; nothing follows             |
+|         |             | observed slack of its lookaheads    |                                           |
 
 `offer` = lambda(next), computed ahead. `quiet` = earliest tag at which the node can speak if nothing reaches
 it. `spoken` = outputs made under this grant, not offered before. `hash` chains (tag, bag, outputs, next).
@@ -26,7 +28,7 @@ Any other message, or one out of order, is refused by name. The wire form is Mes
 
 import msgspec
 from heavylift.kernel.errors import ProtocolError
-from heavylift.nodes.devs import Delivery, Event, Tag
+from heavylift.nodes.devs import Delivery, Event, Slack, Tag
 
 Delay = tuple[int, int]  # ns and microsteps
 
@@ -37,7 +39,7 @@ class Hello(msgspec.Struct, frozen=True, tag="hello"):
     next: Tag
     offer: list[Event]
     quiet: Tag
-    lookahead: int
+    lookahead: dict[str, int] = {}
     declaration: bytes = b""
     version: str = ""
     scene: str = ""
@@ -108,6 +110,7 @@ class Bye(msgspec.Struct, frozen=True, tag="bye"):
 
     sentence: str = ""
     busy_s: float = 0.0
+    slack: list[Slack] = []
 
 
 AnyMessage = Hello | Welcome | Grant | Done | Checkpoint | Fail | Stop | Bye

@@ -40,7 +40,7 @@ class Node:
             tag, offer, self._quiet = self._present()
         except Exception as error:
             return self.failure(self.name, error)
-        return Hello(tag, offer, self._quiet, self.model.lookahead, declaration, version, scene)
+        return Hello(tag, offer, self._quiet, dict(self.model.lookahead), declaration, version, scene)
 
     def handle(self, message: AnyMessage) -> Done | Checkpoint | Fail | Bye | None:
         """The answer to a message of the coordinator."""
@@ -63,7 +63,7 @@ class Node:
                     return self.failure(self.name, error, self._last)
             case Stop():
                 try:
-                    return Bye(self._finish(message.end))
+                    return Bye(self._finish(message.end), slack=self.model.slack)
                 except Exception as error:
                     return self.failure(self.name, error, self._last)
             case Welcome():
@@ -75,9 +75,8 @@ class Node:
         model, inputs, at, stop = self.model, grant.inputs, 0, grant.until
         spoken: list[Event] = []
         offered = grant.committed
-        declared = succ(model.next_time) if offered else self._quiet
-        if inputs:
-            declared = min(declared, after(inputs[0].event.tag, model.lookahead))
+        own = succ(model.next_time) if offered else self._quiet
+        heard = inputs[0].event.tag if inputs else FOREVER
         while True:
             due = model.next_time
             tag = min(due, inputs[at].event.tag) if at < len(inputs) else due
@@ -94,7 +93,7 @@ class Node:
             if said:
                 stop = min(stop, max(succ(tag), plus(tag, grant.echo)))
                 if not offered:
-                    self._check(said, declared)
+                    self._check(said, own, heard)
                     spoken += said
             offered, self._last = False, tag
             self.steps += 1
@@ -129,13 +128,14 @@ class Node:
         due = self.model.next_time
         return due, self.model.outputs() if due < FOREVER else [], self.model.quiet
 
-    def _check(self, said: list[Event], declared: Tag) -> None:
-        if said[0].tag < declared:
-            ports = ", ".join(sorted({event.port for event in said}))
-            raise ModelError(
-                f"{self.name} at {said[0].tag}: output on port {ports} earlier than the {declared} that was "
-                f"declared; declare a shorter lookahead"
-            )
+    def _check(self, said: list[Event], own: Tag, heard: Tag) -> None:
+        for event in said:
+            declared = min(own, after(heard, self.model.lookahead.get(event.port, 0)))
+            if event.tag < declared:
+                raise ModelError(
+                    f"{self.name} at {event.tag}: output on port {event.port} earlier than the {declared} that was "
+                    f"declared; declare a shorter lookahead"
+                )
 
     @staticmethod
     def failure(name: str, error: Exception, tag: Tag = _BEGIN) -> Fail:

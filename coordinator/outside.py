@@ -44,7 +44,7 @@ class OpenCoordinator(Coordinator):
     def safe(self) -> Tag:
         """The earliest tag at which nothing is decided yet."""
         nodes = self._nodes.values()
-        committed = (node.next for node in nodes if node.committed and node.frozen is None)
+        committed = (node.next for node in nodes if node.committed and not node.running)
         return max(self.floor, *(node.until for node in nodes), *committed)
 
     def inject(self, event: Event) -> None:

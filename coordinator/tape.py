@@ -13,7 +13,7 @@ from types import TracebackType
 from typing import Self
 
 import msgspec
-from heavylift.nodes.devs import Event, Message
+from heavylift.nodes.devs import Event, Message, Slack
 from heavylift.recordings import Digest, Recorder
 
 from . import messages as m
@@ -29,6 +29,8 @@ class Tape(Spent):
         self.digest = Digest()
         self.last_ns = 0
         """Simulation time of the last event or sample [ns]."""
+        self.slack: list[Slack] = []
+        """What was observed of the lookaheads of the nodes' ports, known when they have left."""
 
     def event(self, e: Event) -> None:
         """A committed event, in total order."""
@@ -95,8 +97,8 @@ class FileTape(Tape):
 
     @clocked
     def close(self, facts: Mapping[str, object]) -> None:
-        """Finish the recording, with these facts about how the run ended."""
-        self.recorder.close("finished", "", facts)
+        """Finish the recording, with these facts about how the run ended and what was observed of lookaheads."""
+        self.recorder.close("finished", "", {**facts, "slack": msgspec.to_builtins(self.slack)})
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None

@@ -8,7 +8,7 @@ Steppable            what a node runs: next_time, outputs(), advance(tag, bag); 
 Tag, ns, us, ms      time: whole nanoseconds and a microstep; succ and after lead on, FOREVER never comes
 """
 
-from .events import Delivery, Event, Keepable, Order, Steppable
+from .events import Delivery, Event, Keepable, Order, Slack, Steppable
 from .messages import Message, decode, encode, message_type
 from .models import Atomic, Coupled, Model
 from .ports import Bag, In, InPort, Out, OutPort, Port
@@ -34,6 +34,7 @@ __all__ = [
     "OutPort",
     "Port",
     "Simulator",
+    "Slack",
     "Steppable",
     "Tag",
     "Trace",

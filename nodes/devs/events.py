@@ -6,7 +6,7 @@ looked up in the coupling table; one event fans out to as many deliveries as it 
 implements `Steppable` can be a node: the local `Simulator` does, and so does the mechanics kernel.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol, runtime_checkable
 
 import msgspec
@@ -51,12 +51,25 @@ class Delivery(msgspec.Struct, frozen=True, array_like=True, gc=False):
     port: str
 
 
+class Slack(msgspec.Struct, frozen=True):
+    """How long its outputs were scheduled before they left a port, at least: so long its lookahead could have been."""
+
+    port: str  # path of the atomic's port
+    declared_ns: int
+    observed_ns: int
+    count: int  # outputs
+
+
 class Steppable(Protocol):
     """What a node runs. `outputs` is pure; `advance` is the only way forward."""
 
     @property
-    def lookahead(self) -> int:
-        """[ns] smallest lookahead of its out ports."""
+    def lookahead(self) -> Mapping[str, int]:
+        """[ns] of each out port; NEVER for one by which nothing can leave, and 0 for one that is not named."""
+
+    @property
+    def slack(self) -> list[Slack]:
+        """What was observed of the lookaheads so far."""
 
     @property
     def next_time(self) -> Tag:

@@ -17,8 +17,9 @@ from typing import Any, NoReturn
 from heavylift.kernel.errors import HeavyliftError, ModelError
 
 from .bags import deliver, fitting, taken
-from .events import Delivery, Event
+from .events import Delivery, Event, Slack
 from .flatten import flatten
+from .lookahead import Observed, keep_promises, outs, promised, still_promised
 from .messages import Message, decode, encode
 from .models import Atomic, Clock, Model
 from .ports import InPort, OutPort
@@ -43,7 +44,7 @@ class Simulator:
         """`log` hears of every transition, `trace` the same, raw; a zero-time loop of `microsteps` is an error."""
         self.model, self.microsteps = model, microsteps
         self.trace = logged(log) if log is not None else trace
-        self._clock = Clock()
+        self._clock, self._observed = Clock(), Observed()
         self.atomics: list[Atomic] = []
         self._adopt()
         self.model._changes = []
@@ -52,14 +53,14 @@ class Simulator:
         """Take the model tree as it is now."""
         self.atomics = flatten(self.model)
         self._speakers = [
-            (m, min(port.lookahead for port in _outs(m) if port.exits))
+            (m, min(port.lookahead for port in outs(m) if port.exits))
             for m in self.atomics
-            if any(port.exits for port in _outs(m))
+            if any(port.exits for port in outs(m))
         ]
-        self.lookahead = min((ahead for _, ahead in self._speakers), default=NEVER)
+        self.lookahead = promised(self.model, self.atomics)
         for m in self.atomics:
             m._clock = self._clock
-            m._promises = any(port.lookahead for port in _outs(m))
+            m._promises = any(port.lookahead for port in outs(m))
             m._plain = type(m).confluent is Atomic.confluent
 
     def start(self) -> None:
@@ -70,12 +71,14 @@ class Simulator:
         self._said: list[tuple[OutPort[Any], Any]] | None = None
         self._staged: list[tuple[InPort[Any], Message]] = []
         self._loop: set[str] = set()
+        self._observed = Observed()
         for m in self.atomics:
             self._begin(m, Tag(-1, 0))
 
     def _begin(self, m: Atomic, last: Tag) -> None:
         """Initial state of an atomic that comes in after the tag `last`."""
-        m._t, m._k, m._last, m._set, m._ta, m._sent = NEVER, 0, max(last.t, 0), -NEVER, NEVER, None
+        m._t, m._k, m._last, m._ta, m._sent = NEVER, 0, max(last.t, 0), NEVER, None
+        m._set = last.t if last.t >= 0 else -NEVER
         try:
             m.start()
         except Exception as error:
@@ -144,6 +147,8 @@ class Simulator:
             self._staged = []
         if said:
             deliver(said, received)
+            if self._speakers:
+                self._observed.note(t, said)
         if received:
             movers = sorted({*movers, *received})
 
@@ -202,18 +207,14 @@ class Simulator:
     def _restructure(self) -> None:
         """What was asked of the structure since the last tag happens now, after all transitions of that tag."""
         changes, self.model._changes = self.model._changes or [], None
-        before, promised = set(self.atomics), self.lookahead
+        before, promises = set(self.atomics), self.lookahead
         for where, change in changes:
             try:
                 change()
             except ModelError as error:
                 raise ModelError(f"{error} (a change of {where.path} at {self._last})") from None
         self._adopt()
-        if self.lookahead < promised:
-            raise ModelError(
-                f"{self.model.path} at {self._last}: its lookahead falls from {promised} to {self.lookahead} ns, but "
-                "others rely on it; give what is added no less lookahead"
-            )
+        still_promised(self.model.path, self._last, promises, self.lookahead)
         self._schedule = Schedule(self.atomics)
         for m in self.atomics:
             if m in before:
@@ -230,6 +231,7 @@ class Simulator:
         """Go on from a snapshot; `model` and `atomics` are new ones then."""
         self.model, (self._last, self._staged) = thawed(snapshot, self.model)
         self._due, self._said, self._loop, self._clock.now = None, None, set(), self._last
+        self._observed = Observed()
         self._adopt()
         self.model._changes = []
         self._schedule = Schedule(self.atomics)
@@ -248,12 +250,17 @@ class Simulator:
             try:
                 m.output()
                 if m._promises:
-                    _keep_promises(m, tag, said)
+                    keep_promises(m, tag, said)
             except Exception as error:
                 _fail(m, tag, "output", error)
             m._sent = None
         self._said = said
         return said
+
+    @property
+    def slack(self) -> list[Slack]:
+        """What was observed of the lookaheads of those who speak to the outside, since start or restore."""
+        return self._observed.table()
 
     def _receive(self, delivery: Delivery) -> Message:
         """The receiver's own copy of a message from another node."""
@@ -281,19 +288,6 @@ class Simulator:
             )
 
 
-def _keep_promises(m: Atomic, tag: Tag, sent: list[tuple[OutPort[Any], Any]]) -> None:
-    for port, _ in sent:
-        if port.owner is m and tag.t - m._set < port.lookahead:
-            raise ModelError(
-                f"port {port.name} promises a lookahead of {port.lookahead} ns and speaks "
-                f"{tag.t - m._set} ns after the transition that scheduled it; hold for longer or declare less"
-            )
-
-
 def _fail(m: Atomic, tag: Tag, what: str, error: Exception) -> NoReturn:
     sentence = str(error) if isinstance(error, HeavyliftError) else f"{what}() raised {type(error).__name__}: {error}"
     raise ModelError(f"{m.path} at {tag}: {sentence}") from error
-
-
-def _outs(m: Atomic) -> list[OutPort[Any]]:
-    return [port for port in m.ports.values() if isinstance(port, OutPort)]

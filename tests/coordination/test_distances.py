@@ -1,42 +1,74 @@
 """Path lookahead between nodes, by hand."""
 
+from collections.abc import Mapping
+
 import pytest
 from heavylift.coordinator.distance import Coupling, chain, distances, plus
+from heavylift.coordinator.messages import Delay
 from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.devs import FOREVER, NEVER, Tag
 
+Rows = list[list[Delay | None]]
 
-def link(source: str, target: str) -> Coupling:
-    return Coupling(source, "o", target, "i")
+
+def link(source: str, target: str, port: str = "o") -> Coupling:
+    return Coupling(source, port, target, "i")
+
+
+def said_and_heard(couplings: list[Coupling], lookaheads: Mapping[str, int]) -> tuple[Rows, Rows]:
+    """D and R as full tables, for nodes whose ports have one lookahead."""
+    names = list(lookaheads)
+    tables = distances(names, couplings, {name: {"o": lookaheads[name]} for name in names})
+    D, R = ([[row.get(i) for i in range(len(names))] for row in table] for table in tables)
+    return D, R
 
 
 def test_a_chain_sums_the_lookaheads_of_the_nodes_between() -> None:
     couplings = [link("a", "b"), link("b", "c"), link("c", "d")]
-    assert distances(list("abcd"), couplings, {"a": 7, "b": 10, "c": 5, "d": 0}) == [
+    D, R = said_and_heard(couplings, {"a": 7, "b": 10, "c": 5, "d": 0})
+    assert D == [
         [None, (0, 0), (10, 0), (15, 0)],
         [None, None, (0, 0), (5, 0)],
         [None, None, None, (0, 0)],
         [None, None, None, None],
     ]
+    assert R == [
+        [None, (7, 0), (17, 0), (22, 0)],
+        [None, None, (10, 0), (15, 0)],
+        [None, None, None, (5, 0)],
+        [None, None, None, None],
+    ]
 
 
-def test_a_node_between_without_lookahead_costs_a_microstep() -> None:
+def test_a_node_without_lookahead_costs_a_microstep() -> None:
     couplings = [link("a", "b"), link("b", "c"), link("c", "d")]
-    row = distances(list("abcd"), couplings, {"a": 0, "b": 0, "c": 0, "d": 0})[0]
-    assert row == [None, (0, 0), (0, 1), (0, 2)]
-    assert distances(list("abcd"), couplings, {"a": 0, "b": 5, "c": 0, "d": 0})[0][3] == (5, 1)
-    assert distances(list("abcd"), couplings, {"a": 0, "b": 0, "c": 5, "d": 0})[0][3] == (5, 0)
+    D, R = said_and_heard(couplings, {"a": 0, "b": 0, "c": 0, "d": 0})
+    assert (D[0], R[0]) == ([None, (0, 0), (0, 1), (0, 2)], [None, (0, 1), (0, 2), (0, 3)])
+    assert said_and_heard(couplings, {"a": 0, "b": 5, "c": 0, "d": 0})[0][0][3] == (5, 1)
+    assert said_and_heard(couplings, {"a": 0, "b": 0, "c": 5, "d": 0})[0][0][3] == (5, 0)
 
 
 def test_the_shortest_path_counts_and_a_cycle_goes_through_others() -> None:
     couplings = [link("a", "b"), link("b", "a"), link("b", "c"), link("c", "a")]
-    D = distances(list("abc"), couplings, {"a": 1, "b": 20, "c": 3})
+    D, _ = said_and_heard(couplings, {"a": 1, "b": 20, "c": 3})
     assert D == [[(20, 0), (0, 0), (20, 0)], [(0, 0), (1, 0), (0, 0)], [(0, 0), (1, 0), (21, 0)]]
 
 
+def test_each_port_has_its_own_lookahead() -> None:
+    couplings = [link("a", "b", "fast"), link("a", "c", "slow"), link("c", "b")]
+    D, R = distances(list("abc"), couplings, {"a": {"fast": 0, "slow": 50}, "b": {}, "c": {"o": 4}})
+    assert D == [{1: (0, 0), 2: (0, 0)}, {}, {1: (0, 0)}]
+    assert R == [{1: (0, 1), 2: (50, 0)}, {}, {1: (4, 0)}]
+
+
+def test_by_a_port_that_nothing_leads_to_nothing_comes() -> None:
+    assert distances(list("ab"), [link("a", "b")], {"a": {"o": NEVER}, "b": {}}) == ([{}, {}], [{}, {}])
+
+
 def test_the_end_reaches_everybody_after_one_nanosecond() -> None:
-    D = distances(["commander", "west"], [], {"commander": 0, "west": 0}, finish="commander")
-    assert D == [[(1, 0), (1, 0)], [None, None]]
+    lookaheads = {"commander": {"finished": 7}, "west": {"o": 0}}
+    D, R = distances(["commander", "west"], [], lookaheads, finish=("commander", "finished"))
+    assert (D, R) == ([{0: (1, 0), 1: (1, 0)}, {}], [{0: (8, 0), 1: (8, 0)}, {}])
 
 
 def test_delays_and_tags() -> None:
@@ -45,11 +77,10 @@ def test_delays_and_tags() -> None:
     assert plus(Tag(5, 3), None) == plus(FOREVER, (0, 1)) == plus(Tag(5), (NEVER, 0)) == FOREVER
     assert chain((0, 3), (2, 1)) == (2, 1)
     assert chain((2, 1), (0, 3)) == (2, 4)
-    assert chain((2, 1), None) is None
 
 
 def test_wrong_couplings_are_named() -> None:
     with pytest.raises(ProtocolError, match=r"^coupling a\.o -> x\.i: there is no node x$"):
-        distances(["a"], [link("a", "x")], {"a": 0})
+        distances(["a"], [link("a", "x")], {"a": {}})
     with pytest.raises(ProtocolError, match=r"^coupling a\.o -> a\.i: couple it inside the node$"):
-        distances(["a"], [link("a", "a")], {"a": 0})
+        distances(["a"], [link("a", "a")], {"a": {}})

@@ -92,7 +92,7 @@ def live(seed: int, order: int, known: Script | None = None, slices: bool = True
                 horizon, Tag(core.first.t, core.first.k + r.randrange(1, 3)) if r.random() < 0.7 else Tag(END)
             )
         for name, grant in core.ready(horizon) if slices else core.ready():
-            answers.append((name, answer(nodes[name], grant)))
+            answers.append((name, answer(nodes[name], grant, core)))
         if core.over is not None:
             return logs, script, events
         if answers:
@@ -138,9 +138,9 @@ def test_a_committed_offer_that_was_not_granted_yet_is_decided_too() -> None:
     ]
     core = OpenCoordinator(["g0", "i", "j", "m", "x"], wires, Tag(END), outside=[WIRE])
     for name, next_, lookahead in (("g0", FOREVER, 0), ("m", FOREVER, 3), ("j", Tag(5), 0)):
-        core.hello(name, Hello(next_, [], next_, lookahead))
+        core.hello(name, Hello(next_, [], next_, {"out": lookahead}))
     for name, next_ in (("x", Tag(6)), ("i", Tag(8))):
-        core.hello(name, Hello(next_, [Event(next_.t, 0, name, "out", 0, "Number", b"")], next_, 0))
+        core.hello(name, Hello(next_, [Event(next_.t, 0, name, "out", 0, "Number", b"")], next_))
     assert [(name, grant.until) for name, grant in core.ready()] == [("j", Tag(6))]
     assert core.floor == Tag(5, 1)
     assert core.safe == Tag(8)  # g0 would reach i at once

@@ -20,8 +20,8 @@ from heavylift.coordinator.messages import (
     encode,
 )
 from heavylift.coordinator.node import Node
-from heavylift.kernel.errors import ModelError, ProtocolError
-from heavylift.nodes.devs import FOREVER, Atomic, Bag, Delivery, Event, In, Message, Out, Simulator, Tag
+from heavylift.kernel.errors import ProtocolError
+from heavylift.nodes.devs import FOREVER, Atomic, Bag, Delivery, Event, In, Message, Out, Simulator, Slack, Tag
 from heavylift.nodes.devs import encode as encode_value
 
 
@@ -76,7 +76,7 @@ def event(t: int, source: str = "a", n: int = 0, k: int = 0, port: str = "out") 
 
 def hello(t: int, offer: Sequence[Event] = (), lookahead: int = 0) -> Hello:
     quiet = Tag(t) if offer or t == FOREVER.t else Tag(t, 1)
-    return Hello(Tag(t), list(offer), quiet, lookahead)
+    return Hello(Tag(t), list(offer), quiet, {"out": lookahead})
 
 
 PAIR = [Coupling("a", "out", "b", "into"), Coupling("b", "out", "a", "into")]
@@ -113,7 +113,7 @@ def test_a_lookahead_widens_the_window_of_others_after_an_input_only() -> None:
 def test_silent_nodes_that_could_only_speak_later_do_not_wait_for_each_other() -> None:
     core = Coordinator(["a", "b"], PAIR)
     for name in ("a", "b"):
-        core.hello(name, Hello(Tag(5), [], Tag(5), 0))
+        core.hello(name, Hello(Tag(5), [], Tag(5)))
     assert [name for name, _ in core.ready()] == ["a", "b"]
 
 
@@ -170,13 +170,6 @@ def test_the_three_ways_to_end(order: int) -> None:
     assert a.heard[-1] == (Tag(9, 1), 100)
 
 
-def test_a_zero_delay_cycle_between_nodes_is_ended_by_the_microstep_limit() -> None:
-    models = [Clockwork("a", [5], delay=0), Clockwork("b", delay=0)]
-    nodes = [Node(model.name, Simulator(model, microsteps=50)) for model in models]
-    with pytest.raises(ModelError, match=r"^[ab] at \(0.000000005 s, 50\): zero-time loop, 50 microsteps"):
-        run_in_memory(Coordinator(["a", "b"], PAIR), nodes)
-
-
 def test_a_repeated_grant_is_answered_with_the_stored_done() -> None:
     (node,) = started(Clockwork("a", [5, 7]))
     node.hello()
@@ -226,6 +219,29 @@ def test_welcome_and_stop() -> None:
             node.handle(message)
 
 
+def test_the_last_word_tells_how_long_lookaheads_could_have_been() -> None:
+    class Slow(Atomic):
+        into, out, other = In(Word), Out(Word, lookahead=10), Out(Word)
+
+        def start(self) -> None:
+            self.hold_in(3)
+
+        def output(self) -> None:
+            (self.other if self.now.t == 3 else self.out).send(Word(1))
+
+        def external(self, e: int, x: Bag) -> None:
+            self.hold_in(10 + x[self.into][0].n)
+
+        def internal(self) -> None:
+            self.passivate()
+
+    node = Node("a", Simulator(Slow("a")))
+    node.hello()
+    for gseq, (t, n) in enumerate([(10, 7), (40, 5), (60, 9)], 1):
+        node.handle(Grant(gseq, Tag(t + 20), None, True, [Delivery(event(t, "b", n), "into")]))
+    assert node.handle(Stop(Tag(90))) == Bye(slack=[Slack("a.out", declared_ns=10, observed_ns=15, count=3)])
+
+
 def test_every_message_survives_the_wire_and_nothing_else_does() -> None:
     messages: list[AnyMessage] = [
         hello(3, [event(3)]),
@@ -234,7 +250,7 @@ def test_every_message_survives_the_wire_and_nothing_else_does() -> None:
         Done(1, Tag(3), [event(2)], Tag(4), [], Tag(4, 1), b"h"),
         Fail(Tag(3), "a.b", "it broke", ""),
         Stop(Tag(3), "finished"),
-        Bye(),
+        Bye("a waits", 0.5, [Slack("a.out", 10, 15, 3)]),
     ]
     for message in messages:
         assert decode(encode(message)) == message
@@ -270,7 +286,7 @@ def test_what_a_node_may_not_say() -> None:
 
 def test_a_node_that_speaks_earlier_than_declared_names_the_port() -> None:
     (node,) = started(Clockwork("a", delay=10))
-    node.model.lookahead = 50  # type: ignore[misc]
+    node.model.lookahead = {"out": 50}  # type: ignore[misc]
     node.hello()
     fail = node.handle(Grant(1, Tag(100), None, False, [Delivery(event(5, "b"), "into")]))
     assert isinstance(fail, Fail)

@@ -4,11 +4,10 @@ The mutants are the tempting simplifications; if one of them passed here, the te
 """
 
 import pytest
-from heavylift.coordinator import core
 from heavylift.coordinator import node as node_module
 from heavylift.coordinator.core import Outcome
 from heavylift.kernel.errors import HeavyliftError
-from heavylift.nodes.devs import FOREVER, Tag, after
+from heavylift.nodes.devs import FOREVER, Tag
 from random_models import END, distributed, flat, wave
 
 MODELS = range(300)
@@ -62,22 +61,6 @@ def differing(seeds: range) -> int:
 
 def test_mutant_wave_outputs_at_the_next_microstep() -> None:
     assert sum(wave(seed) != flat(seed) for seed in FEW) > 20
-
-
-def test_mutant_late_the_lookahead_added_to_a_scheduled_output(monkeypatch: pytest.MonkeyPatch) -> None:
-    def late(node: core._Node) -> Tag:
-        return after(min(node.next, node.first), node.lookahead) if node.frozen is None else node.frozen
-
-    monkeypatch.setattr(core._Node, "earliest", property(late))
-    assert differing(FEW) > 10
-
-
-def test_mutant_deaf_the_pending_inputs_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
-    def deaf(node: core._Node) -> Tag:
-        return node.frozen or (after(node.next, 0) if node.committed else node.quiet)
-
-    monkeypatch.setattr(core._Node, "earliest", property(deaf))
-    assert differing(FEW) > 10
 
 
 def test_mutant_rash_no_stop_after_speaking(monkeypatch: pytest.MonkeyPatch) -> None:

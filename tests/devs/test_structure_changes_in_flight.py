@@ -132,6 +132,31 @@ def test_a_promised_lookahead_holds() -> None:
     with pytest.raises(ModelError) as error:
         started(yard).run(ns(5))
     assert str(error.value) == (
-        "yard at (1 s, 0): its lookahead falls from 1000000000 to 0 ns, but others rely on it; "
+        "yard at (1 s, 0): the lookahead of port out falls from 1000000000 ns to 0 ns, but others rely on it; "
         "give what is added no less lookahead"
+    )
+
+
+def test_what_is_added_keeps_its_promise_from_the_change_on() -> None:
+    class Hasty(Atomic):
+        out = Out(Item, lookahead=ns(1))
+
+        def start(self) -> None:
+            self.hold_in(ns(0.5))
+
+        def output(self) -> None:
+            self.out.send(Item(1))
+
+    class Adder(Remover):
+        def internal(self) -> None:
+            yard = self.parent
+            assert isinstance(yard, Coupled)
+            yard.add(Hasty("hasty"))
+            self.passivate()
+
+    with pytest.raises(ModelError) as error:
+        started(coupled("yard", [Adder("adder", "", ns(1))])).run(ns(5))
+    assert str(error.value) == (
+        "yard.hasty at (1.5 s, 0): port out promises a lookahead of 1000000000 ns and speaks 500000000 ns after the "
+        "transition that scheduled it; hold for longer or declare less"
     )

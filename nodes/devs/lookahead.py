@@ -1,0 +1,74 @@
+"""What out ports promise of their outputs, that it is kept, and how much more could have been promised.
+
+Lookahead L of a port [ns]: after a transition at t, no output that was not already scheduled leaves by it before
+t + L. The conservative bounds of Chandy and Misra live on it, so a broken promise ends a run by name; the longest
+promise that would have held (`Slack`) is what a user tunes it with.
+"""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from heavylift.kernel.errors import ModelError
+
+from .events import Slack
+from .models import Atomic, Model
+from .ports import OutPort
+from .tags import NEVER, Tag
+
+Said = list[tuple[OutPort[Any], Any]]
+
+
+def outs(m: Model) -> list[OutPort[Any]]:
+    """The out ports of a model."""
+    return [port for port in m.ports.values() if isinstance(port, OutPort)]
+
+
+def promised(root: Model, atomics: Iterable[Atomic]) -> dict[str, int]:
+    """Lookahead of each out port of the root: the smallest of the atomics' ports that lead there; NEVER without one."""
+    ahead = {port.name: NEVER for port in outs(root)}
+    for port in (port for m in atomics for port in outs(m)):
+        for exit, _ in port.exits:
+            ahead[exit.name] = min(ahead[exit.name], port.lookahead)
+    return ahead
+
+
+def still_promised(path: str, at: Tag, before: Mapping[str, int], now: Mapping[str, int]) -> None:
+    """Refuse a change of structure by which a lookahead falls."""
+    for port, ahead in before.items():
+        if now[port] < ahead:
+            was = f"{ahead} ns" if ahead < NEVER else "that of a port by which nothing leaves"
+            raise ModelError(
+                f"{path} at {at}: the lookahead of port {port} falls from {was} to {now[port]} ns, but others rely on "
+                "it; give what is added no less lookahead"
+            )
+
+
+def keep_promises(m: Atomic, tag: Tag, sent: Said) -> None:
+    """Refuse what an atomic says too soon after the transition that scheduled it."""
+    for port, _ in sent:
+        if port.owner is m and tag.t - m._set < port.lookahead:
+            raise ModelError(
+                f"port {port.name} promises a lookahead of {port.lookahead} ns and speaks "
+                f"{tag.t - m._set} ns after the transition that scheduled it; hold for longer or declare less"
+            )
+
+
+class Observed:
+    """For each port of an atomic that has spoken to the outside: what lookahead it could have had so far."""
+
+    def __init__(self) -> None:
+        self._ports: dict[tuple[str, str], Slack] = {}
+
+    def note(self, t: int, said: Said) -> None:
+        """What is said at t [ns]; what was scheduled from the start bounds no promise."""
+        for port, _ in said:
+            m = port.owner
+            if port.exits and isinstance(m, Atomic) and m._set >= 0:
+                key, waited = (m.path, port.name), t - m._set
+                known = self._ports.get(key)
+                least, n = (min(waited, known.observed_ns), known.count) if known else (waited, 0)
+                self._ports[key] = Slack(f"{key[0]}.{key[1]}", port.lookahead, least, n + 1)
+
+    def table(self) -> list[Slack]:
+        """In the order of paths and ports."""
+        return [self._ports[key] for key in sorted(self._ports)]
