@@ -20,7 +20,8 @@ from typing import Self
 
 import zenoh
 from heavylift.coordinator.frame import FIRST_EPOCH, Reader, Topic, Writer
-from heavylift.coordinator.link import FIFO, JOIN_s, LocalLink, matched
+from heavylift.coordinator.link import FIFO, LOCAL, JOIN_s, LocalLink, matched
+from heavylift.coordinator.placement import Placement
 from heavylift.coordinator.session import (
     OBSERVER,
     RunDirectory,
@@ -45,20 +46,23 @@ WAKE = "~hub"  # in place of a node's name: a message of the hub to itself
 class _Desk:
     """What both hubs share: one publisher and two readers per node, events for observers, checked samples."""
 
-    def __init__(self, session: zenoh.Session, run: str, nodes: tuple[str, ...]) -> None:
+    def __init__(self, session: zenoh.Session, run: str, placement: Placement) -> None:
         block = zenoh.CongestionControl.BLOCK
-        self.run, self.nodes = run, nodes
+        self.run, self.nodes, self.placement = run, placement.nodes, placement
+        at = {node: (process, node) for node, process in placement.process_of.items()}
         self.when: Callable[[], str] = lambda: ""
         """Gives the simulation time for a sentence, like "t = 12.5 s"; set by who knows it."""
         self._session = session
-        self._publishers = {n: session.declare_publisher(key(run, n, "in"), congestion_control=block) for n in nodes}
-        self._writers = {n: Writer(run, n, Topic.IN, FIRST_EPOCH) for n in nodes}
-        self._out = {key(run, n, "out"): (n, Reader(run, n, Topic.OUT, FIRST_EPOCH)) for n in nodes}
-        self._data = {key(run, n, "samples"): (n, Reader(run, n, Topic.SAMPLES, FIRST_EPOCH)) for n in nodes}
+        self._publishers = {
+            n: session.declare_publisher(key(run, "in", *at[n]), congestion_control=block) for n in self.nodes
+        }
+        self._writers = {n: Writer(run, n, Topic.IN, FIRST_EPOCH) for n in self.nodes}
+        self._out = {key(run, "out", *at[n]): (n, Reader(run, n, Topic.OUT, FIRST_EPOCH)) for n in self.nodes}
+        self._data = {key(run, "samples", *at[n]): (n, Reader(run, n, Topic.SAMPLES, FIRST_EPOCH)) for n in self.nodes}
         self._batches: deque[zenoh.Sample] = deque()
         self._events: dict[tuple[str, str], zenoh.Publisher] = {}
         keep = Callback(self._batches.append, indirect=False)
-        self._data_subscriber = session.declare_subscriber(key(run, "*", "samples"), keep)
+        self._data_subscriber = session.declare_subscriber(key(run, "samples", "*", "*"), keep)
 
     def send(self, node: str, payload: bytes) -> None:
         """Send a protocol message to a node."""
@@ -112,13 +116,16 @@ class _Desk:
 class Hub(_Desk):
     """Connects the coordinator with node processes over a private unix socket."""
 
-    def __init__(self, nodes: Iterable[str]) -> None:
-        names = check_names(nodes)
+    def __init__(self, nodes: Iterable[str] | Placement) -> None:
+        """`nodes`: names, each in a process of its own, or a placement."""
+        placement = nodes if isinstance(nodes, Placement) else Placement.apart(check_names(nodes, "node"))
+        check_names(placement.nodes, "node")
+        processes = check_names(placement.processes, "process")
         self.directory = RunDirectory()
-        self._passwords = {user: new_password() for user in ("coordinator", OBSERVER, *names)}
+        self._passwords = {user: new_password() for user in ("coordinator", OBSERVER, *processes)}
         run = new_run_id()
         try:
-            super().__init__(hub_session(run, self.directory, self._passwords), run, names)
+            super().__init__(hub_session(run, self.directory, self._passwords), run, placement)
         except ProtocolError:
             self.directory.remove()
             raise
@@ -128,20 +135,21 @@ class Hub(_Desk):
         self._dismissed = False
         self._deaths: Callable[[], Mapping[str, str]] = dict
         self._bell: queue.SimpleQueue[str | None] = queue.SimpleQueue()
-        self._wake_key = key(run, WAKE, "out")
+        self._wake_key = key(run, "out", WAKE, WAKE)
         channel: FifoChannel[zenoh.Sample] = FifoChannel(FIFO)
-        self._inbox = self._session.declare_subscriber(key(run, "*", "out"), channel)
+        self._inbox = self._session.declare_subscriber(key(run, "out", "*", "*"), channel)
         tokens = Callback(self._token, indirect=False)
-        self._tokens = self._session.liveliness().declare_subscriber(key(run, "*", "alive"), tokens)
+        self._tokens = self._session.liveliness().declare_subscriber(key(run, "alive", "*"), tokens)
         leave = Callback(self._leave, indirect=False)
-        self._leaving = self._session.declare_queryable(key(run, "*", "leave"), leave)
+        self._leaving = self._session.declare_queryable(key(run, "leave", "*"), leave)
         self._closed = threading.Event()
         self._watcher = threading.Thread(target=self._watch, name="hub watch", daemon=True)
         self._watcher.start()
 
-    def ticket(self, node: str) -> Ticket:
-        """What the process of this node needs to join."""
-        return Ticket(self.run, node, FIRST_EPOCH, self.directory.socket, self._passwords[node])
+    def ticket(self, process: str) -> Ticket:
+        """What this process needs to join."""
+        nodes = self.placement.processes[process]
+        return Ticket(self.run, process, nodes, FIRST_EPOCH, self.directory.socket, self._passwords[process])
 
     def send(self, node: str, payload: bytes) -> None:
         """Send a protocol message to a node; the first one waits until the node listens."""
@@ -199,12 +207,12 @@ class Hub(_Desk):
         self.directory.remove()
 
     def _leave(self, query: zenoh.Query) -> None:
-        """Answer a node that has waited with closing until all that it had sent is here."""
+        """Answer a process that has waited with closing until all that it had sent is here."""
         query.reply(query.key_expr, b"")
 
     def _token(self, sample: zenoh.Sample) -> None:
         if sample.kind == zenoh.SampleKind.DELETE:
-            self._bell.put(str(sample.key_expr).split("/")[-2])
+            self._bell.put(str(sample.key_expr).split("/")[-1])
 
     def _watch(self) -> None:
         """The watching thread: deadlines, lost connections, ended processes."""
@@ -212,9 +220,9 @@ class Hub(_Desk):
         woken: float | None = None
         while not self._closed.is_set():
             try:
-                node = self._bell.get(timeout=0.005 if lost else TICK_s)
-                if node is not None:
-                    lost.setdefault(node, time.monotonic())
+                process = self._bell.get(timeout=0.005 if lost else TICK_s)
+                if process is not None:
+                    lost.setdefault(process, time.monotonic())
             except queue.Empty:
                 pass
             deadline = self._deadline
@@ -229,19 +237,21 @@ class Hub(_Desk):
     def _look_for_deaths(self, lost: dict[str, float]) -> None:
         now = time.monotonic()
         deaths = self._deaths()
-        for node in deaths:
-            since = lost.setdefault(node, now)
-            joined = matched(self._publishers[node])
+        for process in deaths:
+            since = lost.setdefault(process, now)
+            joined = any(matched(self._publishers[node]) for node in self.placement.processes[process])
             if not joined or now - since > GRACE_s:  # its last messages have arrived
-                return self._fail(node, deaths[node])
-        for node, since in lost.items():
-            if node not in deaths and now - since > GRACE_s:
-                return self._fail(node, "it left the run")
+                return self._fail(process, deaths[process])
+        for process, since in lost.items():
+            if process not in deaths and now - since > GRACE_s:
+                return self._fail(process, "it left the run")
 
-    def _fail(self, node: str, how: str) -> None:
+    def _fail(self, process: str, how: str) -> None:
         if not self._dismissed:
             at = self.when()
-            self._failure = ProtocolError(f"node {node} is gone{' at ' + at if at else ''}: {how}; start the run again")
+            self._failure = ProtocolError(
+                f"{self.placement.told(process)} gone{' at ' + at if at else ''}: {how}; start the run again"
+            )
             self._wake()
 
     def _wake(self) -> None:
@@ -256,10 +266,10 @@ class LocalHub(_Desk):
     """
 
     def __init__(self, nodes: Iterable[str]) -> None:
-        super().__init__(local_session(), new_run_id(), check_names(nodes))
+        super().__init__(local_session(), new_run_id(), Placement({LOCAL: check_names(nodes, "node")}))
         self._inbox: deque[zenoh.Sample] = deque()
         keep = Callback(self._inbox.append, indirect=False)
-        self._subscriber = self._session.declare_subscriber(key(self.run, "*", "out"), keep)
+        self._subscriber = self._session.declare_subscriber(key(self.run, "out", "*", "*"), keep)
         self._ready: deque[str] = deque()
         self._links: dict[str, LocalLink] = {}
 

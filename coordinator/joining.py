@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 
 from .hub import Hub, LocalHub
 from .participant import NODE_MODULE, PRELOAD, Participant
+from .placement import Placement
 from .processes import Processes
 
 __all__ = ["joined"]
 
 
 @contextmanager
-def joined(names: Sequence[str], in_process: bool, processes: Processes | None = None) -> Iterator[Hub | LocalHub]:
-    """The hub of these nodes, started in this order; at the end all processes are gone."""
+def joined(placement: Placement, in_process: bool, processes: Processes | None = None) -> Iterator[Hub | LocalHub]:
+    """The hub of the nodes of a placement, started in its order; at the end all processes are gone."""
     if in_process:
-        with LocalHub(names) as local:
-            for name in names:
+        with LocalHub(placement.nodes) as local:
+            for name in placement.nodes:
                 link = local.link(name)
                 link.serve(Participant(name, link.send, link.sample).handle)
             yield local
         return
-    with Hub(names) as hub, processes or Processes(PRELOAD) as crew:
-        crew.start(hub, {name: (NODE_MODULE, name) for name in names})
+    with Hub(placement) as hub, processes or Processes(PRELOAD) as crew:
+        crew.start(hub, {process: (NODE_MODULE,) for process in placement.processes})
         yield hub

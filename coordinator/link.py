@@ -1,8 +1,8 @@
-"""The node's end of a run: `Link` in a process of its own, `LocalLink` in the coordinator's process.
+"""The nodes' end of a run: `Link` in a process of their own, `LocalLink` in the coordinator's process.
 
 Contract of both: `send` never loses a message and `receive` gives the coordinator's messages in their order,
 each checked (frame.py). What was sent by `sample` before a `send` is at the coordinator when that `send` has
-arrived: both travel in one session, at one priority, in one order.
+arrived: both travel in one session, at one priority, in one order. A `Link` serves all nodes of its process.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ __all__ = ["Link", "LocalLink"]
 
 FIFO = 4096  # messages that may wait at a receiver before its senders wait
 JOIN_s = 10.0  # longest time from an open session to a coordinator that listens
-LEAVE_s = 10.0  # longest time that a node waits for its last messages to arrive
+LEAVE_s = 10.0  # longest time that a process waits for its last messages to arrive
+LOCAL = "local"  # in place of a process's name: the coordinator's own
 
 
 def matched(publisher: zenoh.Publisher) -> bool:
@@ -35,15 +36,19 @@ def matched(publisher: zenoh.Publisher) -> bool:
 class _Sender:
     """The two topics that a node writes to."""
 
-    def __init__(self, session: zenoh.Session, run: str, node: str, epoch: int) -> None:
+    def __init__(self, session: zenoh.Session, run: str, process: str, node: str, epoch: int) -> None:
         block = zenoh.CongestionControl.BLOCK
         self.run, self.node = run, node
-        self._session = session
-        self._out = session.declare_publisher(key(run, node, "out"), congestion_control=block)
-        self._samples = session.declare_publisher(key(run, node, "samples"), congestion_control=block)
+        self._out = session.declare_publisher(key(run, "out", process, node), congestion_control=block)
+        self._samples = session.declare_publisher(key(run, "samples", process, node), congestion_control=block)
         self._out_writer = Writer(run, node, Topic.OUT, epoch)
         self._samples_writer = Writer(run, node, Topic.SAMPLES, epoch)
-        self._in_reader = Reader(run, node, Topic.IN, epoch)
+        self.open = Reader(run, node, Topic.IN, epoch).open
+
+    @property
+    def heard(self) -> bool:
+        """Whether the coordinator listens to both topics."""
+        return matched(self._out) and matched(self._samples)
 
     def send(self, payload: bytes) -> None:
         """Send a protocol message to the coordinator."""
@@ -54,31 +59,49 @@ class _Sender:
         self._samples.put(self._samples_writer.frame(payload))
 
 
-class Link(_Sender):
-    """A node process's connection to its coordinator; joins the run when it is made."""
+class Link:
+    """A process's connection to its coordinator; joins the run with all nodes of the ticket when it is made."""
 
     def __init__(self, ticket: Ticket) -> None:
-        super().__init__(node_session(ticket), ticket.run, ticket.node, ticket.epoch)
+        self.run, self.process, self.nodes = ticket.run, ticket.process, ticket.nodes
+        self._session = session = node_session(ticket)
+        self._senders = {n: _Sender(session, self.run, self.process, n, ticket.epoch) for n in self.nodes}
+        self._addresses = {key(self.run, "in", self.process, n): self._senders[n] for n in self.nodes}
         channel: FifoChannel[zenoh.Sample] = FifoChannel(FIFO)
-        self._inbox = self._session.declare_subscriber(key(self.run, self.node, "in"), channel)
+        self._inbox = session.declare_subscriber(key(self.run, "in", self.process, "*"), channel)
         self._join()
-        self._alive = self._session.liveliness().declare_token(key(self.run, self.node, "alive"))
+        self._alive = session.liveliness().declare_token(key(self.run, "alive", self.process))
 
     def _join(self) -> None:
-        """Wait until the coordinator hears both topics: what is put earlier would be lost without a word."""
+        """Wait until the coordinator hears all topics: what is put earlier would be lost without a word."""
         deadline = time.monotonic() + JOIN_s
-        while not (matched(self._out) and matched(self._samples)):
+        while not all(sender.heard for sender in self._senders.values()):
             if time.monotonic() > deadline:
                 self.close()
                 raise ProtocolError(
-                    f"node {self.node} reached run {self.run} but no coordinator listened within "
+                    f"process {self.process} reached run {self.run} but no coordinator listened within "
                     f"{JOIN_s:g} s, start the run again"
                 )
             time.sleep(0.001)
 
-    def receive(self) -> bytes:
-        """The coordinator's next message; waits for it."""
-        return self._in_reader.open(self._inbox.recv().payload.to_bytes())
+    def send(self, node: str, payload: bytes) -> None:
+        """Send a protocol message of a node to the coordinator."""
+        self._senders[node].send(payload)
+
+    def sample(self, node: str, payload: bytes) -> None:
+        """Send a batch of samples of a node to the coordinator."""
+        self._senders[node].sample(payload)
+
+    def receive(self) -> tuple[str, bytes]:
+        """The coordinator's next message and the node that it is for; waits for it."""
+        sample = self._inbox.recv()
+        sender = self._addresses.get(str(sample.key_expr))
+        if sender is None:
+            raise ProtocolError(
+                f"process {self.process}: a message arrived on {sample.key_expr}, but it hosts "
+                f"{', '.join(self.nodes)} only, end the process that sends it"
+            )
+        return sender.node, sender.open(sample.payload.to_bytes())
 
     def close(self) -> None:
         """Leave the run, after all that was sent has arrived: a session that closes earlier cuts or loses it.
@@ -87,7 +110,7 @@ class Link(_Sender):
         """
         if not self._session.is_closed():
             block = zenoh.CongestionControl.BLOCK
-            at = key(self.run, self.node, "leave")
+            at = key(self.run, "leave", self.process)
             list(self._session.get(at, FifoChannel(1), congestion_control=block, timeout=LEAVE_s))
             self._session.close()  # type: ignore[no-untyped-call]
 
@@ -104,11 +127,11 @@ class LocalLink(_Sender):
     """A node's connection to a LocalHub over the same session; `serve` hands its messages to a function."""
 
     def __init__(self, session: zenoh.Session, run: str, node: str, ready: deque[str]) -> None:
-        super().__init__(session, run, node, FIRST_EPOCH)
+        super().__init__(session, run, LOCAL, node, FIRST_EPOCH)
         self._pending: deque[zenoh.Sample] = deque()
         self._ready = ready
         self._handler: Callable[[bytes], None] | None = None
-        self._inbox = session.declare_subscriber(key(run, node, "in"), Callback(self._enqueue, indirect=False))
+        self._inbox = session.declare_subscriber(key(run, "in", LOCAL, node), Callback(self._enqueue, indirect=False))
 
     def _enqueue(self, sample: zenoh.Sample) -> None:
         self._pending.append(sample)
@@ -131,7 +154,7 @@ class LocalLink(_Sender):
             raise ProtocolError(
                 f"node {self.node} waits for a message that nobody in this process has sent, send it before receiving"
             )
-        return self._in_reader.open(self._pending.popleft().payload.to_bytes())
+        return self.open(self._pending.popleft().payload.to_bytes())
 
     def close(self) -> None:
         """Leave the run."""

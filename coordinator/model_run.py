@@ -26,6 +26,7 @@ from .conversation import Conversation
 from .core import Outcome
 from .joining import joined
 from .participant import NODE_MODULE
+from .placement import Placement
 from .processes import Processes
 from .tape import FileTape, Tape
 from .transitions import read
@@ -72,7 +73,7 @@ def run_models(
     lines: list[Transition] = []
     with (
         _tape(reference, model, output, lines) as tape,
-        joined(names, in_process, None if in_process else Processes(_preload(reference))) as hub,
+        joined(Placement.apart(names), in_process, None if in_process else Processes(_preload(reference))) as hub,
     ):
         end = Tag(until) if until < NEVER else FOREVER
         talk = Conversation(hub, couplings(model), end, tape, watch or Watch())

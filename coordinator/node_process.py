@@ -1,6 +1,11 @@
-"""A node in its own process: take the ticket, join, answer until the run is over."""
+"""A process of one or more nodes: take the ticket, join, answer until the run is over for all of them.
+
+Nodes that share a process have no thread of their own: each message is answered before the next is looked at.
+"""
 
 from __future__ import annotations
+
+from functools import partial
 
 from heavylift.nodes.models import KERNEL
 
@@ -12,12 +17,21 @@ __all__ = ["main"]
 
 
 def main(arguments: list[str]) -> int:
-    """`arguments`: the node's name; 0 when the run ended in order."""
-    (name,) = arguments
-    if name == KERNEL:  # while the others start: NumPy, LLVM
+    """`arguments`: none, the ticket says all; 0 when the run ended in order."""
+    ticket = Ticket.take()
+    if KERNEL in ticket.nodes:  # while the others start: NumPy, LLVM
         from . import kernel_node  # noqa: F401
-    with Link(Ticket.take()) as link:
-        participant = Participant(name, link.send, link.sample)
-        while not participant.over:
-            participant.handle(link.receive())
+    with Link(ticket) as link:
+        serve(link)
     return 0
+
+
+def serve(link: Link) -> None:
+    """Answer the coordinator until every node of the link has said BYE or FAIL."""
+    playing = {name: Participant(name, partial(link.send, name), partial(link.sample, name)) for name in link.nodes}
+    while playing:
+        name, message = link.receive()
+        if name in playing:  # one that has failed is told to stop, too
+            playing[name].handle(message)
+            if playing[name].over:
+                del playing[name]

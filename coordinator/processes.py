@@ -42,7 +42,7 @@ class Processes:
             start_new_session=True,
         )
         self.pids: dict[str, int] = {}
-        """Process id of each node that has been started."""
+        """Process id of each process that has been started."""
         self._exits: dict[str, int] = {}
         self._hub: Hub | None = None
         self._keeper_gone = False
@@ -51,17 +51,17 @@ class Processes:
         self._reader.start()
 
     def start(self, hub: Hub, commands: Mapping[str, Sequence[str]]) -> None:
-        """Start every node: name -> (module, arguments...); the module's `main(arguments)` makes its Link."""
+        """Start every process: name -> (module, arguments...); the module's `main(arguments)` makes its Link."""
         self._hub = hub
         hub.supervise(self.deaths)
-        for node, (module, *arguments) in commands.items():
+        for process, (module, *arguments) in commands.items():
             self._order(
                 do="start",
-                name=node,
+                name=process,
                 module=module,
                 arguments=arguments,
-                environment=hub.ticket(node).to_environment(),
-                log=str(hub.directory.log(node)),
+                environment=hub.ticket(process).to_environment(),
+                log=str(hub.directory.log(process)),
                 directory=str(hub.directory.path),
             )
 
@@ -70,7 +70,7 @@ class Processes:
         with self._change:
             exits = dict(self._exits)
         if self._keeper_gone and self._hub is not None:
-            return dict.fromkeys(self._hub.nodes, "the process that starts and keeps all nodes has ended")
+            return dict.fromkeys(self._hub.placement.processes, "the process that starts and keeps all nodes has ended")
         return {node: self._obituary(node, code) for node, code in exits.items()}
 
     def output(self, node: str) -> str:

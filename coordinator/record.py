@@ -18,6 +18,7 @@ from heavylift.recordings.samples import decode_batch
 from .budget import Budget, clocked
 from .drawing import RopeLines, boxes
 from .energy import EnergyAudit
+from .placement import Placement
 from .tape import FileTape
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ class Result:
 class Record(FileTape):
     """The recording of one run, with peaks and energy audit."""
 
-    def __init__(self, scene: LoadedScene, models: dict[str, NodeModel], output: Path) -> None:
+    def __init__(self, scene: LoadedScene, models: dict[str, NodeModel], output: Path, placement: Placement) -> None:
         self._plan = plan = scene.plan
         self._energy: EnergyAudit | None = None
         self._layout = SampleLayout([])
@@ -61,6 +62,7 @@ class Record(FileTape):
             **({"step": f"{plan.step:.6g} s"} if plan.step else {}),
             "samples_hz": plan.samples_hz,
             "nodes": [*models, KERNEL],
+            "placement": {process: list(nodes) for process, nodes in placement.processes.items()},
             "rated": rated(plan),
             "loaders": {x.name: carried[x.name] for x in plan.loaders if x.name in carried},
         }

@@ -24,8 +24,10 @@ from .core import Outcome
 from .distance import Coupling
 from .hub import Hub, LocalHub
 from .joining import joined
+from .link import LOCAL
 from .parts import KernelConfig, KernelPart, ScenePart, fingerprint
 from .parts import encode as part
+from .placement import Placement
 from .processes import Processes
 from .record import Record, Result
 from .watch import Watch
@@ -46,15 +48,20 @@ def run(
     watch: Watch | None = None,
     processes: Processes | None = None,
     order: list[str] | None = None,
+    placement: Placement | None = None,
 ) -> Result:
     """Simulate a scene into a recording; `order`: names of the nodes in the order in which they are started.
+
+    `placement` says which process hosts which nodes; without one each node has a process of its own.
 
     Raises HeavyliftError: one sentence, after the recording is finished and all processes are gone.
     """
     models = build(scene.plan)
     names = order or [*models, KERNEL]
+    placed = Placement({LOCAL: tuple(names)}) if in_process else placement or Placement.apart(names)
     started = time.perf_counter()
-    with Record(scene, models, output) as record, joined(names, in_process, processes) as hub:
+    joining = joined(placed, in_process, processes)
+    with Record(scene, models, output, placed) as record, joining as hub:
         played = _Run(scene, models, hub, record, watch or Watch())
         try:
             played.greet()

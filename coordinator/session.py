@@ -1,14 +1,15 @@
 """The three Zenoh sessions of a run, and the private place where they meet.
 
 The coordinator's session is the hub: it listens on one unix socket in a directory that only the user may
-enter (mode 0700) and on nothing else; no scouting, no gossip, no admin space. Every node is a client of that
+enter (mode 0700) and on nothing else; no scouting, no gossip, no admin space. Every process is a client of that
 socket with its own password, and the hub's access control lets it write only to its own keys. `BLOCK`
 publishers never drop; `wait_before_close` and the lease are long, because Zenoh's defaults lose messages
 silently when a reader is slow.
 
-    heavylift/<run>/<node>/in | out | samples | alive | leave      one coordinator, one node per key
-    heavylift/<run>/event/<model path>/<port>                      committed events, for observers
-    heavylift/<run>/sample/<topic>                                 data of a recording that is replayed, for observers
+    heavylift/<run>/in | out | samples/<process>/<node>      one coordinator, one node per key
+    heavylift/<run>/alive | leave/<process>                  is it there; may it go
+    heavylift/<run>/event/<model path>/<port>                committed events, for observers
+    heavylift/<run>/sample/<topic>                           data of a recording that is replayed, for observers
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ __all__ = [
 ]
 
 OBSERVER = "observer"  # the user name that may watch committed events and nothing else
+RESERVED = ("coordinator", "event", "sample", OBSERVER)  # users and topics of a run, so no names of nodes or processes
 TICKET = "HEAVYLIFT_TICKET"
 SOCKET_PATH_LIMIT = 104  # bytes with the closing zero: the smaller of Linux (108) and macOS (104)
 LEASE_ms = 60_000
@@ -48,29 +50,30 @@ RUNTIME = "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover
 
 
 def key(run: str, *chunks: str) -> str:
-    """The key of a topic of a run: `key(run, "west", "in")`."""
+    """The key of a topic of a run: `key(run, "in", "yard-a", "west")`."""
     return "/".join(("heavylift", run, *chunks))
 
 
-def check_names(nodes: Iterable[str]) -> tuple[str, ...]:
-    """The nodes' names, refused unless they can stand in a key and differ from each other."""
-    names = tuple(nodes)
-    for name in names:
-        if not re.fullmatch(r"[A-Za-z0-9_-]{1,200}", name) or name in ("event", "sample", OBSERVER):
+def check_names(names: Iterable[str], kind: str) -> tuple[str, ...]:
+    """The names of nodes or processes, refused unless they can stand in a key and differ from each other."""
+    checked = tuple(names)
+    for name in checked:
+        if not re.fullmatch(r"[A-Za-z0-9_-]{1,200}", name) or name in RESERVED:
             raise ProtocolError(
-                f"node name {name!r} cannot be used, choose 1 to 200 letters, digits, _ or - "
-                f"other than 'event', 'sample' and '{OBSERVER}'"
+                f"{kind} name {name!r} cannot be used, choose 1 to 200 letters, digits, _ or - "
+                f"other than {', '.join(repr(word) for word in RESERVED)}"
             )
-        if names.count(name) > 1:
-            raise ProtocolError(f"two nodes are named {name!r}, give each node its own name")
-    return names
+        if checked.count(name) > 1:
+            raise ProtocolError(f"two of the {kind} names are {name!r}, give each {kind} its own name")
+    return checked
 
 
 class Ticket(msgspec.Struct, frozen=True):
-    """What a node needs to join a run; reaches it through its environment, never on a command line."""
+    """What a process needs to join a run; reaches it through its environment, never on a command line."""
 
     run: str
-    node: str
+    process: str
+    nodes: tuple[str, ...]
     epoch: int
     socket: str
     password: str
@@ -136,7 +139,7 @@ def new_password() -> str:
 def hub_session(run: str, directory: RunDirectory, passwords: Mapping[str, str]) -> zenoh.Session:
     """The coordinator's session: listens on the run's socket for the users of `passwords` and nobody else."""
     directory.write_users(passwords)
-    nodes = [user for user in passwords if user not in ("coordinator", OBSERVER)]
+    processes = [user for user in passwords if user not in ("coordinator", OBSERVER)]
     config = _config("peer", listen=[f"unixsock-stream/{directory.socket}"])
     config["transport"]["unicast"]["max_sessions"] = len(passwords) + 16
     config["transport"]["auth"] = {
@@ -146,15 +149,15 @@ def hub_session(run: str, directory: RunDirectory, passwords: Mapping[str, str])
             "dictionary_file": str(directory.users),
         }
     }
-    config["access_control"] = _access(run, nodes)
+    config["access_control"] = _access(run, processes)
     return _open(config, "the coordinator cannot listen on " + directory.socket)
 
 
 def node_session(ticket: Ticket) -> zenoh.Session:
-    """A node's session: a client of the run's socket."""
+    """The session of a process of nodes: a client of the run's socket."""
     config = _config("client", connect=[f"unixsock-stream/{ticket.socket}"])
-    config["transport"]["auth"] = {"usrpwd": {"user": ticket.node, "password": ticket.password}}
-    return _open(config, f"node {ticket.node} cannot join run {ticket.run} at {ticket.socket}")
+    config["transport"]["auth"] = {"usrpwd": {"user": ticket.process, "password": ticket.password}}
+    return _open(config, f"process {ticket.process} cannot join run {ticket.run} at {ticket.socket}")
 
 
 def observer_session(directory: Path) -> zenoh.Session:
@@ -202,8 +205,8 @@ def _config(mode: str, listen: list[str] | None = None, connect: list[str] | Non
     }
 
 
-def _access(run: str, nodes: list[str]) -> dict[str, Any]:
-    """Each node writes its own keys and hears its own; an observer hears events; all else is denied."""
+def _access(run: str, processes: list[str]) -> dict[str, Any]:
+    """Each process writes its nodes' keys and hears them; an observer hears events; all else is denied."""
 
     def rule(name: str, flow: str, messages: list[str], *keys: str) -> dict[str, Any]:
         return {
@@ -224,13 +227,17 @@ def _access(run: str, nodes: list[str]) -> dict[str, Any]:
         rule("observe", "ingress", ["declare_subscriber"], key(run, "event", "**"), key(run, "sample", "**")),
     ]
     policies = [{"rules": ["observe", "egress"], "subjects": [OBSERVER]}]
-    for node in nodes:
-        out = [key(run, node, topic) for topic in ("out", "samples", "alive")]
-        rules.append(rule(f"{node}/out", "ingress", ["put", "liveliness_token"], *out))
-        rules.append(rule(f"{node}/in", "ingress", ["declare_subscriber"], key(run, node, "in")))
-        rules.append(rule(f"{node}/leave", "ingress", ["query"], key(run, node, "leave")))
-        policies.append({"rules": [f"{node}/out", f"{node}/in", f"{node}/leave", "egress"], "subjects": [node]})
-    subjects = [{"id": user, "usernames": [user]} for user in (*nodes, OBSERVER)]
+    for process in processes:
+        out, into = [key(run, topic, process, "*") for topic in ("out", "samples")], key(run, "in", process, "*")
+        own = [
+            rule(f"{process}/out", "ingress", ["put"], *out),
+            rule(f"{process}/alive", "ingress", ["liveliness_token"], key(run, "alive", process)),
+            rule(f"{process}/in", "ingress", ["declare_subscriber"], into),
+            rule(f"{process}/leave", "ingress", ["query"], key(run, "leave", process)),
+        ]
+        rules += own
+        policies.append({"rules": [*(each["id"] for each in own), "egress"], "subjects": [process]})
+    subjects = [{"id": user, "usernames": [user]} for user in (*processes, OBSERVER)]
     return {
         "enabled": True,
         "default_permission": "deny",

@@ -36,6 +36,10 @@ def _head(rec: Recording) -> str:
     reason = rec.result.get("reason")
     status = rec.result.get("status", "cut off")
     lines.append(("status", f"{status}: {reason}" if reason else status))
+    placement = rec.fact("placement", {}) if "placement" in run else {}
+    if len(placement) not in (0, len(rec.fact("nodes", []))):
+        shown = (p if nodes == [p] else f"{p}: {', '.join(nodes)}" for p, nodes in placement.items())
+        lines.append(("processes", "; ".join(shown)))
     if rec.result:
         sim, wall = float(rec.fact("sim_s", 0.0)), float(rec.fact("wall_s", 0.0))
         factor = f", {sim / wall:.3g} x real time" if wall > 0 else ""

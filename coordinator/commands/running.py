@@ -18,6 +18,10 @@ def run(
     in_process: Annotated[bool, typer.Option("--in-process", help="all models in this process")] = False,
     method: Annotated[str, typer.Option("--method", help="of integration: dopri5, radau5, ...")] = "",
     step: Annotated[str, typer.Option("--step", help="fixed steps: --step '2 ms'")] = "",
+    processes: Annotated[int, typer.Option("--processes", help="deal the nodes out over so many processes")] = 0,
+    places: Annotated[
+        list[str] | None, typer.Option("--place", help="nodes that share a process: --place 'west,east=yard-a'")
+    ] = None,
 ) -> None:
     """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
     from ..participant import PRELOAD
@@ -25,16 +29,20 @@ def run(
 
     crew = None if in_process else Processes(PRELOAD)  # starts while the rest is imported
     try:
+        from heavylift.nodes.models import KERNEL, node_names
         from heavylift.nodes.scene import load
 
+        from ..placement import place
         from ..progress import Progress, summary
         from ..run import run as simulate
 
         given = [f"{key}={text}" for key, text in (("method", method), ("step", step)) if text]
         loaded = load(scene, [*(sets or []), *given])
+        nodes = node_names(loaded.plan)
+        placement = place(nodes, KERNEL, loaded.placement, places or [], processes)
         path = output or Path(f"{loaded.plan.name}.mcap")
         with Progress(loaded.plan) as watch:
-            result = simulate(loaded, path, in_process, watch, crew)
+            result = simulate(loaded, path, in_process, watch, crew, placement=placement)
     finally:
         if crew is not None:
             crew.end()

@@ -15,6 +15,7 @@ from .assembly import (
     build,
     build_one,
     couplings,
+    node_names,
     subscriptions,
     system,
 )
@@ -29,6 +30,7 @@ __all__ = [
     "build",
     "build_one",
     "couplings",
+    "node_names",
     "subscriptions",
     "system",
     "tree",

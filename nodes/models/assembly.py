@@ -81,6 +81,11 @@ def build(plan: Plan) -> dict[str, NodeModel]:
     return {name: build_one(plan, name) for name in (COMMANDER, *machines(plan))}
 
 
+def node_names(plan: Plan) -> tuple[str, ...]:
+    """All nodes of a run: the commander, the machines, the kernel."""
+    return (COMMANDER, *machines(plan), KERNEL)
+
+
 def build_one(plan: Plan, name: str) -> NodeModel:
     """The model of one node."""
     if name == COMMANDER:

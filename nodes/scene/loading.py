@@ -12,6 +12,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from heavylift.kernel.errors import SceneError
+from heavylift.nodes.models import node_names
 
 from . import plan, schema
 from .assemble import build_mechanism
@@ -21,6 +22,7 @@ from .follow import Following, follow
 from .geometry import start_checks, step_checks
 from .machines import build_machines
 from .modelling import build_fidelity
+from .placing import placement_faults
 from .report import Report, report
 from .resolve import build_actions
 from .source import Fault, Source, override, read
@@ -35,6 +37,11 @@ class LoadedScene:
     text: str
     path: Path
     scene: schema.Scene
+
+    @property
+    def placement(self) -> dict[str, str]:
+        """Node -> process, for the nodes that the scene places."""
+        return {node: process for process, hosting in self.scene.placement.items() for node in hosting.nodes}
 
     @cached_property
     def followed(self) -> Following | None:
@@ -100,7 +107,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
         path,
         scene,
     )
-    raise_faults(source, source.faults)
+    raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
     raise_faults(source, _physics(source, loaded))
     return loaded
 

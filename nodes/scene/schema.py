@@ -24,6 +24,7 @@ from pydantic_core import PydanticCustomError
 from .grammar import read_condition, read_order
 from .mechanics import Base, Mechanism, Name, Place
 from .phrases import OrderPhrase, PhraseError, Test, Waiting
+from .placing import Process
 from .units import (
     ACCELERATION,
     ANGLE,
@@ -279,4 +280,5 @@ class Scene(Base):
     rig: Rig | None = None
     fidelity: Fidelity = Fidelity()
     mechanism: Mechanism | None = None
+    placement: dict[Name, Process] = Field(default_factory=dict)  # which process hosts which nodes
     actions: list[Action] = Field(default_factory=list)

@@ -630,7 +630,7 @@ def test_whatever_a_run_names_itself_is_reserved() -> None:
     assert {COMMANDER, KERNEL, OBSERVER, "event", "coordinator"} <= set(RESERVED)
     for word in ("event", OBSERVER):
         with pytest.raises(ProtocolError):
-            check_names([word])
+            check_names([word], "node")
 
 
 def test_rope_lines_to_unknown_bodies_are_told_with_all_else() -> None:

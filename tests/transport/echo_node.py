@@ -1,4 +1,4 @@
-"""A node for the transport's tests: does what its arguments say, then answers each message until b"stop"."""
+"""Nodes for the transport's tests: do what their arguments say, then answer each message until b"stop" for each."""
 
 import os
 import signal
@@ -17,14 +17,15 @@ def main(arguments: list[str]) -> int:
         raise ValueError("the model has no mass")
     ticket = Ticket.take()
     link = Link(ticket)
-    link.send(b"hello")
+    for node in ticket.nodes:
+        link.send(node, b"hello")
     if what == "say-and-die":
-        link.send(b"my last words")
+        link.send(node, b"my last words")
         sys.exit(3)
     if what == "burst":
         link.receive()
         for number in range(int(arguments[1])):
-            link.send(number.to_bytes(4, "little"))
+            link.send(node, number.to_bytes(4, "little"))
         link.close()
         return 0
     if what == "observe":
@@ -33,14 +34,19 @@ def main(arguments: list[str]) -> int:
     if what == "deaf":
         signal.signal(signal.SIGTERM, signal.SIG_IGN)
         time.sleep(60)
-    while (message := link.receive()) != b"stop":
+    staying = set(ticket.nodes)
+    while staying:
+        node, message = link.receive()
+        if message == b"stop":
+            staying.discard(node)
+            continue
         if message == b"sample":
             for number in range(3):
-                link.sample(b"batch %d" % number)
+                link.sample(node, b"batch %d" % number)
         elif message == b"raise":
             raise RuntimeError("a rope was pushed")
         elif message == b"pid":
             message = str(os.getpid()).encode()
-        link.send(message)
+        link.send(node, message)
     link.close()
     return 0

@@ -6,6 +6,7 @@ import pytest
 import zenoh
 from heavylift.coordinator.frame import Reader, Topic, Writer
 from heavylift.coordinator.hub import Hub, LocalHub
+from heavylift.coordinator.link import LOCAL
 from heavylift.coordinator.session import key
 from heavylift.kernel.errors import ProtocolError
 
@@ -101,9 +102,9 @@ def test_a_repeated_message_is_named() -> None:
 def test_the_hub_refuses_what_a_node_says_wrongly() -> None:
     with LocalHub(["west", "east"]) as hub:
         put = hub._session.put
-        put(key(hub.run, "west", "out"), writer(run=hub.run, node="east").frame(b""))
-        put(key(hub.run, "west", "samples"), b"\x00" * 40)
-        put(key(hub.run, "gantry", "out"), writer(run=hub.run, node="gantry").frame(b""))
+        put(key(hub.run, "out", LOCAL, "west"), writer(run=hub.run, node="east").frame(b""))
+        put(key(hub.run, "samples", LOCAL, "west"), b"\x00" * 40)
+        put(key(hub.run, "out", LOCAL, "gantry"), writer(run=hub.run, node="gantry").frame(b""))
         with pytest.raises(ProtocolError, match="a message of node east arrived in its place"):
             hub.receive()
         with pytest.raises(ProtocolError, match="40 bytes arrived that are no heavylift message"):
@@ -117,7 +118,7 @@ def test_the_node_refuses_what_the_hub_says_twice() -> None:
         link = hub.link("west")
         frame = Writer(hub.run, "west", Topic.IN, 1).frame(b"grant")
         for _ in range(2):
-            hub._session.put(key(hub.run, "west", "in"), frame)
+            hub._session.put(key(hub.run, "in", LOCAL, "west"), frame)
         assert link.receive() == b"grant"
         with pytest.raises(ProtocolError, match="it had arrived before"):
             link.receive()
@@ -130,7 +131,7 @@ def test_a_name_that_cannot_stand_in_a_key_is_refused(name: str) -> None:
 
 
 def test_two_nodes_of_one_name_are_refused() -> None:
-    with pytest.raises(ProtocolError, match="two nodes are named 'west', give each node its own name"):
+    with pytest.raises(ProtocolError, match="two of the node names are 'west', give each node its own name"):
         LocalHub(["west", "east", "west"])
 
 
