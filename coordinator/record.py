@@ -64,6 +64,7 @@ class Record(FileTape):
             "nodes": [*models, KERNEL],
             "placement": {process: list(nodes) for process, nodes in placement.processes.items()},
             "rated": rated(plan),
+            "supports": supports(plan),
             "loaders": {x.name: carried[x.name] for x in plan.loaders if x.name in carried},
         }
         attachments = {scene.path.name: scene.text.encode(), "resolved.json": encode(plan)}
@@ -116,6 +117,13 @@ class Record(FileTape):
         facts |= {"energy_error": result.energy_error, "energy_turned_over": result.energy_turned_over}
         self.close(facts)
         return result
+
+
+def supports(plan: Plan) -> list[dict[str, object]]:
+    """Where bodies can stand: name, body, point of it, height of the pad [m]."""
+    found = [pad.support for pad in plan.block.pads] if plan.block else []
+    found += [support for mechanism in plan.mechanisms for support in mechanism.system.supports]
+    return [{"name": s.name, "body": s.point.body, "p": s.point.p, "height": s.height} for s in found]
 
 
 def rated(plan: Plan) -> dict[str, float]:

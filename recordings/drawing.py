@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import msgspec
 import numpy as np
@@ -25,18 +25,24 @@ from numpy.typing import NDArray
 __all__ = ["Box", "FrameTransforms", "Log", "Rig", "RopeLine", "SceneUpdate"]
 
 Vector = tuple[float, float, float]
+Colour = tuple[float, float, float, float]
+Quaternion = tuple[float, float, float, float]
 WORLD = "world"
 STEEL = (0.16, 0.18, 0.21, 1.0)
 ROPE_WIDTH = 2.0  # [pixel]
 
 
 class Box(msgspec.Struct, frozen=True):
-    """A box fixed on a body: centre and edges in its frame [m], colour red green blue alpha from 0 to 1."""
+    """A shape fixed on a body: a box, the ball in it or the cylinder along its z; centre, edges [m], turn (quaternion
+    x y z w) in the body's frame, colour red green blue alpha from 0 to 1; "world" is the ground.
+    """
 
     body: str
     centre: Vector
     size: Vector
-    colour: tuple[float, float, float, float] = (0.55, 0.60, 0.66, 1.0)
+    colour: Colour = (0.55, 0.60, 0.66, 1.0)
+    turn: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    kind: Literal["box", "ball", "cylinder"] = "box"
 
 
 class RopeLine(msgspec.Struct, frozen=True):
@@ -66,13 +72,30 @@ def boxes_message(boxes: Sequence[Box]) -> bytes:
     update = SceneUpdate()
     for body in dict.fromkeys(box.body for box in boxes):
         entity = update.entities.add(frame_id=body, id=body, frame_locked=True)
+        shapes = {"box": entity.cubes, "ball": entity.spheres, "cylinder": entity.cylinders}
         for box in boxes:
             if box.body == body:
-                cube = entity.cubes.add(color=Color(**dict(zip("rgba", box.colour, strict=True))))
-                cube.pose.orientation.w = 1.0
-                for target, values in ((cube.pose.position, box.centre), (cube.size, box.size)):
+                shape = shapes[box.kind].add(color=Color(**dict(zip("rgba", box.colour, strict=True))))
+                if box.kind == "cylinder":
+                    shape.bottom_scale = shape.top_scale = 1.0
+                for target, values in ((shape.pose.position, box.centre), (shape.size, box.size)):
                     target.x, target.y, target.z = values
+                q = shape.pose.orientation
+                q.x, q.y, q.z, q.w = box.turn
     return bytes(update.SerializeToString())
+
+
+def boxes_of(data: bytes) -> list[Box]:
+    """The shapes of such a SceneUpdate."""
+    out: list[Box] = []
+    kinds: dict[str, Literal["box", "ball", "cylinder"]] = {"cubes": "box", "spheres": "ball", "cylinders": "cylinder"}
+    for entity in SceneUpdate.FromString(data).entities:
+        for field, kind in kinds.items():
+            for shape in getattr(entity, field):
+                p, s, c, q = shape.pose.position, shape.size, shape.color, shape.pose.orientation
+                turn = (q.x, q.y, q.z, q.w)
+                out.append(Box(entity.frame_id, (p.x, p.y, p.z), (s.x, s.y, s.z), (c.r, c.g, c.b, c.a), turn, kind))
+    return out
 
 
 def log_message(t_ns: int, level: str, name: str, message: str) -> bytes:

@@ -13,7 +13,7 @@ import numpy as np
 from heavylift.kernel.errors import RecordingError
 from numpy.typing import NDArray
 
-from .drawing import SceneUpdate
+from .drawing import SceneUpdate, boxes_of
 from .info import duration
 from .reader import Recording, Signal
 
@@ -72,16 +72,13 @@ def _instants(poses: list[Signal], frames: int) -> list[float]:
 
 
 def _boxes(rec: Recording) -> list[tuple[str, Floats, tuple[float, ...]]]:
-    """Body, (8, 3) corners in its frame, colour."""
-    out: list[tuple[str, Floats, tuple[float, ...]]] = []
+    """Body, (8, 3) corners in its frame, colour; balls and cylinders count as their boxes."""
     signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-    for raw in rec.messages("/scene"):
-        for entity in SceneUpdate.FromString(raw.data).entities:
-            for cube in entity.cubes:
-                p, s, c = cube.pose.position, cube.size, cube.color
-                corners = np.array([p.x, p.y, p.z]) + 0.5 * signs * np.array([s.x, s.y, s.z])
-                out.append((entity.frame_id, corners, (c.r, c.g, c.b, c.a)))
-    return out
+    boxes = [box for raw in rec.messages("/scene") for box in boxes_of(raw.data)]
+    return [
+        (b.body, np.array(b.centre) + 0.5 * signs * np.array(b.size) @ _rotation(np.array(b.turn)).T, b.colour)
+        for b in boxes
+    ]
 
 
 def _ropes(rec: Recording, times: list[float]) -> list[Floats]:
@@ -107,9 +104,11 @@ def _frame(ax: Any, t: float, poses: dict[str, Signal], boxes: list[Any], lines:
 
     faces = []
     for body, corners, colour in boxes:
-        pose = poses[body]
-        row = pose.values[min(int(np.searchsorted(pose.t, t)), len(pose.t) - 1)]
-        world = corners @ _rotation(row[3:]).T + row[:3]
+        world = corners
+        if body in poses:
+            pose = poses[body]
+            row = pose.values[min(int(np.searchsorted(pose.t, t)), len(pose.t) - 1)]
+            world = corners @ _rotation(row[3:]).T + row[:3]
         faces += [(world[list(f), 0].mean(), world[list(f), 1:], colour) for f in FACES]
     faces.sort(key=lambda face: -face[0])
     ax.add_collection(

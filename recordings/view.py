@@ -17,7 +17,7 @@ import numpy as np
 from heavylift.kernel.errors import RecordingError
 from numpy.typing import NDArray
 
-from .drawing import SceneUpdate
+from .drawing import Box, boxes_of
 from .info import duration
 from .partfile import output_path
 from .reader import RecordedEvent, Recording
@@ -107,15 +107,9 @@ def _facts(rec: Recording) -> list[tuple[str, str]]:
     return [*facts, ("recording", rec.path.name), ("made by", rec.library)]
 
 
-def _boxes(rec: Recording) -> list[dict[str, Any]]:
-    out: list[dict[str, Any]] = []
-    for raw in rec.messages("/scene"):
-        for entity in SceneUpdate.FromString(raw.data).entities:
-            for cube in entity.cubes:
-                p, s, c = cube.pose.position, cube.size, cube.color
-                box = {"centre": (p.x, p.y, p.z), "size": (s.x, s.y, s.z), "colour": (c.r, c.g, c.b, c.a)}
-                out.append({"body": entity.frame_id, **box})
-    return out
+def _boxes(rec: Recording) -> list[Box]:
+    with rec.reading():
+        return [box for raw in rec.messages("/scene") for box in boxes_of(raw.data)]
 
 
 def _told(event: RecordedEvent) -> str:
