@@ -20,7 +20,8 @@ Floats = NDArray[np.float64]
 BLUE, GREY, DARK = (0.25, 0.45, 0.65, 1.0), (0.62, 0.64, 0.66, 1.0), (0.20, 0.26, 0.32, 1.0)
 STEEL = 7850.0  # density of the ball that shows a point mass [kg/m3]
 SLENDER = 1 / 14  # least edge of a body against its largest
-ROD = 1 / 60  # thickness of a link against its length
+ROD = 1 / 90  # thickness of a link against its length
+ANCHOR = 1 / 25  # edge of the block that shows where the world carries a joint, against the longest arm
 SLAB = 24.0  # edge of the part of a plane that is drawn [m]
 
 
@@ -31,6 +32,10 @@ def shapes_of(system: System) -> list[Box]:
         if shape not in touching.setdefault(shape.body, []):
             touching[shape.body].append(shape)
     out = [box for shape in touching.get(WORLD, []) for box in _contact(shape, GREY)]
+    arms = [*(b.com for b in system.bodies), *(j.p_PJ for j in system.joints)]
+    edge = ANCHOR * max((float(np.linalg.norm(p)) for p in arms), default=1.0) or 0.1
+    anchors = dict.fromkeys(j.p_PJ for j in system.joints if j.parent == WORLD and j.kind != "free")
+    out += [Box(WORLD, p, (edge, edge, edge), GREY) for p in anchors]
     for body in system.bodies:
         solid = [box for shape in touching.get(body.name, []) for box in _contact(shape, BLUE)] or list(_solid(body))
         ends = [j.p_PJ for j in system.joints if j.parent == body.name]

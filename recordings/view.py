@@ -1,13 +1,14 @@
 """A recording as one page: the lift in three dimensions, signals, stages and events with a common time.
 
 `view("run.mcap", "run.html")` writes a self-contained file that any browser opens without network.  The bundle in
-`page/` is built from its sources by `npm run build`; numbers travel as base64 of little-endian floats in a JSON
-element in which no markup can begin.
+`page/` is built from its sources by `npm run build`; data stand in a JSON element in which no markup can begin, and
+the page's own policy lets no other script run and nothing be fetched.
 """
 
 from __future__ import annotations
 
 import base64
+import hashlib
 import re
 from pathlib import Path
 from typing import Any
@@ -17,19 +18,18 @@ import numpy as np
 from heavylift.kernel.errors import RecordingError
 from numpy.typing import NDArray
 
+from .content import event_text, facts_shown, inert, is_inner, load_of, packed, shown, stage_name, thinned
 from .drawing import Box, boxes_of
 from .info import duration
 from .partfile import output_path
-from .reader import RecordedEvent, Recording
-from .samples import POSE, POSE_COLUMNS
+from .reader import Recording
+from .samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout
 
-__all__ = ["view"]
+__all__ = ["content", "page", "view"]
 
 PAGE = Path(__file__).parent / "page"
-LEFT_OUT = ("account", "rope/peak_time", "rope/length_rate")  # for tables, not for the eye
-FLOATING = {*POSE_COLUMNS, "vx", "vy", "vz", "wx", "wy", "wz"}  # of free joints: the scene shows these
-INNER = ("order", "input")  # ports on which models talk among themselves
-FACTS = ("scene", "accuracy", "seed", "samples_hz", "python", "platform")
+NUMBERS = 2_000_000  # most numbers in a page: 4 bytes each, as base64 10.7 MB
+EVENTS = 5000  # most events in a page
 
 
 def view(path: str | Path, out: str | Path) -> Path:
@@ -37,63 +37,82 @@ def view(path: str | Path, out: str | Path) -> Path:
     out = output_path(out)
     if out.suffix.lower() not in (".html", ".htm"):
         raise RecordingError(f"{out}: a page is written as .html; give it this ending")
-    page = (PAGE / "page.html").read_text()
-    parts = {
-        "style": (PAGE / "page.css").read_text(),
-        "run": inert(msgspec.json.encode(content(Recording(path))).decode()),
-        "script": (PAGE / "page.js").read_text().replace("</script", "<\\/script"),
-    }
+    text = page(content(Recording(path)))
     try:
-        out.write_text(re.sub(r"\{\{(\w+)\}\}", lambda place: parts[place[1]], page))
+        out.write_text(text)
     except OSError as error:
         raise RecordingError(f"{out}: cannot be written ({error.strerror}); choose another place") from None
     return out
 
 
-def inert(json: str) -> str:
-    """The same JSON without a character that could end a script element or begin markup."""
-    return json.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+def page(run: dict[str, Any]) -> str:
+    """The page that shows this content."""
+    script = (PAGE / "page.js").read_text().replace("</script", "<\\/script")
+    sha256 = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    parts = {
+        "style": (PAGE / "page.css").read_text(),
+        "run": inert(msgspec.json.encode(run).decode()),
+        "script": script,
+        "policy": f"default-src 'none'; script-src 'sha256-{sha256}'; style-src 'unsafe-inline'; "
+        "img-src data: blob:; connect-src 'self'",
+    }
+    return re.sub(r"\{\{(\w+)\}\}", lambda place: parts[place[1]], (PAGE / "page.html").read_text())
 
 
 def content(rec: Recording) -> dict[str, Any]:
-    """All that the page shows."""
-    poses = [name for name in rec.signals() if name.startswith(POSE)]
-    signals = {name: rec.signal(name) for name in rec.signals() if not name.startswith((POSE, *LEFT_OUT))}
-    times = next((rec.signal(name).t for name in rec.signals()), np.zeros(0))
-    if len(times) < 2:
-        raise RecordingError(f"{rec.path}: has no samples to show; let the run last longer")
+    """All that the page shows of a recording."""
+    layout, t, rows = _rows(rec)
+    columns = shown(layout)
+    rows = rows[:, columns.columns]
+    ropes = rows[:, 7 * len(columns.bodies) :]
+    kept = thinned(load_of(columns.signals, ropes), NUMBERS // max(1, rows.shape[1]))
     rated = rec.fact("rated", {})
+    stages = [(e.t_ns * 1e-9, stage_name(e.port, e.value)) for e in rec.events(port="stage")]
+    events, told = _events(rec)
+    more = [(name, rec.result[name]) for name in ("digest", "reason") if rec.result.get(name)]
+    more += [("samples shown", f"{len(kept)} of {len(t)}, peaks kept")] if len(kept) < len(t) else []
     return {
-        "title": f"{rec.run.get('scene', rec.path.stem)}",
+        "title": rec.run.get("scene", rec.run.get("model", rec.path.stem)),
         "status": _status(rec),
-        "facts": _facts(rec),
-        "t": _packed(times, "<f8"),
-        "bodies": [{"name": name.removeprefix(POSE), "x": _packed(rec.signal(name).values)} for name in poses],
+        "facts": facts_shown(rec.run, [*more, *told, ("recording", rec.path.name), ("made by", rec.library)]),
+        **columns.head(),
+        "rows": {"t": packed(t[kept], "<f8"), "x": packed(rows[kept])},
         "boxes": _boxes(rec),
         "rig": [{"t": rig.t_ns * 1e-9, "lines": rig.lines} for rig in rec.rigs()],
         "rated": rated,
-        "signals": [
-            {"group": group, "name": name, "unit": signal.unit, "y": _packed(signal.values[:, i])}
-            for group, signal in signals.items()
-            for i, name in enumerate(signal.names)
-            if not (group.startswith("joint/") and name.rpartition(".")[2] in FLOATING)
-        ],
-        "stages": [{"t": e.t_ns * 1e-9, "name": _text(e.value.get("name"))} for e in rec.events(port="stage")],
-        "events": [
-            {"t": e.t_ns * 1e-9, "source": e.source, "text": _told(e), "inner": e.port in INNER} for e in rec.events()
-        ],
+        "supports": rec.fact("supports", []),
+        "stages": [{"t": t, "name": name} for t, name in stages if name],
+        "events": events,
         "peaks": [{"name": name, **peak, "rated": rated.get(name)} for name, peak in rec.fact("peaks", {}).items()],
     }
 
 
-def _packed(values: NDArray[np.float64], kind: str = "<f4") -> str:
-    return base64.b64encode(np.ascontiguousarray(values, kind).tobytes()).decode()
+def _rows(rec: Recording) -> tuple[SampleLayout, NDArray[np.float64], NDArray[np.float64]]:
+    """All signals side by side at the instants of the one that was sampled most often, with their layout."""
+    signals = {name: rec.signal(name) for name in rec.signals()}
+    t = max((s.t for s in signals.values()), key=len, default=np.zeros(0))
+    if len(t) < 2:
+        raise RecordingError(f"{rec.path}: has no samples to show; let the run last longer")
+    channels, parts, start = [], [], 0
+    for name, s in signals.items():
+        values = s.values if len(s.t) == len(t) else np.column_stack([np.interp(t, s.t, y) for y in s.values.T])
+        names = list(POSE_COLUMNS) if name.startswith(POSE) else s.names
+        channels.append(SampleChannel(name, names, s.unit, start, start + len(names)))
+        parts.append(values)
+        start += len(names)
+    return SampleLayout(channels), t, np.hstack(parts)
 
 
-def _text(value: object) -> str:
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    return value if isinstance(value, str) else msgspec.json.encode(value).decode()
+def _events(rec: Recording) -> tuple[list[dict[str, Any]], list[tuple[str, str]]]:
+    """The events for the list, and what is to be said where it is not all of them."""
+    found = [
+        {"t": e.t_ns * 1e-9, "source": e.source, "text": event_text(e.port, e.type, e.value), "inner": is_inner(e.port)}
+        for e in rec.events()
+    ]
+    if len(found) <= EVENTS:
+        return found, []
+    kept = [e for e in found if not e["inner"]][:EVENTS]
+    return kept, [("events shown", f"the first {len(kept)} of {len(found)}, without orders and inputs")]
 
 
 def _status(rec: Recording) -> str:
@@ -101,19 +120,6 @@ def _status(rec: Recording) -> str:
     return f"{status}, {duration(float(rec.fact('sim_s', 0.0)))} simulated"
 
 
-def _facts(rec: Recording) -> list[tuple[str, str]]:
-    facts = [(name.replace("_", " "), rec.run[name]) for name in FACTS if name in rec.run]
-    facts += [(name, rec.result[name]) for name in ("digest", "reason") if rec.result.get(name)]
-    return [*facts, ("recording", rec.path.name), ("made by", rec.library)]
-
-
 def _boxes(rec: Recording) -> list[Box]:
     with rec.reading():
         return [box for raw in rec.messages("/scene") for box in boxes_of(raw.data)]
-
-
-def _told(event: RecordedEvent) -> str:
-    """An event in a few words: its type and what it carries."""
-    value = event.value if isinstance(event.value, dict) else {"": event.value}
-    shown = ", ".join(f"{name} {_text(x)}".strip() for name, x in value.items() if x not in (None, "", [], {}))
-    return f"{event.port}: {event.type}" + (f" ({shown})" if shown else "")

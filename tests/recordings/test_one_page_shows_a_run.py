@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings import Box, Recorder, Recording, RopeLine, view
+from heavylift.recordings.content import thinned
 from heavylift.recordings.view import content
 from small_run import Stage
 
@@ -45,15 +46,30 @@ def embedded(page: Path) -> dict:
 def test_the_page_holds_the_recording(page: Path, tmp_path: Path) -> None:
     run, rec = embedded(page), Recording(tmp_path / "run.mcap")
     signal = rec.signal("rope/tension")
-    assert np.array_equal(np.frombuffer(base64.b64decode(run["t"]), "<f8"), signal.t)
-    packed = {s["group"] + "/" + s["name"]: np.frombuffer(base64.b64decode(s["y"]), "<f4") for s in run["signals"]}
-    assert np.array_equal(packed["rope/tension/west.H2"], signal.values[:, 1].astype("<f4"))
+    assert np.array_equal(np.frombuffer(base64.b64decode(run["rows"]["t"]), "<f8"), signal.t)
+    names = [s["group"] + "/" + s["name"] for s in run["signals"]]
+    rows = np.frombuffer(base64.b64decode(run["rows"]["x"]), "<f4").reshape(len(signal.t), -1)
+    k = 7 * len(run["bodies"]) + names.index("rope/tension/west.H2")
+    assert np.array_equal(rows[:, k], signal.values[:, 1].astype("<f4"))
+    assert [b["name"] for b in run["bodies"]] == ["block", "hook"]
+    assert np.array_equal(rows[:, 7:14], rec.signal("pose/hook").values.astype("<f4"))
     assert run["rig"] == [
         {"t": 0.0, "lines": [{"rope": "west.H1", "a_body": "world", "a": [0, 0, 9], "b_body": "block", "b": [0, 0, 1]}]}
     ]
     assert run["boxes"][0]["size"] == [3, 2, 1]
     assert run["stages"] == [{"t": 0.0, "name": NASTY}]
     assert content(rec)["peaks"][0]["rated"] == 9e5
+
+
+def test_an_hour_is_thinned_to_its_peaks() -> None:
+    load = np.sin(np.arange(72_000) / 7.0)
+    load[31_234], load[50_001] = 9.0, -9.0
+    kept = thinned(load, 1000)
+    assert len(kept) <= 1000
+    assert {0, 31_234, 50_001, 71_999} <= set(kept.tolist())
+    assert np.all(np.diff(kept) > 0)
+    assert np.diff(kept).max() < 2 * 72_000 / 499, "no stretch is left out"
+    assert thinned(load[:900], 1000).tolist() == list(range(900))
 
 
 def test_nothing_is_fetched_from_anywhere(page: Path) -> None:

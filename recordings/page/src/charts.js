@@ -4,11 +4,13 @@ import { locate } from "./data.js";
 
 const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#7a6fd0", "#6b7682"];
 const SCALE = { N: [1e-3, "kN"], J: [1e-6, "MJ"] };
+const HEIGHT = 240; // [pixel]
 const MANY = 8; // curves of a group that are shown at first
 
 export class Charts {
   constructor(host, picker, run, jump) {
     Object.assign(this, { host, run, jump, plots: [], theme: "light" });
+    this.shown = new Map(); // which curves of a group are shown, as the user has chosen
     this.groups = [...new Set(run.signals.map((s) => s.group))];
     const wanted = this.groups.filter((g) => g === "rope/tension");
     this.on = new Set(wanted.length ? wanted : this.groups.slice(0, 1));
@@ -27,6 +29,16 @@ export class Charts {
     }
   }
 
+  // The run has grown: new numbers into the same charts.
+  grow() {
+    for (const plot of this.plots) plot.setData(this.data(plot.signals, plot.factor), true);
+    this.cursor(this.now ?? this.run.first);
+  }
+
+  data(signals, factor) {
+    return [this.run.t, ...signals.map((s) => (factor === 1 ? s.y : s.y.map((v) => v * factor)))];
+  }
+
   draw() {
     for (const plot of this.plots) plot.destroy();
     this.host.replaceChildren();
@@ -40,22 +52,23 @@ export class Charts {
     const ink = this.theme === "dark" ? "#c7d1db" : "#33404d";
     const rule = this.theme === "dark" ? "#2b3640" : "#e1e6eb";
     const axis = { stroke: ink, grid: { stroke: rule, width: 1 }, ticks: { stroke: rule } };
+    const shown = this.shown.get(group) ?? new Map(signals.map((s, i) => [s.name, i < MANY]));
+    this.shown.set(group, shown);
     const shaded = (plot) => this.stages(plot);
     const options = {
-      title: `${group} [${unit}]`, width: this.host.clientWidth - 4, height: 250,
+      title: `${group} [${unit}]`, width: this.host.clientWidth - 4, height: HEIGHT,
       scales: { x: { time: false } }, legend: { live: true },
       cursor: { sync: { key: "run" }, drag: { x: true, y: false } },
-      hooks: { drawClear: [shaded] },
+      hooks: { drawClear: [shaded], setSeries: [(plot, i) => i && shown.set(signals[i - 1].name, plot.series[i].show)] },
       series: [
         { label: "t [s]" },
-        ...signals.map((s, i) => ({ label: s.name, stroke: COLOURS[i % COLOURS.length], width: 1.4, show: i < MANY })),
+        ...signals.map((s, i) => ({ label: s.name, stroke: COLOURS[i % COLOURS.length], width: 1.4, show: shown.get(s.name) })),
       ],
       axes: [axis, { ...axis, size: 64 }],
     };
-    const data = [this.run.t, ...signals.map((s) => (factor === 1 ? s.y : s.y.map((v) => v * factor)))];
     const host = document.createElement("div");
     this.host.append(host);
-    const plot = new uPlot(options, data, host);
+    const plot = Object.assign(new uPlot(options, this.data(signals, factor), host), { signals, factor });
     plot.mark = document.createElement("div");
     plot.mark.className = "now";
     plot.over.append(plot.mark);
@@ -97,7 +110,7 @@ export class Charts {
   }
 
   resize() {
-    for (const plot of this.plots) plot.setSize({ width: this.host.clientWidth - 4, height: 250 });
+    for (const plot of this.plots) plot.setSize({ width: this.host.clientWidth - 4, height: HEIGHT });
     this.cursor(this.now ?? this.run.first);
   }
 }

@@ -1,108 +1,141 @@
-// One page, one recording: the scene, the signals, the stages and the events share one time.
-//   #t=41.5 in the address shows that instant;  space: play   arrows: step   1 to 4: views   d: dark   s: speed
+// One page, one run: the scene, the signals, the stages and the events share one time.
+//   #t=41.5 in the address shows that instant, #t=41.5&view=top&theme=dark more of its state
 import "uplot/dist/uPlot.min.css";
 import "./style.css";
 import { Charts } from "./charts.js";
-import { clock, read } from "./data.js";
-import { eventList, factList, ropeTable, stageBar } from "./panel.js";
+import { Run, clock } from "./data.js";
+import { keyboard } from "./keys.js";
+import { listen } from "./live.js";
+import { EventList, StageBar, factList, ropeTable } from "./panel.js";
+import { Player } from "./player.js";
 import { Stage } from "./stage.js";
 
+const GROW_ms = 250; // how often charts and lists of a run that goes on are drawn anew
 const el = (id) => document.getElementById(id);
-const run = read(JSON.parse(el("run").textContent));
-const VIEWS = ["corner", "along", "across", "top"];
-let now = run.first;
-let playing = false;
-let before = 0;
+const given = JSON.parse(el("run").textContent);
+const root = document.documentElement;
 
-document.title = run.title + " · heavylift";
-el("title").textContent = run.title;
-el("status").textContent = run.status;
-const stage = new Stage(el("stage"), run);
-const charts = new Charts(el("charts"), el("picker"), run, jump);
-const stages = stageBar(el("stages"), run, jump);
-const events = eventList(el("events"), el("all"), run, jump);
-ropeTable(el("ropes"), run);
-factList(el("facts"), run);
+function open(run) {
+  document.title = run.title + " · heavylift";
+  el("title").textContent = run.title;
+  const stage = new Stage(el("stage"), run);
+  const player = new Player(run, show);
+  const jump = (t) => player.jump(t);
+  const charts = new Charts(el("charts"), el("picker"), run, jump);
+  const stages = new StageBar(el("stages"), el("timetable"), run, jump);
+  const events = new EventList(el("events"), el("all"), run, jump);
+  const seek = el("seek");
+  const speed = el("speed");
+  el("use").hidden = !Object.keys(run.rated).length;
 
-const seek = el("seek");
-seek.min = run.first;
-seek.max = run.last;
-
-function jump(t) {
-  now = Math.min(run.last, Math.max(run.first, t));
-  seek.value = now;
-  el("clock").textContent = `${clock(now)} / ${clock(run.last)}`;
-  el("stage-name").textContent = stages(now);
-  events(now);
-  charts.cursor(now);
-  stage.show(now);
-}
-
-function play(on) {
-  playing = on;
-  el("play").textContent = on ? "❚❚" : "▶";
-  el("play").setAttribute("aria-label", on ? "pause" : "play");
-  if (on && now >= run.last) jump(run.first);
-  before = performance.now();
-  if (on) requestAnimationFrame(tick);
-}
-
-function tick(at) {
-  if (!playing) return;
-  const speed = Number(el("speed").value);
-  jump(now + (Math.max(0, at - before) / 1e3) * speed);
-  before = at;
-  if (now >= run.last) play(false);
-  else requestAnimationFrame(tick);
-}
-
-function paint(theme) {
-  document.documentElement.dataset.theme = theme;
-  charts.paint(theme);
-  stage.paint(theme);
-}
-
-const dark = matchMedia("(prefers-color-scheme: dark)");
-const toggle = () => paint(document.documentElement.dataset.theme === "dark" ? "light" : "dark");
-seek.oninput = () => jump(Number(seek.value));
-el("play").onclick = () => play(!playing);
-el("theme").onclick = toggle;
-el("print").onclick = () => print();
-for (const button of document.querySelectorAll("[data-view]")) button.onclick = () => stage.look(button.dataset.view);
-
-const step = () => Math.max(0.1, Number(el("speed").value) / 4);
-const KEYS = {
-  " ": () => play(!playing),
-  ArrowRight: () => jump(now + step()),
-  ArrowLeft: () => jump(now - step()),
-  Home: () => jump(run.first),
-  End: () => jump(run.last),
-  d: toggle,
-  s: () => (el("speed").selectedIndex = (el("speed").selectedIndex + 1) % el("speed").options.length),
-};
-VIEWS.forEach((view, i) => (KEYS[i + 1] = () => stage.look(view)));
-addEventListener("keydown", (e) => {
-  if (e.ctrlKey || e.metaKey || e.altKey || e.target.matches("input[type=checkbox], select")) return;
-  const act = KEYS[e.key];
-  if (act) {
-    e.preventDefault();
-    act();
+  function show(now) {
+    seek.max = run.last;
+    seek.min = run.first;
+    seek.value = now;
+    el("clock").textContent = `${clock(now)} / ${clock(run.last)}`;
+    el("stage-name").textContent = stages.show(now);
+    events.show(now);
+    charts.cursor(now);
+    stage.show(now);
   }
-});
-addEventListener("resize", () => {
-  stage.resize();
-  charts.resize();
-});
-addEventListener("hashchange", start);
 
-function start() {
-  const wanted = /t=([\d.]+)/.exec(location.hash);
-  jump(wanted ? Number(wanted[1]) : run.first);
+  function tell() {
+    el("status").textContent = run.status;
+    factList(el("facts"), run);
+    ropeTable(el("ropes"), run);
+  }
+
+  function paint(theme) {
+    root.dataset.theme = theme;
+    charts.paint(theme);
+    stage.paint(theme);
+  }
+
+  function resize() {
+    stage.resize();
+    charts.resize();
+  }
+
+  function start() {
+    const wanted = new URLSearchParams(location.hash.slice(1));
+    if (wanted.has("theme")) paint(wanted.get("theme") === "dark" ? "dark" : "light");
+    if (wanted.has("view")) stage.look(wanted.get("view"));
+    jump(Number(wanted.get("t") ?? run.first));
+  }
+
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const toggle = () => paint(root.dataset.theme === "dark" ? "light" : "dark");
+  player.onchange = () => {
+    el("play").textContent = player.playing ? "❚❚" : "▶";
+    el("play").setAttribute("aria-label", player.playing ? "pause" : "play");
+    el("follow").classList.toggle("on", player.following);
+  };
+  seek.oninput = () => {
+    player.follow(false);
+    jump(Number(seek.value));
+  };
+  speed.onchange = () => (player.speed = Number(speed.value));
+  speed.onchange();
+  el("play").onclick = () => player.play(!player.playing);
+  el("follow").onclick = () => player.follow(!player.following);
+  el("theme").onclick = toggle;
+  el("print").onclick = () => print();
+  for (const button of document.querySelectorAll("[data-view]")) button.onclick = () => stage.look(button.dataset.view);
+  keyboard({ run, player, stage, events, speed, toggle, help: el("help") });
+  el("ask").onclick = () => el("help").showModal();
+  let before = "";
+  addEventListener("beforeprint", () => {
+    before = root.dataset.theme;
+    paint("light");
+    stage.render();
+  });
+  addEventListener("afterprint", () => paint(before));
+  addEventListener("resize", resize);
+  addEventListener("hashchange", start);
+  dark.onchange = () => paint(dark.matches ? "dark" : "light");
+
+  tell();
+  paint(dark.matches ? "dark" : "light");
+  stage.resize();
+  start();
+  stage.render();
+  root.dataset.ready = "yes";
+  window.heavylift = { run, player, stage }; // for the console, and for tests
+  return { player, charts, stages, events, stage, tell };
 }
 
-paint(dark.matches ? "dark" : "light");
-dark.onchange = () => paint(dark.matches ? "dark" : "light");
-stage.resize();
-stage.look("corner");
-start();
-document.documentElement.dataset.ready = "yes";
+function live(address) {
+  let parts = null;
+  let drawn = 0;
+  const grow = () => {
+    drawn = performance.now();
+    parts.charts.grow();
+    parts.stages.grow();
+    parts.events.grow();
+    parts.tell();
+  };
+  listen(address, {
+    begun(run) {
+      parts = open(run);
+      el("follow").hidden = false;
+      parts.player.follow(true);
+    },
+    grown(run) {
+      if (performance.now() - drawn > GROW_ms) grow();
+      const { player } = parts;
+      requestAnimationFrame(() => (player.following ? player.follow(true) : player.show(player.now)));
+      root.dataset.samples = run.t.length;
+    },
+    ended() {
+      parts.stage.frame();
+      grow();
+      parts.player.jump(parts.player.now);
+      el("follow").hidden = true;
+      root.dataset.ended = "yes";
+    },
+    lost: (away) => (el("lost").hidden = !away),
+  });
+}
+
+if (given.live) live(given.live);
+else open(new Run(given));
