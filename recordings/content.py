@@ -112,4 +112,5 @@ def _text(value: object) -> str:
 def load_of(signals: Sequence[tuple[str, str, str]], rows: Floats) -> Floats:
     """Sum of the rope tensions of sample rows; of all signals where there are no ropes."""
     ropes = [k for k, (group, _, _) in enumerate(signals) if group == "rope/tension"]
-    return rows[:, ropes or list(range(len(signals)))].sum(axis=1)
+    load: Floats = rows[:, ropes or list(range(len(signals)))].sum(axis=1)
+    return load
