@@ -1,7 +1,8 @@
 """What two equal runs share to the last byte: SHA-256 over the sorted events and the sample rows.
 
 Events are the ones on the ports of coupled models, keyed (t, microstep, source path, port, index), with
-type and canonical bytes; rows are keyed by their number.  The order in which they are added does not
+type and canonical bytes; rows are keyed by their number and are what stands in the file, the numbers of `/samples`
+and then those of `/poses`, so that a reader can compute the digest again.  The order in which they are added does not
 matter: events are kept and sorted at the end, a row is hashed at once and only its hash is kept.
 """
 

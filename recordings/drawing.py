@@ -1,15 +1,12 @@
 """What viewers draw, in the standard foxglove protobuf schemas: frames, boxes, ropes, log.
 
-Poses and ropes are written with each sample, so their messages are made from templates: the protobuf
-library encodes the message once with marker numbers, the places of the markers are found, and each further
-message is a copy with new numbers and a new time stamp.  The one difference to the library: a number that
-is exactly 0 is written out instead of left away, which decodes to the same message.
+Frames stand in the file with each sample and in full; ropes are a picture, rounded to a millimetre and drawn anew only
+where they have moved, since their ends follow from the frames.
 """
 
 from __future__ import annotations
 
-import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Literal
 
 import msgspec
@@ -19,8 +16,9 @@ from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
-from google.protobuf.timestamp_pb2 import Timestamp  # type: ignore[import-untyped]
 from numpy.typing import NDArray
+
+from .template import Template, stamp
 
 __all__ = ["Box", "FrameTransforms", "Log", "Rig", "RopeLine", "SceneUpdate"]
 
@@ -30,6 +28,8 @@ Quaternion = tuple[float, float, float, float]
 WORLD = "world"
 STEEL = (0.16, 0.18, 0.21, 1.0)
 ROPE_WIDTH = 2.0  # [pixel]
+MILLIMETRE = 2.0**10  # parts of a metre in which ropes are drawn
+STILL = 0.02  # [m], and about [rad]: a body that has moved less leaves its ropes where they are
 
 
 class Box(msgspec.Struct, frozen=True):
@@ -60,11 +60,6 @@ class Rig(msgspec.Struct, frozen=True):
 
     t_ns: int
     lines: list[RopeLine]
-
-
-def stamp(t_ns: int) -> Any:
-    """Simulation time [ns] as a protobuf Timestamp."""
-    return Timestamp(seconds=t_ns // 1_000_000_000, nanos=t_ns % 1_000_000_000)
 
 
 def boxes_message(boxes: Sequence[Box]) -> bytes:
@@ -102,42 +97,6 @@ def log_message(t_ns: int, level: str, name: str, message: str) -> bytes:
     """A foxglove.Log; level is one of debug, info, warning, error, fatal."""
     log = Log(timestamp=stamp(t_ns), level=Log.Level.Value(level.upper()), name=name, message=message)
     return bytes(log.SerializeToString())
-
-
-class Template:
-    """A protobuf message in which only its numbers and its time stamps change.
-
-    `build(timestamp, numbers)` makes the message with the library; `stamps` says how often it uses the time,
-    each time as field 1 followed by a field 2.
-    """
-
-    def __init__(self, build: Callable[[Any, list[float]], Any], numbers: int, stamps: int) -> None:
-        self._build, self._stamps = build, stamps
-        self._markers = [struct.pack("<HIH", 0xA7F5, i, 0x7E5A) for i in range(numbers)]  # finite doubles
-        self._forms: dict[int, tuple[NDArray[np.uint8], NDArray[np.intp], NDArray[np.intp]]] = {}
-
-    def encode(self, t_ns: int, numbers: NDArray[np.float64]) -> bytes:
-        """The message at this simulation time with these numbers (C-contiguous float64)."""
-        time = bytes(stamp(t_ns).SerializeToString())
-        form = self._forms.get(len(time))
-        if form is None:
-            form = self._forms[len(time)] = self._form(t_ns, time)
-        image, number_places, stamp_places = form
-        out = image.copy()
-        out[number_places] = numbers.view(np.uint8)
-        out[stamp_places] = np.frombuffer(time, np.uint8)
-        return out.tobytes()
-
-    def _form(self, t_ns: int, time: bytes) -> tuple[NDArray[np.uint8], NDArray[np.intp], NDArray[np.intp]]:
-        values = [struct.unpack("<d", marker)[0] for marker in self._markers]
-        image = self._build(stamp(t_ns), values).SerializeToString()
-        starts = np.array([image.index(marker) for marker in self._markers], np.intp)
-        field = b"\x0a" + bytes([len(time)]) + time + b"\x12"
-        stamps = [i + 2 for i in range(len(image)) if image.startswith(field, i)]
-        assert len(stamps) == self._stamps, "a name looks like a time stamp"
-        number_places = (starts[:, None] + np.arange(8)).ravel()
-        stamp_places = np.array(stamps, np.intp)[:, None] + np.arange(len(time))
-        return np.frombuffer(image, np.uint8), number_places, stamp_places
 
 
 def frames_template(bodies: Sequence[str]) -> Template:
@@ -193,11 +152,17 @@ class Ropes:
         self._pose = np.zeros((len(bodies) + 1, 7))
         self._pose[-1, 6] = 1.0
         self._template = ropes_template(len(lines))
+        self._drawn = np.full((len(bodies), 7), np.inf)
+
+    def moved(self, poses: NDArray[np.float64]) -> bool:
+        """Whether a body is elsewhere than in the last message; poses as there."""
+        return bool(np.abs(poses - self._drawn).max(initial=0.0) >= STILL)
 
     def message(self, t_ns: int, poses: NDArray[np.float64]) -> bytes:
         """The SceneUpdate at this time; poses (bodies, 7) [m, quaternion x y z w]."""
-        self._pose[:-1] = poses
+        self._pose[:-1] = self._drawn = poses
         pose = self._pose[self._body]
         q = pose[:, 3:]
         turned = self._turn @ (q[:, :, None] * q[:, None, :]).reshape(-1, 16, 1)
-        return self._template.encode(t_ns, (pose[:, :3] + turned[:, :, 0]).ravel())
+        ends = np.rint((pose[:, :3] + turned[:, :, 0]) * MILLIMETRE) / MILLIMETRE
+        return self._template.encode([t_ns], ends.reshape(1, -1))[0]

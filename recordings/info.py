@@ -6,6 +6,7 @@ from collections import Counter
 from pathlib import Path
 
 from .reader import Recording
+from .samples import POSE
 from .text import table
 
 __all__ = ["duration", "info"]
@@ -23,7 +24,7 @@ def duration(seconds: float) -> str:
 def info(path: str | Path) -> str:
     """The recording at `path` described in lines of text."""
     rec = Recording(path)
-    parts = [_head(rec), _peaks(rec), _events(rec), _channels(rec), _attachments(rec)]
+    parts = [_head(rec), _peaks(rec), _events(rec), _signals(rec), _channels(rec), _attachments(rec)]
     return "\n\n".join(part for part in parts if part)
 
 
@@ -70,13 +71,23 @@ def _events(rec: Recording) -> str:
     return table(["model", "events", "by port"], [[m, str(n), ", ".join(ports[m])] for m, n in count.items()])
 
 
+def _signals(rec: Recording) -> str:
+    rows = []
+    for name in rec.signals():
+        if not name.startswith(POSE):
+            rows.append([name, str(len(rec.columns(name))), rec.unit(name)])
+    poses = [name for name in rec.signals() if name.startswith(POSE)]
+    rows += [[f"{POSE}*", str(len(poses)), rec.unit(poses[0])]] if poses else []
+    return table(["signal", "columns", "unit"], rows)
+
+
 def _channels(rec: Recording) -> str:
     rows = [
-        [topic.name, str(topic.messages), topic.schema, topic.metadata.get("unit", "")]
+        [topic.name, str(topic.messages), topic.schema]
         for topic in sorted(rec.topics.values())
         if "port" not in topic.metadata
     ]
-    return table(["channel", "messages", "schema", "unit"], rows)
+    return table(["channel", "messages", "schema"], rows)
 
 
 def _attachments(rec: Recording) -> str:

@@ -97,7 +97,7 @@ def _curves(rec: Recording, loaders: Mapping[str, str] | None) -> tuple[Curves, 
 
 
 def _has(rec: Recording, name: str) -> bool:
-    return name in rec.signals() and rec.topics["/" + name].messages > 1 and rec.signal(name).names != []
+    return name in rec.signals() and len(rec.signal(name).t) > 1 and rec.columns(name) != []
 
 
 def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]]) -> Figure:

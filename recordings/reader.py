@@ -3,12 +3,13 @@
     rec = Recording("turnover.mcap")
     t, tension, names, unit = rec.signal("rope/tension")     # s, (n, m), ["west.H1", ...], "N"
 
-`pose/<body>` is read back from the frame transforms, every other signal from its own channel.
+`pose/<body>` is read back from the frame transforms, every other signal from its field of `/samples`; only what is
+asked for is read.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from functools import cached_property
 from pathlib import Path
@@ -19,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .container import Container, Raw
-from .drawing import FrameTransforms, Rig
-from .samples import POSE, POSE_COLUMNS, samples_head
+from .drawing import Rig, frames_template
+from .samples import POSE, POSE_COLUMNS, POSE_UNIT, Field, SamplesForm
+from .sink import FORMAT
 
 __all__ = ["RecordedEvent", "Recording", "Signal", "Topic"]
 
@@ -68,6 +70,7 @@ class Recording:
         if "run" not in metadata:
             raise self._file.error("is an MCAP file of another program; give a file made by `heavylift run`")
         self.run = metadata["run"]
+        self._check_format()
         self.result = metadata.get("result", {})
         self.attachments = self._file.attachments()
         with self._file.reading():
@@ -83,6 +86,16 @@ class Recording:
                 )
                 for channel in summary.channels.values()
             }
+
+    def _check_format(self) -> None:
+        """RecordingError if another version of heavylift made the file, by other rules."""
+        found = self.run.get("format", "1")
+        if found != str(FORMAT):
+            newer = found.isdecimal() and int(found) > FORMAT
+            what = "update heavylift" if newer else "run the scene again, or read it with the version that made it"
+            raise self._file.error(
+                f"has format {found[:20]} ({self.library[:60]}), this is heavylift for format {FORMAT}; {what}"
+            )
 
     def fact(self, name: str, default: Any = None) -> Any:
         """A fact of `result` or else of `run`, read as JSON where it is JSON, else as text."""
@@ -128,61 +141,73 @@ class Recording:
 
     def signals(self) -> list[str]:
         """The names that `signal` knows."""
-        names = [topic.name.removeprefix("/") for topic in self.topics.values() if topic.schema == "heavylift.Samples"]
-        bodies = self._names(self.topics["/poses"]) if "/poses" in self.topics else []
-        return names + [POSE + body for body in bodies]
+        return [*self._fields, *(POSE + body for body in self._bodies)]
 
     def columns(self, name: str) -> list[str]:
         """Names of the columns of a signal."""
-        return list(POSE_COLUMNS) if name.startswith(POSE) else self._names(self.topics["/" + name])
+        return list(POSE_COLUMNS) if name.startswith(POSE) else self._fields[name].columns
+
+    def unit(self, name: str) -> str:
+        """The unit of a signal's columns."""
+        return POSE_UNIT if name.startswith(POSE) else self._fields[name].unit
 
     def signal(self, name: str) -> Signal:
         """A sampled signal such as "rope/tension", over the whole run."""
-        if name not in self.signals():
-            raise self._file.error(f"has no signal {name}; it has {', '.join(self.signals()) or 'none'}")
-        if name.startswith(POSE):
-            return self._pose(name.removeprefix(POSE))
-        topic = self.topics["/" + name]
-        names = self._names(topic)
-        head = samples_head(len(names))
-        length = len(head) + 8 * len(names)
-        found = self._sampled[topic.name]
-        if any(len(raw.data) != length or not raw.data.startswith(head) for raw in found):
-            raise self._file.error(f"is damaged (a sample of {name} has not {len(names)} values); run the scene again")
-        values = np.frombuffer(b"".join(raw.data[len(head) :] for raw in found), "<f8")
-        return Signal(_seconds(found), values.reshape(len(found), len(names)), names, topic.metadata.get("unit", ""))
+        self.load([name])
+        return self._signals[name]
+
+    def load(self, names: Sequence[str]) -> None:
+        """Read these signals in one pass through the file; `signal` then has them at hand."""
+        for name in names:
+            if name not in self._fields and name.removeprefix(POSE) not in self._bodies:
+                raise self._file.error(f"has no signal {name}; it has {', '.join(self.signals()) or 'none'}")
+        wanted = [name for name in names if name not in self._signals]
+        with self._file.reading():
+            self._load_numbers([name for name in wanted if name in self._fields])
+            if any(name not in self._fields for name in wanted):
+                self._load_poses()
+
+    def _load_numbers(self, names: Sequence[str]) -> None:
+        if not names:
+            return
+        form = SamplesForm(list(self._fields.values()))
+        tags = form.image[form.fixed].tobytes()
+        times: list[int] = []
+        found: dict[str, list[bytes]] = {name: [] for name in names}
+        for raw in self.messages("/samples"):
+            data = np.frombuffer(raw.data, np.uint8)
+            if len(data) != len(form.image) or data[form.fixed].tobytes() != tags:
+                raise ValueError("a sample has other fields than its channel")
+            times.append(raw.publish_time)
+            for name, rows in found.items():
+                rows.append(raw.data[form.places[name]])
+        t = np.array(times, np.float64) / 1e9
+        for name, rows in found.items():
+            field = self._fields[name]
+            values = np.frombuffer(b"".join(rows), "<f8").reshape(len(t), len(field.columns))
+            self._signals[name] = Signal(t, values, field.columns, field.unit)
+
+    def _load_poses(self) -> None:
+        """All of them: they stand in one message."""
+        found = list(self.messages("/poses"))
+        poses = frames_template(self._bodies).decode([raw.data for raw in found]).reshape(-1, len(self._bodies), 7)
+        t = np.array([raw.publish_time for raw in found], np.float64) / 1e9
+        for i, body in enumerate(self._bodies):
+            self._signals[POSE + body] = Signal(t, poses[:, i], list(POSE_COLUMNS), POSE_UNIT)
 
     @cached_property
-    def _sampled(self) -> dict[str, list[Raw]]:
-        """The messages of all sample channels, read once: they stand in the same chunks."""
-        topics = [t.name for t in self.topics.values() if t.schema == "heavylift.Samples" or t.name == "/poses"]
-        names = {self._channels[name]: name for name in topics}
-        found: dict[str, list[Raw]] = {name: [] for name in topics}
-        for raw in self.messages(*topics):
-            found[names[raw.channel]].append(raw)
-        return found
-
-    def _names(self, topic: Topic) -> list[str]:
-        with self._file.reading():
-            return msgspec.json.decode(topic.metadata["names"], type=list[str])
-
-    def _pose(self, body: str) -> Signal:
-        bodies = self._names(self.topics["/poses"])
-        t, poses = self._poses
-        return Signal(t, poses[:, bodies.index(body)], list(POSE_COLUMNS), "m, quaternion x y z w")
+    def _signals(self) -> dict[str, Signal]:
+        """What was loaded so far."""
+        return {}
 
     @cached_property
-    def _poses(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Times (n,) [s] and poses (n, bodies, 7); decoded once, since all bodies stand in one message."""
-        found = self._sampled["/poses"]
-        values = np.empty((len(found), len(self._names(self.topics["/poses"])), len(POSE_COLUMNS)))
+    def _fields(self) -> dict[str, Field]:
         with self._file.reading():
-            for row, raw in zip(values, found, strict=True):
-                frames = FrameTransforms.FromString(raw.data).transforms
-                places = [(x.translation, x.rotation) for x in frames]
-                row[:] = [(p.x, p.y, p.z, q.x, q.y, q.z, q.w) for p, q in places]
-        return _seconds(found), values
+            facts = self.topics["/samples"].metadata if "/samples" in self.topics else {"signals": "[]"}
+            return {field.signal: field for field in msgspec.json.decode(facts["signals"], type=list[Field])}
 
-
-def _seconds(found: list[Raw]) -> NDArray[np.float64]:
-    return np.array([raw.publish_time for raw in found], np.float64) / 1e9
+    @cached_property
+    def _bodies(self) -> list[str]:
+        with self._file.reading():
+            facts = self.topics["/poses"].metadata if "/poses" in self.topics else {"names": "[]"}
+            return msgspec.json.decode(facts["names"], type=list[str])

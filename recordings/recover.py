@@ -24,11 +24,13 @@ from mcap.records import Attachment, Channel, Chunk, Message, Metadata, Schema
 from .container import BROKEN, LIMIT, MAGIC, RECORD, unpacked
 from .partfile import output_path
 from .rows import Peak
+from .samples import Field, SamplesForm
 from .sink import Sink
 
 __all__ = ["Recovered", "recover"]
 
 PART, RECOVERED = ".part", "-recovered"
+PEAKS = ("rope/peak", "rope/peak_time")
 READERS: dict[int, Callable[[ReadDataStream], object]] = {
     Opcode.METADATA: Metadata.read,
     Opcode.ATTACHMENT: Attachment.read,
@@ -122,7 +124,7 @@ class _Copy:
         self._channels: dict[int, Channel] = {}
         self._numbers: dict[int, int] = {}  # of a channel in the new file
         self._sink: Sink | None = None
-        self._tension: dict[str, list[np.ndarray]] = {"/rope/peak": [], "/rope/peak_time": []}
+        self._samples: list[bytes] = []
         self.found = Recovered(out)
 
     def take(self, record: object) -> None:
@@ -161,21 +163,24 @@ class _Copy:
         sink.flush()
         self.found.messages += 1
         self.found.sim_s = max(self.found.sim_s, message.log_time * 1e-9)
-        if channel.topic in self._tension:
-            doubles = len(message.data) // 8 * 8  # what stands before them is shorter than one
-            self._tension[channel.topic].append(np.frombuffer(message.data[len(message.data) - doubles :], "<f8"))
+        if channel.topic == "/samples":
+            self._samples.append(message.data)
 
     def _peaks(self) -> dict[str, Peak]:
         """Largest tension of each rope among the samples that are there."""
-        channel = next((c for c in self._channels.values() if c.topic == "/rope/peak"), None)
-        values, times = self._tension.values()
-        if channel is None or not values:
+        channel = next((c for c in self._channels.values() if c.topic == "/samples"), None)
+        if channel is None:
             return {}
-        T = np.array(values)
-        rows = T.argmax(axis=0)
-        names = msgspec.json.decode(channel.metadata["names"], type=list[str])
-        when = [times[r][i] if r < len(times) else 0.0 for i, r in enumerate(rows)]
-        return {name: Peak(float(T[r, i]), float(when[i])) for i, (name, r) in enumerate(zip(names, rows, strict=True))}
+        fields = msgspec.json.decode(channel.metadata["signals"], type=list[Field])
+        form, names = SamplesForm(fields), next((f.columns for f in fields if f.signal == "rope/peak"), [])
+        rows = [data for data in self._samples if len(data) == len(form.image)]
+        if not names or not rows:
+            return {}
+        T, when = (np.array([np.frombuffer(row[form.places[x]], "<f8") for row in rows]) for x in PEAKS)
+        found = T.argmax(axis=0)
+        return {
+            name: Peak(float(T[r, i]), float(when[r, i])) for i, (name, r) in enumerate(zip(names, found, strict=True))
+        }
 
     def finish(self) -> Recovered:
         """Write the result and give the file its name."""

@@ -1,5 +1,6 @@
-"""Sample rows on their way into the file: one message per channel, all poses in one, ropes that follow their
-bodies.
+"""Sample rows on their way into the file: one message of numbers and one of all poses per row, ropes where they moved.
+
+What would stand in the file twice is left out: coordinates of free joints, which the poses of their bodies tell.
 """
 
 from __future__ import annotations
@@ -12,11 +13,12 @@ from heavylift.kernel.errors import RecordingError
 from numpy.typing import NDArray
 
 from .drawing import WORLD, FrameTransforms, RopeLine, Ropes, SceneUpdate, frames_template
-from .samples import POSE, SampleLayout, samples_head
-from .schema import Samples
+from .rounding import Rounding
+from .samples import POSE, POSE_COLUMNS, POSE_UNIT, SampleChannel, SampleLayout, SamplesForm, sample_fields
+from .schema import samples_descriptor
 from .sink import Sink
 
-__all__ = ["Peak", "Rows"]
+__all__ = ["Peak", "Row", "Rows"]
 
 
 class Peak(NamedTuple):
@@ -26,6 +28,16 @@ class Peak(NamedTuple):
     time: float
 
 
+class Row(NamedTuple):
+    """A row as it stands in the file: simulation time [ns], numbers and poses, two messages, poses (bodies, 7)."""
+
+    t_ns: int
+    columns: NDArray[np.float64]
+    samples: bytes
+    frames: bytes
+    poses: NDArray[np.float64]
+
+
 class Rows:
     """Writes the rows of one layout into the sink and keeps the peak of each rope."""
 
@@ -33,20 +45,20 @@ class Rows:
         self.layout = layout.check()
         self.peaks: dict[str, Peak] = {}
         self._sink = sink
-        self._parts: list[tuple[int, int, int, bytes]] = []  # channel, first byte, last byte, head
-        for channel in layout.channels:
-            if not channel.topic.startswith(POSE):
-                facts = {"names": channel.names, "unit": channel.unit}
-                number = sink.protobuf("/" + channel.topic, Samples, facts)
-                head = samples_head(channel.stop - channel.start)
-                self._parts.append((number, 8 * channel.start, 8 * channel.stop, head))
         poses = [channel for channel in layout.channels if channel.topic.startswith(POSE)]
+        kept = [_picked(channel) for channel in layout.channels if not channel.topic.startswith(POSE)]
         self.bodies = [channel.topic.removeprefix(POSE) for channel in poses]
-        self._columns = np.array([np.arange(c.start, c.stop) for c in poses], np.intp).reshape(-1)
+        every = [*kept, *((c, [*range(c.start, c.stop)]) for c in poses)]
+        self._columns = np.array([i for _, columns in every for i in columns], np.intp)
+        self._rounded = Rounding([channel for channel, _ in every])
         self._ropes: Ropes | None = None
         self._lines_ns, self._lines_due = round(lines_every * 1e9), 0
+        fields = sample_fields([channel for channel, _ in kept])
+        descriptor = samples_descriptor([field.field for field in fields])
+        self._numbers = sink.protobuf("/samples", descriptor, {"signals": fields})
+        self._form = SamplesForm(fields)
         if poses:
-            facts = {"names": self.bodies, "unit": "m, quaternion x y z w"}
+            facts = {"names": self.bodies, "unit": POSE_UNIT}
             self._poses = sink.protobuf("/poses", FrameTransforms, facts)
             self._frames = frames_template(self.bodies)
             self._lines = sink.protobuf("/ropes", SceneUpdate)
@@ -63,17 +75,22 @@ class Rows:
         """Draw these ropes from the next row on."""
         self._ropes, self._lines_due = ropes, 0
 
-    def write(self, log_ns: int, t_ns: int, row: bytes) -> None:
-        """Write the messages of one row (float64 bytes)."""
-        for channel, start, stop, head in self._parts:
-            self._sink.write(channel, log_ns, t_ns, head + row[start:stop])
+    def encode(self, times: Sequence[int], rows: NDArray[np.float64]) -> list[Row]:
+        """Rows (n, width) of these simulation times [ns] made ready for `write`."""
+        columns = self._rounded(rows[:, self._columns])
+        numbers, poses = np.split(columns, [columns.shape[1] - 7 * len(self.bodies)], axis=1)
+        frames = self._frames.encode(times, poses) if self.bodies else [b""] * len(times)
+        ready = zip(times, columns, self._form.encode(numbers), frames, poses.reshape(len(times), -1, 7), strict=True)
+        return [Row(*row) for row in ready]
+
+    def write(self, log_ns: int, row: Row) -> None:
+        """Write the messages of one row."""
+        self._sink.write(self._numbers, log_ns, row.t_ns, row.samples)
         if self.bodies:
-            poses = np.frombuffer(row, "<f8")[self._columns]
-            self._sink.write(self._poses, log_ns, t_ns, self._frames.encode(t_ns, poses))
-            if self._ropes is not None and t_ns >= self._lines_due:
-                self._lines_due = t_ns + self._lines_ns
-                lines = self._ropes.message(t_ns, poses.reshape(-1, 7))
-                self._sink.write(self._lines, log_ns, t_ns, lines)
+            self._sink.write(self._poses, log_ns, row.t_ns, row.frames)
+            if self._ropes is not None and row.t_ns >= self._lines_due and self._ropes.moved(row.poses):
+                self._lines_due = row.t_ns + self._lines_ns
+                self._sink.write(self._lines, log_ns, row.t_ns, self._ropes.message(row.t_ns, row.poses))
 
     def note_peaks(self, times: Sequence[int], rows: NDArray[np.float64]) -> None:
         """Keep each rope's largest tension, of all accepted steps if the rows have them."""
@@ -87,3 +104,14 @@ class Rows:
             if name not in self.peaks or values[k, i] > self.peaks[name].tension:
                 at = rows[k, when.start + i] if when else times[k] / 1e9
                 self.peaks[name] = Peak(float(values[k, i]), float(at))
+
+
+def _picked(channel: SampleChannel) -> tuple[SampleChannel, list[int]]:
+    """The channel without the coordinates of free joints, and the columns of the row that it keeps."""
+    parts = [name.rpartition(".") for name in channel.names]
+    free = {joint for joint, _, _ in parts if all(f"{joint}.{x}" in channel.names for x in POSE_COLUMNS)}
+    if channel.topic != "joint/position":
+        free = set()
+    kept = [i for i, (joint, _, x) in enumerate(parts) if joint not in free or x not in POSE_COLUMNS]
+    names = [channel.names[i] for i in kept]
+    return SampleChannel(channel.topic, names, channel.unit, 0, len(kept)), [channel.start + i for i in kept]

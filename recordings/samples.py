@@ -3,11 +3,15 @@
 A sample is one float64 row; the layout is announced once and cuts the row into channels.  Batches travel as
 msgpack `[first number, [t_ns, ...], rows]`, rows being little-endian float64 in C order.  Channels
 `pose/<body>` (x y z, then quaternion x y z w of the body frame in the world) are drawn as
-foxglove.FrameTransforms; every other channel becomes one `heavylift.Samples` message per row, made straight
-from the row's bytes (protobuf encoding: tag 0x0a, length, doubles).
+foxglove.FrameTransforms; all others are fields of one `heavylift.Samples` message per row, made straight
+from the row's bytes (protobuf encoding: tag, length, doubles).
 """
 
 from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from itertools import chain, count
 
 import msgspec
 import numpy as np
@@ -16,6 +20,7 @@ from numpy.typing import NDArray
 
 POSE = "pose/"
 POSE_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw")
+POSE_UNIT = "m, quaternion x y z w"
 
 _decode_batch = msgspec.msgpack.Decoder(tuple[int, list[int], bytes]).decode
 
@@ -86,6 +91,55 @@ def decode_batch(payload: bytes, width: int) -> Batch:
     return Batch(first, times, np.frombuffer(data, "<f8").reshape(len(times), width))
 
 
+class Field(msgspec.Struct, frozen=True):
+    """A signal in the messages of `/samples`: its name, the message's field, unit, a name per column."""
+
+    signal: str
+    field: str
+    unit: str
+    columns: list[str]
+
+
+def sample_fields(channels: Sequence[SampleChannel]) -> list[Field]:
+    """The fields of the channels: `rope/peak_time` is rope_peak_time."""
+    fields: list[Field] = []
+    taken: set[str] = set()
+    for channel in channels:
+        stem = re.sub(r"\W", "_", channel.topic, flags=re.ASCII)
+        stem = stem if stem[:1].isalpha() else f"x{stem}"
+        names = chain([stem], (f"{stem}_{i}" for i in count(2)))
+        name = next(name for name in names if name.replace("_", "").lower() not in taken)
+        taken.add(name.replace("_", "").lower())  # protobuf's JSON names must differ, too
+        fields.append(Field(channel.topic, name, channel.unit, list(channel.names)))
+    return fields
+
+
+class SamplesForm:
+    """What all `heavylift.Samples` messages of a run have in common: length, tags, and where the numbers stand."""
+
+    def __init__(self, fields: Sequence[Field]) -> None:
+        image = bytearray()
+        self.places: dict[str, slice] = {}  # bytes by signal
+        for number, field in enumerate(fields, 1):
+            size = 8 * len(field.columns)
+            if size:
+                image += varint(number << 3 | 2) + varint(size)
+            self.places[field.signal] = slice(len(image), len(image) + size)
+            image += bytes(size)
+        self.image = np.frombuffer(bytes(image), np.uint8)
+        self.fixed = np.ones(len(image), bool)
+        for place in self.places.values():
+            self.fixed[place] = False
+
+    def encode(self, rows: NDArray[np.float64]) -> list[bytes]:
+        """The messages of (n, columns) rows, the signals' columns side by side."""
+        out = np.tile(self.image, (len(rows), 1))
+        data, at = np.ascontiguousarray(rows, "<f8").view(np.uint8).reshape(len(rows), -1), 0
+        for place in self.places.values():
+            out[:, place] = data[:, at : (at := at + place.stop - place.start)]
+        return [message.tobytes() for message in out]
+
+
 def varint(number: int) -> bytes:
     """Protobuf's base-128 encoding of a number >= 0."""
     out = bytearray()
@@ -94,8 +148,3 @@ def varint(number: int) -> bytes:
         number >>= 7
     out.append(number)
     return bytes(out)
-
-
-def samples_head(count: int) -> bytes:
-    """What stands before the doubles of a `heavylift.Samples` message of `count` values."""
-    return b"\x0a" + varint(8 * count) if count else b""

@@ -1,42 +1,41 @@
 """The schemas of a recording: protobuf descriptors for numbers, JSON Schema for events and protocol traffic.
 
-`heavylift.Samples` is one row of numbers, `repeated double value = 1 [packed]`; names and unit stand in the
-channel's metadata.  It is built here from a descriptor, so no protoc is needed, and each protobuf schema of
-a file carries its whole FileDescriptorSet (MCAP well-known encoding "protobuf"), so any stock reader
-decodes it.
+`heavylift.Samples` is one row of numbers, a field per signal; columns and units stand in the channel's metadata.  It
+is built here from a descriptor, so no protoc is needed, and each protobuf schema of a file carries its whole
+FileDescriptorSet (MCAP well-known encoding "protobuf"), so any stock reader decodes it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import msgspec
-from google.protobuf import descriptor_pb2, descriptor_pool, message_factory  # type: ignore[import-untyped]
+from google.protobuf import descriptor_pb2, descriptor_pool  # type: ignore[import-untyped]
 
 JSON_INTEGER = {"type": "integer"}
 JSON_STRING = {"type": "string"}
 
 
-def _samples_class() -> Any:
+def samples_descriptor(fields: Sequence[str]) -> Any:
+    """The descriptor of `heavylift.Samples` with these fields: `repeated double <field> = <number> [packed]`."""
     file = descriptor_pb2.FileDescriptorProto(name="heavylift/Samples.proto", package="heavylift", syntax="proto3")
-    field = file.message_type.add(name="Samples").field.add(
-        name="value",
-        number=1,
-        label=descriptor_pb2.FieldDescriptorProto.LABEL_REPEATED,
-        type=descriptor_pb2.FieldDescriptorProto.TYPE_DOUBLE,
-    )
-    field.options.packed = True
+    message = file.message_type.add(name="Samples")
+    for i, name in enumerate(fields):
+        field = message.field.add(
+            name=name,
+            number=i + 1,
+            label=descriptor_pb2.FieldDescriptorProto.LABEL_REPEATED,
+            type=descriptor_pb2.FieldDescriptorProto.TYPE_DOUBLE,
+        )
+        field.options.packed = True
     pool = descriptor_pool.DescriptorPool()
     pool.Add(file)
-    return message_factory.GetMessageClass(pool.FindMessageTypeByName("heavylift.Samples"))
+    return pool.FindMessageTypeByName("heavylift.Samples")
 
 
-Samples = _samples_class()
-
-
-def file_descriptor_set(message: Any) -> bytes:
-    """The serialised FileDescriptorSet of a protobuf message class, dependencies first."""
+def file_descriptor_set(descriptor: Any) -> bytes:
+    """The serialised FileDescriptorSet of a protobuf message descriptor, dependencies first."""
     files: dict[str, Any] = {}
 
     def visit(file: Any) -> None:
@@ -45,7 +44,7 @@ def file_descriptor_set(message: Any) -> bytes:
                 visit(dependency)
             files[file.name] = file
 
-    visit(message.DESCRIPTOR.file)
+    visit(descriptor.file)
     out = descriptor_pb2.FileDescriptorSet()
     for file in files.values():
         file.CopyToProto(out.file.add())

@@ -37,8 +37,8 @@ EVENT, SAMPLE = 0, 1  # at one instant events stand before the sample taken afte
 class Recorder:
     """Writes the recording `path`; `run` are the facts known at the start, `attachments` files by name.
 
-    `lines_every` [s] of simulation time the ropes are drawn.  Used as a context, it closes the file as failed
-    when the body raises.
+    At most every `lines_every` [s] of simulation time the ropes are drawn.  Used as a context, it closes the file as
+    failed when the body raises.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class Recorder:
         path: str | Path,
         run: Mapping[str, object],
         attachments: Mapping[str, bytes] | None = None,
-        lines_every: float = 0.5,
+        lines_every: float = 1.0,
     ) -> None:
         self.digest = Digest()
         self._began = time.monotonic()
@@ -133,16 +133,11 @@ class Recorder:
             )
         if skip >= len(batch.times):
             return
-        for number, t_ns, values in zip(
-            range(self._next_sample, batch.first + len(batch.times)),
-            batch.times[skip:],
-            batch.rows[skip:],
-            strict=True,
-        ):
-            row = values.tobytes()
-            self.digest.samples(number, t_ns, row)
-            self._put(t_ns, SAMPLE, partial(rows.write, t_ns=t_ns, row=row))
-        rows.note_peaks(batch.times[skip:], batch.rows[skip:])
+        times, values = batch.times[skip:], batch.rows[skip:]
+        for number, row in zip(count(self._next_sample), rows.encode(times, values), strict=False):
+            self.digest.samples(number, row.t_ns, row.columns.tobytes())
+            self._put(row.t_ns, SAMPLE, partial(rows.write, row=row))
+        rows.note_peaks(times, values)
         self._next_sample = batch.first + len(batch.times)
         self._last_sample = max(self._last_sample, batch.times[-1])
         self._drain()

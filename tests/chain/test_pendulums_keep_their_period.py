@@ -12,7 +12,7 @@ from scipy.special import ellipk
 SWINGS = 20
 PERIOD = 1e-6  # of the exact period, over twenty swings, as the closed form demands
 LINEAR = 1e-4  # of the period for infinitesimal swings: half a degree takes 2.6e-5 longer here
-MOMENTUM = 1e-9  # of the momentum that trolley and load exchange
+MOMENTUM = 1e-8  # of the momentum that trolley and load exchange: velocities are recorded in steps of a billionth
 
 
 def crossings(t: Array, angle: Array, rate: Array) -> Array:

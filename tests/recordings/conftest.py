@@ -1,4 +1,5 @@
-"""A small run to record: two loaders and a block, six samples, three events; all numbers are exact."""
+"""A small run to record: two loaders and a block, six samples, three events; all numbers are multiples of the steps
+in which they are recorded."""
 
 from __future__ import annotations
 
@@ -34,7 +35,7 @@ def rows() -> NDArray[np.float64]:
     rows[:, 4:6] = np.maximum(0.0, np.array(TIMES)[:, None] / 1e9 - 0.125)
     for start in (9, 16):
         rows[:, start : start + 4] /= np.linalg.norm(rows[:, start : start + 4], axis=1)[:, None]
-    return rows
+    return np.rint(rows * 2.0**38) / 2.0**38
 
 
 @pytest.fixture

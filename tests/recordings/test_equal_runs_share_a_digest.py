@@ -83,6 +83,6 @@ def test_the_file_holds_everything_the_digest_covers(recorded: Path, rows: NDArr
     for e in rec.events():
         out.event(e.t_ns, e.microstep, e.source, e.port, e.index, e.type, msgspec.msgpack.encode(e.value))
     columns = np.hstack([rec.signal(name).values for name in rec.signals()])
-    for number, (raw, row) in enumerate(zip(rec.messages("/rope/tension"), columns, strict=True)):
+    for number, (raw, row) in enumerate(zip(rec.messages("/samples"), columns, strict=True)):
         out.samples(number, raw.log_time, row.tobytes())
     assert out.hexdigest() == rec.result["digest"]

@@ -33,7 +33,8 @@ def test_info_tells_the_run_its_peaks_and_its_channels(recorded: Path) -> None:
         ]
     ) in re.sub(" +\n", "\n", text)
     assert "  commander       3  stage 3" in text
-    assert re.search(r"\n  /rope/tension +6  heavylift.Samples +N\n", text)
+    assert re.search(r"\n  rope/tension +2  N\n", text)
+    assert re.search(r"\n  /samples +6  heavylift.Samples\n", text)
     assert "  lift.yaml   13 B" in text
 
 

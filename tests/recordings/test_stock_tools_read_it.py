@@ -34,7 +34,7 @@ def test_all_checksums_hold_and_every_channel_has_a_schema(recorded: Path) -> No
     assert summary is not None
     assert all(channel.schema_id for channel in summary.channels.values())
     assert {schema.encoding for schema in summary.schemas.values()} == {"protobuf", "jsonschema"}
-    assert len(messages) == 3 + 1 + 1 + 6 * 4
+    assert len(messages) == 3 + 1 + 1 + 6 * 2
 
 
 def test_log_time_is_simulation_time_and_never_goes_back(recorded: Path) -> None:
@@ -44,7 +44,7 @@ def test_log_time_is_simulation_time_and_never_goes_back(recorded: Path) -> None
         ]
     times = [message.log_time for _, message in found]
     assert times == sorted(times)
-    assert [m.log_time for topic, m in found if topic == "/rope/tension"] == [
+    assert [m.log_time for topic, m in found if topic == "/samples"] == [
         0,
         SECOND,
         2 * SECOND,
@@ -64,7 +64,7 @@ def test_the_facts_stand_first_and_the_result_last(recorded: Path) -> None:
     assert header.library == f"heavylift {version('heavylift')} mcap-python/{version('mcap')}"
     assert isinstance(run, Metadata)
     assert run.name == "run"
-    assert run.metadata == {"scene": "lift", "seed": "7", "rated": '{"west.H1":900000.0}'}
+    assert run.metadata == {"format": "2", "scene": "lift", "seed": "7", "rated": '{"west.H1":900000.0}'}
     assert isinstance(scene, Attachment)
     assert (scene.name, scene.data) == ("lift.yaml", b"heavylift: 1\n")
     last_message = max(i for i, record in enumerate(records) if isinstance(record, Message))
@@ -76,13 +76,20 @@ def test_the_facts_stand_first_and_the_result_last(recorded: Path) -> None:
 
 def test_numbers_decode_with_the_schema_in_the_file(recorded: Path, rows: NDArray[np.float64]) -> None:
     with recorded.open("rb") as stream:
-        found = list(make_reader(stream).iter_messages(topics=["/rope/tension", "/poses"]))
-    tension = [(s, c, m) for s, c, m in found if c.topic == "/rope/tension"]
-    schema, channel, message = tension[2]
+        found = list(make_reader(stream).iter_messages(topics=["/samples", "/poses"]))
+    samples = [(s, c, m) for s, c, m in found if c.topic == "/samples"]
+    schema, channel, message = samples[2]
     assert schema is not None
     assert schema.name == "heavylift.Samples"
-    assert channel.metadata == {"names": '["west.H1","west.H2"]', "unit": "N"}
-    assert list(decoded(schema, message.data).value) == list(rows[2, :2])
+    tension, _, when = json.loads(channel.metadata["signals"])
+    assert tension == {
+        "signal": "rope/tension",
+        "field": "rope_tension",
+        "unit": "N",
+        "columns": ["west.H1", "west.H2"],
+    }
+    assert (when["field"], when["unit"]) == ("rope_peak_time", "s")
+    assert list(decoded(schema, message.data).rope_tension) == list(rows[2, :2])
     schema, _, message = next((s, c, m) for s, c, m in found if c.topic == "/poses" and m.log_time == SECOND)
     block, hook = decoded(schema, message.data).transforms
     assert (block.parent_frame_id, block.child_frame_id, hook.child_frame_id) == ("world", "block", "hook")

@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from google.protobuf.message_factory import GetMessageClass  # type: ignore[import-untyped]
 from google.protobuf.timestamp_pb2 import Timestamp  # type: ignore[import-untyped]
 from heavylift.recordings.drawing import Box, RopeLine, Ropes, boxes_message, frames_template
-from heavylift.recordings.samples import samples_head
-from heavylift.recordings.schema import Samples
+from heavylift.recordings.samples import SampleChannel, SamplesForm, sample_fields
+from heavylift.recordings.schema import samples_descriptor
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation  # type: ignore[import-untyped]
 
+HALF_A_MILLIMETRE = 0.5e-3  # ropes are a picture
 TIMES = [0, 1, 127, 1_000_000_000, 128_000_000_000, 4_000_000_000_001, 2**62]
 
 
@@ -26,25 +28,43 @@ def library_frames(t_ns: int, bodies: list[str], poses: NDArray[np.float64]) -> 
     return out
 
 
-@pytest.mark.parametrize("t_ns", TIMES)
-def test_frames_equal_the_library_byte_for_byte(t_ns: int) -> None:
+def test_frames_decode_to_what_the_library_would_write() -> None:
     bodies = [f"west.body{i}" for i in range(19)]
-    poses = np.random.default_rng(3).normal(size=(19, 7))
+    poses = np.random.default_rng(3).normal(size=(len(TIMES), 19, 7))
     template = frames_template(bodies)
-    template.encode(t_ns // 2, poses.ravel())
-    assert template.encode(t_ns, poses.ravel()) == library_frames(t_ns, bodies, poses).SerializeToString()
+    messages = template.encode(TIMES, poses)
+    for data, t_ns, pose in zip(messages, TIMES, poses, strict=True):
+        assert FrameTransforms.FromString(data) == library_frames(t_ns, bodies, pose)
+    assert np.array_equal(template.decode(messages), poses.reshape(len(TIMES), -1))
 
 
 def test_a_zero_decodes_to_the_same_frames() -> None:
     poses = np.array([[0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 1.0]])
-    data = frames_template(["block"]).encode(7, poses.ravel())
+    (data,) = frames_template(["block"]).encode([7], poses)
     assert FrameTransforms.FromString(data) == library_frames(7, ["block"], poses)
 
 
-@pytest.mark.parametrize("count", [1, 2, 15, 16, 61, 3000])
-def test_samples_equal_the_library_byte_for_byte(count: int) -> None:
-    row = np.random.default_rng(count).normal(size=count)
-    assert samples_head(count) + row.tobytes() == Samples(value=row).SerializeToString()
+def test_frames_of_another_form_are_refused() -> None:
+    with pytest.raises(ValueError, match="not of the form of its channel"):
+        frames_template(["block"]).decode([library_frames(7, ["hook"], np.zeros((1, 7))).SerializeToString()])
+
+
+@pytest.mark.parametrize("counts", [[1], [2, 15], [16, 61, 3000], [1] * 20])
+def test_samples_equal_the_library_byte_for_byte(counts: list[int]) -> None:
+    fields = sample_fields([SampleChannel(f"rope/{i}", ["x"] * n, "N", 0, n) for i, n in enumerate(counts)])
+    rows = np.random.default_rng(5).normal(size=(3, sum(counts)))
+    Samples = GetMessageClass(samples_descriptor([field.field for field in fields]))
+    for row, data in zip(rows, SamplesForm(fields).encode(rows), strict=True):
+        parts = np.split(row, np.cumsum(counts)[:-1])
+        message = Samples(**{field.field: part for field, part in zip(fields, parts, strict=True)})
+        assert data == message.SerializeToString()
+
+
+def test_any_topic_becomes_a_field_of_its_own() -> None:
+    topics = ["rope/peak_time", "rope/peak/time", "2nd law", "größe"]
+    fields = sample_fields([SampleChannel(topic, ["x"], "1", 0, 1) for topic in topics])
+    assert [field.field for field in fields] == ["rope_peak_time", "rope_peak_time_2", "x2nd_law", "gr__e"]
+    samples_descriptor([field.field for field in fields])
 
 
 def test_a_rope_runs_from_its_point_on_one_body_to_its_point_on_the_other() -> None:
@@ -63,7 +83,7 @@ def test_a_rope_runs_from_its_point_on_one_body_to_its_point_on_the_other() -> N
         [4, 5, 6],
         poses[1, :3] + hook.apply([0, 1, 0]),
     ]
-    np.testing.assert_allclose(ends, expected, rtol=0, atol=1e-14)
+    np.testing.assert_allclose(ends, expected, rtol=0, atol=HALF_A_MILLIMETRE)
     assert (entity.id, entity.frame_id) == ("ropes", "world")
 
 

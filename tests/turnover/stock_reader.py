@@ -22,7 +22,7 @@ SAMPLES, FRAMES = "heavylift.Samples", "foxglove.FrameTransforms"
 
 
 class Reading:
-    """`t` (n,), `values[topic]` (n, m) with `names[topic]`, `pose[body]` (n, 7), `events` in total order, `scene`."""
+    """`t` (n,), `values[signal]` (n, m) with `names[signal]`, `pose[body]` (n, 7), `events` in total order, `scene`."""
 
     def __init__(self, path: Path) -> None:
         with path.open("rb") as stream:
@@ -49,12 +49,15 @@ class Reading:
             self.attachments = {a.name: a.data for a in reader.iter_attachments()}
         self.scene: dict[str, Any] = json.loads(self.attachments["resolved.json"])
         self.events = sorted(events, key=lambda e: (e["t_ns"], e["microstep"], e["source"], e["port"], e["index"]))
-        names = {c.topic: json.loads(c.metadata["names"]) for c in channels.values() if "names" in c.metadata}
+        facts = {c.topic: c.metadata for c in channels.values()}
+        signals = json.loads(facts["/samples"]["signals"])
+        names = {"/poses": json.loads(facts["/poses"]["names"])}
+        names |= {"/" + signal["signal"]: signal["columns"] for signal in signals}
         self.t_ns: list[int] = times["/poses"]
         assert all(other == self.t_ns for other in times.values()), "all topics hold the same samples"
         self.t = np.array(self.t_ns) * 1e-9
         self.values: dict[str, Array] = {
-            topic: np.array([list(m.value) for m in found]) for topic, found in rows.items() if topic != "/poses"
+            "/" + s["signal"]: np.array([list(getattr(m, s["field"])) for m in rows["/samples"]]) for s in signals
         }
         self.names: dict[str, list[str]] = names
         poses = np.array([[_seven(x) for x in m.transforms] for m in rows["/poses"]]).reshape(
@@ -62,9 +65,9 @@ class Reading:
         )
         self.pose: dict[str, Array] = {body: poses[:, i] for i, body in enumerate(names["/poses"])}
 
-    def column(self, topic: str, name: str) -> Array:
+    def column(self, signal: str, name: str) -> Array:
         """(n,) the column of this name."""
-        return self.values[topic][:, self.names[topic].index(name)]
+        return self.values[signal][:, self.names[signal].index(name)]
 
     def said(self, source: str, port: str, kind: str | None = None) -> list[dict[str, Any]]:
         """Events of a port, perhaps of one type only."""

@@ -1,0 +1,218 @@
+"""A thin MCAP writer: chunks built from byte strings, rare records by the mcap library.
+
+What the library's Writer does in some twenty microseconds per message takes one and a half here: a message is one
+header packed into the growing chunk and one entry of its channel's index.  Everything that stands in the file is as
+the specification asks: zstd chunks with message indexes, a summary with statistics and indexes, checksums of chunks,
+data section, attachments and summary.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Mapping
+from typing import Any, BinaryIO
+
+import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import (
+    Attachment,
+    AttachmentIndex,
+    Channel,
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+    SummaryOffset,
+)
+
+__all__ = ["MAGIC", "McapFile"]
+
+MAGIC = b"\x89MCAP0\r\n"
+CHUNK = 256 * 1024  # [bytes] before packing
+LEVEL = 3  # of zstd: higher ones gain 2 % in thrice the time
+MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log and publish time
+BODY = MESSAGE.size - 9
+ENTRY = struct.Struct("<QQ")  # of a message index: log time, offset in the chunk
+INDEX = struct.Struct("<BQHI")  # opcode, length, channel, bytes of entries
+FOOTER = struct.Struct("<BQQQ")
+
+
+class McapFile:
+    """Writes to `stream` from its start; `finish` writes the summary and leaves the stream open."""
+
+    def __init__(self, stream: BinaryIO, library: str) -> None:
+        self._stream, self._place, self._crc = stream, 0, 0
+        self._pack = zstandard.ZstdCompressor(level=LEVEL).compress
+        self._schemas: list[Schema] = []
+        self._channels: list[Channel] = []
+        self._counts = [0]  # messages by channel
+        self._attachments: list[AttachmentIndex] = []
+        self._metadata: list[MetadataIndex] = []
+        self._chunks: list[ChunkIndex] = []
+        self._chunk = bytearray()
+        self._entries: dict[int, bytearray] = {}
+        self._first = self._last = 0  # log times in the chunk
+        self._write(MAGIC)
+        self._record(Header(profile="", library=library))
+
+    def metadata(self, name: str, facts: Mapping[str, str]) -> None:
+        """Write a metadata record."""
+        self._close_chunk()
+        offset, length = self._record(Metadata(name=name, metadata=dict(facts)))
+        self._metadata.append(MetadataIndex(offset=offset, length=length, name=name))
+
+    def attachment(self, create_ns: int, name: str, media: str, data: bytes) -> None:
+        """Attach a file."""
+        self._close_chunk()
+        record = Attachment(create_time=create_ns, log_time=0, name=name, media_type=media, data=data)
+        offset, length = self._record(record)
+        self._attachments.append(
+            AttachmentIndex(
+                offset=offset,
+                length=length,
+                log_time=0,
+                create_time=create_ns,
+                data_size=len(data),
+                name=name,
+                media_type=media,
+            )
+        )
+
+    def schema(self, name: str, language: str, data: bytes) -> int:
+        """Announce a schema; its number."""
+        self._schemas.append(Schema(id=len(self._schemas) + 1, data=data, encoding=language, name=name))
+        self._chunk += _bytes(self._schemas[-1])
+        return len(self._schemas)
+
+    def channel(self, topic: str, encoding: str, schema: int, facts: Mapping[str, str]) -> int:
+        """Announce a channel of messages that follow the schema of this number; its number."""
+        number = len(self._channels) + 1
+        record = Channel(id=number, topic=topic, message_encoding=encoding, metadata=dict(facts), schema_id=schema)
+        self._channels.append(record)
+        self._chunk += _bytes(record)
+        self._counts.append(0)
+        return number
+
+    def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None:
+        """Append a message; log times never go back."""
+        chunk = self._chunk
+        if not self._entries:
+            self._first = log_ns
+        entries = self._entries.get(channel)
+        if entries is None:
+            entries = self._entries[channel] = bytearray()
+        entries += ENTRY.pack(log_ns, len(chunk))
+        chunk += MESSAGE.pack(Opcode.MESSAGE, BODY + len(data), channel, self._counts[channel], log_ns, publish_ns)
+        chunk += data
+        self._last = log_ns
+        self._counts[channel] += 1
+        if len(chunk) >= CHUNK:
+            self._close_chunk()
+
+    def flush(self) -> None:
+        """Put all that was written so far on disk."""
+        self._close_chunk()
+        self._stream.flush()
+
+    def finish(self) -> None:
+        """Write the end of the data, the summary and the footer."""
+        self._close_chunk()
+        self._record(DataEnd(data_section_crc=self._crc))
+        start = self._place
+        groups: list[tuple[Opcode, list[Any]]] = [
+            (Opcode.SCHEMA, self._schemas),
+            (Opcode.CHANNEL, self._channels),
+            (Opcode.STATISTICS, [self._statistics()]),
+            (Opcode.CHUNK_INDEX, self._chunks),
+            (Opcode.ATTACHMENT_INDEX, self._attachments),
+            (Opcode.METADATA_INDEX, self._metadata),
+        ]
+        summary, offsets = b"", []
+        for opcode, records in groups:
+            if records:
+                group = b"".join(_bytes(record) for record in records)
+                offsets.append(
+                    SummaryOffset(group_opcode=opcode, group_length=len(group), group_start=start + len(summary))
+                )
+                summary += group
+        end = start + len(summary)
+        summary += b"".join(_bytes(offset) for offset in offsets)
+        self._write(summary)
+        crc = zlib.crc32(FOOTER.pack(Opcode.FOOTER, 20, start, end), zlib.crc32(summary))
+        self._record(Footer(summary_start=start, summary_offset_start=end, summary_crc=crc))
+        self._write(MAGIC)
+
+    def _close_chunk(self) -> None:
+        """Write the chunk with its message indexes; one without messages waits for some."""
+        if not self._entries:
+            return
+        data = bytes(self._chunk)
+        packed = self._pack(data)
+        offset, length = self._record(
+            Chunk(
+                compression="zstd",
+                data=packed,
+                message_end_time=self._last,
+                message_start_time=self._first,
+                uncompressed_crc=zlib.crc32(data),
+                uncompressed_size=len(data),
+            )
+        )
+        places, start = {}, self._place
+        for channel, entries in self._entries.items():
+            places[channel] = self._place
+            self._write(INDEX.pack(Opcode.MESSAGE_INDEX, 6 + len(entries), channel, len(entries)) + entries)
+        self._chunks.append(
+            ChunkIndex(
+                chunk_length=length,
+                chunk_start_offset=offset,
+                compression="zstd",
+                compressed_size=len(packed),
+                message_end_time=self._last,
+                message_index_length=self._place - start,
+                message_index_offsets=places,
+                message_start_time=self._first,
+                uncompressed_size=len(data),
+            )
+        )
+        self._chunk.clear()
+        self._entries.clear()
+
+    def _statistics(self) -> Statistics:
+        counts = {channel: n for channel, n in enumerate(self._counts) if n}
+        return Statistics(
+            attachment_count=len(self._attachments),
+            channel_count=len(self._channels),
+            channel_message_counts=counts,
+            chunk_count=len(self._chunks),
+            message_count=sum(counts.values()),
+            message_end_time=max((c.message_end_time for c in self._chunks), default=0),
+            message_start_time=min((c.message_start_time for c in self._chunks), default=0),
+            metadata_count=len(self._metadata),
+            schema_count=len(self._schemas),
+        )
+
+    def _record(self, record: Any) -> tuple[int, int]:
+        """Write a record; its place in the file and its length."""
+        place, data = self._place, _bytes(record)
+        self._write(data)
+        return place, len(data)
+
+    def _write(self, data: bytes) -> None:
+        self._stream.write(data)
+        self._crc = zlib.crc32(data, self._crc)
+        self._place += len(data)
+
+
+def _bytes(record: Any) -> bytes:
+    builder = RecordBuilder()
+    record.write(builder)
+    data: bytes = builder.end()  # type: ignore[no-untyped-call]
+    return data

@@ -1,0 +1,54 @@
+"""What is recorded is rounded far below what a reader needs, and nothing stands in the file twice."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from heavylift.recordings import Recorder, Recording, SampleChannel, SampleLayout
+from heavylift.recordings.rounding import Rounding
+
+POSE = ["x", "y", "z", "qx", "qy", "qz", "qw"]
+
+
+def test_steps_follow_the_unit() -> None:
+    columns = {"m": 2.0**-38, "m/s": 2.0**-32, "N": 2.0**-14, "J": 2.0**-14, "s": 2.0**-20}
+    rounded = Rounding([SampleChannel(f"x/{unit}", ["a"], unit, 0, 1) for unit in columns])
+    x = np.random.default_rng(1).normal(scale=1e6, size=(200, len(columns)))
+    x[0] = 1e9  # large enough for steps to be those of the units
+    off = np.abs(rounded(x) - x)
+    steps = np.array([*columns.values()])
+    assert np.all(off <= steps / 2)
+    assert np.all(off.max(axis=0) > 0.45 * steps)
+    assert np.array_equal(rounded(rounded(x)), rounded(x)), "twice is once"
+
+
+def test_small_values_keep_their_digits() -> None:
+    rounded = Rounding([SampleChannel("rope/tension", ["toy"], "N", 0, 1)])
+    x = np.array([[1e-6], [3e-5], [9.80665e-3], [1e-6]])
+    off = np.abs(np.vstack([rounded(x[:3]), rounded(x[3:])]) - x)[:, 0]
+    largest = np.array([1e-6, 3e-5, 9.80665e-3, 9.80665e-3])
+    assert np.all(off <= 2.0**-30 * largest), "of the largest so far"
+
+
+def test_numbers_of_other_units_and_no_numbers_are_kept() -> None:
+    rounded = Rounding([SampleChannel("a", ["a"], "1/rad2", 0, 1), SampleChannel("b", ["b"], "N", 1, 2)])
+    rows = np.array([[np.pi, np.inf], [1e-300, -np.inf], [0.1, 1e300], [-0.1, 1e308]])
+    assert np.array_equal(rounded(rows), rows)
+    assert np.isnan(rounded(np.array([[np.nan, np.nan]]))).all()
+
+
+def test_free_joints_stand_in_the_poses_alone(tmp_path: Path) -> None:
+    names = ["rail.travel", *(f"float.{x}" for x in POSE), "float.angle"]
+    layout = SampleLayout(
+        [SampleChannel("joint/position", names, "m or rad", 0, 9), SampleChannel("pose/crate", POSE, "m", 9, 16)]
+    )
+    row = np.arange(16) / 16
+    with Recorder(tmp_path / "run.mcap", {}) as rec:
+        rec.layout(layout)
+        rec.samples(msgspec.msgpack.encode([0, [0], row.tobytes()]))
+    found = Recording(tmp_path / "run.mcap")
+    assert found.columns("joint/position") == ["rail.travel", "float.angle"]
+    assert found.signal("joint/position").values.tolist() == [[0.0, 8 / 16]]
+    assert found.signal("pose/crate").values.tolist() == [list(row[9:])]
