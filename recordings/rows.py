@@ -1,7 +1,4 @@
-"""Sample rows on their way into the file: one message of numbers and one of all poses per row, ropes where they moved.
-
-What would stand in the file twice is left out: coordinates of free joints, which the poses of their bodies tell.
-"""
+"""Sample rows on their way into the file: a message of numbers and one of all poses per row, ropes where they moved."""
 
 from __future__ import annotations
 
@@ -12,9 +9,9 @@ import numpy as np
 from heavylift.kernel.errors import RecordingError
 from numpy.typing import NDArray
 
+from .columns import Columns
 from .drawing import WORLD, FrameTransforms, RopeLine, Ropes, SceneUpdate, frames_template
-from .rounding import Rounding
-from .samples import POSE, POSE_COLUMNS, POSE_UNIT, SampleChannel, SampleLayout, SamplesForm, sample_fields
+from .samples import POSE_UNIT, SampleLayout, SamplesForm
 from .schema import samples_descriptor
 from .sink import Sink
 
@@ -45,19 +42,15 @@ class Rows:
         self.layout = layout.check()
         self.peaks: dict[str, Peak] = {}
         self._sink = sink
-        poses = [channel for channel in layout.channels if channel.topic.startswith(POSE)]
-        kept = [_picked(channel) for channel in layout.channels if not channel.topic.startswith(POSE)]
-        self.bodies = [channel.topic.removeprefix(POSE) for channel in poses]
-        every = [*kept, *((c, [*range(c.start, c.stop)]) for c in poses)]
-        self._columns = np.array([i for _, columns in every for i in columns], np.intp)
-        self._rounded = Rounding([channel for channel, _ in every])
+        self._columns = Columns(layout)
+        self.bodies = self._columns.bodies
         self._ropes: Ropes | None = None
         self._lines_ns, self._lines_due = round(lines_every * 1e9), 0
-        fields = sample_fields([channel for channel, _ in kept])
+        fields = self._columns.fields
         descriptor = samples_descriptor([field.field for field in fields])
         self._numbers = sink.protobuf("/samples", descriptor, {"signals": fields})
         self._form = SamplesForm(fields)
-        if poses:
+        if self.bodies:
             facts = {"names": self.bodies, "unit": POSE_UNIT}
             self._poses = sink.protobuf("/poses", FrameTransforms, facts)
             self._frames = frames_template(self.bodies)
@@ -77,8 +70,8 @@ class Rows:
 
     def encode(self, times: Sequence[int], rows: NDArray[np.float64]) -> list[Row]:
         """Rows (n, width) of these simulation times [ns] made ready for `write`."""
-        columns = self._rounded(rows[:, self._columns])
-        numbers, poses = np.split(columns, [columns.shape[1] - 7 * len(self.bodies)], axis=1)
+        columns = self._columns(rows)
+        numbers, poses = np.split(columns, [self._columns.numbers], axis=1)
         frames = self._frames.encode(times, poses) if self.bodies else [b""] * len(times)
         ready = zip(times, columns, self._form.encode(numbers), frames, poses.reshape(len(times), -1, 7), strict=True)
         return [Row(*row) for row in ready]
@@ -104,14 +97,3 @@ class Rows:
             if name not in self.peaks or values[k, i] > self.peaks[name].tension:
                 at = rows[k, when.start + i] if when else times[k] / 1e9
                 self.peaks[name] = Peak(float(values[k, i]), float(at))
-
-
-def _picked(channel: SampleChannel) -> tuple[SampleChannel, list[int]]:
-    """The channel without the coordinates of free joints, and the columns of the row that it keeps."""
-    parts = [name.rpartition(".") for name in channel.names]
-    free = {joint for joint, _, _ in parts if all(f"{joint}.{x}" in channel.names for x in POSE_COLUMNS)}
-    if channel.topic != "joint/position":
-        free = set()
-    kept = [i for i, (joint, _, x) in enumerate(parts) if joint not in free or x not in POSE_COLUMNS]
-    names = [channel.names[i] for i in kept]
-    return SampleChannel(channel.topic, names, channel.unit, 0, len(kept)), [channel.start + i for i in kept]

@@ -1,10 +1,11 @@
-"""Samples of a kernel that runs again, against the recorded ones: the first value that differs, to the last bit."""
+"""Samples of a kernel that runs again, against the recorded ones: the first recorded value that differs."""
 
 from __future__ import annotations
 
 import msgspec
 import numpy as np
 from heavylift.recordings import SampleLayout
+from heavylift.recordings.columns import Columns
 from heavylift.recordings.samples import POSE, decode_batch
 from numpy.typing import NDArray
 
@@ -18,24 +19,25 @@ Floats = NDArray[np.float64]
 
 def sample_apart(run: RecordedRun, layout: bytes, batches: list[bytes]) -> Deviation | None:
     """The first recorded sample that these batches of the kernel do not hold, of those up to their last one."""
-    columns = msgspec.msgpack.decode(layout, type=SampleLayout)
-    found = [decode_batch(batch, columns.width) for batch in batches]
+    announced = msgspec.msgpack.decode(layout, type=SampleLayout)
+    columns = Columns(announced)
+    found = [decode_batch(batch, announced.width) for batch in batches]
     times = np.array([t for batch in found for t in batch.times], np.int64)
-    rows = np.concatenate([np.zeros((0, columns.width)), *(batch.rows for batch in found)])
+    rows = np.concatenate([np.zeros((0, len(columns))), *(columns(batch.rows) for batch in found)])
     first: Deviation | None = None
-    for channel in columns.channels:
-        if channel.topic not in run.recording.signals() or channel.topic.startswith(POSE):
+    for name, place in columns.signals.items():
+        if name not in run.recording.signals() or name.startswith(POSE):
             continue
-        signal = run.recording.signal(channel.topic)
+        signal = run.recording.signal(name)
         recorded = np.round(signal.t * 1e9).astype(np.int64)
-        now = rows[:, channel.start : channel.stop]
+        now = rows[:, place]
         for i in range(int(np.searchsorted(recorded, times[-1], "right")) if len(times) else 0):
             t = int(recorded[i])
             if first is not None and t >= first.t_ns:
                 break
             at = now[slice(*np.searchsorted(times, (t, t + 1)))]  # one before and one after an event
             if not (at == signal.values[i]).all(axis=1).any():
-                first = _apart(f"/{channel.topic}/", signal.names, t, signal.values[i], at)
+                first = _apart(f"/{name}/", signal.names, t, signal.values[i], at)
                 break
     return first
 

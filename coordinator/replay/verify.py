@@ -9,6 +9,7 @@ from __future__ import annotations
 import msgspec
 from heavylift.nodes.devs import Event
 from heavylift.recordings import Digest, SampleLayout
+from heavylift.recordings.columns import Columns
 from heavylift.recordings.samples import decode_batch
 
 from ..core import Coordinator
@@ -63,7 +64,9 @@ def verify(run: RecordedRun) -> Outcome:
 
 
 def _digest_samples(digest: Digest, layout: bytes, batches: list[bytes]) -> None:
-    width = msgspec.msgpack.decode(layout, type=SampleLayout).width
-    for batch in (decode_batch(data, width) for data in batches):
-        for number, (t_ns, row) in enumerate(zip(batch.times, batch.rows, strict=True), batch.first):
+    """The samples as they would stand in the file."""
+    announced = msgspec.msgpack.decode(layout, type=SampleLayout)
+    columns = Columns(announced)
+    for batch in (decode_batch(data, announced.width) for data in batches):
+        for number, (t_ns, row) in enumerate(zip(batch.times, columns(batch.rows), strict=True), batch.first):
             digest.samples(number, t_ns, row.tobytes())

@@ -42,12 +42,12 @@ class Clock:
 
 
 def played(run: RecordedRun, keys: dict[float, str], rate: float, **options: bool) -> list[tuple[float, float]]:
-    """(wall, simulation) time [s] of each instant of the stages and samples of the first rope signal."""
+    """(wall, simulation) time [s] of each instant of the samples."""
     clock = Clock(keys)
     times: list[tuple[float, float]] = []
     player = Player(lambda said: None, rate, keyboard=clock, clock=clock, **options)  # type: ignore[arg-type]
     player.told = lambda t_ns: times.append((round(clock.now, 6), t_ns / 1e9))
-    player.play(Replay(run, ["rope/tension"], 1.0, 4.0))
+    player.play(Replay(run, ["samples"], 1.0, 4.0))
     return times
 
 
@@ -64,7 +64,7 @@ def test_an_observer_hears_the_recorded_events(recorded: RecordedRun) -> None:
             publisher.say(first)
             time.sleep(0.01)
         player = Player(lambda one: (said.append(one), publisher.say(one))[0], rate=40.0)
-        player.play(Replay(recorded, ["commander/*", "rope/tension"]))
+        player.play(Replay(recorded, ["commander/*", "samples"]))
         publisher.say(Said(0, None, "over", b"."))
         got: list[tuple[str, bytes]] = []
         while not got or not got[-1][0].endswith("/over"):
@@ -76,7 +76,7 @@ def test_an_observer_hears_the_recorded_events(recorded: RecordedRun) -> None:
     prefix = f"heavylift/{publisher.run}/"
     events = [(f"{prefix}event/{e.source}/{e.port}", e.payload) for e in recorded.events if e.source == "commander"]
     assert [x for x in got if "/event/" in x[0]] == events
-    samples = [x for x in got if x[0] == prefix + "sample/rope/tension"]
+    samples = [x for x in got if x[0] == prefix + "sample/samples"]
     assert len(samples) == len(recorded.recording.signal("rope/tension").t)
     assert [s.t_ns for s in said] == sorted(s.t_ns for s in said)
 
@@ -106,9 +106,7 @@ def test_only_what_is_asked_for_is_played(recorded: RecordedRun) -> None:
     stages = [group for _, group in Replay(recorded, ["commander/stage"], 1.0)]
     expected = [e for e in recorded.events if e.port == "stage" and e.t >= SECOND]
     assert [said.event for group in stages for said in group] == expected
-    with pytest.raises(
-        RecordingError, match=r"lift\.mcap: no topic matches crane/west; it has /account, /block/input, "
-    ):
+    with pytest.raises(RecordingError, match=r"lift\.mcap: no topic matches crane/west; it has /block/input, "):
         Replay(recorded, ["crane/west"])
     with pytest.raises(RecordingError, match=r"nothing lies between 5\.0 s and 1\.0 s; give --from before --to$"):
         Replay(recorded, [], 5.0, 1.0)
