@@ -9,12 +9,11 @@ PROTOCOL.md defines the words and shows why it is right; the numbers are those o
   (4) GRANT   to an idle i with first_i = min(next_i, hears_i) < B_i and, if first_i = next_i, an offer that is
               empty or committed: all before B_i may be done
   (5) DONE    what was spoken goes into the receivers' bags; then as in (1)
-  (6) FLOOR   events below all says_j and hears_j + L_j leave through `on_event`, in total order
+  (6) FLOOR   events below all o_j = min(says_j, hears_j + L_j) leave through `on_event`, in total order
   (7) END     nobody runs, and nothing is left before the end
 No B_i ever falls: who is held back need not be looked at again before the node that holds it back has moved.
 """
 
-from bisect import bisect_left, insort
 from collections.abc import Callable, Iterable
 from enum import Enum
 from heapq import heappop, heappush
@@ -24,10 +23,9 @@ from heavylift.nodes.devs import FOREVER, Delivery, Event, Tag, after, succ
 from heavylift.nodes.devs.events import Order
 
 from .cycle import CycleWatch
-from .distance import Coupling, distances, reaction
-from .messages import Delay, Done, Fail, Grant, Hello
-
-_BEGIN = Tag(0)
+from .distance import Coupling, distances, ways
+from .known import Known
+from .messages import Done, Fail, Grant, Hello
 
 
 class Outcome(Enum):
@@ -36,28 +34,6 @@ class Outcome(Enum):
     FINISHED = "the finish port has spoken, and its time is completed"
     BOUND = "the time bound is reached"
     QUIET = "all nodes are passive and nothing is pending"
-
-
-class _Node:
-    """What the coordinator knows of a node."""
-
-    def __init__(self, name: str, rank: int) -> None:
-        self.name, self.rank = name, rank
-        self.lookahead, self.least = dict[str, int](), 0  # [ns] of each out port, and the smallest
-        self.next = self.hears = self.first = FOREVER
-        self.offer: list[Event] = []
-        self.pending: list[Delivery] = []  # sorted; what was granted stays until it is done
-        self.committed = self.running = self.greeted = False
-        self.until = _BEGIN  # all before it is decided: its window while it runs, else what it has reached
-        self.gseq = 0
-        self.ways: list[tuple[int, int, int]] = []  # what can reach it: index into `tags`, ns, microsteps
-        self.echo: Delay | None = None  # D[i][i]
-        self.holds: dict[int, _Node] = {}  # whom it has held back
-
-    @property
-    def untold(self) -> bool:
-        """Whether what comes first is an offer that is not committed."""
-        return bool(self.offer) and not self.committed and self.next <= self.hears
 
 
 class Coordinator:
@@ -73,17 +49,17 @@ class Coordinator:
         microsteps: int = 10_000,
     ) -> None:
         """Run to events below `end`; an event on the port `finish` = (node, port) ends it with its time."""
-        self._nodes = {name: _Node(name, i) for i, name in enumerate(sorted(nodes))}
+        self._nodes = {name: Known(name, i) for i, name in enumerate(sorted(nodes))}
         self._by_rank = list(self._nodes.values())
         self._couplings = [Coupling(*coupling) for coupling in couplings]
-        self._receivers: dict[tuple[str, str], list[tuple[_Node, str]]] = {}
+        self._receivers: dict[tuple[str, str], list[tuple[Known, str]]] = {}
         self._finish, self._finished = finish, False
         self.end, self._limit, self._on_event = end, end, on_event
-        self.floor = _BEGIN  # nothing below it comes any more
-        self._tags = [FOREVER] * (2 * len(self._nodes))  # says_j, then hears_j, of all nodes
-        self._world = _Node("", -1)  # hears everything: its window is the floor
+        self.floor = Tag(0)  # nothing below it comes any more
+        self._n = len(self._nodes)
+        self._tags = [FOREVER] * (3 * self._n)  # says of all nodes, then their hears, then their o
         self._held: list[tuple[Order, Event]] = []  # heap of events that have not left yet
-        self._look: dict[int, _Node] = {}  # whose rights may have changed
+        self._look: dict[int, Known] = {}  # whose rights may have changed
         self._running = 0
         self._cycles = CycleWatch(self._couplings, microsteps)
         self._open = False  # whether all have said HELLO
@@ -95,16 +71,11 @@ class Coordinator:
             raise ProtocolError(f"{name} said HELLO twice: two nodes of one name, or an old one came back")
         node.greeted, node.lookahead, node.least = True, hello.lookahead, min(hello.lookahead.values(), default=0)
         self._take(node, hello)
-        nodes, n = self._by_rank, len(self._nodes)
+        nodes = self._by_rank
         if all(other.greeted for other in nodes):
             D, R = distances(list(self._nodes), self._couplings, {m.name: m.lookahead for m in nodes}, self._finish)
             for i, other in enumerate(nodes):
-                other.ways = [(j, *D[j][i]) for j in range(n) if j != i and i in D[j]]
-                other.ways += [(n + j, *R[j][i]) for j in range(n) if j != i and i in R[j]]
-                other.echo = D[i].get(i)
-            self._world.ways = [(j, 0, 0) for j in range(n)] + [
-                (n + j, *reaction(m.least)) for j, m in enumerate(nodes)
-            ]
+                other.ways, other.echo = ways(i, D, R, [m.least for m in nodes]), D[i].get(i)
             for source, port, target, into in self._couplings:
                 self._receivers.setdefault((source, port), []).append((self._nodes[target], into))
             self._open, self._look = True, dict(enumerate(nodes))
@@ -123,7 +94,12 @@ class Coordinator:
                     f"{name} spoke on port {event.port} at {event.tag}, earlier than the {soonest} "
                     f"that it had declared: the lookahead of that port is too long"
                 )
-        del node.pending[: _before(node.pending, done.reached)]
+        if done.reached > node.until or done.next < done.reached:
+            raise ProtocolError(
+                f"{name} has done all before {done.reached} and goes on at {done.next}: a DONE reaches at most the end "
+                f"of its GRANT, {node.until}, and leaves nothing undone"
+            )
+        node.drop(done.reached)
         node.running, node.committed, node.until = False, False, done.reached
         self._running -= 1
         self._take(node, done)
@@ -138,22 +114,22 @@ class Coordinator:
         before, self._limit = self._limit, min(self.end, horizon)
         if self._limit > before:
             self._look = dict(enumerate(self._by_rank))
-        able: dict[int, _Node] = {}
+        able: dict[int, Known] = {}
         while self._look:  # (3)
             rank, node = self._look.popitem()
-            able[rank] = node
-            if not node.running and node.next < self._limit and node.untold and self._window(node, node.next):
-                self._commit(node)
+            if not node.running and node.first < self._limit:
+                able[rank] = node
+                if node.untold and self._window(node, node.next):
+                    self._commit(node)
         self._cycles.check()
-        self.floor = self._window(self._world) or self._limit  # (6)
+        self.floor = min(min(self._tags[2 * self._n :]), self._limit)  # (6)
         while self._held and self._held[0][1].tag < self.floor:
             self._on_event(heappop(self._held)[1])
         grants = []
-        for _, node in sorted(able.items()):  # (4)
-            if not node.running and node.first < self._limit and not node.untold:
-                window = self._window(node, succ(node.first))
-                if window:
-                    grants.append((node.name, self._grant(node, window)))
+        for rank in sorted(able):  # (4)
+            node = able[rank]
+            if node.first < self._limit and not node.untold and (window := self._window(node, succ(node.first))):
+                grants.append((node.name, self._grant(node, window)))
         if not grants and not self._running and self.first < self._limit:
             next_ = ", ".join(f"{node.name} {node.first}" for node in self._by_rank)
             raise ProtocolError(f"no node can move before the end, {self.end}, though they wait for {next_}")
@@ -194,12 +170,12 @@ class Coordinator:
         """Nodes that have an outstanding GRANT, with its gseq."""
         return {node.name: node.gseq for node in self._by_rank if node.running}
 
-    def _node(self, name: str) -> _Node:
+    def _node(self, name: str) -> Known:
         if name not in self._nodes:
             raise ProtocolError(f"{name} is not a node of this run: they are {', '.join(self._nodes)}")
         return self._nodes[name]
 
-    def _take(self, node: _Node, said: Hello | Done) -> None:
+    def _take(self, node: Known, said: Hello | Done) -> None:
         """What a node says of its future; an empty offer is silent at next_j whatever `quiet` says."""
         for event in said.offer:
             if event.source != node.name or event.tag != said.next:
@@ -208,39 +184,45 @@ class Coordinator:
                     f"events at its next tag, {said.next}"
                 )
         node.next, node.offer = said.next, said.offer
-        self._tags[node.rank] = said.quiet if said.offer else max(said.quiet, succ(said.next))
-        self._listen(node)
+        node.quiet = said.quiet if said.offer else max(said.quiet, succ(said.next))
+        self._note(node)
 
-    def _listen(self, node: _Node) -> None:
-        """Take note of a change of next or pending."""
-        node.hears = self._tags[len(self._nodes) + node.rank] = node.pending[0].event.tag if node.pending else FOREVER
-        node.first = min(node.next, node.hears)
+    def _note(self, node: Known) -> None:
+        """What a change of a node's next, offer, commit or inputs means for others."""
+        rank, n, tags = node.rank, self._n, self._tags
+        tags[rank] = o = succ(node.next) if node.committed else node.quiet
+        tags[n + rank] = hears = node.hears
+        tags[2 * n + rank] = min(o, after(hears, node.least)) if hears[0] <= o[0] else o
+        node.first = min(node.next, hears)
 
-    def _window(self, node: _Node, need: Tag = _BEGIN) -> Tag | None:
+    def _window(self, node: Known, need: Tag) -> Tag | None:
         """(2) B_i below the limit; None if it is below `need`, and who holds it back has taken note of that."""
         t, k = self._limit
+        tags = self._tags
         for source, wait, steps in node.ways:  # `plus` is written out, for nothing runs more often
-            tag = self._tags[source]
+            tag = tags[source]
             reach = tag[0] + wait
             if reach <= t:
                 step = steps if wait else tag[1] + steps
                 if reach < t or step < k:
                     t, k = reach, step
                     if (t, k) < need:
-                        self._by_rank[source % len(self._nodes)].holds[node.rank] = node
+                        self._by_rank[source % self._n].holds[node.rank] = node
                         return None
         return Tag(t, k)
 
-    def _commit(self, node: _Node) -> None:
+    def _commit(self, node: Known) -> None:
         """(3) Nothing can refute the offer any more."""
-        node.committed, self._tags[node.rank] = True, succ(node.next)
+        node.committed = True
+        self._note(node)
         for event in node.offer:
             self._hold(event)
         self._moved(node)
 
-    def _moved(self, node: _Node) -> None:
+    def _moved(self, node: Known) -> None:
         """Whom it held back may have rights now."""
-        self._look |= {**node.holds, node.rank: node}
+        self._look[node.rank] = node
+        self._look |= node.holds
         node.holds = {}
 
     def _hold(self, event: Event) -> None:
@@ -251,20 +233,11 @@ class Coordinator:
         self._cycles.note(event)
         heappush(self._held, (event.order, event))
         for node, into in self._receivers.get((event.source, event.port), []):
-            insort(node.pending, Delivery(event, into), key=_place)
-            self._listen(node)
+            node.put(Delivery(event, into))
+            self._note(node)
             self._look[node.rank] = node
 
-    def _grant(self, node: _Node, window: Tag) -> Grant:
+    def _grant(self, node: Known, window: Tag) -> Grant:
         node.running, node.until, node.gseq = True, window, node.gseq + 1
         self._running += 1
-        return Grant(node.gseq, window, node.echo, node.committed, node.pending[: _before(node.pending, window)])
-
-
-def _place(delivery: Delivery) -> tuple[Order, str]:
-    return delivery.event.order, delivery.port
-
-
-def _before(pending: list[Delivery], tag: Tag) -> int:
-    """How many of them lie before `tag`."""
-    return bisect_left(pending, tag, key=lambda delivery: delivery.event.tag)
+        return Grant(node.gseq, window, node.echo, node.committed, node.pending(window))

@@ -8,7 +8,7 @@ and D[i][i] is the shortest cycle through others. Shortest paths after Dijkstra 
 shortens); the bound is that of Chandy and Misra, summed over paths.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from heapq import heapify, heappop, heappush
 from typing import NamedTuple
 
@@ -76,6 +76,21 @@ def distances(
             for i, more in R[m].items():
                 _shorten(D[j], i, chain(delay, more))
     return D, R
+
+
+def ways(i: int, D: Matrix, R: Matrix, least: Sequence[int]) -> list[tuple[int, int, int]]:
+    """All that can reach i, as (number of a tag, ns, microsteps); tags: says_j at j, hears_j at n + j, o_j at 2n + j.
+
+    o_j = min(says_j, hears_j + least lookahead of j) stands for both where one port of j leads to i as soon as any.
+    """
+    n, found = len(D), []
+    for j in range(n):
+        if j != i and i in D[j]:
+            if R[j][i] == chain(reaction(least[j]), D[j][i]):
+                found.append((2 * n + j, *D[j][i]))
+            else:
+                found += [(j, *D[j][i]), (n + j, *R[j][i])]
+    return found
 
 
 def _reached(j: int, edges: Matrix) -> dict[int, Delay]:

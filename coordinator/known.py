@@ -1,0 +1,57 @@
+"""What the coordinator knows of one node: what it has said of its future, and what waits for it."""
+
+from bisect import bisect_left, insort
+
+from heavylift.nodes.devs import FOREVER, Delivery, Event, Tag
+from heavylift.nodes.devs.events import Order
+
+from .messages import Delay
+
+__all__ = ["Known"]
+
+
+class Known:
+    """A node as the coordinator sees it; the words are those of PROTOCOL.md."""
+
+    def __init__(self, name: str, rank: int) -> None:
+        self.name, self.rank = name, rank
+        self.lookahead, self.least = dict[str, int](), 0  # [ns] of each out port, and the smallest
+        self.next = self.quiet = self.hears = self.first = FOREVER
+        self.offer: list[Event] = []
+        self.committed = self.running = self.greeted = False
+        self.until = Tag(0)  # all before it is decided: its window while it runs, else what it has reached
+        self.gseq = 0
+        self.ways: list[tuple[int, int, int]] = []  # what can reach it, see `distance.ways`
+        self.echo: Delay | None = None  # D[i][i]
+        self.holds: dict[int, Known] = {}  # whom it has held back, by rank
+        self._pending: list[Delivery] = []  # sorted; what was granted stays until it is done
+
+    @property
+    def untold(self) -> bool:
+        """Whether what comes first is an offer that is not committed."""
+        return bool(self.offer) and not self.committed and self.next <= self.hears
+
+    def put(self, delivery: Delivery) -> None:
+        """An input waits for it, in total order."""
+        insort(self._pending, delivery, key=_place)
+        self._listen()
+
+    def pending(self, until: Tag) -> list[Delivery]:
+        """The inputs that wait before `until`."""
+        return self._pending[: bisect_left(self._pending, until, key=_tag)]
+
+    def drop(self, reached: Tag) -> None:
+        """It has done what lay before `reached`."""
+        del self._pending[: bisect_left(self._pending, reached, key=_tag)]
+        self._listen()
+
+    def _listen(self) -> None:
+        self.hears = self._pending[0].event.tag if self._pending else FOREVER
+
+
+def _place(delivery: Delivery) -> tuple[Order, str]:
+    return delivery.event.order, delivery.port
+
+
+def _tag(delivery: Delivery) -> Tag:
+    return delivery.event.tag
