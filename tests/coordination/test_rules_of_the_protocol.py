@@ -274,7 +274,7 @@ def test_what_a_node_may_not_say() -> None:
     with pytest.raises(ProtocolError, match=r"^a spoke for b: a node says only its own events$"):
         core.done("a", Done(1, FOREVER, [event(6, "b")], FOREVER, [], FOREVER, b""))
     with pytest.raises(ProtocolError, match=r"^a offers a\.out at \(0.000000007 s, 0\): an offer holds its own"):
-        core.done("a", Done(1, FOREVER, [], Tag(8), [event(7)], Tag(8), b""))
+        core.done("a", Done(1, Tag(5, 1), [], Tag(8), [event(7)], Tag(8), b""))
     core = Coordinator(["a", "b"], PAIR)
     core.hello("a", hello(5, [event(5)]))
     core.hello("b", hello(FOREVER.t))
@@ -282,6 +282,20 @@ def test_what_a_node_may_not_say() -> None:
     early = r"^a spoke on port out at \(0.000000005 s, 0\), earlier than the \(0.000000005 s, 1\)"
     with pytest.raises(ProtocolError, match=early):
         core.done("a", Done(1, FOREVER, [event(5)], FOREVER, [], FOREVER, b""))
+
+
+@pytest.mark.parametrize(("reached", "then"), [(Tag(6), Tag(8)), (Tag(5, 1), Tag(4))])
+def test_a_done_reaches_at_most_the_end_of_its_grant_and_leaves_nothing_undone(reached: Tag, then: Tag) -> None:
+    core = Coordinator(["a", "b"], PAIR)
+    core.hello("a", hello(5, [event(5)]))
+    core.hello("b", hello(FOREVER.t))
+    core.ready()
+    with pytest.raises(ProtocolError) as error:
+        core.done("a", Done(1, reached, [], then, [], then, b""))
+    assert str(error.value) == (
+        f"a has done all before {reached} and goes on at {then}: a DONE reaches at most the end of its GRANT, "
+        "(0.000000005 s, 1), and leaves nothing undone"
+    )
 
 
 def test_a_node_that_speaks_earlier_than_declared_names_the_port() -> None:
