@@ -6,12 +6,14 @@ Errors of one step are told all at once; a later step starts only when the earli
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
 
+import msgspec
 from heavylift.kernel.errors import SceneError
+from heavylift.nodes.fidelity import Question, Verdict, choose
 from heavylift.nodes.models import node_names
 
 from . import plan, schema
@@ -21,7 +23,7 @@ from .faults import closest, raise_faults
 from .follow import Following, follow
 from .geometry import start_checks, step_checks
 from .machines import build_machines
-from .modelling import build_fidelity
+from .modelling import build_fidelity, planar
 from .placing import placement_faults
 from .report import Report, report
 from .resolve import build_actions
@@ -37,6 +39,7 @@ class LoadedScene:
     text: str
     path: Path
     scene: schema.Scene
+    verdict: Verdict | None = None  # what is modelled, where the scene asks for something
 
     @property
     def placement(self) -> dict[str, str]:
@@ -69,7 +72,7 @@ def parse(text: str, name: str = "scene.yaml", overrides: Sequence[str] = ()) ->
 
 def check(scene: LoadedScene) -> Report:
     """Sizes, static hook loads, use and safety factors of a scene that was loaded without errors."""
-    return report(scene.scene, scene.plan, scene.followed)
+    return report(scene.scene, scene.plan, scene.followed, str(scene.verdict or ""))
 
 
 def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedScene:
@@ -109,7 +112,18 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
     )
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
     raise_faults(source, _physics(source, loaded))
-    return loaded
+    return _pruned(loaded)
+
+
+def _pruned(loaded: LoadedScene) -> LoadedScene:
+    """With no more of its machines than what the scene asks requires."""
+    scene, built = loaded.scene, loaded.plan
+    if not scene.ask or loaded.followed is None:
+        return loaded
+    question = Question(scene.ask, scene.accuracy)
+    verdict = choose(built, loaded.followed, question, frozenset(scene.fidelity.model_fields_set))
+    fidelity = planar(verdict.fidelity, built.loaders, built.cranes)
+    return replace(loaded, plan=msgspec.structs.replace(built, fidelity=fidelity), verdict=verdict)
 
 
 def _needs(source: Source, scene: schema.Scene) -> None:

@@ -6,12 +6,16 @@ the trolleys.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import msgspec
+
 from . import plan
 from .faults import closest
 from .fidelity import ACROSS, ALONG
 from .yard import Yard
 
-__all__ = ["build_fidelity"]
+__all__ = ["build_fidelity", "planar"]
 
 
 def build_fidelity(yard: Yard) -> plan.Fidelity:
@@ -29,11 +33,7 @@ def build_fidelity(yard: Yard) -> plan.Fidelity:
             told = f"there is no joint '{name}' to lock"
             yard.fault(("fidelity", "locked", i), told, closest(name, [*groups, *joints]))
         locked += groups.get(name, [name])
-    if given.motion == ACROSS:
-        locked += groups["gantries"] + groups["hinges"]
-    elif given.motion == ALONG:
-        locked += groups["trolleys"]
-    return plan.Fidelity(
+    made = plan.Fidelity(
         ropes=given.ropes,
         lumps=given.lumps,
         slings=given.slings,
@@ -41,3 +41,14 @@ def build_fidelity(yard: Yard) -> plan.Fidelity:
         motion=given.motion,
         locked=tuple(joint for joint in joints if joint in locked),
     )
+    return planar(made, yard.loaders, yard.cranes)
+
+
+def planar(fidelity: plan.Fidelity, loaders: Sequence[plan.Loader], cranes: Sequence[plan.Crane]) -> plan.Fidelity:
+    """With what would leave the plane of a planar motion locked."""
+    out = list(fidelity.locked)
+    if fidelity.motion == ACROSS:
+        out += [f"{c.name}.gantry" for c in cranes] + [f"{x.name}.hinge" for x in loaders]
+    elif fidelity.motion == ALONG:
+        out += [f"{c.name}.{t}-slide" for c in cranes for t in ("upper", "lower")]
+    return msgspec.structs.replace(fidelity, locked=tuple(dict.fromkeys(out)))

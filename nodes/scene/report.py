@@ -43,8 +43,8 @@ class Report:
         return "\n".join(self.lines)
 
 
-def report(scene: schema.Scene, built: plan.Plan, followed: Following | None) -> Report:
-    """The report of a scene whose action list was followed."""
+def report(scene: schema.Scene, built: plan.Plan, followed: Following | None, pruning: str = "") -> Report:
+    """The report of a scene whose action list was followed; `pruning`: what of it is modelled."""
     bodies = 3 * len(built.cranes) + 2 * len(built.loaders) + (built.block is not None)
     bodies += sum(len(m.system.bodies) for m in built.mechanisms)
     dof = 3 * len(built.cranes) + 7 * len(built.loaders) + 6 * (built.block is not None)
@@ -59,6 +59,7 @@ def report(scene: schema.Scene, built: plan.Plan, followed: Following | None) ->
     if followed:
         rows = _rows(scene, built, followed)
         lines += _page(scene, built, followed, rows)
+    lines += ["", pruning] if pruning else []
     return Report(built.name, *counts, rows=tuple(rows), lines=tuple(lines))
 
 

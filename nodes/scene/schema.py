@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from heavylift.kernel.describe import MethodName
+from heavylift.nodes.fidelity.question import Asked
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -269,7 +270,8 @@ class Scene(Base):
     heavylift: Literal[1]
     name: Name
     gravity: Gravity = 9.80665
-    accuracy: Accuracy = 1e-4  # of the rope tensions
+    accuracy: Accuracy = 1e-4  # of the rope tensions, or of what is asked
+    ask: tuple[Asked, ...] = ()  # model what these require, no more
     samples: Sampling = 2.0
     method: MethodName = "dopri5"  # of integration
     step: Duration | None = None  # fixed steps instead of steps as long as the accuracy allows
