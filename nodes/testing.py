@@ -48,7 +48,7 @@ def _tag(when: int | Tag) -> Tag:
 
 def _twice(simulator: Simulator) -> list[Event]:
     first = simulator.outputs()
-    simulator._said = None
+    simulator._spoken = False
     if simulator.outputs() != first:
         path, tag = simulator.model.path, simulator.next_time
         raise ModelError(f"{path} at {tag}: output() says something else when called again; let it change nothing")

@@ -4,6 +4,7 @@ Message              class Done(Message): id: int      frozen and typed; decode 
 Atomic, In, Out      class Hoist(Atomic): done = Out(Done)      then start, external, internal, output
 Coupled              yard = Coupled("yard"); hoist = yard.add(Hoist("hoist")); yard.connect(out_port, in_port)
 Simulator            Simulator(yard, log=lines.append): start(), then run(until), or step by step as below
+Trace                Simulator(yard, trace=Trace()): the same lines, made when read, so that keeping them costs little
 Steppable            what a node runs: next_time, outputs(), advance(tag, bag); Event and Delivery cross it
 Tag, ns, us, ms      time: whole nanoseconds and a microstep; succ and after lead on, FOREVER never comes
 """

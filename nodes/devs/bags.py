@@ -1,11 +1,11 @@
-"""How what is said comes to lie in the bags of its receivers, in the order of the ranks that flattening gave.
+"""How what is said comes to lie in the bags of its receivers, in the order of the places that flattening gave.
 
-Until its receiver takes it, a message lies in the port itself, where one message needs no container: containers that
+Until its receiver takes it, the first message lies in the atomic itself, since most bags hold one: containers that
 live through a whole instant would keep the garbage collector busy.
 """
 
-from bisect import bisect_right
 from collections.abc import Sequence
+from operator import itemgetter
 from typing import Any
 
 from heavylift.kernel.errors import ModelError
@@ -14,49 +14,37 @@ from .messages import Message
 from .models import Atomic
 from .ports import InPort, M, Port
 
-EMPTY = -1  # rank of a port in which nothing lies
+place = itemgetter(0)
 
 
-def deliver(said: Sequence[tuple[Port[Any], Any]], received: list[int]) -> None:
-    """Put messages into their receivers' ports, in order of rank; note who got something."""
-    for source, value in said:
-        for port, m, rank in source.routes:
-            if port.rank == EMPTY:
-                port.rank, port.value = rank, value
-                if m._into is None:
-                    m._into = port
-                    received.append(m._index)
-                else:
-                    m._more = (*m._more, port)
+def deliver(sources: Sequence[Port[Any]], values: Sequence[Any], t: int) -> list[int]:
+    """Put messages into the bags of their receivers; who of them is not due at `t` [ns], by index."""
+    reached = []
+    n = 0
+    for source in sources:
+        for m, port, place in source.routes:
+            value = values[n]
+            if m._port is None:
+                m._port, m._place, m._value = port, place, value
+                if m._t != t:
+                    reached.append(m._index)
+            elif m._more is None:
+                m._more = [(place, port, value)]
             else:
-                if port.ranks is None:
-                    port.ranks, port.value = [port.rank], [port.value]
-                at = bisect_right(port.ranks, rank)
-                port.ranks.insert(at, rank)
-                port.value.insert(at, value)
+                m._more.append((place, port, value))
+        n += 1  # noqa: SIM113 (an enumerate costs as much as a transition where few speak at a time)
+    return reached
 
 
-def taken(m: Atomic) -> dict[InPort[Any], list[Any]]:
-    """The bag of an atomic that got something: ports by name, values by rank; nothing lies there any more."""
-    port, more = m._into, m._more
-    assert port is not None
-    m._into = None
-    if more:
-        m._more = ()
-        return {port: _values(port) for port in sorted((port, *more), key=_name)}
-    return {port: _values(port)}
-
-
-def _values(port: InPort[Any]) -> list[Any]:
-    port.rank = EMPTY
-    if port.ranks is None:
-        return [port.value]
-    port.ranks = None
-    return port.value  # type: ignore[no-any-return]
-
-
-def _name(port: InPort[Any]) -> str:
-    return port.name
+def sorted_bag(m: Atomic) -> dict[InPort[Any], list[Any]]:
+    """A bag of several messages: ports by name, values by place; nothing lies there any more."""
+    assert m._port is not None
+    assert m._more is not None
+    bag: dict[InPort[Any], list[Any]] = {}
+    for _, port, value in sorted([(m._place, m._port, m._value), *m._more], key=place):
+        bag.setdefault(port, []).append(value)
+    m._more = None
+    return bag
 
 
 def fitting(port: InPort[M], value: Message) -> M:

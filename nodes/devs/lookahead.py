@@ -5,17 +5,15 @@ t + L. The conservative bounds of Chandy and Misra live on it, so a broken promi
 promise that would have held (`Slack`) is what a user tunes it with.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from heavylift.kernel.errors import ModelError
 
 from .events import Slack
 from .models import Atomic, Model
-from .ports import OutPort
-from .tags import NEVER, Tag
-
-Said = list[tuple[OutPort[Any], Any]]
+from .ports import OutPort, Port
+from .tags import NEVER, Instant, Tag
 
 
 def outs(m: Model) -> list[OutPort[Any]]:
@@ -43,14 +41,16 @@ def still_promised(path: str, at: Tag, before: Mapping[str, int], now: Mapping[s
             )
 
 
-def keep_promises(m: Atomic, tag: Tag, sent: Said) -> None:
-    """Refuse what an atomic says too soon after the transition that scheduled it."""
-    for port, _ in sent:
-        if port.owner is m and tag.t - m._set < port.lookahead:
-            raise ModelError(
-                f"port {port.name} promises a lookahead of {port.lookahead} ns and speaks "
-                f"{tag.t - m._set} ns after the transition that scheduled it; hold for longer or declare less"
-            )
+def keep_promises(tag: Instant, sources: Sequence[Port[Any]]) -> None:
+    """Refuse what is said too soon after the transition that scheduled it."""
+    for port in sources:
+        if isinstance(port, OutPort) and port.lookahead and isinstance(m := port.owner, Atomic):
+            since = tag[0] - m._set
+            if since < port.lookahead:
+                raise ModelError(
+                    f"{m.path} at {Tag(*tag)}: port {port.name} promises a lookahead of {port.lookahead} ns and speaks "
+                    f"{since} ns after the transition that scheduled it; hold for longer or declare less"
+                )
 
 
 class Observed:
@@ -59,11 +59,11 @@ class Observed:
     def __init__(self) -> None:
         self._ports: dict[tuple[str, str], Slack] = {}
 
-    def note(self, t: int, said: Said) -> None:
-        """What is said at t [ns]; what was scheduled from the start bounds no promise."""
-        for port, _ in said:
+    def note(self, t: int, sources: Sequence[Port[Any]]) -> None:
+        """By which ports something is said at t [ns]; what was scheduled from the start bounds no promise."""
+        for port in sources:
             m = port.owner
-            if port.exits and isinstance(m, Atomic) and m._set >= 0:
+            if isinstance(port, OutPort) and port.exits and isinstance(m, Atomic) and m._set >= 0:
                 key, waited = (m.path, port.name), t - m._set
                 known = self._ports.get(key)
                 least, n = (min(waited, known.observed_ns), known.count) if known else (waited, 0)

@@ -13,25 +13,33 @@ dissolves it.
 
 import re
 from collections.abc import Callable
-from typing import Any, NoReturn, TypeVar
+from typing import Any, TypeVar
 
 from heavylift.kernel.errors import ModelError
 
 from .messages import Message
 from .ports import Bag, In, InPort, M, Out, OutPort, Port, checked_type
-from .tags import NEVER, Tag
+from .tags import NEVER, Instant, Tag
 
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
 Child = TypeVar("Child", bound="Model")
 
 
-class Clock:
-    """The tag of the simulator that runs a model."""
+class Present:
+    """What a simulator and its models share: the tag, who speaks and what has been said, changes asked for."""
 
-    __slots__ = ("now",)
+    __slots__ = ("changes", "live", "now", "sources", "speaker", "values")
 
-    def __init__(self) -> None:
-        self.now = Tag(0, 0)
+    def __init__(self, live: bool = False) -> None:
+        self.live = live
+        self.now: Instant = (0, 0)
+        self.speaker: Model | None = None  # whose output() runs
+        self.sources: list[Port[Any]] = []  # of the messages of this tag, and
+        self.values: list[Message] = []  # the messages
+        self.changes: list[tuple[Coupled, Callable[[], None]]] = []  # of the structure, after this tag
+
+
+IDLE = Present()  # of models that no simulator has
 
 
 _DECLARED: dict[type, list[tuple[str, In[Any] | Out[Any]]]] = {}
@@ -48,15 +56,15 @@ def _declared(cls: type["Model"]) -> list[tuple[str, In[Any] | Out[Any]]]:
 class Model:
     """A named thing with ports; its path is the names from the root down, joined by dots."""
 
-    _sent: list[tuple[OutPort[Any], Any]] | None = None  # the simulator's, while output() runs
-    _path: str = ""  # the simulator's: known while it runs
-    _changes: list[tuple["Coupled", Callable[[], None]]] | None = None  # of a root that runs: asked for at this tag
+    __slots__ = ("__dict__", "_path", "_present", "name", "parent", "ports")
 
     def __init__(self, name: str) -> None:
         if not _NAME.fullmatch(name):
             raise ModelError(f"{name!r} cannot name a model: use letters, digits, _ and - only")
         self.name = name
         self.parent: Coupled | None = None
+        self._path = ""  # known while it runs
+        self._present = IDLE
         self.ports: dict[str, Port[Any]] = {}
         for key, declared in _declared(type(self)):
             if isinstance(declared, In):
@@ -96,42 +104,36 @@ class Model:
 class Atomic(Model):
     """A model with behaviour: override `start`, `external`, `output`, `internal`, maybe `confluent`."""
 
+    __slots__ = ("_index", "_last", "_more", "_place", "_plain", "_port", "_set", "_t", "_value", "_wait")
+
     def __init__(self, name: str) -> None:
         super().__init__(name)
-        self._clock = Clock()
-        self._into: InPort[Any] | None = None  # the first in port that got something at this tag
-        self._more: tuple[InPort[Any], ...] = ()  # the others
-        self._ta: int | None = None  # [ns] what the running transition asked for
-        self._t, self._k = NEVER, 0  # [ns] and microstep of the next internal transition
-        self._last = 0  # [ns] time of the last transition
-        self._set = 0  # [ns] time of the transition that made the present schedule
         self._index = 0  # rank of the path among all atomics
-        self._promises = False  # whether an out port has a lookahead
-        self._plain = True  # whether confluent() is the default
+        self._t = NEVER  # [ns] of the next internal transition
+        self._last = 0  # [ns] of the last transition
+        self._set = 0  # [ns] of the transition that made the present schedule
+        self._wait: int | None = None  # [ns] what the running transition asked for
+        self._port: InPort[Any] | None = None  # the bag of this tag: its first message in port, place and value,
+        self._place, self._value = 0, None  # type: int, Any
+        self._more: list[tuple[int, InPort[Any], Any]] | None = None  # then the others as (place, port, value)
+        self._plain = type(self).confluent is Atomic.confluent
 
     @property
     def now(self) -> Tag:
         """The present tag, for laws and logging."""
-        return self._clock.now
+        return Tag(*self._present.now)
 
     def hold_in(self, wait: int) -> None:
         """Schedule the next internal transition `wait` [ns] after this tag (0: at its next microstep)."""
-        if wait.__class__ is not int or wait < 0 or self._sent is not None:
-            self._refuse(wait)
-        self._ta = wait
-
-    def passivate(self) -> None:
-        """Wait for the next input, for ever if need be."""
-        if self._sent is not None:
-            self._refuse(NEVER)
-        self._ta = NEVER
-
-    def _refuse(self, wait: int) -> NoReturn:
         if type(wait) is not int:
             raise ModelError(f"hold_in({wait!r}): the wait must be an int in ns, use ns(seconds)")
         if wait < 0:
             raise ModelError(f"negative time advance: hold_in({wait}) [ns], the wait must be >= 0")
-        raise ModelError("output() must not change the state: call hold_in in a transition")
+        self._wait = wait
+
+    def passivate(self) -> None:
+        """Wait for the next input, for ever if need be."""
+        self._wait = NEVER
 
     def start(self) -> None:
         """Set the initial state at (0, 0); without a schedule the model is passive."""
@@ -180,10 +182,13 @@ class Coupled(Model):
         root: Model = self
         while root.parent is not None:
             root = root.parent
-        if root._changes is None:
+        present = root._present
+        if not present.live:
             change()
+        elif present.speaker is None:
+            present.changes.append((self, change))
         else:
-            root._changes.append((self, change))
+            raise ModelError(f"output() must not change the structure of {self.path}: do that in a transition")
 
     def _add(self, child: Model) -> None:
         if child.name in self.children:
@@ -198,7 +203,7 @@ class Coupled(Model):
         if child is None:
             raise ModelError(f"{self.path}: there is no child {name} to remove; it has {', '.join(self.children)}")
         self._coupled = {c: None for c in self._coupled if child not in (c[0].owner, c[1].owner)}
-        child.parent, child._path = None, ""
+        child.parent, child._path, child._present = None, "", IDLE
 
     def add_out(self, name: str, type: type[M], lookahead: int = 0) -> OutPort[M]:
         """Add an out port; lookahead belongs to the atomics behind it."""

@@ -26,7 +26,7 @@ class Port(Generic[M]):
 
     def __init__(self, owner: "Model", name: str, type: type[M]) -> None:
         self.owner, self.name, self.type = owner, name, type
-        self.routes: tuple[tuple[InPort[Any], Any, int], ...] = ()  # the simulator's ways to atomics
+        self.routes: tuple[tuple[Any, InPort[Any], int], ...] = ()  # the simulator's ways to atomics
 
     def __repr__(self) -> str:
         return f"{self.owner.path}.{self.name}"
@@ -43,14 +43,9 @@ class Port(Generic[M]):
 
 
 class InPort(Port[M]):
-    """A bound in port; the rest is the simulator's: what lies here now, one value or several with their ranks."""
+    """A bound in port: a key of the bag."""
 
-    __slots__ = ("rank", "ranks", "value")
-
-    def __init__(self, owner: "Model", name: str, type: type[M]) -> None:
-        super().__init__(owner, name, type)
-        self.rank, self.value = -1, None  # type: int, Any
-        self.ranks: list[int] | None = None
+    __slots__ = ()
 
 
 class OutPort(Port[M]):
@@ -68,12 +63,14 @@ class OutPort(Port[M]):
 
     def send(self, value: M) -> None:
         """Put one message into the bags of all receivers, at this tag; allowed inside `output()` only."""
-        sent = self.owner._sent
-        if sent is None:
+        owner = self.owner
+        present = owner._present
+        if present.speaker is not owner:
             raise ModelError(f"port {self.name} was sent to outside output(): only output() may speak")
-        if value.__class__ is not self.type and not isinstance(value, self.type):
+        if type(value) is not self.type and not isinstance(value, self.type):
             raise ModelError(f"port {self.name} carries {self.type.__name__}, not {type(value).__name__}: {value!r}")
-        sent.append((self, value))
+        present.sources.append(self)
+        present.values.append(value)
 
 
 class In(Generic[M]):

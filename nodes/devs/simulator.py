@@ -11,24 +11,22 @@ half-open: events at t < until. After Chow and Zeigler (1994); two phases after 
 """
 
 from collections.abc import Callable, Sequence
-from heapq import heappush
-from typing import Any, NoReturn
+from typing import Any
 
-from heavylift.kernel.errors import HeavyliftError, ModelError
+from heavylift.kernel.errors import ModelError
 
-from .bags import deliver, fitting, taken
+from .bags import deliver, fitting, sorted_bag
 from .events import Delivery, Event, Slack
 from .flatten import flatten
 from .lookahead import Observed, keep_promises, outs, promised, still_promised
 from .messages import Message, decode, encode
-from .models import Atomic, Clock, Model
-from .ports import InPort, OutPort
+from .models import Atomic, Model, Present
+from .ports import InPort, OutPort, Port
+from .rules import Patience, fail
 from .schedule import Schedule
 from .snapshot import frozen, thawed
-from .tags import FOREVER, NEVER, Tag, after
-from .transitions import Trace, Transition, logged
-
-_TAIL = 32  # microsteps before the limit whose models are named as the loop
+from .tags import FOREVER, NEVER, Instant, Tag, after
+from .transitions import Log, Trace, Transition
 
 
 class Simulator:
@@ -41,77 +39,77 @@ class Simulator:
         microsteps: int = 10_000,
         trace: Trace | None = None,
     ) -> None:
-        """`log` hears of every transition, `trace` the same, raw; a zero-time loop of `microsteps` is an error."""
-        self.model, self.microsteps = model, microsteps
-        self.trace = logged(log) if log is not None else trace
-        self._clock, self._observed = Clock(), Observed()
+        """`log` hears of every transition, `trace` keeps them; a zero-time loop of `microsteps` tags is an error."""
+        self.model, self._patience = model, Patience(microsteps)
+        self.trace = Log(log) if log is not None else trace
+        self._present = Present(live=True)
         self.atomics: list[Atomic] = []
         self._adopt()
-        self.model._changes = []
 
     def _adopt(self) -> None:
         """Take the model tree as it is now."""
+        if self.trace is not None:
+            self.trace.settle()
         self.atomics = flatten(self.model)
+        self._promises = any(port.lookahead for m in self.atomics for port in outs(m))
         self._speakers = [
             (m, min(port.lookahead for port in outs(m) if port.exits))
             for m in self.atomics
             if any(port.exits for port in outs(m))
         ]
         self.lookahead = promised(self.model, self.atomics)
-        for m in self.atomics:
-            m._clock = self._clock
-            m._promises = any(port.lookahead for port in outs(m))
-            m._plain = type(m).confluent is Atomic.confluent
+        for m in (*self.atomics, self.model):
+            m._present = self._present
 
     def start(self) -> None:
         """Set every atomic to its initial state at (0, 0); starting again is a fresh run."""
-        self._last, self._clock.now = Tag(-1, 0), Tag(0, 0)
-        self._schedule = Schedule(self.atomics)
-        self._due: Tag | None = None
-        self._said: list[tuple[OutPort[Any], Any]] | None = None
+        self._last: Instant = (-1, 0)
+        self._due: Instant | None = None  # the next tag, once it is looked for
+        self._spoken = False  # whether lambda has run for it
         self._staged: list[tuple[InPort[Any], Message]] = []
-        self._loop: set[str] = set()
         self._observed = Observed()
+        self._schedule = Schedule(self.atomics)
+        self._present.now, self._present.speaker = (0, 0), None
         for m in self.atomics:
-            self._begin(m, Tag(-1, 0))
+            self._begin(m, self._last)
 
-    def _begin(self, m: Atomic, last: Tag) -> None:
+    def _begin(self, m: Atomic, last: Instant) -> None:
         """Initial state of an atomic that comes in after the tag `last`."""
-        m._t, m._k, m._last, m._ta, m._sent = NEVER, 0, max(last.t, 0), NEVER, None
-        m._set = last.t if last.t >= 0 else -NEVER
+        m._t, m._last, m._wait, m._port, m._more = NEVER, max(last[0], 0), None, None, None
+        m._set = last[0] if last[0] >= 0 else -NEVER
         try:
             m.start()
         except Exception as error:
-            _fail(m, self._clock.now, "start", error)
-        if m._ta < NEVER - last.t:
-            m._t, m._k = after(last, m._ta) if last.t >= 0 else Tag(m._ta)
-        self._schedule.enter(m)
+            fail(m, self._present.now, "start", error)
+        if m._wait is not None:
+            m._t, m._wait = after(Tag(max(last[0], 0)), m._wait).t, None
+        self._schedule.enter(m, last[0])
 
     @property
     def next_time(self) -> Tag:
         """Tag of the next internal transition; FOREVER when all are passive."""
-        if self.model._changes:
+        if self._present.changes:
             self._restructure()
         if self._due is None:
-            self._due = self._schedule.find(self._last)
-        return self._due
+            self._due = self._schedule.next(self._last)
+        return Tag(*self._due)
 
     @property
     def quiet(self) -> Tag:
         """Earliest tag at which something can leave the root if nothing reaches it."""
         tag = self.next_time
-        if tag is FOREVER or any(port.exits for port, _ in self._lambda(tag)):
+        if tag == FOREVER or any(isinstance(port, OutPort) and port.exits for port in self._lambda(tag).sources):
             return tag
         reached = [after(tag, ahead) for _, ahead in self._speakers]
-        others = (Tag(m._t, m._k) for m, _ in self._speakers)
-        return min([*reached, *(due for due in others if due > tag)], default=FOREVER)
+        return min([*reached, *(Tag(m._t) for m, _ in self._speakers if m._t > tag.t)], default=FOREVER)
 
     def outputs(self) -> list[Event]:
         """What leaves the root at next_time, in total order; changes nothing."""
         tag, bags = self.next_time, dict[str, list[tuple[int, Any]]]()
-        for port, value in self._lambda(tag):
-            for target, rank in port.exits:
-                bags.setdefault(target.name, []).append((rank, value))
+        said = self._lambda(tag)
+        for port, value in zip(said.sources, said.values, strict=True):
+            for target, place in port.exits if isinstance(port, OutPort) else ():
+                bags.setdefault(target.name, []).append((place, value))
         name, found = self.model.name, []
         for out in sorted(bags):
             bag = sorted(bags[out], key=lambda said: said[0])
@@ -126,136 +124,154 @@ class Simulator:
 
     def advance(self, tag: Tag, bag: Sequence[Delivery] = (), until: Tag = FOREVER) -> None:
         """Transit at `tag`: deliver `bag` (sorted) and what was injected, move the imminent atomics on."""
-        due = self._due or self.next_time
-        if tag is not due:
-            if tag <= self._last:
-                raise ModelError(f"{self.model.path} at {self._last}: late message, {tag} is past already")
-            if tag > due:
-                raise ModelError(f"{self.model.path}: cannot advance to {tag}, the next transition is at {due}")
-        t, k = tag
-        if k >= self.microsteps - _TAIL:
-            self._watch(tag)
-        movers: list[int] = []
-        said: list[tuple[OutPort[Any], Any]] = []
-        if tag is due or tag == due:
-            said = self._lambda(tag)
-            movers = self._schedule.take(k)
-        self._due, self._said, self._last, self._clock.now = None, None, tag, tag
-        received: list[int] = []
+        due = self.next_time
+        if tag == due:
+            said = self._lambda(due)
+            imminent, sources, values = self._schedule.imminent, said.sources, said.values
+        elif tag <= self._last:
+            raise ModelError(f"{self.model.path} at {Tag(*self._last)}: late message, {tag} is past already")
+        elif tag > due:
+            raise ModelError(f"{self.model.path}: cannot advance to {tag}, the next transition is at {due}")
+        else:
+            self._schedule.wait()
+            imminent, sources, values = [], [], []
         if bag or self._staged:
-            deliver([*((self._entry(d.port), self._receive(d)) for d in bag), *self._staged], received)
+            heard = [(self._entry(d.port), self._receive(d)) for d in bag] + self._staged
+            sources = [*(port for port, _ in heard), *sources]
+            values = [*(value for _, value in heard), *values]
             self._staged = []
-        if said:
-            deliver(said, received)
-            if self._speakers:
-                self._observed.note(t, said)
-        if received:
-            movers = sorted({*movers, *received})
-
-        atomics, schedule, trace = self.atomics, self._schedule, self.trace
-        slots, soon = schedule.slots, schedule.soon
-        for i in movers:
-            m = atomics[i]
-            m._ta, imminent, kind = None, m._t == t and m._k == k, "internal"
-            x: Any = None
-            try:
-                if m._into is None:
-                    m.internal()
-                else:
-                    x = taken(m)
-                    if imminent:
-                        kind = "confluent"
-                        if m._plain:
-                            m.internal()
-                            m.external(0, x)
-                        else:
-                            m.confluent(x)
-                    else:
-                        kind = "external"
-                        m.external(t - m._last, x)
-            except Exception as error:
-                _fail(m, tag, kind, error)
-            m._last, wait = t, m._ta
-            if wait == 0:
-                m._t, m._k, m._set = t, k + 1, t
-                soon.append(i)
-            elif wait is not None:
-                later = t + wait if wait < NEVER - t else NEVER
-                if imminent or later != m._t:
-                    if not imminent and m._t != NEVER:
-                        schedule.leave(t)
-                    m._t, m._k, m._set = later, 0, t
-                    if later != NEVER:
-                        slot = slots.get(later)
-                        if slot is None:
-                            slots[later] = [i]
-                            heappush(schedule.times, later)
-                        else:
-                            slot.append(i)
-            elif imminent:
-                _fail(m, tag, kind, ModelError(f"{kind}() scheduled nothing: call hold_in or passivate"))
-            if trace is not None:
-                trace(tag, m._path, kind, x, said)
+        self._work(tag, imminent, sources, values, until=0)
 
     def run(self, until: int = NEVER, stop: Callable[[], bool] | None = None) -> None:
         """Advance alone through all tags at t < `until` [ns], or until `stop()` after one; call it again to go on."""
-        tag = self.next_time
-        while tag[0] < until:
-            self.advance(tag)
-            tag = FOREVER if stop is not None and stop() else self.next_time
+        due = self.next_time
+        while due.t < until:
+            if self._staged:
+                self.advance(due)
+            else:
+                said = self._lambda(due)
+                self._work(due, self._schedule.imminent, said.sources, said.values, until if stop is None else 0)
+            if stop is not None and stop():
+                return
+            due = self.next_time
+
+    def _work(
+        self, tag: Instant, imminent: list[int], sources: list[Port[Any]], values: list[Message], until: int
+    ) -> None:
+        """Steps 2 to 4 at a tag; all steps at those that follow at t < `until` [ns] while the structure stays."""
+        present, schedule, atomics, trace = self._present, self._schedule, self.atomics, self.trace
+        move, patience, speakers = schedule.move, self._patience.start, self._speakers
+        while True:
+            (t, k), soon = tag, schedule.soon
+            self._last = present.now = tag
+            self._spoken = False
+            reached = deliver(sources, values, t) if sources else ()
+            if speakers and sources:
+                self._observed.note(t, sources)
+            movers = [*imminent, *reached] if reached else imminent
+            if k >= patience:
+                self._patience.watch(tag, [atomics[i].path for i in movers])
+            for i in movers:
+                m = atomics[i]
+                what = "internal"
+                try:
+                    if m._port is None:
+                        m.internal()
+                    else:
+                        x: Any = {m._port: [m._value]} if m._more is None else sorted_bag(m)
+                        m._port = m._value = None
+                        if m._t != t:
+                            what = "external"
+                            m.external(t - m._last, x)
+                        elif m._plain:
+                            m.internal()
+                            what = "external"
+                            m.external(0, x)
+                        else:
+                            what = "confluent"
+                            m.confluent(x)
+                except Exception as error:
+                    fail(m, tag, what, error)
+                m._last, wait = t, m._wait
+                if wait is None:
+                    if m._t == t:
+                        fail(m, tag, what, ModelError(f"{what}() scheduled nothing: call hold_in or passivate"))
+                else:
+                    m._wait, m._set = None, t
+                    if wait:
+                        move(m, t + wait, t)
+                    else:
+                        if m._t != t:
+                            move(m, t, t)
+                        soon.append(i)
+            if trace is not None:
+                trace.note(tag, atomics, imminent, sources, values)
+            if present.changes:
+                self._due = None
+                return
+            due = schedule.next(tag)
+            if due[0] >= until:
+                self._due = due
+                return
+            said = self._lambda(due)
+            tag, imminent, sources, values = due, schedule.imminent, said.sources, said.values
 
     def _restructure(self) -> None:
         """What was asked of the structure since the last tag happens now, after all transitions of that tag."""
-        changes, self.model._changes = self.model._changes or [], None
-        before, promises = set(self.atomics), self.lookahead
+        changes, before, promises = self._present.changes, set(self.atomics), self.lookahead
+        self._present.changes, self._present.live = [], False
         for where, change in changes:
             try:
                 change()
             except ModelError as error:
-                raise ModelError(f"{error} (a change of {where.path} at {self._last})") from None
+                raise ModelError(f"{error} (a change of {where.path} at {Tag(*self._last)})") from None
+        self._present.live = True
         self._adopt()
-        still_promised(self.model.path, self._last, promises, self.lookahead)
+        still_promised(self.model.path, Tag(*self._last), promises, self.lookahead)
         self._schedule = Schedule(self.atomics)
         for m in self.atomics:
             if m in before:
-                self._schedule.enter(m)
+                self._schedule.enter(m, self._last[0])
             else:
                 self._begin(m, self._last)
-        self.model._changes, self._due, self._said = [], None, None
+        self._due, self._spoken = None, False
 
     def snapshot(self) -> bytes:
         """All that the future depends on, between two tags; ModelError if a state cannot be kept."""
+        if self._present.changes:
+            self._restructure()
         return frozen(self.model, (self._last, self._staged))
 
     def restore(self, snapshot: bytes) -> None:
         """Go on from a snapshot; `model` and `atomics` are new ones then."""
         self.model, (self._last, self._staged) = thawed(snapshot, self.model)
-        self._due, self._said, self._loop, self._clock.now = None, None, set(), self._last
-        self._observed = Observed()
+        self._due, self._spoken, self._present.now, self._observed = None, False, self._last, Observed()
         self._adopt()
-        self.model._changes = []
         self._schedule = Schedule(self.atomics)
         for m in self.atomics:
-            self._schedule.enter(m)
+            self._schedule.enter(m, self._last[0])
 
-    def _lambda(self, tag: Tag) -> list[tuple[OutPort[Any], Any]]:
-        """What the imminent atomics say at `tag` = next_time, in path order."""
-        if self._said is not None:
-            return self._said
-        said: list[tuple[OutPort[Any], Any]] = []
-        atomics, self._clock.now = self.atomics, tag
+    def _lambda(self, tag: Instant) -> Present:
+        """What the imminent atomics say at `tag` = next_time, in path order; later calls find it said."""
+        present, atomics = self._present, self.atomics
+        if self._spoken:
+            return present
+        present.now, present.sources, present.values = tag, [], []
         for i in self._schedule.imminent:
-            m = atomics[i]
-            m._sent = said
+            present.speaker = m = atomics[i]
             try:
                 m.output()
-                if m._promises:
-                    keep_promises(m, tag, said)
             except Exception as error:
-                _fail(m, tag, "output", error)
-            m._sent = None
-        self._said = said
-        return said
+                present.speaker = None
+                fail(m, tag, "output", error)
+            if m._wait is not None:
+                present.speaker = None
+                fail(m, tag, "output", ModelError("output() must not change the state: call hold_in in a transition"))
+        present.speaker = None
+        if self._promises:
+            keep_promises(tag, present.sources)
+        self._spoken = True
+        return present
 
     @property
     def slack(self) -> list[Slack]:
@@ -277,17 +293,3 @@ class Simulator:
         if not isinstance(port, InPort):
             raise ModelError(f"{self.model.path}: there is no in port {name}")
         return port
-
-    def _watch(self, tag: Tag) -> None:
-        """Collect who keeps time from advancing, and name them at the limit."""
-        self._loop.update(self.atomics[i].path for i in self._schedule.imminent)
-        if tag.k >= self.microsteps:
-            raise ModelError(
-                f"{', '.join(sorted(self._loop))} at {tag}: zero-time loop, {self.microsteps} microsteps in which no "
-                "time passes; let one of them hold for more than 0 ns"
-            )
-
-
-def _fail(m: Atomic, tag: Tag, what: str, error: Exception) -> NoReturn:
-    sentence = str(error) if isinstance(error, HeavyliftError) else f"{what}() raised {type(error).__name__}: {error}"
-    raise ModelError(f"{m.path} at {tag}: {sentence}") from error

@@ -29,5 +29,5 @@ def thawed(snapshot: bytes, former: Model) -> tuple[Model, Any]:
     return model, rest
 
 
-def _around(model: Model) -> list[Model]:
-    return [model.parent] if model.parent is not None else []
+def _around(model: Model) -> list[object]:
+    return [model._present, model.parent]

@@ -23,6 +23,7 @@ class Tag(NamedTuple):
         return f"({sign}{whole}{f'.{part:09d}'.rstrip('0') if part else ''} s, {self.k})"
 
 
+Instant = tuple[int, int]  # a tag in the simulator's inner loop, where a plain tuple is made in a tenth of the time
 NEVER = 2**63 - 1  # [ns] the time advance of a passive model
 FOREVER = Tag(NEVER, 0)
 

@@ -14,7 +14,7 @@ import sys
 import time
 from collections.abc import Callable
 
-from heavylift.nodes.devs import Atomic, Coupled, In, Message, Out, Simulator, Tag
+from heavylift.nodes.devs import Atomic, Coupled, In, Message, Out, Simulator, Trace
 
 REPEATS = 5
 W = D = 50
@@ -114,11 +114,8 @@ def ours(simulator: Simulator) -> Callable[[], Callable[[], object]]:
     return prepare
 
 
-def traced(trace: list[object]) -> Simulator:
-    def note(tag: Tag, path: str, kind: str, x: object, said: object) -> None:
-        trace.append((tag[0], path, kind))
-
-    return Simulator(seeded(W, D), trace=note)
+def traced(trace: Trace) -> Simulator:
+    return Simulator(seeded(W, D), trace=trace)
 
 
 def xdevs_hi() -> float | None:
@@ -142,13 +139,12 @@ def rows() -> list[tuple[str, float, str, str | None, float | None, float | None
     """name, value, unit, peer, its value, ratio, target, met."""
     peer = xdevs_hi()
     plain = best(ours(Simulator(seeded(W, D))))
-    trace: list[object] = []
 
     def with_trace() -> Callable[[], object]:
-        trace.clear()
+        simulator.trace = Trace()
         return ours(simulator)()
 
-    simulator = traced(trace)
+    simulator = traced(Trace())
     on = best(with_trace)
     root = Coupled("r")
     for n in range(GENERATORS):

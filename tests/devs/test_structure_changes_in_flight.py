@@ -3,7 +3,7 @@
 import pytest
 from devs_stories import Generator, Item, Relay, Sink, coupled
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Out, Simulator, Tag, Transition, ns
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Out, Simulator, Tag, Trace, Transition, ns
 
 
 class Breeder(Atomic):
@@ -89,10 +89,9 @@ def test_the_clock_of_the_others_runs_on() -> None:
     """A model whose neighbours change keeps its schedule and its elapsed time."""
     relay, g, b, sink = Relay("relay", ns(2.5)), Generator("g", ns(1), count=1), Breeder("b"), Sink("sink")
     simulator = started(coupled("yard", [g, b, relay, sink], (g.out, b.into), (g.out, relay.into)))
-    log: list[tuple[Tag, str]] = []
-    simulator.trace = lambda tag, path, kind, x, said: log.append((tag, f"{path} {kind}"))
+    simulator.trace = Trace()
     simulator.run(ns(10))
-    assert (Tag(ns(3.5)), "yard.relay internal") in log
+    assert (Tag(ns(3.5)), "yard.relay", "internal") in [(line.tag, line.path, line.kind) for line in simulator.trace]
 
 
 def test_between_runs_the_structure_changes_before_the_next_tag() -> None:

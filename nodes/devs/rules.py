@@ -1,0 +1,38 @@
+"""Rules that a model can break while it runs, and the sentences that it ends with: path, tag, what to do."""
+
+from collections.abc import Iterable
+from typing import NoReturn
+
+from heavylift.kernel.errors import HeavyliftError, ModelError
+
+from .models import Atomic
+from .tags import Instant, Tag
+
+TAIL = 32  # microsteps before the limit whose models are named as the loop
+
+
+class Patience:
+    """Ends zero-time loops: from `start` on it notes who keeps time from advancing, and names them at the limit."""
+
+    def __init__(self, microsteps: int) -> None:
+        self.microsteps, self.start = microsteps, microsteps - TAIL
+        self._seen: set[str] = set()
+        self._t = -1
+
+    def watch(self, tag: Instant, paths: Iterable[str]) -> None:
+        """Who moves at a late microstep."""
+        t, k = tag
+        if t != self._t:
+            self._t, self._seen = t, set()
+        self._seen.update(paths)
+        if k >= self.microsteps:
+            raise ModelError(
+                f"{', '.join(sorted(self._seen))} at {Tag(t, k)}: zero-time loop, {self.microsteps} microsteps in "
+                "which no time passes; let one of them hold for more than 0 ns"
+            )
+
+
+def fail(m: Atomic, tag: Instant, what: str, error: Exception) -> NoReturn:
+    """The sentence of an atomic's function that raised."""
+    sentence = str(error) if isinstance(error, HeavyliftError) else f"{what}() raised {type(error).__name__}: {error}"
+    raise ModelError(f"{m.path} at {Tag(*tag)}: {sentence}") from error
