@@ -42,7 +42,7 @@ class Simulator:
         """`log` hears of every transition, `trace` keeps them; a zero-time loop of `microsteps` tags is an error."""
         self.model, self._patience = model, Patience(microsteps)
         self.trace = Log(log) if log is not None else trace
-        self._present = Present(live=True)
+        self._present, self._observed = Present(live=True), Observed()
         self.atomics: list[Atomic] = []
         self._adopt()
 
