@@ -5,6 +5,7 @@ Exit codes: 0 done; 1 the run or the file failed; 2 the command line is wrong; 1
 
 from __future__ import annotations
 
+import os
 import sys
 import tempfile
 import traceback
@@ -34,6 +35,8 @@ def main() -> None:
     except KeyboardInterrupt:
         print("heavylift: stopped", file=sys.stderr)
         sys.exit(130)
+    except BrokenPipeError:  # who reads our output, such as `head`, has enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except Exception as error:
         if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # how click reports a wrong command line
             asked = type(error).__name__ == "NoArgsIsHelpError"

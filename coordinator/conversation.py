@@ -17,6 +17,7 @@ from . import messages as m
 from .core import Coordinator, Outcome
 from .distance import Coupling
 from .hub import Hub, LocalHub
+from .live.audience import Audience
 from .participant import version
 from .tape import Tape
 from .watch import Watch
@@ -38,9 +39,10 @@ class Conversation:
         tape: Tape,
         watch: Watch,
         finish: tuple[str, str] | None = None,
+        audience: Audience | None = None,
     ) -> None:
         """`end`: what lies before it is done; `finish`: the (node, port) whose event ends the run."""
-        self._hub, self._tape, self._watch = hub, tape, watch
+        self._hub, self._tape, self._watch, self._audience = hub, tape, watch, audience
         self.core = Coordinator(hub.nodes, couplings, end, finish, self._event)
         self.now = Tag(0)
         """Tag of the last event, or time of the last sample."""
@@ -125,10 +127,13 @@ class Conversation:
     def _event(self, event: Event) -> None:
         self.now = max(self.now, event.tag)
         self._tape.event(event)
-        self._hub.publish_event(event.source, event.port, event.payload)
+        if self._audience is not None:
+            self._audience.event(event)
         self._watch.event(event)
 
     def _take_samples(self) -> None:
         for node, batch in self._hub.samples():
             self.now = max(self.now, Tag(self._tape.samples(node, batch)))
             self._watch.progress(self.now.t)
+        if self._audience is not None:
+            self._audience.last_ns = self.now.t

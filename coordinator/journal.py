@@ -4,7 +4,7 @@
 
 What a killed process has appended is in the system's hands and stays; only a loss of power can take it, unless
 `sync` has put it on the disk before `append` returned. `read` gives the entries that are whole and ends in silence at
-the first that is cut or damaged: behind it nothing can be told apart. Readers may follow a file that still grows.
+the first that is cut or damaged: behind it nothing can be told apart. A `Follower` reads on when the file has grown.
 
 A run keeps several, so that each can be cut on its own: one for each node (what it was granted, since its last
 checkpoint), and those that stay whole (what an operator ordered, what observers were shown).
@@ -22,7 +22,7 @@ from zlib import crc32
 
 from heavylift.kernel.errors import RecordingError
 
-__all__ = ["Journal", "read"]
+__all__ = ["Follower", "Journal", "read"]
 
 _HEAD = Struct("<II")
 SEED = 0x486C4A31  # so that noughts are no entry
@@ -88,18 +88,41 @@ class Journal:
 def read(path: Path) -> Iterator[bytes]:
     """The whole entries of a journal in order; none if there is no file."""
     try:
-        stream = path.open("rb")
+        with Follower(path) as follower:
+            yield from follower
     except FileNotFoundError:
         return
-    with stream:
-        while len(head := stream.read(_HEAD.size)) == _HEAD.size:
-            length, crc = _HEAD.unpack(head)
-            if length > LIMIT:
-                return
-            entry = stream.read(length)
+
+
+class Follower:
+    """Reads a journal that may still grow: each iteration gives the whole entries that came since the one before."""
+
+    def __init__(self, path: Path) -> None:
+        self._stream = path.open("rb")
+
+    def __iter__(self) -> Iterator[bytes]:
+        stream = self._stream
+        while True:
+            place = stream.tell()
+            head = stream.read(_HEAD.size)
+            length, crc = _HEAD.unpack(head) if len(head) == _HEAD.size else (LIMIT + 1, 0)
+            entry = stream.read(length) if length <= LIMIT else b""
             if len(entry) < length or _check(length, entry) != crc:
+                stream.seek(place)
                 return
             yield entry
+
+    def close(self) -> None:
+        """Read no more."""
+        self._stream.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
 
 
 def _new(path: Path) -> int:

@@ -25,6 +25,7 @@ from .building import built, couplings, declaration, importing, module
 from .conversation import Conversation
 from .core import Outcome
 from .joining import joined
+from .live.show import shown
 from .participant import NODE_MODULE
 from .placement import Placement
 from .processes import Processes
@@ -74,9 +75,10 @@ def run_models(
     with (
         _tape(reference, model, output, lines) as tape,
         joined(Placement.apart(names), in_process, None if in_process else Processes(_preload(reference))) as hub,
+        shown(hub, model.name, None if output is None else Path(output)) as audience,
     ):
         end = Tag(until) if until < NEVER else FOREVER
-        talk = Conversation(hub, couplings(model), end, tape, watch or Watch())
+        talk = Conversation(hub, couplings(model), end, tape, watch or Watch(), audience=audience)
         try:
             _greet(talk, model, reference, log is not None)
             greeted = time.perf_counter()

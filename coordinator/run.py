@@ -25,6 +25,8 @@ from .distance import Coupling
 from .hub import Hub, LocalHub
 from .joining import joined
 from .link import LOCAL
+from .live.audience import Audience
+from .live.show import angles, shown
 from .parts import KernelConfig, KernelPart, ScenePart, fingerprint
 from .parts import encode as part
 from .placement import Placement
@@ -60,9 +62,12 @@ def run(
     names = order or [*models, KERNEL]
     placed = Placement({LOCAL: tuple(names)}) if in_process else placement or Placement.apart(names)
     started = time.perf_counter()
-    joining = joined(placed, in_process, processes)
-    with Record(scene, models, output, placed) as record, joining as hub:
-        played = _Run(scene, models, hub, record, watch or Watch())
+    with (
+        Record(scene, models, output, placed) as record,
+        joined(placed, in_process, processes) as hub,
+        shown(hub, scene.plan.name, output, angles(m.declare() for m in models.values())) as audience,
+    ):
+        played = _Run(scene, models, hub, record, watch or Watch(), audience)
         try:
             played.greet()
             greeted = record.mark()
@@ -86,13 +91,14 @@ class _Run(Watch):
         hub: Hub | LocalHub,
         record: Record,
         watch: Watch,
+        audience: Audience | None,
     ) -> None:
         self._plan, self._models, self._record, self._watch = scene.plan, models, record, watch
         self.unfinished, self.kernel_s = "", 0.0
         self._outcome = Outcome.BOUND
         end = Tag(ns(self._plan.end)) if self._plan.end is not None else Tag(PATIENCE_ns)
         wires = [Coupling(*wire) for wire in couplings(self._plan)]
-        self.talk = Conversation(hub, wires, end, record, self, (COMMANDER, "finished"))
+        self.talk = Conversation(hub, wires, end, record, self, (COMMANDER, "finished"), audience)
 
     def event(self, event: Event) -> None:
         """While the commander gives orders, a scene without an end goes on."""

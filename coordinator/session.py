@@ -36,6 +36,7 @@ __all__ = [
     "local_session",
     "node_session",
     "observer_session",
+    "places",
 ]
 
 OBSERVER = "observer"  # the user name that may watch committed events and nothing else
@@ -115,8 +116,13 @@ class RunDirectory:
         shutil.rmtree(self.path, ignore_errors=True)
 
 
+def places() -> list[str]:
+    """Where runs of this user have their directories, the preferred place first."""
+    return list(dict.fromkeys((tempfile.gettempdir(), os.environ.get("XDG_RUNTIME_DIR", "/tmp"), "/tmp")))
+
+
 def _private_directory() -> Path:
-    for place in dict.fromkeys((tempfile.gettempdir(), os.environ.get("XDG_RUNTIME_DIR", "/tmp"), "/tmp")):
+    for place in places():
         longest = Path(place) / "heavylift-12345678" / "hub.sock"
         if len(os.fsencode(longest)) < SOCKET_PATH_LIMIT and os.access(place, os.W_OK | os.X_OK):
             return Path(tempfile.mkdtemp(prefix="heavylift-", dir=place))
@@ -196,7 +202,10 @@ def _config(mode: str, listen: list[str] | None = None, connect: list[str] | Non
                     "lease": LEASE_ms,
                     "keep_alive": 4,
                     "queue": {
-                        "congestion_control": {"block": {"wait_before_close": WAIT_BEFORE_CLOSE_us}},
+                        "congestion_control": {
+                            "block": {"wait_before_close": WAIT_BEFORE_CLOSE_us},
+                            "drop": {"wait_before_drop": 0},  # a frozen observer costs no time
+                        },
                         "batching": {"enabled": True, "time_limit": 1},
                     },
                 },

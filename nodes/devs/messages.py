@@ -9,6 +9,7 @@ are refused.
 
 import types
 import typing
+from collections.abc import Mapping
 from enum import Enum
 from typing import Any
 
@@ -55,6 +56,9 @@ class _MessageType(msgspec.StructMeta):
 
 class Message(msgspec.Struct, frozen=True, metaclass=_MessageType):
     """Base of everything that a port can carry: `class HoistDone(Message): id: int`."""
+
+    units: typing.ClassVar[Mapping[str, str]] = {}
+    """Units of its fields, for those who watch a run; "m or rad" where it depends on what is meant."""
 
 
 def _immutable(hint: Any, owner: type) -> bool:

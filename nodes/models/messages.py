@@ -7,8 +7,13 @@ actuator's own: joint coordinate of a drive, UNSTRETCHED LENGTH of a winch rope 
 value of a Master.  SI units.
 """
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 from heavylift.kernel.describe import Vector
 from heavylift.nodes.devs import Message
+
+PLACE, SPEED, ACCELERATION = "m or rad", "m/s or rad/s", "m/s2 or rad/s2"  # along an actuator's coordinate
 
 # to the kernel
 
@@ -20,6 +25,7 @@ class KernelInput(Message, frozen=True):
 class SetProfile(KernelInput, frozen=True):
     """Ramp to signed `speed`, cruise, ramp down so that the displacement is `distance` (None: go on)."""
 
+    units: ClassVar[Mapping[str, str]] = {"speed": SPEED, "accel": ACCELERATION, "distance": PLACE}
     actuator: str
     start_ns: int
     speed: float
@@ -54,6 +60,7 @@ class SetLock(KernelInput, frozen=True):
 class Hook(KernelInput, frozen=True):
     """Hook a sling; None keeps an end point (on the same body, in its frame) or the unstretched length."""
 
+    units: ClassVar[Mapping[str, str]] = {"L0": "m"}
     rope: str
     a: Vector | None = None
     b: Vector | None = None
@@ -106,6 +113,7 @@ class Order(Message, frozen=True):
 class Run(Order, frozen=True):
     """Move by a signed distance, to a coordinate, or (both None) with signed speed until Halt."""
 
+    units: ClassVar[Mapping[str, str]] = {"speed": SPEED, "accel": ACCELERATION, "by": PLACE, "to": PLACE}
     speed: float
     accel: float
     by: float | None = None
@@ -165,6 +173,7 @@ class Report(Message, frozen=True):
 class Done(Report, frozen=True):
     """The order is carried out; the actuator stands at `position` (0 where there is none)."""
 
+    units: ClassVar[Mapping[str, str]] = {"position": PLACE}
     id: int
     position: float = 0.0
 
@@ -172,6 +181,7 @@ class Done(Report, frozen=True):
 class Limit(Report, frozen=True):
     """The actuator stopped at an end position or limit switch: "travel limit", "drum empty", ..."""
 
+    units: ClassVar[Mapping[str, str]] = {"position": PLACE}
     limit: str
     position: float
 
@@ -179,6 +189,7 @@ class Limit(Report, frozen=True):
 class RopeState(Report, frozen=True):
     """A rope or sling became taut or slack; tension [N]."""
 
+    units: ClassVar[Mapping[str, str]] = {"tension": "N"}
     state: str
     tension: float
 
@@ -202,6 +213,7 @@ class BrakeState(Report, frozen=True):
 class Overload(Report, frozen=True):
     """The tension [N] passed its rated value upwards (over) or is back below it."""
 
+    units: ClassVar[Mapping[str, str]] = {"tension": "N", "rated": "N"}
     tension: float
     rated: float
     over: bool
@@ -216,6 +228,7 @@ class Reached(Report, frozen=True):
 class Attitude(Report, frozen=True):
     """The measured angle of the body [rad] passed this value, upwards (rising) or downwards."""
 
+    units: ClassVar[Mapping[str, str]] = {"angle": "rad"}
     angle: float
     rising: bool
 

@@ -1,0 +1,141 @@
+"""How a run is found by those who look at it: `run.json` in its private directory, locked while the run lives.
+
+The directory belongs to the user and nobody else may enter it, so only its owner finds a run.  The lock tells a run
+that goes on from what a killed one has left, without trust in process numbers.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import NamedTuple, Self
+
+import msgspec
+from heavylift.coordinator.session import places
+from heavylift.kernel.errors import ProtocolError
+
+__all__ = ["Announcement", "Found", "Notice", "find", "running"]
+
+NAME = "run.json"
+
+
+class Notice(msgspec.Struct, frozen=True):
+    """What a run tells of itself; `started` in seconds of the system's clock."""
+
+    run: str
+    scene: str
+    recording: str
+    pid: int
+    started: float
+    units: dict[str, dict[str, str]] = {}  # of the fields of an event, by its type
+    angles: tuple[str, ...] = ()  # actuators whose coordinate is an angle
+
+
+class Found(NamedTuple):
+    """A run that goes on, and its private directory."""
+
+    notice: Notice
+    directory: Path
+
+    @property
+    def lives(self) -> bool:
+        """Whether its coordinator is still there."""
+        return _locked(self.directory / NAME)
+
+
+class Announcement:
+    """Makes a run findable as long as it is open."""
+
+    def __init__(
+        self,
+        directory: Path,
+        run: str,
+        scene: str,
+        recording: Path | None,
+        units: Mapping[str, Mapping[str, str]],
+        angles: tuple[str, ...],
+    ) -> None:
+        plain = {name: dict(fields) for name, fields in units.items()}
+        notice = Notice(
+            run, scene, str(recording.absolute()) if recording else "", os.getpid(), time.time(), plain, angles
+        )
+        fresh = directory / (NAME + ".new")
+        self._file = os.open(fresh, os.O_WRONLY | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        fcntl.flock(self._file, fcntl.LOCK_EX)
+        os.write(self._file, msgspec.json.encode(notice))
+        os.replace(fresh, directory / NAME)  # whole and locked from the first look on
+
+    def close(self) -> None:
+        """The run is over."""
+        os.close(self._file)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def running() -> list[Found]:
+    """All runs of this user that go on, the oldest first."""
+    return sorted(_running(), key=lambda found: (found.notice.started, found.notice.run))
+
+
+def find(which: str = "") -> Found:
+    """The run that `which` names: its recording, its run id (or its beginning), its scene; "" = the only one."""
+    runs = running()
+    if not which:
+        if len(runs) == 1:
+            return runs[0]
+        told = "several runs go on, name one of them by its recording or run id" if runs else "no run goes on"
+        raise ProtocolError(f"{told}{_list(runs) if runs else '; start one with `heavylift run`'}")
+    file = Path(which).absolute()
+    by_file = [found for found in runs if _same(found.notice.recording, file)]
+    by_name = [found for found in runs if found.notice.run.startswith(which) or found.notice.scene == which]
+    named = by_file or by_name
+    if len(named) == 1:
+        return named[0]
+    if named:
+        raise ProtocolError(f"{which}: several runs go by this name, name one by its recording or run id{_list(named)}")
+    if file.is_file():
+        raise ProtocolError(f"{which}: no run is writing it any more; `heavylift info {which}` tells what it holds")
+    raise ProtocolError(f"{which}: no run goes by this name; {'these go on' if runs else 'none goes on'}{_list(runs)}")
+
+
+def _running() -> Iterator[Found]:
+    seen = {path.resolve() for place in places() for path in Path(place).glob(f"heavylift-*/{NAME}")}
+    for path in seen:
+        try:
+            if path.stat().st_uid == os.getuid() and _locked(path):
+                yield Found(msgspec.json.decode(path.read_bytes(), type=Notice), path.parent)
+        except (OSError, msgspec.MsgspecError):  # it ends just now, or another version wrote it
+            continue
+
+
+def _same(recording: str, file: Path) -> bool:
+    return recording in (str(file), str(file).removesuffix(".part"))
+
+
+def _locked(path: Path) -> bool:
+    try:
+        file = os.open(path, os.O_RDONLY | os.O_CLOEXEC)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        return False
+    except BlockingIOError:
+        return True
+    finally:
+        os.close(file)
+
+
+def _list(runs: list[Found]) -> str:
+    lines = (f"\n    {found.notice.run}  {found.notice.recording or found.notice.scene}" for found in runs)
+    return "".join([":", *lines]) if runs else ""

@@ -1,0 +1,61 @@
+"""What observers of a run are shown: every committed event, in total order.
+
+An event is appended to a journal in the run's private directory, where its place is its number, and put on its key of
+the bus, which drops it for a listener that is slow or frozen.  Observers read the journal, so one that comes late has
+the past without gap or repetition, and the run never waits for anybody.  The last entry says how the run ended.
+"""
+
+from __future__ import annotations
+
+from types import TracebackType
+from typing import Self
+
+import msgspec
+from heavylift.coordinator.hub import Hub
+from heavylift.coordinator.journal import Journal
+from heavylift.nodes.devs import Event
+
+__all__ = ["EVENTS", "Audience", "Ended", "entry"]
+
+EVENTS = "events.journal"
+
+
+class Ended(msgspec.Struct, frozen=True):
+    """How a run ended: "finished", or "failed" with the reason; simulation time [s]."""
+
+    status: str
+    sim_s: float
+    reason: str = ""
+
+
+_ENCODER = msgspec.msgpack.Encoder()
+_EVENT, _ENDED = msgspec.msgpack.Decoder(Event), msgspec.msgpack.Decoder(Ended)
+ARRAY = 0x90  # the first half-byte of a short array in MessagePack
+
+
+def entry(data: bytes) -> Event | Ended:
+    """What an entry of the journal says; an event is an array, the end a map."""
+    return _EVENT.decode(data) if data[0] & 0xF0 == ARRAY else _ENDED.decode(data)
+
+
+class Audience:
+    """Shows the events of one run as long as it is open, as a context manager; `last_ns` is where the run has come."""
+
+    def __init__(self, hub: Hub) -> None:
+        self._hub, self.last_ns = hub, 0
+        self._journal = Journal(hub.directory.path / EVENTS)
+
+    def event(self, event: Event) -> None:
+        """Show a committed event."""
+        self._journal.append(_ENCODER.encode(event))
+        self._hub.publish_event(event.source, event.port, event.payload)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        status, reason = ("finished", "") if error is None else ("failed", str(error) or type(error).__name__)
+        self._journal.append(_ENCODER.encode(Ended(status, self.last_ns * 1e-9, reason)))
+        self._journal.close()

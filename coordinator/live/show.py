@@ -1,0 +1,54 @@
+"""A run of node processes can be found and watched while it goes on; nodes of this process are nobody else's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from heavylift.coordinator.hub import Hub, LocalHub
+from heavylift.kernel.describe import System
+from heavylift.kernel.joints import JOINTS
+from heavylift.nodes.devs import Message
+
+from .announce import Announcement
+from .audience import Audience
+
+__all__ = ["angles", "shown"]
+
+
+@contextmanager
+def shown(
+    hub: Hub | LocalHub,
+    name: str,
+    recording: Path | None,
+    turning: Iterable[str] = (),
+) -> Iterator[Audience | None]:
+    """The audience of the run `name`; `turning`: the actuators whose coordinate is an angle."""
+    if isinstance(hub, LocalHub):
+        yield None
+        return
+    units = {kind.__name__: kind.units for kind in _kinds(Message) if kind.units}
+    with (
+        Audience(hub) as audience,
+        Announcement(hub.directory.path, hub.run, name, recording, units, tuple(turning)),
+    ):
+        yield audience
+
+
+def angles(systems: Iterable[System]) -> Iterator[str]:
+    """The drives and Masters among these whose coordinate is an angle."""
+    for system in systems:
+        joints = {joint.name: JOINTS[joint.kind] for joint in system.joints}
+        for drive in system.drives:
+            joint = joints[drive.joint]
+            at = list(joint.coordinates).index(drive.coordinate) if drive.coordinate else 0
+            if any(motion.turns and motion.coordinate == at for motion in joint.motions):
+                yield drive.name
+        yield from (master.name for master in system.masters)
+
+
+def _kinds(type_: type[Message]) -> Iterator[type[Message]]:
+    yield type_
+    for kind in type_.__subclasses__():
+        yield from _kinds(kind)
