@@ -34,6 +34,7 @@ from heavylift.nodes.devs import (
 END = 60  # [ns]
 MICROSTEPS = 250
 Logs = dict[str, list[Transition]]
+Build = Callable[[int], Coupled]
 
 
 class Number(Message):
@@ -105,11 +106,32 @@ def build(seed: int) -> Coupled:
     return root
 
 
-def _couple(model: Coupled, r: Random, density: float) -> None:
+def build_deep(seed: int) -> Coupled:
+    """Up to 30 atomics in 2 to 5 groups, with up to four levels of coupled models."""
+    r = Random(seed)
+    zero, root = r.random() < 0.4, Coupled("yard")
+    for g in range(r.randint(2, 5)):
+        homes = [root.add(Coupled(f"g{g}"))]
+        for n in range(r.randint(0, 3)):
+            home = r.choice(homes)
+            if home.path.count(".") < 3:
+                homes.append(home.add(Coupled(f"s{n}")))
+        for i in range(r.randint(1, 6)):
+            r.choice(homes).add(Chaotic(f"m{i}", 0 if zero else r.choice([0, 1, 2, 4])))
+        for home in homes:
+            for p in ("p", "q"):
+                home.add_in(p, Number)
+            for p in ("u", "v"):
+                home.add_out(p, Number)
+    _couple(root, r, r.choice([0.06, 0.12]), 0.25)
+    return root
+
+
+def _couple(model: Coupled, r: Random, density: float, inside: float = 0.35) -> None:
     children = list(model.children.values())
     for child in children:
         if isinstance(child, Coupled):
-            _couple(child, r, 0.35)
+            _couple(child, r, inside, inside)
     sources = [p for m in children for p in _ports(m, "yzuv")] + _ports(model, "pq")
     targets = [p for m in children for p in _ports(m, "abpq")] + _ports(model, "uv")
     for source in sources:
@@ -126,7 +148,7 @@ def _collect(logs: Logs) -> Callable[[Transition], None]:
     return lambda line: logs.setdefault(line.path, []).append(line)
 
 
-def flat(seed: int, end: int = END) -> Logs:
+def flat(seed: int, end: int = END, build: Build = build) -> Logs:
     """The truth: the whole model in one simulator."""
     logs: Logs = {}
     simulator = Simulator(build(seed), log=_collect(logs), microsteps=MICROSTEPS)
@@ -135,7 +157,7 @@ def flat(seed: int, end: int = END) -> Logs:
     return logs
 
 
-def parts(seed: int, logs: Logs) -> tuple[dict[str, Simulator], list[Coupling]]:
+def parts(seed: int, logs: Logs, build: Build = build) -> tuple[dict[str, Simulator], list[Coupling]]:
     """One simulator per group, and the couplings between them."""
     root = build(seed)
     simulators = {
@@ -167,12 +189,17 @@ class Run(NamedTuple):
 
 
 def distributed(
-    seed: int, order: int = 0, cut: bool = False, ahead: bool = False, finish: tuple[str, str] | None = None
+    seed: int,
+    order: int = 0,
+    cut: bool = False,
+    ahead: bool = False,
+    finish: tuple[str, str] | None = None,
+    build: Build = build,
 ) -> Run:
     """The model cut into its groups, DONEs in random order."""
     logs: Logs = {}
     events: list[Event] = []
-    simulators, couplings = parts(seed, logs)
+    simulators, couplings = parts(seed, logs, build)
     coordinator = Coordinator(simulators, couplings, Tag(END), finish, events.append)
     nodes = [Node(name, Ahead(s) if ahead else s) for name, s in simulators.items()]
     outcome = run_in_memory(coordinator, nodes, Random(order), cut)
