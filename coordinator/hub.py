@@ -19,10 +19,13 @@ from types import TracebackType
 from typing import Self
 
 import zenoh
+from heavylift.coordinator.door import Door
 from heavylift.coordinator.frame import FIRST_EPOCH, Reader, Topic, Writer
+from heavylift.coordinator.gate import Gate
 from heavylift.coordinator.link import FIFO, LOCAL, JOIN_s, LocalLink, matched
 from heavylift.coordinator.placement import Placement
 from heavylift.coordinator.session import (
+    HUB,
     OBSERVER,
     RunDirectory,
     Ticket,
@@ -40,7 +43,9 @@ __all__ = ["Hub", "LocalHub"]
 
 TICK_s = 0.05  # how often the watching thread looks
 GRACE_s = 0.3  # how long a lost connection waits for the reason of its process's end
-WAKE = "~hub"  # in place of a node's name: a message of the hub to itself
+WAKE = HUB  # in place of a node's name: a message of the hub to itself
+REMOTE_s = 600.0  # in which somebody starts a process on another host
+LEAVE_s = 2.0  # in which remote processes leave a run that is over
 
 
 class _Desk:
@@ -114,21 +119,25 @@ class _Desk:
 
 
 class Hub(_Desk):
-    """Connects the coordinator with node processes over a private unix socket."""
+    """Connects the coordinator with node processes over a private unix socket, and with other hosts at a door."""
 
-    def __init__(self, nodes: Iterable[str] | Placement) -> None:
+    def __init__(self, nodes: Iterable[str] | Placement, door: Door | None = None) -> None:
         """`nodes`: names, each in a process of its own, or a placement."""
         placement = nodes if isinstance(nodes, Placement) else Placement.apart(check_names(nodes, "node"))
         check_names(placement.nodes, "node")
         processes = check_names(placement.processes, "process")
         self.directory = RunDirectory()
-        self._passwords = {user: new_password() for user in ("coordinator", OBSERVER, *processes)}
+        local = [process for process in processes if process not in placement.remote]
+        self._passwords = {user: new_password() for user in ("coordinator", OBSERVER, *local)}
         run = new_run_id()
         try:
-            super().__init__(hub_session(run, self.directory, self._passwords), run, placement)
+            session = hub_session(run, self.directory, self._passwords, door, placement.remote)
+            super().__init__(session, run, placement)
         except ProtocolError:
             self.directory.remove()
             raise
+        self._door, self._gate = door, None  # type: Door | None, Gate | None
+        self._here = self._session.liveliness().declare_token(key(run, "alive", HUB))
         self._met: set[str] = set()
         self._failure: ProtocolError | None = None
         self._deadline: float | None = None
@@ -149,7 +158,19 @@ class Hub(_Desk):
     def ticket(self, process: str) -> Ticket:
         """What this process needs to join."""
         nodes = self.placement.processes[process]
-        return Ticket(self.run, process, nodes, FIRST_EPOCH, self.directory.socket, self._passwords[process])
+        return Ticket(self.run, process, nodes, FIRST_EPOCH, self.directory.socket, self._passwords.get(process, ""))
+
+    def admit(self, scene: str, say: Callable[[str], None]) -> None:
+        """Let the processes of other hosts join a run of the scene with this fingerprint; `say` how, and who did."""
+        if self._door is not None:
+            self._gate = Gate(self, self._session, scene, say)
+            at = f"--connect {self._door.seen_from_afar} --certificates DIRECTORY --run {self.run}"
+            for process in sorted(self.placement.remote):
+                say(f"waiting for process {process}; on its host type: heavylift node {process} {at}")
+
+    def present(self, process: str) -> bool:
+        """Whether a process listens."""
+        return any(matched(self._publishers[node]) for node in self.placement.processes[process])
 
     def send(self, node: str, payload: bytes) -> None:
         """Send a protocol message to a node; the first one waits until the node listens."""
@@ -158,12 +179,13 @@ class Hub(_Desk):
         super().send(node, payload)
 
     def _meet(self, node: str) -> None:
-        deadline = time.monotonic() + JOIN_s
+        patience = REMOTE_s if self.placement.process_of[node] in self.placement.remote else JOIN_s
+        deadline = time.monotonic() + patience
         while not matched(self._publishers[node]):
             if self._failure is not None:
                 raise self._failure
             if time.monotonic() > deadline:
-                raise ProtocolError(f"node {node} did not join within {JOIN_s:g} s, start the run again")
+                raise ProtocolError(f"node {node} did not join within {patience:g} s, start the run again")
             time.sleep(0.001)
         self._met.add(node)
 
@@ -200,6 +222,9 @@ class Hub(_Desk):
     def close(self) -> None:
         """End the session and remove the run's directory."""
         self._dismissed = True
+        deadline = time.monotonic() + LEAVE_s
+        while any(self.present(process) for process in self.placement.remote) and time.monotonic() < deadline:
+            time.sleep(0.005)  # they close when all that they have said is here
         self._closed.set()
         self.notice()
         self._watcher.join(timeout=1.0)
@@ -239,8 +264,7 @@ class Hub(_Desk):
         deaths = self._deaths()
         for process in deaths:
             since = lost.setdefault(process, now)
-            joined = any(matched(self._publishers[node]) for node in self.placement.processes[process])
-            if not joined or now - since > GRACE_s:  # its last messages have arrived
+            if not self.present(process) or now - since > GRACE_s:  # its last messages have arrived
                 return self._fail(process, deaths[process])
         for process, since in lost.items():
             if process not in deaths and now - since > GRACE_s:
@@ -248,11 +272,13 @@ class Hub(_Desk):
 
     def _fail(self, process: str, how: str) -> None:
         if not self._dismissed:
-            at = self.when()
-            self._failure = ProtocolError(
-                f"{self.placement.told(process)} gone{' at ' + at if at else ''}: {how}; start the run again"
-            )
+            at, who = self.when(), self.placement.told(process, self._host(process))
+            self._failure = ProtocolError(f"{who} gone{' at ' + at if at else ''}: {how}; start the run again")
             self._wake()
+
+    def _host(self, process: str) -> str:
+        """The host of a remote process that has joined, else ""."""
+        return self._gate.hosts.get(process, "") if self._gate else ""
 
     def _wake(self) -> None:
         self._session.put(self._wake_key, b"", congestion_control=zenoh.CongestionControl.BLOCK)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+from .door import Door
 from .hub import Hub, LocalHub
 from .participant import NODE_MODULE, PRELOAD, Participant
 from .placement import Placement
@@ -14,8 +15,13 @@ __all__ = ["joined"]
 
 
 @contextmanager
-def joined(placement: Placement, in_process: bool, processes: Processes | None = None) -> Iterator[Hub | LocalHub]:
-    """The hub of the nodes of a placement, started in its order; at the end all processes are gone."""
+def joined(
+    placement: Placement, in_process: bool, processes: Processes | None = None, door: Door | None = None
+) -> Iterator[Hub | LocalHub]:
+    """The hub of the nodes of a placement, started in its order; at the end all processes are gone.
+
+    Processes of other hosts are not started here; they come in at the `door`.
+    """
     if in_process:
         with LocalHub(placement.nodes) as local:
             for name in placement.nodes:
@@ -23,6 +29,6 @@ def joined(placement: Placement, in_process: bool, processes: Processes | None =
                 link.serve(Participant(name, link.send, link.sample).handle)
             yield local
         return
-    with Hub(placement) as hub, processes or Processes(PRELOAD) as crew:
-        crew.start(hub, {process: (NODE_MODULE,) for process in placement.processes})
+    with Hub(placement, door) as hub, processes or Processes(PRELOAD) as crew:
+        crew.start(hub, {p: (NODE_MODULE,) for p in placement.processes if p not in placement.remote})
         yield hub

@@ -62,9 +62,10 @@ class _Sender:
 class Link:
     """A process's connection to its coordinator; joins the run with all nodes of the ticket when it is made."""
 
-    def __init__(self, ticket: Ticket) -> None:
+    def __init__(self, ticket: Ticket, session: zenoh.Session | None = None) -> None:
+        """`session`: the one that has brought the ticket; without it the ticket tells where to connect."""
         self.run, self.process, self.nodes = ticket.run, ticket.process, ticket.nodes
-        self._session = session = node_session(ticket)
+        self._session = session = session or node_session(ticket)
         self._senders = {n: _Sender(session, self.run, self.process, n, ticket.epoch) for n in self.nodes}
         self._addresses = {key(self.run, "in", self.process, n): self._senders[n] for n in self.nodes}
         channel: FifoChannel[zenoh.Sample] = FifoChannel(FIFO)

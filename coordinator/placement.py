@@ -6,6 +6,7 @@ nodes that share a process take turns there, in the order in which their message
     placement:                       a scene's key: process -> its nodes; all others get a process of their own
       yard-a: [west, loader-1]
     --place "west,loader-1=yard-a"   the same on the command line, laid over the scene's
+    --remote yard-a                  somebody starts this process on another host
     --processes 4                    nodes dealt out over four processes; the kernel has one to itself
 """
 
@@ -24,6 +25,8 @@ class Placement:
     """Process -> the nodes that it hosts, in the order in which processes are started."""
 
     processes: Mapping[str, tuple[str, ...]]
+    remote: frozenset[str] = frozenset()
+    """Processes that somebody starts on another host."""
 
     @classmethod
     def apart(cls, nodes: Iterable[str]) -> Placement:
@@ -60,19 +63,36 @@ class Placement:
         """Node -> its process."""
         return {node: process for process, nodes in self.processes.items() for node in nodes}
 
-    def told(self, process: str) -> str:
+    def told(self, process: str, host: str = "") -> str:
         """Subject of a sentence about all nodes of a process: "node west is", or "nodes a, b (process yard) are"."""
-        nodes = self.processes[process]
+        nodes, at = self.processes[process], f" on host {host}" if host else ""
         if nodes == (process,):
-            return f"node {process} is"
+            return f"node {process}{at} is"
         kind, verb = ("nodes", "are") if len(nodes) > 1 else ("node", "is")
-        return f"{kind} {', '.join(nodes)} (process {process}) {verb}"
+        return f"{kind} {', '.join(nodes)} (process {process}{at}) {verb}"
 
 
 def place(
-    nodes: Sequence[str], alone: str, scene: Mapping[str, str], given: Sequence[str] = (), count: int = 0
+    nodes: Sequence[str],
+    alone: str,
+    scene: Mapping[str, str],
+    given: Sequence[str] = (),
+    count: int = 0,
+    remote: Iterable[str] = (),
 ) -> Placement:
-    """The placement of a run: a number of processes, or the scene's hosts with those of `--place` laid over them."""
+    """The placement of a run: a number of processes, or the scene's hosts with those of `--place` laid over them.
+
+    `remote`: processes, or nodes that are alone in theirs, that somebody starts on another host.
+    """
+    placement = _place(nodes, alone, scene, given, count)
+    for process in remote:
+        if process not in placement.processes:
+            known = ", ".join(placement.processes)
+            raise SceneError(f"--remote '{process}': there is no process '{process}'; the processes are {known}")
+    return Placement(placement.processes, frozenset(remote))
+
+
+def _place(nodes: Sequence[str], alone: str, scene: Mapping[str, str], given: Sequence[str], count: int) -> Placement:
     if count and given:
         raise SceneError("--processes and --place say two things about the same nodes, give one of them")
     if count < 0:

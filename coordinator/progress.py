@@ -67,6 +67,10 @@ class Progress(Watch):
         if self._live is not None:
             self._live.update(self._line())
 
+    def say(self, sentence: str) -> None:
+        """A line of its own, above the bar."""
+        self._console.print(sentence, highlight=False, markup=False, soft_wrap=True)
+
     def _line(self) -> Text:
         seconds = self._t_ns * 1e-9
         wall = time.perf_counter() - self._began

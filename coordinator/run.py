@@ -22,6 +22,7 @@ from .budget import Budget
 from .conversation import Conversation
 from .core import Outcome
 from .distance import Coupling
+from .door import Door
 from .hub import Hub, LocalHub
 from .joining import joined
 from .link import LOCAL
@@ -51,10 +52,12 @@ def run(
     processes: Processes | None = None,
     order: list[str] | None = None,
     placement: Placement | None = None,
+    door: Door | None = None,
 ) -> Result:
     """Simulate a scene into a recording; `order`: names of the nodes in the order in which they are started.
 
     `placement` says which process hosts which nodes; without one each node has a process of its own.
+    Processes that it places on other hosts come in at the `door`.
 
     Raises HeavyliftError: one sentence, after the recording is finished and all processes are gone.
     """
@@ -64,11 +67,13 @@ def run(
     started = time.perf_counter()
     with (
         Record(scene, models, output, placed) as record,
-        joined(placed, in_process, processes) as hub,
+        joined(placed, in_process, processes, door) as hub,
         shown(hub, scene.plan.name, output, angles(m.declare() for m in models.values())) as audience,
     ):
         played = _Run(scene, models, hub, record, watch or Watch(), audience)
         try:
+            if isinstance(hub, Hub):
+                hub.admit(fingerprint(encode(scene.plan)), played.say)
             played.greet()
             greeted = record.mark()
             played.play()
@@ -99,6 +104,10 @@ class _Run(Watch):
         end = Tag(ns(self._plan.end)) if self._plan.end is not None else Tag(PATIENCE_ns)
         wires = [Coupling(*wire) for wire in couplings(self._plan)]
         self.talk = Conversation(hub, wires, end, record, self, (COMMANDER, "finished"), audience)
+
+    def say(self, sentence: str) -> None:
+        """Passed on."""
+        self._watch.say(sentence)
 
     def event(self, event: Event) -> None:
         """While the commander gives orders, a scene without an end goes on."""

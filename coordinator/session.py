@@ -8,6 +8,7 @@ silently when a reader is slow.
 
     heavylift/<run>/in | out | samples/<process>/<node>      one coordinator, one node per key
     heavylift/<run>/alive | leave/<process>                  is it there; may it go
+    heavylift/join/<process>                                 where a process on another host asks to join
     heavylift/<run>/event/<model path>/<port>                committed events, for observers
     heavylift/<run>/sample/<topic>                           data of a recording that is replayed, for observers
 """
@@ -22,11 +23,14 @@ import shutil
 import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import zenoh
 from heavylift.kernel.errors import ProtocolError
+
+if TYPE_CHECKING:
+    from .door import Door
 
 __all__ = [
     "RunDirectory",
@@ -37,10 +41,14 @@ __all__ = [
     "node_session",
     "observer_session",
     "places",
+    "remote_session",
 ]
 
 OBSERVER = "observer"  # the user name that may watch committed events and nothing else
-RESERVED = ("coordinator", "event", "sample", OBSERVER)  # users and topics of a run, so no names of nodes or processes
+AFAR = "afar"  # user name and password of everybody at the door: there, certificates tell who is who
+JOIN = "join"  # in place of a run's id: where a process on another host asks to join whatever runs
+HUB = "~hub"  # in place of a process's name: the coordinator itself
+RESERVED = ("coordinator", "event", "sample", OBSERVER, AFAR)  # users and topics, so no names of nodes or processes
 TICKET = "HEAVYLIFT_TICKET"
 SOCKET_PATH_LIMIT = 104  # bytes with the closing zero: the smaller of Linux (108) and macOS (104)
 LEASE_ms = 60_000
@@ -142,9 +150,18 @@ def new_password() -> str:
     return secrets.token_urlsafe(24)
 
 
-def hub_session(run: str, directory: RunDirectory, passwords: Mapping[str, str]) -> zenoh.Session:
-    """The coordinator's session: listens on the run's socket for the users of `passwords` and nobody else."""
-    directory.write_users(passwords)
+def hub_session(
+    run: str,
+    directory: RunDirectory,
+    passwords: Mapping[str, str],
+    door: Door | None = None,
+    remote: Iterable[str] = (),
+) -> zenoh.Session:
+    """The coordinator's session: listens on the run's socket for the users of `passwords` and nobody else.
+
+    At the `door`, if there is one, it lets in the `remote` processes, told by the names in their certificates.
+    """
+    directory.write_users({**passwords, AFAR: AFAR} if door else passwords)
     processes = [user for user in passwords if user not in ("coordinator", OBSERVER)]
     config = _config("peer", listen=[f"unixsock-stream/{directory.socket}"])
     config["transport"]["unicast"]["max_sessions"] = len(passwords) + 16
@@ -155,8 +172,12 @@ def hub_session(run: str, directory: RunDirectory, passwords: Mapping[str, str])
             "dictionary_file": str(directory.users),
         }
     }
-    config["access_control"] = _access(run, processes)
-    return _open(config, "the coordinator cannot listen on " + directory.socket)
+    config["access_control"] = _access(run, processes, tuple(remote))
+    if door is None:
+        return _open(config, "the coordinator cannot listen on " + directory.socket)
+    config["listen"]["endpoints"].append(door.endpoint)
+    config["transport"]["link"] |= {"protocols": ["unixsock-stream", "tls"], "tls": door.listening()}
+    return _open(config, f"the coordinator cannot listen on {directory.socket} and {door.endpoint}")
 
 
 def node_session(ticket: Ticket) -> zenoh.Session:
@@ -164,6 +185,14 @@ def node_session(ticket: Ticket) -> zenoh.Session:
     config = _config("client", connect=[f"unixsock-stream/{ticket.socket}"])
     config["transport"]["auth"] = {"usrpwd": {"user": ticket.process, "password": ticket.password}}
     return _open(config, f"process {ticket.process} cannot join run {ticket.run} at {ticket.socket}")
+
+
+def remote_session(door: Door) -> zenoh.Session:
+    """The session of a process on another host; who it is says its certificate."""
+    config = _config("client", connect=[door.endpoint])
+    config["transport"]["link"] |= {"protocols": ["tls"], "tls": door.connecting()}
+    config["transport"]["auth"] = {"usrpwd": {"user": AFAR, "password": AFAR}}
+    return _open(config, f"nobody lets this process in at {door.endpoint}")
 
 
 def observer_session(directory: Path) -> zenoh.Session:
@@ -214,8 +243,12 @@ def _config(mode: str, listen: list[str] | None = None, connect: list[str] | Non
     }
 
 
-def _access(run: str, processes: list[str]) -> dict[str, Any]:
-    """Each process writes its nodes' keys and hears them; an observer hears events; all else is denied."""
+def _access(run: str, processes: list[str], remote: tuple[str, ...]) -> dict[str, Any]:
+    """Each process writes its nodes' keys and hears them; an observer hears events; all else is denied.
+
+    A process of this host is known by its password, one of another host by the name in its certificate; whoever
+    has a certificate of the yard may ask to join.
+    """
 
     def rule(name: str, flow: str, messages: list[str], *keys: str) -> dict[str, Any]:
         return {
@@ -232,11 +265,14 @@ def _access(run: str, processes: list[str]) -> dict[str, Any]:
             "egress",
             ["put", "declare_subscriber", "declare_queryable", "liveliness_token", "reply"],
             key(run, "**"),
+            key(JOIN, "*"),
         ),
+        rule("join", "ingress", ["query"], key(JOIN, "*")),
+        rule("hub", "ingress", ["declare_liveliness_subscriber"], key(run, "alive", HUB)),
         rule("observe", "ingress", ["declare_subscriber"], key(run, "event", "**"), key(run, "sample", "**")),
     ]
     policies = [{"rules": ["observe", "egress"], "subjects": [OBSERVER]}]
-    for process in processes:
+    for process in (*processes, *remote):
         out, into = [key(run, topic, process, "*") for topic in ("out", "samples")], key(run, "in", process, "*")
         own = [
             rule(f"{process}/out", "ingress", ["put"], *out),
@@ -245,8 +281,13 @@ def _access(run: str, processes: list[str]) -> dict[str, Any]:
             rule(f"{process}/leave", "ingress", ["query"], key(run, "leave", process)),
         ]
         rules += own
-        policies.append({"rules": [*(each["id"] for each in own), "egress"], "subjects": [process]})
-    subjects = [{"id": user, "usernames": [user]} for user in (*processes, OBSERVER)]
+        policies.append({"rules": [*(each["id"] for each in own), "hub", "egress"], "subjects": [process]})
+    here, afar = {"link_protocols": ["unixsock-stream"]}, {"link_protocols": ["tls"]}
+    subjects: list[dict[str, Any]] = [{"id": user, "usernames": [user], **here} for user in (*processes, OBSERVER)]
+    subjects += [{"id": process, "cert_common_names": [process], **afar} for process in remote]
+    if remote:
+        subjects.append({"id": AFAR, **afar})
+        policies.append({"rules": ["join", "egress"], "subjects": [AFAR]})
     return {
         "enabled": True,
         "default_permission": "deny",

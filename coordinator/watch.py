@@ -13,3 +13,6 @@ class Watch:
 
     def progress(self, t_ns: int) -> None:
         """Samples up to this simulation time have come."""
+
+    def say(self, sentence: str) -> None:
+        """Something that the user should know or do now."""

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from .app import Scene, Sets, app
+from .hosts import Certificates, open_door
 
 
 @app.command()
@@ -22,6 +23,9 @@ def run(
     places: Annotated[
         list[str] | None, typer.Option("--place", help="nodes that share a process: --place 'west,east=yard-a'")
     ] = None,
+    remote: Annotated[list[str] | None, typer.Option("--remote", help="this process runs on another host")] = None,
+    listen: Annotated[str, typer.Option("--listen", help="tls/ADDRESS:PORT for processes of other hosts")] = "",
+    keys: Certificates = Path("certificates"),
 ) -> None:
     """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
     from ..participant import PRELOAD
@@ -39,10 +43,11 @@ def run(
         given = [f"{key}={text}" for key, text in (("method", method), ("step", step)) if text]
         loaded = load(scene, [*(sets or []), *given])
         nodes = node_names(loaded.plan)
-        placement = place(nodes, KERNEL, loaded.placement, places or [], processes)
+        placement = place(nodes, KERNEL, loaded.placement, places or [], processes, [*loaded.remote, *(remote or [])])
+        door = open_door(placement.remote, listen, keys, in_process)
         path = output or Path(f"{loaded.plan.name}.mcap")
         with Progress(loaded.plan) as watch:
-            result = simulate(loaded, path, in_process, watch, crew, placement=placement)
+            result = simulate(loaded, path, in_process, watch, crew, placement=placement, door=door)
     finally:
         if crew is not None:
             crew.end()

@@ -46,6 +46,11 @@ class LoadedScene:
         """Node -> process, for the nodes that the scene places."""
         return {node: process for process, hosting in self.scene.placement.items() for node in hosting.nodes}
 
+    @property
+    def remote(self) -> list[str]:
+        """Processes that the scene places on other hosts."""
+        return [process for process, hosting in self.scene.placement.items() if hosting.host == "remote"]
+
     @cached_property
     def followed(self) -> Following | None:
         """The action list followed statically; None where no block is lifted."""

@@ -1,0 +1,82 @@
+"""Commands of runs over several hosts: node, certificates."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from .app import Sets, app
+
+if TYPE_CHECKING:
+    from ..door import Door
+
+__all__ = ["Certificates", "open_door"]
+
+Certificates = Annotated[
+    Path, typer.Option("--certificates", help="directory made by 'heavylift certificates'", show_default=True)
+]
+
+
+def open_door(remote: frozenset[str], listen: str, keys: Path, in_process: bool) -> Door | None:
+    """The door of a run with remote processes; None where there are none."""
+    from heavylift.kernel.errors import SceneError
+
+    from ..certificates import COORDINATOR, Credentials
+    from ..door import Door
+
+    names = ", ".join(sorted(remote))
+    if in_process and remote:
+        raise SceneError(f"--in-process: process {names} is placed on another host, leave out one of the two")
+    if remote and not listen:
+        told = f"process {names} runs on another host, say where it can reach this one"
+        raise SceneError(f"{told}: --listen tls/ADDRESS:7447")
+    if listen and not remote:
+        raise SceneError(f"--listen {listen}: no process runs on another host, name one by --remote")
+    return Door.at(listen, Credentials.load(keys, COORDINATOR)) if remote else None
+
+
+@app.command()
+def certificates(
+    directory: Annotated[Path, typer.Argument(help="where keys and certificates are kept")],
+    names: Annotated[list[str], typer.Argument(help="processes that run on other hosts")],
+    hosts: Annotated[
+        list[str] | None, typer.Option("--host", help="name or address by which others reach the coordinator")
+    ] = None,
+    days: Annotated[int, typer.Option("--days", min=1, help="how long they are valid")] = 365,
+) -> None:
+    """Make keys for processes on other hosts.    heavylift certificates keys west east --host 192.168.1.10"""
+    from ..certificates import make_certificates
+
+    written = make_certificates(directory, names, hosts or [], days)
+    for path in written:
+        typer.echo(f"wrote {path}")
+    for name in names:
+        typer.echo(f"process {name} needs yard.pem, {name}.pem and {name}.key of {directory} on its host")
+
+
+@app.command()
+def node(
+    name: Annotated[str, typer.Argument(help="process of the run, as the coordinator names it")],
+    connect: Annotated[str, typer.Option("--connect", help="tls/HOST:PORT of the coordinator")],
+    keys: Certificates = Path("certificates"),
+    run: Annotated[str, typer.Option("--run", help="join this run and no other")] = "",
+    scene: Annotated[str, typer.Option("--scene", help="join only if this scene is run")] = "",
+    sets: Sets = None,
+) -> None:
+    """Take part in a run on another host.    heavylift node east --connect tls/192.168.1.10:7447 --certificates keys"""
+    from ..certificates import Credentials
+    from ..door import Door
+    from ..remote_node import play
+
+    wanted = ""
+    if scene:
+        from heavylift.nodes.scene import load
+        from heavylift.nodes.scene.plan import encode
+
+        from ..parts import fingerprint
+
+        wanted = fingerprint(encode(load(scene, sets or []).plan))
+    door = Door.at(connect, Credentials.load(keys, name))
+    play(name, door, run, wanted, lambda told: typer.echo(told, err=True))

@@ -1,0 +1,105 @@
+"""A process of a run on another host: connect, ask to join, answer until the run is over or the coordinator is gone."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import ssl
+import sys
+import time
+from collections.abc import Callable
+
+import msgspec
+import zenoh
+from heavylift.kernel.errors import ProtocolError
+from heavylift.nodes.models import KERNEL
+from zenoh.handlers import FifoChannel
+
+from .door import Door
+from .gate import Answer, Ask
+from .link import JOIN_s, Link
+from .node_process import serve
+from .participant import version
+from .session import HUB, JOIN, Ticket, key, remote_session
+
+__all__ = ["play"]
+
+LOST = 86  # exit code of a process that has lost its coordinator
+KNOCK_s = 0.5  # in which a coordinator refuses a certificate
+
+
+def play(name: str, door: Door, run: str, scene: str, say: Callable[[str], None]) -> None:
+    """Take part as process `name` in what runs behind the door; insist on a run id or a scene's fingerprint, or ""."""
+    _knock(name, door)
+    session = remote_session(door)
+    try:
+        ticket = _ask(session, Ask(name, version(), socket.gethostname(), run, scene), door)
+        if KERNEL in ticket.nodes:
+            from . import kernel_node  # noqa: F401
+        link = Link(ticket, session)
+        playing = _Playing(session, ticket, door)
+        say(f"joined run {ticket.run} at {door.endpoint} with {', '.join(ticket.nodes)}")
+        serve(link)
+        playing.over = True
+        link.close()
+        say(f"run {ticket.run} is over")
+    finally:
+        session.close()  # type: ignore[no-untyped-call]
+
+
+class _Playing:
+    """Ends this process when the coordinator is gone before the run is over, whatever its nodes are doing."""
+
+    def __init__(self, session: zenoh.Session, ticket: Ticket, door: Door) -> None:
+        self.over = False
+        self._told = f"process {ticket.process}: the coordinator of run {ticket.run} at {door.endpoint} is gone"
+        at = key(ticket.run, "alive", HUB)
+        self._watch = session.liveliness().declare_subscriber(at, self._changed, history=True)
+
+    def _changed(self, sample: zenoh.Sample) -> None:
+        if sample.kind == zenoh.SampleKind.DELETE and not self.over:
+            print(f"heavylift: {self._told}; join again when it runs again", file=sys.stderr, flush=True)
+            os._exit(LOST)
+
+
+def _ask(session: zenoh.Session, asked: Ask, door: Door) -> Ticket:
+    """The ticket; a refusal in the coordinator's words."""
+    deadline = time.monotonic() + JOIN_s
+    while time.monotonic() < deadline:
+        replies = session.get(
+            key(JOIN, asked.process), FifoChannel(4), payload=msgspec.msgpack.encode(asked), timeout=JOIN_s
+        )
+        for reply in replies:
+            if reply.ok is not None:
+                answer = msgspec.msgpack.decode(reply.ok.payload.to_bytes(), type=Answer)
+                if answer.ticket is None:
+                    raise ProtocolError(f"process {asked.process} may not join: {answer.refusal}")
+                return answer.ticket
+        time.sleep(0.05)  # it listens, but does not answer yet
+    raise ProtocolError(f"process {asked.process} cannot join: nobody at {door.endpoint} answers for a run")
+
+
+def _knock(name: str, door: Door) -> None:
+    """Say in words which certificate is refused, and why: Zenoh only says that there is no connection.
+
+    Where nobody answers yet, that is no trouble; Zenoh tries again for a while.
+    """
+    own, (host, port) = door.credentials, door.address
+    context = ssl.create_default_context(cafile=str(own.authority))
+    context.load_cert_chain(own.certificate, own.key)
+    with contextlib.suppress(OSError):
+        try:
+            with (
+                socket.create_connection((host, port), KNOCK_s) as raw,
+                context.wrap_socket(raw, server_hostname=host) as wrapped,
+            ):
+                wrapped.settimeout(KNOCK_s)
+                wrapped.recv(1)  # a refusal of our certificate comes after the handshake
+        except ssl.SSLCertVerificationError as error:
+            why = f"the certificate shown at {door.endpoint} is not accepted: {error.verify_message}"
+            raise ProtocolError(f"process {name} cannot join: {why}") from None
+        except ssl.SSLError as error:
+            reason = (error.reason or "no reason given").lower().replace("_", " ")
+            why = f"the coordinator at {door.endpoint} does not accept {own.certificate}: {reason}"
+            raise ProtocolError(f"process {name} cannot join: {why}") from None
