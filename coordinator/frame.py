@@ -48,10 +48,9 @@ class Writer:
 
     def frame(self, payload: bytes) -> bytes:
         """The next message: header and payload in one piece."""
-        number = self._next.to_bytes(8, "little")
+        head = self._next.to_bytes(8, "little") + self._identity
         self._next += 1
-        rest = b"".join((number, self._identity, payload))
-        return crc32(rest).to_bytes(4, "little") + rest
+        return crc32(payload, crc32(head)).to_bytes(4, "little") + head + payload
 
 
 class Reader:
@@ -60,19 +59,16 @@ class Reader:
     def __init__(self, run: str, node: str, topic: Topic, epoch: int) -> None:
         self.run, self.node, self.topic, self.epoch = run, node, topic, epoch
         self._identity = _identity(run, node, topic, epoch)
-        self._payload_at = _START.size + len(self._identity)
         self._next = 0
 
     def open(self, data: bytes) -> bytes:
         """The payload of the next message."""
-        at = self._payload_at
-        if len(data) < at or data[_START.size : at] != self._identity:
-            raise self._refusal(data)
-        crc, number = _START.unpack_from(data)
-        if crc32(memoryview(data)[4:]) != crc or number != self._next:
+        head = self._next.to_bytes(8, "little") + self._identity
+        payload = data[4 + len(head) :]
+        if not data.startswith(head, 4) or crc32(payload, crc32(head)) != int.from_bytes(data[:4], "little"):
             raise self._refusal(data)
         self._next += 1
-        return data[at:]
+        return payload
 
     def _refusal(self, data: bytes) -> ProtocolError:
         """The sentence for a frame that is not the next one of this node, topic, epoch and run."""

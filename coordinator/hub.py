@@ -75,7 +75,8 @@ class _Desk:
 
     def samples(self) -> list[tuple[str, bytes]]:
         """All (node, batch) that have arrived since the last call, in order per node."""
-        return [self._open(self._batches.popleft(), self._data) for _ in range(len(self._batches))]
+        batches = self._batches
+        return [self._open(batches.popleft(), self._data) for _ in range(len(batches))] if batches else []
 
     def publish_event(self, path: str, port: str, payload: bytes) -> None:
         """Show a committed event to observers (key event/<model path>/<port>); a slow one misses some."""

@@ -23,7 +23,7 @@
 `offer` = lambda(next), computed ahead. `quiet` = earliest tag at which the node can speak if nothing reaches
 it. `spoken` = outputs made under this grant, not offered before. `hash` chains (tag, bag, outputs, next).
 ASK ("are you alive, where are you") is a query to a process, which a thread of its own answers by ALIVE.
-Any other message, or one out of order, is refused by name. The wire form is MessagePack, one map per message.
+Any other message, or one out of order, is refused by name. The wire form is MessagePack, one array per message.
 """
 
 import msgspec
@@ -33,7 +33,7 @@ from heavylift.nodes.devs import Delivery, Event, Slack, Tag
 Delay = tuple[int, int]  # ns and microsteps
 
 
-class Hello(msgspec.Struct, frozen=True, tag="hello"):
+class Hello(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="hello"):
     """A node has started: what it is and when it can first speak."""
 
     next: Tag
@@ -45,14 +45,14 @@ class Hello(msgspec.Struct, frozen=True, tag="hello"):
     scene: str = ""
 
 
-class Welcome(msgspec.Struct, frozen=True, tag="welcome"):
+class Welcome(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="welcome"):
     """The hub knows the node; `epoch` tells incarnations of one node apart."""
 
     epoch: int
     config: bytes = b""
 
 
-class Grant(msgspec.Struct, frozen=True, tag="grant"):
+class Grant(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="grant"):
     """Leave to do everything before `until`."""
 
     gseq: int
@@ -62,7 +62,7 @@ class Grant(msgspec.Struct, frozen=True, tag="grant"):
     inputs: list[Delivery]
 
 
-class Done(msgspec.Struct, frozen=True, tag="done"):
+class Done(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="done"):
     """Everything before `reached` is done."""
 
     gseq: int
@@ -74,7 +74,7 @@ class Done(msgspec.Struct, frozen=True, tag="done"):
     hash: bytes
 
 
-class Checkpoint(msgspec.Struct, frozen=True, tag="checkpoint"):
+class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="checkpoint"):
     """The state of a node after GRANT `gseq`, canonical; without one, a request for it, or `why` it cannot be given."""
 
     gseq: int
@@ -82,14 +82,14 @@ class Checkpoint(msgspec.Struct, frozen=True, tag="checkpoint"):
     why: str = ""
 
 
-class Alive(msgspec.Struct, frozen=True, tag="alive"):
+class Alive(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="alive"):
     """Steps of work that a process has done, and whether a debugger holds it."""
 
     steps: int
     traced: bool = False
 
 
-class Fail(msgspec.Struct, frozen=True, tag="fail"):
+class Fail(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="fail"):
     """The node cannot go on."""
 
     tag: Tag
@@ -98,14 +98,14 @@ class Fail(msgspec.Struct, frozen=True, tag="fail"):
     traceback: str
 
 
-class Stop(msgspec.Struct, frozen=True, tag="stop"):
+class Stop(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="stop"):
     """The run is over."""
 
     end: Tag
     why: str = ""
 
 
-class Bye(msgspec.Struct, frozen=True, tag="bye"):
+class Bye(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="bye"):
     """The node leaves; `sentence` says what it still waits for, `busy_s` how long it worked under grants."""
 
     sentence: str = ""

@@ -73,20 +73,19 @@ class Node:
 
     def _run(self, grant: Grant) -> Done:
         model, inputs, at, stop = self.model, grant.inputs, 0, grant.until
+        tags = [delivery.event.tag for delivery in inputs]
+        tags.append(FOREVER)
+        links: list[object] = []
         spoken: list[Event] = []
         offered = grant.committed
         own = succ(model.next_time) if offered else self._quiet
-        heard = inputs[0].event.tag if inputs else FOREVER
-        while True:
-            due = model.next_time
-            tag = min(due, inputs[at].event.tag) if at < len(inputs) else due
-            if tag >= stop:
-                break
+        heard, due = tags[0], model.next_time
+        while (tag := tags[at] if tags[at] < due else due) < stop:
             if tag <= self._last:
                 event = inputs[at].event
                 raise ModelError(f"{self.name} at {self._last}: late message {event.source}.{event.port} for {tag}")
             begin = at
-            while at < len(inputs) and inputs[at].event.tag == tag:
+            while tags[at] == tag:
                 at += 1
             bag = inputs[begin:at]
             said = model.outputs() if tag == due else []
@@ -97,9 +96,11 @@ class Node:
                     spoken += said
             offered, self._last = False, tag
             self.steps += 1
-            model.advance(tag, bag, min(stop, inputs[at].event.tag) if at < len(inputs) else stop)
-            link = _ENCODER.encode((self._hash, tag, bag, said, model.next_time))
-            self._hash = blake2b(link, digest_size=16).digest()
+            model.advance(tag, bag, min(stop, tags[at]))
+            due = model.next_time
+            links += (tag, bag, said, due)
+        if links:
+            self._hash = blake2b(_ENCODER.encode((self._hash, links)), digest_size=16).digest()
         due, offer, self._quiet = self._present()
         return Done(grant.gseq, stop, spoken, due, offer, self._quiet, self._hash)
 

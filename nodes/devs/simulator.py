@@ -57,6 +57,7 @@ class Simulator:
             for m in self.atomics
             if any(port.exits for port in outs(m))
         ]
+        self._aheads = {ahead for _, ahead in self._speakers}
         self.lookahead = promised(self.model, self.atomics)
         for m in (*self.atomics, self.model):
             m._present = self._present
@@ -100,8 +101,8 @@ class Simulator:
         tag = self.next_time
         if tag == FOREVER or any(isinstance(port, OutPort) and port.exits for port in self._lambda(tag).sources):
             return tag
-        reached = [after(tag, ahead) for _, ahead in self._speakers]
-        return min([*reached, *(Tag(m._t) for m, _ in self._speakers if m._t > tag.t)], default=FOREVER)
+        soonest = min((after(tag, ahead) for ahead in self._aheads), default=FOREVER)
+        return min(soonest, Tag(min((m._t for m, _ in self._speakers if m._t > tag.t), default=NEVER)))
 
     def outputs(self) -> list[Event]:
         """What leaves the root at next_time, in total order; changes nothing."""
@@ -110,6 +111,8 @@ class Simulator:
         for port, value in zip(said.sources, said.values, strict=True):
             for target, place in port.exits if isinstance(port, OutPort) else ():
                 bags.setdefault(target.name, []).append((place, value))
+        if not bags:
+            return []
         name, found = self.model.name, []
         for out in sorted(bags):
             bag = sorted(bags[out], key=lambda said: said[0])

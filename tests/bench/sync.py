@@ -2,9 +2,10 @@
 
     pip install '.[bench]' && python tests/bench/sync.py [--json] [--repeats 5]
 
-Every run is the product's own: node processes, CRC, sequence, hash and journal on, no recording.  Each figure is the
-best of several runs in processes of their own, ours and peers in turn, so that a busy machine slows all alike; medians
-stand beside.  Pinned: all processes of a run share one core.
+Every run is the product's own: node processes, CRC, sequence, hash and journal on, no recording.  What takes
+microseconds is the median of the single cycles of a run, ours and peers' alike, for a busy machine interrupts few of
+them; each figure is the best of several runs in processes of their own, peers in turn, with the median run beside.
+Pinned: all processes of a run share one core.
   grant        clocks that tick in turn: at each decision one of N nodes is imminent (sync_models.turns); a raw round is
                one message of a GRANT's size over a unix socket (SOCK_SEQPACKET) and one of a DONE's back, in Python
   full round   8 clocks tick together and say 50 characters to their neighbour; in HELICS (tcp core) 8 federates publish
@@ -23,9 +24,12 @@ import socket
 import subprocess
 import sys
 import time
+from itertools import pairwise
 from statistics import median
+from typing import ClassVar
 
-from heavylift.coordinator import run_models
+from heavylift.coordinator import conversation, run_models
+from heavylift.coordinator.core import Coordinator
 from heavylift.coordinator.frame import Topic, Writer
 from heavylift.coordinator.hub import LocalHub
 from heavylift.coordinator.messages import Done, Grant, encode
@@ -42,22 +46,39 @@ Measured = dict[str, list[float]]
 # in a process of its own: one measurement, printed
 
 
-def grant(n: int) -> float:
+class Stamped(Coordinator):
+    """Notes when each DONE was taken."""
+
+    at: ClassVar[list[float]] = []
+
+    def done(self, name: str, done: Done) -> None:
+        super().done(name, done)
+        self.at.append(time.perf_counter())
+
+
+def cycle(at: list[float], step: int = 1) -> float:
+    """Microseconds of the median cycle, each of so many stamps."""
+    stamps = at[::step]
+    return median(b - a for a, b in pairwise(stamps)) * 1e6
+
+
+def grant(n: int, in_process: bool = False) -> float:
     """Microseconds of one grant cycle among n nodes."""
-    run = run_models(f"sync_models:turns({n})", until=1000 * GRANTS)
-    return run.rounds_s / run.grants * 1e6
+    conversation.Coordinator = Stamped  # type: ignore[misc]
+    run_models(f"sync_models:turns({n})", until=1000 * GRANTS, in_process=in_process)
+    return cycle(Stamped.at)
 
 
 def local_grant(n: int) -> float:
     """The same with all nodes in one process."""
-    run = run_models(f"sync_models:turns({n})", until=1000 * GRANTS, in_process=True)
-    return run.rounds_s / run.grants * 1e6
+    return grant(n, True)
 
 
 def full_round(n: int) -> float:
     """Microseconds of a round in which n nodes speak and hear."""
-    run = run_models(f"sync_models:rounds({n}, {SIZE})", until=1000 * ROUNDS)
-    return run.rounds_s / ROUNDS * 1e6
+    conversation.Coordinator = Stamped  # type: ignore[misc]
+    run_models(f"sync_models:rounds({n}, {SIZE})", until=1000 * ROUNDS)
+    return cycle(Stamped.at, n)
 
 
 def events(gaps: int) -> float:
@@ -82,14 +103,14 @@ def raw(_: int) -> float:
             there.send(answer)
         os._exit(0)
     there.close()
-    began = time.perf_counter()
+    at = []
     for _ in range(RAW):
         here.send(ask)
         here.recv(4096)
-    taken = time.perf_counter() - began
+        at.append(time.perf_counter())
     here.close()
     os.wait()
-    return taken / RAW * 1e6
+    return cycle(at)
 
 
 def empty(_: int) -> float:
@@ -97,11 +118,12 @@ def empty(_: int) -> float:
     with LocalHub(["n0"]) as hub:
         link = hub.link("n0")
         link.serve(lambda data: link.send(b""))
-        began = time.perf_counter()
+        at = []
         for _ in range(MESSAGES // 2):
             hub.send("n0", b"")
             hub.receive()
-        return (time.perf_counter() - began) / MESSAGES * 1e6
+            at.append(time.perf_counter())
+    return cycle(at) / 2
 
 
 def helics_round(n: int) -> float:
@@ -119,7 +141,7 @@ def helics_round(n: int) -> float:
     seconds = [float(f.communicate(timeout=60)[0].split()[-1]) for f in federates]
     h.helicsBrokerDisconnect(broker)
     h.helicsCloseLibrary()
-    return seconds[0] / ROUNDS * 1e6
+    return seconds[0] * 1e6
 
 
 def federate(n: int, core: str, i: int) -> None:
@@ -134,16 +156,16 @@ def federate(n: int, core: str, i: int) -> None:
     out = h.helicsFederateRegisterGlobalPublication(own, f"p{i}", h.HELICS_DATA_TYPE_STRING, "")
     into = h.helicsFederateRegisterSubscription(own, f"p{(i - 1) % n}", "")
     h.helicsFederateEnterExecutingMode(own)
-    heard, began = 0, time.perf_counter()
+    heard, at = 0, []
     for k in range(1, ROUNDS + 1):
         h.helicsPublicationPublishString(out, "x" * SIZE)
         h.helicsFederateRequestTime(own, float(k))
         if h.helicsInputIsUpdated(into):
             heard += len(h.helicsInputGetString(into)) == SIZE
-    seconds = time.perf_counter() - began
+        at.append(time.perf_counter())
     h.helicsFederateDisconnect(own)
     assert heard >= ROUNDS - 1, heard
-    print(seconds, flush=True)
+    print(cycle(at) / 1e6, flush=True)
     os._exit(0)
 
 
