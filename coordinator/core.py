@@ -20,7 +20,6 @@ from heapq import heappop, heappush
 
 from heavylift.kernel.errors import ModelError, ProtocolError
 from heavylift.nodes.devs import FOREVER, Delivery, Event, Tag, after, succ
-from heavylift.nodes.devs.events import Order
 
 from .cycle import CycleWatch
 from .distance import Coupling, distances, ways
@@ -58,7 +57,7 @@ class Coordinator:
         self.floor = Tag(0)  # nothing below it comes any more
         self._n = len(self._nodes)
         self._tags = [FOREVER] * (3 * self._n)  # says of all nodes, then their hears, then their o
-        self._held: list[tuple[Order, Event]] = []  # heap of events that have not left yet
+        self._held: list[Event] = []  # heap of events that have not left yet
         self._look: dict[int, Known] = {}  # whose rights may have changed
         self._running = 0
         self._cycles = CycleWatch(self._couplings, microsteps)
@@ -123,8 +122,8 @@ class Coordinator:
                     self._commit(node)
         self._cycles.check()
         self.floor = min(min(self._tags[2 * self._n :]), self._limit)  # (6)
-        while self._held and self._held[0][1].tag < self.floor:
-            self._on_event(heappop(self._held)[1])
+        while self._held and self._held[0].tag < self.floor:
+            self._on_event(heappop(self._held))
         grants = []
         for rank in sorted(able):  # (4)
             node = able[rank]
@@ -231,7 +230,7 @@ class Coordinator:
             self.end, self._finished = min(self.end, Tag(event.t + 1)), True
             self._limit = min(self._limit, self.end)
         self._cycles.note(event)
-        heappush(self._held, (event.order, event))
+        heappush(self._held, event)
         for node, into in self._receivers.get((event.source, event.port), []):
             node.put(Delivery(event, into))
             self._note(node)

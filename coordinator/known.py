@@ -3,7 +3,6 @@
 from bisect import bisect_left, insort
 
 from heavylift.nodes.devs import FOREVER, Delivery, Event, Tag
-from heavylift.nodes.devs.events import Order
 
 from .messages import Delay
 
@@ -33,7 +32,7 @@ class Known:
 
     def put(self, delivery: Delivery) -> None:
         """An input waits for it, in total order."""
-        insort(self._pending, delivery, key=_place)
+        insort(self._pending, delivery)
         self._listen()
 
     def pending(self, until: Tag) -> list[Delivery]:
@@ -47,10 +46,6 @@ class Known:
 
     def _listen(self) -> None:
         self.hears = self._pending[0].event.tag if self._pending else FOREVER
-
-
-def _place(delivery: Delivery) -> tuple[Order, str]:
-    return delivery.event.order, delivery.port
 
 
 def _tag(delivery: Delivery) -> Tag:

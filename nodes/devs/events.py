@@ -1,7 +1,7 @@
 """What crosses the border of a node, and the face that a node process runs.
 
-An event is one message on an out port of a coupled model. Its total order is (t, k, source, port, index):
-no clock, process or arrival order enters. A delivery is the event together with the receiver's in port,
+An event is one message on an out port of a coupled model. Its total order is that of its fields, (t, k, source, port,
+index): no clock, process or arrival order enters. A delivery is the event together with the receiver's in port,
 looked up in the coupling table; one event fans out to as many deliveries as it has couplings. Whatever
 implements `Steppable` can be a node: the local `Simulator` does, and so does the mechanics kernel.
 """
@@ -17,7 +17,7 @@ from .tags import Tag
 Order = tuple[int, int, str, str, int]  # t, k, source, port, index: the total order of events
 
 
-class Event(msgspec.Struct, frozen=True, array_like=True, gc=False):
+class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
     """One message on an out port: tag, source model, port, index in that bag, class name, bytes."""
 
     t: int
@@ -44,7 +44,7 @@ class Event(msgspec.Struct, frozen=True, array_like=True, gc=False):
         return decode(self.type, self.payload)
 
 
-class Delivery(msgspec.Struct, frozen=True, array_like=True, gc=False):
+class Delivery(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
     """An event on its way into the in port `port` of one receiver."""
 
     event: Event

@@ -1,9 +1,9 @@
 """Random coupled models whose every transition depends on all that a Parallel DEVS may depend on.
 
-The state is a hash of everything that happened: kinds, bags with their order, elapsed times. A custom
-`confluent`, zero delays, lookaheads, silent transitions, schedules left standing, shared ports and a level
-of nesting all occur. Groups (the children of the root) become nodes. `flat` is the truth; `distributed`
-the protocol on our own code.
+The state is a hash of everything that happened: kinds, bags with their order, elapsed times. Up to 30 atomics stand up
+to four levels deep, with a custom `confluent`, zero waits, a lookahead of its own for each port, silent transitions,
+schedules left standing, fan-out and fan-in, feedback inside and between groups, and couplings and atomics that come
+and go. Groups (the children of the root) become nodes. `flat` is the truth; `distributed` the protocol on our own code.
 """
 
 from collections.abc import Callable, Sequence
@@ -33,6 +33,8 @@ from heavylift.nodes.devs import (
 
 END = 60  # [ns]
 MICROSTEPS = 250
+CALM = 12  # microstep from which on nobody waits for nothing, so that time passes
+DEPTH = 4  # levels of models below the root
 Logs = dict[str, list[Transition]]
 Build = Callable[[int], Coupled]
 
@@ -46,28 +48,37 @@ def number(*of: object) -> int:
 
 
 class Chaotic(Atomic):
+    """Speaks by y and z, each with its lookahead, and only if what it says was scheduled for so long."""
+
     a, b = In(Number), In(Number)
 
-    def __init__(self, name: str, lookahead: int) -> None:
+    def __init__(self, name: str, lookaheads: tuple[int, int], shapes: bool) -> None:
         super().__init__(name)
-        self.lookahead = lookahead
-        self.y, self.z = (self.add_out(port, Number, lookahead) for port in "yz")
+        self.lookaheads, self.shapes = lookaheads, shapes
+        self.y, self.z = (self.add_out(port, Number, ahead) for port, ahead in zip("yz", lookaheads, strict=True))
 
     def start(self) -> None:
-        self.s = number(self.path)
+        self.s, self.due, self.room, self.last = number(self.path), -1, 0, 0
         if self.s % 5:
-            self.hold_in(self.s % 4)
+            self.plan(self.s % 4)
+
+    def plan(self, wait: int) -> None:
+        self.due, self.room = self.now.t + wait, wait
+        self.hold_in(wait)
 
     def output(self) -> None:
         r = self.s // 100
-        if r % 5 < 3:
+        y, z = (ahead <= self.room for ahead in self.lookaheads)
+        if r % 5 < 3 and (z if r % 2 else y):
             (self.z if r % 2 else self.y).send(Number(r % 1000))
-        if r % 7 == 0:
+        if r % 7 == 0 and y and z:
             self.y.send(Number(r % 999))
             self.z.send(Number(r % 998))
 
     def internal(self) -> None:
         self.move("i", 0, None)
+        if self.shapes and self.s % 3 == 0:
+            self.shape()
 
     def external(self, e: int, x: Bag) -> None:
         self.move("e", e, x)
@@ -80,29 +91,54 @@ class Chaotic(Atomic):
         self.s = number(self.s, kind, e, bag)
         r = self.s % 11
         if r < 2:
+            self.due = -1
             self.passivate()
-        elif kind != "e" or self.lookahead or r < 9:
-            self.hold_in(max([0, 0, 1, 2, 3, 5, 7, 0, 9][r - 2], self.lookahead))
+        elif kind != "e" or r < 9 or self.due < 0:
+            wait = [0, 0, 1, 2, 3, 5, 7, 0, 9][r - 2]
+            self.plan(wait if wait or self.now.k < CALM else 1)
+        else:
+            self.room = self.due - self.now.t  # the schedule stands, but what it will say was not known before
+
+    def shape(self) -> None:
+        """Couple two siblings or part them; let a new atomic come, or the last of them go."""
+        home = self.parent
+        assert isinstance(home, Coupled)
+        born = sorted(name for name in home.children if name.startswith("new"))
+        if self.s % 5 == 0 and len(born) < 2:
+            home.add(Chaotic(f"new{self.s}", self.lookaheads, False))
+        elif self.s % 7 == 0 and born:
+            home.remove(born[-1])
+        sources = [p for m in home.children.values() for p in _ports(m, "yzuv")]
+        targets = [p for m in home.children.values() for p in _ports(m, "abpq")]
+        source, target = sources[self.s // 11 % len(sources)], targets[self.s // 13 % len(targets)]
+        if source.owner is not target.owner and source.owner.name not in born and target.owner.name not in born:
+            if (source, target) in home.couplings:
+                home.disconnect(source, target)
+            else:
+                home.connect(source, target)
 
 
 def build(seed: int) -> Coupled:
     """The same model for the same seed, always newly made."""
     r = Random(seed)
-    zero = r.random() < 0.4
+    zero, shaped = r.random() < 0.3, r.random() < 0.25
     root = Coupled("yard")
-    for g in range(r.randint(2, 5)):
-        group = root.add(Coupled(f"g{g}"))
-        homes = [group]
-        if r.random() < 0.4:
-            homes.append(group.add(Coupled("sub")))
-        for i in range(r.randint(1, 3)):
-            r.choice(homes).add(Chaotic(f"m{i}", 0 if zero else r.choice([0, 1, 2, 4])))
-        for home in homes:
-            for p in ("p", "q"):
-                home.add_in(p, Number)
-            for p in ("u", "v"):
-                home.add_out(p, Number)
-    _couple(root, r, r.choice([0.08, 0.2]))
+    homes = [root.add(Coupled(f"g{g}")) for g in range(r.randint(2, 5))]
+    atomics = max(len(homes), r.choice([4, 6, 8, 10, 14, 20, 30]))
+    for _ in range(r.choice([0, 1, 3, 6])):
+        home = r.choice(homes)
+        if home.path.count(".") < DEPTH - 1:
+            homes.append(home.add(Coupled(f"sub{len(home.children)}")))
+    for i in range(atomics):
+        home = homes[i] if i < len(root.children) else r.choice(homes)
+        lookaheads = (0, 0) if zero else (r.choice([0, 1, 2, 4]), r.choice([0, 1, 4, 6]))
+        home.add(Chaotic(f"m{i}", lookaheads, shaped and r.random() < 0.3))
+    for home in homes:
+        for p in "pq":
+            home.add_in(p, Number)
+        for p in "uv":
+            home.add_out(p, Number)
+    _couple(root, r, r.choice([0.15, 0.3, 0.5]))
     return root
 
 
@@ -117,7 +153,8 @@ def build_deep(seed: int) -> Coupled:
             if home.path.count(".") < 3:
                 homes.append(home.add(Coupled(f"s{n}")))
         for i in range(r.randint(1, 6)):
-            r.choice(homes).add(Chaotic(f"m{i}", 0 if zero else r.choice([0, 1, 2, 4])))
+            ahead = 0 if zero else r.choice([0, 1, 2, 4])
+            r.choice(homes).add(Chaotic(f"m{i}", (ahead, ahead), shapes=False))
         for home in homes:
             for p in ("p", "q"):
                 home.add_in(p, Number)
@@ -127,11 +164,11 @@ def build_deep(seed: int) -> Coupled:
     return root
 
 
-def _couple(model: Coupled, r: Random, density: float, inside: float = 0.35) -> None:
+def _couple(model: Coupled, r: Random, density: float, inside: float = 0.0) -> None:
     children = list(model.children.values())
     for child in children:
         if isinstance(child, Coupled):
-            _couple(child, r, inside, inside)
+            _couple(child, r, inside or min(0.35, 1.1 / max(1, len(child.children))), inside)
     sources = [p for m in children for p in _ports(m, "yzuv")] + _ports(model, "pq")
     targets = [p for m in children for p in _ports(m, "abpq")] + _ports(model, "uv")
     for source in sources:
