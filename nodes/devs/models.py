@@ -180,7 +180,7 @@ class Coupled(Model):
     def _change(self, change: Callable[[], None]) -> None:
         """At once; in a model that runs, after all transitions of this tag."""
         root: Model = self
-        while root._changes is None and root.parent is not None:
+        while not root._present.live and root.parent is not None:
             root = root.parent
         present = root._present
         if not present.live:
