@@ -9,6 +9,8 @@ largest.  The digest is taken from the rounded numbers: whoever reads the file c
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +22,7 @@ LENGTH, ROTATION, SPEED = (38, 30), (42, 0), (32, 30)
 # by unit: a step is 2^-first of it or 2^-second of the largest value
 STEPS = {"m": LENGTH, "rad": LENGTH, "m or rad": LENGTH, "m/s": SPEED, "rad/s": SPEED, "m/s or rad/s": SPEED}
 STEPS |= {"N": (14, 30), "N m": (14, 30), "J": (14, 20), "s": (20, 0)}
+NOTHING = -40  # power of two of what is no value
 
 
 class Rounding:
@@ -32,17 +35,32 @@ class Rounding:
             steps += 3 * [LENGTH] + 4 * [ROTATION] if pose else len(channel.names) * [STEPS.get(channel.unit)]
         self._exact = np.array([step is None for step in steps], bool)
         powers = np.array([step or (0, 0) for step in steps], np.intp).reshape(-1, 2)
-        self._scale, self._digits = np.ldexp(1.0, powers[:, 0]), powers[:, 1]
-        self._largest = np.zeros(len(steps))
+        self._finest, self._digits = powers.T  # powers of two: of the unit, of the largest value
+        self._largest = np.full(len(steps), NOTHING)  # its power of two
+        self._scale = self._scaled(self._largest)
+
+    def _scaled(self, largest: NDArray[Any]) -> NDArray[np.float64]:
+        """Steps in a unit, where the largest values so far are of these powers of two."""
+        scale: NDArray[np.float64] = np.ldexp(1.0, np.maximum(self._finest, self._digits - largest))
+        return scale
 
     def __call__(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:
         """(n, columns) rounded; zeros are positive."""
-        sizes = np.abs(np.where(np.isfinite(rows), rows, 0.0))
-        sizes[0] = np.maximum(sizes[0], self._largest)
-        largest = np.maximum.accumulate(sizes)
-        self._largest = largest[-1]
+        sizes = np.where(np.isfinite(rows), np.abs(rows), 0.0)
+        top = np.maximum(self._largest, _powers(sizes.max(axis=0, initial=0.0)))
+        scale = self._scaled(top)
+        if np.array_equal(scale, self._scale):
+            self._largest = top
+        else:  # it is the rows before that count, however they are cut into batches
+            largest = np.maximum.accumulate(np.vstack([self._largest, _powers(sizes)]))[1:]
+            scale = self._scaled(largest)
+            self._largest, self._scale = largest[-1], scale[-1]
         with np.errstate(over="ignore", invalid="ignore"):
-            scale = np.maximum(self._scale, np.ldexp(1.0, self._digits - np.frexp(largest)[1]))
             out: NDArray[np.float64] = np.rint(rows * scale) / scale + 0.0
         np.copyto(out, rows, where=self._exact | ~np.isfinite(out))
         return out
+
+
+def _powers(sizes: NDArray[np.float64]) -> NDArray[Any]:
+    """The power of two above each size."""
+    return np.where(sizes > 0.0, np.maximum(np.frexp(sizes)[1], NOTHING), NOTHING)

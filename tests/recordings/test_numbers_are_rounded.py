@@ -26,10 +26,19 @@ def test_steps_follow_the_unit() -> None:
 
 def test_small_values_keep_their_digits() -> None:
     rounded = Rounding([SampleChannel("rope/tension", ["toy"], "N", 0, 1)])
-    x = np.array([[1e-6], [3e-5], [9.80665e-3], [1e-6]])
+    x = np.array([[0.0], [1e-6], [3e-5], [9.80665e-3], [1e-6]])
     off = np.abs(np.vstack([rounded(x[:3]), rounded(x[3:])]) - x)[:, 0]
-    largest = np.array([1e-6, 3e-5, 9.80665e-3, 9.80665e-3])
+    largest = np.array([0.0, 1e-6, 3e-5, 9.80665e-3, 9.80665e-3])
     assert np.all(off <= 2.0**-30 * largest), "of the largest so far"
+
+
+def test_it_does_not_matter_how_rows_come_in_batches() -> None:
+    channels = [SampleChannel("joint/velocity", ["a", "b"], "rad/s", 0, 2), SampleChannel("energy", ["c"], "J", 2, 3)]
+    x = np.random.default_rng(2).normal(size=(60, 3)) * np.geomspace(1e-9, 1e3, 60)[:, None]
+    x[7, 1], x[40, 2] = np.nan, np.inf
+    once, twice = Rounding(channels), Rounding(channels)
+    one_by_one = np.vstack([twice(row[None]) for row in x])
+    assert np.array_equal(once(x), one_by_one, equal_nan=True)
 
 
 def test_numbers_of_other_units_and_no_numbers_are_kept() -> None:
