@@ -6,6 +6,7 @@
     |- KernelError      equations, laws, integration           body, joint or rope, and simulation time
     |- ProtocolError    a message or process of a run          node, run and what arrived
     |- RecordingError   a recording or an output file          path and what to do
+    |  `- SignalError   nothing in it has this name            also a KeyError; names that were perhaps meant
     `- Stopped          the user ended the run (Ctrl-C)        simulation time; the recording is finished
 
 All other rooms import these names and add none: `except HeavyliftError` catches whatever a user did wrong.
@@ -18,6 +19,7 @@ __all__ = [
     "ProtocolError",
     "RecordingError",
     "SceneError",
+    "SignalError",
     "Stopped",
 ]
 
@@ -44,6 +46,12 @@ class ProtocolError(HeavyliftError):
 
 class RecordingError(HeavyliftError):
     """A recording cannot be read or written."""
+
+
+class SignalError(RecordingError, KeyError):
+    """A recording has nothing of this name."""
+
+    __str__ = Exception.__str__  # not in quotes as that of a KeyError
 
 
 class Stopped(HeavyliftError):

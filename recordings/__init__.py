@@ -2,7 +2,7 @@
 
 A run:      with Recorder("run.mcap", {"scene": "lift", "seed": 1}) as rec: rec.add_port(...); rec.event(...)
 Numbers:    rec.layout(SampleLayout([...])); rec.samples(batch)
-Reading:    Recording("run.mcap").signal("rope/tension"), .events(), .run, .result
+Reading:    Recording("run.mcap")["rope/tension"], ["loader/1"].tension, .events(), .run, .result: READING.md
 For people: info("run.mcap") is a text, plot("run.mcap", "run.png") a figure, storyboard(...) the lift itself.
 A page:     view("run.mcap", "run.html") shows the lift in 3D with signals, stages and events.
 A document: report("run.mcap", "report.html") tells what each stage asked of ropes and cranes.
@@ -16,12 +16,14 @@ from .digest import Digest
 from .drawing import Box, RopeLine
 from .export import export
 from .info import info
+from .part import Part
 from .plot import plot
-from .reader import RecordedEvent, Recording, Signal, Topic
+from .reader import RecordedEvent, Recording, Topic
 from .recover import Recovered, recover
 from .report import report
 from .rows import Peak
 from .samples import SampleChannel, SampleLayout
+from .signal import Signal
 from .storyboard import storyboard
 from .view import view
 from .writer import Recorder
@@ -31,6 +33,7 @@ __all__ = [
     "Comparison",
     "Difference",
     "Digest",
+    "Part",
     "Peak",
     "RecordedEvent",
     "Recorder",

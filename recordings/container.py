@@ -14,7 +14,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
+import msgspec
 import zstandard
+from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
 from heavylift.kernel.errors import RecordingError
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
@@ -34,8 +36,11 @@ BROKEN = (
     McapError,
     struct.error,
     zstandard.ZstdError,
+    msgspec.MsgspecError,
+    DecodeError,
     OSError,
     EOFError,
+    ArithmeticError,
     ValueError,
     LookupError,
     AttributeError,

@@ -8,18 +8,19 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Sequence
-from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel.errors import RecordingError, SignalError
 from numpy.typing import NDArray
 
+from .part import chosen
 from .partfile import output_path
 from .reader import Recording
-from .samples import POSE
+from .signal import titles
+from .text import meant
 
-__all__ = ["chosen", "export"]
+__all__ = ["export", "matching"]
 
 SUFFIXES = (".csv", ".parquet")
 
@@ -55,26 +56,24 @@ def _parquet(out: Path, columns: dict[str, NDArray[np.float64]]) -> None:
 
 def _columns(rec: Recording, patterns: Sequence[str]) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
     """Sample times and the chosen columns; all channels are sampled together, so that times are the same."""
-    wanted = chosen(rec, patterns)
+    wanted = matching(rec, patterns)
+    rec.load([*dict.fromkeys(name for name, _ in wanted)])
     signals = {name: rec.signal(name) for name, _ in wanted}
     columns: dict[str, NDArray[np.float64]] = {}
     for name, column in wanted:
         signal = signals[name]
-        unit = signal.unit if not name.startswith(POSE) else "m" if column in "xyz" else "1"
-        columns[f"{name}/{column} [{unit}]"] = signal.values[:, signal.names.index(column)]
+        k = signal.names.index(column)
+        columns[f"{name}/{titles(signal)[k]}"] = signal.values[:, k]
     return next((x.t for x in signals.values()), np.zeros(0)), columns
 
 
-def chosen(rec: Recording, patterns: Sequence[str]) -> list[tuple[str, str]]:
-    """(signal, column) pairs that match a pattern such as "rope/tension/*", in the order of the recording."""
-    every = [(name, column) for name in rec.signals() for column in rec.columns(name)]
+def matching(rec: Recording, patterns: Sequence[str]) -> list[tuple[str, str]]:
+    """(signal, column) pairs that match one of the patterns (all without one), in the order of the recording."""
+    every = chosen(rec, "*")
+    wanted: set[tuple[str, str]] = set()
     for pattern in patterns:
-        if not any(fnmatchcase(f"{name}/{column}", pattern) or name == pattern for name, column in every):
-            raise RecordingError(
-                f"{rec.path}: no signal matches '{pattern}'; signals are {', '.join(rec.signals()) or 'none'}"
-            )
-    return [
-        (name, column)
-        for name, column in every
-        if not patterns or any(fnmatchcase(f"{name}/{column}", p) or name == p for p in patterns)
-    ]
+        found = chosen(rec, pattern)
+        if not found:
+            raise SignalError(f"{rec.path}: no signal matches '{pattern}'; {meant(pattern, rec.signals())}")
+        wanted |= set(found)
+    return [pair for pair in every if not patterns or pair in wanted]

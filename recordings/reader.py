@@ -2,6 +2,7 @@
 
     rec = Recording("turnover.mcap")
     t, tension, names, unit = rec.signal("rope/tension")     # s, (n, m), ["west.H1", ...], "N"
+    rec["block"].pose, rec["rope/tension/west.*"]            # as people ask; see READING.md
 
 `pose/<body>` is read back from the frame transforms, every other signal from its field of `/samples`; only what is
 asked for is read.
@@ -17,12 +18,15 @@ from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
+from heavylift.kernel.errors import SignalError
 
 from .container import Container, Raw
 from .drawing import Rig, frames_template
+from .part import Part, chosen
 from .samples import POSE, POSE_COLUMNS, POSE_UNIT, Field, SamplesForm
+from .signal import Signal, only
 from .sink import FORMAT
+from .text import meant
 
 __all__ = ["RecordedEvent", "Recording", "Signal", "Topic"]
 
@@ -47,15 +51,6 @@ class RecordedEvent(msgspec.Struct, frozen=True):
     index: int
     type: str
     value: Any
-
-
-class Signal(NamedTuple):
-    """Simulation times (n,) [s], values (n, m), the names of the m columns and their unit."""
-
-    t: NDArray[np.float64]
-    values: NDArray[np.float64]
-    names: list[str]
-    unit: str
 
 
 class Recording:
@@ -134,6 +129,35 @@ class Recording:
             found = [decode(raw.data) for raw in self.messages(*wanted)]
         return sorted(found, key=lambda e: (e.t_ns, e.microstep, e.source, e.port, e.index))
 
+    def stages(self) -> list[tuple[float, str]]:
+        """When [s] each stage of the run began, and its name."""
+        said = ((e.t_ns / 1e9, e.value) for e in self.events(port="stage"))
+        return [(t, str(value["name"])) for t, value in said if isinstance(value, dict) and value.get("name")]
+
+    def __getitem__(self, name: str) -> Signal | Part:
+        """A signal, some columns of one by a pattern, or all about a part of the scene; SignalError otherwise.
+
+        rec["rope/tension"], rec["rope/tension/west.*"], rec["block"].pose, rec["loader/1"].tension
+        """
+        if name in self.signals():
+            return self.signal(name)
+        found: dict[str, list[str]] = {}
+        for signal, column in chosen(self, name):
+            found.setdefault(signal, []).append(column)
+        if len(found) == 1:
+            ((signal, columns),) = found.items()
+            return only(self.signal(signal), columns)
+        return Part(self, name, found) if found else Part.of(self, name)
+
+    def _repr_html_(self) -> str:
+        from .notebook import recording_html
+
+        return recording_html(self)
+
+    def __repr__(self) -> str:
+        status = self.result.get("status", "cut off")
+        return f"<Recording {self.path}: {self.run.get('scene', '')}, {status}, {len(self.signals())} signals>"
+
     def rigs(self) -> list[Rig]:
         """Which rope lines hang from when on."""
         with self._file.reading():
@@ -160,7 +184,7 @@ class Recording:
         """Read these signals in one pass through the file; `signal` then has them at hand."""
         for name in names:
             if name not in self._fields and name.removeprefix(POSE) not in self._bodies:
-                raise self._file.error(f"has no signal {name}; it has {', '.join(self.signals()) or 'none'}")
+                raise SignalError(f"{self.path}: has no signal {name}; {meant(name, self.signals())}")
         wanted = [name for name in names if name not in self._signals]
         with self._file.reading():
             self._load_numbers([name for name in wanted if name in self._fields])
@@ -185,7 +209,7 @@ class Recording:
         for name, rows in found.items():
             field = self._fields[name]
             values = np.frombuffer(b"".join(rows), "<f8").reshape(len(t), len(field.columns))
-            self._signals[name] = Signal(t, values, field.columns, field.unit)
+            self._signals[name] = Signal(t, values, field.columns, field.unit, name)
 
     def _load_poses(self) -> None:
         """All of them: they stand in one message."""
@@ -193,7 +217,7 @@ class Recording:
         poses = frames_template(self._bodies).decode([raw.data for raw in found]).reshape(-1, len(self._bodies), 7)
         t = np.array([raw.publish_time for raw in found], np.float64) / 1e9
         for i, body in enumerate(self._bodies):
-            self._signals[POSE + body] = Signal(t, poses[:, i], list(POSE_COLUMNS), POSE_UNIT)
+            self._signals[POSE + body] = Signal(t, poses[:, i], list(POSE_COLUMNS), POSE_UNIT, POSE + body)
 
     @cached_property
     def _signals(self) -> dict[str, Signal]:

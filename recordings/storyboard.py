@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from .drawing import SceneUpdate, boxes_of
 from .info import duration
-from .reader import Recording, Signal
+from .reader import Recording
+from .signal import Signal
 
 __all__ = ["storyboard"]
 

@@ -1,10 +1,11 @@
-"""Tables of text for people."""
+"""Text for people: tables, and which names were perhaps meant."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from difflib import get_close_matches
 
-__all__ = ["table"]
+__all__ = ["meant", "table"]
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -21,3 +22,10 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
         for line in (head, *rows)
     ]
     return "\n".join(f"  {line}" for line in lines)
+
+
+def meant(name: str, names: Sequence[str]) -> str:
+    """The names most like the one given, or all there are."""
+    lower = {x.lower(): x for x in names}
+    near = [lower[x] for x in get_close_matches(name.lower(), lower, n=3, cutoff=0.7)]
+    return f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(names) or 'none'}"

@@ -15,8 +15,9 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from ..reader import Recording, Signal
+from ..reader import Recording
 from ..samples import POSE
+from ..signal import Signal
 
 __all__ = ["CraneUse", "Excess", "Facts", "RopeUse", "StageUse", "facts"]
 

@@ -62,7 +62,7 @@ def begin(tmp_path: Path, layout: SampleLayout) -> Callable[[], Recorder]:
     def make() -> Recorder:
         rec = Recorder(
             tmp_path / "run.mcap",
-            {"scene": "lift", "seed": 7, "rated": {"west.H1": 9e5}},
+            {"scene": "lift", "seed": 7, "rated": {"west.H1": 9e5}, "loaders": {"loader-1": "west.H1"}},
             {"lift.yaml": b"heavylift: 1\n"},
         )
         rec.add_port("commander", "stage", msgspec.json.schema(Stage), "heavylift/r/event/commander/stage")

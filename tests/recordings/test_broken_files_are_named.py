@@ -115,5 +115,6 @@ def test_an_unknown_signal_names_the_known_ones(recorded: Path) -> None:
     with pytest.raises(RecordingError) as error:
         Recording(recorded).signal("rope/colour")
     assert str(error.value) == (
-        f"{recorded}: has no signal rope/colour; it has rope/tension, rope/peak, rope/peak_time, pose/block, pose/hook"
+        f"{recorded}: has no signal rope/colour; "
+        "there are rope/tension, rope/peak, rope/peak_time, pose/block, pose/hook"
     )

@@ -52,6 +52,6 @@ def test_what_cannot_be_written_is_said(recorded: Path, tmp_path: Path) -> None:
     with pytest.raises(RecordingError) as error:
         export(recorded, tmp_path / "run.csv", ["rope/colour"])
     assert str(error.value) == (
-        f"{recorded}: no signal matches 'rope/colour'; signals are rope/tension, rope/peak, rope/peak_time, "
+        f"{recorded}: no signal matches 'rope/colour'; there are rope/tension, rope/peak, rope/peak_time, "
         "pose/block, pose/hook"
     )

@@ -64,7 +64,13 @@ def test_the_facts_stand_first_and_the_result_last(recorded: Path) -> None:
     assert header.library == f"heavylift {version('heavylift')} mcap-python/{version('mcap')}"
     assert isinstance(run, Metadata)
     assert run.name == "run"
-    assert run.metadata == {"format": "2", "scene": "lift", "seed": "7", "rated": '{"west.H1":900000.0}'}
+    assert run.metadata == {
+        "format": "2",
+        "scene": "lift",
+        "seed": "7",
+        "rated": '{"west.H1":900000.0}',
+        "loaders": '{"loader-1":"west.H1"}',
+    }
     assert isinstance(scene, Attachment)
     assert (scene.name, scene.data) == ("lift.yaml", b"heavylift: 1\n")
     last_message = max(i for i, record in enumerate(records) if isinstance(record, Message))

@@ -1,0 +1,99 @@
+"""Every block of READING.md does what it says, and a notebook sees tables and curves."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from heavylift import recordings
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings import Part, Recorder, Recording, Signal
+
+PAGE = Path(recordings.__file__).parent / "READING.md"
+
+
+def test_every_block_of_the_page_runs(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(recorded.parent)
+    text = PAGE.read_text()
+    assert len(text.splitlines()) <= 80
+    names: dict[str, object] = {}
+    blocks = re.findall(r"```python\n(.*?)```", text, re.S)
+    assert len(blocks) == 5
+    for block in blocks:
+        exec(compile(block, str(PAGE), "exec"), names)
+
+
+def test_only_what_is_asked_for_is_read(recorded: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rec = Recording(recorded)
+    asked: list[str] = []
+    plain = rec.messages
+    monkeypatch.setattr(rec, "messages", lambda *topics: (asked.extend(topics), plain(*topics))[1])
+    rec.load(["rope/tension", "rope/peak"])
+    assert isinstance(rec["rope/tension"], Signal)
+    assert asked == ["/samples"], "once for both, and no poses"
+
+
+def test_parts_tell_what_they_have(recorded: Path) -> None:
+    rec = Recording(recorded)
+    block, rope = rec["block"], rec["west.H1"]
+    assert isinstance(block, Part)
+    assert isinstance(rope, Part)
+    assert block.signals == ["pose/block"]
+    assert {"tension", "peak", "peak_time"} <= set(dir(rope))
+    assert np.array_equal(rope.tension.values[:, 0], rec.signal("rope/tension").values[:, 0])
+    both = rec["pose/*"]
+    assert isinstance(both, Part)
+    assert both.pose.names[6:9] == ["block.qw", "hook.x", "hook.y"]
+    with pytest.raises(AttributeError, match="block has no tension; there are pose"):
+        _ = block.tension
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"),
+    [
+        ("Rope/Tension", "did you mean rope/tension?"),
+        ("blok", "did you mean block?"),
+        ("west.H3", "did you mean west.H2 or west.H1 or west?"),
+        ("girder", "there are rope/tension, rope/peak, rope/peak_time, pose/block, pose/hook, block, hook, west, "),
+    ],
+)
+def test_unknown_names_tell_the_known_ones(recorded: Path, name: str, meant: str) -> None:
+    for error in (KeyError, RecordingError):
+        with pytest.raises(error) as caught:
+            Recording(recorded)[name]
+        assert str(caught.value).startswith(f"{recorded}: has no signal or part {name}; {meant}")
+    with pytest.raises(KeyError, match=r"rope/tension has no column west\.h1; did you mean west\.H"):
+        Recording(recorded).signal("rope/tension")["west.h1"]
+
+
+def test_a_notebook_shows_tables_and_curves(recorded: Path) -> None:
+    rec = Recording(recorded)
+    page = rec._repr_html_()
+    root = ElementTree.fromstring(f"<div>{page}</div>")
+    cells = [cell.text for cell in root.iter("td")]
+    assert {"lift", "finished", "take up", "rope/tension", "west.H1, west.H2", "block, hook"} <= set(cells)
+    assert len(list(root.iter("polyline"))) == 2
+    signal = ElementTree.fromstring(f"<div>{rec.signal('rope/tension')._repr_html_()}</div>")
+    assert [cell.text for cell in signal.iter("td")][:6] == ["west.H1", "100000", "0 s", "450000", "2.5 s", "100000"]
+
+
+def test_names_cannot_be_markup(begin: Callable[[], Recorder], tmp_path: Path) -> None:
+    evil = "<script>alert(1)</script>"
+    with Recorder(tmp_path / "evil.mcap", {"scene": evil}) as rec:
+        rec.log(0, "info", "x", "x")
+    assert "<script" not in Recording(tmp_path / "evil.mcap")._repr_html_()
+    signal = Signal(np.array([0.0, 1.0]), np.array([[0.0], [1.0]]), [evil], evil, evil)
+    assert "<script" not in signal._repr_html_()
+
+
+@pytest.mark.skipif(importlib.util.find_spec("pandas") is None, reason="pandas is not installed (extra pandas)")
+def test_a_signal_is_a_data_frame(recorded: Path) -> None:
+    frame = Recording(recorded).signal("pose/hook").to_pandas()
+    assert frame.index.name == "time [s]"
+    assert [*frame.columns] == ["x [m]", "y [m]", "z [m]", "qx [1]", "qy [1]", "qz [1]", "qw [1]"]
+    assert frame["qw [1]"].iloc[0] == Recording(recorded).signal("pose/hook").values[0, 6]
