@@ -1,4 +1,4 @@
-"""The MCAP file of a run as the recorder sees it: channels, messages, a flush per wall second, an end.
+"""The MCAP file of a run as the recorder sees it: channels, messages, a flush twice a wall second, an end.
 
 The first record is the metadata `run`, on disk at once, then the attachments.  `format` among these facts is the
 number of the rules by which topics, schemas and facts are to be read.  A kill loses what was not flushed, at most a
@@ -90,7 +90,7 @@ class Sink:
         return self._file.writing()
 
     def flush(self) -> None:
-        """Put what was written on disk, at most once per second of wall time."""
+        """Put what was written on disk, at most twice a second of wall time."""
         if time.monotonic() - self._flushed > FLUSH:
             with self._file.writing():
                 self._writer.flush()
