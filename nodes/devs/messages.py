@@ -20,6 +20,7 @@ _REGISTRY: dict[str, "type[Message]"] = {}
 _DECODERS: dict[str, "msgspec.msgpack.Decoder[Message]"] = {}
 _ENCODER = msgspec.msgpack.Encoder()
 _PLAIN = (bool, int, float, str, bytes, type(None))
+_SCALARS = frozenset(_PLAIN)
 
 
 @typing.dataclass_transform(frozen_default=True, field_specifiers=(msgspec.field,))
@@ -59,6 +60,24 @@ class Message(msgspec.Struct, frozen=True, metaclass=_MessageType):
 
     units: typing.ClassVar[Mapping[str, str]] = {}
     """Units of its fields, for those who watch a run; "m or rad" where it depends on what is meant."""
+
+    def __post_init__(self) -> None:
+        """Refuse containers that a receiver, or the sender afterwards, could change: no annotation keeps them out."""
+        for name in self.__struct_fields__:
+            x = getattr(self, name)
+            if type(x) not in _SCALARS and _changeable(x):
+                raise ModelError(
+                    f"message {type(self).__name__}, field {name}: the {type(x).__name__} {x!r} can be changed by a "
+                    "receiver, use numbers, str, bytes, tuples, enums or other messages"
+                )
+
+
+def _changeable(x: object) -> bool:
+    if isinstance(x, tuple):
+        return any(map(_changeable, x))
+    if isinstance(x, msgspec.Struct):
+        return not x.__struct_config__.frozen or any(_changeable(getattr(x, name)) for name in x.__struct_fields__)
+    return isinstance(x, set) or hasattr(type(x), "__setitem__")
 
 
 def _immutable(hint: Any, owner: type) -> bool:

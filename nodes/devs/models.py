@@ -191,6 +191,8 @@ class Coupled(Model):
             raise ModelError(f"output() must not change the structure of {self.path}: do that in a transition")
 
     def _add(self, child: Model) -> None:
+        if not hasattr(child, "ports"):
+            raise ModelError(f"{self.path}: {type(child).__name__}.__init__ must call super().__init__(name)")
         if child.name in self.children:
             raise ModelError(f"{self.path}: two children are called {child.name}, rename one of them")
         if child.parent is not None or child is self:

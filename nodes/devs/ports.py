@@ -66,7 +66,9 @@ class OutPort(Port[M]):
         owner = self.owner
         present = owner._present
         if present.speaker is not owner:
-            raise ModelError(f"port {self.name} was sent to outside output(): only output() may speak")
+            if present.speaker is None:
+                raise ModelError(f"port {self.name} was sent to outside output(): only output() may speak")
+            raise ModelError(f"{self!r} was sent to by another model: output() may only speak by its own ports")
         if type(value) is not self.type and not isinstance(value, self.type):
             raise ModelError(f"port {self.name} carries {self.type.__name__}, not {type(value).__name__}: {value!r}")
         present.sources.append(self)

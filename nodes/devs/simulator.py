@@ -44,6 +44,8 @@ class Simulator:
         self.trace = Log(log) if log is not None else trace
         self._present, self._observed = Present(live=True), Observed()
         self.atomics: list[Atomic] = []
+        self._due: Instant | None = None  # the next tag, once it is looked for
+        self._busy = False  # in the middle of a tag
         self._adopt()
 
     def _adopt(self) -> None:
@@ -65,7 +67,7 @@ class Simulator:
     def start(self) -> None:
         """Set every atomic to its initial state at (0, 0); starting again is a fresh run."""
         self._last: Instant = (-1, 0)
-        self._due: Instant | None = None  # the next tag, once it is looked for
+        self._due, self._busy = None, False
         self._spoken = False  # whether lambda has run for it
         self._staged: list[tuple[InPort[Any], Message]] = []
         self._observed = Observed()
@@ -89,9 +91,14 @@ class Simulator:
     @property
     def next_time(self) -> Tag:
         """Tag of the next internal transition; FOREVER when all are passive."""
+        if self._busy:
+            at = f"{self.model.path} at {Tag(*self._last)}"
+            raise ModelError(f"{at}: a transition of this tag failed, or runs the simulator itself; start again")
         if self._present.changes:
             self._restructure()
         if self._due is None:
+            if not hasattr(self, "_schedule"):
+                raise ModelError(f"{self.model.path}: nothing has begun, call start() first")
             self._due = self._schedule.next(self._last)
         return Tag(*self._due)
 
@@ -167,7 +174,7 @@ class Simulator:
         while True:
             (t, k), soon = tag, schedule.soon
             self._last = present.now = tag
-            self._spoken = False
+            self._spoken, self._busy = False, True
             reached = deliver(sources, values, t) if sources else ()
             if speakers and sources:
                 self._observed.note(t, sources)
@@ -209,6 +216,7 @@ class Simulator:
                         soon.append(i)
             if trace is not None:
                 trace.note(tag, atomics, imminent, sources, values)
+            self._busy = False
             if present.changes:
                 self._due = None
                 return
@@ -241,14 +249,14 @@ class Simulator:
 
     def snapshot(self) -> bytes:
         """All that the future depends on, between two tags; ModelError if a state cannot be kept."""
-        if self._present.changes:
-            self._restructure()
+        _ = self.next_time  # what was asked of the structure has happened then
         return frozen(self.model, (self._last, self._staged))
 
     def restore(self, snapshot: bytes) -> None:
         """Go on from a snapshot; `model` and `atomics` are new ones then."""
         self.model, (self._last, self._staged) = thawed(snapshot, self.model)
-        self._due, self._spoken, self._present.now, self._observed = None, False, self._last, Observed()
+        self._due, self._busy, self._spoken, self._observed = None, False, False, Observed()
+        self._present.now = self._last
         self._adopt()
         self._schedule = Schedule(self.atomics)
         for m in self.atomics:
