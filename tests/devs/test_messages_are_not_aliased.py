@@ -4,10 +4,11 @@ from enum import Enum
 from typing import Any, Literal, NamedTuple
 
 import msgspec
+import numpy as np
 import pytest
 from devs_stories import Item, Relay, Sink, coupled
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Delivery, Event, Message, Simulator, Tag, decode, encode, message_type
+from heavylift.nodes.devs import Bag, Delivery, Event, Message, Simulator, Tag, Trace, decode, encode, message_type
 
 
 class Kind(Enum):
@@ -79,6 +80,58 @@ def test_a_message_that_is_not_frozen_is_refused() -> None:
 def test_two_messages_of_one_name_are_refused() -> None:
     with pytest.raises(ModelError, match=r"^message Item is defined in devs_stories and again in else"):
         define("Item", (Message,), {"__annotations__": {"n": int}, "__module__": "elsewhere"})
+
+
+class Bundle(Message):
+    parts: tuple[int, ...] = ()
+    by: Item | None = None
+    point: Point = Point(0.0)
+
+
+@pytest.mark.parametrize(
+    ("fields", "shown"),
+    [
+        ({"parts": [1, 2]}, "field parts: the list [1, 2]"),
+        ({"parts": (1, [2])}, "field parts: the tuple (1, [2])"),
+        ({"parts": ((1, {"a": 2}),)}, "field parts: the tuple ((1, {'a': 2}),)"),
+        ({"parts": {1}}, "field parts: the set {1}"),
+        ({"parts": bytearray(b"a")}, "field parts: the bytearray bytearray(b'a')"),
+        ({"parts": np.array([1])}, "field parts: the ndarray array([1])"),
+        ({"by": Loose(1.0)}, "field by: the Loose Loose(x=1.0)"),
+        ({"point": Point([1.0])}, "field point: the Point Point(x=[1.0])"),
+    ],
+    ids=lambda x: "" if isinstance(x, dict) else x,
+)
+def test_annotations_or_not_no_container_that_changes_gets_into_a_message(fields: Any, shown: str) -> None:
+    """So neither a receiver nor the sender, after it has sent, can change what the others see."""
+    with pytest.raises(ModelError) as caught:
+        Bundle(**fields)
+    assert str(caught.value) == (
+        f"message Bundle, {shown} can be changed by a receiver, use numbers, str, bytes, tuples, enums or other messages"
+    )
+
+
+def test_a_mutable_default_is_refused_with_the_class() -> None:
+    with pytest.raises(ModelError, match=r"^message Heap, field parts: list\[int\] can be changed by a receiver"):
+        define("Heap", (Message,), {"__annotations__": {"parts": list[int]}, "parts": []})
+
+
+def test_what_receivers_share_is_the_message_and_nothing_that_changes() -> None:
+    """One spoils its bag, the others and the trace keep theirs."""
+
+    class Spoiler(Relay):
+        def external(self, e: int, x: Bag) -> None:
+            x[self.into].clear()
+            x[self.into].append(Item(99))
+            self.hold_in(0)
+
+    spoiler, a, seed = Spoiler("a-first"), Relay("b"), Relay("seed", first=1)
+    trace = Trace()
+    simulator = Simulator(coupled("r", [seed, spoiler, a], (seed.out, spoiler.into), (seed.out, a.into)), trace=trace)
+    simulator.start()
+    simulator.advance(Tag(0))
+    assert a.held == [Item(1)]
+    assert [line.bag for line in trace] == [(("into", Item(1)),), (("into", Item(1)),), ()]
 
 
 def test_a_receiver_cannot_change_a_message() -> None:
