@@ -107,7 +107,8 @@ def test_annotations_or_not_no_container_that_changes_gets_into_a_message(fields
     with pytest.raises(ModelError) as caught:
         Bundle(**fields)
     assert str(caught.value) == (
-        f"message Bundle, {shown} can be changed by a receiver, use numbers, str, bytes, tuples, enums or other messages"
+        f"message Bundle, {shown} can be changed by a receiver, "
+        "use numbers, str, bytes, tuples, enums or other messages"
     )
 
 
