@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import TracebackType
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -12,7 +13,7 @@ from heavylift.nodes.devs import Event, OutPort
 from heavylift.nodes.models import KERNEL, NodeModel
 from heavylift.nodes.models.messages import StateEvent
 from heavylift.nodes.scene.plan import TOLERANCE_OF_ACCURACY, HookRope, Plan, Sling, encode
-from heavylift.recordings import SampleLayout
+from heavylift.recordings import Audience, SampleLayout
 from heavylift.recordings.samples import decode_batch
 
 from .budget import Budget, clocked
@@ -47,7 +48,10 @@ class Result:
 class Record(FileTape):
     """The recording of one run, with peaks and energy audit."""
 
-    def __init__(self, scene: LoadedScene, models: dict[str, NodeModel], output: Path, placement: Placement) -> None:
+    def __init__(
+        self, scene: LoadedScene, models: dict[str, NodeModel], output: Path, placement: Placement, audience: Audience
+    ) -> None:
+        self._audience, self._output = audience, output
         self._plan = plan = scene.plan
         self._energy: EnergyAudit | None = None
         self._layout = SampleLayout([])
@@ -68,6 +72,7 @@ class Record(FileTape):
             "loaders": {x.name: carried[x.name] for x in plan.loaders if x.name in carried},
         }
         attachments = {scene.path.name: scene.text.encode(), "resolved.json": encode(plan)}
+        self._facts: dict[str, object] = facts
         super().__init__(output, facts, attachments)
         for name, model in models.items():
             for port in model.ports.values():
@@ -80,15 +85,19 @@ class Record(FileTape):
         self._layout = msgspec.msgpack.decode(data, type=SampleLayout)
         self._energy = EnergyAudit(self._layout)
         self.recorder.layout(self._layout)
-        self.recorder.boxes(boxes(self._plan, systems))
+        drawn = boxes(self._plan, systems)
+        self.recorder.boxes(drawn)
         self._ropes = RopeLines(systems)
         self.recorder.ropes(0, self._ropes.drawn())
+        self._audience.begin(self._facts, self._layout, drawn, self._ropes.drawn())
 
     def event(self, e: Event) -> None:
         """A committed event, in total order."""
         super().event(e)
+        self._audience.event(e.t, e.source, e.port, e.type, e.payload)
         if self._ropes.change(e):
             self.recorder.ropes(e.t, self._ropes.drawn())
+            self._audience.ropes(e.t, self._ropes.drawn())
 
     @clocked
     def samples(self, node: str, batch: bytes) -> int:
@@ -97,6 +106,7 @@ class Record(FileTape):
         rows = decode_batch(batch, self._layout.width)
         if self._energy is not None:
             self._energy.add(rows.rows)
+        self._audience.samples(rows.times, rows.rows)
         self.last_ns = max(self.last_ns, rows.times[-1])
         return rows.times[-1]
 
@@ -116,7 +126,23 @@ class Record(FileTape):
         facts: dict[str, object] = {"sim_s": result.sim_s, "wall_s": wall_s, "grants": grants, "unfinished": unfinished}
         facts |= {"energy_error": result.energy_error, "energy_turned_over": result.energy_turned_over}
         self.close(facts)
+        self._end_for_all("finished", {"digest": result.digest})
         return result
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        super().__exit__(kind, error, trace)
+        if error is not None:
+            self._end_for_all("failed", {"reason": str(error)})
+
+    def _end_for_all(self, status: str, told: dict[str, str]) -> None:
+        limits = rated(self._plan)
+        peaks = [
+            {"name": name, "tension": p.tension, "time": p.time, "rated": limits.get(name)}
+            for name, p in self.recorder.peaks.items()
+        ]
+        self._audience.end(status, told, peaks, str(self._output))
 
 
 def supports(plan: Plan) -> list[dict[str, object]]:

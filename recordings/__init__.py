@@ -11,6 +11,7 @@ Elsewhere:  export("run.mcap", "run.csv", ["rope/tension/*"])
 Equal runs: Digest().hexdigest() is one line that two equal runs share.
 """
 
+from .audience import Audience
 from .compare import Comparison, Difference, compare
 from .digest import Digest
 from .drawing import Box, RopeLine
@@ -29,6 +30,7 @@ from .view import view
 from .writer import Recorder
 
 __all__ = [
+    "Audience",
     "Box",
     "Comparison",
     "Difference",

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from .app import Scene, Sets, app
 from .hosts import Certificates, open_door
+
+if TYPE_CHECKING:
+    from heavylift.recordings import Audience
 
 
 @app.command()
@@ -20,6 +26,7 @@ def run(
     method: Annotated[str, typer.Option("--method", help="of integration: dopri5, radau5, ...")] = "",
     step: Annotated[str, typer.Option("--step", help="fixed steps: --step '2 ms'")] = "",
     processes: Annotated[int, typer.Option("--processes", help="deal the nodes out over so many processes")] = 0,
+    view: Annotated[bool, typer.Option("--view", help="show the lift in a browser while it runs")] = False,
     places: Annotated[
         list[str] | None, typer.Option("--place", help="nodes that share a process: --place 'west,east=yard-a'")
     ] = None,
@@ -46,9 +53,29 @@ def run(
         placement = place(nodes, KERNEL, loaded.placement, places or [], processes, [*loaded.remote, *(remote or [])])
         door = open_door(placement.remote, listen, keys, in_process)
         path = output or Path(f"{loaded.plan.name}.mcap")
-        with Progress(loaded.plan) as watch:
-            result = simulate(loaded, path, in_process, watch, crew, placement=placement, door=door)
+        with _page(view) as page, Progress(loaded.plan) as watch:
+            result = simulate(loaded, path, in_process, watch, crew, placement=placement, door=door, page=page)
     finally:
         if crew is not None:
             crew.end()
     summary(loaded.plan, result, path)
+
+
+@contextmanager
+def _page(view: bool) -> Iterator[Audience | None]:
+    """A page on this machine and its address, if one is wanted; a browser is opened where a person sits."""
+    if not view:
+        yield None
+        return
+    import os
+    import webbrowser
+
+    from heavylift.recordings.live import LivePage
+
+    with LivePage() as page:
+        typer.echo(f"watch it at {page.url}", err=True)
+        if sys.stderr.isatty() and (
+            sys.platform != "linux" or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
+        ):
+            webbrowser.open(page.url)
+        yield page

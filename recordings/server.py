@@ -1,0 +1,158 @@
+"""A server for one page on this machine: 127.0.0.1, a random word in the address, nothing for other sites.
+
+Requests must name this host, may not come from a page of another origin, and must know the word.  GET of the word's
+folder is the page, of `events` in it the messages as Server-Sent Events: all from the first (or from the one after
+`Last-Event-ID`), then each as it comes.  A browser that does not read for a while is let go; it comes back by itself.
+"""
+
+from __future__ import annotations
+
+import hmac
+import secrets
+import socket
+import threading
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+
+__all__ = ["PageServer"]
+
+HOST = "127.0.0.1"
+READERS = 16  # browsers at a time
+STALLED = 5.0  # [s] without reading until a browser is let go
+POLL = 0.05  # [s] between looks for the end
+PULSE = 2.0  # [s] between signs of life where nothing happens
+
+
+class PageServer:
+    """Serves the page from its making to `close`; `say` adds a message for all."""
+
+    def __init__(self) -> None:
+        self.word = secrets.token_urlsafe(24)
+        self.messages: list[bytes] = []
+        self.change = threading.Condition()
+        self.closing = False
+        self.readers = self.served = 0  # browsers that read now; that have ever read to the end of what there was
+        self._http = _Server((HOST, 0), _Handler)
+        self._http.owner = self
+        self.port = self._http.server_address[1]
+        self.url = f"http://{HOST}:{self.port}/{self.word}/"
+        self._thread = threading.Thread(target=self._http.serve_forever, args=(POLL,), name="page server", daemon=True)
+        self._thread.start()
+
+    def say(self, kind: str, data: bytes) -> None:
+        """Add a message: JSON in one line."""
+        with self.change:
+            number = len(self.messages)
+            self.messages.append(b"id: %d\nevent: %s\ndata: %s\n\n" % (number, kind.encode(), data))
+            self.change.notify_all()
+
+    def close(self, patience: float, farewell: float) -> None:
+        """Wait for a first browser so many seconds, for all to have read to the end, then end."""
+        with self.change:
+            self.change.wait_for(lambda: self.readers or self.served, timeout=patience)
+            self.closing = True
+            self.change.notify_all()
+            self.change.wait_for(lambda: not self.readers, timeout=farewell)
+        self._http.shutdown()
+        self._thread.join()
+        self._http.server_close()
+
+
+class _Server(ThreadingHTTPServer):
+    daemon_threads = True
+    block_on_close = False  # a browser that never reads must not keep a run from ending
+    owner: PageServer
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """A browser that goes away is no news."""
+
+
+class _Handler(BaseHTTPRequestHandler):
+    server: _Server
+    protocol_version = "HTTP/1.1"
+    timeout = STALLED
+
+    def do_GET(self) -> None:
+        """The page, its messages, or a refusal."""
+        refusal = self._refusal()
+        if refusal:
+            return self._answer(HTTPStatus.FORBIDDEN, refusal.encode() + b"\n", "text/plain")
+        _, word, *rest = self.path.split("?")[0].split("/")
+        if not hmac.compare_digest(word.encode(), self.server.owner.word.encode()) or rest not in ([""], ["events"]):
+            return self._answer(HTTPStatus.NOT_FOUND, b"no such page; copy the whole address\n", "text/plain")
+        if rest == ["events"]:
+            return self._stream()
+        from .view import page
+
+        return self._answer(HTTPStatus.OK, page({"live": "events"}).encode(), "text/html; charset=utf-8")
+
+    def _refusal(self) -> str:
+        """Why this request is not answered, or ""."""
+        names = [f"{name}:{self.server.owner.port}" for name in (HOST, "localhost")]
+        if self.headers.get("Host", "") not in names:
+            return "this page is served to this machine only"
+        origin = self.headers.get("Origin")
+        if origin is not None and origin not in [f"http://{name}" for name in names]:
+            return "this page is not served to other sites"
+        if self.headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin"):
+            return "this page is not served to other sites"
+        return ""
+
+    def _answer(self, status: HTTPStatus, body: bytes, kind: str) -> None:
+        self.send_response(status)
+        for name, value in (("Content-Type", kind), ("Content-Length", str(len(body)))):
+            self.send_header(name, value)
+        self._send_policy()
+        self.wfile.write(body)
+
+    def _send_policy(self) -> None:
+        for name, value in (
+            ("Connection", "close"),
+            ("Cache-Control", "no-store"),
+            ("Referrer-Policy", "no-referrer"),
+            ("X-Content-Type-Options", "nosniff"),
+            ("X-Frame-Options", "DENY"),
+            ("Cross-Origin-Resource-Policy", "same-origin"),
+        ):
+            self.send_header(name, value)
+        self.end_headers()
+        self.close_connection = True
+
+    def _stream(self) -> None:
+        owner = self.server.owner
+        with owner.change:
+            owner.readers += 1
+            owner.change.notify_all()
+        try:
+            if owner.readers > READERS:
+                return self._answer(HTTPStatus.SERVICE_UNAVAILABLE, b"too many browsers look already\n", "text/plain")
+            self.connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self.send_response(HTTPStatus.OK)
+            self.send_header("Content-Type", "text/event-stream")
+            self._send_policy()
+            last = self.headers.get("Last-Event-ID", "")
+            self._send_from(int(last) + 1 if last.isdecimal() else 0)
+        finally:
+            with owner.change:
+                owner.readers -= 1
+                owner.change.notify_all()
+
+    def _send_from(self, at: int) -> None:
+        """Messages from this one on, as they come, until the server closes."""
+        owner = self.server.owner
+        while True:
+            with owner.change:
+                if not owner.closing and len(owner.messages) == at:
+                    owner.change.wait(PULSE)
+                new, closing = owner.messages[at:], owner.closing
+            for message in new or ([] if closing else [b": still here\n\n"]):
+                self.wfile.write(message)
+            at += len(new)
+            if closing and not new:
+                with owner.change:
+                    owner.served += 1
+                return
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Nobody reads a log of requests."""
