@@ -4,6 +4,7 @@ import { locate } from "./data.js";
 
 const COLOURS = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#7a6fd0", "#6b7682"];
 const SCALE = { N: [1e-3, "kN"], J: [1e-6, "MJ"] };
+const LEGEND_ms = 100;
 const HEIGHT = 240; // [pixel]
 const MANY = 8; // curves of a group that are shown at first
 
@@ -43,6 +44,8 @@ export class Charts {
     for (const plot of this.plots) plot.destroy();
     this.host.replaceChildren();
     this.plots = this.groups.filter((g) => this.on.has(g)).map((group) => this.chart(group));
+    clearTimeout(this.told);
+    this.told = undefined;
     this.cursor(this.now ?? this.run.first);
   }
 
@@ -97,11 +100,22 @@ export class Charts {
     this.now = now;
     const { i } = locate(this.run.t, now);
     for (const plot of this.plots) {
-      plot.setLegend({ idx: i }, false);
       const x = plot.valToPos(now, "x");
-      plot.mark.style.left = x + "px";
-      plot.mark.hidden = x < 0 || x > plot.over.clientWidth;
+      plot.mark.style.transform = `translateX(${x}px)`;
+      plot.mark.hidden = x < 0 || x > plot.bbox.width / devicePixelRatio;
     }
+    this.tell(i);
+  }
+
+  // The numbers at the cursor are for a reader: ten times a second is plenty.
+  tell(i) {
+    this.at = i;
+    if (this.told) return;
+    for (const plot of this.plots) plot.setLegend({ idx: i }, false);
+    this.told = setTimeout(() => {
+      this.told = undefined;
+      if (this.at !== i) this.tell(this.at);
+    }, LEGEND_ms);
   }
 
   paint(theme) {

@@ -87,7 +87,7 @@ function open(run) {
   addEventListener("beforeprint", () => {
     before = root.dataset.theme;
     paint("light");
-    stage.render();
+    el("printed").src = stage.picture();
   });
   addEventListener("afterprint", () => paint(before));
   addEventListener("resize", resize);
@@ -98,7 +98,7 @@ function open(run) {
   paint(dark.matches ? "dark" : "light");
   stage.resize();
   start();
-  stage.render();
+  stage.draw(stage.quality.best);
   root.dataset.ready = "yes";
   window.heavylift = { run, player, stage }; // for the console, and for tests
   return { player, charts, stages, events, stage, tell };

@@ -8,6 +8,7 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { locate, mix } from "./data.js";
 import { measure } from "./measure.js";
 import { Pads } from "./pads.js";
+import { Quality, software } from "./quality.js";
 import { Ropes } from "./ropes.js";
 
 const SKIES = { light: { sky: 0xe8edf2, ground: 0xc9d0d6, grid: 0xb3bcc4 }, dark: { sky: 0x12181f, ground: 0x1d252d, grid: 0x2d3842 } };
@@ -19,8 +20,9 @@ export class Stage {
     this.run = run;
     this.host = host;
     this.scene = new Scene();
-    this.gl = new WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
-    this.gl.setPixelRatio(Math.min(2, window.devicePixelRatio));
+    const soft = software();
+    this.gl = new WebGLRenderer({ antialias: !soft });
+    this.quality = new Quality(soft, () => this.ask());
     host.append(this.gl.domElement);
     this.camera = new PerspectiveCamera(36, 1, 1, 5000);
     this.camera.up.set(0, 0, 1);
@@ -142,12 +144,19 @@ export class Stage {
 
   // Draw once before the next picture, however many things have changed.
   ask() {
-    this.asked ??= requestAnimationFrame(() => this.render());
+    this.asked ??= requestAnimationFrame((at) => this.draw(this.quality.ratio(at)));
   }
 
-  render() {
+  draw(ratio) {
     cancelAnimationFrame(this.asked);
     this.asked = undefined;
+    if (this.gl.getPixelRatio() !== ratio) this.gl.setPixelRatio(ratio);
     this.gl.render(this.scene, this.camera);
+  }
+
+  // The picture as it stands, at its best, as the address of a PNG.
+  picture() {
+    this.draw(this.quality.best);
+    return this.gl.domElement.toDataURL("image/png");
   }
 }
