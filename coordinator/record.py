@@ -13,7 +13,7 @@ from heavylift.nodes.devs import Event, OutPort
 from heavylift.nodes.models import KERNEL, NodeModel
 from heavylift.nodes.models.messages import StateEvent
 from heavylift.nodes.scene.plan import TOLERANCE_OF_ACCURACY, HookRope, Plan, Sling, encode
-from heavylift.recordings import Audience, SampleLayout
+from heavylift.recordings import SampleLayout, Spectator
 from heavylift.recordings.samples import decode_batch
 
 from .budget import Budget, clocked
@@ -49,9 +49,9 @@ class Record(FileTape):
     """The recording of one run, with peaks and energy audit."""
 
     def __init__(
-        self, scene: LoadedScene, models: dict[str, NodeModel], output: Path, placement: Placement, audience: Audience
+        self, scene: LoadedScene, models: dict[str, NodeModel], output: Path, placement: Placement, page: Spectator
     ) -> None:
-        self._audience, self._output = audience, output
+        self._page, self._output = page, output
         self._plan = plan = scene.plan
         self._energy: EnergyAudit | None = None
         self._layout = SampleLayout([])
@@ -89,15 +89,15 @@ class Record(FileTape):
         self.recorder.boxes(drawn)
         self._ropes = RopeLines(systems)
         self.recorder.ropes(0, self._ropes.drawn())
-        self._audience.begin(self._facts, self._layout, drawn, self._ropes.drawn())
+        self._page.begin(self._facts, self._layout, drawn, self._ropes.drawn())
 
     def event(self, e: Event) -> None:
         """A committed event, in total order."""
         super().event(e)
-        self._audience.event(e.t, e.source, e.port, e.type, e.payload)
+        self._page.event(e.t, e.source, e.port, e.type, e.payload)
         if self._ropes.change(e):
             self.recorder.ropes(e.t, self._ropes.drawn())
-            self._audience.ropes(e.t, self._ropes.drawn())
+            self._page.ropes(e.t, self._ropes.drawn())
 
     @clocked
     def samples(self, node: str, batch: bytes) -> int:
@@ -106,7 +106,7 @@ class Record(FileTape):
         rows = decode_batch(batch, self._layout.width)
         if self._energy is not None:
             self._energy.add(rows.rows)
-        self._audience.samples(rows.times, rows.rows)
+        self._page.samples(rows.times, rows.rows)
         self.last_ns = max(self.last_ns, rows.times[-1])
         return rows.times[-1]
 
@@ -142,7 +142,7 @@ class Record(FileTape):
             {"name": name, "tension": p.tension, "time": p.time, "rated": limits.get(name)}
             for name, p in self.recorder.peaks.items()
         ]
-        self._audience.end(status, told, peaks, str(self._output))
+        self._page.end(status, told, peaks, str(self._output))
 
 
 def supports(plan: Plan) -> list[dict[str, object]]:

@@ -17,7 +17,7 @@ from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import FOREVER, Event, Tag, ns
 from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings, subscriptions
 from heavylift.nodes.scene.plan import encode
-from heavylift.recordings import Audience
+from heavylift.recordings import Spectator
 
 from .budget import Budget
 from .conversation import Conversation
@@ -54,7 +54,7 @@ def run(
     order: list[str] | None = None,
     placement: Placement | None = None,
     door: Door | None = None,
-    page: Audience | None = None,
+    page: Spectator | None = None,
 ) -> Result:
     """Simulate a scene into a recording; `order`: names of the nodes in the order in which they are started.
 
@@ -68,7 +68,7 @@ def run(
     placed = Placement({LOCAL: tuple(names)}) if in_process else placement or Placement.apart(names)
     started = time.perf_counter()
     with (
-        Record(scene, models, output, placed, page or Audience()) as record,
+        Record(scene, models, output, placed, page or Spectator()) as record,
         joined(placed, in_process, processes, door) as hub,
         shown(hub, scene.plan.name, output, angles(m.declare() for m in models.values())) as audience,
     ):

@@ -11,7 +11,6 @@ Elsewhere:  export("run.mcap", "run.csv", ["rope/tension/*"])
 Equal runs: Digest().hexdigest() is one line that two equal runs share.
 """
 
-from .audience import Audience
 from .compare import Comparison, Difference, compare
 from .digest import Digest
 from .drawing import Box, RopeLine
@@ -25,12 +24,12 @@ from .report import report
 from .rows import Peak
 from .samples import SampleChannel, SampleLayout
 from .signal import Signal
+from .spectator import Spectator
 from .storyboard import storyboard
 from .view import view
 from .writer import Recorder
 
 __all__ = [
-    "Audience",
     "Box",
     "Comparison",
     "Difference",
@@ -45,6 +44,7 @@ __all__ = [
     "SampleChannel",
     "SampleLayout",
     "Signal",
+    "Spectator",
     "Topic",
     "compare",
     "export",

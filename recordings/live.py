@@ -15,13 +15,13 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from .audience import Audience
 from .content import Shown, event_text, facts_shown, is_inner, load_of, packed, shown, stage_name, thinned
 from .drawing import Box, RopeLine
 from .info import duration
 from .samples import SampleLayout
 from .server import PageServer
 from .sink import texts
+from .spectator import Spectator
 
 __all__ = ["LivePage"]
 
@@ -32,7 +32,7 @@ PATIENCE = 10.0  # [s] for a first browser to come when the run is over before o
 FAREWELL = 2.0  # [s] for browsers to get the end
 
 
-class LivePage(Audience):
+class LivePage(Spectator):
     """`begin`, then `event`, `ropes`, `samples` as they come, then `end`; a context manager around the whole run."""
 
     def __init__(self) -> None:

@@ -81,13 +81,11 @@ def _publish(
     if not 0.0 < rate < float("inf"):
         raise RecordingError(f"{run.path}: --rate {rate:g} is no speed; give a number above 0, such as 20")
     asked = Replay(run, topics, start, end)
-    with Keyboard() as keyboard, Publisher() as publisher:
+    with Keyboard() as keyboard, Publisher(run.recording.run.get("scene", run.path.stem), run.path) as publisher:
         if paused and not keyboard.there:
             raise RecordingError(f"{run.path}: --paused waits for keys, but there is no terminal; leave it out")
         keys = "; space pauses, s steps, + - rate, q ends" if keyboard.there else ""
-        typer.echo(
-            f"run {publisher.run} in {publisher.directory}; {command()} watch {publisher.directory}{keys}", err=True
-        )
+        typer.echo(f"run {publisher.run} in {publisher.directory}; {command()} watch {publisher.run}{keys}", err=True)
         said = 0
         with _watching(run) as progress:
 

@@ -14,7 +14,7 @@ from .app import Scene, Sets, app
 from .hosts import Certificates, open_door
 
 if TYPE_CHECKING:
-    from heavylift.recordings import Audience
+    from heavylift.recordings import Spectator
 
 
 @app.command()
@@ -62,7 +62,7 @@ def run(
 
 
 @contextmanager
-def _page(view: bool) -> Iterator[Audience | None]:
+def _page(view: bool) -> Iterator[Spectator | None]:
     """A page on this machine and its address, if one is wanted; a browser is opened where a person sits."""
     if not view:
         yield None

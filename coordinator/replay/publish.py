@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from itertools import groupby
+from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple, Self
 
@@ -23,6 +25,7 @@ from heavylift.recordings import RecordedEvent
 
 from ..hub import Hub
 from ..keyboard import Keyboard
+from ..live import shown
 from .recorded import RecordedRun, plain
 
 __all__ = ["Player", "Publisher", "Replay", "Said"]
@@ -83,26 +86,32 @@ def _wanted(topic: str, patterns: Sequence[str]) -> bool:
 
 
 class Publisher:
-    """A run of its own that nobody takes part in and everybody may observe."""
+    """A run of its own that nobody takes part in and everybody may watch; a context manager."""
 
-    def __init__(self) -> None:
-        self._hub = Hub(())
-        self.run, self.directory = self._hub.run, self._hub.directory.path
+    def __init__(self, name: str, recording: Path) -> None:
+        self._name, self._recording = name, recording
+        self._stack = ExitStack()
 
     def say(self, said: Said) -> None:
         """Publish one thing."""
         if said.event is not None:
-            self._hub.publish_event(said.event.source, said.event.port, said.event.payload)
+            self._audience.last_ns = max(self._audience.last_ns, said.t_ns)
+            self._audience.event(said.event)
         else:
             self._hub.publish_data(said.topic, said.data)
 
     def __enter__(self) -> Self:
+        self._hub = self._stack.enter_context(Hub(()))
+        self.run, self.directory = self._hub.run, self._hub.directory.path
+        audience = self._stack.enter_context(shown(self._hub, self._name, self._recording))
+        assert audience is not None, "a hub of processes can be watched"
+        self._audience = audience
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._hub.close()
+        self._stack.__exit__(kind, error, trace)
 
 
 @dataclass

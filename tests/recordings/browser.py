@@ -33,9 +33,10 @@ class Chromium:
             os.dup2(a, 3)
             os.dup2(b, 4)
 
+        quiet = subprocess.DEVNULL
+        command = [str(CHROMIUM), *FLAGS, f"--user-data-dir={profile}", f"--window-size={width},{height}"]
         self._process = subprocess.Popen(
-            [str(CHROMIUM), *FLAGS, f"--user-data-dir={profile}", f"--window-size={width},{height}"],
-            preexec_fn=wire, pass_fds=(3, 4), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            command, preexec_fn=wire, pass_fds=(3, 4), stdin=quiet, stdout=quiet, stderr=quiet
         )  # fmt: skip
         os.close(to_read)
         os.close(to_write)
@@ -70,7 +71,9 @@ class Chromium:
         message, _, self._buffer = self._buffer.partition(b"\0")
         found = json.loads(message)
         told = {
-            "Runtime.exceptionThrown": lambda p: p["exceptionDetails"].get("exception", {}).get("description", "exception"),
+            "Runtime.exceptionThrown": lambda p: (
+                p["exceptionDetails"].get("exception", {}).get("description", "exception")
+            ),
             "Log.entryAdded": lambda p: f"{p['entry']['level']}: {p['entry']['text']}",
         }.get(found.get("method", ""))
         if told is not None:

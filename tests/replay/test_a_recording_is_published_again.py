@@ -54,7 +54,7 @@ def played(run: RecordedRun, keys: dict[float, str], rate: float, **options: boo
 def test_an_observer_hears_the_recorded_events(recorded: RecordedRun) -> None:
     heard: queue.SimpleQueue[zenoh.Sample] = queue.SimpleQueue()
     said: list[Said] = []
-    with Publisher() as publisher:
+    with Publisher("lift", recorded.path) as publisher:
         observer = observer_session(publisher.directory)
         subscribers = [
             observer.declare_subscriber(key(publisher.run, part, "**"), heard.put) for part in ("event", "sample")

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from .drawing import Box, RopeLine
 from .samples import SampleLayout
 
-__all__ = ["Audience"]
+__all__ = ["Spectator"]
 
 
-class Audience:
+class Spectator:
     """Hears what is recorded: `begin`, then `event`, `ropes`, `samples` as they come, then `end`."""
 
     def begin(
