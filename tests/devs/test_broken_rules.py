@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from devs_stories import Generator, Item, Relay, Sink, coupled, run
 from heavylift.kernel.errors import KernelError, ModelError
-from heavylift.nodes.devs import Atomic, Bag, In, Out, ms, ns
+from heavylift.nodes.devs import FOREVER, Atomic, Bag, In, Out, Simulator, Tag, ms, ns
 
 
 class Model(Atomic):
@@ -62,4 +62,10 @@ def test_an_input_that_leaves_the_schedule_standing_does_not_break_the_lookahead
 
 
 def test_when_all_are_passive_a_run_ends() -> None:
+    """At once, and after a step of positive length that left everybody passive."""
     assert len(run(coupled("r", [Relay("a", first=1), Sink("s")]), 1e6)) == 1
+    g, a = Generator("g", ns(1), count=1), Relay("a", ns(2))
+    simulator = Simulator(coupled("r", [g, a], (g.out, a.into)))
+    simulator.start()
+    simulator.run()
+    assert (a.now, simulator.next_time, simulator.outputs()) == (Tag(ns(3)), FOREVER, [])
