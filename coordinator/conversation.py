@@ -105,7 +105,8 @@ class Conversation:
 
     def _send(self, node: str, message: m.AnyMessage) -> None:
         data = m.encode(message)
-        self._tape.protocol(self.now.t, node, "to node", message, data)
+        held = self.core.held(node) if isinstance(message, m.Grant) else []
+        self._tape.protocol(self.now.t, node, "to node", message, data, held)
         self._hub.send(node, data)
 
     def _receive(self, patience: float | None = None) -> tuple[str, m.AnyMessage]:

@@ -59,7 +59,7 @@ class Coordinator:
         self._tags = [FOREVER] * (3 * self._n)  # says of all nodes, then their hears, then their o
         self._held: list[Event] = []  # heap of events that have not left yet
         self._look: dict[int, Known] = {}  # whose rights may have changed
-        self._running = 0
+        self._running = self._dones = 0
         self._cycles = CycleWatch(self._couplings, microsteps)
         self._open = False  # whether all have said HELLO
 
@@ -101,6 +101,7 @@ class Coordinator:
         node.drop(done.reached)
         node.running, node.committed, node.until = False, False, done.reached
         self._running -= 1
+        self._dones += 1
         self._take(node, done)
         for event in done.spoken:
             self._hold(event)
@@ -169,6 +170,10 @@ class Coordinator:
         """Nodes that have an outstanding GRANT, with its gseq."""
         return {node.name: node.gseq for node in self._by_rank if node.running}
 
+    def held(self, name: str) -> list[tuple[int, str]]:
+        """Who has held a node back since it was asked last, each from the n-th DONE of all on."""
+        return self._node(name).told()
+
     def _node(self, name: str) -> Known:
         if name not in self._nodes:
             raise ProtocolError(f"{name} is not a node of this run: they are {', '.join(self._nodes)}")
@@ -206,7 +211,7 @@ class Coordinator:
                 if reach < t or step < k:
                     t, k = reach, step
                     if (t, k) < need:
-                        self._by_rank[source % self._n].holds[node.rank] = node
+                        self._by_rank[source % self._n].hold_back(node, self._dones)
                         return None
         return Tag(t, k)
 

@@ -1,5 +1,7 @@
 """What the coordinator knows of one node: what it has said of its future, and what waits for it."""
 
+from __future__ import annotations
+
 from bisect import bisect_left, insort
 
 from heavylift.nodes.devs import FOREVER, Delivery, Event, Tag
@@ -23,6 +25,7 @@ class Known:
         self.ways: list[tuple[int, int, int]] = []  # what can reach it, see `distance.ways`
         self.echo: Delay | None = None  # D[i][i]
         self.holds: dict[int, Known] = {}  # whom it has held back, by rank
+        self._held: list[tuple[int, str]] = []  # after so many DONEs of all, who began to hold it back
         self._pending: list[Delivery] = []  # sorted; what was granted stays until it is done
 
     @property
@@ -43,6 +46,17 @@ class Known:
         """It has done what lay before `reached`."""
         del self._pending[: bisect_left(self._pending, reached, key=_tag)]
         self._listen()
+
+    def hold_back(self, other: Known, dones: int) -> None:
+        """The other one cannot move before this one does; it is looked at again then."""
+        self.holds[other.rank] = other
+        if not other._held or other._held[-1][1] != self.name:
+            other._held.append((dones, self.name))
+
+    def told(self) -> list[tuple[int, str]]:
+        """Who has held it back since this was asked last, each after how many DONEs of all."""
+        held, self._held = self._held, []
+        return held
 
     def _listen(self) -> None:
         self.hears = self._pending[0].event.tag if self._pending else FOREVER

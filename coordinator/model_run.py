@@ -25,6 +25,7 @@ from .building import built, couplings, declaration, importing, module
 from .conversation import Conversation
 from .core import Outcome
 from .joining import joined
+from .link import LOCAL
 from .live.show import shown
 from .participant import NODE_MODULE
 from .placement import Placement
@@ -56,11 +57,13 @@ def run_models(
     log: Callable[[Transition], None] | None = None,
     watch: Watch | None = None,
     order: list[str] | None = None,
+    processes: int = 0,
 ) -> ModelRun:
     """Run the model of `build` = "module:function" to events at t < `until` [ns], or to the end of all activity.
 
-    `log` hears of every transition of every process when the run is over, in the order of a flat run.  Raises
-    HeavyliftError: one sentence, after a recording is finished and all processes are gone.
+    Each child has a process of its own, unless `processes` is their number or all are in this one.  `log` hears of
+    every transition of every process when the run is over, in the order of a flat run.  Raises HeavyliftError: one
+    sentence, after a recording is finished and all processes are gone.
     """
     if importing():
         raise ModelError(
@@ -70,11 +73,14 @@ def run_models(
     reference = build if isinstance(build, str) else _reference(build)
     model = built(reference)
     names = order or list(model.children)
+    placement = Placement.spread(names, processes, "") if processes else Placement.apart(names)
+    if in_process:
+        placement = Placement({LOCAL: tuple(names)})
     started = time.perf_counter()
     lines: list[Transition] = []
     with (
-        _tape(reference, model, output, lines) as tape,
-        joined(Placement.apart(names), in_process, None if in_process else Processes(_preload(reference))) as hub,
+        _tape(reference, model, output, lines, placement) as tape,
+        joined(placement, in_process, None if in_process else Processes(_preload(reference))) as hub,
         shown(hub, model.name, None if output is None else Path(output)) as audience,
     ):
         end = Tag(until) if until < NEVER else FOREVER
@@ -112,12 +118,16 @@ class _FileLines(_Lines, FileTape):
     """The same beside a recording."""
 
 
-def _tape(reference: str, model: Coupled, output: str | Path | None, lines: list[Transition]) -> Tape:
+def _tape(
+    reference: str, model: Coupled, output: str | Path | None, lines: list[Transition], placement: Placement
+) -> Tape:
     tape: _Lines
     if output is None:
         tape = _Lines()
     else:
-        tape = file = _FileLines(Path(output), {"model": reference, "nodes": list(model.children)}, {})
+        placed = {process: list(nodes) for process, nodes in placement.processes.items()}
+        facts = {"model": reference, "nodes": list(model.children), "placement": placed}
+        tape = file = _FileLines(Path(output), facts, {})
         for name, child in model.children.items():
             for port in child.ports.values():
                 if isinstance(port, OutPort):

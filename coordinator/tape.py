@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import platform
 import sys
-from collections.abc import Mapping
+import time
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -20,6 +21,8 @@ from . import messages as m
 from .budget import Spent, clocked
 
 __all__ = ["FileTape", "Tape"]
+
+Held = Sequence[tuple[int, str]]  # after so many DONEs of all nodes, who began to hold a node back
 
 
 class Tape(Spent):
@@ -44,8 +47,10 @@ class Tape(Spent):
     def settle(self, t_ns: int) -> None:
         """Nothing before this simulation time [ns] comes any more."""
 
-    def protocol(self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes) -> None:
-        """A message of the time protocol, "to node" or "from node"; outside the digest."""
+    def protocol(
+        self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()
+    ) -> None:
+        """A message of the time protocol, "to node" or "from node", and who held a GRANT back; outside the digest."""
 
     def failed(self, message: m.Fail) -> None:
         """A node cannot go on."""
@@ -70,6 +75,7 @@ class FileTape(Tape):
         machine = {"python": sys.version.split()[0], "platform": platform.platform()}
         self.recorder = Recorder(output, {**facts, **machine}, attachments)
         self.digest = self.recorder.digest
+        self._began_ns = time.perf_counter_ns()
 
     def port(self, model: str, port: str, type_: type[Message]) -> None:
         """Announce an out port of a node."""
@@ -87,9 +93,14 @@ class FileTape(Tape):
         self.recorder.settle(t_ns)
 
     @clocked
-    def protocol(self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes) -> None:
-        """A message of the time protocol, with a summary for people."""
-        self.recorder.protocol(t_ns, node, direction, type(message).__name__.upper(), _summary(message), data)
+    def protocol(
+        self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()
+    ) -> None:
+        """A message of the time protocol, with a summary for people and what `heavylift trace` needs."""
+        summary = {**_summary(message), "wall_ns": time.perf_counter_ns() - self._began_ns}
+        if held:
+            summary["held"] = held
+        self.recorder.protocol(t_ns, node, direction, type(message).__name__.upper(), summary, data)
 
     def failed(self, message: m.Fail) -> None:
         """A node cannot go on: its traceback belongs to the record, not on the user's screen."""
@@ -129,4 +140,6 @@ def _summary(message: m.AnyMessage) -> dict[str, object]:
             return {"tag": message.tag, "sentence": message.sentence}
         case m.Stop():
             return {"end": message.end, "why": message.why}
+        case m.Bye():
+            return {"busy_s": message.busy_s, "sentence": message.sentence}
     return {}

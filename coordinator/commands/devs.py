@@ -16,6 +16,7 @@ def devs(
     model: Annotated[str, typer.Argument(help="module:function or file.py:function that returns a Coupled")],
     until: Annotated[str, typer.Option("--until", help="end of simulation: --until 10s; default no activity")] = "",
     output: Annotated[Path | None, typer.Option("-o", "--output", help="recording; default none")] = None,
+    processes: Annotated[int, typer.Option("--processes", help="deal the nodes out over so many processes")] = 0,
     in_process: Annotated[bool, typer.Option("--in-process", help="all models in this process")] = False,
     as_json: Json = False,
 ) -> None:
@@ -34,7 +35,7 @@ def devs(
         end = ns(TIME.read(until)) if until else NEVER
     except ValueError as error:
         raise ModelError(f"--until: {error}") from None
-    run = run_models(model, end, output, in_process)
+    run = run_models(model, end, output, in_process, processes=processes)
     if as_json:
         typer.echo(json.dumps({**dataclasses.asdict(run), "outcome": run.outcome.name.lower()}))
         return

@@ -121,3 +121,10 @@ def test_a_function_inside_a_function_is_refused():
 
     with pytest.raises(ModelError, match="other processes cannot import it"):
         run_models(build)
+
+
+def test_nodes_may_share_processes():
+    lines: list[Transition] = []
+    run = run_models(tokens, until=ms(101), processes=2, log=lines.append)
+    assert lines == flat(tokens, ms(101))
+    assert run.digest == run_models(tokens, until=ms(101), in_process=True).digest

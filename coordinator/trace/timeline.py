@@ -1,0 +1,148 @@
+"""The wall clock of a run, read from the protocol messages of its recording; all times in ns since the first GRANT.
+
+A node is *granted* from its GRANT to its DONE (its own work, and both messages' way); *held* while it has something to
+do and another node's next event keeps it from doing it; else *idle*.  `held` of a GRANT lists who began to hold the
+node back after how many DONEs of all nodes, so that nothing is timed while the run is decided.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import msgspec
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings import Recording
+
+__all__ = ["Grant", "Held", "Lane", "Timeline"]
+
+PROTOCOL = "/protocol/"
+
+
+class Grant(NamedTuple):
+    """From GRANT to DONE: inputs granted, outputs spoken or offered, simulation time of the run [ns]."""
+
+    begin: int
+    end: int
+    gseq: int
+    inputs: int
+    outputs: int
+    t_ns: int
+
+
+class Held(NamedTuple):
+    """A time in which a node could have worked but for the next event of the node `by`."""
+
+    begin: int
+    end: int
+    by: str
+
+
+@dataclass
+class Lane:
+    """One node: its process, when it was granted and when held, its own work [s], bytes of its messages."""
+
+    node: str
+    process: str
+    grants: list[Grant] = field(default_factory=list)
+    held: list[Held] = field(default_factory=list)
+    busy_s: float = 0.0
+    bytes: int = 0
+
+
+class _Summary(msgspec.Struct):
+    wall_ns: int = -1
+    gseq: int = 0
+    inputs: int = 0
+    spoken: int = 0
+    offer: int = 0
+    busy_s: float = 0.0
+    held: list[tuple[int, str]] = []
+
+
+class _Message(msgspec.Struct):
+    kind: str
+    node: str
+    t_ns: int
+    summary: _Summary
+    raw: bytes
+
+
+class Timeline:
+    """What each node of a recorded run did when, by wall clock; RecordingError if the file does not tell."""
+
+    def __init__(self, path: str | Path) -> None:
+        recording = Recording(path)
+        placed: dict[str, list[str]] = recording.fact("placement", {})
+        process_of = {node: process for process, nodes in placed.items() for node in nodes}
+        nodes: list[str] = recording.fact("nodes", [])
+        self.path = Path(path)
+        self.slack: list[dict[str, Any]] = recording.fact("slack", [])
+        self.lanes = {node: Lane(node, process_of.get(node, node)) for node in nodes}
+        """By node, in the order of the run."""
+        with recording.reading():
+            messages = sorted(_messages(recording), key=lambda message: message.summary.wall_ns)
+        if not any(message.kind == "GRANT" for message in messages):
+            raise RecordingError(
+                f"{path}: no GRANT stands in it, so there is nothing to trace; record a run that begins"
+            )
+        if messages[0].summary.wall_ns < 0:
+            raise RecordingError(f"{path}: its protocol messages bear no wall time; record the run again")
+        self._read(messages)
+
+    @property
+    def wall(self) -> int:
+        """From the first GRANT to the last DONE [ns]."""
+        return max((grant.end for lane in self.lanes.values() for grant in lane.grants), default=0)
+
+    @property
+    def alone(self) -> int:
+        """Time in which no node was granted: the coordinator decided or recorded [ns]."""
+        free, reached = 0, 0
+        for grant in sorted(grant for lane in self.lanes.values() for grant in lane.grants):
+            free += max(0, grant.begin - reached)
+            reached = max(reached, grant.end)
+        return free
+
+    def _read(self, messages: list[_Message]) -> None:
+        first = next(message.summary.wall_ns for message in messages if message.kind == "GRANT")
+        dones = [message.summary.wall_ns - first for message in messages if message.kind == "DONE"]
+        granted: dict[str, _Message] = {}
+        for message in messages:
+            lane = self.lanes.setdefault(message.node, Lane(message.node, message.node))
+            lane.bytes += len(message.raw)
+            now, summary = message.summary.wall_ns - first, message.summary
+            if message.kind == "GRANT":
+                granted[message.node] = message
+                begins = [dones[n - 1] if n else 0 for n, _ in summary.held] + [now]
+                for (begin, end), (_, by) in zip(pairwise(begins), summary.held, strict=True):
+                    if end > begin:
+                        lane.held.append(Held(begin, end, by))
+            elif message.kind == "DONE" and message.node in granted:
+                asked = granted.pop(message.node)
+                begin, outputs = asked.summary.wall_ns - first, summary.spoken + summary.offer
+                lane.grants.append(Grant(begin, now, summary.gseq, asked.summary.inputs, outputs, asked.t_ns))
+            elif message.kind == "BYE":
+                lane.busy_s = summary.busy_s
+
+    def holder(self, node: str, at: int) -> str | None:
+        """Who holds a node back at this time; None if nobody does."""
+        held = self.lanes[node].held
+        n = bisect_left(held, at, key=lambda span: span.end)
+        return held[n].by if n < len(held) and held[n].begin <= at else None
+
+    def granted(self, node: str, at: int) -> bool:
+        """Whether a node has a GRANT at this time."""
+        grants = self.lanes[node].grants
+        n = bisect_left(grants, at, key=lambda span: span.end)
+        return n < len(grants) and grants[n].begin <= at
+
+
+def _messages(recording: Recording) -> Iterator[_Message]:
+    decode = msgspec.json.Decoder(_Message).decode
+    topics = [topic for topic in recording.topics if topic.startswith(PROTOCOL)]
+    return (decode(raw.data) for raw in recording.messages(*topics))

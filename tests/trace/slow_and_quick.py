@@ -1,0 +1,45 @@
+"""A node that takes its time, and one that could go on but for it."""
+
+import time
+
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, ms
+
+TICKS, PAUSE_s = 20, 0.005
+
+
+class Tick(Message):
+    """One tick."""
+
+
+class Slow(Atomic):
+    out = Out(Tick)
+
+    def start(self) -> None:
+        self.hold_in(ms(10))
+
+    def output(self) -> None:
+        self.out.send(Tick())
+
+    def internal(self) -> None:
+        time.sleep(PAUSE_s)
+        self.hold_in(ms(10))
+
+
+class Quick(Atomic):
+    into = In(Tick)
+
+    def start(self) -> None:
+        self.hold_in(ms(3))
+
+    def external(self, e: int, x: Bag) -> None:
+        pass
+
+    def internal(self) -> None:
+        self.hold_in(ms(3))
+
+
+def pair() -> Coupled:
+    model = Coupled("pair")
+    slow, quick = model.add(Slow("slow")), model.add(Quick("quick"))
+    model.connect(slow.out, quick.into)
+    return model
