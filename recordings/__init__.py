@@ -3,7 +3,8 @@
 A run:      with Recorder("run.mcap", {"scene": "lift", "seed": 1}) as rec: rec.add_port(...); rec.event(...)
 Numbers:    rec.layout(SampleLayout([...])); rec.samples(batch)
 Reading:    Recording("run.mcap")["rope/tension"], ["loader/1"].tension, .events(), .run, .result: READING.md
-For people: info("run.mcap") is a text, plot("run.mcap", "run.png") a figure, storyboard(...) the lift itself.
+For people: info("run.mcap") is a text, plot("run.mcap", "run.png") a figure, storyboard(...) the lift itself;
+            curves("run.mcap", ["rope/tension/*"], "run.html") any signals, overlay(a, b, out) those of two runs.
 A page:     view("run.mcap", "run.html") shows the lift in 3D with signals, stages and events.
 A document: report("run.mcap", "report.html") tells what each stage asked of ropes and cranes.
 Two runs:   compare("a.mcap", "b.mcap") tells where they part; recover("run.mcap.part") saves what a killed run left.
@@ -11,11 +12,12 @@ Elsewhere:  export("run.mcap", "run.csv", ["rope/tension/*"])
 Equal runs: Digest().hexdigest() is one line that two equal runs share.
 """
 
-from .compare import Comparison, Difference, compare
+from .compare import Comparison, Difference, compare, overlay
+from .curves import curves
 from .digest import Digest
 from .drawing import Box, RopeLine
 from .export import export
-from .info import info
+from .info import info, info_data
 from .part import Part
 from .plot import plot
 from .reader import RecordedEvent, Recording, Topic
@@ -47,8 +49,11 @@ __all__ = [
     "Spectator",
     "Topic",
     "compare",
+    "curves",
     "export",
     "info",
+    "info_data",
+    "overlay",
     "plot",
     "recover",
     "report",

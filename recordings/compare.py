@@ -7,20 +7,25 @@ its RMS over time.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from heavylift.kernel.errors import RecordingError
 from numpy.typing import NDArray
 
+from .curves import Curve, Figure, Panel, checked, drawn, larger
+from .export import matching
 from .reader import RecordedEvent, Recording
 from .samples import POSE
 from .text import table
 
-__all__ = ["Comparison", "Difference", "compare"]
+__all__ = ["Comparison", "Difference", "compare", "overlay"]
+
+MOST = 12  # panels of an overlay
 
 
 class Difference(NamedTuple):
@@ -80,6 +85,35 @@ def compare(a: str | Path, b: str | Path) -> Comparison:
         only_a=sorted(names_a - names_b),
         only_b=sorted(names_b - names_a),
     )
+
+
+def overlay(a: str | Path, b: str | Path, out: str | Path, patterns: Sequence[str] = ()) -> Path:
+    """Draw both recordings over one another: the columns that match, or the worst of each of four signals."""
+    out = checked(out)
+    A, B = Recording(a), Recording(b)
+    common = [name for name in A.signals() if name in B.signals()]
+    found = [d for name in common for d in _signal(A, B, name)]
+    if patterns:
+        wanted = {f"{name}/{column}" for name, column in matching(A, patterns)}
+        found = [d for d in found if d.name in wanted]
+    scales: dict[str, float] = {}  # of whole signals: what is small beside its like matters little
+    for d in found:
+        signal = d.name.rpartition("/")[0]
+        scales[signal] = max(scales.get(signal, 0.0), d.scale)
+    found.sort(key=lambda d: -d.most / scales[d.name.rpartition("/")[0]])
+    first = {d.name.rpartition("/")[0]: d for d in reversed(found)}  # of each signal the worst column
+    most = found if patterns else [d for d in found if d in first.values()][:4]
+    if not most or len(most) > MOST:
+        raise RecordingError(f"{out}: {len(most)} columns in {A.path.name} and {B.path.name} to draw; name 1 to {MOST}")
+    panels = []
+    for d in most:
+        factor, unit = larger(d.unit)
+        name, _, column = d.name.rpartition("/")
+        off = f"largest difference {d.most * factor:.4g} {unit} at {d.when:.3f} s, RMS {d.rms * factor:.4g} {unit}"
+        parts = [(rec.signal(name), rec.path.name, rec is B) for rec in (A, B)]
+        lines = [Curve(path, signal.t, signal[column] * factor, dashed) for signal, path, dashed in parts]
+        panels.append(Panel(unit, lines, title=f"{d.name}: {off}"))
+    return drawn(Figure(f"{A.path.name} and {B.path.name}", panels, A.stages()), out)
 
 
 def _event(A: Recording, B: Recording) -> tuple[float, str] | None:

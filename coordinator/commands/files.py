@@ -7,29 +7,40 @@ from typing import Annotated
 
 import typer
 
-from .app import File, app
+from .app import File, Json, app
 
 
 @app.command()
-def info(file: File) -> None:
+def info(file: File, as_json: Json = False) -> None:
     """Say what a recording holds.    heavylift info turnover.mcap"""
+    import msgspec
     from heavylift.recordings import info as describe
+    from heavylift.recordings import info_data
 
-    typer.echo(describe(file))
+    typer.echo(msgspec.json.encode(info_data(file)).decode() if as_json else describe(file))
 
 
 @app.command()
 def plot(
     file: File,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="picture, .png or .svg")] = None,
+    signals: Annotated[
+        list[str] | None, typer.Argument(help="signals or patterns, such as 'rope/tension/west.*'; default tensions")
+    ] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="figure: .png, .svg, or .html to zoom")] = None,
     lift: Annotated[bool, typer.Option("--lift", help="the lift itself at some instants")] = False,
 ) -> None:
-    """Draw the rope tensions of a recording.    heavylift plot turnover.mcap -o tension.svg"""
+    """Draw signals, limits and stages.    heavylift plot turnover.mcap 'rope/tension/*' 'pose/block/?' -o x.html"""
+    from heavylift.recordings import curves, storyboard
     from heavylift.recordings import plot as tensions
-    from heavylift.recordings import storyboard
 
-    draw = storyboard if lift else tensions
-    typer.echo(f"wrote {draw(file, output or file.with_suffix('.png'))}")
+    out = output or file.with_suffix(".png")
+    if lift:
+        storyboard(file, out)
+    elif signals or out.suffix.lower() == ".html":
+        curves(file, signals or ["rope/tension/*"], out)
+    else:
+        tensions(file, out)
+    typer.echo(f"wrote {out}")
 
 
 @app.command()
@@ -58,13 +69,22 @@ def report(
 def compare(
     a: File,
     b: File,
-    as_json: Annotated[bool, typer.Option("--json", help="one JSON object")] = False,
+    signals: Annotated[
+        list[str] | None, typer.Argument(help="signals or patterns to draw; default those that differ most")
+    ] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="figure of both over one another: .png, .svg, .html")
+    ] = None,
+    as_json: Json = False,
 ) -> None:
     """Say whether two runs are equal (exit code 0) or where they part (1).    heavylift compare a.mcap b.mcap"""
     import msgspec
     from heavylift.recordings import compare as side_by_side
+    from heavylift.recordings import overlay
 
     found = side_by_side(a, b)
+    if output is not None:
+        typer.echo(f"wrote {overlay(a, b, output, signals or [])}", err=True)
     typer.echo(msgspec.json.encode(found, enc_hook=str).decode() if as_json else str(found))
     if not found.equal:
         raise typer.Exit(1)

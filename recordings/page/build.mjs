@@ -1,8 +1,8 @@
-// Bundles src/ into page.js and page.css, which are committed and shipped, so that users need no Node.
+// Bundles src/ into page.js and curves.js with their .css, which are committed and shipped, so that users need no Node.
 import { build } from "esbuild";
 
 await build({
-  entryPoints: { page: "src/main.js" },
+  entryPoints: { page: "src/main.js", curves: "src/curves.js" },
   bundle: true,
   minify: true,
   format: "iife",

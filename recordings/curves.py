@@ -1,0 +1,110 @@
+"""Any signals of recordings as curves over time: a panel per unit, rated values as limits, stages shaded.
+
+`curves("run.mcap", ["rope/tension/*", "joint/position/west.*"], "run.html")`; the suffix decides: .png or .svg are
+pictures, .html is a page with zoom and cursor that needs no network.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from heavylift.kernel.errors import RecordingError
+from numpy.typing import NDArray
+
+from .curves_drawn import page, picture
+from .export import matching
+from .partfile import output_path
+from .reader import Recording
+from .signal import titles
+
+__all__ = ["Curve", "Figure", "Panel", "checked", "curves", "drawn", "larger"]
+
+LARGER = {"N": (1e-3, "kN"), "N m": (1e-3, "kN m"), "J": (1e-6, "MJ")}
+MANY = 60  # curves: more than that nobody can tell apart
+
+
+@dataclass
+class Curve:
+    """Times (n,) [s] and values (n,) in the unit of its panel; the line is dashed for a second recording."""
+
+    name: str
+    t: NDArray[np.float64]
+    y: NDArray[np.float64]
+    dashed: bool = False
+
+
+@dataclass
+class Panel:
+    """Curves of one unit, and limits by name of what they belong to."""
+
+    unit: str
+    curves: list[Curve]
+    limits: dict[str, float] = field(default_factory=dict)
+    title: str = ""
+
+
+@dataclass
+class Figure:
+    """Panels with a common time; stages are (start [s], name)."""
+
+    title: str
+    panels: list[Panel]
+    stages: list[tuple[float, str]]
+
+
+def curves(path: str | Path, patterns: Sequence[str], out: str | Path) -> Path:
+    """Draw the columns that match one of the patterns into a .png, .svg or .html file."""
+    out = checked(out)
+    rec = Recording(path)
+    return drawn(Figure(f"{rec.run.get('scene', '')}, {rec.path.name}", panels_of(rec, patterns), rec.stages()), out)
+
+
+def checked(out: str | Path) -> Path:
+    """The path if curves can be written there."""
+    out = output_path(out)
+    if out.suffix.lower() not in (".png", ".svg", ".html"):
+        raise RecordingError(f"{out}: curves are drawn as .png, .svg or .html; give it one of these endings")
+    return out
+
+
+def drawn(figure: Figure, out: Path) -> Path:
+    """Write the figure in the form that the suffix asks for."""
+    try:
+        if out.suffix.lower() == ".html":
+            out.write_text(page(figure))
+        else:
+            picture(figure, out)
+    except OSError as error:
+        raise RecordingError(f"{out}: cannot be written ({error.strerror}); choose another place") from None
+    return out
+
+
+def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
+    """The columns that match, by unit, with the rated values of ropes as limits."""
+    wanted = matching(rec, patterns)
+    if len(wanted) > MANY:
+        raise RecordingError(
+            f"{rec.path}: {len(wanted)} curves in one figure; name fewer, such as 'rope/tension/west.*'"
+        )
+    rec.load([*dict.fromkeys(name for name, _ in wanted)])
+    rated = rec.fact("rated", {})
+    panels: dict[str, Panel] = {}
+    for name, column in wanted:
+        signal = rec.signal(name)
+        title = titles(signal)[signal.names.index(column)]
+        factor, unit = larger(title[len(column) + 2 : -1])
+        panel = panels.setdefault(unit, Panel(unit, []))
+        panel.curves.append(Curve(f"{name}/{column}", signal.t, signal[column] * factor))
+        if name in ("rope/tension", "rope/peak") and column in rated:
+            panel.limits[column] = rated[column] * factor
+    if not any(len(curve.t) > 1 for panel in panels.values() for curve in panel.curves):
+        raise RecordingError(f"{rec.path}: has no samples to draw; let the run last longer")
+    return list(panels.values())
+
+
+def larger(unit: str) -> tuple[float, str]:
+    """Factor and unit in which people read these numbers."""
+    return LARGER.get(unit, (1.0, unit))

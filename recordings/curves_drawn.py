@@ -1,0 +1,126 @@
+"""Figures of curves on paper (matplotlib) and on a page of their own (the bundled uPlot)."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import re
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+import numpy as np
+
+from .content import inert, packed
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from .curves import Figure, Panel
+
+__all__ = ["page", "picture"]
+
+PAGE = Path(__file__).parent / "page"
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#7a6fd0")
+INK, QUIET, BAND, LIMIT = "#1d2733", "#6b7682", "#f1f4f7", "#a3182b"
+NAMED = 16  # curves of a panel that the legend can name
+POINTS = 4000  # instants of a curve on the page
+
+
+def picture(figure: Figure, out: Path) -> None:
+    """Draw the figure into a .png or .svg file."""
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure as Canvas
+
+    last = max(float(c.t[-1]) for p in figure.panels for c in p.curves if len(c.t))
+    scale, clock = (1 / 60, "min") if last >= 300 else (1.0, "s")
+    with rc_context({"svg.hashsalt": "heavylift", "font.size": 9.5, "axes.linewidth": 0.8}):
+        canvas = Canvas(figsize=(11.0, 1.0 + 2.9 * len(figure.panels)), layout="constrained", facecolor="white")
+        canvas.suptitle(figure.title, x=0.01, ha="left", size=12, weight="bold", color=INK)
+        grid = canvas.subplots(len(figure.panels), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, panel in zip(grid, figure.panels, strict=True):
+            _stages(axes, figure, last, scale, named=axes is grid[0])
+            _panel(axes, panel, scale)
+        grid[-1].set_xlabel(f"Time [{clock}]", color=INK)
+        grid[-1].set_xlim(min(float(c.t[0]) for p in figure.panels for c in p.curves if len(c.t)) * scale, last * scale)
+        canvas.savefig(out, dpi=160, metadata={"Date": None} if out.suffix.lower() == ".svg" else None)
+
+
+def _stages(axes: Axes, figure: Figure, last: float, scale: float, named: bool) -> None:
+    edges = [t for t, _ in figure.stages] + [last]
+    for i, (start, stop) in enumerate(pairwise(edges)):
+        if i % 2 == 0:
+            axes.axvspan(start * scale, stop * scale, color=BAND, lw=0, zorder=0)
+        if named and stop - start > 0.04 * last:
+            place = ((start + stop) / 2 * scale, 1.0)
+            axes.annotate(figure.stages[i][1][:18], place, xycoords=("data", "axes fraction"), xytext=(0, 2),
+                          textcoords="offset points", ha="center", size=7, color=QUIET)  # fmt: skip
+
+
+def _panel(axes: Axes, panel: Panel, scale: float) -> None:
+    for k, curve in enumerate(panel.curves):
+        how = {"ls": (0, (4, 2)), "lw": 0.9} if curve.dashed else {"lw": 1.2}
+        axes.plot(curve.t * scale, curve.y, color=COLOURS[k % len(COLOURS)], label=curve.name, zorder=3, **how)
+    high = max((float(np.nanmax(c.y)) for c in panel.curves if len(c.y)), default=0.0)
+    for limit in sorted(set(panel.limits.values())):
+        if limit < 2.5 * high:
+            axes.axhline(limit, color=LIMIT, lw=1.1, ls=(0, (6, 3)), zorder=2)
+            what = f"rated {limit:.6g} {panel.unit}"
+            axes.annotate(what, (1, limit), xycoords=("axes fraction", "data"), xytext=(-4, 3), ha="right",
+                          textcoords="offset points", color=LIMIT, size=8)  # fmt: skip
+    axes.set_ylabel(f"[{panel.unit}]", color=INK)
+    if panel.title:
+        axes.set_title(panel.title, size=9, loc="left", color=INK, pad=14)
+    axes.grid(axis="y", color="#d9dee3", lw=0.6)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    handles, names = axes.get_legend_handles_labels()
+    more = len(names) - NAMED
+    title = f"and {more} more" if more > 0 else None
+    axes.legend(handles[:NAMED], names[:NAMED], loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False,
+                fontsize=8, title=title, title_fontsize=8)  # fmt: skip
+
+
+def page(figure: Figure) -> str:
+    """The figure as a self-contained page: curves can be switched, time is zoomed by dragging."""
+    content = {
+        "title": figure.title,
+        "stages": [{"t": t, "name": name} for t, name in figure.stages],
+        "panels": [_content(panel) for panel in figure.panels],
+    }
+    script = (PAGE / "curves.js").read_text().replace("</script", "<\\/script")
+    sha256 = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    parts = {
+        "style": (PAGE / "curves.css").read_text(),
+        "run": inert(msgspec.json.encode(content).decode()),
+        "script": script,
+        "policy": f"default-src 'none'; script-src 'sha256-{sha256}'; style-src 'unsafe-inline'",
+    }
+    return re.sub(r"\{\{(\w+)\}\}", lambda place: parts[place[1]], (PAGE / "curves.html").read_text())
+
+
+def _content(panel: Panel) -> dict[str, Any]:
+    """Curves of one recording share their times; of too many instants the least and largest of equal parts stay."""
+    times: list[np.ndarray] = []
+    of: list[int] = []  # table of times by curve
+    for curve in panel.curves:
+        k = next((i for i, t in enumerate(times) if t is curve.t), len(times))
+        times += [curve.t] if k == len(times) else []
+        of.append(k)
+    keep = [_kept([c.y for c in panel.curves if c.t is t], len(t)) for t in times]
+    shown = [
+        {"name": c.name, "times": k, "dashed": c.dashed, "y": packed(c.y[keep[k]])}
+        for c, k in zip(panel.curves, of, strict=True)
+    ]
+    kept = [packed(t[k], "<f8") for t, k in zip(times, keep, strict=True)]
+    limits = [{"name": name, "y": limit} for name, limit in panel.limits.items()]
+    return {"unit": panel.unit, "title": panel.title, "times": kept, "curves": shown, "limits": limits}
+
+
+def _kept(values: list[np.ndarray], n: int) -> np.ndarray:
+    """Instants at which any of these curves has its least or largest value of a part."""
+    if n <= POINTS:
+        return np.arange(n)
+    parts = np.array_split(np.arange(n), max(1, POINTS // (2 * len(values))))
+    return np.unique([0, n - 1, *(part[f(y[part])] for part in parts for y in values for f in (np.argmin, np.argmax))])

@@ -1,0 +1,80 @@
+"""Any signals become figures: by pattern, a panel per unit, limits and stages; on paper, and on a page to zoom."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings import curves, overlay
+
+CHROMIUM = shutil.which("chromium")
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def words(path: Path) -> str:
+    """All text of a drawing, which matplotlib leaves as comments beside its outlines."""
+    return " ".join(re.findall(r"<!-- (.*?) -->", path.read_text()))
+
+
+def test_a_panel_per_unit_with_limits_and_stages(recorded: Path, tmp_path: Path) -> None:
+    out = curves(recorded, ["rope/tension/*", "pose/block/?"], tmp_path / "x.svg")
+    said = words(out)
+    assert {"[kN]", "[m]", "rated 900 kN", "take up", "hoist", "Time [s]"} <= set(
+        re.findall(r"rated \d+ kN|take up|Time \[s\]|\S+", said)
+    )
+    assert "pose/block/qx" not in said
+    assert "rope/tension/west.H2" in said
+    first = out.read_bytes()
+    assert curves(recorded, ["rope/tension/*", "pose/block/?"], out).read_bytes() == first
+    assert curves(recorded, ["rope/peak"], tmp_path / "x.png").read_bytes().startswith(b"\x89PNG")
+
+
+def content(page: Path) -> dict[str, object]:
+    (text,) = re.findall(r'<script id="run" type="application/json">(.*?)</script>', page.read_text())
+    found: dict[str, object] = json.loads(text)
+    return found
+
+
+def test_the_page_needs_nothing_from_elsewhere(recorded: Path, tmp_path: Path) -> None:
+    out = curves(recorded, ["rope/*"], tmp_path / "x.html")
+    text = out.read_text()
+    assert "default-src 'none'" in text
+    assert not re.search(r"(src|href)=", text.partition("<script>")[0])
+    panels = content(out)["panels"]
+    assert [panel["unit"] for panel in panels] == ["kN", "s"]  # type: ignore[attr-defined]
+    assert [curve["name"] for curve in panels[1]["curves"]] == ["rope/peak_time/west.H1", "rope/peak_time/west.H2"]  # type: ignore[index]
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no chromium here: the page is not opened")
+def test_a_browser_draws_a_chart_per_panel(recorded: Path, tmp_path: Path) -> None:
+    out = curves(recorded, ["rope/*"], tmp_path / "x.html")
+    command = [str(CHROMIUM), "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path}/profile",
+               "--virtual-time-budget=3000", "--dump-dom", out.as_uri()]  # fmt: skip
+    page = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True).stdout
+    assert 'data-ready="2"' in page
+    assert page.count("<canvas") == 2
+
+
+def test_two_recordings_lie_over_one_another(recorded: Path, tmp_path: Path) -> None:
+    other = shutil.copy(recorded, tmp_path / "other.mcap")
+    out = overlay(recorded, other, tmp_path / "x.svg", ["rope/tension/west.H1"])
+    assert "rope/tension/west.H1: largest difference 0 kN at 0.000 s, RMS 0 kN" in words(out)
+    assert {"run.mcap", "other.mcap"} <= set(words(out).split())
+    assert len(list(ElementTree.parse(out).getroot().iter(f"{SVG}path"))) > 4
+    panels = content(overlay(recorded, other, tmp_path / "x.html"))["panels"]
+    assert len(panels) == 4, "one of each signal"  # type: ignore[arg-type]
+
+
+def test_what_cannot_be_drawn_is_said(recorded: Path, tmp_path: Path) -> None:
+    with pytest.raises(
+        RecordingError, match=r"x\.pdf: curves are drawn as \.png, \.svg or \.html; give it one of these"
+    ):
+        curves(recorded, ["rope/*"], tmp_path / "x.pdf")
+    with pytest.raises(RecordingError, match=r"no signal matches 'rope/tenison'; did you mean rope/tension\?"):
+        curves(recorded, ["rope/tenison"], tmp_path / "x.png")
