@@ -1,25 +1,29 @@
 """How fast the DEVS engine is: DEVStone, sparse generators, building, tracing; beside other engines where installed.
 
-    pip install '.[bench]' && python tests/bench/devs.py [--json]
+    pip install '.[bench]' && PYTHONPATH=pypdevs/src python tests/bench/devs.py [--json]
 
-CPU time of this thread, the best of several runs, engines in turn, so that a busy machine slows all alike.  Atomics do
+CPU time of this thread, engines in turn and the best of all rounds, so that a busy machine slows all alike. Atomics do
 nothing but pass on one event, in every engine; a transition is a change of state (a confluent one counts twice).
-Peers: xdevs (flattened), and the minimal kernel of PythonPDEVS if it can be imported as `pypdevs.minimal`.
+Ours runs with its trace on where the name says so, peers run without. Peers: xdevs, flattened (extra `bench`), and the
+minimal kernel of PythonPDEVS, which no registry has: clone it (Van Tendeloo, University of Antwerp), make it Python 3
+with `2to3 -w -n src/pypdevs/minimal.py src/pypdevs/schedulers`, and put its `src` on the path.
 """
 
 import gc
-import importlib.util
 import json
 import sys
 import time
 from collections.abc import Callable
+from typing import NamedTuple
 
+from devs_peers import Run, pdevs_sparse, pdevs_stone, xdevs_stone
 from heavylift.nodes.devs import Atomic, Coupled, In, Message, Out, Simulator, Trace
 
-REPEATS = 5
+ROUNDS = 7
 W = D = 50
 TRANSITIONS = 2 * (1 + (D - 1) * W * (W - 1) // 2)  # of DEVStone HI, internal and external
-GENERATORS, SPAN = 1000, 60_000_000
+PERIODS, SPAN = [1_000_003 + 7 * n for n in range(1000)], 60_000_000
+TICKS = sum((SPAN - 1) // period for period in PERIODS)
 
 
 class Item(Message):
@@ -94,107 +98,95 @@ def seeded(w: int, d: int) -> Coupled:
     return root
 
 
-def best(run: Callable[[], Callable[[], object]], repeats: int = REPEATS) -> float:
-    """Least CPU seconds of what `run` prepares."""
-    least = float("inf")
-    for _ in range(repeats):
-        work = run()
-        gc.collect()
-        began = time.thread_time()
-        work()
-        least = min(least, time.thread_time() - began)
+def sparse() -> Coupled:
+    root = Coupled("r")
+    for n, period in enumerate(PERIODS):
+        root.add(Periodic(f"g{n}", period))
+    return root
+
+
+def ours(simulator: Simulator, until: int, traced: bool) -> Run:
+    simulator.trace = Trace() if traced else None
+    simulator.start()
+    return lambda: simulator.run(until)
+
+
+def seconds(contenders: dict[str, Callable[[], Run | None]]) -> dict[str, float]:
+    """Least CPU seconds of each, prepared anew and timed in turn; those that are not installed are left out."""
+    least: dict[str, float] = {}
+    for _ in range(ROUNDS):
+        for name, prepare in contenders.items():
+            work = prepare()
+            if work is not None:
+                gc.collect()
+                began = time.thread_time()
+                work()
+                least[name] = min(least.get(name, float("inf")), time.thread_time() - began)
     return least
 
 
-def ours(simulator: Simulator) -> Callable[[], Callable[[], object]]:
-    def prepare() -> Callable[[], object]:
-        simulator.start()
-        return simulator.run
+class Row(NamedTuple):
+    """One line of the result; `ratio` is what the target is for where there is a peer."""
 
-    return prepare
-
-
-def traced(trace: Trace) -> Simulator:
-    return Simulator(seeded(W, D), trace=trace)
-
-
-def xdevs_hi() -> float | None:
-    """Seconds of xdevs for the same DEVStone, flattened as ours is; None if it is not installed."""
-    if importlib.util.find_spec("xdevs") is None:
-        return None
-    from xdevs.examples.devstone.devstone import DEVStone  # type: ignore[import-not-found]
-    from xdevs.sim import Coordinator  # type: ignore[import-not-found]
-
-    sys.setrecursionlimit(100_000)
-
-    def prepare() -> Callable[[], object]:
-        coordinator = Coordinator(DEVStone("root", "HI", W, D, 0, 0), flatten=True)
-        coordinator.initialize()
-        return coordinator.simulate_time  # type: ignore[no-any-return]
-
-    return best(prepare, 3)
+    name: str
+    value: float
+    unit: str
+    peer: str | None
+    peer_value: float | None
+    ratio: float | None
+    target: float
+    met: bool | None  # None: the peer is not installed
 
 
-def rows() -> list[tuple[str, float, str, str | None, float | None, float | None, float, bool]]:
-    """name, value, unit, peer, its value, ratio, target, met."""
-    peer = xdevs_hi()
-    plain = best(ours(Simulator(seeded(W, D))))
+def beside(name: str, n: int, mine: float, peer: str, theirs: float | None, target: float) -> Row:
+    """Our speed for n transitions and a peer's."""
+    ratio = theirs / mine if theirs else None
+    value = n / theirs / 1e6 if theirs else None
+    return Row(name, n / mine / 1e6, "M transitions/s", peer, value, ratio, target, ratio >= target if ratio else None)
 
-    def with_trace() -> Callable[[], object]:
-        simulator.trace = Trace()
-        return ours(simulator)()
 
-    simulator = traced(Trace())
-    on = best(with_trace)
-    root = Coupled("r")
-    for n in range(GENERATORS):
-        root.add(Periodic(f"g{n}", 1_000_003 + 7 * n))
-    sparse = Simulator(root)
-    sparse.start()
-    began = time.thread_time()
-    sparse.run(SPAN)
-    events = sum(SPAN // (1_000_003 + 7 * n) for n in range(GENERATORS))
-    rate = events / (time.thread_time() - began) / 1e6
-    small, large = (best(lambda n=n: lambda: Simulator(seeded(n, n)), 3) for n in (50, 100))  # type: ignore[misc]
-    speed, theirs = TRANSITIONS / on / 1e6, TRANSITIONS / peer / 1e6 if peer else None
-    unit = "M transitions/s"
-    ratio = speed / theirs if theirs else None
-    overhead = 100 * (on / plain - 1)
+def rows() -> list[Row]:
+    """All measurements."""
+    stones, generators = Simulator(seeded(W, D)), Simulator(sparse())
+    t = seconds(
+        {
+            "stones": lambda: ours(stones, 1, False),
+            "traced": lambda: ours(stones, 1, True),
+            "xdevs stones": lambda: xdevs_stone(W, D),
+            "pdevs stones": lambda: pdevs_stone(W, D),
+            "sparse": lambda: ours(generators, SPAN, False),
+            "sparse traced": lambda: ours(generators, SPAN, True),
+            "pdevs sparse": lambda: pdevs_sparse(PERIODS, SPAN),
+            "build 50": lambda: lambda: Simulator(seeded(50, 50)),
+            "build 100": lambda: lambda: Simulator(seeded(100, 100)),
+        }
+    )
+    pdevs, stone, many = (
+        "PythonPDEVS minimal",
+        f"DEVStone HI {W}x{D}, traced",
+        f"{len(PERIODS)} generators, own periods",
+    )
+    overhead, growth = 100 * (t["traced"] / t["stones"] - 1), t["build 100"] / t["build 50"]
+    build = t["build 100"]
     return [
-        (
-            f"DEVStone HI {W}x{D}, traced",
-            speed,
-            unit,
-            "xdevs, flattened",
-            theirs,
-            ratio,
-            4.5,
-            bool(ratio and ratio >= 4.5),
-        ),
-        ("trace overhead", overhead, "%", None, None, None, 12.0, overhead <= 12.0),
-        (f"{GENERATORS} generators with periods of their own", rate, unit, None, None, None, 0.88, rate >= 0.88),
-        ("DEVStone 100x100, built and flattened", large, "s", None, None, None, 0.3, large <= 0.3),
-        (
-            "building 4 times as many atomics takes",
-            large / small,
-            "times as long",
-            None,
-            None,
-            None,
-            6.0,
-            large / small <= 6.0,
-        ),
+        beside(stone, TRANSITIONS, t["traced"], "xdevs flattened", t.get("xdevs stones"), 4.5),
+        beside(stone, TRANSITIONS, t["traced"], pdevs, t.get("pdevs stones"), 2.0),
+        beside(many, TICKS, t["sparse"], pdevs, t.get("pdevs sparse"), 2.0),
+        beside(f"{many}, traced", TICKS, t["sparse traced"], pdevs, t.get("pdevs sparse"), 1.0),
+        Row("overhead of the trace on DEVStone", overhead, "%", None, None, None, 12.0, overhead <= 12.0),
+        Row("DEVStone 100x100, built and flattened", build, "s", None, None, None, 0.3, build <= 0.3),
+        Row("building 4 times as many atomics takes", growth, "times as long", None, None, None, 6.0, growth <= 6.0),
     ]
 
 
 def main() -> None:
-    for name, value, unit, peer, peer_value, ratio, target, met in rows():
+    for row in rows():
         if "--json" in sys.argv:
-            keys = ("name", "value", "unit", "peer", "peer_value", "ratio", "target", "met")
-            print(json.dumps(dict(zip(keys, (name, value, unit, peer, peer_value, ratio, target, met), strict=True))))
+            print(json.dumps(row._asdict()))
         else:
-            beside = f"   {peer} {peer_value:.3g}, ratio {ratio:.2f}" if peer_value and ratio else ""
-            print(f"{name:<45} {value:8.3g} {unit:<16} target {target:g}{beside}   {'met' if met else 'MISSED'}")
+            peer = f"   {row.peer} {row.peer_value:.3g}, ratio {row.ratio:.2f}" if row.ratio else ""
+            met = {None: f"   {row.peer} is not installed", True: "   met", False: "   MISSED"}[row.met]
+            print(f"{row.name:<40} {row.value:8.3g} {row.unit:<16} target {row.target:g}{peer}{met}")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,111 @@
+"""The same models in other engines, for `tests/bench/devs.py`: DEVStone HI and sparse generators.
+
+Each function prepares a run and returns what is to be timed, or None where the engine is not installed.
+"""
+
+import importlib.util
+import sys
+from collections.abc import Callable
+from typing import Any
+
+Run = Callable[[], object]
+
+
+def xdevs_stone(w: int, d: int) -> Run | None:
+    """xdevs, flattened as ours is; its own DEVStone."""
+    if importlib.util.find_spec("xdevs") is None:
+        return None
+    from xdevs.examples.devstone.devstone import DEVStone  # type: ignore[import-not-found]
+    from xdevs.sim import Coordinator  # type: ignore[import-not-found]
+
+    sys.setrecursionlimit(100_000)
+    coordinator = Coordinator(DEVStone("root", "HI", w, d, 0, 0), flatten=True)
+    coordinator.initialize()
+    return coordinator.simulate_time  # type: ignore[no-any-return]
+
+
+def pdevs_stone(w: int, d: int) -> Run | None:
+    """The minimal kernel of PythonPDEVS; it has its own direct connection."""
+    pdevs = _pdevs()
+    if pdevs is None:
+        return None
+
+    class Stone(pdevs.AtomicDEVS):  # type: ignore[misc,name-defined]
+        def __init__(self, name: str, active: bool = False) -> None:
+            super().__init__(name)
+            self.i, self.o, self.state = self.addInPort("i"), self.addOutPort("o"), active
+
+        def timeAdvance(self) -> float:
+            return 0.0 if self.state else float("inf")
+
+        def outputFnc(self) -> dict[Any, Any]:
+            return {self.o: [0]}
+
+        def intTransition(self) -> bool:
+            return False
+
+        def extTransition(self, inputs: object) -> bool:
+            return True
+
+    def hi(d: int) -> Any:
+        model = pdevs.CoupledDEVS(f"c{d}")
+        model.i, model.o = model.addInPort("i"), model.addOutPort("o")
+        inner = model.addSubModel(Stone("a") if d == 1 else hi(d - 1))
+        model.connectPorts(model.i, inner.i)
+        model.connectPorts(inner.o, model.o)
+        before = None
+        for n in range(w - 1 if d > 1 else 0):
+            stone = model.addSubModel(Stone(f"a{n}"))
+            model.connectPorts(model.i, stone.i)
+            if before is not None:
+                model.connectPorts(before.o, stone.i)
+            before = stone
+        return model
+
+    root = pdevs.CoupledDEVS("r")
+    seed, model = root.addSubModel(Stone("seed", True)), root.addSubModel(hi(d))
+    root.connectPorts(seed.o, model.i)
+    return _run(pdevs.Simulator(root), 1.0)
+
+
+def pdevs_sparse(periods: list[int], span: int) -> Run | None:
+    """Generators with periods of their own in the minimal kernel of PythonPDEVS."""
+    pdevs = _pdevs()
+    if pdevs is None:
+        return None
+
+    class Periodic(pdevs.AtomicDEVS):  # type: ignore[misc,name-defined]
+        def __init__(self, name: str, period: float) -> None:
+            super().__init__(name)
+            self.o, self.period = self.addOutPort("o"), period
+
+        def timeAdvance(self) -> float:
+            return self.period
+
+        def outputFnc(self) -> dict[Any, Any]:
+            return {self.o: [0]}
+
+    root = pdevs.CoupledDEVS("r")
+    for n, period in enumerate(periods):
+        root.addSubModel(Periodic(f"g{n}", float(period)))
+    return _run(pdevs.Simulator(root), float(span))
+
+
+def _run(simulator: Any, until: float) -> Run:
+    simulator.setTerminationTime(until)
+
+    def run() -> None:
+        try:
+            simulator.simulate()
+        except IndexError:  # its empty schedule, once all are passive
+            return
+
+    return run
+
+
+def _pdevs() -> Any:
+    if importlib.util.find_spec("pypdevs") is None:
+        return None
+    from pypdevs import minimal  # type: ignore[import-not-found]
+
+    return minimal
