@@ -12,8 +12,7 @@ from typing import Any
 from .models import Atomic, Coupled, Model
 from .ports import InPort, OutPort, Port
 
-_Hops = tuple[Any, ...]  # ((source model's name, its port), hops before it), from the target backwards; outside is ""
-_Way = tuple[_Hops, Port[Any]]  # and where it begins
+_Way = tuple[str, Port[Any]]  # its hops (source model's name, "" from outside; port) backwards, and where it begins
 
 
 def flatten(root: Model) -> list[Atomic]:
@@ -34,7 +33,7 @@ def flatten(root: Model) -> list[Atomic]:
     into: dict[Port[Any], list[_Way]] = {}
     for start in starts:
         if root is start.owner and isinstance(root, Atomic):
-            into[start] = [((), start)]
+            into[start] = [("", start)]
         else:
             _follow(start, ahead, root, into)
 
@@ -70,17 +69,18 @@ def _follow(
     start: Port[Any], ahead: dict[Port[Any], list[Port[Any]]], root: Model, into: dict[Port[Any], list[_Way]]
 ) -> None:
     """All ways from a port, noted at their ends."""
-    going: list[tuple[Port[Any], _Hops]] = [(start, ())]
+    going = [(start, "")]
     while going:
         port, hops = going.pop()
         for target in ahead.get(port, ()):
             owner = target.owner
-            hop = ("" if owner.parent is port.owner else port.owner.name, port.name)
+            source = "" if owner.parent is port.owner else port.owner.name
+            way = f"{source}\0{port.name}\1{hops}"  # sorts as the tuple of its names would, and is no container
             if isinstance(owner, Atomic) or owner is root:
-                into.setdefault(target, []).append(((hop, hops), start))
+                into.setdefault(target, []).append((way, start))
             else:
-                going.append((target, (hop, hops)))
+                going.append((target, way))
 
 
-def _hops(way: _Way) -> _Hops:
+def _hops(way: _Way) -> str:
     return way[0]
