@@ -38,6 +38,7 @@ class Chromium:
         self._process = subprocess.Popen(
             command, preexec_fn=wire, pass_fds=(3, 4), stdin=quiet, stdout=quiet, stderr=quiet
         )  # fmt: skip
+        self.pid = self._process.pid
         os.close(to_read)
         os.close(to_write)
         self._buffer, self._number, self._session = b"", 0, ""
