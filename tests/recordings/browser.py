@@ -15,8 +15,8 @@ from typing import Any, Self
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 FLAGS = (
-    "--headless", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-    "--hide-scrollbars", "--no-first-run", "--disable-extensions", "--disable-gpu-vsync", "--remote-debugging-pipe",
+    "--headless", "--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader", "--hide-scrollbars", "--no-first-run",
+    "--disable-extensions", "--remote-debugging-pipe",
 )  # fmt: skip
 PATIENCE_s = 60.0
 
