@@ -43,7 +43,7 @@ class Chromium:
         os.close(to_write)
         self._buffer, self._number, self._session = b"", 0, ""
         self.complaints: list[str] = []
-        """What the page has written to its console, or was refused."""
+        """What went wrong in the page, or was refused to it."""
         target = self("Target.createTarget", url="about:blank")["targetId"]
         self._session = self("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Page", "Runtime", "Log", "Network"):
@@ -75,9 +75,9 @@ class Chromium:
             "Runtime.exceptionThrown": lambda p: (
                 p["exceptionDetails"].get("exception", {}).get("description", "exception")
             ),
-            "Log.entryAdded": lambda p: f"{p['entry']['level']}: {p['entry']['text']}",
+            "Log.entryAdded": lambda p: p["entry"]["text"] if p["entry"]["level"] == "error" else "",
         }.get(found.get("method", ""))
-        if told is not None:
+        if told is not None and told(found["params"]):
             self.complaints.append(told(found["params"]))
         if found.get("method") == "Network.requestWillBeSent":
             self.requests = [*getattr(self, "requests", []), found["params"]["request"]["url"]]
