@@ -9,15 +9,19 @@ what the nodes declare, and says when the run is over.  `watch` hears of committ
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 
 from heavylift.kernel.errors import ProtocolError, Stopped
 from heavylift.nodes.devs import Event, Tag
 
 from . import messages as m
-from .core import Coordinator, Outcome
+from .core import Outcome
 from .distance import Coupling
 from .hub import Hub, LocalHub
 from .live.audience import Audience
+from .live.desk import Desk
+from .live.tempo import Tempo
+from .outside import OpenCoordinator
 from .participant import version
 from .tape import Tape
 from .watch import Watch
@@ -40,10 +44,17 @@ class Conversation:
         watch: Watch,
         finish: tuple[str, str] | None = None,
         audience: Audience | None = None,
+        tempo: Tempo | None = None,
+        desk: Desk | None = None,
+        outside: Iterable[Coupling] = (),
     ) -> None:
-        """`end`: what lies before it is done; `finish`: the (node, port) whose event ends the run."""
+        """`end`: what lies before it is done; `finish`: the (node, port) whose event ends the run.
+
+        `outside`: couplings from sources that are no nodes; `desk` takes orders, which may change the `tempo`.
+        """
         self._hub, self._tape, self._watch, self._audience = hub, tape, watch, audience
-        self.core = Coordinator(hub.nodes, couplings, end, finish, self._event)
+        self._tempo, self._desk = tempo or Tempo(), desk
+        self.core = OpenCoordinator(hub.nodes, couplings, end, finish, self._event, outside)
         self.now = Tag(0)
         """Tag of the last event, or time of the last sample."""
         self.grants = 0
@@ -69,18 +80,26 @@ class Conversation:
 
     def play(self) -> Outcome:
         """Rounds until nothing is left to do before the end; again, if the end has been moved."""
+        core, tempo = self.core, self._tempo
         while True:
-            for name, grant in self.core.ready():
+            if self._desk is not None:
+                self._desk.attend(core)
+            grants = core.ready(tempo.horizon(core))
+            if grants:
+                tempo.granted()
+            for name, grant in grants:
                 self._send(name, grant)
                 self.grants += 1
-            self._tape.settle(self.core.floor.t)
-            outcome = self.core.over
+            self._tape.settle(core.floor.t)
+            outcome = core.over
             if outcome is not None:
                 return outcome
-            node, message = self._receive()
-            if not isinstance(message, m.Done):
-                raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where DONE was expected")
-            self.core.done(node, message)
+            got = self._hear(min(LOOK_s, tempo.rest(core)))
+            if got is not None:
+                node, message = got
+                if not isinstance(message, m.Done):
+                    raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where DONE was expected")
+                core.done(node, message)
 
     def dismiss(self, end: Tag) -> dict[str, m.Bye]:
         """The ordered end: STOP, the last samples, BYE of every node."""
@@ -112,24 +131,34 @@ class Conversation:
     def _receive(self, patience: float | None = None) -> tuple[str, m.AnyMessage]:
         deadline = time.monotonic() + patience if patience else None
         while True:
-            got = self._hub.receive(LOOK_s)
-            self._take_samples()
+            got = self._hear(LOOK_s)
             if got is not None:
-                node, data = got
-                message = m.decode(data)
-                self._tape.protocol(self.now.t, node, "from node", message, data)
-                if isinstance(message, m.Fail):
-                    self._tape.failed(message)
-                    raise self.core.failed(node, message)
-                return node, message
+                return got
             if deadline is not None and time.monotonic() > deadline:
                 raise ProtocolError(f"no node has said HELLO for {patience:.0f} s; start the run again")
+
+    def _hear(self, timeout: float) -> tuple[str, m.AnyMessage] | None:
+        """The next message of a node, if one comes in time [s]; samples that came meanwhile are taken."""
+        got = self._hub.receive(timeout)
+        self._take_samples()
+        if got is None:
+            return None
+        node, data = got
+        message = m.decode(data)
+        self._tape.protocol(self.now.t, node, "from node", message, data)
+        if isinstance(message, m.Fail):
+            self._tape.failed(message)
+            raise self.core.failed(node, message)
+        return node, message
 
     def _event(self, event: Event) -> None:
         self.now = max(self.now, event.tag)
         self._tape.event(event)
         if self._audience is not None:
             self._audience.event(event)
+        if self._desk is not None:
+            self._desk.event(event)
+        self._tempo.event()
         self._watch.event(event)
 
     def _take_samples(self) -> None:

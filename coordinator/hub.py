@@ -27,6 +27,7 @@ from heavylift.coordinator.placement import Placement
 from heavylift.coordinator.session import (
     HUB,
     OBSERVER,
+    OPERATOR,
     RunDirectory,
     Ticket,
     check_names,
@@ -129,7 +130,7 @@ class Hub(_Desk):
         processes = check_names(placement.processes, "process")
         self.directory = RunDirectory()
         local = [process for process in processes if process not in placement.remote]
-        self._passwords = {user: new_password() for user in ("coordinator", OBSERVER, *local)}
+        self._passwords = {user: new_password() for user in ("coordinator", OBSERVER, OPERATOR, *local)}
         run = new_run_id()
         try:
             session = hub_session(run, self.directory, self._passwords, door, placement.remote)
@@ -204,6 +205,11 @@ class Hub(_Desk):
                 sample = self._inbox.recv()
             if str(sample.key_expr) != self._wake_key:
                 return self._open(sample, self._out)
+
+    def serve(self, topic: str, answer: Callable[[zenoh.Query], None]) -> None:
+        """Hand the queries on a topic of the run to `answer`, which a thread of the bus calls."""
+        handler: Callback[zenoh.Query] = Callback(answer, indirect=False)
+        self._served = self._session.declare_queryable(key(self.run, topic), handler)
 
     def supervise(self, deaths: Callable[[], Mapping[str, str]]) -> None:
         """Let `deaths` tell which processes have ended and how; the watching thread calls it."""
