@@ -40,6 +40,7 @@ class Desk:
         self._journal: Journal | None = None
         self._queries: deque[zenoh.Query] = deque()
         self._unanswered: dict[int, zenoh.Query] = {}  # by the time of the command [ns]
+        self._steps: list[zenoh.Query] = []
         self._last = -1
 
     def open(self, hub: Hub) -> None:
@@ -47,7 +48,9 @@ class Desk:
         hub.serve("control", self._arrived)
 
     def attend(self, core: OpenCoordinator) -> None:
-        """Do what has been ordered since the last time."""
+        """Do what has been ordered since the last time; tell those who wait for the end of a step."""
+        if self._steps and self._tempo.held and self._tempo.limit is not None:
+            self._stepped(f"paused at {_seconds(self._tempo.limit)}")
         while self._queries:
             query = self._queries.popleft()
             try:
@@ -69,6 +72,11 @@ class Desk:
                 at = f"{answer.text}: at {answer.t_ns * 1e-9:.9f} s"
                 _reply(query, not answer.refused, f"{at} refused: {answer.refused}" if answer.refused else at)
 
+    def _stepped(self, said: str) -> None:
+        for query in self._steps:
+            _reply(query, True, said)
+        self._steps.clear()
+
     def _arrived(self, query: zenoh.Query) -> None:
         self._queries.append(query)
         self._tempo.alarm.set()
@@ -81,10 +89,12 @@ class Desk:
                 return f"paused at {_seconds(tempo.pause(core))}"
             case "continue":
                 tempo.go_on()
+                self._stepped("goes on")
                 return "goes on"
             case "step":
-                to = tempo.step(core, order.by_ns)
-                return f"goes on to {_seconds(to)}" if to else "goes on to the next event"
+                tempo.step(core, order.by_ns)
+                self._steps.append(query)
+                return ""
             case "stop":
                 t = self._give(OperatorCommand("stop"), core)
                 tempo.go_on()
@@ -98,8 +108,7 @@ class Desk:
 
     def _give(self, said: OperatorCommand, core: OpenCoordinator) -> int:
         """Let a command take effect as soon as may be; returns when [ns]."""
-        safe = core.safe
-        t = max(safe.t + (safe.k > 0), self._last + 1)
+        t = max(core.safe_ns, self._last + 1)
         if Tag(t) >= core.end:
             raise HeavyliftError(f"{said.text}: too late, everything before the end of the run is decided already")
         given = Given(Tag(t), canonical(said))
@@ -116,7 +125,7 @@ class Desk:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        for query in (*self._queries, *self._unanswered.values()):
+        for query in (*self._queries, *self._steps, *self._unanswered.values()):
             _reply(query, False, "the run has ended")
         if self._journal is not None:
             self._journal.close()

@@ -19,6 +19,7 @@ from heavylift.nodes.devs import FOREVER, NEVER, Tag, after
 __all__ = ["Lateness", "Pace", "RealTime"]
 
 LATE_s = 0.01  # more than a wake-up from sleep
+REST_s = 1e-6  # shortest rest: less may be lost in rounding the clock
 
 
 class Lateness(NamedTuple):
@@ -87,7 +88,9 @@ class RealTime(Pace):
 
     def wait(self, first: Tag) -> float:
         """Until the clock reaches `first`."""
-        return max(0.0, -self._lateness(first)) if first < FOREVER else math.inf
+        if first == FOREVER:
+            return math.inf
+        return max(REST_s, -self._lateness(first)) if self._since is None or first.t >= self._now() else 0.0
 
     def granted(self, first: Tag) -> None:
         """Note how late it is."""

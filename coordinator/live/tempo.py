@@ -28,11 +28,14 @@ class Tempo:
         self.alarm = Alarm()
         """Ends a rest; set by whoever has something to say."""
         self.limit: Tag | None = None
+        self.held = False
+        """Whether all below the limit is done."""
         self._to_event = False
         self._horizon = self._first = Tag(0)
 
     def horizon(self, core: OpenCoordinator) -> Tag:
         """Nothing at or after it may be decided now."""
+        self.held = False
         if self._free:
             return FOREVER
         self.alarm.clear()
@@ -40,6 +43,7 @@ class Tempo:
         if self.limit is not None and self.limit <= first and not core.waiting:
             if not self._to_event or first == FOREVER:
                 self.pace.hold()
+                self.held = True
                 return self.limit
             self.limit = Tag(first.t + GRAIN_ns)  # one instant more
         self._horizon = max(self._horizon, self.pace.horizon(first))
@@ -72,16 +76,16 @@ class Tempo:
 
     def pause(self, core: OpenCoordinator) -> Tag:
         """Stop as soon as may be; returns where."""
-        self.limit, self._to_event = core.safe, False
+        self.limit, self._to_event = Tag(core.safe_ns), False
         return self.limit
 
-    def step(self, core: OpenCoordinator, by_ns: int | None) -> Tag | None:
-        """Go on for so long and pause again; None: until an event has left; returns where, if known."""
-        here = self.limit if self.limit is not None else core.safe
+    def step(self, core: OpenCoordinator, by_ns: int | None) -> None:
+        """Go on for so long and pause again; None: until an event has left."""
+        here = self.limit if self.limit is not None else Tag(core.safe_ns)
         self._to_event = by_ns is None
         self.limit = here if by_ns is None else Tag(here.t + by_ns)
+        self.held = False
         self.pace.go_on(here)
-        return None if by_ns is None else self.limit
 
     def go_on(self) -> None:
         """Without any limit."""

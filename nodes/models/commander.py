@@ -18,7 +18,7 @@ from heavylift.nodes.scene.plan import Plan
 
 from .checks import check
 from .conditions import OFF, Moment, crossings, holds, next_time, words
-from .jobs import Job, seconds
+from .jobs import Job, addressed, seconds
 from .messages import (
     BrakeOrder,
     Done,
@@ -158,6 +158,9 @@ class Commander(Atomic):
             if action.timeout is not None and self.now.t >= self.since + ns(action.timeout):
                 raise ModelError(f"{self.waiting_for()}: timeout of {action.timeout:g} s")
             return False
+        aside = {job.actor for job in self.jobs if job.action == ASIDE and not job.halting and not job.limit}
+        if any(aside if actor is None else actor in aside for actor in map(addressed, action.orders)):
+            return False  # an operator's order comes first
         self._forget(condition)
         self.index, self.since = self.index + 1, self.now.t
         if action.stage:

@@ -49,8 +49,8 @@ def spoken(scene: LoadedScene, words: str) -> actions.Action:
     for order in orders:
         if told := _refused(scene, order):
             raise _wrong(words, at, told)
-    told = tuple(msgspec.structs.replace(order, where=NAME) for order in orders)
-    return actions.Action(orders=told, where=NAME)
+    given = tuple(msgspec.structs.replace(order, where=NAME) for order in orders)
+    return actions.Action(orders=given, where=NAME)
 
 
 def _refused(scene: LoadedScene, order: actions.Order) -> str:
