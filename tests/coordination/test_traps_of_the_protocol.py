@@ -13,14 +13,14 @@ from heavylift.nodes.devs import FOREVER, Atomic, Bag, Delivery, Event, In, Mess
 from mutants import MUTANTS
 
 
-class Word(Message):
+class Count(Message):
     n: int
 
 
 class Timer(Atomic):
     """Says 1, 2, 3 ... at its times [ns]; `log` has what moved it: (t, k, i | e | c, what it heard)."""
 
-    into, out = In(Word), Out(Word)
+    into, out = In(Count), Out(Count)
 
     def __init__(self, name: str, *times: int, lookahead: int = 0) -> None:
         super().__init__(name)
@@ -37,7 +37,7 @@ class Timer(Atomic):
             self.passivate()
 
     def output(self) -> None:
-        self.out.send(Word(self.n + 1))
+        self.out.send(Count(self.n + 1))
 
     def internal(self) -> None:
         self.note("i")
@@ -53,7 +53,7 @@ class Timer(Atomic):
         self.wait()
 
     def note(self, kind: str, x: Bag | None = None) -> None:
-        self.log.append((*self.now, kind, [word.n for word in x[self.into]] if x else []))
+        self.log.append((*self.now, kind, [count.n for count in x[self.into]] if x else []))
 
 
 def lines(core: Coordinator, *timers: Timer, order: int = 0) -> dict[str, list[tuple[int, int, str, list[int]]]]:
@@ -62,7 +62,7 @@ def lines(core: Coordinator, *timers: Timer, order: int = 0) -> dict[str, list[t
 
 
 def event(t: int, source: str = "a", n: int = 1, k: int = 0) -> Event:
-    return Event(t, k, source, "out", 0, "Word", encode(Word(n)))
+    return Event(t, k, source, "out", 0, "Count", encode(Count(n)))
 
 
 TO_C = [("a", "out", "c", "into"), ("b", "out", "c", "into"), ("d", "out", "c", "into")]
