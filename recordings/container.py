@@ -176,9 +176,10 @@ class Container:
 
     def _unpack(self, index: ChunkIndex) -> bytes:
         chunk = Chunk.read(self._at(index.chunk_start_offset, index.chunk_length, Opcode.CHUNK))
-        if chunk.uncompressed_size != index.uncompressed_size:
+        data = unpacked(chunk)
+        if len(data) != index.uncompressed_size:
             raise ValueError("a chunk has another size than its index says")
-        return unpacked(chunk)
+        return data
 
 
 def unpacked(chunk: Chunk) -> bytes:
