@@ -8,27 +8,20 @@ what the nodes declare, and says when the run is over.  `watch` hears of committ
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterable
-
 from heavylift.kernel.errors import ProtocolError, Stopped
 from heavylift.nodes.devs import Event, Tag
 
 from . import messages as m
-from .core import Outcome
+from .core import Coordinator, Outcome
 from .distance import Coupling
 from .hub import Hub, LocalHub
 from .live.audience import Audience
-from .live.desk import Desk
-from .live.tempo import Tempo
-from .outside import OpenCoordinator
 from .participant import version
 from .tape import Tape
 from .watch import Watch
 
 __all__ = ["Conversation"]
 
-PATIENCE_s = 30.0  # for a node's HELLO
 LOOK_s = 0.2  # how often samples are taken while a node works
 
 
@@ -44,22 +37,16 @@ class Conversation:
         watch: Watch,
         finish: tuple[str, str] | None = None,
         audience: Audience | None = None,
-        tempo: Tempo | None = None,
-        desk: Desk | None = None,
-        outside: Iterable[Coupling] = (),
     ) -> None:
-        """`end`: what lies before it is done; `finish`: the (node, port) whose event ends the run.
-
-        `outside`: couplings from sources that are no nodes; `desk` takes orders, which may change the `tempo`.
-        """
+        """`end`: what lies before it is done; `finish`: the (node, port) whose event ends the run."""
         self._hub, self._tape, self._watch, self._audience = hub, tape, watch, audience
-        self._tempo, self._desk = tempo or Tempo(), desk
-        self.core = OpenCoordinator(hub.nodes, couplings, end, finish, self._event, outside)
+        self.core = Coordinator(hub.nodes, couplings, end, finish, self._event)
         self.now = Tag(0)
         """Tag of the last event, or time of the last sample."""
         self.grants = 0
         if isinstance(hub, Hub):
             hub.when = lambda: f"t = {self.now.t * 1e-9:.3f} s"
+            hub.tell = self._tell
 
     def welcome(self, node: str, config: bytes) -> None:
         """Tell a node what it is."""
@@ -67,7 +54,7 @@ class Conversation:
 
     def hello(self, fingerprint: str) -> tuple[str, bytes]:
         """The next node that says HELLO, with what it declares; the fingerprint is what all must agree on."""
-        node, message = self._receive(PATIENCE_s)
+        node, message = self._receive()
         if not isinstance(message, m.Hello):
             raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where HELLO was expected")
         if (message.version, message.scene) != (version(), fingerprint):
@@ -80,33 +67,26 @@ class Conversation:
 
     def play(self) -> Outcome:
         """Rounds until nothing is left to do before the end; again, if the end has been moved."""
-        core, tempo = self.core, self._tempo
         while True:
-            if self._desk is not None:
-                self._desk.attend(core)
-            grants = core.ready(tempo.horizon(core))
-            if grants:
-                tempo.granted()
-            for name, grant in grants:
+            for name, grant in self.core.ready():
                 self._send(name, grant)
                 self.grants += 1
-            self._tape.settle(core.floor.t)
-            outcome = core.over
+            self._tape.settle(self.core.floor.t)
+            outcome = self.core.over
             if outcome is not None:
                 return outcome
-            got = self._hear(min(LOOK_s, tempo.rest(core)))
-            if got is not None:
-                node, message = got
-                if not isinstance(message, m.Done):
-                    raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where DONE was expected")
-                core.done(node, message)
+            node, message = self._receive()
+            if not isinstance(message, m.Done):
+                raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where DONE was expected")
+            self.core.done(node, message)
 
     def dismiss(self, end: Tag) -> dict[str, m.Bye]:
         """The ordered end: STOP, the last samples, BYE of every node."""
-        self._hub.dismiss(m.encode(m.Stop(end)))
+        for node in self._hub.nodes:
+            self._send(node, m.Stop(end))
         left: dict[str, m.Bye] = {}
         while len(left) < len(self._hub.nodes):
-            node, message = self._receive(PATIENCE_s)
+            node, message = self._receive()
             if isinstance(message, m.Bye):
                 left[node] = message
         self._take_samples()
@@ -128,37 +108,28 @@ class Conversation:
         self._tape.protocol(self.now.t, node, "to node", message, data, held)
         self._hub.send(node, data)
 
-    def _receive(self, patience: float | None = None) -> tuple[str, m.AnyMessage]:
-        deadline = time.monotonic() + patience if patience else None
+    def _receive(self) -> tuple[str, m.AnyMessage]:
         while True:
-            got = self._hear(LOOK_s)
+            got = self._hub.receive(LOOK_s)
+            self._take_samples()
             if got is not None:
-                return got
-            if deadline is not None and time.monotonic() > deadline:
-                raise ProtocolError(f"no node has said HELLO for {patience:.0f} s; start the run again")
+                node, data = got
+                message = m.decode(data)
+                self._tape.protocol(self.now.t, node, "from node", message, data)
+                if isinstance(message, m.Fail):
+                    self._tape.failed(message)
+                    raise self.core.failed(node, message)
+                return node, message
 
-    def _hear(self, timeout: float) -> tuple[str, m.AnyMessage] | None:
-        """The next message of a node, if one comes in time [s]; samples that came meanwhile are taken."""
-        got = self._hub.receive(timeout)
-        self._take_samples()
-        if got is None:
-            return None
-        node, data = got
-        message = m.decode(data)
-        self._tape.protocol(self.now.t, node, "from node", message, data)
-        if isinstance(message, m.Fail):
-            self._tape.failed(message)
-            raise self.core.failed(node, message)
-        return node, message
+    def _tell(self, sentence: str) -> None:
+        self._tape.note(self.now.t, sentence)
+        self._watch.say(sentence)
 
     def _event(self, event: Event) -> None:
         self.now = max(self.now, event.tag)
         self._tape.event(event)
         if self._audience is not None:
             self._audience.event(event)
-        if self._desk is not None:
-            self._desk.event(event)
-        self._tempo.event()
         self._watch.event(event)
 
     def _take_samples(self) -> None:

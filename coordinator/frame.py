@@ -16,10 +16,10 @@ from zlib import crc32
 
 from heavylift.kernel.errors import ProtocolError
 
-__all__ = ["FIRST_EPOCH", "Reader", "Topic", "Writer"]
+__all__ = ["FIRST_EPOCH", "LAST_EPOCH", "Reader", "Topic", "Writer"]
 
 MAGIC = b"HLF1"
-FIRST_EPOCH = 1
+FIRST_EPOCH, LAST_EPOCH = 1, 255
 _START = struct.Struct("<IQ")  # crc32, sequence number
 _IDENTITY = struct.Struct("<4sBIBB")  # magic, topic, epoch, lengths of the run id and of the node's name
 _FIXED = _START.size + _IDENTITY.size
@@ -69,6 +69,14 @@ class Reader:
             raise self._refusal(data)
         self._next += 1
         return payload
+
+    def outdated(self, data: bytes) -> bool:
+        """Whether a refused message is undamaged and of an earlier incarnation of this node."""
+        at, end = _START.size + len(MAGIC) + 1, _START.size + len(self._identity)  # of the epoch; of the identity
+        if len(data) < end or crc32(data[4:]) != int.from_bytes(data[:4], "little"):
+            return False
+        same = data[_START.size : at] + bytes([self.epoch]) + data[at + 1 : end]
+        return same == self._identity and data[at] < self.epoch
 
     def _refusal(self, data: bytes) -> ProtocolError:
         """The sentence for a frame that is not the next one of this node, topic, epoch and run."""

@@ -91,7 +91,11 @@ class Gate:
             return Answer(hub.ticket(name))
         return Answer(None, why)
 
+    def free(self, process: str) -> None:
+        """Who has joined as this process is lost: another one may."""
+        self._asked.pop(process, None)
+
     def _taken(self, process: str) -> bool:
         """Whether somebody has joined as this process, or has just been given a ticket."""
         recently = time.monotonic() - self._asked.get(process, -JOIN_s) < JOIN_s
-        return process in self.hosts and (recently or self._hub.present(process))
+        return recently or self._hub.joined(process)

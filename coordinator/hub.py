@@ -2,16 +2,13 @@
 
 Contract of both: messages of one node arrive in order, each once, each checked; anything else raises a
 ProtocolError. `samples` holds all batches that a node sent before the message that `receive` has given last.
-A node that is gone before `dismiss` makes `receive` raise, after all that the node had said before its end.
-
-Zenoh's `recv` has no timeout, so a watching thread wakes it with a message to ourselves: when a node is lost
-and when a deadline has passed (it looks 20 times a second, so timeouts are rounded up to the next 0.05 s).
+A process that is lost before `dismiss` makes `receive` raise, after all that it had said before its end; a hub
+that knows better replaces it (succession.py). What an earlier incarnation of a process still says is dropped.
+A watching thread wakes `receive` with a message to ourselves (lookout.py).
 """
 
 from __future__ import annotations
 
-import queue
-import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
@@ -23,11 +20,11 @@ from heavylift.coordinator.door import Door
 from heavylift.coordinator.frame import FIRST_EPOCH, Reader, Topic, Writer
 from heavylift.coordinator.gate import Gate
 from heavylift.coordinator.link import FIFO, LOCAL, JOIN_s, LocalLink, matched
+from heavylift.coordinator.lookout import Lookout
 from heavylift.coordinator.placement import Placement
 from heavylift.coordinator.session import (
     HUB,
     OBSERVER,
-    OPERATOR,
     RunDirectory,
     Ticket,
     check_names,
@@ -42,8 +39,7 @@ from zenoh.handlers import Callback, FifoChannel
 
 __all__ = ["Hub", "LocalHub"]
 
-TICK_s = 0.05  # how often the watching thread looks
-GRACE_s = 0.3  # how long a lost connection waits for the reason of its process's end
+ANSWER_s = 1.0  # in which a process says that it is alive
 WAKE = HUB  # in place of a node's name: a message of the hub to itself
 REMOTE_s = 600.0  # in which somebody starts a process on another host
 LEAVE_s = 2.0  # in which remote processes leave a run that is over
@@ -58,6 +54,8 @@ class _Desk:
         at = {node: (process, node) for node, process in placement.process_of.items()}
         self.when: Callable[[], str] = lambda: ""
         """Gives the simulation time for a sentence, like "t = 12.5 s"; set by who knows it."""
+        self.tell: Callable[[str], None] = lambda sentence: None
+        """Hears what the run survives, and what may become a loss; set by who shows it."""
         self._session = session
         self._publishers = {
             n: session.declare_publisher(key(run, "in", *at[n]), congestion_control=block) for n in self.nodes
@@ -76,8 +74,10 @@ class _Desk:
 
     def samples(self) -> list[tuple[str, bytes]]:
         """All (node, batch) that have arrived since the last call, in order per node."""
-        batches = self._batches
-        return [self._open(batches.popleft(), self._data) for _ in range(len(batches))] if batches else []
+        if not self._batches:
+            return []
+        found = (self._open(self._batches.popleft(), self._data) for _ in range(len(self._batches)))
+        return [batch for batch in found if batch is not None]
 
     def publish_event(self, path: str, port: str, payload: bytes) -> None:
         """Show a committed event to observers (key event/<model path>/<port>); a slow one misses some."""
@@ -92,7 +92,8 @@ class _Desk:
         """Show data of a recording to observers (key sample/<topic>); a slow one misses some."""
         self._session.put(key(self.run, "sample", topic), payload, congestion_control=zenoh.CongestionControl.DROP)
 
-    def _open(self, sample: zenoh.Sample, readers: Mapping[str, tuple[str, Reader]]) -> tuple[str, bytes]:
+    def _open(self, sample: zenoh.Sample, readers: Mapping[str, tuple[str, Reader]]) -> tuple[str, bytes] | None:
+        """Node and payload; None for what an earlier incarnation of the node still says."""
         at = str(sample.key_expr)
         if at not in readers:
             raise ProtocolError(
@@ -100,7 +101,13 @@ class _Desk:
                 f"({', '.join(self.nodes)}), end the process that sends it"
             )
         node, reader = readers[at]
-        return node, reader.open(sample.payload.to_bytes())
+        data = sample.payload.to_bytes()
+        try:
+            return node, reader.open(data)
+        except ProtocolError:
+            if reader.outdated(data):
+                return None
+            raise
 
     def dismiss(self, payload: bytes) -> None:
         """Send every node its last message; from now on nodes may leave."""
@@ -130,7 +137,7 @@ class Hub(_Desk):
         processes = check_names(placement.processes, "process")
         self.directory = RunDirectory()
         local = [process for process in processes if process not in placement.remote]
-        self._passwords = {user: new_password() for user in ("coordinator", OBSERVER, OPERATOR, *local)}
+        self._passwords = {user: new_password() for user in ("coordinator", OBSERVER, *local)}
         run = new_run_id()
         try:
             session = hub_session(run, self.directory, self._passwords, door, placement.remote)
@@ -141,34 +148,33 @@ class Hub(_Desk):
         self._door, self._gate = door, None  # type: Door | None, Gate | None
         self._here = self._session.liveliness().declare_token(key(run, "alive", HUB))
         self._met: set[str] = set()
-        self._failure: ProtocolError | None = None
-        self._deadline: float | None = None
-        self._dismissed = False
-        self._deaths: Callable[[], Mapping[str, str]] = dict
-        self._bell: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._lookout = Lookout(processes, self._wake, self.present)
         self._wake_key = key(run, "out", WAKE, WAKE)
         channel: FifoChannel[zenoh.Sample] = FifoChannel(FIFO)
         self._inbox = self._session.declare_subscriber(key(run, "out", "*", "*"), channel)
-        tokens = Callback(self._token, indirect=False)
-        self._tokens = self._session.liveliness().declare_subscriber(key(run, "alive", "*"), tokens)
+        tokens = Callback(self._lookout.token, indirect=False)
+        self._tokens = self._session.liveliness().declare_subscriber(key(run, "alive", "*", "*"), tokens)
         leave = Callback(self._leave, indirect=False)
         self._leaving = self._session.declare_queryable(key(run, "leave", "*"), leave)
-        self._closed = threading.Event()
-        self._watcher = threading.Thread(target=self._watch, name="hub watch", daemon=True)
-        self._watcher.start()
+        self._lookout.start()
 
     def ticket(self, process: str) -> Ticket:
         """What this process needs to join."""
-        nodes = self.placement.processes[process]
-        return Ticket(self.run, process, nodes, FIRST_EPOCH, self.directory.socket, self._passwords.get(process, ""))
+        nodes, epoch = self.placement.processes[process], self.epoch(process)
+        return Ticket(self.run, process, nodes, epoch, self.directory.socket, self._passwords.get(process, ""))
 
     def admit(self, scene: str, say: Callable[[str], None]) -> None:
         """Let the processes of other hosts join a run of the scene with this fingerprint; `say` how, and who did."""
         if self._door is not None:
             self._gate = Gate(self, self._session, scene, say)
-            at = f"--connect {self._door.seen_from_afar} --certificates DIRECTORY --run {self.run}"
             for process in sorted(self.placement.remote):
-                say(f"waiting for process {process}; on its host type: heavylift node {process} {at}")
+                say(f"waiting for process {process}; {self.invitation(process)}")
+
+    def invitation(self, process: str) -> str:
+        """What lets a process of another host join."""
+        assert self._door is not None, "there is no other way for a remote process"
+        at = f"--connect {self._door.seen_from_afar} --certificates DIRECTORY --run {self.run}"
+        return f"on its host type: heavylift node {process} {at}"
 
     def present(self, process: str) -> bool:
         """Whether a process listens."""
@@ -181,11 +187,12 @@ class Hub(_Desk):
         super().send(node, payload)
 
     def _meet(self, node: str) -> None:
-        patience = REMOTE_s if self.placement.process_of[node] in self.placement.remote else JOIN_s
+        """Wait until a process listens: its token comes after its subscriber."""
+        process = self.placement.process_of[node]
+        patience = REMOTE_s if process in self.placement.remote else JOIN_s
         deadline = time.monotonic() + patience
-        while not matched(self._publishers[node]):
-            if self._failure is not None:
-                raise self._failure
+        while not self.joined(process) or not matched(self._publishers[node]):
+            self._hear()
             if time.monotonic() > deadline:
                 raise ProtocolError(f"node {node} did not join within {patience:g} s, start the run again")
             time.sleep(0.001)
@@ -193,99 +200,104 @@ class Hub(_Desk):
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
         """The next (node, message), or None after `timeout` [s]; a timeout of None waits for ever."""
-        self._deadline = deadline = None if timeout is None else time.monotonic() + timeout
+        self._lookout.deadline = deadline = None if timeout is None else time.monotonic() + timeout
         while True:
             sample = self._inbox.try_recv()
             if sample is None:
-                if self._failure is not None:
-                    raise self._failure
+                self._hear()
                 if deadline is not None and time.monotonic() >= deadline:
-                    self._deadline = None
+                    self._lookout.deadline = None
                     return None
                 sample = self._inbox.recv()
-            if str(sample.key_expr) != self._wake_key:
-                return self._open(sample, self._out)
+            if str(sample.key_expr) != self._wake_key and (got := self._open(sample, self._out)) is not None:
+                return got
 
-    def serve(self, topic: str, answer: Callable[[zenoh.Query], None]) -> None:
-        """Hand the queries on a topic of the run to `answer`, which a thread of the bus calls."""
-        handler: Callback[zenoh.Query] = Callback(answer, indirect=False)
-        self._served = self._session.declare_queryable(key(self.run, topic), handler)
+    def epoch(self, process: str) -> int:
+        """The present incarnation of a process."""
+        return self._lookout.epochs[process]
+
+    def joined(self, process: str) -> bool:
+        """Whether the present incarnation of a process has come."""
+        return process in self._lookout.joined
+
+    def renew(self, process: str) -> None:
+        """Let the next incarnation of a process join; what the present one still says will be dropped."""
+        self._lookout.renew(process)
+        if self._gate is not None:
+            self._gate.free(process)
+        epoch = self.epoch(process)
+        for node in self.placement.processes[process]:
+            self._met.discard(node)
+            self._writers[node] = Writer(self.run, node, Topic.IN, epoch)
+            self._out[key(self.run, "out", process, node)] = node, Reader(self.run, node, Topic.OUT, epoch)
+            self._data[key(self.run, "samples", process, node)] = node, Reader(self.run, node, Topic.SAMPLES, epoch)
+
+    def ask(self, process: str) -> bytes | None:
+        """What a process says when it is asked whether it is alive; None if it says nothing."""
+        at = key(self.run, "ask", process, str(self.epoch(process)))
+        replies = self._session.get(at, FifoChannel(4), timeout=ANSWER_s)
+        return next((reply.ok.payload.to_bytes() for reply in replies if reply.ok is not None), None)
+
+    def _hear(self) -> None:
+        """Take note of processes that have joined or are lost."""
+        news = self._lookout.news
+        while news:
+            process, epoch, how = news[0]
+            if epoch == self.epoch(process) and how is not None:
+                self.on_loss(process, how)
+            elif epoch == self.epoch(process):
+                self.on_join(process)
+            news.popleft()
+
+    def on_join(self, process: str) -> None:
+        """A process is there and listens."""
+
+    def on_loss(self, process: str, how: str) -> None:
+        """A process is lost; raises if the run cannot go on."""
+        raise self.gone(process, how)
+
+    def gone(self, process: str, how: str) -> ProtocolError:
+        """The sentence about a lost process."""
+        return ProtocolError(f"{self.told(process, 'gone')}: {how}; start the run again")
+
+    def told(self, process: str, what: str) -> str:
+        """Beginning of a sentence: which nodes are gone or replaced, and when."""
+        host = self._gate.hosts.get(process, "") if self._gate else ""
+        at = self.when()
+        return f"{self.placement.told(process, host)} {what}{' at ' + at if at else ''}"
 
     def supervise(self, deaths: Callable[[], Mapping[str, str]]) -> None:
         """Let `deaths` tell which processes have ended and how; the watching thread calls it."""
-        self._deaths = deaths
+        self._lookout.supervise(deaths)
 
     def notice(self) -> None:
         """Make the watching thread look at once."""
-        self._bell.put(None)
+        self._lookout.notice()
+
+    def excuse(self, process: str) -> None:
+        """A process may leave now."""
+        self._lookout.excuse(process)
 
     def dismiss(self, payload: bytes) -> None:
         """Send every node that has joined its last message; from now on nodes may leave."""
-        self._dismissed = True
+        self._lookout.excuse(*self.placement.processes)
         for node in self.nodes:
             if matched(self._publishers[node]):
                 super().send(node, payload)
 
     def close(self) -> None:
         """End the session and remove the run's directory."""
-        self._dismissed = True
+        self._lookout.excuse(*self.placement.processes)
         deadline = time.monotonic() + LEAVE_s
         while any(self.present(process) for process in self.placement.remote) and time.monotonic() < deadline:
             time.sleep(0.005)  # they close when all that they have said is here
-        self._closed.set()
-        self.notice()
-        self._watcher.join(timeout=1.0)
+        self._lookout.close()
         super().close()
         self.directory.remove()
 
     def _leave(self, query: zenoh.Query) -> None:
         """Answer a process that has waited with closing until all that it had sent is here."""
         query.reply(query.key_expr, b"")
-
-    def _token(self, sample: zenoh.Sample) -> None:
-        if sample.kind == zenoh.SampleKind.DELETE:
-            self._bell.put(str(sample.key_expr).split("/")[-1])
-
-    def _watch(self) -> None:
-        """The watching thread: deadlines, lost connections, ended processes."""
-        lost: dict[str, float] = {}
-        woken: float | None = None
-        while not self._closed.is_set():
-            try:
-                process = self._bell.get(timeout=0.005 if lost else TICK_s)
-                if process is not None:
-                    lost.setdefault(process, time.monotonic())
-            except queue.Empty:
-                pass
-            deadline = self._deadline
-            if deadline is not None and deadline != woken and time.monotonic() >= deadline:
-                woken = deadline
-                self._wake()
-            if self._failure is None and not self._dismissed:
-                self._look_for_deaths(lost)
-            else:
-                lost.clear()
-
-    def _look_for_deaths(self, lost: dict[str, float]) -> None:
-        now = time.monotonic()
-        deaths = self._deaths()
-        for process in deaths:
-            since = lost.setdefault(process, now)
-            if not self.present(process) or now - since > GRACE_s:  # its last messages have arrived
-                return self._fail(process, deaths[process])
-        for process, since in lost.items():
-            if process not in deaths and now - since > GRACE_s:
-                return self._fail(process, "it left the run")
-
-    def _fail(self, process: str, how: str) -> None:
-        if not self._dismissed:
-            at, who = self.when(), self.placement.told(process, self._host(process))
-            self._failure = ProtocolError(f"{who} gone{' at ' + at if at else ''}: {how}; start the run again")
-            self._wake()
-
-    def _host(self, process: str) -> str:
-        """The host of a remote process that has joined, else ""."""
-        return self._gate.hosts.get(process, "") if self._gate else ""
 
     def _wake(self) -> None:
         self._session.put(self._wake_key, b"", congestion_control=zenoh.CongestionControl.BLOCK)
@@ -324,4 +336,6 @@ class LocalHub(_Desk):
                     f"run {self.run}: the coordinator waits for a message, but no node of this process "
                     "has one to answer, send a message before receiving"
                 )
-        return self._open(self._inbox.popleft(), self._out)
+        got = self._open(self._inbox.popleft(), self._out)
+        assert got is not None, "nodes of this process have no successors"
+        return got

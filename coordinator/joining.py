@@ -10,17 +10,23 @@ from .hub import Hub, LocalHub
 from .participant import NODE_MODULE, PRELOAD, Participant
 from .placement import Placement
 from .processes import Processes
+from .succession import DEADLINE_s, Succession
 
 __all__ = ["joined"]
 
 
 @contextmanager
 def joined(
-    placement: Placement, in_process: bool, processes: Processes | None = None, door: Door | None = None
+    placement: Placement,
+    in_process: bool,
+    processes: Processes | None = None,
+    door: Door | None = None,
+    deadline: float = DEADLINE_s,
 ) -> Iterator[Hub | LocalHub]:
     """The hub of the nodes of a placement, started in its order; at the end all processes are gone.
 
-    Processes of other hosts are not started here; they come in at the `door`.
+    Processes of other hosts are not started here; they come in at the `door`.  A process that owes an answer for
+    `deadline` [s] is asked how it gets on.
     """
     if in_process:
         with LocalHub(placement.nodes) as local:
@@ -29,6 +35,7 @@ def joined(
                 link.serve(Participant(name, link.send, link.sample).handle)
             yield local
         return
-    with Hub(placement, door) as hub, processes or Processes(PRELOAD) as crew:
+    crew = processes or Processes(PRELOAD)
+    with Succession(placement, crew, door, deadline) as hub, crew:
         crew.start(hub, {p: (NODE_MODULE,) for p in placement.processes if p not in placement.remote})
         yield hub

@@ -5,6 +5,7 @@ stand in a quarter of the time that 12 fresh interpreters take. Where forking wi
 (macOS, or an import that has started threads) it executes a fresh interpreter; all else stays the same.
 
     orders on standard input     {"do": "start", ...}   {"do": "signal", ...}   {"do": "leave"}     JSON lines
+                                 a signal goes to all nodes, or to the one that is named
     reports on standard output   {"name", "pid"} of a started node; {"name", "ended"}: exit code, -N: signal N
 
 When the orders end without "leave", the coordinator is gone: the keeper kills its nodes and removes the run's
@@ -15,6 +16,7 @@ exits.
 from __future__ import annotations
 
 import contextlib
+import faulthandler
 import gc
 import importlib
 import json
@@ -28,8 +30,9 @@ import traceback
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-__all__ = ["ORPHANED", "enter", "keep", "python"]
+__all__ = ["ORPHANED", "STACKS", "enter", "keep", "python"]
 
+STACKS = signal.SIGUSR1
 ORPHANED = 86  # exit code of a node that has lost its keeper
 
 
@@ -89,8 +92,9 @@ class _Keeper:
             self.names[pid] = order["name"]
             report({"name": order["name"], "pid": pid})
         else:
-            for pid in self.names:
-                os.kill(pid, order["signal"])
+            for pid, name in self.names.items():
+                if order.get("name") in (None, name):
+                    os.kill(pid, order["signal"])
 
     def reap(self) -> None:
         while self.names:
@@ -150,8 +154,12 @@ def python(function: str, *arguments: object) -> list[str]:
 
 
 def enter(life_line: int, module: str, arguments: Sequence[str]) -> NoReturn:
-    """Run `main(arguments)` of the module; its return value (None: 0) is the exit code of this process."""
+    """Run `main(arguments)` of the module; its return value (None: 0) is the exit code of this process.
+
+    The signal STACKS makes it write where all its threads are to its log, even if it hangs in foreign code.
+    """
     threading.Thread(target=_guard, args=(life_line,), name="life line", daemon=True).start()
+    faulthandler.register(STACKS)
     code = 1
     try:
         result = importlib.import_module(module).main(list(arguments))

@@ -71,7 +71,17 @@ class Link:
         channel: FifoChannel[zenoh.Sample] = FifoChannel(FIFO)
         self._inbox = session.declare_subscriber(key(self.run, "in", self.process, "*"), channel)
         self._join()
-        self._alive = session.liveliness().declare_token(key(self.run, "alive", self.process))
+        self._epoch = str(ticket.epoch)
+        self._alive = session.liveliness().declare_token(key(self.run, "alive", self.process, self._epoch))
+
+    def answer(self, sign: Callable[[], bytes]) -> None:
+        """Let a thread of its own say `sign()` whenever the coordinator asks whether this process is alive."""
+
+        def reply(query: zenoh.Query) -> None:
+            query.reply(query.key_expr, sign())
+
+        at = key(self.run, "ask", self.process, self._epoch)
+        self._asked = self._session.declare_queryable(at, Callback(reply))
 
     def _join(self) -> None:
         """Wait until the coordinator hears all topics: what is put earlier would be lost without a word."""

@@ -82,7 +82,7 @@ class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="ch
     why: str = ""
 
 
-class Alive(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="alive"):
+class Alive(msgspec.Struct, frozen=True, array_like=True, gc=False):
     """Steps of work that a process has done, and whether a debugger holds it."""
 
     steps: int
@@ -130,3 +130,8 @@ def decode(data: bytes) -> AnyMessage:
         return _DECODER.decode(data)
     except msgspec.MsgspecError as error:
         raise ProtocolError(f"not a message of the time protocol: {error}") from None
+
+
+def kind(data: bytes) -> str:
+    """The kind of an encoded message, without a look at the rest: it stands first."""
+    return data[2 : 2 + (data[1] & 31)].decode()

@@ -9,6 +9,7 @@ from functools import partial
 
 from heavylift.nodes.models import KERNEL
 
+from .alive import life_sign
 from .link import Link
 from .participant import Participant
 from .session import Ticket
@@ -29,6 +30,8 @@ def main(arguments: list[str]) -> int:
 def serve(link: Link) -> None:
     """Answer the coordinator until every node of the link has said BYE or FAIL."""
     playing = {name: Participant(name, partial(link.send, name), partial(link.sample, name)) for name in link.nodes}
+    everybody = list(playing.values())
+    link.answer(life_sign(lambda: sum(participant.steps for participant in everybody)))
     while playing:
         name, message = link.receive()
         if name in playing:  # one that has failed is told to stop, too

@@ -3,6 +3,7 @@
 `Processes` starts its keeper (keeper.py) at once and in the background: make it first, do the slow imports
 and the scene meanwhile, then `start`. No node outlives the coordinator: when this process is gone, however it
 ended, the keeper kills the nodes within milliseconds, and nodes that have lost their keeper exit themselves.
+A process can be replaced: `kill` it, let the hub `renew` it, `begin` it; with a lost keeper all are replaced.
 Nodes stand in a session of their own, so that Ctrl-C reaches the coordinator only, which ends them in order.
 """
 
@@ -15,17 +16,21 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Self
 
 from heavylift.coordinator.hub import Hub
-from heavylift.coordinator.keeper import python
+from heavylift.coordinator.keeper import STACKS, python
+from heavylift.kernel.errors import ProtocolError
 
-__all__ = ["Processes"]
+__all__ = ["Processes", "state"]
 
 TERMINATE_s = 0.4  # from SIGTERM to SIGKILL
 KILL_s = 0.5  # from SIGKILL to giving up
+REAP_s = 10.0  # the same for a process that must not live beside its successor
+STACKS_s = 0.5  # in which a process writes where it is
 TAIL_chars = 300
 
 
@@ -34,36 +39,91 @@ class Processes:
 
     def __init__(self, preload: Sequence[str] = (), fork: bool = sys.platform == "linux") -> None:
         """`preload`: modules for every node that start no thread; without `fork`, fresh interpreters."""
-        modules = ["heavylift.coordinator.link", *preload]
-        self._keeper = subprocess.Popen(
-            python("keep", modules, not fork),
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            start_new_session=True,
-        )
+        self._command = python("keep", ["heavylift.coordinator.link", *preload], not fork)
         self.pids: dict[str, int] = {}
         """Process id of each process that has been started."""
         self._exits: dict[str, int] = {}
         self._hub: Hub | None = None
-        self._keeper_gone = False
+        self._commands: dict[str, Sequence[str]] = {}
         self._change = threading.Condition()
+        self._launch()
+
+    def _launch(self) -> None:
+        self._keeper = subprocess.Popen(
+            self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
+        )
+        self._keeper_gone = False
         self._reader = threading.Thread(target=self._read_reports, name="keeper reports", daemon=True)
         self._reader.start()
 
     def start(self, hub: Hub, commands: Mapping[str, Sequence[str]]) -> None:
         """Start every process: name -> (module, arguments...); the module's `main(arguments)` makes its Link."""
-        self._hub = hub
+        self._hub, self._commands = hub, dict(commands)
         hub.supervise(self.deaths)
-        for process, (module, *arguments) in commands.items():
-            self._order(
-                do="start",
-                name=process,
-                module=module,
-                arguments=arguments,
-                environment=hub.ticket(process).to_environment(),
-                log=str(hub.directory.log(process)),
-                directory=str(hub.directory.path),
-            )
+        for process in commands:
+            self.begin(process)
+
+    def begin(self, process: str) -> None:
+        """Start the present incarnation of a process."""
+        assert self._hub is not None, "there is a run"
+        module, *arguments = self._commands[process]
+        self._order(
+            do="start",
+            name=process,
+            module=module,
+            arguments=arguments,
+            environment=self._hub.ticket(process).to_environment(),
+            log=str(self._hub.directory.log(process)),
+            directory=str(self._hub.directory.path),
+        )
+
+    def kill(self, process: str) -> None:
+        """Kill a process if it is there, and return when the system has forgotten it."""
+        if not self._keeper_gone:
+            self._order(do="signal", signal=int(signal.SIGKILL), name=process)
+            with self._change:
+                self._change.wait_for(lambda: process in self._exits or self._keeper_gone, timeout=REAP_s)
+        if self._keeper_gone:
+            self._replace_keeper()
+        with self._change:
+            if self._exits.pop(process, None) is None and process in self.pids:
+                raise ProtocolError(
+                    f"process {self.pids[process]} of {process} cannot be killed, it hangs in the system; "
+                    "end what it waits for and start the run again"
+                )
+            self.pids.pop(process, None)
+
+    def _replace_keeper(self) -> None:
+        """A new keeper, after all that the old one has started is gone."""
+        self._reader.join()
+        self._end_group()
+        until = time.monotonic() + REAP_s
+        while (left := [pid for pid in self.pids.values() if state(pid) not in ("", "Z")]) and time.monotonic() < until:
+            time.sleep(0.005)
+        with self._change:
+            self._exits = {name: -signal.SIGKILL for name, pid in self.pids.items() if pid not in left}
+        self._launch()
+
+    def pid(self, process: str) -> int | None:
+        """The process id of its present incarnation."""
+        return self.pids.get(process)
+
+    def state(self, process: str) -> str:
+        """The system's letter for what it does, T if it is stopped; "" if that cannot be seen."""
+        return state(self.pids.get(process, 0))
+
+    def place(self, process: str) -> str:
+        """Where its main thread is; the stacks of all its threads are in its log then."""
+        if process not in self.pids:
+            return ""
+        before = len(self.output(process))
+        self._order(do="signal", signal=int(STACKS), name=process)
+        until, stacks = time.monotonic() + STACKS_s, ""
+        while not stacks.endswith("\n") and time.monotonic() < until:
+            time.sleep(0.02)
+            stacks = self.output(process)[before:]
+        _, _, main = stacks.partition("Current thread")
+        return next((line.strip() for line in main.splitlines() if line.strip().startswith("File")), "")
 
     def deaths(self) -> dict[str, str]:
         """How each process that has ended did so, with the last line that it wrote."""
@@ -100,10 +160,14 @@ class Processes:
         with contextlib.suppress(BrokenPipeError):
             self._keeper.stdin.close()
         self._reader.join(timeout=KILL_s)  # the reports end with the keeper
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(self._keeper.pid, signal.SIGKILL)  # nodes that a killed keeper has left behind
-        self._keeper.wait()
+        self._end_group()
         self._reader.join()
+
+    def _end_group(self) -> None:
+        """Kill what a keeper that is gone has left behind."""
+        with contextlib.suppress(ProcessLookupError, PermissionError):
+            os.killpg(self._keeper.pid, signal.SIGKILL)
+        self._keeper.wait()
 
     def _alive(self) -> list[str]:
         return [node for node in self.pids if node not in self._exits]
@@ -128,7 +192,9 @@ class Processes:
                 self._change.notify_all()
             if "ended" in report and self._hub is not None:
                 self._hub.notice()
-        self._keeper_gone = True
+        with self._change:
+            self._keeper_gone = True
+            self._change.notify_all()
         if self._hub is not None:
             self._hub.notice()
 
@@ -150,3 +216,12 @@ class Processes:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.end(grace=0.8 if error is None else 0.0)
+
+
+def state(pid: int) -> str:
+    """The system's letter for what a process does; "" if there is none or it cannot be seen."""
+    try:
+        with open(f"/proc/{pid}/stat") as stat:
+            return stat.read().rpartition(")")[2].split()[0]
+    except OSError:
+        return ""

@@ -18,21 +18,22 @@ _LENGTH = Struct("<I")
 
 
 class Story:
-    """`open`: the last message waits for its answer; `hello` and `welcome` are None until they are said."""
+    """`last`: what was told last; `open`: it waits for an answer; `answer`: the last one after HELLO; `welcome` and
+    `hello` are None until they are said."""
 
     def __init__(self, path: Path) -> None:
         self._journal = Journal(path)
         self.welcome: bytes | None = None
         self.hello: bytes | None = None
         self.last, self.open = b"", False
-        self._answer = b""
+        self.answer = b""
 
     def told(self, message: bytes) -> None:
         """The node is about to be told this."""
         if self.welcome is None:
             self.welcome = message
         else:
-            self._journal.append(_entry(self._answer, message))
+            self._journal.append(_entry(self.answer, message))
         self.last, self.open = message, True
 
     def answered(self, message: bytes) -> None:
@@ -40,12 +41,12 @@ class Story:
         if self.hello is None:
             self.hello = message
         else:
-            self._answer = message
+            self.answer = message
         self.open = False
 
     def kept(self, checkpoint: bytes) -> None:
         """Who is told this answers as the node did last; all that was told before may be forgotten."""
-        rest = [_entry(self._answer, self.last)] if self.open else []
+        rest = [_entry(self.answer, self.last)] if self.open else []
         self._journal.restart([_entry(b"", checkpoint), *rest])
 
     def retell(self) -> Iterator[tuple[bytes, bytes]]:
@@ -60,7 +61,7 @@ class Story:
                 yield message, entry[_LENGTH.size : _LENGTH.size + length]
             message = entry[_LENGTH.size + length :]
         if message is not None and not self.open:
-            yield message, self._answer
+            yield message, self.answer
 
     def close(self) -> None:
         """The run is over."""

@@ -55,6 +55,9 @@ class Tape(Spent):
     def failed(self, message: m.Fail) -> None:
         """A node cannot go on."""
 
+    def note(self, t_ns: int, sentence: str) -> None:
+        """The run has survived something at this simulation time [ns]; outside the digest."""
+
     def close(self, facts: Mapping[str, object]) -> None:
         """The run has ended in order."""
 
@@ -105,6 +108,10 @@ class FileTape(Tape):
     def failed(self, message: m.Fail) -> None:
         """A node cannot go on: its traceback belongs to the record, not on the user's screen."""
         self.recorder.log(message.tag.t, "error", message.path, f"{message.sentence}\n{message.traceback}")
+
+    def note(self, t_ns: int, sentence: str) -> None:
+        """What the run has survived is told to people."""
+        self.recorder.log(t_ns, "warning", "coordinator", sentence)
 
     @clocked
     def close(self, facts: Mapping[str, object]) -> None:

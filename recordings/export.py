@@ -31,8 +31,7 @@ def export(path: str | Path, out: str | Path, patterns: Sequence[str] = ()) -> P
     if out.suffix.lower() not in SUFFIXES:
         raise RecordingError(f"{out}: a table is written as .csv or .parquet; give it one of these endings")
     rec = Recording(path)
-    with rec.reading():
-        t, columns = _columns(rec, patterns)
+    t, columns = _columns(rec, patterns)
     try:
         if out.suffix.lower() == ".csv":
             with out.open("w", newline="") as file:

@@ -33,9 +33,6 @@ def run(
     remote: Annotated[list[str] | None, typer.Option("--remote", help="this process runs on another host")] = None,
     listen: Annotated[str, typer.Option("--listen", help="tls/ADDRESS:PORT for processes of other hosts")] = "",
     keys: Certificates = Path("certificates"),
-    rate: Annotated[
-        float | None, typer.Option("--rate", help="by the clock: 1 is real time, 10 ten times as fast")
-    ] = None,
 ) -> None:
     """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
     from ..participant import PRELOAD
@@ -46,12 +43,10 @@ def run(
         from heavylift.nodes.models import KERNEL, node_names
         from heavylift.nodes.scene import load
 
-        from ..live.pace import RealTime
         from ..placement import place
         from ..progress import Progress, summary
         from ..run import run as simulate
 
-        pace = None if rate is None else RealTime(rate)
         given = [f"{key}={text}" for key, text in (("method", method), ("step", step)) if text]
         loaded = load(scene, [*(sets or []), *given])
         nodes = node_names(loaded.plan)
@@ -59,9 +54,7 @@ def run(
         door = open_door(placement.remote, listen, keys, in_process)
         path = output or Path(f"{loaded.plan.name}.mcap")
         with _page(view) as page, Progress(loaded.plan) as watch:
-            result = simulate(
-                loaded, path, in_process, watch, crew, placement=placement, door=door, page=page, pace=pace
-            )
+            result = simulate(loaded, path, in_process, watch, crew, placement=placement, door=door, page=page)
     finally:
         if crew is not None:
             crew.end()

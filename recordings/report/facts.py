@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from ..reader import Recording, guarded
+from ..reader import Recording
 from ..samples import POSE
 from ..signal import Signal
 
@@ -78,7 +78,6 @@ class Facts:
     warnings: list[Excess]
 
 
-@guarded
 def facts(rec: Recording) -> Facts:
     """The tables of a recording; whatever it has no samples of stays empty."""
     plan = _plan(rec)

@@ -1,6 +1,6 @@
 """The protocol on thousands of random models, in several orders each, and its mutants (by default there are 100).
 
-pytest -n auto tests/full/test_protocol_matrix.py        5600 runs in 3 minutes on two cores
+pytest -n auto tests/full/test_protocol_matrix.py        7200 runs in 3 minutes on two cores
 """
 
 import sys
@@ -16,7 +16,7 @@ ORDERS = 4
 
 
 @pytest.mark.parametrize(
-    "block", [pytest.param(block, marks=pytest.mark.xdist_group(f"models {block}")) for block in range(14)]
+    "block", [pytest.param(block, marks=pytest.mark.xdist_group(f"models {block}")) for block in range(18)]
 )
 def test_thousands_of_models_log_for_log(block: int) -> None:
     waves = 0

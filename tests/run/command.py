@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 HEAVYLIFT = Path(sys.executable).parent / "heavylift"
@@ -57,9 +58,13 @@ def descendants(pid):
     return found
 
 
-def of_node(pids, name):
-    """The one of these processes that runs the node of this name."""
-    (found,) = (p for p in pids if Path(f"/proc/{p}/comm").read_text().rstrip("\n") == f"hl {name}"[:15])
+def all_of_node(pids, name):
+    """Those of these processes that run the node of this name."""
+    found = []
+    for pid in pids:
+        with suppress(OSError):
+            if Path(f"/proc/{pid}/comm").read_text().rstrip("\n") == f"hl {name}"[:15]:
+                found.append(pid)
     return found
 
 

@@ -145,3 +145,21 @@ def test_a_stranger_without_a_password_is_not_admitted() -> None:
         }
         with pytest.raises(zenoh.ZError):
             zenoh.open(zenoh.Config.from_json5(json.dumps(config)))
+
+
+def test_what_an_older_incarnation_still_says_is_told_apart() -> None:
+    def spoiled(frame: bytes) -> bytes:
+        return frame[:-1] + b"?"
+
+    r = Reader(RUN, "west", Topic.OUT, 3)
+    assert r.outdated(writer(epoch=2).frame(b"done"))
+    for other in (
+        writer(epoch=3).frame(b"done"),
+        writer(epoch=4).frame(b"done"),
+        writer(node="east", epoch=2).frame(b"done"),
+        writer(run="feed", epoch=2).frame(b"done"),
+        writer(topic=Topic.SAMPLES, epoch=2).frame(b"done"),
+        spoiled(writer(epoch=2).frame(b"done")),
+        b"done",
+    ):
+        assert not r.outdated(other)

@@ -1,4 +1,4 @@
-"""The command `heavylift` as users run it, in which one node process is killed as the first stage begins.
+"""The command `heavylift` as users run it, in which one node is killed as the first stage begins, and each successor.
 
 python killer.py NODE ARGUMENTS...    prints the ids of all node processes, then what the command prints
 """
@@ -8,13 +8,15 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import threading
+import time
+from contextlib import suppress
 from typing import Any
 
 from heavylift.coordinator import cli, processes, progress
 
 victim = sys.argv.pop(1)
 crews: list[Any] = []
-dead: list[str] = []
 make, hear = processes.Processes.__init__, progress.Progress.event
 
 
@@ -25,12 +27,21 @@ def started(crew: Any, *arguments: Any, **settings: Any) -> None:
 
 def first(watch: Any, event: Any) -> None:
     hear(watch, event)
-    pids = crews[0].pids
-    if not dead:
-        print(*pids.values(), flush=True)
-        os.kill(pids[victim], signal.SIGKILL)
-        dead.append(victim)
+    if not hunting.is_alive() and not hunting.ident:
+        print(*crews[0].pids.values(), flush=True)
+        hunting.start()
 
+
+def hunt() -> None:
+    while True:
+        pid = crews[0].pids.get(victim)
+        if pid is not None:
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        time.sleep(0.001)
+
+
+hunting = threading.Thread(target=hunt, daemon=True)
 
 if __name__ == "__main__":
     processes.Processes.__init__ = started

@@ -20,7 +20,7 @@ NODES = ["commander", "west", "east", *(f"loader-{i}" for i in range(1, 7)), "bl
 
 
 @pytest.mark.parametrize("node", NODES)
-def test_a_killed_process_ends_the_run_with_a_sentence_that_names_it(tmp_path: Path, node: str) -> None:
+def test_a_node_that_cannot_live_ends_the_run_with_a_sentence_that_names_it(tmp_path: Path, node: str) -> None:
     command = [sys.executable, Path(__file__).with_name("killer.py"), node, "run", "turnover"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_s)
     *_, sentence = done.stderr.strip().splitlines()

@@ -1,0 +1,113 @@
+"""Processes are killed at any point of a run, one or many of them, and the run is the same to the last byte."""
+
+from __future__ import annotations
+
+import os
+import random
+import re
+import signal
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.model_run import run_models
+from trouble import MODELS, Troubled, pid, play, strike
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+
+MESSAGES = 126  # of the undisturbed run: three WELCOMEs, 120 GRANTs, three STOPs
+REPLACED = "node {} is replaced"
+
+
+@pytest.fixture(scope="module")
+def digest() -> str:
+    """Of the undisturbed run, in this process."""
+    return run_models(f"{MODELS}:build", in_process=True).digest
+
+
+def replaced(notes: list[str]) -> list[str]:
+    return [note.split()[1] for note in notes if " is replaced" in note]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_killed_at_random_points(digest: str, seed: int) -> None:
+    rng = random.Random(seed)
+    points = rng.sample(range(1, MESSAGES + 1), 8)
+    victims = {point: rng.choice(["north", "east", "south"]) for point in points}
+    run, notes = play({point: strike(victim) for point, victim in victims.items()})
+    assert (run.digest, run.grants) == (digest, 120)
+    assert replaced(notes)
+
+
+@pytest.mark.parametrize(("point", "what"), [(1, "the start"), (4, "the first grant"), (MESSAGES, "the last message")])
+def test_killed_at_the_edges_of_a_run(digest: str, point: int, what: str) -> None:
+    run, notes = play({point: strike("north", "east", "south")})
+    assert run.digest == digest
+    assert len(set(replaced(notes))) >= 2  # a process that has said all it had to say may die
+
+
+def test_a_sentence_tells_who_when_and_how(digest: str) -> None:
+    run, notes = play({60: strike("east", number=signal.SIGSEGV)})
+    assert re.fullmatch(
+        r"node east is replaced at t = 0\.1\d\d s: its process was ended by signal 11 \(SIGSEGV\)", *notes
+    )
+    assert run.digest == digest
+
+
+def test_two_at_once(digest: str) -> None:
+    run, notes = play({50: strike("north", "south")})
+    assert (run.digest, sorted(replaced(notes))) == (digest, ["north", "south"])
+
+
+def test_a_successor_is_killed_while_it_hears_the_story(digest: str) -> None:
+    told: list[int] = []
+
+    def twice(hub: Troubled) -> None:
+        strike("east")(hub)
+        first = pid(hub, "east")
+        say = hub._say
+
+        def and_again(node: str, life: object, payload: bytes) -> None:
+            say(node, life, payload)
+            told.append(1)
+            if node == "east" and len(told) == 10 and pid(hub, "east") != first:
+                strike("east")(hub)
+
+        hub._say = and_again  # type: ignore[method-assign]
+
+    run, notes = play({100: twice})  # type: ignore[dict-item]
+    assert (run.digest, replaced(notes)) == (digest, ["east", "east"])
+
+
+def test_the_keeper_of_all_processes_is_killed(digest: str) -> None:
+    run, notes = play({70: lambda hub: hub._crew._keeper.kill()})
+    assert (run.digest, sorted(replaced(notes))) == (digest, ["east", "north", "south"])
+
+
+def test_the_story_is_short_after_a_checkpoint(digest: str) -> None:
+    undisturbed = MESSAGES
+    run, _ = play({120: strike("south")})
+    assert run.digest == digest
+    whole = Troubled.last.said - undisturbed
+    run, _ = play({120: strike("south")}, KEEP_s=0.0, KEEP_GRANTS=5)
+    assert run.digest == digest
+    assert whole > 35  # some forty GRANTs
+    assert Troubled.last.said - undisturbed <= 2 + 5  # WELCOME, CHECKPOINT, and at most five GRANTs
+    run, notes = play({n: strike("south", "east") for n in (30, 60, 90, 120)}, KEEP_s=0.0, KEEP_GRANTS=1)
+    assert (run.digest, len(notes)) == (digest, 8)
+
+
+def test_a_process_of_several_nodes_is_replaced_with_all_of_them(digest: str) -> None:
+    run, notes = play({40: strike("yard")}, processes={"yard": ("north", "east"), "south": ("south",)})
+    assert run.digest == digest
+    assert [note.split(" at t")[0] for note in notes] == ["nodes north, east (process yard) are replaced"]
+
+
+def test_nothing_is_left_behind() -> None:
+    _, notes = play({30: strike("north"), 60: strike("east")})
+    hub = Troubled.last
+    assert len(notes) == 2
+    assert not hub.directory.path.exists()
+    time.sleep(0.05)
+    assert not any(Path(f"/proc/{pid}").exists() for pid in hub._crew.pids.values() if pid != os.getpid())
