@@ -1,6 +1,6 @@
 """The protocol on thousands of random models, in several orders each, and its mutants (by default there are 100).
 
-pytest -n auto tests/full/test_protocol_matrix.py        7200 runs in 3 minutes on two cores
+pytest -n auto tests/full/test_protocol_matrix.py        5600 runs, two minutes of CPU time
 """
 
 import sys
