@@ -72,6 +72,11 @@ class Comparison:
 def compare(a: str | Path, b: str | Path) -> Comparison:
     """Compare two recordings; RecordingError if one cannot be read."""
     A, B = Recording(a), Recording(b)
+    with A.reading(), B.reading():
+        return _compared(A, B)
+
+
+def _compared(A: Recording, B: Recording) -> Comparison:
     first = min((x for x in (_event(A, B), _sample(A, B)) if x), default=(0.0, ""))[1]
     names_a, names_b = set(A.signals()), set(B.signals())
     differences = [d for name in A.signals() if name in names_b for d in _signal(A, B, name)]
@@ -92,7 +97,8 @@ def overlay(a: str | Path, b: str | Path, out: str | Path, patterns: Sequence[st
     out = checked(out)
     A, B = Recording(a), Recording(b)
     common = [name for name in A.signals() if name in B.signals()]
-    found = [d for name in common for d in _signal(A, B, name)]
+    with A.reading(), B.reading():
+        found = [d for name in common for d in _signal(A, B, name)]
     if patterns:
         wanted = {f"{name}/{column}" for name, column in matching(A, patterns)}
         found = [d for d in found if d.name in wanted]

@@ -25,11 +25,13 @@ from mcap.reader import SeekingReader
 from mcap.records import Attachment, Chunk, ChunkIndex, Metadata
 from mcap.summary import Summary
 
-__all__ = ["BROKEN", "LIMIT", "MAGIC", "RECORD", "Container", "Raw", "unpacked"]
+__all__ = ["BROKEN", "INNER", "LIMIT", "MAGIC", "RATIO", "RECORD", "Container", "Raw", "unpacked"]
 
 MAGIC = b"\x89MCAP0\r\n"
 FOOTER = struct.Struct("<BQQQI")
 LIMIT = 64 << 20  # largest record, packed or unpacked [bytes]
+RATIO = 100  # most that a whole file may grow when it is unpacked; what runs record grows four times
+INNER = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)  # what may stand in a chunk
 RECORD = struct.Struct("<BQ")
 MESSAGE = struct.Struct("<HIQQ")
 BROKEN = (
@@ -46,6 +48,7 @@ BROKEN = (
     AttributeError,
     TypeError,
     MemoryError,
+    RecursionError,
 )
 
 
@@ -72,6 +75,8 @@ class Container:
         """Turns whatever goes wrong inside into a sentence about this file."""
         try:
             yield
+        except RecordingError:
+            raise
         except BROKEN as error:
             raise self.error(f"is damaged ({error or type(error).__name__}); run the scene again") from None
 
@@ -111,6 +116,12 @@ class Container:
         summary = reader.get_summary()
         if summary is None or summary.statistics is None:
             raise self.error("has no summary; it was not made by `heavylift run`")
+        lengths = [x.length for x in summary.attachment_indexes] + [x.length for x in summary.metadata_indexes]
+        if sum(lengths) + sum(x.chunk_length for x in summary.chunk_indexes) > self.size:
+            raise ValueError("its indexes point to more than there is")
+        size = sum(index.uncompressed_size for index in summary.chunk_indexes)
+        if size > LIMIT + RATIO * self.size:
+            raise ValueError(f"it would unpack to {size} bytes, which no run records")
         self.summary: Summary = summary
         self.counts: dict[int, int] = dict(summary.statistics.channel_message_counts)
 
@@ -165,7 +176,10 @@ class Container:
 
     def _unpack(self, index: ChunkIndex) -> bytes:
         chunk = Chunk.read(self._at(index.chunk_start_offset, index.chunk_length, Opcode.CHUNK))
-        return unpacked(chunk)
+        data = unpacked(chunk)
+        if len(data) != index.uncompressed_size:
+            raise ValueError("a chunk has another size than its index says")
+        return data
 
 
 def unpacked(chunk: Chunk) -> bytes:
@@ -191,6 +205,8 @@ def _messages(data: bytes) -> Iterator[Raw]:
     while place < len(data):
         opcode, length = RECORD.unpack_from(data, place)
         place += RECORD.size
+        if opcode not in INNER or length > len(data) - place:
+            raise ValueError("a chunk is not made of whole records")
         if opcode == Opcode.MESSAGE:
             channel, sequence, log_time, publish_time = MESSAGE.unpack_from(data, place)
             body = data[place + MESSAGE.size : place + length]

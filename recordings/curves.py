@@ -59,7 +59,9 @@ def curves(path: str | Path, patterns: Sequence[str], out: str | Path) -> Path:
     """Draw the columns that match one of the patterns into a .png, .svg or .html file."""
     out = checked(out)
     rec = Recording(path)
-    return drawn(Figure(f"{rec.run.get('scene', '')}, {rec.path.name}", panels_of(rec, patterns), rec.stages()), out)
+    with rec.reading():
+        figure = Figure(f"{rec.run.get('scene', '')}, {rec.path.name}", panels_of(rec, patterns), rec.stages())
+    return drawn(figure, out)
 
 
 def checked(out: str | Path) -> Path:

@@ -31,7 +31,8 @@ def export(path: str | Path, out: str | Path, patterns: Sequence[str] = ()) -> P
     if out.suffix.lower() not in SUFFIXES:
         raise RecordingError(f"{out}: a table is written as .csv or .parquet; give it one of these endings")
     rec = Recording(path)
-    t, columns = _columns(rec, patterns)
+    with rec.reading():
+        t, columns = _columns(rec, patterns)
     try:
         if out.suffix.lower() == ".csv":
             with out.open("w", newline="") as file:
@@ -59,6 +60,8 @@ def _columns(rec: Recording, patterns: Sequence[str]) -> tuple[NDArray[np.float6
     wanted = matching(rec, patterns)
     rec.load([*dict.fromkeys(name for name, _ in wanted)])
     signals = {name: rec.signal(name) for name, _ in wanted}
+    if len({signal.t.tobytes() for signal in signals.values()}) > 1:
+        raise ValueError("its signals do not have the same times")
     columns: dict[str, NDArray[np.float64]] = {}
     for name, column in wanted:
         signal = signals[name]

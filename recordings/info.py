@@ -25,24 +25,26 @@ def duration(seconds: float) -> str:
 def info(path: str | Path) -> str:
     """The recording at `path` described in lines of text."""
     rec = Recording(path)
-    parts = [_head(rec), _peaks(rec), _events(rec), _signals(rec), _channels(rec), _attachments(rec)]
+    with rec.reading():
+        parts = [_head(rec), _peaks(rec), _events(rec), _signals(rec), _channels(rec), _attachments(rec)]
     return "\n\n".join(part for part in parts if part)
 
 
 def info_data(path: str | Path) -> dict[str, Any]:
     """The same as plain data: facts of run and result, file, signals, channels, attachments; SI units."""
     rec = Recording(path)
-    return {
-        "path": str(rec.path),
-        "bytes": rec.size,
-        "library": rec.library,
-        "run": {name: rec.fact(name) for name in rec.run},
-        "result": {name: rec.fact(name) for name in rec.result},
-        "signals": [{"name": s, "unit": rec.unit(s), "columns": rec.columns(s)} for s in rec.signals()],
-        "stages": [{"t": t, "name": name} for t, name in rec.stages()],
-        "channels": [{"topic": t.name, "schema": t.schema, "messages": t.messages} for t in rec.topics.values()],
-        "attachments": {name: len(data) for name, data in rec.attachments.items()},
-    }
+    with rec.reading():
+        return {
+            "path": str(rec.path),
+            "bytes": rec.size,
+            "library": rec.library,
+            "run": {name: rec.fact(name) for name in rec.run},
+            "result": {name: rec.fact(name) for name in rec.result},
+            "signals": [{"name": s, "unit": rec.unit(s), "columns": rec.columns(s)} for s in rec.signals()],
+            "stages": [{"t": t, "name": name} for t, name in rec.stages()],
+            "channels": [{"topic": t.name, "schema": t.schema, "messages": t.messages} for t in rec.topics.values()],
+            "attachments": {name: len(data) for name, data in rec.attachments.items()},
+        }
 
 
 def _head(rec: Recording) -> str:

@@ -100,20 +100,23 @@ class McapFile:
         self._counts.append(0)
         return number
 
-    def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None:
-        """Append a message; log times never go back."""
+    def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes, more: bool = False) -> None:
+        """Append a message; with `more` the next one belongs to it and comes into the same chunk."""
         chunk = self._chunk
         if not self._entries:
-            self._first = log_ns
+            self._first = self._last = log_ns
         entries = self._entries.get(channel)
         if entries is None:
             entries = self._entries[channel] = bytearray()
         entries += ENTRY.pack(log_ns, len(chunk))
         chunk += MESSAGE.pack(Opcode.MESSAGE, BODY + len(data), channel, self._counts[channel], log_ns, publish_ns)
         chunk += data
-        self._last = log_ns
+        if log_ns > self._last:
+            self._last = log_ns
+        elif log_ns < self._first:  # only in what is recovered
+            self._first = log_ns
         self._counts[channel] += 1
-        if len(chunk) >= CHUNK:
+        if len(chunk) >= CHUNK and not more:
             self._close_chunk()
 
     def flush(self) -> None:

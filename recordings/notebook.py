@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .info import duration
+from .reader import Recording, guarded
 from .samples import POSE
 from .signal import Signal
 
 if TYPE_CHECKING:
     from .part import Part
-    from .reader import Recording
 
 __all__ = ["part_html", "recording_html", "signal_html"]
 
@@ -35,6 +35,7 @@ def signal_html(signal: Signal) -> str:
     return _heading(title) + drawing(signal) + _table(["", "least", "at", "largest", "at", "last"], rows)
 
 
+@guarded
 def recording_html(rec: Recording) -> str:
     """Facts, the tensions, peaks of the ropes, and which signals there are."""
     facts = [[name.replace("_", " "), rec.run[name]] for name in FACTS if name in rec.run]

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from .info import duration
 from .partfile import output_path
-from .reader import Recording
+from .reader import Recording, guarded
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -71,6 +71,7 @@ def plot(path: str | Path, out: str | Path, loaders: Mapping[str, str] | None = 
     return out
 
 
+@guarded
 def _curves(rec: Recording, loaders: Mapping[str, str] | None) -> tuple[Curves, float]:
     """Tensions of the loaders, or joint positions if there are no ropes; and clock units per second."""
     name = next((name for name in ("rope/tension", "joint/position") if _has(rec, name)), None)

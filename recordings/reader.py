@@ -10,11 +10,11 @@ asked for is read.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
-from functools import cached_property
+from functools import cached_property, wraps
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
 
 import msgspec
 import numpy as np
@@ -28,7 +28,10 @@ from .signal import Signal, only
 from .sink import FORMAT
 from .text import meant
 
-__all__ = ["RecordedEvent", "Recording", "Signal", "Topic"]
+__all__ = ["RecordedEvent", "Recording", "Topic", "guarded"]
+
+P = ParamSpec("P")
+R = TypeVar("R")
 
 
 class Topic(NamedTuple):
@@ -97,10 +100,11 @@ class Recording:
         text = self.result.get(name, self.run.get(name))
         if text is None:
             return default
-        try:
-            return msgspec.json.decode(text)
-        except msgspec.DecodeError:
-            return text
+        with self.reading():
+            try:
+                return msgspec.json.decode(text)
+            except msgspec.DecodeError:
+                return text
 
     def messages(self, *topics: str) -> Iterator[Raw]:
         """The undecoded messages of these topics in the order of the file."""
@@ -235,3 +239,14 @@ class Recording:
         with self._file.reading():
             facts = self.topics["/poses"].metadata if "/poses" in self.topics else {"names": "[]"}
             return msgspec.json.decode(facts["names"], type=list[str])
+
+
+def guarded(tell: Callable[Concatenate[Recording, P], R]) -> Callable[Concatenate[Recording, P], R]:
+    """Makes of a function of a recording one that ends in a sentence where facts in the file are not what they are."""
+
+    @wraps(tell)
+    def told(rec: Recording, /, *args: P.args, **kwargs: P.kwargs) -> R:
+        with rec.reading():
+            return tell(rec, *args, **kwargs)
+
+    return told

@@ -8,6 +8,7 @@ run was cut off, until when, and what was lost.
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
@@ -21,7 +22,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Message, Metadata, Schema
 
-from .container import BROKEN, LIMIT, MAGIC, RECORD, unpacked
+from .container import BROKEN, INNER, LIMIT, MAGIC, RATIO, RECORD, unpacked
 from .partfile import output_path
 from .rows import Peak
 from .samples import Field, SamplesForm
@@ -30,6 +31,7 @@ from .sink import Sink
 __all__ = ["Recovered", "recover"]
 
 PART, RECOVERED = ".part", "-recovered"
+UNPACKED = struct.Struct("<16xQ")  # in a chunk, behind the times of its first and last message
 PEAKS = ("rope/peak", "rope/peak_time")
 READERS: dict[int, Callable[[ReadDataStream], object]] = {
     Opcode.METADATA: Metadata.read,
@@ -78,6 +80,7 @@ def recover(path: str | Path, out: str | Path | None = None) -> Recovered:
 
 def _records(stream: BinaryIO, size: int, lost: list[str]) -> Iterator[object]:
     """The known records of the data section in order, those in chunks as well; `lost` hears what is unreadable."""
+    room = LIMIT + RATIO * size
     while (place := stream.tell()) < size:
         head = stream.read(RECORD.size)
         length = RECORD.unpack(head)[1] if len(head) == RECORD.size else LIMIT + 1
@@ -86,6 +89,10 @@ def _records(stream: BinaryIO, size: int, lost: list[str]) -> Iterator[object]:
             return
         opcode, body = head[0], stream.read(length)
         if opcode == Opcode.DATA_END:
+            return
+        room -= UNPACKED.unpack_from(body)[0] if opcode == Opcode.CHUNK and length >= UNPACKED.size else 0
+        if room < 0:
+            lost.append(f"what stood after byte {place} and would unpack to more than any run records")
             return
         try:
             found = list(_parsed(opcode, head + body))
@@ -107,7 +114,7 @@ def _parsed(opcode: int, record: bytes) -> Iterator[object]:
         while place < len(data):
             inner, length = RECORD.unpack_from(data, place)
             end = place + RECORD.size + length
-            if end > len(data) or inner == Opcode.CHUNK:
+            if end > len(data) or inner not in INNER:
                 raise ValueError("a chunk is not made of whole records")
             yield from _parsed(inner, data[place:end])
             place = end
@@ -171,16 +178,18 @@ class _Copy:
         channel = next((c for c in self._channels.values() if c.topic == "/samples"), None)
         if channel is None:
             return {}
-        fields = msgspec.json.decode(channel.metadata["signals"], type=list[Field])
-        form, names = SamplesForm(fields), next((f.columns for f in fields if f.signal == "rope/peak"), [])
-        rows = [data for data in self._samples if len(data) == len(form.image)]
-        if not names or not rows:
-            return {}
-        T, when = (np.array([np.frombuffer(row[form.places[x]], "<f8") for row in rows]) for x in PEAKS)
-        found = T.argmax(axis=0)
-        return {
-            name: Peak(float(T[r, i]), float(when[r, i])) for i, (name, r) in enumerate(zip(names, found, strict=True))
-        }
+        try:
+            fields = msgspec.json.decode(channel.metadata["signals"], type=list[Field])
+            form, names = SamplesForm(fields), next((f.columns for f in fields if f.signal == "rope/peak"), [])
+            rows = [data for data in self._samples if len(data) == len(form.image)]
+            T, when = (np.array([np.frombuffer(row[form.places[x]], "<f8") for row in rows]) for x in PEAKS)
+            found = T.argmax(axis=0) if rows else []
+            return {
+                name: Peak(float(T[r, i]), float(when[r, i]))
+                for i, (name, r) in enumerate(zip(names, found, strict=False))
+            }
+        except BROKEN:
+            return {}  # by rules of another version, or without ropes
 
     def finish(self) -> Recovered:
         """Write the result and give the file its name."""

@@ -78,7 +78,7 @@ class Rows:
 
     def write(self, log_ns: int, row: Row) -> None:
         """Write the messages of one row."""
-        self._sink.write(self._numbers, log_ns, row.t_ns, row.samples)
+        self._sink.write(self._numbers, log_ns, row.t_ns, row.samples, more=bool(self.bodies))
         if self.bodies:
             self._sink.write(self._poses, log_ns, row.t_ns, row.frames)
             if self._ropes is not None and row.t_ns >= self._lines_due and self._ropes.moved(row.poses):

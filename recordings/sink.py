@@ -81,9 +81,9 @@ class Sink:
             self.topics[topic] = self._writer.channel(topic, encoding, number, texts(facts))
         return self.topics[topic]
 
-    def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None:
-        """Append a message; to be called within `writing`."""
-        self._writer.write(channel, log_ns, publish_ns, data)
+    def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes, more: bool = False) -> None:
+        """Append a message; to be called within `writing`; `more` as in McapFile."""
+        self._writer.write(channel, log_ns, publish_ns, data, more)
 
     def writing(self) -> Any:
         """Context that turns the system's refusals into a RecordingError."""

@@ -22,7 +22,7 @@ from .content import event_text, facts_shown, inert, is_inner, load_of, packed, 
 from .drawing import Box, boxes_of
 from .info import duration
 from .partfile import output_path
-from .reader import Recording
+from .reader import Recording, guarded
 from .samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout
 
 __all__ = ["content", "page", "view"]
@@ -59,6 +59,7 @@ def page(run: dict[str, Any]) -> str:
     return re.sub(r"\{\{(\w+)\}\}", lambda place: parts[place[1]], (PAGE / "page.html").read_text())
 
 
+@guarded
 def content(rec: Recording) -> dict[str, Any]:
     """All that the page shows of a recording."""
     layout, t, rows = _rows(rec)

@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from ..reader import Recording
+from ..reader import Recording, guarded
 from ..samples import POSE
 from ..signal import Signal
 
@@ -78,6 +78,7 @@ class Facts:
     warnings: list[Excess]
 
 
+@guarded
 def facts(rec: Recording) -> Facts:
     """The tables of a recording; whatever it has no samples of stays empty."""
     plan = _plan(rec)

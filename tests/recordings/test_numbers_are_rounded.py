@@ -61,3 +61,22 @@ def test_free_joints_stand_in_the_poses_alone(tmp_path: Path) -> None:
     assert found.columns("joint/position") == ["rail.travel", "float.angle"]
     assert found.signal("joint/position").values.tolist() == [[0.0, 8 / 16]]
     assert found.signal("pose/crate").values.tolist() == [list(row[9:])]
+
+
+def test_numbers_and_poses_of_a_sample_stand_in_one_chunk(tmp_path: Path) -> None:
+    """So a chunk that is lost or cut off takes both away."""
+    layout = SampleLayout(
+        [
+            SampleChannel("x", [str(i) for i in range(3000)], "1", 0, 3000),
+            SampleChannel("pose/b", POSE, "m", 3000, 3007),
+        ]
+    )
+    rows = np.random.default_rng(4).normal(size=(40, 3007))
+    with Recorder(tmp_path / "run.mcap", {}) as rec:
+        rec.layout(layout)
+        rec.samples(msgspec.msgpack.encode([0, [*range(40)], rows.tobytes()]))
+    file = Recording(tmp_path / "run.mcap")._file
+    numbers = {c.topic: c.id for c in file.summary.channels.values()}
+    both = {numbers["/samples"], numbers["/poses"]}
+    assert len(file.summary.chunk_indexes) > 2
+    assert all(both <= set(index.message_index_offsets) for index in file.summary.chunk_indexes)

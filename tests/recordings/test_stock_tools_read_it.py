@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 from importlib.metadata import version
 from pathlib import Path
@@ -130,3 +131,18 @@ def test_events_follow_their_json_schema(recorded: Path) -> None:
 def test_nothing_is_drawn_that_was_not_given(recorded: Path, topic: str) -> None:
     with recorded.open("rb") as stream:
         assert list(make_reader(stream).iter_messages(topics=[topic])) == []
+
+
+@pytest.mark.skipif(importlib.util.find_spec("mcap_protobuf") is None, reason="mcap-protobuf-support is not installed")
+def test_the_stock_protobuf_decoder_reads_every_message(recorded: Path, rows: NDArray[np.float64]) -> None:
+    from mcap_protobuf.decoder import DecoderFactory
+
+    with recorded.open("rb") as stream:
+        reader = make_reader(stream, decoder_factories=[DecoderFactory()])
+        found = [(x[1].topic, x[3]) for x in reader.iter_decoded_messages(topics=["/samples", "/poses", "/log"])]
+    names = [type(message).__name__ for _, message in found]
+    assert {name: names.count(name) for name in set(names)} == {"Samples": 6, "FrameTransforms": 6, "Log": 1}
+    samples = [message for topic, message in found if topic == "/samples"]
+    assert [list(x.rope_tension) for x in samples] == rows[:, :2].tolist()
+    frames = [message for topic, message in found if topic == "/poses"]
+    assert [x.transforms[0].translation.z for x in frames] == rows[:, 8].tolist()

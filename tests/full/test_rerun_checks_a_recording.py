@@ -1,0 +1,28 @@
+"""`rerun mcap check`, the checker of another house, finds nothing wrong in the recording of a whole run."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.nodes.scene import load
+
+RERUN = shutil.which("rerun", path=str(Path(sys.executable).parent)) or shutil.which("rerun")
+
+
+@pytest.mark.skipif(
+    RERUN is None, reason="rerun is not installed (pip install rerun-sdk): the recording is not checked"
+)
+def test_the_checker_of_another_house_is_content(tmp_path: Path) -> None:
+    path = tmp_path / "lift.mcap"
+    run(load("lift"), path, in_process=True)
+    done = subprocess.run([str(RERUN), "mcap", "check", str(path)], capture_output=True, text=True, timeout=300)
+    said = done.stdout + done.stderr
+    assert done.returncode == 0, said
+    assert "/samples" in said
+    states = [line.split()[0] for line in said.splitlines() if " /" in line and not line.startswith("/")]
+    assert set(states) == {"ok"}, said

@@ -1,0 +1,140 @@
+"""Recordings spoiled in every way: bytes, lengths, whole records; also with checksums that hold nevertheless."""
+
+from __future__ import annotations
+
+import random
+import signal
+import struct
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+
+import zstandard
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings import Recording, compare, export, info, info_data, recover
+from heavylift.recordings.report import facts
+from heavylift.recordings.view import content
+
+PATIENCE_s = 20.0  # for all that is done with one file of a few kilobytes
+CHUNK, END, MAGIC = 6, 15, 8
+FOOTER = 20 + 9 + MAGIC
+
+
+class TooSlow(BaseException):
+    """Reading took so long that people would think it hangs."""
+
+
+@contextmanager
+def patience(seconds: float) -> Iterator[None]:
+    """Raises TooSlow when the body takes longer."""
+
+    def ring(number: int, frame: FrameType | None) -> None:
+        raise TooSlow(f"more than {seconds} s")
+
+    before = signal.signal(signal.SIGALRM, ring)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def spoiled(data: bytes, rng: random.Random) -> bytes:
+    """One of many ways to spoil a file."""
+    ways = (_bytes, _bytes, _cut, _moved, _numbers, _inside, _inside, _summary, _summary)
+    return rng.choice(ways)(data, rng)
+
+
+def _bytes(data: bytes, rng: random.Random) -> bytes:
+    out = bytearray(data)
+    for _ in range(rng.choice((1, 1, 4, 40))):
+        out[rng.randrange(len(out))] = rng.randrange(256)
+    return bytes(out)
+
+
+def _cut(data: bytes, rng: random.Random) -> bytes:
+    return data[: rng.randrange(len(data))]
+
+
+def _moved(data: bytes, rng: random.Random) -> bytes:
+    """A piece left out, doubled, or put elsewhere."""
+    a, b = sorted(rng.sample(range(len(data)), 2))
+    b = min(b, a + 300)
+    return rng.choice((data[:a] + data[b:], data[:b] + data[a:], data[:MAGIC] + data[a:b] + data[MAGIC:]))
+
+
+def _numbers(data: bytes, rng: random.Random) -> bytes:
+    """Numbers as they hurt: nothing, all bits, a little more than there is."""
+    out = bytearray(data)
+    place = rng.randrange(len(out) - 8)
+    worst = rng.choice((0, 2**64 - 1, 2**63, 2**31, len(data) + 1, 1 << 40))
+    struct.pack_into("<Q", out, place, worst)
+    return bytes(out)
+
+
+def _inside(data: bytes, rng: random.Random) -> bytes:
+    """A chunk spoiled inside, packed again with a checksum that holds."""
+    place, length = next((p, n) for opcode, p, n in records(data) if opcode == CHUNK)
+    first, last, _, _, letters = struct.unpack_from("<QQQII", data, place + 9)
+    at = place + 9 + 32 + letters
+    (packed,) = struct.unpack_from("<Q", data, at)
+    inner = zstandard.decompress(data[at + 8 : at + 8 + packed])
+    inner = (_bytes if rng.random() < 0.7 else _numbers)(inner, rng)
+    head = struct.pack("<QQQII", first, last, len(inner), zlib.crc32(inner), 4) + b"zstd"
+    frame = zstandard.compress(inner)
+    body = head + struct.pack("<Q", len(frame)) + frame
+    if len(frame) != packed:  # places in the summary no longer hold, as after any edit: for `recover`
+        return data[:place] + struct.pack("<BQ", CHUNK, len(body)) + body + data[place + 9 + length :]
+    return data[: place + 9] + body + data[place + 9 + length :]
+
+
+def _summary(data: bytes, rng: random.Random) -> bytes:
+    """Summary and footer spoiled, with a checksum that holds."""
+    start, offsets = struct.unpack_from("<QQ", data, len(data) - FOOTER + 9)
+    summary = (_bytes if rng.random() < 0.6 else _numbers)(data[start : len(data) - FOOTER], rng)
+    footer = struct.pack("<BQQQ", 2, 20, start, offsets)
+    crc = zlib.crc32(footer, zlib.crc32(summary))
+    return data[:start] + summary + footer + struct.pack("<I", crc) + data[-MAGIC:]
+
+
+def records(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """(opcode, place, length of the body) of the records of a whole file."""
+    place = MAGIC
+    while place < len(data) - MAGIC:
+        opcode, length = struct.unpack_from("<BQ", data, place)
+        yield opcode, place, length
+        place += 9 + length
+
+
+def read_in_all_ways(path: Path, whole: Path, folder: Path) -> list[str]:
+    """The sentences of all that reads a recording; anything but a RecordingError, and any hanging, is raised."""
+
+    def everything() -> None:
+        rec = Recording(path)
+        rec.events()
+        rec.load(rec.signals())
+        rec._repr_html_()
+
+    ways = (
+        everything,
+        lambda: info(path),
+        lambda: info_data(path),
+        lambda: export(path, folder / "x.csv"),
+        lambda: compare(path, whole),
+        lambda: content(Recording(path)),
+        lambda: facts(Recording(path)),
+        lambda: recover(path, folder / "saved.mcap"),
+        lambda: Recording(folder / "saved.mcap").events() if (folder / "saved.mcap").exists() else None,
+    )
+    sentences = []
+    with patience(PATIENCE_s):
+        for way in ways:
+            try:
+                way()
+            except RecordingError as error:
+                sentences.append(str(error))
+    (folder / "saved.mcap").unlink(missing_ok=True)
+    return sentences

@@ -1,0 +1,100 @@
+"""Whatever a file holds, every reading command ends in a result or in one sentence, and soon.
+
+Three hundred spoiled files here; tests/full has ten thousand.
+"""
+
+from __future__ import annotations
+
+import random
+import struct
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import zstandard
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings import Recorder, Recording, recover
+from heavylift.recordings.mcapfile import McapFile
+from spoiled import patience, read_in_all_ways, spoiled
+
+FILES, SHARDS = 300, 3
+
+
+@pytest.mark.parametrize("shard", range(SHARDS))
+def test_spoiled_files_end_in_a_sentence(recorded: Path, tmp_path: Path, shard: int) -> None:
+    data, rng = recorded.read_bytes(), random.Random(shard)
+    path, sentences = tmp_path / "spoiled.mcap", []
+    for _ in range(FILES // SHARDS):
+        path.write_bytes(spoiled(data, rng))
+        sentences += read_in_all_ways(path, recorded, tmp_path)
+    assert len(sentences) > FILES // SHARDS
+    assert not [s for s in sentences if "\n" in s or len(s) > 1000]
+
+
+def test_a_later_version_is_told(recorded: Path, tmp_path: Path, begin: Callable[[], Recorder]) -> None:
+    with Recorder(tmp_path / "later.mcap", {"format": 3, "scene": "lift"}) as rec:
+        rec.log(0, "info", "x", "x")
+    with pytest.raises(
+        RecordingError, match=r"has format 3 \(heavylift .*\), this is heavylift for format 2; update heavy"
+    ):
+        Recording(tmp_path / "later.mcap")
+    with Recorder(tmp_path / "early.mcap", {"format": 1}) as rec:
+        rec.log(0, "info", "x", "x")
+    with pytest.raises(RecordingError, match=r"has format 1 .*; run the scene again, or read it with the version that"):
+        Recording(tmp_path / "early.mcap")
+
+
+def bombs(path: Path, chunks: int, size: int) -> None:
+    """A file of a few kilobytes whose chunks unpack to very much."""
+    frame = zstandard.compress(bytes(size))
+    head = struct.pack("<QQQII", 0, 0, size, zlib.crc32(bytes(size)), 4) + b"zstd" + struct.pack("<Q", len(frame))
+    with path.open("wb") as stream:
+        file = McapFile(stream, "bomb")
+        file.metadata("run", {"format": "2"})
+        channel = file.channel("/samples", "protobuf", file.schema("x", "", b""), {"signals": "[]"})
+        for _ in range(chunks):
+            file.write(channel, 0, 0, b"")
+            file.flush()
+            index = file._chunks[-1]
+            index.uncompressed_size, index.compressed_size = size, len(frame)
+            index.chunk_start_offset, index.chunk_length = file._record(_Raw(6, head + frame))
+        file.finish()
+
+
+class _Raw:
+    """A record made of these bytes."""
+
+    def __init__(self, opcode: int, body: bytes) -> None:
+        self._opcode, self._body = opcode, body
+
+    def write(self, builder: object) -> None:
+        builder.write(struct.pack("<BQ", self._opcode, len(self._body)) + self._body)  # type: ignore[attr-defined]
+
+
+def test_what_would_unpack_to_very_much_is_refused_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "bomb.mcap"
+    bombs(path, 400, 48 << 20)
+    assert path.stat().st_size < 1 << 20
+    with (
+        patience(5.0),
+        pytest.raises(RecordingError, match=r"it would unpack to 20132659200 bytes, which no run records"),
+    ):
+        Recording(path)
+    with patience(5.0):
+        lost = recover(path).lost
+    assert lost[-1].endswith("would unpack to more than any run records")
+
+
+def test_nested_text_does_not_exhaust_the_stack(tmp_path: Path) -> None:
+    path = tmp_path / "deep.mcap"
+    with path.open("wb") as stream:
+        file = McapFile(stream, "deep")
+        file.metadata("run", {"format": "2", "rated": "[" * 200_000})
+        schema = file.schema("x", "jsonschema", b"{}")
+        channel = file.channel("/west/report", "json", schema, {"model": "west", "port": "report"})
+        file.write(channel, 0, 0, b'{"value":' + b"[" * 200_000)
+        file.finish()
+    with pytest.raises(RecordingError, match="is damaged"):
+        Recording(path).events()
+    read_in_all_ways(path, path, tmp_path)
