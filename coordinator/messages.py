@@ -10,8 +10,10 @@
 | GRANT   | hub -> node | gseq, until = B_i, echo = D[i][i],  | one outstanding per node; gseq counts up; |
 |         |             | committed, all pending inputs       | a repeated gseq is answered with the      |
 |         |             | before B_i, sorted                  | stored DONE                               |
-| DONE    | node -> hub | gseq, reached, spoken, next, offer, | all tags below `reached` are done; inputs |
-|         |             | quiet, hash                         | from there on stay pending at the hub     |
+| DONE    | node -> hub | gseq, reached, spoken, next, offer, | reached <= until, next >= reached; all    |
+|         |             | quiet, hash                         | below `reached` is done, inputs from there|
+|         |             |                                     | on stay pending; nothing is spoken earlier|
+|         |             |                                     | than quiet and lookaheads have declared   |
 | CHECK-  | both ways   | gseq; with a state: of the node     | asked for between grants, answered by the |
 | POINT   |             | after that grant                    | state; told a state, the node goes on     |
 |         |             |                                     | from it and answers with that grant's DONE|
