@@ -1,4 +1,4 @@
-"""Drive one atomic or one coupled model offline: timed inputs in, exact outputs out.
+"""Drive one atomic or one node (a coupled model) offline: timed inputs in, exact outputs out.
 
     def test_hoist_reports_when_it_is_done() -> None:
         said = drive(Hoist("hoist"), [(ns(1), "command", HoistCommand(id=7, duration=ns(2)))])
@@ -27,7 +27,8 @@ def drive(
     """All that leaves the model at t < `until` [ns]; inputs are (time [ns] or tag, in port, message)."""
     simulator = Simulator(model, log)
     simulator.start()
-    waiting = sorted(((_tag(when), port, value) for when, port, value in inputs), key=lambda entry: entry[0])
+    timed = ((_tag(model, when, port), port, value) for when, port, value in inputs)
+    waiting = sorted(timed, key=lambda entry: entry[0])
     said: list[Said] = []
     while True:
         due = simulator.next_time
@@ -42,8 +43,11 @@ def drive(
         simulator.advance(tag)
 
 
-def _tag(when: int | Tag) -> Tag:
-    return when if isinstance(when, Tag) else Tag(when)
+def _tag(model: Model, when: int | Tag, port: str) -> Tag:
+    tag = when if isinstance(when, Tag) else Tag(when)
+    if type(tag.t) is not int or tag < (0, 0):
+        raise ModelError(f"{model.path}: the input for {port} comes at {when!r}; give ns(seconds) or a Tag, from 0 on")
+    return tag
 
 
 def _twice(simulator: Simulator) -> list[Event]:

@@ -302,5 +302,6 @@ class Simulator:
     def _entry(self, name: str) -> InPort[Any]:
         port = self.model.ports.get(name)
         if not isinstance(port, InPort):
-            raise ModelError(f"{self.model.path}: there is no in port {name}")
+            ins = ", ".join(key for key, port in self.model.ports.items() if isinstance(port, InPort)) or "none"
+            raise ModelError(f"{self.model.path}: there is no in port {name}; its in ports: {ins}")
         return port
