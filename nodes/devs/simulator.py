@@ -92,7 +92,7 @@ class Simulator:
     def next_time(self) -> Tag:
         """Tag of the next internal transition; FOREVER when all are passive."""
         if self._busy:
-            at = f"{self.model.path} at {Tag(*self._last)}"
+            at = f"{self.model.path} at {Tag(*self._present.now)}"
             raise ModelError(f"{at}: a transition of this tag failed, or runs the simulator itself; start again")
         if self._present.changes:
             self._restructure()
@@ -171,10 +171,10 @@ class Simulator:
         """Steps 2 to 4 at a tag; all steps at those that follow at t < `until` [ns] while the structure stays."""
         present, schedule, atomics, trace = self._present, self._schedule, self.atomics, self.trace
         move, patience, speakers = schedule.move, self._patience.start, self._speakers
+        self._spoken, self._busy = False, True
         while True:
             (t, k), soon = tag, schedule.soon
-            self._last = present.now = tag
-            self._spoken, self._busy = False, True
+            present.now = tag
             reached = deliver(sources, values, t) if sources else ()
             if speakers and sources:
                 self._observed.note(t, sources)
@@ -216,16 +216,12 @@ class Simulator:
                         soon.append(i)
             if trace is not None:
                 trace.note(tag, atomics, imminent, sources, values)
-            self._busy = False
-            if present.changes:
-                self._due = None
+            due = None if present.changes else schedule.next(tag)
+            if due is None or due[0] >= until:
+                self._last, self._due, self._busy = tag, due, False
                 return
-            due = schedule.next(tag)
-            if due[0] >= until:
-                self._due = due
-                return
-            said = self._lambda(due)
-            tag, imminent, sources, values = due, schedule.imminent, said.sources, said.values
+            self._speak(due)
+            tag, imminent, sources, values = due, schedule.imminent, present.sources, present.values
 
     def _restructure(self) -> None:
         """What was asked of the structure since the last tag happens now, after all transitions of that tag."""
@@ -264,9 +260,13 @@ class Simulator:
 
     def _lambda(self, tag: Instant) -> Present:
         """What the imminent atomics say at `tag` = next_time, in path order; later calls find it said."""
+        if not self._spoken:
+            self._speak(tag)
+            self._spoken = True
+        return self._present
+
+    def _speak(self, tag: Instant) -> None:
         present, atomics = self._present, self.atomics
-        if self._spoken:
-            return present
         present.now, present.sources, present.values = tag, [], []
         for i in self._schedule.imminent:
             present.speaker = m = atomics[i]
@@ -281,8 +281,6 @@ class Simulator:
         present.speaker = None
         if self._promises:
             keep_promises(tag, present.sources)
-        self._spoken = True
-        return present
 
     @property
     def slack(self) -> list[Slack]:
