@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import hypot
+
 from heavylift.kernel.describe import Body, Line, Point, System
 from heavylift.kernel.forces.describe import Spring
 from heavylift.nodes.devs import Event
@@ -11,7 +13,7 @@ from heavylift.recordings import Box, RopeLine
 
 from .shapes import GREY, equivalent_box, shapes_of
 
-__all__ = ["RopeLines", "boxes"]
+__all__ = ["RopeLines", "boxes", "surroundings"]
 
 LEG, GIRDER, DECK = 4.0, 8.0, 1.2  # widths of a portal's legs and girder, height of a deck in the picture [m]
 HALF_BASE, RAIL = 13.0, 1.0  # half the base of a portal along its rails, edge of a rail [m]
@@ -34,6 +36,17 @@ def boxes(plan: Plan, systems: list[System]) -> list[Box]:
     if plan.block:
         out += _block(plan.block, bodies[plan.block.name])
     return [*out, *(box for mechanism in plan.mechanisms for box in shapes_of(mechanism.system))]
+
+
+def surroundings(plan: Plan) -> tuple[tuple[float, float, float], float]:
+    """Middle and radius [m] of what is to be seen of a plan at its start."""
+    if plan.cranes:
+        x = sum(c.gantry.start for c in plan.cranes) / len(plan.cranes)
+        y = sum(c.main.com[1] for c in plan.cranes) / len(plan.cranes)
+        return (x, y, 0.6 * y), 1.3 * y
+    arms = [p for m in plan.mechanisms for p in (*(b.com for b in m.system.bodies), *(j.p_PJ for j in m.system.joints))]
+    reach = sum(hypot(*p) for p in arms) / max(1, len(plan.mechanisms))
+    return (0.0, 0.0, 0.0), max(reach, 1.0)
 
 
 def _rails(plan: Plan) -> list[Box]:

@@ -10,14 +10,15 @@ from typing import TYPE_CHECKING
 import msgspec
 from heavylift.kernel.describe import System
 from heavylift.nodes.devs import Event, OutPort
-from heavylift.nodes.models import KERNEL, NodeModel
+from heavylift.nodes.models import KERNEL, NodeModel, system
 from heavylift.nodes.models.messages import StateEvent
 from heavylift.nodes.scene.plan import TOLERANCE_OF_ACCURACY, HookRope, Plan, Sling, encode
 from heavylift.recordings import SampleLayout, Spectator
+from heavylift.recordings.lichtblick import LAYOUT, layout
 from heavylift.recordings.samples import decode_batch
 
 from .budget import Budget, clocked
-from .drawing import RopeLines, boxes
+from .drawing import RopeLines, boxes, surroundings
 from .energy import EnergyAudit
 from .placement import Placement
 from .tape import FileTape
@@ -72,6 +73,7 @@ class Record(FileTape):
             "loaders": {x.name: carried[x.name] for x in plan.loaders if x.name in carried},
         }
         attachments = {scene.path.name: scene.text.encode(), "resolved.json": encode(plan)}
+        attachments[LAYOUT] = layout([r.name for r in system(plan).all_ropes], *surroundings(plan))
         self._facts: dict[str, object] = facts
         super().__init__(output, facts, attachments)
         for name, model in models.items():

@@ -1,7 +1,8 @@
-"""`heavylift replay`: over Zenoh again, verified, or with one model for real."""
+"""`heavylift replay`: over Zenoh again, verified, or with one model for real; `heavylift layout` for other viewers."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -117,3 +118,24 @@ def _watching(run: RecordedRun) -> AbstractContextManager[Watch]:
         return Progress(decode(run.recording.attachments[RESOLVED]))
     except (KeyError, msgspec.MsgspecError):
         return nullcontext(Watch())
+
+
+@app.command()
+def layout(
+    file: File,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="default NAME-lichtblick.json")] = None,
+) -> None:
+    """Write the layout for Lichtblick or Foxglove that a recording has with it.    heavylift layout turnover.mcap"""
+    from heavylift.recordings import Recording
+    from heavylift.recordings.lichtblick import LAYOUT
+    from heavylift.recordings.partfile import output_path
+
+    found = Recording(file).attachments.get(LAYOUT)
+    if found is None:
+        raise RecordingError(f"{file}: has no layout attached; record the scene with `heavylift run`")
+    path = output_path(output or file.with_name(f"{file.stem}-lichtblick.json"))
+    try:
+        path.write_bytes(found)
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be written ({error.strerror}); choose another place") from None
+    typer.echo(f"wrote {path}; in Lichtblick: import this layout, then open {file}")
