@@ -57,7 +57,9 @@ def view(
 @app.command()
 def report(
     file: File,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="document; default NAME-report.html")] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="document, .html or .pdf; default NAME-report.html")
+    ] = None,
 ) -> None:
     """Write the planner's document: ropes, cranes, stages, warnings.    heavylift report turnover.mcap"""
     from heavylift.recordings import report as write

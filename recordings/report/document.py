@@ -20,15 +20,19 @@ from ..partfile import output_path
 from ..plot import plot
 from ..reader import Recording
 from ..storyboard import storyboard
-from .facts import OFF_LEAD, CraneUse, Facts, RopeUse, StageUse, facts
+from .browser import print_page
+from .facts import OFF_LEAD, CraneUse, Facts, HookUse, RopeUse, StageUse, facts
 
 __all__ = ["report"]
 
-BAND = (1.05, "dynamic factors up to 1.05 are usual for onshore lifts of 100 t to 1000 t")
+BAND = 1.05  # dynamic factor that standards foresee onshore
+BAND_FROM, BAND_TO = 100e3, 1000e3  # for lifts between these masses [kg]
+RULE = "Two cranes together may carry at most 75 % of what they may carry one by one: what 'may carry' says holds that."
 STYLE = """
 body { font: 14px/1.5 system-ui, sans-serif; color: #1d2733; max-width: 1000px; margin: 24px auto; padding: 0 16px; }
 h1 { font-size: 22px; margin: 0 0 4px; } h2 { font-size: 16px; margin: 28px 0 6px; border-bottom: 1px solid #dfe4e9; }
-p.quiet { color: #66727e; } table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
+p.quiet { color: #66727e; overflow-wrap: anywhere; }
+table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
 th, td { text-align: right; padding: 3px 8px; border-bottom: 1px solid #eceff2; } th { font-weight: 600; }
 th:first-child, td:first-child { text-align: left; } td.bad { color: #a3182b; font-weight: 600; }
 img { max-width: 100%; } .verdict { padding: 8px 12px; border-radius: 4px; background: #e9f4ec; }
@@ -38,12 +42,16 @@ Cell = str | tuple[str, bool]  # text, and whether it is beyond what it should b
 
 
 def report(path: str | Path, out: str | Path) -> Path:
-    """Write the document of a recording to a .html file; RecordingError if one of them cannot be used."""
+    """Write the document of a recording to a .html or .pdf file; RecordingError if one of them cannot be used."""
     out = output_path(out)
-    if out.suffix.lower() not in (".html", ".htm"):
-        raise RecordingError(f"{out}: a report is written as .html; give it this ending (a browser prints it to PDF)")
+    kind = out.suffix.lower()
+    if kind not in (".html", ".htm", ".pdf"):
+        raise RecordingError(f"{out}: a report is written as .html or .pdf; give it one of these endings")
     rec = Recording(path)
     page = _page(rec, facts(rec), _pictures(rec))
+    if kind == ".pdf":
+        print_page(page, out)
+        return out
     try:
         out.write_text(page)
     except OSError as error:
@@ -58,16 +66,23 @@ def _page(rec: Recording, found: Facts, pictures: list[str]) -> str:
         f'<p class="quiet">{escape(_origin(rec))}</p>',
         _verdict(rec, found),
         _warnings(found),
-        _section("Cranes", ["crane", "largest load", "at", "may carry", "use"], [_crane(c) for c in found.cranes]),
+        _section("Scene", ["what", ""], [list(row) for row in found.scene]),
+        _section("Cranes", ["crane", "largest load", "at", "may carry", "use"], [_load(c) for c in found.cranes]),
+        f'<p class="quiet">{RULE}</p>' if len(found.cranes) > 1 else "",
+        _section("Hooks", ["hook", "largest load", "at", "may carry", "use"], [_load(h) for h in found.hooks]),
         _section(
-            "Ropes", ["rope", "peak", "at", "stage", "rated", "use", "rated / peak", "off-lead"],
+            "Ropes", ["rope", "peak", "at", "stage", "rated", "use", "safety factor", "off-lead"],
             [_rope(r) for r in found.ropes],
         ),
         _section(
-            "Stages", ["stage", "from", "lasts", "rope used most", "use", "dynamic factor"],
-            [_stage(s) for s in found.stages],
+            "Stages", ["stage", "from", "lasts", "rope used most", "use", "dynamic factor", "block above ground"],
+            [_stage(s, _band(found)) for s in found.stages],
         ),
-        f'<p class="quiet">{BAND[1]}.</p>' if any(s.dynamic for s in found.stages) else "",
+        f'<p class="quiet">{_told_band(found)}</p>' if any(s.dynamic for s in found.stages) else "",
+        _section(
+            "Clearances", ["between", "at least", "at"],
+            [[c.between, f"{c.distance:.2f} m", _clock(c.when)] for c in found.clearances],
+        ),
         *(f'<p><img src="data:image/png;base64,{data}" alt=""></p>' for data in pictures),
     ]  # fmt: skip
     head = f'<meta charset="utf-8"><title>{escape(title)}</title><style>{STYLE}</style>'
@@ -76,8 +91,9 @@ def _page(rec: Recording, found: Facts, pictures: list[str]) -> str:
 
 def _origin(rec: Recording) -> str:
     facts_ = [f"{duration(float(rec.fact('sim_s', 0.0)))} simulated", f"accuracy {rec.run.get('accuracy', 'unknown')}"]
-    facts_ += [f"digest {rec.result['digest'][:16]}"] if rec.result.get("digest") else []
-    return ", ".join([*facts_, rec.library, f"from {rec.path.name}"])
+    facts_ += [f"digest {rec.result['digest']}"] if rec.result.get("digest") else []
+    versions = [rec.library, f"python {rec.run.get('python', 'unknown')}", rec.run.get("platform", "")]
+    return ", ".join([*facts_, *filter(None, versions), f"from {rec.path.name}"])
 
 
 def _verdict(rec: Recording, found: Facts) -> str:
@@ -99,7 +115,20 @@ def _warnings(found: Facts) -> str:
     )
 
 
-def _crane(c: CraneUse) -> list[Cell]:
+def _band(found: Facts) -> float | None:
+    """The dynamic factor that standards foresee for this lift."""
+    lifted = max((c.load for c in found.cranes), default=0.0)
+    return BAND if BAND_FROM <= lifted <= BAND_TO else None
+
+
+def _told_band(found: Facts) -> str:
+    masses = f"onshore lifts of {BAND_FROM / 1e3:g} t to {BAND_TO / 1e3:g} t"
+    if _band(found) is None:
+        return f"Standards foresee a dynamic factor of {BAND} for {masses}; this lift is none of them."
+    return f"Standards foresee a dynamic factor of {BAND} for {masses}; what is beyond it is marked."
+
+
+def _load(c: CraneUse | HookUse) -> list[Cell]:
     use = c.load / c.capacity if c.capacity else 0.0
     return [
         c.name,
@@ -114,15 +143,18 @@ def _rope(r: RopeUse) -> list[Cell]:
     rated: list[Cell] = ["", "", ""]
     if r.rated:
         use = r.peak / r.rated
-        margin = f"{1 / use:.2f}" if use else ""
+        margin = f"{r.safety:.2f}" if r.safety else ""
         rated = [f"{r.rated / 1e3:.0f} kN", (f"{100 * use:.0f} %", use > 1), margin]
     lead: Cell = "" if r.off_lead is None else (f"{degrees(r.off_lead):.2f}°", r.off_lead > OFF_LEAD)
     return [r.name, f"{r.peak / 1e3:.1f} kN", _clock(r.when), r.stage, *rated, lead]
 
 
-def _stage(s: StageUse) -> list[Cell]:
+def _stage(s: StageUse, band: float | None) -> list[Cell]:
     factors = ", ".join(f"{crane} {factor:.3f}" for crane, factor in s.dynamic.items())
-    return [s.name, _clock(s.start), duration(s.end - s.start), s.rope, (f"{100 * s.use:.0f} %", s.use > 1), factors]
+    beyond = band is not None and any(factor > band for factor in s.dynamic.values())
+    low = "" if s.lowest is None else f"{s.lowest:.2f} m"
+    use = (f"{100 * s.use:.0f} %", s.use > 1)
+    return [s.name, _clock(s.start), duration(s.end - s.start), s.rope, use, (factors, beyond), low]
 
 
 def _section(title: str, head: Sequence[str], rows: Sequence[Sequence[Cell]]) -> str:

@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from ..reader import Recording, guarded
 from ..samples import POSE
 from ..signal import Signal
+from .clearances import Clearance, clearances, lowest
+from .scene import scene_table
 
 __all__ = ["CraneUse", "Excess", "Facts", "RopeUse", "StageUse", "facts"]
 
@@ -29,7 +31,8 @@ Floats = NDArray[np.float64]
 
 
 class RopeUse(NamedTuple):
-    """Peak [N] and when [s], in which stage; rated [N] or None; largest off-lead [rad] or None and when [s]."""
+    """Peak [N] and when [s], in which stage; rated [N] or None; largest off-lead [rad] or None and when [s]; breaking
+    force over peak, or None."""
 
     name: str
     peak: float
@@ -38,6 +41,16 @@ class RopeUse(NamedTuple):
     rated: float | None
     off_lead: float | None
     off_lead_when: float
+    safety: float | None = None
+
+
+class HookUse(NamedTuple):
+    """Largest load of a hook [kg], when [s], and the load that it may carry [kg]."""
+
+    name: str
+    load: float
+    when: float
+    capacity: float
 
 
 class CraneUse(NamedTuple):
@@ -50,7 +63,8 @@ class CraneUse(NamedTuple):
 
 
 class StageUse(NamedTuple):
-    """A stage from when to when [s]; the rope that is used most, its use; per crane the dynamic factor."""
+    """A stage from when to when [s]; the rope that is used most, its use; per crane the dynamic factor; the lowest
+    point of the block [m] or None."""
 
     name: str
     start: float
@@ -58,6 +72,7 @@ class StageUse(NamedTuple):
     rope: str
     use: float
     dynamic: dict[str, float]
+    lowest: float | None = None
 
 
 class Excess(NamedTuple):
@@ -76,6 +91,9 @@ class Facts:
     ropes: list[RopeUse]
     cranes: list[CraneUse]
     warnings: list[Excess]
+    hooks: list[HookUse]
+    clearances: list[Clearance]
+    scene: list[tuple[str, str]]
 
 
 @guarded
@@ -85,6 +103,7 @@ def facts(rec: Recording) -> Facts:
     empty = Signal(np.zeros(0), np.zeros((0, 0)), [], "N")
     tension = rec.signal("rope/tension") if "rope/tension" in rec.signals() else empty
     rated: dict[str, float] = rec.fact("rated", {})
+    factors: dict[str, float] = rec.fact("design_factors", {})
     spans = _stages(rec, tension.t[-1] if len(tension.t) else 0.0)
     hooks = {c["name"]: _hooks(plan, c["name"], tension.names) for c in plan.get("cranes", [])}
     loads = {crane: tension.values[:, columns].sum(axis=1) for crane, columns in hooks.items() if columns}
@@ -93,7 +112,9 @@ def facts(rec: Recording) -> Facts:
     for name, peak in rec.fact("peaks", {}).items():
         angle, when = leads.get(name, (None, 0.0))
         stage = next((s for s, a, b in spans if a <= peak["time"] <= b), "")
-        ropes.append(RopeUse(name, peak["tension"], peak["time"], stage, rated.get(name), angle, when))
+        breaking = rated.get(name, 0.0) * factors.get(name, 0.0)
+        safety = breaking / peak["tension"] if breaking and peak["tension"] else None
+        ropes.append(RopeUse(name, peak["tension"], peak["time"], stage, rated.get(name), angle, when, safety))
     gravity = float(plan.get("gravity", 9.80665))
     cranes = []
     for crane in plan.get("cranes", []):
@@ -101,8 +122,42 @@ def facts(rec: Recording) -> Facts:
             k = int(np.argmax(loads[crane["name"]]))
             load = float(loads[crane["name"]][k]) / gravity - sum(h["block_mass"] for h in crane["hooks"])
             cranes.append(CraneUse(crane["name"], load, float(tension.t[k]), float(crane["capacity"])))
-    stages = [_stage(span, tension, rated, loads) for span in spans]
-    return Facts(stages, ropes, cranes, _warnings(rec, ropes, cranes))
+    if len(cranes) > 1:
+        cranes.append(_together(plan, loads, tension, cranes, gravity))
+    heights = lowest(rec, plan)
+    stages = [_stage(span, tension, rated, loads)._replace(lowest=_lowest(span, heights)) for span in spans]
+    tables = stages, ropes, cranes, _warnings(rec, ropes, cranes), _hook_uses(plan, tension, gravity)
+    return Facts(*tables, clearances(rec, plan), scene_table(rec, plan))
+
+
+def _hook_uses(plan: dict[str, Any], tension: Signal, gravity: float) -> list[HookUse]:
+    """The load below each hook block."""
+    found = []
+    for crane in plan.get("cranes", []):
+        for hook in crane["hooks"]:
+            if hook.get("rope") in tension.names and len(tension.t):
+                T = tension.values[:, tension.names.index(hook["rope"])]
+                k = int(np.argmax(T))
+                load = float(T[k]) / gravity - hook["block_mass"]
+                found.append(HookUse(f"{crane['name']} {hook['name']}", load, float(tension.t[k]), hook["capacity"]))
+    return found
+
+
+def _together(
+    plan: dict[str, Any], loads: dict[str, Floats], tension: Signal, cranes: list[CraneUse], gravity: float
+) -> CraneUse:
+    """All cranes as one."""
+    total = np.sum([loads[c.name] for c in cranes], axis=0)
+    k = int(np.argmax(total))
+    blocks = sum(h["block_mass"] for c in plan["cranes"] for h in c["hooks"])
+    capacity = sum(c.capacity for c in cranes)
+    return CraneUse("all together", float(total[k]) / gravity - blocks, float(tension.t[k]), capacity)
+
+
+def _lowest(span: tuple[str, float, float], heights: tuple[Floats, Floats]) -> float | None:
+    t, z = heights
+    inside = (t >= span[1]) & (t <= span[2])
+    return float(z[inside].min()) if inside.any() else None
 
 
 def _plan(rec: Recording) -> dict[str, Any]:

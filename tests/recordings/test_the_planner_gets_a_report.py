@@ -9,7 +9,10 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
+from browser import CHROMIUM
+from heavylift.coordinator.run import run
 from heavylift.kernel.errors import RecordingError
+from heavylift.nodes.scene import load
 from heavylift.recordings import Recorder, Recording, RopeLine, SampleChannel, SampleLayout, report
 from heavylift.recordings.report import facts
 from small_run import POSE, SECOND, Stage
@@ -17,7 +20,7 @@ from small_run import POSE, SECOND, Stage
 G = 9.80665
 PLAN = {
     "gravity": G,
-    "cranes": [{"name": "west", "capacity": 40e3, "hooks": [{"block_mass": 2e3}]}],
+    "cranes": [{"name": "west", "capacity": 40e3, "gantry": {"start": 0.0}, "hooks": [{"block_mass": 2e3}]}],
     "rig": {"hook_ropes": [{"name": "west.H1", "crane": "west"}]},
 }
 TENSION = np.array([1e5, 3e5, 4.4e5, 4e5, 4e5, 4e5, 4.2e5, 4e5])  # [N] each second; rated 4.3e5
@@ -82,5 +85,38 @@ def test_the_page_says_the_worst_first_and_escapes_what_scenes_say(recorded: Pat
     assert "The rope used most is west.H1: 102 % of its rated tension. 3 warnings, listed below." in text
     assert re.findall(r'<td class="bad">(.*?)</td>', text)[-4:] == ["107 %", "102 %", "4.57°", "102 %"]
     assert text.count("data:image/png;base64,") == 2
-    with pytest.raises(RecordingError, match=r"a report is written as \.html; give it this ending"):
-        report(recorded, tmp_path / "report.pdf")
+    with pytest.raises(RecordingError, match=r"a report is written as \.html or \.pdf; give it one of these endings"):
+        report(recorded, tmp_path / "report.doc")
+
+
+def test_it_is_printed_where_a_browser_is(recorded: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if CHROMIUM:
+        assert report(recorded, tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(RecordingError) as error:
+        report(recorded, tmp_path / "other.pdf")
+    assert str(error.value) == (
+        f"{tmp_path}/other.pdf: no Chromium or Chrome is installed to print it; write {tmp_path}/other.html and print "
+        "that from any browser"
+    )
+
+
+def test_hooks_safety_and_clearances_of_a_whole_lift(tmp_path: Path) -> None:
+    scene = load("lift")
+    run(scene, tmp_path / "lift.mcap", in_process=True)
+    found = facts(Recording(tmp_path / "lift.mcap"))
+    assert [h.name for h in found.hooks] == ["crane H1", "crane H2", "crane H3"]
+    for hook, rope in zip(found.hooks, found.ropes, strict=False):
+        block_mass = scene.plan.cranes[0].hooks[0].block_mass
+        assert hook.load == pytest.approx(rope.peak / scene.plan.gravity - block_mass, rel=0.02), (
+            "samples miss the peak"
+        )
+        crane = scene.scene.cranes["crane"]
+        assert rope.safety == pytest.approx(crane.falls * crane.fall_breaking / rope.peak)
+    up = {s.name: s.lowest for s in found.stages}
+    assert up["take up slack"] == pytest.approx(2.0, abs=0.02), "on its stools"
+    assert up["sideways"] == pytest.approx(3.0, abs=0.15), "hoisted by 1 m"
+    (gap,) = found.clearances
+    assert gap.between == "block and portal of crane"
+    assert 5.0 < gap.distance < 90.0
+    assert dict(found.scene)["block"].startswith("300 t, centre at 40, 75, ")

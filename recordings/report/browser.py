@@ -1,0 +1,38 @@
+"""Prints a page to PDF with a browser of this machine: Chromium or one of its kin, without a window."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+from heavylift.kernel.errors import RecordingError
+
+__all__ = ["print_page"]
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "msedge")
+PATIENCE = 60.0  # [s]
+
+
+def print_page(page: str, out: Path) -> None:
+    """Print a self-contained page; RecordingError if there is no browser or it does not print."""
+    found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if found is None:
+        raise RecordingError(
+            f"{out}: no Chromium or Chrome is installed to print it; write {out.with_suffix('.html')} and print that "
+            "from any browser"
+        )
+    with tempfile.TemporaryDirectory(prefix="heavylift-", ignore_cleanup_errors=True) as folder:
+        source, printed = Path(folder) / "report.html", Path(folder) / "report.pdf"
+        source.write_text(page)
+        flags = ["--headless", "--disable-gpu", "--no-first-run", "--no-pdf-header-footer", "--no-sandbox"]  # our page
+        target = [f"--user-data-dir={folder}/profile", f"--print-to-pdf={printed}", source.as_uri()]
+        try:
+            subprocess.run([found, *flags, *target], capture_output=True, timeout=PATIENCE, check=True)
+            shutil.copyfile(printed, out)
+        except (OSError, subprocess.SubprocessError) as error:
+            raise RecordingError(
+                f"{out}: {Path(found).name} did not print it ({type(error).__name__}); write "
+                f"{out.with_suffix('.html')} and print that from any browser"
+            ) from None

@@ -1,0 +1,43 @@
+"""What was lifted, with what, and how it was computed: the scene of a recording as a table of names and values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..reader import Recording
+
+__all__ = ["scene_table"]
+
+COMPUTED = ("accuracy", "method", "step", "samples_hz", "seed")
+
+
+def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
+    """Rows of the table."""
+    rows: list[tuple[str, str]] = [("scene", rec.run.get("scene", rec.path.stem))]
+    block = plan.get("block")
+    if block:
+        x, y, z = block["pose"][:3]
+        told = f"{block['body']['mass'] / 1e3:g} t, centre at {x:g}, {y:g}, {z:.3g} m, {len(block['lugs'])} lugs"
+        rows.append((f"block {block.get('name', '')}".strip(), told))
+    tandem: dict[str, float] = rec.fact("tandem", {})
+    for crane in plan.get("cranes", []):
+        share = tandem.get(crane["name"], 1.0)
+        told = (
+            f"at {crane['gantry']['start']:g} m, carries {crane['capacity'] / 1e3:g} t on {len(crane['hooks'])} hooks"
+        )
+        if share < 1.0:
+            told += f" ({100 * share:g} % of {crane['capacity'] / share / 1e3:g} t, as cranes lift together)"
+        rows.append((f"crane {crane['name']}", told))
+    slings = plan.get("rig", {}).get("slings", [])
+    if slings:
+        hooked = sum(1 for s in slings if s["lug"])
+        rows.append(
+            ("rig", f"{len(plan['loaders'])} block loaders, {len(slings)} slings, {hooked} hooked at the start")
+        )
+    for mechanism in plan.get("mechanisms", []):
+        system = mechanism["system"]
+        told = f"{len(system['bodies'])} bodies, {len(system['joints'])} joints"
+        rows.append((f"mechanism {mechanism['name']}", told))
+    if plan:
+        rows.append(("gravity", f"{plan.get('gravity', 9.80665):g} m/s2"))
+    return rows + [(name.replace("_", " "), rec.run[name]) for name in COMPUTED if name in rec.run]
