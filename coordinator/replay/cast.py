@@ -20,6 +20,7 @@ from heavylift.recordings import Recording
 from .. import building
 from ..distance import Coupling
 from ..kernel_node import KernelNode
+from ..live.commands import COMMAND, OPERATOR
 from ..pause import configured
 
 __all__ = ["RESOLVED", "Cast", "cast_of"]
@@ -31,13 +32,15 @@ RESOLVED = "resolved.json"
 class Cast:
     """Who takes part: nodes by the name that a user gives, how they are wired, who ends the run, and how each is made.
 
-    `make(name, publish)` starts afresh; `publish` gets the sample batches of the kernel.
+    `outside` are the couplings of whoever is no node, an operator.  `make(name, publish)` starts afresh; `publish` gets
+    the sample batches of the kernel.
     """
 
     models: dict[str, str]
     wiring: list[Coupling]
     finish: tuple[str, str] | None
     make: Callable[[str, Callable[[bytes], None]], Steppable] = field(repr=False)
+    outside: tuple[Coupling, ...] = ()
 
     @property
     def nodes(self) -> list[str]:
@@ -76,7 +79,8 @@ def _of_plan(plan: Plan) -> Cast:
         return Simulator(build_one(plan, name))
 
     wiring = [Coupling(*wire) for wire in couplings(plan)]
-    return Cast({**found, COMMANDER: COMMANDER, KERNEL: KERNEL}, wiring, (COMMANDER, "finished"), make)
+    outside = (Coupling(OPERATOR, COMMAND, COMMANDER, "command"),)
+    return Cast({**found, COMMANDER: COMMANDER, KERNEL: KERNEL}, wiring, (COMMANDER, "finished"), make, outside)
 
 
 def _of_model(reference: str) -> Cast:

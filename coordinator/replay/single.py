@@ -27,7 +27,7 @@ def single(run: RecordedRun, name: str) -> Outcome:
     except RecordingError as error:
         raise RecordingError(f"{run.path}: {error}") from None
     events, end, cast = run.events, run.end, run.cast
-    entries = [((wire.source, wire.port), wire.into) for wire in cast.wiring if wire.target == node]
+    entries = [((wire.source, wire.port), wire.into) for wire in (*cast.wiring, *cast.outside) if wire.target == node]
     inputs = [Delivery(e, entry) for e in events for source, entry in entries if (e.source, e.port) == source]
     inputs.sort(key=lambda d: (d.event.order, d.port))
     follower = Follower([e for e in events if e.source == node])

@@ -1,7 +1,7 @@
 """The scene of a recording simulated again, all models in this process: every event and every sample must come again.
 
-Events are compared as they are committed, so a run that parts from its recording ends there.  A recording that was
-stopped or cut off is compared as far as it goes.
+Events are compared as they are committed, so a run that parts from its recording ends there.  What an operator ordered
+is ordered again at its tag.  A recording that was stopped or cut off is compared as far as it goes.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from heavylift.recordings import Digest, SampleLayout
 from heavylift.recordings.columns import Columns
 from heavylift.recordings.samples import decode_batch
 
-from ..core import Coordinator
 from ..kernel_node import KernelNode
 from ..memory import run_in_memory
 from ..node import Node
+from ..outside import OpenCoordinator
 from .deviation import Deviation, Follower, Outcome
 from .recorded import RecordedRun
 from .sampled import first_of, sample_apart
@@ -43,7 +43,10 @@ def verify(run: RecordedRun) -> Outcome:
             raise _Apart(deviation)
         digest.event(event.t, event.k, event.source, event.port, event.index, event.type, event.payload)
 
-    core = Coordinator(list(models), cast.wiring, end, cast.finish, hear)
+    core = OpenCoordinator(list(models), cast.wiring, end, cast.finish, hear, cast.outside)
+    for event in run.events:
+        if event.source not in models:  # an operator's, known from the beginning
+            core.inject(event)
     kernel = next((model for model in models.values() if isinstance(model, KernelNode)), None)
     try:
         run_in_memory(core, [Node(name, model) for name, model in models.items()])
