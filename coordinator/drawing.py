@@ -86,7 +86,7 @@ def _loader(loader: Loader, plan: Plan) -> list[Box]:
 def _block(block: Block, body: Body) -> list[Box]:
     """The block, with a dark deck that shows which face was up."""
     (x, y, z), size = body.com, equivalent_box(body)[0]
-    deck = Box(block.name, (x, y, z + size[2] / 2), (size[0], size[1], DECK), DARK)
+    deck = Box(block.name, (x, y, z + size[2] / 2 - 0.48 * DECK), (1.002 * size[0], 1.002 * size[1], DECK), DARK)
     return [Box(block.name, body.com, size, RED), deck]
 
 

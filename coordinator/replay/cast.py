@@ -20,12 +20,12 @@ from heavylift.recordings import Recording
 from .. import building
 from ..distance import Coupling
 from ..kernel_node import KernelNode
-from ..live.commands import COMMAND, OPERATOR
 from ..pause import configured
 
 __all__ = ["RESOLVED", "Cast", "cast_of"]
 
 RESOLVED = "resolved.json"
+OPERATOR, COMMAND = "operator", "command"  # source and port of what an operator said; the commander's in port
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,8 @@ def _of_plan(plan: Plan) -> Cast:
         return Simulator(build_one(plan, name))
 
     wiring = [Coupling(*wire) for wire in couplings(plan)]
-    outside = (Coupling(OPERATOR, COMMAND, COMMANDER, "command"),)
+    listens = COMMAND in build_one(plan, COMMANDER).ports
+    outside = (Coupling(OPERATOR, COMMAND, COMMANDER, COMMAND),) if listens else ()
     return Cast({**found, COMMANDER: COMMANDER, KERNEL: KERNEL}, wiring, (COMMANDER, "finished"), make, outside)
 
 

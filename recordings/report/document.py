@@ -117,8 +117,7 @@ def _warnings(found: Facts) -> str:
 
 def _band(found: Facts) -> float | None:
     """The dynamic factor that standards foresee for this lift."""
-    lifted = max((c.load for c in found.cranes), default=0.0)
-    return BAND if BAND_FROM <= lifted <= BAND_TO else None
+    return BAND if BAND_FROM <= found.lifted <= BAND_TO else None
 
 
 def _told_band(found: Facts) -> str:

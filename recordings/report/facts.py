@@ -94,6 +94,7 @@ class Facts:
     hooks: list[HookUse]
     clearances: list[Clearance]
     scene: list[tuple[str, str]]
+    lifted: float  # mass of the block, else the largest load of a crane [kg]
 
 
 @guarded
@@ -127,7 +128,8 @@ def facts(rec: Recording) -> Facts:
     heights = lowest(rec, plan)
     stages = [_stage(span, tension, rated, loads)._replace(lowest=_lowest(span, heights)) for span in spans]
     tables = stages, ropes, cranes, _warnings(rec, ropes, cranes), _hook_uses(plan, tension, gravity)
-    return Facts(*tables, clearances(rec, plan), scene_table(rec, plan))
+    lifted = plan["block"]["body"]["mass"] if plan.get("block") else max((c.load for c in cranes), default=0.0)
+    return Facts(*tables, clearances(rec, plan), scene_table(rec, plan), float(lifted))
 
 
 def _hook_uses(plan: dict[str, Any], tension: Signal, gravity: float) -> list[HookUse]:
