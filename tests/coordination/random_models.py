@@ -132,7 +132,7 @@ def build(seed: int) -> Coupled:
     for i in range(atomics):
         home = homes[i] if i < len(root.children) else r.choice(homes)
         lookaheads = (0, 0) if zero else (r.choice([0, 1, 2, 4]), r.choice([0, 1, 4, 6]))
-        home.add(Chaotic(f"m{i}", lookaheads, shaped and r.random() < 0.3))
+        home.add(Chaotic(f"m{i}", lookaheads, shaped and i < len(root.children)))
     for home in homes:
         for p in "pq":
             home.add_in(p, Number)

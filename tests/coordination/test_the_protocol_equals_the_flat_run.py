@@ -13,8 +13,9 @@ from mutants import MUTANTS, changed
 from random_models import END, Logs, distributed, flat, wave
 
 MODELS = range(100)
-FEW = range(80)
-ENOUGH = 3  # models that must tell a mutant from the truth
+FEW = range(40)
+MANY = range(300)  # at most, for a mutant; most are told by the first few
+ENOUGH = 2  # models that must tell a mutant from the truth
 PATIENCE = 20_000  # decisions after which a mutant counts as stuck; no model needs a tenth of them
 
 truth = cache(flat)
@@ -52,7 +53,7 @@ def test_a_finish_port_ends_the_run_with_its_time_and_no_node_passes_it() -> Non
         assert (run.outcome, run.end) == (Outcome.FINISHED, Tag(said[0] + 1))
         assert run.logs == flat(seed, said[0] + 1)
         assert run.events == [event for event in whole.events if event.t <= said[0]]
-    assert finished > 20
+    assert finished > 10
 
 
 @pytest.fixture
@@ -81,15 +82,13 @@ def told(seed: int) -> bool:
 
 @pytest.mark.parametrize("name", MUTANTS)
 def test_mutant(name: str, impatient: pytest.MonkeyPatch) -> None:
-    for seed in FEW:
-        truth(seed)
     MUTANTS[name](impatient)
-    found = (seed for seed in FEW if told(seed))
+    found = (seed for seed in MANY if told(seed))
     assert [next(found, None) is not None for _ in range(ENOUGH)] == [True] * ENOUGH
 
 
 def test_mutant_outputs_arrive_a_microstep_later() -> None:
-    assert sum(wave(seed) != truth(seed) for seed in FEW) > 20
+    assert sum(wave(seed) != truth(seed) for seed in FEW) > 10
 
 
 def test_the_bound_is_half_open() -> None:

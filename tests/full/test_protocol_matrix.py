@@ -16,7 +16,7 @@ ORDERS = 4
 
 
 @pytest.mark.parametrize(
-    "block", [pytest.param(block, marks=pytest.mark.xdist_group(f"models {block}")) for block in range(18)]
+    "block", [pytest.param(block, marks=pytest.mark.xdist_group(f"models {block}")) for block in range(14)]
 )
 def test_thousands_of_models_log_for_log(block: int) -> None:
     waves = 0
