@@ -21,8 +21,9 @@ BLUE, GREY, DARK = (0.25, 0.45, 0.65, 1.0), (0.62, 0.64, 0.66, 1.0), (0.20, 0.26
 STEEL = 7850.0  # density of the ball that shows a point mass [kg/m3]
 SLENDER = 1 / 14  # least edge of a body against its largest
 ROD = 1 / 90  # thickness of a link against its length
+GLASS = 0.35  # opacity of planes: what they carry is seen from below, too
 ANCHOR = 1 / 25  # edge of the block that shows where the world carries a joint, against the longest arm
-SLAB = 24.0  # edge of the part of a plane that is drawn [m]
+SLAB = 8.0  # edge of the part of a plane that is drawn, against what touches it
 
 
 def shapes_of(system: System) -> list[Box]:
@@ -31,20 +32,24 @@ def shapes_of(system: System) -> list[Box]:
     for shape in (s for c in system.contacts for s in (c.a, c.b)):
         if shape not in touching.setdefault(shape.body, []):
             touching[shape.body].append(shape)
-    out = [box for shape in touching.get(WORLD, []) for box in _contact(shape, GREY)]
+    edges = [max(s.size) if isinstance(s, contact.Box) else 2 * s.radius for c in system.contacts for s in (c.a,)]
+    slab = SLAB * (max(edges, default=1.0) or 1.0)
+    out = [box for shape in touching.get(WORLD, []) for box in _contact(shape, GREY, slab)]
     arms = [*(b.com for b in system.bodies), *(j.p_PJ for j in system.joints)]
     edge = ANCHOR * max((float(np.linalg.norm(p)) for p in arms), default=1.0) or 0.1
     anchors = dict.fromkeys(j.p_PJ for j in system.joints if j.parent == WORLD and j.kind != "free")
     out += [Box(WORLD, p, (edge, edge, edge), GREY) for p in anchors]
     for body in system.bodies:
-        solid = [box for shape in touching.get(body.name, []) for box in _contact(shape, BLUE)] or list(_solid(body))
+        solid = [box for shape in touching.get(body.name, []) for box in _contact(shape, BLUE, slab)] or list(
+            _solid(body)
+        )
         ends = [j.p_PJ for j in system.joints if j.parent == body.name]
         ends += [body.com] if body.mass > 0.0 else []
         out += [*solid, *(rod for end in dict.fromkeys(ends) for rod in _rod(body.name, end))]
     return out
 
 
-def _contact(shape: contact.Shape, colour: tuple[float, float, float, float]) -> Iterator[Box]:
+def _contact(shape: contact.Shape, colour: tuple[float, float, float, float], slab: float) -> Iterator[Box]:
     match shape:
         case contact.Ball():
             if shape.radius > 0.0:
@@ -53,9 +58,9 @@ def _contact(shape: contact.Shape, colour: tuple[float, float, float, float]) ->
             yield Box(shape.body, shape.p, shape.size, colour, _quaternion(np.array(shape.R)))
         case contact.Plane():
             n = np.array(shape.normal) / np.linalg.norm(shape.normal)
-            thick = SLAB / 400
+            thick = slab / 400
             x, y, z = np.array(shape.p) - n * thick / 2
-            yield Box(shape.body, (float(x), float(y), float(z)), (SLAB, SLAB, thick), colour, _onto(n))
+            yield Box(shape.body, (float(x), float(y), float(z)), (slab, slab, thick), (*colour[:3], GLASS), _onto(n))
 
 
 def _solid(body: Body) -> Iterator[Box]:

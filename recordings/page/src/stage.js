@@ -55,7 +55,8 @@ export class Stage {
       cylinder: () => new CylinderGeometry(0.5, 0.5, 1, 16).rotateX(Math.PI / 2).scale(x, y, z),
     }[kind]();
     const tint = new Color().setRGB(colour[0], colour[1], colour[2], "srgb");
-    const mesh = new Mesh(shape, new MeshLambertMaterial({ color: tint, transparent: colour[3] < 1, opacity: colour[3] }));
+    const glass = colour[3] < 1;
+    const mesh = new Mesh(shape, new MeshLambertMaterial({ color: tint, transparent: glass, opacity: colour[3], depthWrite: !glass }));
     if (kind === "box") {
       mesh.add(new LineSegments(new EdgesGeometry(shape), new LineBasicMaterial({ color: tint.clone().multiplyScalar(0.45) })));
     }
