@@ -9,7 +9,6 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.kernel.describe import System
@@ -33,11 +32,8 @@ from .parts import KernelConfig, KernelPart, ScenePart, fingerprint
 from .parts import encode as part
 from .placement import Placement
 from .processes import Processes
-from .record import Record, Result
+from .record import Playable, Record, Result
 from .watch import Watch
-
-if TYPE_CHECKING:
-    from heavylift.nodes.scene import LoadedScene
 
 __all__ = ["Result", "run"]
 
@@ -46,7 +42,7 @@ PATIENCE_ns = 4 * 3600 * 10**9  # simulated time without an order after which a 
 
 
 def run(
-    scene: LoadedScene,
+    scene: Playable,
     output: Path,
     in_process: bool = False,
     watch: Watch | None = None,
@@ -93,7 +89,7 @@ class _Run(Watch):
 
     def __init__(
         self,
-        scene: LoadedScene,
+        scene: Playable,
         models: dict[str, NodeModel],
         hub: Hub | LocalHub,
         record: Record,

@@ -1,0 +1,30 @@
+"""`heavylift resume`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from .app import app
+
+
+@app.command()
+def resume(
+    file: Annotated[Path, typer.Argument(help="a cut-off recording (.mcap.part)")],
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="default NAME-resumed.mcap")] = None,
+) -> None:
+    """Run to its end what was cut off, checked against what was recorded.    heavylift resume lift.mcap.part"""
+    from ..participant import PRELOAD
+    from ..processes import Processes
+
+    with Processes(PRELOAD) as crew:
+        from ..progress import Progress, summary
+        from ..resume import Beginning
+        from ..resume import resume as go_on
+
+        begun = Beginning.of(file)
+        with Progress(begun.plan) as watch:
+            result, path = go_on(file, begun, output, watch, crew)
+    summary(begun.plan, result, path)

@@ -1,0 +1,98 @@
+"""A run that was cut off is run again to its end: from the scene in what is left of its recording, checked against it.
+
+A run is a function of its scene, so nothing of the past needs to be restored: the new recording is whole, and has the
+digest that the undisturbed run would have had.  Every event that reached the disk must come again; the first that does
+not ends the run, for then it was another version, or a model that is not deterministic.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from heavylift.kernel.errors import RecordingError
+from heavylift.nodes.devs import FOREVER, Event
+from heavylift.nodes.scene.plan import Plan, decode
+from heavylift.recordings import recover
+
+from .processes import Processes
+from .record import Result
+from .replay.deviation import Deviation, Follower
+from .replay.recorded import RecordedRun
+from .run import run
+from .watch import Watch
+
+__all__ = ["Beginning", "resume"]
+
+RESOLVED = "resolved.json"
+
+
+@dataclass(frozen=True)
+class Beginning:
+    """What is left of a run: its scene, and the events that reached the disk."""
+
+    plan: Plan
+    text: str
+    path: Path
+    events: list[Event]
+
+    @classmethod
+    def of(cls, part: Path) -> Beginning:
+        """The beginning in a `.part` file; RecordingError if there is no scene in it."""
+        with TemporaryDirectory(prefix="heavylift-") as folder:
+            saved = recover(part, Path(folder) / "beginning.mcap")
+            left = RecordedRun(saved.path)
+            files = left.recording.attachments
+            name = next((name for name in files if name != RESOLVED), "")
+            if not name or RESOLVED not in files:
+                raise RecordingError(f"{part}: holds no scene, so it cannot be run again; `heavylift recover` it")
+            return cls(decode(files[RESOLVED]), files[name].decode(), Path(name), left.events)
+
+
+class _Checked(Watch):
+    """Compares events with those of the beginning, and passes all on."""
+
+    def __init__(self, part: Path, follower: Follower, count: int, watch: Watch) -> None:
+        self._part, self._follower, self._count, self._watch = part, follower, count, watch
+
+    def event(self, event: Event) -> None:
+        """The next event must be the next recorded one, as long as there is one."""
+        if self._follower.count < self._count and (found := self._follower.hear(event)):
+            raise _parted(self._part, found)
+        self._watch.event(event)
+
+    def progress(self, t_ns: int) -> None:
+        """Passed on."""
+        self._watch.progress(t_ns)
+
+    def say(self, sentence: str) -> None:
+        """Passed on."""
+        self._watch.say(sentence)
+
+
+def resume(
+    part: Path,
+    begun: Beginning,
+    output: Path | None = None,
+    watch: Watch | None = None,
+    processes: Processes | None = None,
+    in_process: bool = False,
+) -> tuple[Result, Path]:
+    """Run what was cut off into `output` (default: <name>-resumed.mcap); what is left stays as it is."""
+    target = output or part.with_name(Path(part.name.removesuffix(".part")).stem + "-resumed.mcap")
+    if part in (target, target.with_name(target.name + ".part")):
+        raise RecordingError(f"{target}: would overwrite what is to be resumed; choose another name with -o")
+    follower = Follower(begun.events)
+    checked = _Checked(part, follower, len(begun.events), watch or Watch())
+    result = run(begun, target, in_process, watch=checked, processes=processes)
+    if missing := follower.reach(FOREVER):
+        raise _parted(part, missing)
+    return result, target
+
+
+def _parted(part: Path, found: Deviation) -> RecordingError:
+    return RecordingError(
+        f"{part}: the run parts from what was recorded, {found}; use the version that made the recording, or "
+        f"`heavylift recover {part}` to keep what there is"
+    )

@@ -1,0 +1,78 @@
+"""The coordinator is killed: what is left is run again to its end, checked, and has the digest of the whole run."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import pytest
+from heavylift.coordinator.replay.recorded import RecordedRun
+from heavylift.coordinator.resume import Beginning, resume
+from heavylift.coordinator.run import run
+from heavylift.kernel.errors import RecordingError
+from heavylift.nodes.scene import load
+
+KILLED = """
+import os, signal, sys
+from pathlib import Path
+from heavylift.coordinator.run import run
+from heavylift.coordinator.watch import Watch
+from heavylift.nodes.scene import load
+from heavylift.recordings import sink
+
+class Doom(Watch):
+    left = int(sys.argv[2])
+    def event(self, event):
+        self.left -= 1
+        if not self.left:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+sink.FLUSH = 0.0
+run(load("lift"), Path(sys.argv[1]), in_process=True, watch=Doom())
+"""
+EVENTS = 60  # after so many the coordinator is killed
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> str:
+    return run(load("lift"), tmp_path_factory.mktemp("whole") / "lift.mcap", in_process=True).digest
+
+
+@pytest.fixture(scope="module")
+def part(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("cut") / "lift.mcap"
+    subprocess.run([sys.executable, "-c", KILLED, path, str(EVENTS)], check=False)
+    assert not path.exists()
+    return path.with_name("lift.mcap.part")
+
+
+def test_it_is_the_whole_run(part: Path, whole: str) -> None:
+    before = part.read_bytes()
+    begun = Beginning.of(part)
+    assert 0 < len(begun.events) <= EVENTS
+    result, path = resume(part, begun, in_process=True)
+    assert (result.digest, path.name) == (whole, "lift-resumed.mcap")
+    assert RecordedRun(path).events[: len(begun.events)] == begun.events
+    assert part.read_bytes() == before
+
+
+def test_a_difference_is_told_with_time_and_port(part: Path, tmp_path: Path) -> None:
+    begun = Beginning.of(part)
+    events = list(begun.events)
+    events[20] = msgspec.structs.replace(events[20], port="other")
+    with pytest.raises(RecordingError, match=r"the run parts from what was recorded, at \(.* s, \d+\) on /.*"):
+        resume(part, replace(begun, events=events), tmp_path / "new.mcap", in_process=True)
+
+
+def test_what_is_left_is_not_overwritten(part: Path) -> None:
+    with pytest.raises(RecordingError, match="would overwrite what is to be resumed"):
+        resume(part, Beginning.of(part), part.with_name("lift.mcap"))
+
+
+def test_a_file_without_a_run_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "notes.mcap.part").write_text("no recording")
+    with pytest.raises(RecordingError, match="is not a recording"):
+        Beginning.of(tmp_path / "notes.mcap.part")
