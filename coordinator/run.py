@@ -33,6 +33,7 @@ from .parts import encode as part
 from .placement import Placement
 from .processes import Processes
 from .record import Playable, Record, Result
+from .succession import DEADLINE_s
 from .watch import Watch
 
 __all__ = ["Result", "run"]
@@ -51,11 +52,13 @@ def run(
     placement: Placement | None = None,
     door: Door | None = None,
     page: Spectator | None = None,
+    deadline: float = DEADLINE_s,
 ) -> Result:
     """Simulate a scene into a recording; `order`: names of the nodes in the order in which they are started.
 
     `placement` says which process hosts which nodes; without one each node has a process of its own.
-    Processes that it places on other hosts come in at the `door`.  `page` shows the run while it goes on.
+    Processes that it places on other hosts come in at the `door`.  A process that owes an answer for
+    `deadline` [s] is asked whether it gets on, and replaced if it does not.  `page` shows the run while it goes on.
 
     Raises HeavyliftError: one sentence, after the recording is finished and all processes are gone.
     """
@@ -65,7 +68,7 @@ def run(
     started = time.perf_counter()
     with (
         Record(scene, models, output, placed, page or Spectator()) as record,
-        joined(placed, in_process, processes, door) as hub,
+        joined(placed, in_process, processes, door, deadline) as hub,
         shown(hub, scene.plan.name, output, angles(m.declare() for m in models.values())) as audience,
     ):
         played = _Run(scene, models, hub, record, watch or Watch(), audience)

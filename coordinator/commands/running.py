@@ -16,6 +16,8 @@ from .hosts import Certificates, open_door
 if TYPE_CHECKING:
     from heavylift.recordings import Spectator
 
+LEAST_s = 1.0  # that a process has for an answer
+
 
 @app.command()
 def run(
@@ -33,6 +35,7 @@ def run(
     remote: Annotated[list[str] | None, typer.Option("--remote", help="this process runs on another host")] = None,
     listen: Annotated[str, typer.Option("--listen", help="tls/ADDRESS:PORT for processes of other hosts")] = "",
     keys: Certificates = Path("certificates"),
+    deadline: Annotated[str, typer.Option("--deadline", help="for a process to say that it gets on")] = "60 s",
 ) -> None:
     """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
     from ..participant import PRELOAD
@@ -48,13 +51,16 @@ def run(
         from ..run import run as simulate
 
         given = [f"{key}={text}" for key, text in (("method", method), ("step", step)) if text]
+        patience = _seconds(deadline)
         loaded = load(scene, [*(sets or []), *given])
         nodes = node_names(loaded.plan)
         placement = place(nodes, KERNEL, loaded.placement, places or [], processes, [*loaded.remote, *(remote or [])])
         door = open_door(placement.remote, listen, keys, in_process)
         path = output or Path(f"{loaded.plan.name}.mcap")
         with _page(view) as page, Progress(loaded.plan) as watch:
-            result = simulate(loaded, path, in_process, watch, crew, placement=placement, door=door, page=page)
+            result = simulate(
+                loaded, path, in_process, watch, crew, placement=placement, door=door, page=page, deadline=patience
+            )
     finally:
         if crew is not None:
             crew.end()
@@ -79,3 +85,17 @@ def _page(view: bool) -> Iterator[Spectator | None]:
         ):
             webbrowser.open(page.url)
         yield page
+
+
+def _seconds(text: str) -> float:
+    """A deadline as a user writes it [s]."""
+    from heavylift.kernel.errors import SceneError
+    from heavylift.nodes.scene.units import DURATION
+
+    try:
+        seconds = DURATION.read(text)
+    except ValueError as error:
+        raise SceneError(f"--deadline '{text}': {error}") from None
+    if seconds < LEAST_s:
+        raise SceneError(f"--deadline '{text}': give a process at least {LEAST_s:g} s")
+    return seconds
