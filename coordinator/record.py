@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.kernel.describe import System
@@ -23,18 +23,10 @@ from .energy import EnergyAudit
 from .placement import Placement
 from .tape import FileTape
 
-__all__ = ["Playable", "Record", "Result", "rated"]
+if TYPE_CHECKING:
+    from heavylift.nodes.scene import LoadedScene
 
-
-class Playable(Protocol):
-    """What a run needs of a scene: the plan, and the text and the name of its file for the record."""
-
-    @property
-    def plan(self) -> Plan: ...
-    @property
-    def text(self) -> str: ...
-    @property
-    def path(self) -> Path: ...
+__all__ = ["Record", "Result", "rated"]
 
 
 @dataclass(frozen=True)
@@ -58,7 +50,7 @@ class Record(FileTape):
     """The recording of one run, with peaks and energy audit."""
 
     def __init__(
-        self, scene: Playable, models: dict[str, NodeModel], output: Path, placement: Placement, page: Spectator
+        self, scene: LoadedScene, models: dict[str, NodeModel], output: Path, placement: Placement, page: Spectator
     ) -> None:
         self._page, self._output = page, output
         self._plan = plan = scene.plan

@@ -7,13 +7,14 @@ not ends the run, for then it was another version, or a model that is not determ
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.devs import FOREVER, Event
-from heavylift.nodes.scene.plan import Plan, decode
+from heavylift.nodes.scene import LoadedScene, parse
+from heavylift.nodes.scene.plan import decode
 from heavylift.recordings import recover
 
 from .processes import Processes
@@ -32,9 +33,7 @@ RESOLVED = "resolved.json"
 class Beginning:
     """What is left of a run: its scene, and the events that reached the disk."""
 
-    plan: Plan
-    text: str
-    path: Path
+    scene: LoadedScene
     events: list[Event]
 
     @classmethod
@@ -47,7 +46,8 @@ class Beginning:
             name = next((name for name in files if name != RESOLVED), "")
             if not name or RESOLVED not in files:
                 raise RecordingError(f"{part}: holds no scene, so it cannot be run again; `heavylift recover` it")
-            return cls(decode(files[RESOLVED]), files[name].decode(), Path(name), left.events)
+            scene = parse(files[name].decode(), name)
+            return cls(replace(scene, plan=decode(files[RESOLVED])), left.events)  # as it was overridden
 
 
 class _Checked(Watch):
@@ -85,7 +85,7 @@ def resume(
         raise RecordingError(f"{target}: would overwrite what is to be resumed; choose another name with -o")
     follower = Follower(begun.events)
     checked = _Checked(part, follower, len(begun.events), watch or Watch())
-    result = run(begun, target, in_process, watch=checked, processes=processes)
+    result = run(begun.scene, target, in_process, watch=checked, processes=processes)
     if missing := follower.reach(FOREVER):
         raise _parted(part, missing)
     return result, target

@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.kernel.describe import System
@@ -32,9 +33,12 @@ from .parts import KernelConfig, KernelPart, ScenePart, fingerprint
 from .parts import encode as part
 from .placement import Placement
 from .processes import Processes
-from .record import Playable, Record, Result
+from .record import Record, Result
 from .succession import DEADLINE_s
 from .watch import Watch
+
+if TYPE_CHECKING:
+    from heavylift.nodes.scene import LoadedScene
 
 __all__ = ["Result", "run"]
 
@@ -43,7 +47,7 @@ PATIENCE_ns = 4 * 3600 * 10**9  # simulated time without an order after which a 
 
 
 def run(
-    scene: Playable,
+    scene: LoadedScene,
     output: Path,
     in_process: bool = False,
     watch: Watch | None = None,
@@ -92,7 +96,7 @@ class _Run(Watch):
 
     def __init__(
         self,
-        scene: Playable,
+        scene: LoadedScene,
         models: dict[str, NodeModel],
         hub: Hub | LocalHub,
         record: Record,

@@ -25,6 +25,6 @@ def resume(
         from ..resume import resume as go_on
 
         begun = Beginning.of(file)
-        with Progress(begun.plan) as watch:
+        with Progress(begun.scene.plan) as watch:
             result, path = go_on(file, begun, output, watch, crew)
-    summary(begun.plan, result, path)
+    summary(begun.scene.plan, result, path)
