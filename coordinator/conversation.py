@@ -8,14 +8,19 @@ what the nodes declare, and says when the run is over.  `watch` hears of committ
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from heavylift.kernel.errors import ProtocolError, Stopped
 from heavylift.nodes.devs import Event, Tag
 
 from . import messages as m
-from .core import Coordinator, Outcome
+from .core import Outcome
 from .distance import Coupling
 from .hub import Hub, LocalHub
 from .live.audience import Audience
+from .live.desk import Desk
+from .live.tempo import Tempo
+from .outside import OpenCoordinator
 from .participant import version
 from .tape import Tape
 from .watch import Watch
@@ -37,10 +42,17 @@ class Conversation:
         watch: Watch,
         finish: tuple[str, str] | None = None,
         audience: Audience | None = None,
+        tempo: Tempo | None = None,
+        desk: Desk | None = None,
+        outside: Iterable[Coupling] = (),
     ) -> None:
-        """`end`: what lies before it is done; `finish`: the (node, port) whose event ends the run."""
+        """`end`: what lies before it is done; `finish`: the (node, port) whose event ends the run.
+
+        `outside`: couplings from sources that are no nodes; `desk` takes orders, which may change the `tempo`.
+        """
         self._hub, self._tape, self._watch, self._audience = hub, tape, watch, audience
-        self.core = Coordinator(hub.nodes, couplings, end, finish, self._event)
+        self._tempo, self._desk = tempo or Tempo(), desk
+        self.core = OpenCoordinator(hub.nodes, couplings, end, finish, self._event, outside)
         self.now = Tag(0)
         """Tag of the last event, or time of the last sample."""
         self.grants = 0
@@ -67,18 +79,26 @@ class Conversation:
 
     def play(self) -> Outcome:
         """Rounds until nothing is left to do before the end; again, if the end has been moved."""
+        core, tempo = self.core, self._tempo
         while True:
-            for name, grant in self.core.ready():
+            if self._desk is not None:
+                self._desk.attend(core)
+            grants = core.ready(tempo.horizon(core))
+            if grants:
+                tempo.granted()
+            for name, grant in grants:
                 self._send(name, grant)
                 self.grants += 1
-            self._tape.settle(self.core.floor.t)
-            outcome = self.core.over
+            self._tape.settle(core.floor.t)
+            outcome = core.over
             if outcome is not None:
                 return outcome
-            node, message = self._receive()
-            if not isinstance(message, m.Done):
-                raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where DONE was expected")
-            self.core.done(node, message)
+            got = self._hear(min(LOOK_s, tempo.rest(core)))
+            if got is not None:
+                node, message = got
+                if not isinstance(message, m.Done):
+                    raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where DONE was expected")
+                core.done(node, message)
 
     def dismiss(self, end: Tag) -> dict[str, m.Bye]:
         """The ordered end: STOP, the last samples, BYE of every node."""
@@ -110,26 +130,36 @@ class Conversation:
 
     def _receive(self) -> tuple[str, m.AnyMessage]:
         while True:
-            got = self._hub.receive(LOOK_s)
-            self._take_samples()
+            got = self._hear(LOOK_s)
             if got is not None:
-                node, data = got
-                message = m.decode(data)
-                self._tape.protocol(self.now.t, node, "from node", message, data)
-                if isinstance(message, m.Fail):
-                    self._tape.failed(message)
-                    raise self.core.failed(node, message)
-                return node, message
+                return got
 
     def _tell(self, sentence: str) -> None:
         self._tape.note(self.now.t, sentence)
         self._watch.say(sentence)
+
+    def _hear(self, timeout: float) -> tuple[str, m.AnyMessage] | None:
+        """The next message of a node, if one comes in time [s]; samples that came meanwhile are taken."""
+        got = self._hub.receive(timeout)
+        self._take_samples()
+        if got is None:
+            return None
+        node, data = got
+        message = m.decode(data)
+        self._tape.protocol(self.now.t, node, "from node", message, data)
+        if isinstance(message, m.Fail):
+            self._tape.failed(message)
+            raise self.core.failed(node, message)
+        return node, message
 
     def _event(self, event: Event) -> None:
         self.now = max(self.now, event.tag)
         self._tape.event(event)
         if self._audience is not None:
             self._audience.event(event)
+        if self._desk is not None:
+            self._desk.event(event)
+        self._tempo.event()
         self._watch.event(event)
 
     def _take_samples(self) -> None:

@@ -25,6 +25,7 @@ from heavylift.coordinator.placement import Placement
 from heavylift.coordinator.session import (
     HUB,
     OBSERVER,
+    OPERATOR,
     RunDirectory,
     Ticket,
     check_names,
@@ -137,7 +138,7 @@ class Hub(_Desk):
         processes = check_names(placement.processes, "process")
         self.directory = RunDirectory()
         local = [process for process in processes if process not in placement.remote]
-        self._passwords = {user: new_password() for user in ("coordinator", OBSERVER, *local)}
+        self._passwords = {user: new_password() for user in ("coordinator", OBSERVER, OPERATOR, *local)}
         run = new_run_id()
         try:
             session = hub_session(run, self.directory, self._passwords, door, placement.remote)
@@ -265,6 +266,11 @@ class Hub(_Desk):
         host = self._gate.hosts.get(process, "") if self._gate else ""
         at = self.when()
         return f"{self.placement.told(process, host)} {what}{' at ' + at if at else ''}"
+
+    def serve(self, topic: str, answer: Callable[[zenoh.Query], None]) -> None:
+        """Hand the queries on a topic of the run to `answer`, which a thread of the bus calls."""
+        handler: Callback[zenoh.Query] = Callback(answer, indirect=False)
+        self._served = self._session.declare_queryable(key(self.run, topic), handler)
 
     def supervise(self, deaths: Callable[[], Mapping[str, str]]) -> None:
         """Let `deaths` tell which processes have ended and how; the watching thread calls it."""

@@ -47,6 +47,12 @@ class OpenCoordinator(Coordinator):
         committed = (node.next for node in nodes if node.committed and not node.running)
         return max(self.floor, *(node.until for node in nodes), *committed)
 
+    @property
+    def safe_ns(self) -> int:
+        """The first whole nanosecond that is safe."""
+        safe = self.safe
+        return safe.t + (safe.k > 0)
+
     def inject(self, event: Event) -> None:
         """Bring an event from outside, at `safe` or later."""
         if (event.source, event.port) not in self._receivers or event.source in self._nodes:

@@ -111,6 +111,8 @@ def summary(plan: Plan, result: Result, path: Path) -> None:
     if result.energy_turned_over:
         moved = f"{result.energy_turned_over / 1e6:.4g} MJ turned over"
         console.print(f"energy balance closes to {result.energy_error:.1e} of the {moved}")
+    if result.lateness is not None:
+        console.print(f"by the clock: {result.lateness}")
     console.print(f"digest {result.digest}\nwrote {path}")
     if result.unfinished:
         console.print(f"at its end the run was {result.unfinished}", style="bold")

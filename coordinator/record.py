@@ -11,7 +11,7 @@ import msgspec
 from heavylift.kernel.describe import System
 from heavylift.nodes.devs import Event, OutPort
 from heavylift.nodes.models import KERNEL, NodeModel, system
-from heavylift.nodes.models.messages import StateEvent
+from heavylift.nodes.models.messages import OperatorCommand, StateEvent
 from heavylift.nodes.scene.plan import TOLERANCE_OF_ACCURACY, HookRope, Plan, Sling, encode
 from heavylift.recordings import SampleLayout, Spectator
 from heavylift.recordings.lichtblick import LAYOUT, layout
@@ -20,6 +20,8 @@ from heavylift.recordings.samples import decode_batch
 from .budget import Budget, clocked
 from .drawing import RopeLines, boxes, surroundings
 from .energy import EnergyAudit
+from .live.commands import COMMAND, OPERATOR
+from .live.pace import Lateness
 from .placement import Placement
 from .tape import FileTape
 
@@ -32,8 +34,8 @@ __all__ = ["Record", "Result", "rated"]
 @dataclass(frozen=True)
 class Result:
     """How a run ended: times and what they went into (`budget`, known when all nodes are gone), digest, per rope (peak
-    tension [N], when [s]), how well the energy closes, and what the action list still waited for when a time bound
-    ended the run ("" = nothing)."""
+    tension [N], when [s]), how well the energy closes, what the action list still waited for when a time bound
+    ended the run ("" = nothing), and how late it was where it was paced by the clock."""
 
     sim_s: float
     wall_s: float
@@ -44,6 +46,7 @@ class Result:
     grants: int
     unfinished: str
     budget: Budget = field(default_factory=Budget)
+    lateness: Lateness | None = None
 
 
 class Record(FileTape):
@@ -83,6 +86,7 @@ class Record(FileTape):
                 if isinstance(port, OutPort):
                     self.port(name, port.name, port.type)
             self.port(KERNEL, f"state_{name}", StateEvent)
+        self.port(OPERATOR, COMMAND, OperatorCommand)
 
     def layout(self, data: bytes, systems: list[System]) -> None:
         """The kernel's sample columns, and what of the mechanics can be drawn."""
@@ -114,7 +118,7 @@ class Record(FileTape):
         self.last_ns = max(self.last_ns, rows.times[-1])
         return rows.times[-1]
 
-    def finish(self, grants: int, wall_s: float, unfinished: str) -> Result:
+    def finish(self, grants: int, wall_s: float, unfinished: str, lateness: Lateness | None = None) -> Result:
         """Close the recording."""
         audit = self._energy
         result = Result(
@@ -126,9 +130,12 @@ class Record(FileTape):
             energy_turned_over=audit.turned_over if audit else 0.0,
             grants=grants,
             unfinished=unfinished,
+            lateness=lateness,
         )
         facts: dict[str, object] = {"sim_s": result.sim_s, "wall_s": wall_s, "grants": grants, "unfinished": unfinished}
         facts |= {"energy_error": result.energy_error, "energy_turned_over": result.energy_turned_over}
+        if lateness is not None:
+            facts["lateness"] = lateness._asdict()
         self.close(facts)
         self._end_for_all("finished", {"digest": result.digest})
         return result

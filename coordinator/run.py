@@ -7,6 +7,7 @@ plan -> WELCOME(plan) -> HELLO(declaration) of every model -> WELCOME(declaratio
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,9 +15,11 @@ from typing import TYPE_CHECKING
 import msgspec
 from heavylift.kernel.describe import System
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import FOREVER, Event, Tag, ns
+from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, ns
 from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings, subscriptions
+from heavylift.nodes.models.messages import OperatorCommand
 from heavylift.nodes.scene.plan import encode
+from heavylift.nodes.scene.spoken import spoken
 from heavylift.recordings import Spectator
 
 from .budget import Budget
@@ -28,7 +31,11 @@ from .hub import Hub, LocalHub
 from .joining import joined
 from .link import LOCAL
 from .live.audience import Audience
+from .live.commands import COMMAND, OPERATOR, Given, command
+from .live.desk import Desk
+from .live.pace import Pace
 from .live.show import angles, shown
+from .live.tempo import Tempo
 from .parts import KernelConfig, KernelPart, ScenePart, fingerprint
 from .parts import encode as part
 from .placement import Placement
@@ -42,6 +49,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Result", "run"]
 
+AHEAD_ns = 10 * 10**9  # simulated time that may be decided at once, and that a command may have to wait for
 PATIENCE_ns = 4 * 3600 * 10**9  # simulated time without an order after which a scene without an end is stuck: a load
 # that swings undamped never comes to rest, and a run must not go on for ever
 
@@ -57,12 +65,15 @@ def run(
     door: Door | None = None,
     page: Spectator | None = None,
     deadline: float = DEADLINE_s,
+    pace: Pace | None = None,
+    commands: Sequence[Given] = (),
 ) -> Result:
     """Simulate a scene into a recording; `order`: names of the nodes in the order in which they are started.
 
     `placement` says which process hosts which nodes; without one each node has a process of its own.
     Processes that it places on other hosts come in at the `door`.  A process that owes an answer for
     `deadline` [s] is asked whether it gets on, and replaced if it does not.  `page` shows the run while it goes on.
+    `commands` are given at their tags, as an operator gave them in another run.
 
     Raises HeavyliftError: one sentence, after the recording is finished and all processes are gone.
     """
@@ -70,12 +81,18 @@ def run(
     names = order or [*models, KERNEL]
     placed = Placement({LOCAL: tuple(names)}) if in_process else placement or Placement.apart(names)
     started = time.perf_counter()
+    tempo = Tempo(pace or Pace(NEVER if in_process else AHEAD_ns))
     with (
+        Desk(output, tempo, lambda words: OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words)))) as desk,
         Record(scene, models, output, placed, page or Spectator()) as record,
         joined(placed, in_process, processes, door, deadline) as hub,
         shown(hub, scene.plan.name, output, angles(m.declare() for m in models.values())) as audience,
     ):
-        played = _Run(scene, models, hub, record, watch or Watch(), audience)
+        if isinstance(hub, Hub):
+            desk.open(hub)
+        played = _Run(scene, models, hub, record, watch or Watch(), audience, tempo, desk)
+        for given in commands:
+            played.talk.core.inject(command(given))
         try:
             if isinstance(hub, Hub):
                 hub.admit(fingerprint(encode(scene.plan)), played.say)
@@ -86,7 +103,8 @@ def run(
             played.dismiss()
         except BaseException as error:
             raise played.talk.abort(error) from error
-        result = record.finish(played.talk.grants, time.perf_counter() - started, played.unfinished)
+        seconds = time.perf_counter() - started
+        result = record.finish(played.talk.grants, seconds, played.unfinished, tempo.pace.lateness)
     budget = Budget.of((started, 0.0), greeted, done, record.mark(), played.kernel_s)
     return replace(result, budget=budget)
 
@@ -102,13 +120,17 @@ class _Run(Watch):
         record: Record,
         watch: Watch,
         audience: Audience | None,
+        tempo: Tempo,
+        desk: Desk,
     ) -> None:
         self._plan, self._models, self._record, self._watch = scene.plan, models, record, watch
         self.unfinished, self.kernel_s = "", 0.0
         self._outcome = Outcome.BOUND
         end = Tag(ns(self._plan.end)) if self._plan.end is not None else Tag(PATIENCE_ns)
         wires = [Coupling(*wire) for wire in couplings(self._plan)]
-        self.talk = Conversation(hub, wires, end, record, self, (COMMANDER, "finished"), audience)
+        outside = [Coupling(OPERATOR, COMMAND, COMMANDER, "command")]
+        finish = COMMANDER, "finished"
+        self.talk = Conversation(hub, wires, end, record, self, finish, audience, tempo, desk, outside)
 
     def say(self, sentence: str) -> None:
         """Passed on."""

@@ -11,6 +11,7 @@ silently when a reader is slow.
     heavylift/<run>/leave/<process>                          may it go
     heavylift/join/<process>                                 where a process on another host asks to join
     heavylift/<run>/event/<model path>/<port>                committed events, for observers
+    heavylift/<run>/control                                  orders of an operator, as queries
     heavylift/<run>/sample/<topic>                           data of a recording that is replayed, for observers
 """
 
@@ -41,15 +42,18 @@ __all__ = [
     "local_session",
     "node_session",
     "observer_session",
+    "operator_session",
     "places",
     "remote_session",
 ]
 
+OPERATOR = "operator"  # the user name that may give orders to a run and nothing else
 OBSERVER = "observer"  # the user name that may watch committed events and nothing else
 AFAR = "afar"  # user name and password of everybody at the door: there, certificates tell who is who
 JOIN = "join"  # in place of a run's id: where a process on another host asks to join whatever runs
 HUB = "~hub"  # in place of a process's name: the coordinator itself
-RESERVED = ("coordinator", "event", "sample", OBSERVER, AFAR)  # users and topics, so no names of nodes or processes
+# Users and topics of a run, so no names of nodes or processes.
+RESERVED = ("coordinator", "event", "sample", "control", OBSERVER, OPERATOR, AFAR)
 TICKET = "HEAVYLIFT_TICKET"
 SOCKET_PATH_LIMIT = 104  # bytes with the closing zero: the smaller of Linux (108) and macOS (104)
 LEASE_ms = 60_000
@@ -163,7 +167,7 @@ def hub_session(
     At the `door`, if there is one, it lets in the `remote` processes, told by the names in their certificates.
     """
     directory.write_users({**passwords, AFAR: AFAR} if door else passwords)
-    processes = [user for user in passwords if user not in ("coordinator", OBSERVER)]
+    processes = [user for user in passwords if user not in ("coordinator", OBSERVER, OPERATOR)]
     config = _config("peer", listen=[f"unixsock-stream/{directory.socket}"])
     config["transport"]["unicast"]["max_sessions"] = len(passwords) + 16
     config["transport"]["auth"] = {
@@ -198,10 +202,19 @@ def remote_session(door: Door) -> zenoh.Session:
 
 def observer_session(directory: Path) -> zenoh.Session:
     """A session that may watch the committed events of the run in this directory and nothing else."""
+    return _guest_session(directory, OBSERVER)
+
+
+def operator_session(directory: Path) -> zenoh.Session:
+    """A session that may query the control of the run in this directory and nothing else."""
+    return _guest_session(directory, OPERATOR)
+
+
+def _guest_session(directory: Path, user: str) -> zenoh.Session:
     config = _config("client", connect=[f"unixsock-stream/{directory / 'hub.sock'}"])
     users = dict(line.split(":", 1) for line in (directory / "users").read_text().splitlines())
-    config["transport"]["auth"] = {"usrpwd": {"user": OBSERVER, "password": users[OBSERVER]}}
-    return _open(config, f"an observer cannot join the run in {directory}")
+    config["transport"]["auth"] = {"usrpwd": {"user": user, "password": users[user]}}
+    return _open(config, f"an {user} cannot join the run in {directory}")
 
 
 def local_session() -> zenoh.Session:
@@ -272,7 +285,11 @@ def _access(run: str, processes: list[str], remote: tuple[str, ...]) -> dict[str
         rule("hub", "ingress", ["declare_liveliness_subscriber"], key(run, "alive", HUB)),
         rule("observe", "ingress", ["declare_subscriber"], key(run, "event", "**"), key(run, "sample", "**")),
     ]
-    policies = [{"rules": ["observe", "egress"], "subjects": [OBSERVER]}]
+    rules.append(rule("operate", "ingress", ["query"], key(run, "control")))
+    policies = [
+        {"rules": ["observe", "egress"], "subjects": [OBSERVER]},
+        {"rules": ["operate", "egress"], "subjects": [OPERATOR]},
+    ]
     for process in (*processes, *remote):
         out, into = [key(run, topic, process, "*") for topic in ("out", "samples")], key(run, "in", process, "*")
         own = [
@@ -285,7 +302,8 @@ def _access(run: str, processes: list[str], remote: tuple[str, ...]) -> dict[str
         rules += own
         policies.append({"rules": [*(each["id"] for each in own), "hub", "egress"], "subjects": [process]})
     here, afar = {"link_protocols": ["unixsock-stream"]}, {"link_protocols": ["tls"]}
-    subjects: list[dict[str, Any]] = [{"id": user, "usernames": [user], **here} for user in (*processes, OBSERVER)]
+    users = (*processes, OBSERVER, OPERATOR)
+    subjects: list[dict[str, Any]] = [{"id": user, "usernames": [user], **here} for user in users]
     subjects += [{"id": process, "cert_common_names": [process], **afar} for process in remote]
     if remote:
         subjects.append({"id": AFAR, **afar})

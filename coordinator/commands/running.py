@@ -36,6 +36,9 @@ def run(
     listen: Annotated[str, typer.Option("--listen", help="tls/ADDRESS:PORT for processes of other hosts")] = "",
     keys: Certificates = Path("certificates"),
     deadline: Annotated[str, typer.Option("--deadline", help="for a process to say that it gets on")] = "60 s",
+    rate: Annotated[
+        float | None, typer.Option("--rate", help="by the clock: 1 is real time, 10 ten times as fast")
+    ] = None,
 ) -> None:
     """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
     from ..participant import PRELOAD
@@ -46,10 +49,12 @@ def run(
         from heavylift.nodes.models import KERNEL, node_names
         from heavylift.nodes.scene import load
 
+        from ..live.pace import RealTime
         from ..placement import place
         from ..progress import Progress, summary
         from ..run import run as simulate
 
+        pace = None if rate is None else RealTime(rate)
         given = [f"{key}={text}" for key, text in (("method", method), ("step", step)) if text]
         patience = _seconds(deadline)
         loaded = load(scene, [*(sets or []), *given])
@@ -59,7 +64,16 @@ def run(
         path = output or Path(f"{loaded.plan.name}.mcap")
         with _page(view) as page, Progress(loaded.plan) as watch:
             result = simulate(
-                loaded, path, in_process, watch, crew, placement=placement, door=door, page=page, deadline=patience
+                loaded,
+                path,
+                in_process,
+                watch,
+                crew,
+                placement=placement,
+                door=door,
+                page=page,
+                deadline=patience,
+                pace=pace,
             )
     finally:
         if crew is not None:

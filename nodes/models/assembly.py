@@ -20,7 +20,7 @@ from .crane import CraneModel
 from .drive import DriveActor
 from .loader import LoaderModel
 from .mechanism import MechanismModel
-from .messages import Finished, KernelInput, Order, Report, Stage
+from .messages import Finished, KernelInput, OperatorAnswer, OperatorCommand, Order, Report, Stage
 from .parts import LiveActor, Machine, RopeAtomic, declared
 from .roster import TURN, machines, turns
 from .rungs import hook_rope, sling
@@ -45,16 +45,19 @@ class Rig(Coupled):
 class CommanderModel(Coupled):
     """The commander with its action list, the rig, and the actor of the Master "turn"."""
 
-    report = In(Report)
+    report, command = In(Report), In(OperatorCommand)
     stage = Out(Stage)
     finished = Out(Finished)
+    answer = Out(OperatorAnswer)
 
     def __init__(self, plan: Plan) -> None:
         super().__init__(COMMANDER)
         self.actions = self.add(Commander("actions", plan))
         self.connect(self.report, self.actions.report)
+        self.connect(self.command, self.actions.command)
         self.connect(self.actions.stage, self.stage)
         self.connect(self.actions.finished, self.finished)
+        self.connect(self.actions.answer, self.answer)
         for name in machines(plan):
             self.connect(self.actions.to[name], self.add_out(f"order_{name}", Order))
         self.rig = self.add(Rig(plan))

@@ -8,6 +8,9 @@ says what a run that stands still lacks.
 
 from __future__ import annotations
 
+from typing import Any
+
+import msgspec
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, OutPort, ns
 from heavylift.nodes.scene import actions as scene
@@ -15,7 +18,7 @@ from heavylift.nodes.scene.plan import Plan
 
 from .checks import check
 from .conditions import OFF, Moment, crossings, holds, next_time, words
-from .jobs import Job, seconds
+from .jobs import Job, addressed, seconds
 from .messages import (
     BrakeOrder,
     Done,
@@ -27,6 +30,8 @@ from .messages import (
     Landed,
     Lifted,
     Limit,
+    OperatorAnswer,
+    OperatorCommand,
     Order,
     Reached,
     Report,
@@ -42,13 +47,16 @@ from .messages import (
 from .roster import TURN, first_lugs, first_picture, machines, owners, turns
 from .turn import Follower, followers
 
+ASIDE = -2  # in place of the number of an action: orders of an operator
+
 
 class Commander(Atomic):
     """Carries out the action list of a plan."""
 
-    report = In(Report)
+    report, command = In(Report), In(OperatorCommand)
     stage = Out(Stage)
     finished = Out(Finished)
+    answer = Out(OperatorAnswer)
 
     def __init__(self, name: str, plan: Plan) -> None:
         super().__init__(name)
@@ -63,20 +71,22 @@ class Commander(Atomic):
         self.jobs: list[Job] = []
         self.index = self.ids = self.since = 0
         self.over = False
-        self.outbox: list[tuple[OutPort[Order] | OutPort[Stage] | OutPort[Finished], Message]] = []
+        self.outbox: list[tuple[OutPort[Any], Message]] = []
         self._expect()
         self._settle()
 
     def external(self, e: int, x: Bag) -> None:
-        """Take the reports, then do what they allow."""
-        for report in x[self.report]:
+        """Take the reports and commands, then do what they allow."""
+        for report in x.get(self.report, ()):
             self._hear(report)
+        for command in x.get(self.command, ()):
+            self._obey(command)
         self._settle()
 
     def output(self) -> None:
         """Send the orders."""
         for port, message in self.outbox:
-            port.send(message)  # type: ignore[arg-type]
+            port.send(message)
 
     def internal(self) -> None:
         """The orders are sent, or a time has come."""
@@ -138,7 +148,7 @@ class Commander(Atomic):
         """Begin the next action if its condition holds; at the end of the list say so."""
         plan = self.plan
         if self.index == len(plan.actions):
-            if plan.end is None and not self._open(self.index - 1):
+            if plan.end is None and not self._open(self.index - 1) and not self._open(ASIDE):
                 self.over = True
                 self.outbox.append((self.finished, Finished()))
             return False
@@ -148,45 +158,64 @@ class Commander(Atomic):
             if action.timeout is not None and self.now.t >= self.since + ns(action.timeout):
                 raise ModelError(f"{self.waiting_for()}: timeout of {action.timeout:g} s")
             return False
+        aside = {job.actor for job in self.jobs if job.action == ASIDE and not job.halting and not job.limit}
+        if any(aside if actor is None else actor in aside for actor in map(addressed, action.orders)):
+            return False  # an operator's order comes first
         self._forget(condition)
         self.index, self.since = self.index + 1, self.now.t
         if action.stage:
             self.outbox.append((self.stage, Stage(action.stage, self.index - 1, action.where)))
         for order in action.orders:
-            self._give(order)
+            self._give(order, self.index - 1)
         self._expect()
         return True
 
-    def _give(self, order: scene.Order) -> None:
-        """Turn an order of the scene into orders to actors."""
+    def _obey(self, command: OperatorCommand) -> None:
+        """Give the orders of a command beside the action list, all or, if one is refused, none; end the run."""
+        if not command.action:
+            self.over = True
+            self.outbox.append((self.finished, Finished()))
+            return
+        before = list(self.jobs), list(self.outbox), self.ids
+        refused = ""
+        try:
+            for order in msgspec.msgpack.decode(command.action, type=scene.Action).orders:
+                self._give(order, ASIDE)
+        except ModelError as error:
+            self.jobs, self.outbox, self.ids = before
+            refused = str(error)
+        self.outbox.append((self.answer, OperatorAnswer(command.text, self.now.t, refused)))
+
+    def _give(self, order: scene.Order, action: int) -> None:
+        """Turn an order of the scene into orders to actors; `action` is the number of the one that it belongs to."""
         check(order, self.plan, self.owners, self.picture, self.lugs)
         where = order.where
         match order:
             case scene.Wait():
-                self._job(order, "wait", "", ends_ns=self.now.t + ns(order.seconds))
+                self._job(action, order, "wait", "", ends_ns=self.now.t + ns(order.seconds))
             case scene.Move():
-                if order.until is None or not self._holds(order.until, self.index - 1, self.since):
-                    job = self._job(order, order.verb, order.actuator, order.until)
+                if order.until is None or not self._holds(order.until, action, self.now.t):
+                    job = self._job(action, order, order.verb, order.actuator, order.until)
                     run = Run(job.actor, job.id, where, order.speed, order.accel, order.by, order.to)
                     self._send(job.actor, run)
             case scene.Turn():
                 found = followers(self.plan, order, self.lugs)
                 for f in found:
                     self._check_free(f.actuator, where)
-                job = self._job(order, "turn", TURN, order.until, followers=tuple(found))
+                job = self._job(action, order, "turn", TURN, order.until, followers=tuple(found))
                 for f in found:
                     follow = Follow(f.actuator, job.id, where, TURN, self.theta, f.kc, f.ks)
                     self._send(f.actuator, follow)
                 self._send(TURN, Run(TURN, job.id, where, order.rate, order.accel, to=order.to))
             case scene.Hookup():
-                job = self._job(order, "hook", order.sling)
+                job = self._job(action, order, "hook", order.sling)
                 place = self.lug_places.get(order.lug)
                 self._send(order.sling, HookOrder(order.sling, job.id, where, order.lug, place))
             case scene.Unhook():
-                job = self._job(order, "unhook", order.sling)
+                job = self._job(action, order, "unhook", order.sling)
                 self._send(order.sling, UnhookOrder(order.sling, job.id, where))
             case scene.Brake():
-                job = self._job(order, "brake", order.brake)
+                job = self._job(action, order, "brake", order.brake)
                 self._send(order.brake, BrakeOrder(order.brake, job.id, where, order.engaged))
 
     def _check_free(self, actor: str, where: str) -> None:
@@ -205,6 +234,7 @@ class Commander(Atomic):
 
     def _job(
         self,
+        action: int,
         order: scene.Order,
         verb: str,
         actor: str,
@@ -217,7 +247,7 @@ class Commander(Atomic):
         if actor:
             self._check_free(actor, order.where)
         self.ids += 1
-        job = Job(self.ids, self.index - 1, order, verb, actor, self.now.t, until, ends_ns, followers)
+        job = Job(self.ids, action, order, verb, actor, self.now.t, until, ends_ns, followers)
         self.jobs.append(job)
         self._watch(until)
         return job

@@ -26,6 +26,20 @@ class Job:
     limit: str = ""
 
 
+def addressed(order: scene.Order) -> str | None:
+    """The actor that an order addresses; None for a turn, which moves many, "" for nobody."""
+    match order:
+        case scene.Move():
+            return order.actuator
+        case scene.Hookup() | scene.Unhook():
+            return order.sling
+        case scene.Brake():
+            return order.brake
+        case scene.Turn():
+            return None
+    return ""
+
+
 def seconds(t_ns: int) -> str:
     """A time to the millisecond: "812.4 s"."""
     return f"{t_ns / 1e9:.3f}".rstrip("0").rstrip(".") + " s"

@@ -256,6 +256,25 @@ class Latch(Message, frozen=True):
     hooked: bool
 
 
+# with an operator
+
+
+class OperatorCommand(Message, frozen=True):
+    """What an operator says while the run goes on, and the orders that it means: an Action of the plan as MessagePack;
+    none: the run ends."""
+
+    text: str
+    action: bytes = b""
+
+
+class OperatorAnswer(Message, frozen=True):
+    """To the command that came at `t_ns`: its orders are given, or why they are refused."""
+
+    text: str
+    t_ns: int
+    refused: str = ""
+
+
 # on record
 
 

@@ -21,6 +21,15 @@ def build_actions(yard: Yard, mechanism: plan.Mechanism | None) -> tuple[plan.Ac
     return tuple(resolver.action(i, action) for i, action in enumerate(yard.scene.actions))
 
 
+def build_orders(
+    yard: Yard, mechanism: plan.Mechanism | None, path: Path, target: str, phrase: phrases.OrderPhrase
+) -> tuple[actions.Order, ...]:
+    """One order to a target; what is wrong is added to the faults of the yard's source."""
+    resolver = _Resolver(yard, mechanism)
+    words = target if target in resolver.targets else target.replace(".", " ", 1)  # events say "west.H1"
+    return tuple(resolver.orders(path, words, phrase))
+
+
 class _Resolver:
     """Walks through the action list once."""
 
@@ -47,6 +56,9 @@ class _Resolver:
         when = None if action.when is None else self.condition((*path, "when"), action.when)
         where = self.yard.source.where(path)
         return plan.Action(stage=action.stage, when=when, timeout=action.timeout, orders=tuple(orders), where=where)
+
+    def orders(self, path: Path, target: str, phrase: phrases.OrderPhrase) -> list[actions.Order]:
+        return self._orders(path, self._actors(path, target, phrase), phrase)
 
     def _actors(self, path: Path, target: str, phrase: phrases.OrderPhrase) -> tuple[Actor, ...]:
         words = " ".join(target.split())

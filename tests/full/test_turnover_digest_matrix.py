@@ -15,8 +15,9 @@ from heavylift.nodes.scene import load
 
 sys.path.append(str(Path(__file__).parents[1] / "turnover"))
 
+from cut_short import CutShort
 from stock_reader import Reading
-from test_one_digest import HEAVYLIFT, CutShort
+from test_one_digest import HEAVYLIFT
 
 NODES = ["commander", "west", "east", *(f"loader-{i}" for i in range(1, 7)), "block", "kernel"]
 

@@ -1,0 +1,46 @@
+"""The commands that an operator gave to a run: as events, in its journal, in its recording.
+
+run(scene, "again.mcap", commands=operator_commands("turnover.mcap"))      the same run, the same digest
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import msgspec
+from heavylift.coordinator.journal import read
+from heavylift.nodes.devs import Event, Tag, encode
+from heavylift.nodes.models.messages import OperatorCommand
+from heavylift.recordings import Recording
+
+__all__ = ["COMMAND", "OPERATOR", "Given", "command", "journal_of", "operator_commands"]
+
+OPERATOR, COMMAND = "operator", "command"  # source and port of the events that commands are
+
+
+class Given(NamedTuple):
+    """A command and when it was given: the canonical bytes of an OperatorCommand."""
+
+    tag: Tag
+    payload: bytes
+
+
+def command(given: Given) -> Event:
+    """The event that a command is."""
+    return Event(*given.tag, OPERATOR, COMMAND, 0, OperatorCommand.__name__, given.payload)
+
+
+def journal_of(recording: Path) -> Path:
+    """Where the commands of a run are journaled until its recording is whole."""
+    return recording.with_name(recording.name + ".commands")
+
+
+def operator_commands(recording: str | Path) -> list[Given]:
+    """The commands of a recorded run, in order; of one that was cut off those in its journal, too."""
+    path = Path(recording)
+    found = {Given(*msgspec.msgpack.decode(entry, type=tuple[Tag, bytes])) for entry in read(journal_of(path))}
+    for event in Recording(path).events(OPERATOR, COMMAND) if path.exists() else ():
+        said = msgspec.convert(event.value, OperatorCommand)
+        found.add(Given(Tag(event.t_ns, event.microstep), encode(said)))
+    return sorted(found)

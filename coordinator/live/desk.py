@@ -1,0 +1,142 @@
+"""Where a run takes the orders of an operator: pause, step, continue, stop, commands.
+
+Orders arrive in a thread of the bus and wait; the conversation attends to them between two rounds.  A command gets the
+first whole nanosecond at which nothing is decided yet (`OpenCoordinator.safe`), is journaled beside the recording, on
+the disk before anything can come of it, and enters the run as an event of the source "operator", in the total order
+and on record.  Its reply waits for what the model answers, unless the run is paused.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import msgspec
+import zenoh
+from heavylift.coordinator.hub import Hub
+from heavylift.coordinator.journal import Journal
+from heavylift.coordinator.outside import OpenCoordinator
+from heavylift.kernel.errors import HeavyliftError
+from heavylift.nodes.devs import Event, Tag
+from heavylift.nodes.devs import encode as canonical
+from heavylift.nodes.models.messages import OperatorAnswer, OperatorCommand
+
+from .commands import Given, command, journal_of
+from .orders import Order, Reply
+from .tempo import Tempo
+
+__all__ = ["Desk"]
+
+
+class Desk:
+    """A context manager: at its end nobody is left without an answer, and a journal that is not needed goes."""
+
+    def __init__(self, recording: Path, tempo: Tempo, read: Callable[[str], OperatorCommand]) -> None:
+        """`read` makes a command of an operator's words or raises a HeavyliftError."""
+        self._recording, self._tempo, self._read = recording, tempo, read
+        self._journal: Journal | None = None
+        self._queries: deque[zenoh.Query] = deque()
+        self._unanswered: dict[int, zenoh.Query] = {}  # by the time of the command [ns]
+        self._steps: list[zenoh.Query] = []
+        self._last = -1
+
+    def open(self, hub: Hub) -> None:
+        """Take orders from now on."""
+        hub.serve("control", self._arrived)
+
+    def attend(self, core: OpenCoordinator) -> None:
+        """Do what has been ordered since the last time; tell those who wait for the end of a step."""
+        if self._steps and self._tempo.held and self._tempo.limit is not None:
+            self._stepped(f"paused at {_seconds(self._tempo.limit)}")
+        while self._queries:
+            query = self._queries.popleft()
+            try:
+                payload = query.payload.to_bytes() if query.payload else b""
+                said = self._obey(msgspec.msgpack.decode(payload, type=Order), core, query)
+            except (HeavyliftError, msgspec.MsgspecError) as error:
+                _reply(query, False, str(error))
+            else:
+                if said:
+                    _reply(query, True, said)
+
+    def event(self, event: Event) -> None:
+        """Pass the model's answer to a command on to who gave it."""
+        if event.type == OperatorAnswer.__name__:
+            answer = event.value
+            assert isinstance(answer, OperatorAnswer)
+            query = self._unanswered.pop(answer.t_ns, None)
+            if query is not None:
+                at = f"{answer.text}: at {answer.t_ns * 1e-9:.9f} s"
+                _reply(query, not answer.refused, f"{at} refused: {answer.refused}" if answer.refused else at)
+
+    def _stepped(self, said: str) -> None:
+        for query in self._steps:
+            _reply(query, True, said)
+        self._steps.clear()
+
+    def _arrived(self, query: zenoh.Query) -> None:
+        self._queries.append(query)
+        self._tempo.alarm.set()
+
+    def _obey(self, order: Order, core: OpenCoordinator, query: zenoh.Query) -> str:
+        """The answer to an order; "" if it comes later."""
+        tempo = self._tempo
+        match order.do:
+            case "pause":
+                return f"paused at {_seconds(tempo.pause(core))}"
+            case "continue":
+                tempo.go_on()
+                self._stepped("goes on")
+                return "goes on"
+            case "step":
+                tempo.step(core, order.by_ns)
+                self._steps.append(query)
+                return ""
+            case "stop":
+                t = self._give(OperatorCommand("stop"), core)
+                tempo.go_on()
+                return f"ends at {_seconds(Tag(t))}"
+            case "command":
+                t = self._give(self._read(order.text), core)
+                if tempo.limit is not None:
+                    return f"{order.text}: at {t * 1e-9:.9f} s, when the run goes on"
+                self._unanswered[t] = query
+                return ""
+
+    def _give(self, said: OperatorCommand, core: OpenCoordinator) -> int:
+        """Let a command take effect as soon as may be; returns when [ns]."""
+        t = max(core.safe_ns, self._last + 1)
+        if Tag(t) >= core.end:
+            raise HeavyliftError(f"{said.text}: too late, everything before the end of the run is decided already")
+        given = Given(Tag(t), canonical(said))
+        if self._journal is None:
+            self._journal = Journal(journal_of(self._recording))
+        self._journal.append(msgspec.msgpack.encode(given), sync=True)
+        core.inject(command(given))
+        self._last = t
+        return t
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for query in (*self._queries, *self._steps, *self._unanswered.values()):
+            _reply(query, False, "the run has ended")
+        if self._journal is not None:
+            self._journal.close()
+            if self._recording.exists():  # it holds the commands
+                self._journal.delete()
+
+
+def _reply(query: zenoh.Query, done: bool, said: str) -> None:
+    with query:
+        query.reply(query.key_expr, msgspec.msgpack.encode(Reply(done, said)))
+
+
+def _seconds(tag: Tag) -> str:
+    return f"{tag.t * 1e-9:.9f} s"

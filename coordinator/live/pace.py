@@ -1,0 +1,125 @@
+"""How fast a run goes: as fast as it can, or by the wall clock.
+
+A pace sets the horizon of the coordinator's decisions and so delays grants, nothing else: no node knows of it, and the
+digest of a run is the same at any rate.  By the clock, what stands at a tag is granted when the clock has reached it
+and never before; when the machine is too slow it is granted late, in order, and the lateness is told.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from threading import Event as Alarm
+from typing import NamedTuple
+
+from heavylift.kernel.errors import ProtocolError
+from heavylift.nodes.devs import FOREVER, NEVER, Tag, after
+
+__all__ = ["Lateness", "Pace", "RealTime"]
+
+LATE_s = 0.01  # more than a wake-up from sleep
+REST_s = 1e-6  # shortest rest: less may be lost in rounding the clock
+
+
+class Lateness(NamedTuple):
+    """Of what was granted by the clock: how often, latest and mean [s], and which share was more than 10 ms late."""
+
+    rounds: int
+    max: float
+    mean: float
+    share: float
+
+    def __str__(self) -> str:
+        """For the summary of a run."""
+        times = f"latest {self.max * 1e3:.3g} ms late, {self.mean * 1e3:.3g} ms in the mean"
+        return f"{times}, {self.share:.1%} of {self.rounds} rounds more than {LATE_s * 1e3:g} ms"
+
+
+class Pace:
+    """As fast as it goes; decisions lie at most `ahead` [ns] before what comes first, so that they can be joined."""
+
+    def __init__(self, ahead: int = NEVER) -> None:
+        self.ahead = ahead
+
+    def horizon(self, first: Tag) -> Tag:
+        """Nothing at or after it is decided yet; `first`: the earliest thing to do."""
+        return after(first, self.ahead) if first < FOREVER else FOREVER
+
+    def wait(self, first: Tag) -> float:
+        """How long [s] it is until the horizon passes `first`."""
+        return 0.0
+
+    def rest(self, alarm: Alarm, seconds: float) -> None:
+        """Let this time pass, unless the alarm rings."""
+        alarm.wait(seconds)
+
+    def granted(self, first: Tag) -> None:
+        """What stands at `first` is granted now."""
+
+    def hold(self) -> None:
+        """The run is paused."""
+
+    def go_on(self, at: Tag) -> None:
+        """The run goes on from here, if it was paused."""
+
+    @property
+    def lateness(self) -> Lateness | None:
+        """None where there is no clock to keep up with."""
+        return None
+
+
+class RealTime(Pace):
+    """`rate` seconds of simulation in each second of the clock, from the first horizon on."""
+
+    def __init__(self, rate: float, clock: Callable[[], float] = time.monotonic) -> None:
+        super().__init__(0)
+        if not (0.0 < rate < math.inf):
+            raise ProtocolError(f"--rate {rate:g}: a rate is positive and finite, 1 is real time")
+        self.rate, self._clock = rate, clock
+        self._since: tuple[float, int] | None = None  # time of the clock [s], of the simulation [ns]
+        self._rounds, self._late, self._sum, self._max = 0, 0, 0.0, 0.0
+
+    def horizon(self, first: Tag) -> Tag:
+        """The present time; what stands before it is due."""
+        if self._since is None:
+            self.go_on(Tag(0))
+        return Tag(self._now())
+
+    def wait(self, first: Tag) -> float:
+        """Until the clock reaches `first`."""
+        if first == FOREVER:
+            return math.inf
+        return max(REST_s, -self._lateness(first)) if self._since is None or first.t >= self._now() else 0.0
+
+    def granted(self, first: Tag) -> None:
+        """Note how late it is."""
+        late = max(0.0, self._lateness(first))
+        self._rounds, self._sum, self._max = self._rounds + 1, self._sum + late, max(self._max, late)
+        self._late += late > LATE_s
+
+    def hold(self) -> None:
+        """Time stands still."""
+        self._since = None
+
+    def go_on(self, at: Tag) -> None:
+        """The clock begins anew here, if it stood still."""
+        self._since = self._since or (self._clock(), at.t)
+
+    @property
+    def lateness(self) -> Lateness | None:
+        """Over all that was granted so far."""
+        n = max(1, self._rounds)
+        return Lateness(self._rounds, self._max, self._sum / n, self._late / n)
+
+    def _now(self) -> int:
+        assert self._since is not None
+        began, t = self._since
+        return t + math.floor((self._clock() - began) * self.rate * 1e9)
+
+    def _lateness(self, tag: Tag) -> float:
+        """How long ago [s of the clock] a tag was due: when its nanosecond was over."""
+        if self._since is None:
+            return -math.inf
+        began, t = self._since
+        return self._clock() - began - (tag.t + 1 - t) * 1e-9 / self.rate

@@ -1,0 +1,56 @@
+"""Hash seeds, processes, order of start, late messages, loaded cores, shorter grants: one digest.
+
+Here any two levels of any two disturbances meet at least once; `tests/full` runs all combinations.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations, product
+
+import pytest
+from disturbances import LEVELS, Case, digests, pairwise
+
+MODEL = "random_models:build(9) 60"
+
+
+def test_the_cases_cover_all_pairs() -> None:
+    cases = pairwise(MODEL)
+    for a, b in combinations(LEVELS, 2):
+        assert {(getattr(c, a), getattr(c, b)) for c in cases} == set(product(LEVELS[a], LEVELS[b]))
+    assert len(cases) <= 16
+
+
+def test_a_random_model_has_one_digest() -> None:
+    assert len(set(digests(pairwise(MODEL)).values())) == 1
+
+
+def test_a_scene_has_one_digest() -> None:
+    what = "scene lift end=25s"
+    cases = [
+        Case(what),
+        Case(what, start=3, delay=3, cut=2),
+        Case(what, hash_seed=1, processes=2, start=1, delay=1, cut=1),
+    ]
+    assert len(set(digests(cases).values())) == 1
+
+
+@pytest.mark.parametrize(
+    ("kind", "first", "second"),
+    [
+        ("hashing", {}, {"hash_seed": 1}),
+        ("sharing", {}, {"processes": 2}),
+        ("sharing", {}, {"delay": 1}),
+        ("sharing", {"processes": 2}, {"processes": 2, "start": 1}),  # other nodes share a process
+    ],
+)
+def test_a_model_that_depends_on_it_is_found_out(kind: str, first: dict[str, int], second: dict[str, int]) -> None:
+    what = f"sloppy:group({kind!r}) 200"
+    one, other = Case(what, **first), Case(what, **second)
+    found = digests([one]) | digests([other])
+    assert found[one] != found[other]
+
+
+def test_a_careful_model_is_not() -> None:
+    what = "sloppy:group('careful') 200"
+    cases = [Case(what), Case(what, hash_seed=1, processes=2, start=1, delay=1, cut=1)]
+    assert len(set(digests(cases).values())) == 1

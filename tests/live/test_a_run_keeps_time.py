@@ -1,0 +1,112 @@
+"""By the clock nothing is granted early, what is late is told, and the run is the same run at any rate.
+
+The clock is ours: it moves when the run rests, and by what a test adds to it.
+"""
+
+from pathlib import Path
+from threading import Event as Alarm
+
+import pytest
+from heavylift.coordinator.live.pace import Lateness, Pace, RealTime
+from heavylift.coordinator.run import run
+from heavylift.kernel.errors import ProtocolError
+from heavylift.nodes.devs import FOREVER, Event, Tag, ns
+from heavylift.nodes.scene import parse
+from heavylift.recordings import Recording
+from running import said
+from sledge import SLEDGE
+
+ROUNDING_s = 1e-5  # of sums of rests, of which none is shorter than a microsecond
+
+
+class Clock(RealTime):
+    """Real time by a clock of our own, which oversleeps a little."""
+
+    def __init__(self, rate: float, oversleeps: float = 0.0) -> None:
+        super().__init__(rate, lambda: self.time)
+        self.time, self.oversleeps = 100.0, oversleeps
+        self.granted_at: list[tuple[float, int]] = []
+
+    def rest(self, alarm: Alarm, seconds: float) -> None:
+        self.time += seconds + self.oversleeps
+
+    def granted(self, first: Tag) -> None:
+        super().granted(first)
+        self.granted_at.append((self.time - 100.0, first.t))
+
+
+def test_the_clock_reaches_a_tag_when_its_nanosecond_is_over() -> None:
+    clock = Clock(2.0)
+    assert clock.horizon(Tag(0)) == Tag(0)
+    assert clock.wait(Tag(ns(3.0) - 1)) == pytest.approx(1.5, abs=1e-12)
+    clock.time += 1.5
+    assert clock.horizon(Tag(0)) == Tag(ns(3.0))
+    assert clock.wait(Tag(ns(3.0) - 1)) == 0.0
+    assert clock.wait(FOREVER) == float("inf")
+
+
+def test_lateness_is_measured_and_time_stands_still_in_a_pause() -> None:
+    clock = Clock(1.0)
+    clock.horizon(Tag(0))
+    for late in (0.0, 0.002, 0.1):
+        clock.time = 101.0 + late
+        clock.granted(Tag(ns(1.0) - 1))
+    clock.hold()
+    clock.time += 1000.0
+    clock.go_on(Tag(ns(1.0)))
+    assert clock.horizon(Tag(0)) == Tag(ns(1.0))
+    clock.go_on(Tag(ns(7.0)))  # it goes on already
+    assert clock.horizon(Tag(0)) == Tag(ns(1.0))
+    told = clock.lateness
+    assert told is not None
+    assert told == pytest.approx(Lateness(3, 0.1, 0.034, 1 / 3), abs=ROUNDING_s)
+    assert str(told) == "latest 100 ms late, 34 ms in the mean, 33.3% of 3 rounds more than 10 ms"
+
+
+@pytest.mark.parametrize("rate", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_rate_is_positive_and_finite(rate: float) -> None:
+    with pytest.raises(ProtocolError, match=f"^--rate {rate:g}: a rate is positive and finite, 1 is real time$"):
+        RealTime(rate)
+
+
+def test_a_run_is_the_same_at_any_rate_and_nothing_comes_early(tmp_path: Path) -> None:
+    plain = run(parse(SLEDGE), tmp_path / "plain.mcap", True)
+    assert plain.lateness is None
+    for rate, oversleeps in ((1.0, 0.0), (4.0, 0.025)):
+        clock = Clock(rate, oversleeps)
+        paced = run(parse(SLEDGE), tmp_path / "paced.mcap", True, pace=clock)
+        assert (paced.digest, paced.sim_s) == (plain.digest, plain.sim_s)
+        assert all(at >= t * 1e-9 / rate - ROUNDING_s for at, t in clock.granted_at)
+        assert paced.lateness is not None
+        assert paced.lateness.max == pytest.approx(oversleeps, abs=ROUNDING_s)
+        assert clock.time - 100.0 == pytest.approx(plain.sim_s / rate, abs=oversleeps + ROUNDING_s)
+        told = Recording(tmp_path / "paced.mcap").fact("lateness")
+        assert told == pytest.approx(paced.lateness._asdict())
+
+
+def test_slices_of_decisions_do_not_show(tmp_path: Path) -> None:
+    results = {run(parse(SLEDGE), tmp_path / "x.mcap", True, pace=Pace(ahead)).digest for ahead in (1, ns(0.3), ns(10))}
+    assert len(results) == 1
+
+
+def test_events_are_told_when_their_time_has_come(tmp_path: Path) -> None:
+    from heavylift.coordinator.watch import Watch
+
+    clock, told = Clock(1.0), list[tuple[float, int]]()
+
+    class Hears(Watch):
+        def event(self, event: Event) -> None:
+            told.append((clock.time - 100.0, event.t))
+
+    run(parse(SLEDGE), tmp_path / "x.mcap", True, Hears(), pace=clock)
+    assert len(told) > 5
+    assert all(at >= t * 1e-9 - ROUNDING_s for at, t in told)
+
+
+def test_the_command_tells_how_late_it_was(tmp_path: Path) -> None:
+    (tmp_path / "sledge.yaml").write_text(SLEDGE)
+    code, out, error = said(tmp_path, "run", "sledge.yaml", "--in-process", "--rate", "100")
+    assert (code, error.count("heavylift:")) == (0, 0)
+    assert "by the clock: latest " in out
+    code, _, error = said(tmp_path, "run", "sledge.yaml", "--rate", "-3")
+    assert (code, error) == (1, "heavylift: --rate -3: a rate is positive and finite, 1 is real time\n")
