@@ -2,6 +2,8 @@
 
     find("turnover.mcap")          the run that writes this recording; also by run id, by scene, or the only one
     observe(find())                all its events so far and then live, as (number, event)
+    order(find(), Order("pause"))  what the commands pause, step, continue, command and stop send
+    operator_commands(recording)   what an operator said in a run, for run(..., commands=...)
 
 On the coordinator's side `shown` makes a run findable and shows its events.  What holds for observers, for real time
 and for an operator's orders stands in LIVE.md.
@@ -9,7 +11,26 @@ and for an operator's orders stands in LIVE.md.
 
 from .announce import Found, Notice, find, running
 from .audience import Audience, Ended
+from .commands import Given, operator_commands
 from .observe import Observer, observe
+from .orders import Order, order
+from .pace import Pace, RealTime
 from .show import shown
 
-__all__ = ["Audience", "Ended", "Found", "Notice", "Observer", "find", "observe", "running", "shown"]
+__all__ = [
+    "Audience",
+    "Ended",
+    "Found",
+    "Given",
+    "Notice",
+    "Observer",
+    "Order",
+    "Pace",
+    "RealTime",
+    "find",
+    "observe",
+    "operator_commands",
+    "order",
+    "running",
+    "shown",
+]
