@@ -6,12 +6,18 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import pytest
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.replay import RecordedRun, verify
+from heavylift.coordinator.live.commands import Given
+from heavylift.coordinator.replay import RecordedRun, single, verify
+from heavylift.coordinator.run import run
 from heavylift.kernel.errors import RecordingError
+from heavylift.nodes.devs import Tag, encode
 from heavylift.nodes.models.drive import DriveActor
-from heavylift.nodes.models.messages import Run
+from heavylift.nodes.models.messages import OperatorCommand, Run
+from heavylift.nodes.scene import load
+from heavylift.nodes.scene.spoken import spoken
 from heavylift.recordings import Recorder, Recording, Signal
 
 
@@ -94,3 +100,15 @@ def test_a_recording_that_cannot_be_run_is_a_sentence(tmp_path: Path) -> None:
         verify(recording("bare.mcap", {}))
     with pytest.raises(RecordingError, match=r"old\.mcap: this version cannot run its scene \(.*\); use the version"):
         verify(recording("old.mcap", {"resolved.json": b'{"gravity": 9.81}'}))
+
+
+def test_what_an_operator_ordered_is_ordered_again(tmp_path: Path) -> None:
+    scene, words = load("lift", ["end=20 s"]), "trolleys: traverse 10 m/min by 0.5 m"
+    said = encode(OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words))))
+    run(scene, tmp_path / "run.mcap", True, commands=[Given(Tag(3_000_000_000), said)])
+    recorded = RecordedRun(tmp_path / "run.mcap")
+    assert [e.port for e in recorded.events if e.source == "operator"] == ["command"]
+    outcome = verify(recorded)
+    assert outcome.same, outcome.deviation
+    assert outcome.digest == recorded.recording.result["digest"]
+    assert single(recorded, "commander").same
