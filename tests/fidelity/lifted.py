@@ -1,0 +1,77 @@
+"""A lift as the product runs it, in memory: when its actions ended, hook tensions, places of the block, the cost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+from heavylift.coordinator.core import Coordinator
+from heavylift.coordinator.kernel_node import KernelNode
+from heavylift.coordinator.memory import run_in_memory
+from heavylift.coordinator.node import Node
+from heavylift.coordinator.pause import configured
+from heavylift.nodes.devs import Simulator, Tag, ns
+from heavylift.nodes.models import COMMANDER, KERNEL, build, couplings
+from heavylift.nodes.models.messages import Finished, Stage
+from heavylift.nodes.scene import load
+
+STAGES = {"dopri5": 6, "dop853": 11, "rk4": 4, "semi-implicit-euler": 1, "ros34pw2": 4, "radau5": 12}
+
+
+@dataclass(frozen=True)
+class Lifted:
+    """Peaks per hook [N]; stage -> when it began [s]; samples: times [s], places of the block (n, 3) [m]; cost."""
+
+    peaks: np.ndarray
+    began: dict[str, float]
+    times: np.ndarray
+    places: np.ndarray
+    evaluations: int
+    states: int
+
+    @property
+    def cost(self) -> int:
+        return self.evaluations * self.states
+
+
+def lifted(scene) -> Lifted:
+    """Run a loaded scene to its end."""
+    plan, models = scene.plan, build(scene.plan)
+    batches: list[bytes] = []
+    kernel = KernelNode(configured(plan, models), batches.append)
+    began: dict[str, float] = {}
+    last = [0]
+
+    def heard(event) -> None:
+        if event.source == COMMANDER and isinstance(event.value, Stage | Finished):
+            name = event.value.name if isinstance(event.value, Stage) else "finished"
+            began.setdefault(name, event.t * 1e-9)
+            last[0] = event.t
+
+    end = Tag(ns(plan.end) if plan.end else 3600 * 10**9)
+    core = Coordinator([*models, KERNEL], couplings(plan), end, (COMMANDER, "finished"), heard)
+    run_in_memory(core, [*(Node(name, Simulator(m)) for name, m in models.items()), Node(KERNEL, kernel)])
+    kernel.finish(Tag(last[0] + 1))
+    layout = msgspec.msgpack.decode(kernel.layout())["channels"]
+    at = {c["topic"]: (c["start"], c["names"]) for c in layout}
+    width = max(c["stop"] for c in layout)
+    times, rows = [], []
+    for batch in batches:
+        _, t, data = msgspec.msgpack.decode(batch)
+        times += [x * 1e-9 for x in t]
+        rows.append(np.frombuffer(data, "<f8").reshape(-1, width))
+    table = np.concatenate(rows)
+    first, names = at["rope/peak"]
+    hooks = [first + names.index(r.name) for r in plan.rig.hook_ropes]
+    pose, _ = at[f"pose/{plan.block.name}"]
+    s = kernel.simulation
+    attempts = int(s["accepted"] + s["rejected"])
+    return Lifted(
+        table[:, hooks].max(axis=0), began, np.array(times), table[:, pose : pose + 3], attempts * STAGES[plan.method],
+        2 * s.program.nv,
+    )  # fmt: skip
+
+
+if __name__ == "__main__":
+    print(lifted(load("lift")))
