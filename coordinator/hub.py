@@ -242,6 +242,8 @@ class Hub(_Desk):
     def _hear(self) -> None:
         """Take note of processes that have joined or are lost."""
         news = self._lookout.news
+        if self._lookout.failure is not None:
+            raise self._lookout.failure
         while news:
             process, epoch, how = news[0]
             if epoch == self.epoch(process) and how is not None:

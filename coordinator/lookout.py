@@ -43,6 +43,8 @@ class Lookout:
         self.news: deque[News] = deque()
         self.deadline: float | None = None
         """When the receiving thread wants to be woken [monotonic s]."""
+        self.failure: Exception | None = None
+        """What has ended the thread before its time."""
         self._wake, self._connected = wake, connected
         self._deaths: Callable[[], Mapping[str, str]] = dict
         self._excused: set[str] = set()  # processes that may leave
@@ -97,6 +99,13 @@ class Lookout:
         self.joined.discard(process)
 
     def _watch(self) -> None:
+        try:
+            self._look()
+        except Exception as error:  # nobody would see it here, and the receiving thread would sleep for ever
+            self.failure = error
+            self._wake()
+
+    def _look(self) -> None:
         woken: float | None = None
         told = 0
         while not self._closed.is_set():
