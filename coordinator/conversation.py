@@ -79,7 +79,7 @@ class Conversation:
 
     def play(self) -> Outcome:
         """Rounds until nothing is left to do before the end; again, if the end has been moved."""
-        core, tempo = self.core, self._tempo
+        core, tempo, outstanding = self.core, self._tempo, 0
         while True:
             if self._desk is not None:
                 self._desk.attend(core)
@@ -93,12 +93,15 @@ class Conversation:
             outcome = core.over
             if outcome is not None:
                 return outcome
+            outstanding += len(grants)
             got = self._hear(min(LOOK_s, tempo.rest(core)))
-            if got is not None:
+            while got is not None:
                 node, message = got
                 if not isinstance(message, m.Done):
                     raise ProtocolError(f"{node} sent {type(message).__name__.upper()} where DONE was expected")
                 core.done(node, message)
+                outstanding -= 1
+                got = self._hear(0.0) if outstanding else None  # one decision for all that have come meanwhile
 
     def dismiss(self, end: Tag) -> dict[str, m.Bye]:
         """The ordered end: STOP, the last samples, BYE of every node."""

@@ -30,6 +30,7 @@ class Node:
         self._last, self._hash = Tag(-1), b""
         self._done: Done | None = None
         self._gseq, self._quiet = 0, FOREVER
+        self._offer: list[Event] = []  # what it says at its next tag unless an input comes before
         self.steps = 0
         """Tags that it has done in its life, replayed ones as well: whether it gets on."""
 
@@ -88,7 +89,7 @@ class Node:
             while tags[at] == tag:
                 at += 1
             bag = inputs[begin:at]
-            said = model.outputs() if tag == due else []
+            said = [] if tag != due else model.outputs() if links else self._offer
             if said:
                 stop = min(stop, max(succ(tag), plus(tag, grant.echo)))
                 if not offered:
@@ -127,7 +128,8 @@ class Node:
     def _present(self) -> tuple[Tag, list[Event], Tag]:
         """Next tag, offer, quiet."""
         due = self.model.next_time
-        return due, self.model.outputs() if due < FOREVER else [], self.model.quiet
+        self._offer = self.model.outputs() if due < FOREVER else []
+        return due, self._offer, self.model.quiet
 
     def _check(self, said: list[Event], own: Tag, heard: Tag) -> None:
         for event in said:
