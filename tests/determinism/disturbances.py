@@ -47,15 +47,12 @@ LEVELS: dict[str, tuple[int, ...]] = {
 
 
 def full(what: str, runs: int) -> list[Case]:
-    """All combinations, each `runs` times with other random numbers."""
-    found = []
-    for levels in product(*LEVELS.values()):
-        for run in range(runs):
-            seeded = dict(zip(LEVELS, levels, strict=True))
-            seeded |= {name: seeded[name] * (run + 1) for name in ("start", "delay", "cut")}
-            seeded["load"] *= 2
-            found.append(Case(what, **seeded))
-    return found
+    """All combinations, each in `runs` orders of start and with as many other random numbers."""
+    levels = {**LEVELS, "hash_seed": (0, 4711), "start": tuple(range(runs)), "load": (0, 2)}
+    cases = [dict(zip(levels, values, strict=True)) for values in product(*levels.values())]
+    for case in cases:
+        case |= {name: case[name] * (case["start"] + 1) for name in ("delay", "cut")}
+    return [Case(what, **case) for case in cases]
 
 
 def pairwise(what: str) -> list[Case]:

@@ -26,7 +26,7 @@ def test_twenty_runs_of_a_random_model_in_all_combinations(seed: int) -> None:
 
 
 def test_a_lift_in_all_combinations() -> None:
-    alike(full("scene lift end=25s", 1))
+    alike(full("scene lift end=25s", 2))
 
 
 def test_turnover_in_all_pairs() -> None:

@@ -7,18 +7,18 @@ from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out, ms
 TICKS, PAUSE_s = 20, 0.005
 
 
-class Tick(Message):
-    """One tick."""
+class Beat(Message):
+    """One beat."""
 
 
 class Slow(Atomic):
-    out = Out(Tick)
+    out = Out(Beat)
 
     def start(self) -> None:
         self.hold_in(ms(10))
 
     def output(self) -> None:
-        self.out.send(Tick())
+        self.out.send(Beat())
 
     def internal(self) -> None:
         time.sleep(PAUSE_s)
@@ -26,7 +26,7 @@ class Slow(Atomic):
 
 
 class Quick(Atomic):
-    into = In(Tick)
+    into = In(Beat)
 
     def start(self) -> None:
         self.hold_in(ms(3))
