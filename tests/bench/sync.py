@@ -29,10 +29,10 @@ from statistics import median
 from typing import ClassVar
 
 from heavylift.coordinator import conversation, run_models
-from heavylift.coordinator.core import Coordinator
 from heavylift.coordinator.frame import Topic, Writer
 from heavylift.coordinator.hub import LocalHub
 from heavylift.coordinator.messages import Done, Grant, encode
+from heavylift.coordinator.outside import OpenCoordinator
 from heavylift.nodes.devs import Simulator, Tag
 from sync_models import GAP, Station, workload
 
@@ -46,7 +46,7 @@ Measured = dict[str, list[float]]
 # in a process of its own: one measurement, printed
 
 
-class Stamped(Coordinator):
+class Stamped(OpenCoordinator):
     """Notes when each DONE was taken."""
 
     at: ClassVar[list[float]] = []
@@ -64,7 +64,7 @@ def cycle(at: list[float], step: int = 1) -> float:
 
 def grant(n: int, in_process: bool = False) -> float:
     """Microseconds of one grant cycle among n nodes."""
-    conversation.Coordinator = Stamped  # type: ignore[misc]
+    conversation.OpenCoordinator = Stamped  # type: ignore[misc]
     run_models(f"sync_models:turns({n})", until=1000 * GRANTS, in_process=in_process)
     return cycle(Stamped.at)
 
@@ -76,7 +76,7 @@ def local_grant(n: int) -> float:
 
 def full_round(n: int) -> float:
     """Microseconds of a round in which n nodes speak and hear."""
-    conversation.Coordinator = Stamped  # type: ignore[misc]
+    conversation.OpenCoordinator = Stamped  # type: ignore[misc]
     run_models(f"sync_models:rounds({n}, {SIZE})", until=1000 * ROUNDS)
     return cycle(Stamped.at, n)
 

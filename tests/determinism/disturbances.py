@@ -109,13 +109,14 @@ def digest(case: Case) -> str:
     """Run one case here."""
     from cut_short import CutShort
     from heavylift.coordinator import conversation
-    from heavylift.coordinator.core import Coordinator
+    from heavylift.coordinator.outside import OpenCoordinator
 
     os.environ.pop("DISTURBED_DELIVERY", None)
     if case.delay:
         os.environ["DISTURBED_DELIVERY"] = str(case.delay)
     CutShort.random = Random(case.cut)
-    conversation.Coordinator = CutShort if case.cut else Coordinator  # type: ignore[misc]
+    assert conversation.OpenCoordinator in (CutShort, OpenCoordinator), "this is what a run decides with"
+    conversation.OpenCoordinator = CutShort if case.cut else OpenCoordinator  # type: ignore[misc]
     with _spinning(case.load), _turns(case.delay), tempfile.TemporaryDirectory() as folder:
         return _scene(case, Path(folder)) if case.what.startswith("scene ") else _model(case)
 

@@ -45,7 +45,7 @@ def test_hash_seeds(truth: str, tmp_path: Path, seed: str, where: list[str]) -> 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_random_grant_limits(truth: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seed: int) -> None:
-    monkeypatch.setattr(conversation, "Coordinator", CutShort)
+    monkeypatch.setattr(conversation, "OpenCoordinator", CutShort)
     CutShort.random, CutShort.cuts = Random(seed), 0
     assert runner.run(load("turnover"), tmp_path / "turnover.mcap", in_process=True).digest == truth
     assert CutShort.cuts > 10_000

@@ -5,13 +5,13 @@ from __future__ import annotations
 from random import Random
 from typing import Any
 
-from heavylift.coordinator.core import Coordinator
 from heavylift.coordinator.messages import Done, Grant, Hello
+from heavylift.coordinator.outside import OpenCoordinator
 from heavylift.nodes.devs import FOREVER, Tag, after, succ
 from msgspec.structs import replace
 
 
-class CutShort(Coordinator):
+class CutShort(OpenCoordinator):
     """Ends grants at random before their window does, yet late enough to do one tag."""
 
     random = Random(0)

@@ -77,7 +77,7 @@ def test_another_scene_has_another_digest(truth: str, tmp_path: Path) -> None:
 def test_random_grant_limits_leave_every_byte_equal(
     truth: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, seed: int
 ) -> None:
-    monkeypatch.setattr(conversation, "Coordinator", CutShort)
+    monkeypatch.setattr(conversation, "OpenCoordinator", CutShort)
     CutShort.random, CutShort.cuts = Random(seed), 0
     run = runner.run(load("lift"), tmp_path / "lift.mcap", in_process=True)
     assert CutShort.cuts > 100, CutShort.cuts
@@ -90,7 +90,7 @@ def test_random_grant_limits_leave_the_loaded_lift_of_turnover_equal(
     """The first 100 s with two cranes and twelve slings: the slings chatter as they come taut."""
     scene = load("turnover", ["end=100 s"])
     whole = runner.run(scene, tmp_path / "whole.mcap", in_process=True)
-    monkeypatch.setattr(conversation, "Coordinator", CutShort)
+    monkeypatch.setattr(conversation, "OpenCoordinator", CutShort)
     CutShort.random, CutShort.cuts = Random(7), 0
     cut = runner.run(scene, tmp_path / "cut.mcap", in_process=True)
     assert CutShort.cuts > 100, CutShort.cuts
