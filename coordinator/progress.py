@@ -5,9 +5,11 @@ Without a terminal the bar becomes one plain line per stage.
 
 from __future__ import annotations
 
+import json
 import shutil
 import sys
 import time
+from dataclasses import asdict
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -89,8 +91,11 @@ def clock(seconds: float) -> str:
     return f"{s // 3600}:{s // 60 % 60:02}:{s % 60:02}"
 
 
-def summary(plan: Plan, result: Result, path: Path) -> None:
-    """Print how the run ended and what each rope saw."""
+def summary(plan: Plan, result: Result, path: Path, as_json: bool = False) -> None:
+    """Print how the run ended and what each rope saw; as JSON, in SI units."""
+    if as_json:
+        print(json.dumps({"recording": str(path), **asdict(result)}))
+        return
     console = Console(highlight=False)
     if result.peaks:
         limits = rated(plan)

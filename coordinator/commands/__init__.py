@@ -1,6 +1,6 @@
 """The commands of `heavylift`, a file per subject; a file that is imported here adds its commands to `app`."""
 
-from . import devs, files, hosts, operating, replaying, resuming, running, scenes, tracing, watching
+from . import devs, files, hosts, operating, replaying, resuming, running, scenes, starting, tracing, watching
 from .app import app
 
 __all__ = [
@@ -13,6 +13,7 @@ __all__ = [
     "resuming",
     "running",
     "scenes",
+    "starting",
     "tracing",
     "watching",
 ]

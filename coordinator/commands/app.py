@@ -2,25 +2,53 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-__all__ = ["After", "At", "File", "Json", "Scene", "Sets", "app"]
+from . import completing
+from .helping import Command, Commands
 
-app = typer.Typer(
+__all__ = ["After", "At", "File", "Json", "Run", "Scene", "Sets", "app"]
+
+EXIT_CODES = """Exit codes: 0 done; 1 the scene, the run or the file is at fault, or two runs differ; 2 the command line
+is wrong; 86 a process on this host has lost its run; 130 stopped by Ctrl-C. One sentence says what is wrong."""
+
+
+class App(typer.Typer):
+    """All commands have the same form of help."""
+
+    def command(self, name: str | None = None, **settings: Any) -> Callable[..., Any]:
+        """A command, with its example behind its options."""
+        return super().command(name, cls=Command, **settings)
+
+
+app = App(
+    cls=Commands,
     add_completion=True,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     help="Simulates tandem crane lifts: one scene file, one process per model, every message on record.",
+    epilog=EXIT_CODES,
 )
 
 Scene = Annotated[
-    str, typer.Argument(help="a scene file, or the name of a bundled scene (turnover, lift, arm, pendulum)")
+    str,
+    typer.Argument(
+        help="a scene file, or the name of a bundled scene such as turnover or lift", autocompletion=completing.scenes
+    ),
 ]
-File = Annotated[Path, typer.Argument(help="a recording (.mcap)")]
+File = Annotated[Path, typer.Argument(help="a recording (.mcap)", autocompletion=completing.recordings)]
+Run = Annotated[
+    str,
+    typer.Argument(
+        help="the recording that it writes, its run id, or its scene; default the only one",
+        autocompletion=completing.runs,
+    ),
+]
 At = Annotated[float | None, typer.Option("--at", help="time of the run [s]; default its start")]
 After = Annotated[str, typer.Option("--after", help="at the end of this stage of the run")]
 Json = Annotated[bool, typer.Option("--json", help="one JSON object, SI units")]

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from . import completing
 from .app import File, Json, app
 
 
@@ -108,7 +109,12 @@ def export(
 
 @app.command()
 def recover(
-    file: Annotated[Path, typer.Argument(help="a cut-off or damaged recording (.mcap or .mcap.part)")],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="a cut-off or damaged recording (.mcap or .mcap.part)", autocompletion=completing.recordings
+        ),
+    ],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="default NAME-recovered.mcap")] = None,
 ) -> None:
     """Save what a killed run has left.    heavylift recover turnover.mcap.part"""

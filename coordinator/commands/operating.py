@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from .app import app
-from .watching import Run
+from . import completing
+from .app import Run, app
 
 __all__: list[str] = []
 
@@ -46,7 +46,10 @@ def step(
 
 @app.command()
 def command(
-    run: Annotated[str, typer.Argument(help="the recording that it writes, its run id, or its scene")],
+    run: Annotated[
+        str,
+        typer.Argument(help="the recording that it writes, its run id, or its scene", autocompletion=completing.runs),
+    ],
     words: Annotated[str, typer.Argument(help="target: what to do, as in the action list of a scene")],
 ) -> None:
     """Give an order, as soon as may be.    heavylift command lift "crane H1: hoist 3 m/min by 1 m" """

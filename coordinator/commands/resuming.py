@@ -7,13 +7,17 @@ from typing import Annotated
 
 import typer
 
-from .app import app
+from . import completing
+from .app import Json, app
 
 
 @app.command()
 def resume(
-    file: Annotated[Path, typer.Argument(help="a cut-off recording (.mcap.part)")],
+    file: Annotated[
+        Path, typer.Argument(help="a cut-off recording (.mcap.part)", autocompletion=completing.recordings)
+    ],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="default NAME-resumed.mcap")] = None,
+    as_json: Json = False,
 ) -> None:
     """Run to its end what was cut off, checked against what was recorded.    heavylift resume lift.mcap.part"""
     from ..participant import PRELOAD
@@ -27,4 +31,4 @@ def resume(
         begun = Beginning.of(file)
         with Progress(begun.scene.plan) as watch:
             result, path = go_on(file, begun, output, watch, crew)
-    summary(begun.scene.plan, result, path)
+    summary(begun.scene.plan, result, path, as_json)

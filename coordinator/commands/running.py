@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .app import Scene, Sets, app
+from .app import Json, Scene, Sets, app
 from .hosts import Certificates, open_door
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ def run(
     rate: Annotated[
         float | None, typer.Option("--rate", help="by the clock: 1 is real time, 10 ten times as fast")
     ] = None,
+    as_json: Json = False,
 ) -> None:
     """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
     from ..participant import PRELOAD
@@ -78,7 +79,7 @@ def run(
     finally:
         if crew is not None:
             crew.end()
-    summary(loaded.plan, result, path)
+    summary(loaded.plan, result, path, as_json)
 
 
 @contextmanager

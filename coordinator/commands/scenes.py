@@ -10,21 +10,30 @@ from .app import After, At, Json, Scene, Sets, app
 
 
 @app.command()
-def check(scene: Scene, sets: Sets = None) -> None:
+def check(scene: Scene, as_json: Json = False, sets: Sets = None) -> None:
     """Check a scene and show its static loads; starts nothing.    heavylift check my-lift.yaml"""
+    import dataclasses
+    import json
+
     from heavylift.nodes.scene import check as examine
     from heavylift.nodes.scene import load
 
-    typer.echo(str(examine(load(scene, sets or []))))
+    found = examine(load(scene, sets or []))
+    data = {key: value for key, value in dataclasses.asdict(found).items() if key != "lines"}
+    typer.echo(json.dumps(data) if as_json else str(found))
 
 
 @app.command()
-def tree(scene: Scene, sets: Sets = None) -> None:
+def tree(scene: Scene, as_json: Json = False, sets: Sets = None) -> None:
     """Print the tree of DEVS models.    heavylift tree turnover"""
+    import json
+
     from heavylift.nodes.models import tree as draw
+    from heavylift.nodes.models import tree_data
     from heavylift.nodes.scene import load
 
-    typer.echo(draw(load(scene, sets or []).plan))
+    plan = load(scene, sets or []).plan
+    typer.echo(json.dumps(tree_data(plan)) if as_json else draw(plan))
 
 
 @app.command()
@@ -65,7 +74,7 @@ def statics(scene: Scene, at: At = None, after: After = "", as_json: Json = Fals
 
 @app.command()
 def modes(scene: Scene, at: At = None, after: After = "", as_json: Json = False, sets: Sets = None) -> None:
-    """Show frequencies, damping and modes about the pose at rest.    heavylift modes turnover --after "hoist" """
+    """Show frequencies, damping and modes about the pose at rest.    heavylift modes turnover --after settle"""
     import json
 
     from heavylift.kernel.analysis import equilibrium

@@ -6,11 +6,7 @@ from typing import Annotated
 
 import typer
 
-from .app import Json, app
-
-Run = Annotated[
-    str, typer.Argument(help="the recording that it writes, its run id, or its scene; default the only one")
-]
+from .app import Json, Run, app
 
 
 @app.command()

@@ -3,7 +3,7 @@
 build(plan), build_one(plan, name)     the coupled model of each node
 system(plan)                           what they declare together, for the kernel
 couplings(plan), subscriptions(plan)   how nodes and kernel are wired, who hears which state event
-tree(plan)                             the model tree as text; `messages` holds everything that travels
+tree(plan), tree_data(plan)            the model tree as text, as plain data; `messages` holds everything that travels
 """
 
 from .assembly import (
@@ -19,7 +19,7 @@ from .assembly import (
     subscriptions,
     system,
 )
-from .tree import tree
+from .tree import tree, tree_data
 
 __all__ = [
     "COMMANDER",
@@ -34,4 +34,5 @@ __all__ = [
     "subscriptions",
     "system",
     "tree",
+    "tree_data",
 ]

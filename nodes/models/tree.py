@@ -1,10 +1,11 @@
 """The model tree as text: coupled models, joint and body atomics, actors, and their ports.
 
-Printed by `heavylift tree SCENE`; each line is one model with what it holds and, in brackets, ports in ->
-out.
+Printed by `heavylift tree SCENE`; each line is one model with what it holds and, in brackets, ports in -> out.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 from heavylift.nodes.devs import Coupled, InPort, Model
 from heavylift.nodes.scene.plan import Plan
@@ -36,6 +37,17 @@ def tree(plan: Plan) -> str:
     for i, model in enumerate(models):
         _draw(model, "", i == len(models) - 1, lines)
     return "\n".join(lines)
+
+
+def tree_data(plan: Plan) -> dict[str, Any]:
+    """The same as plain data: name, kind, in and out ports and children of every model."""
+    return {"name": plan.name, "children": [_data(model) for model in build(plan).values()]}
+
+
+def _data(model: Model) -> dict[str, Any]:
+    into, out = _directions(model)
+    children = list(model.children.values()) if isinstance(model, Coupled) else []
+    return {"name": model.name, "kind": _kind(model), "in": into, "out": out, "children": [_data(c) for c in children]}
 
 
 def _draw(model: Model, indent: str, last: bool, lines: list[str]) -> None:
@@ -75,8 +87,13 @@ def _elements(actor: Actor) -> list[str]:
 
 
 def _ports(model: Model) -> str:
-    into = [name for name, port in model.ports.items() if isinstance(port, InPort)]
-    out = [name for name in model.ports if name not in into]
+    into, out = _directions(model)
     if orders := [name for name in out if name.startswith("order_")]:
         out = [name for name in out if name not in orders] + [f"{len(orders)} x order"]
     return f"  [{' '.join(into)} -> {' '.join(out)}]" if into or out else ""
+
+
+def _directions(model: Model) -> tuple[list[str], list[str]]:
+    """Names of in ports and of out ports."""
+    into = [name for name, port in model.ports.items() if isinstance(port, InPort)]
+    return into, [name for name in model.ports if name not in into]

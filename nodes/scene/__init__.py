@@ -5,6 +5,7 @@
     parse(text)                 the same for a text that stands in no file
     check(scene)                -> Report: sizes, static loads, use, safety factors; str(report) is a page
     bundled()                   the scenes that come with heavylift, by name
+    begun(name, like)           the text of a scene to start from; json_schema() of all scene files, for editors
 
 Node processes import `heavylift.nodes.scene.plan` only; what reads YAML is imported when it is first
 used.
@@ -15,10 +16,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .loading import LoadedScene, bundled, check, load, parse
+    from heavylift.nodes.scenes import bundled
+
+    from .editors import json_schema
+    from .loading import LoadedScene, begun, check, load, parse
     from .report import Report
 
-__all__ = ["LoadedScene", "Report", "bundled", "check", "load", "parse"]
+__all__ = ["LoadedScene", "Report", "begun", "bundled", "check", "json_schema", "load", "parse"]
+PLACES = {"Report": ".report", "json_schema": ".editors", "bundled": "..scenes"}  # all others: .loading
 
 
 def __getattr__(name: str) -> Any:
@@ -27,4 +32,4 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     from importlib import import_module
 
-    return getattr(import_module(".report" if name == "Report" else ".loading", __name__), name)
+    return getattr(import_module(PLACES.get(name, ".loading"), __name__), name)

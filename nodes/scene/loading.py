@@ -5,16 +5,17 @@ Errors of one step are told all at once; a later step starts only when the earli
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from importlib.resources import files
 from pathlib import Path
 
 import msgspec
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity import Question, Verdict, choose
 from heavylift.nodes.models import node_names
+from heavylift.nodes.scenes import bundled
 
 from . import plan, schema
 from .assemble import build_mechanism
@@ -57,12 +58,6 @@ class LoadedScene:
         return follow(self.scene, self.plan) if self.scene.block else None
 
 
-def bundled() -> dict[str, Path]:
-    """The scenes that come with heavylift, by name."""
-    folder = Path(str(files("heavylift.nodes.scenes")))
-    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
-
-
 def load(scene: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
     """The scene of a path, or a bundled one by name, with `key=value` settings laid over it."""
     path = _find(str(scene))
@@ -73,6 +68,12 @@ def load(scene: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
 def parse(text: str, name: str = "scene.yaml", overrides: Sequence[str] = ()) -> LoadedScene:
     """The scene of a YAML text that stands in no file yet."""
     return _build(Path(name), name, text, overrides)
+
+
+def begun(name: str, like: str) -> str:
+    """The text of a scene of this name that begins as a copy of a bundled one."""
+    text = _text(_find(like), like)
+    return re.sub(r"^name: \S+", lambda _: f"name: {name}", text, count=1, flags=re.M)
 
 
 def check(scene: LoadedScene) -> Report:

@@ -155,7 +155,7 @@ def _schema(dimension: Dimension) -> WithJsonSchema:
     told = f"{dimension.name} with its unit: {', '.join(u or 'number' for u in dimension.units)}"
     if isinstance(dimension, Limited):
         told += f"; {dimension.lowest} to {dimension.highest}"
-    return WithJsonSchema({"type": ["string", "number"], "description": told})
+    return WithJsonSchema({"type": ["string", "number"], "description": told, "dimension": dimension.name})
 
 
 STROKE = either(LENGTH, ANGLE)

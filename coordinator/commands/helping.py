@@ -1,0 +1,61 @@
+"""How the help of `heavylift` looks: commands by what they are about, each with an example that can be copied.
+
+A command's docstring is `What it does.    heavylift name ...`: what stands behind the four blanks is its example and
+is printed on a line of its own.  Commands stand below the heading of the file that they are written in.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from typer.core import TyperCommand, TyperGroup
+
+__all__ = ["Command", "Commands"]
+
+MARK = "    heavylift "
+HEADINGS = {
+    "scenes": "Scenes",
+    "starting": "Scenes",
+    "running": "Runs",
+    "resuming": "Runs",
+    "watching": "Runs that go on",
+    "operating": "Runs that go on",
+    "files": "Recordings",
+    "replaying": "Recordings",
+    "tracing": "Recordings",
+    "hosts": "Several hosts",
+}
+OTHERS = "Other"
+
+
+class Command(TyperCommand):
+    """A command with its example behind its options."""
+
+    def __init__(self, *arguments: Any, help: str | None = None, **settings: Any) -> None:
+        told, mark, rest = (help or "").partition(MARK)
+        example, _, more = rest.partition("\n")
+        settings["short_help"] = told.strip()
+        super().__init__(*arguments, help=f"{told}\n{more}".strip(), **settings)
+        self.example = f"{mark}{example}".strip()
+
+    def format_epilog(self, ctx: Any, formatter: Any) -> None:
+        """The example, not wrapped."""
+        if self.example:
+            with formatter.section("Example"):
+                formatter.write(f"  {self.example}\n")
+        super().format_epilog(ctx, formatter)
+
+
+class Commands(TyperGroup):
+    """All commands, by heading."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """A list of commands per heading; each with all that its first sentence says."""
+        by_heading: dict[str, list[tuple[str, str]]] = {heading: [] for heading in [*HEADINGS.values(), OTHERS]}
+        for name, command in self.commands.items():
+            module = getattr(command.callback, "__module__", "").rpartition(".")[2]
+            by_heading[HEADINGS.get(module, OTHERS)].append((name, command.get_short_help_str(limit=formatter.width)))
+        for heading, rows in by_heading.items():
+            if rows:
+                with formatter.section(heading):
+                    formatter.write_dl(rows)

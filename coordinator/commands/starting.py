@@ -1,0 +1,64 @@
+"""Commands for a beginning: new, schema, doctor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from heavylift.kernel.errors import SceneError
+
+from . import completing
+from .app import Json, app
+
+
+@app.command()
+def new(
+    name: Annotated[str, typer.Argument(help="of the scene; it is written to NAME.yaml")],
+    like: Annotated[
+        str, typer.Option("--like", help="bundled scene that it begins as", autocompletion=completing.scenes)
+    ] = "lift",
+) -> None:
+    """Write a scene to start from, with comments.    heavylift new my-lift"""
+    from heavylift.nodes.scene import begun
+
+    from ..progress import command
+
+    path = Path(f"{name}.yaml")
+    text = begun(name, like)
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise SceneError(f"{path}: is there already and stays as it is; choose another name") from None
+    except OSError as error:
+        raise SceneError(f"{path}: cannot be written ({error.strerror}); choose another folder") from None
+    typer.echo(f"wrote {path}\n\nnext: {command()} check {path}")
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of scene files, by which editors complete.    heavylift schema > heavylift.schema.json"""
+    import json
+
+    from heavylift.nodes.scene import json_schema
+
+    typer.echo(json.dumps(json_schema(), indent=2))
+
+
+@app.command()
+def doctor(as_json: Json = False) -> None:
+    """Check the installation: versions, rights, a short run in processes.    heavylift doctor"""
+    import json
+
+    from ..health import findings
+
+    found = []
+    for finding in findings():
+        found.append(finding)
+        if not as_json:
+            typer.echo(str(finding))
+    if as_json:
+        typer.echo(json.dumps([finding._asdict() for finding in found]))
+    if any(finding.state == "broken" for finding in found):
+        raise typer.Exit(1)
