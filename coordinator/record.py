@@ -28,7 +28,10 @@ from .tape import FileTape
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
 
-__all__ = ["Record", "Result", "rated"]
+__all__ = ["MERGED", "RESOLVED", "Record", "Result", "rated"]
+
+RESOLVED = "resolved.json"  # the plan
+MERGED = "merged.json"  # the whole scene, where its own text is not all of it
 
 
 @dataclass(frozen=True)
@@ -77,7 +80,8 @@ class Record(FileTape):
             "supports": supports(plan),
             "loaders": {x.name: carried[x.name] for x in plan.loaders if x.name in carried},
         }
-        attachments = {scene.path.name: scene.text.encode(), "resolved.json": encode(plan)}
+        attachments = {scene.path.name: scene.text.encode(), RESOLVED: encode(plan)}
+        attachments |= {MERGED: scene.merged.encode()} if scene.merged else {}
         attachments[LAYOUT] = layout([r.name for r in system(plan).all_ropes], *surroundings(plan))
         self._facts: dict[str, object] = facts
         super().__init__(output, facts, attachments)

@@ -2,23 +2,25 @@
 
 A run is a function of its scene, so nothing of the past needs to be restored: the new recording is whole, and has the
 digest that the undisturbed run would have had.  Every event that reached the disk must come again; the first that does
-not ends the run, for then it was another version, or a model that is not deterministic.
+not ends the run, for then it was another version, or a model that is not deterministic.  What an operator ordered is
+ordered again at its time, from the recording and from the journal of what had not reached it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.devs import FOREVER, Event
-from heavylift.nodes.scene import LoadedScene, parse
+from heavylift.nodes.scene import LoadedScene, restored
 from heavylift.nodes.scene.plan import decode
 from heavylift.recordings import recover
 
+from .live.commands import OPERATOR, Given, journaled
 from .processes import Processes
-from .record import Result
+from .record import MERGED, RESOLVED, Result
 from .replay.deviation import Deviation, Follower
 from .replay.recorded import RecordedRun
 from .run import run
@@ -26,15 +28,16 @@ from .watch import Watch
 
 __all__ = ["Beginning", "resume"]
 
-RESOLVED = "resolved.json"
+PART = ".part"
 
 
 @dataclass(frozen=True)
 class Beginning:
-    """What is left of a run: its scene, and the events that reached the disk."""
+    """What is left of a run: its scene, the events that reached the disk, and all that an operator had ordered."""
 
     scene: LoadedScene
     events: list[Event]
+    commands: list[Given]
 
     @classmethod
     def of(cls, part: Path) -> Beginning:
@@ -46,8 +49,10 @@ class Beginning:
             name = next((name for name in files if name != RESOLVED), "")
             if not name or RESOLVED not in files:
                 raise RecordingError(f"{part}: holds no scene, so it cannot be run again; `heavylift recover` it")
-            scene = parse(files[name].decode(), name)
-            return cls(replace(scene, plan=decode(files[RESOLVED])), left.events)  # as it was overridden
+            scene = restored(decode(files[RESOLVED]), files[name].decode(), files.get(MERGED, b"").decode(), name)
+            said = {Given(event.tag, event.payload) for event in left.events if event.source == OPERATOR}
+            commands = said.union(journaled(part.with_name(part.name.removesuffix(PART))))
+            return cls(scene, left.events, sorted(commands))
 
 
 class _Checked(Watch):
@@ -80,12 +85,12 @@ def resume(
     in_process: bool = False,
 ) -> tuple[Result, Path]:
     """Run what was cut off into `output` (default: <name>-resumed.mcap); what is left stays as it is."""
-    target = output or part.with_name(Path(part.name.removesuffix(".part")).stem + "-resumed.mcap")
-    if part in (target, target.with_name(target.name + ".part")):
+    target = output or part.with_name(Path(part.name.removesuffix(PART)).stem + "-resumed.mcap")
+    if part in (target, target.with_name(target.name + PART)):
         raise RecordingError(f"{target}: would overwrite what is to be resumed; choose another name with -o")
     follower = Follower(begun.events)
     checked = _Checked(part, follower, len(begun.events), watch or Watch())
-    result = run(begun.scene, target, in_process, watch=checked, processes=processes)
+    result = run(begun.scene, target, in_process, watch=checked, processes=processes, commands=begun.commands)
     if missing := follower.reach(FOREVER):
         raise _parted(part, missing)
     return result, target

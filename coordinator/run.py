@@ -31,7 +31,7 @@ from .hub import Hub, LocalHub
 from .joining import joined
 from .link import LOCAL
 from .live.audience import Audience
-from .live.commands import COMMAND, OPERATOR, Given, command
+from .live.commands import COMMAND, OPERATOR, Given
 from .live.desk import Desk
 from .live.pace import Pace
 from .live.show import angles, shown
@@ -91,8 +91,7 @@ def run(
         if isinstance(hub, Hub):
             desk.open(hub)
         played = _Run(scene, models, hub, record, watch or Watch(), audience, tempo, desk)
-        for given in commands:
-            played.talk.core.inject(command(given))
+        desk.repeat(commands, played.talk.core)
         try:
             if isinstance(hub, Hub):
                 hub.admit(fingerprint(encode(scene.plan)), played.say)

@@ -111,7 +111,7 @@ def _watching(run: RecordedRun) -> AbstractContextManager[Watch]:
     from heavylift.nodes.scene.plan import decode
 
     from ..progress import Progress
-    from ..replay.cast import RESOLVED
+    from ..record import RESOLVED
     from ..watch import Watch
 
     try:

@@ -14,7 +14,7 @@ from heavylift.nodes.devs import Event, Tag, encode
 from heavylift.nodes.models.messages import OperatorCommand
 from heavylift.recordings import Recording
 
-__all__ = ["COMMAND", "OPERATOR", "Given", "command", "journal_of", "operator_commands"]
+__all__ = ["COMMAND", "OPERATOR", "Given", "command", "journal_of", "journaled", "operator_commands"]
 
 OPERATOR, COMMAND = "operator", "command"  # source and port of the events that commands are
 
@@ -36,10 +36,15 @@ def journal_of(recording: Path) -> Path:
     return recording.with_name(recording.name + ".commands")
 
 
+def journaled(recording: Path) -> set[Given]:
+    """The commands in the journal of a run that was cut off."""
+    return {Given(*msgspec.msgpack.decode(entry, type=tuple[Tag, bytes])) for entry in read(journal_of(recording))}
+
+
 def operator_commands(recording: str | Path) -> list[Given]:
     """The commands of a recorded run, in order; of one that was cut off those in its journal, too."""
     path = Path(recording)
-    found = {Given(*msgspec.msgpack.decode(entry, type=tuple[Tag, bytes])) for entry in read(journal_of(path))}
+    found = journaled(path)
     for event in Recording(path).events(OPERATOR, COMMAND) if path.exists() else ():
         said = msgspec.convert(event.value, OperatorCommand)
         found.add(Given(Tag(event.t_ns, event.microstep), encode(said)))

@@ -9,7 +9,7 @@ and on record.  Its reply waits for what the model answers, unless the run is pa
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -41,7 +41,13 @@ class Desk:
         self._queries: deque[zenoh.Query] = deque()
         self._unanswered: dict[int, zenoh.Query] = {}  # by the time of the command [ns]
         self._steps: list[zenoh.Query] = []
-        self._last = -1
+        self._taken: set[int] = set()  # times of commands [ns]
+
+    def repeat(self, commands: Iterable[Given], core: OpenCoordinator) -> None:
+        """Order what was ordered in another run; what an earlier run into the same file left in its journal is past."""
+        journal_of(self._recording).unlink(missing_ok=True)
+        for given in commands:
+            self._order(given, core)
 
     def open(self, hub: Hub) -> None:
         """Take orders from now on."""
@@ -108,16 +114,21 @@ class Desk:
 
     def _give(self, said: OperatorCommand, core: OpenCoordinator) -> int:
         """Let a command take effect as soon as may be; returns when [ns]."""
-        t = max(core.safe_ns, self._last + 1)
+        t = core.safe_ns
+        while t in self._taken:
+            t += 1
         if Tag(t) >= core.end:
             raise HeavyliftError(f"{said.text}: too late, everything before the end of the run is decided already")
-        given = Given(Tag(t), canonical(said))
+        self._order(Given(Tag(t), canonical(said)), core)
+        return t
+
+    def _order(self, given: Given, core: OpenCoordinator) -> None:
+        """It is on the disk before anything can come of it."""
         if self._journal is None:
             self._journal = Journal(journal_of(self._recording))
         self._journal.append(msgspec.msgpack.encode(given), sync=True)
         core.inject(command(given))
-        self._last = t
-        return t
+        self._taken.add(given.tag.t)
 
     def __enter__(self) -> Self:
         return self

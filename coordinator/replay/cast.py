@@ -20,12 +20,11 @@ from heavylift.recordings import Recording
 from .. import building
 from ..distance import Coupling
 from ..kernel_node import KernelNode
+from ..live.commands import COMMAND, OPERATOR
 from ..pause import configured
+from ..record import RESOLVED
 
-__all__ = ["RESOLVED", "Cast", "cast_of"]
-
-RESOLVED = "resolved.json"
-OPERATOR, COMMAND = "operator", "command"  # source and port of what an operator said; the commander's in port
+__all__ = ["Cast", "cast_of"]
 
 
 @dataclass(frozen=True)

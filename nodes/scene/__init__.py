@@ -3,6 +3,7 @@
     load("turnover")            -> LoadedScene: plan, text, path; raises SceneError with all errors
     load("lift.yaml", ["seed=7", "cranes.west.at=41 m"])              with settings laid over the file
     parse(text)                 the same for a text that stands in no file
+    restored(plan, ...)         a scene that was recorded, to be run again
     check(scene)                -> Report: sizes, static loads, use, safety factors; str(report) is a page
     bundled()                   the scenes that come with heavylift, by name
     begun(name, like)           the text of a scene to start from; json_schema() of all scene files, for editors
@@ -19,10 +20,10 @@ if TYPE_CHECKING:
     from heavylift.nodes.scenes import bundled
 
     from .editors import json_schema
-    from .loading import LoadedScene, begun, check, load, parse
+    from .loading import LoadedScene, begun, check, load, parse, restored
     from .report import Report
 
-__all__ = ["LoadedScene", "Report", "begun", "bundled", "check", "json_schema", "load", "parse"]
+__all__ = ["LoadedScene", "Report", "begun", "bundled", "check", "json_schema", "load", "parse", "restored"]
 PLACES = {"Report": ".report", "json_schema": ".editors", "bundled": "..scenes"}  # all others: .loading
 
 

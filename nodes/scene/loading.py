@@ -5,6 +5,7 @@ Errors of one step are told all at once; a later step starts only when the earli
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -41,6 +42,7 @@ class LoadedScene:
     path: Path
     scene: schema.Scene
     verdict: Verdict | None = None  # what is modelled, where the scene asks for something
+    merged: str = ""  # text of the whole scene as JSON where it extends another one or has settings laid over it
 
     @property
     def placement(self) -> dict[str, str]:
@@ -76,6 +78,15 @@ def begun(name: str, like: str) -> str:
     return re.sub(r"^name: \S+", lambda _: f"name: {name}", text, count=1, flags=re.M)
 
 
+def restored(built: plan.Plan, text: str, merged: str, name: str) -> LoadedScene:
+    """The scene of a plan that was made before, for it to be run again; needs no other file."""
+    source = read(merged or text, name)
+    scene = validate(source)
+    raise_faults(source, source.faults)
+    assert scene is not None
+    return LoadedScene(built, text, Path(name), scene, merged=merged)
+
+
 def check(scene: LoadedScene) -> Report:
     """Sizes, static hook loads, use and safety factors of a scene that was loaded without errors."""
     return report(scene.scene, scene.plan, scene.followed, str(scene.verdict or ""))
@@ -87,6 +98,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
         raise_faults(source, source.faults)
     for setting in overrides:
         override(source, setting)
+    merged = json.dumps(source.data) if overrides or "extends" in read(text, name).data else ""
     scene = validate(source)
     raise_faults(source, source.faults)
     assert scene is not None
@@ -115,6 +127,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
         text,
         path,
         scene,
+        merged=merged,
     )
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
     raise_faults(source, _physics(source, loaded))
@@ -182,7 +195,7 @@ def _source(path: Path, name: str, text: str, above: tuple[Path, ...]) -> Source
         source.faults.append(Fault(at, f"'{base}' extends itself in a circle"))
         return source
     try:
-        name_below = str(below) if path.parent != Path() else base
+        name_below = below.name if below in bundled().values() else str(below)  # however the path above is written
         under = _source(below, name_below, _text(below, base), here)
     except SceneError as error:
         source.faults.append(Fault(at, str(error)))

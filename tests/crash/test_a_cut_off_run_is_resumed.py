@@ -33,6 +33,40 @@ class Doom(Watch):
 sink.FLUSH = 0.0
 run(load("lift"), Path(sys.argv[1]), in_process=True, watch=Doom())
 """
+ORDERED = """
+import os, signal, sys
+from pathlib import Path
+import msgspec
+from heavylift.coordinator.live import Given
+from heavylift.coordinator.run import run
+from heavylift.coordinator.watch import Watch
+from heavylift.nodes.devs import Tag, encode
+from heavylift.nodes.models.messages import OperatorCommand
+from heavylift.nodes.scene import load
+from heavylift.nodes.scene.spoken import spoken
+from heavylift.recordings import sink
+
+class Doom(Watch):
+    def event(self, event):
+        if event.port == "answer" and event.t >= 4 * 10**9 and len(sys.argv) == 3:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+sink.FLUSH = 0.0
+scene, words = load("case.yaml", ["mechanism.bodies.cart.mass=5 t"]), "pusher: drive 6 m/min by 50 mm"
+said = encode(OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words))))
+run(scene, Path(sys.argv[1]), in_process=True, watch=Doom(), commands=[Given(Tag(t * 10**9), said) for t in (3, 4, 5)])
+"""
+SLEDGE = """\
+heavylift: 1
+name: sledge
+mechanism:
+  name: sledge
+  bodies: {cart: {mass: 4 t}}
+  joints: {rail: {type: prismatic, child: cart, axis: [1, 0, 0]}}
+  drives: {pusher: {joint: rail, type: servo, stiffness: 1 MN/m, damping: 0.4 MN s/m, ramp: 0.5 m/s2}}
+actions:
+  - wait: 10 s
+"""
 EVENTS = 60  # after so many the coordinator is killed
 
 
@@ -76,3 +110,18 @@ def test_a_file_without_a_run_is_refused(tmp_path: Path) -> None:
     (tmp_path / "notes.mcap.part").write_text("no recording")
     with pytest.raises(RecordingError, match="is not a recording"):
         Beginning.of(tmp_path / "notes.mcap.part")
+
+
+def test_what_an_operator_ordered_is_ordered_again(tmp_path: Path) -> None:
+    """The scene extends another one and has a setting laid over it; both files are gone when the run is resumed."""
+    (tmp_path / "sledge.yaml").write_text(SLEDGE)
+    (tmp_path / "case.yaml").write_text("heavylift: 1\nextends: sledge.yaml\nname: case\n")
+    for name, doomed in (("cut.mcap", ["doomed"]), ("whole.mcap", [])):
+        subprocess.run([sys.executable, "-c", ORDERED, name, *doomed], cwd=tmp_path, check=False)
+    (tmp_path / "sledge.yaml").unlink()
+    (tmp_path / "case.yaml").unlink()
+    begun = Beginning.of(tmp_path / "cut.mcap.part")
+    assert [event.t for event in begun.events if event.source == "operator"][:1] == [3 * 10**9]
+    assert [given.tag.t for given in begun.commands] == [3 * 10**9, 4 * 10**9, 5 * 10**9]
+    result, _ = resume(tmp_path / "cut.mcap.part", begun, tmp_path / "resumed.mcap", in_process=True)
+    assert result.digest == RecordedRun(tmp_path / "whole.mcap").recording.result["digest"]

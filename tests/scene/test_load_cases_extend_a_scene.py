@@ -26,6 +26,16 @@ def test_a_bundled_scene_is_extended_by_its_name(tmp_path: Path) -> None:
     assert scene.plan.actions[0].where.startswith("lift.yaml:")
 
 
+def test_the_plan_is_the_same_however_the_path_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "heavier.yaml").write_text(HEAVIER)
+    (tmp_path / "slow.yaml").write_text("heavylift: 1\nextends: heavier.yaml\nname: slow\n")
+    monkeypatch.chdir(tmp_path)
+    for name in ("heavier.yaml", "slow.yaml"):
+        absolute, relative, dotted = (load(path).plan for path in (tmp_path / name, name, f"../{tmp_path.name}/{name}"))
+        assert absolute == relative == dotted
+        assert relative.actions[0].where.startswith("lift.yaml:")
+
+
 def test_a_chain_of_files_and_settings_on_top(tmp_path: Path) -> None:
     (tmp_path / "heavier.yaml").write_text(HEAVIER)
     (tmp_path / "slow.yaml").write_text("heavylift: 1\nextends: heavier.yaml\nname: slow\nseed: 3\n")
