@@ -182,22 +182,25 @@ class Hub(_Desk):
         return any(matched(self._publishers[node]) for node in self.placement.processes[process])
 
     def send(self, node: str, payload: bytes) -> None:
-        """Send a protocol message to a node; the first one waits until the node listens."""
-        if node not in self._met:
-            self._meet(node)
-        super().send(node, payload)
+        """Send a protocol message to a node; the first one waits until the node listens, unless it is lost by then."""
+        if node in self._met or self._meet(node):
+            super().send(node, payload)
 
-    def _meet(self, node: str) -> None:
-        """Wait until a process listens: its token comes after its subscriber."""
+    def _meet(self, node: str) -> bool:
+        """Whether a process listens, after a wait: its token comes after its subscriber; False: it is lost."""
         process = self.placement.process_of[node]
         patience = REMOTE_s if process in self.placement.remote else JOIN_s
         deadline = time.monotonic() + patience
         while not self.joined(process) or not matched(self._publishers[node]):
-            self._hear()
+            if not self.joined(process):
+                self._hear()
+            elif self._lookout.failure is not None or self._lookout.lost(process):
+                return False
             if time.monotonic() > deadline:
                 raise ProtocolError(f"node {node} did not join within {patience:g} s, start the run again")
             time.sleep(0.001)
         self._met.add(node)
+        return True
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
         """The next (node, message), or None after `timeout` [s]; a timeout of None waits for ever."""
@@ -245,12 +248,15 @@ class Hub(_Desk):
         if self._lookout.failure is not None:
             raise self._lookout.failure
         while news:
-            process, epoch, how = news[0]
+            process, epoch, how = known = news.popleft()  # first: what is done about it may hear news itself
             if epoch == self.epoch(process) and how is not None:
-                self.on_loss(process, how)
+                try:
+                    self.on_loss(process, how)
+                except Exception:
+                    news.appendleft(known)  # whoever asks again is told again
+                    raise
             elif epoch == self.epoch(process):
                 self.on_join(process)
-            news.popleft()
 
     def on_join(self, process: str) -> None:
         """A process is there and listens."""

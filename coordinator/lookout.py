@@ -89,6 +89,10 @@ class Lookout:
         """They may leave now."""
         self._excused.update(processes)
 
+    def lost(self, process: str) -> bool:
+        """Whether the present incarnation of a process is lost, or may have left."""
+        return process in self._excused or (process, self.epochs[process]) in self._reported
+
     def renew(self, process: str) -> None:
         """From now on the next incarnation of a process is the present one."""
         if self.epochs[process] == LAST_EPOCH:

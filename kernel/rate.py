@@ -68,7 +68,7 @@ class Program:
         self.locked = frozenset(x.name for x in system.locks if x.engaged) if locked is None else locked
         at_rest = frozenset(x.joint for x in system.locks if x.name in self.locked)
         self.trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"}, at_rest)
-        trees = [merged(tree) for tree in self.trees]
+        trees = [merged(tree) for tree in self.trees] if formulation == "recursive" else self.trees
         self.forces = shared(system.forces, self.graph, _poses_at_start(self.graph, trees), laws.BODY)
         self.parameters = Parameters.of(system, self.graph, trees, self.forces)
         self.nq, self.nv = self.graph.nq, self.graph.nv

@@ -53,14 +53,14 @@ def test_every_log_and_event_is_that_of_the_undisturbed_run() -> None:
     assert lives > 400
 
 
-class Tick(Message):
+class Clocked(Message):
     n: int
 
 
 class Secret(Atomic):
     """Keeps a function that no other process could find."""
 
-    out = Out(Tick)
+    out = Out(Clocked)
 
     def start(self) -> None:
         self.law = lambda n: n + 1
@@ -68,7 +68,7 @@ class Secret(Atomic):
         self.hold_in(1)
 
     def output(self) -> None:
-        self.out.send(Tick(self.n))
+        self.out.send(Clocked(self.n))
 
     def internal(self) -> None:
         self.n = self.law(self.n)

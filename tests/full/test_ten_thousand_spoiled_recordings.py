@@ -13,7 +13,7 @@ from heavylift.recordings import Recorder, SampleChannel, SampleLayout
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "recordings"))
 from small_run import NAMES, POSE, SECOND, TIMES, Stage
-from spoiled import read_in_all_ways, spoiled
+from spoiled_recordings import read_in_all_ways, spoiled
 
 FILES, SHARDS = 10_000, 20
 

@@ -16,7 +16,7 @@ import zstandard
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings import Recorder, Recording, recover
 from heavylift.recordings.mcapfile import McapFile
-from spoiled import patience, read_in_all_ways, spoiled
+from spoiled_recordings import patience, read_in_all_ways, spoiled
 
 FILES, SHARDS = 300, 3
 
