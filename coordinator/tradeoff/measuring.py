@@ -1,0 +1,173 @@
+"""The reference and how far it has converged, then every setting that the budget allows, cheapest first.
+
+Reference: the richest rung at a tight tolerance; a tighter tolerance, and for a yard ropes of twice as many lumps, show
+what it is worth.  One process, one core, one run at a time; short runs are repeated, the least wall time counts and the
+spread is told.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from heavylift.kernel.errors import HeavyliftError, SceneError
+
+from .honesty import Machine, machine
+from .planning import Planner
+from .playing import Played, play
+from .quantities import askable, asked, errors, farthest
+from .settings import METHODS, Rung, Setting, ladder
+from .verdict import Row, Verdict, judge
+
+if TYPE_CHECKING:
+    from heavylift.nodes.fidelity.question import Asked
+    from heavylift.nodes.scene import LoadedScene
+
+    from .distributed import Distributed
+    from .held import Held
+
+__all__ = ["Measured", "measure"]
+
+TIGHT, TIGHTER = 1e-8, 1e-9  # tolerances of the reference and of what shows its convergence
+SCOUT = 1e-4
+MORE = 4.0  # times the scout's seconds that a tight run of high order takes
+SHARE = 0.6  # of the budget that the reference may take
+SHORT, RUNS = 0.5, 3  # [s] a run below it is repeated, so often
+PATIENCE = 0.25  # of the budget that one run may take
+
+
+@dataclass(frozen=True)
+class Measured:
+    """All that the report tells: `converged` is what the reference changes by with each refinement, by quantity."""
+
+    scene: str
+    ask: tuple[Asked, ...]
+    limit: float
+    budget: float
+    spent: float
+    rows: list[Row]
+    verdict: Verdict
+    reference: Setting
+    converged: dict[str, dict[Asked, float]]
+    true: Played
+    shown: dict[str, Played]  # the pick and the next faster that fails
+    left_out: int
+    machine: Machine
+    unit: str = "m"
+    not_asked: dict[Asked, str] = field(default_factory=dict)
+    held: list[Held] = field(default_factory=list)
+    distributed: list[Distributed] = field(default_factory=list)
+
+
+def measure(
+    scene: LoadedScene, ask: str = "", limit: float = 0.01, budget: float = 300.0,
+    say: Callable[[str], None] = lambda told: None,
+) -> Measured:  # fmt: skip
+    """Measure a scene within `budget` seconds; `ask`: quantities, by default the scene's own or all that it shows.
+
+    Raises SceneError for what cannot be asked of it, and for a budget that is too small for the reference.
+    """
+    began = time.perf_counter()
+    wanted = asked(ask, scene.scene.ask)
+    rungs, finer = ladder(scene, wanted or ("rope tension",), limit)
+    reference = Setting(rungs[-1], "dop853", TIGHT)
+    say(f"reference: {reference}")
+    true, refined = _reference(scene, reference, finer, budget)
+    known = askable(true.shown)
+    for quantity in wanted:
+        if known[quantity]:
+            raise SceneError(f"--ask '{quantity}': {known[quantity]}; ask {_able(known)}")
+    questions = wanted or tuple(q for q, why in known.items() if not why)
+    if not questions:
+        raise SceneError(f"{scene.path.name}: nothing in it moves that a setting could be judged by")
+    converged = {name: errors(run.shown, true.shown, questions) for name, run in refined.items()}
+    planner, rows, kept = Planner(rungs, [*METHODS], limit), list[Row](), dict[str, Played]()
+    while (left := budget - (time.perf_counter() - began)) > 0.0 and (following := planner.next(left)) is not None:
+        setting, predicted = following
+        row, played = _row(scene, setting, true, questions, max(min(left, PATIENCE * budget), predicted))
+        rows.append(row)
+        if played is None:
+            planner.tell(setting, 0.0, predicted, None)
+            if "cut after" in row.reason:
+                planner.drop(setting)
+        else:
+            kept[str(row)] = played
+            planner.tell(setting, played.prepared_s, row.wall_s * row.runs, row.worst)
+        say(f"{row}: {row.reason or f'{row.speed:.3g} x real time, worst error {row.worst:.2e}'}")
+    unit = "m" if true.shown.columns == ["x", "y", "z"] else "rad"
+    verdict = judge(rows, limit, unit)
+    chosen = {str(row): kept[str(row)] for row in (verdict.pick, verdict.next_faster) if row is not None}
+    return Measured(
+        scene.plan.name, questions, limit, budget, time.perf_counter() - began, rows, verdict, reference, converged,
+        true, chosen, planner.left, machine(), unit, {q: why for q, why in known.items() if why},
+    )  # fmt: skip
+
+
+def _able(known: dict[Asked, str]) -> str:
+    return ", ".join(q for q, why in known.items() if not why) or "nothing: its parts stand still"
+
+
+def _reference(
+    scene: LoadedScene, reference: Setting, finer: Rung | None, budget: float
+) -> tuple[Played, dict[str, Played]]:
+    """The reference and its refinements; a scout at a loose tolerance tells first whether they fit."""
+    allowed = SHARE * budget
+    scout = _played(scene, replace(reference, tolerance=SCOUT), allowed)
+    needed = (2.0 + 2.0 * (finer is not None)) * (scout.prepared_s + MORE * scout.wall_s)
+    if needed > allowed:
+        raise _too_small(budget, f"the reference alone takes about {needed:.3g} s", needed / SHARE)
+    ends = time.perf_counter() + allowed
+    true = _played(scene, reference, allowed)
+    refined = {f"tolerance {TIGHTER:g}": replace(reference, tolerance=TIGHTER)}
+    if finer is not None:
+        refined[finer.name.removeprefix("+ ")] = replace(reference, rung=finer)
+    return true, {name: _played(scene, setting, ends - time.perf_counter()) for name, setting in refined.items()}
+
+
+def _played(scene: LoadedScene, setting: Setting, allowed: float) -> Played:
+    """A run of the reference; SceneError if it does not fit."""
+    try:
+        return play(setting.plan(scene.plan), max(allowed, 0.0))
+    except HeavyliftError as error:
+        if "cut after" in str(error):
+            raise _too_small(allowed / SHARE, "the reference does not come to its end", 2.0 * allowed / SHARE) from None
+        raise
+
+
+def _too_small(budget: float, why: str, needed: float) -> SceneError:
+    return SceneError(
+        f"--budget {budget:.3g} s: too small, {why}; give it {needed:.2g} s or more, or a scene that ends earlier "
+        "(--set end=...)"
+    )
+
+
+def _row(
+    scene: LoadedScene, setting: Setting, true: Played, ask: tuple[Asked, ...], allowed: float
+) -> tuple[Row, Played | None]:
+    named = setting.rung.name, setting.method, setting.how
+    plan = setting.plan(scene.plan)
+    try:
+        played = play(plan, allowed)
+        walls, cpus = [played.wall_s], [played.cpu_s]
+        while played.wall_s < SHORT and len(walls) < RUNS:
+            again = play(plan, allowed)
+            walls.append(again.wall_s)
+            cpus.append(again.cpu_s)
+    except HeavyliftError as error:
+        return Row(*named, {}, reason=" ".join(str(error).split())), None
+    row = Row(
+        *named,
+        errors(played.shown, true.shown, ask),
+        position=farthest(played.shown, true.shown),
+        simulated_s=played.simulated_s,
+        wall_s=min(walls),
+        cpu_s=min(cpus),
+        messages=played.messages,
+        energy=played.energy,
+        drift=played.drift,
+        runs=len(walls),
+        spread=max(walls) / min(walls) - 1.0,
+    )
+    return row, played

@@ -1,0 +1,94 @@
+"""What a scene can be run with: rungs of the ladder, methods, and the steps or tolerances of each, cheapest first.
+
+The ladder is that of the yard's models from rigid ropes to heavy ones on a soft girder; the rung that the scene's
+question would be given (`nodes.fidelity`) is one more.  A mechanism has one rung: it is what its file says.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import msgspec
+from heavylift.nodes.fidelity import ASKABLE, Question, choose
+from heavylift.nodes.scene.modelling import planar
+from heavylift.nodes.scene.plan import Fidelity, Plan
+
+if TYPE_CHECKING:
+    from heavylift.nodes.fidelity.question import Asked
+    from heavylift.nodes.scene import LoadedScene
+
+__all__ = ["ASKABLE", "METHODS", "Rung", "Setting", "ladder", "settings"]
+
+TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+STEPS = (0.05, 0.02, 0.01, 0.005, 0.002, 0.001)  # [s]
+METHODS = {"semi-implicit-euler": STEPS, "rk4": STEPS} | dict.fromkeys(
+    ("dopri5", "dop853", "ros34pw2", "radau5"), TOLERANCES
+)
+FIXED = ("semi-implicit-euler", "rk4")
+AS_WRITTEN = "as written"
+LUMPS = (2, 4)  # of heavy ropes; twice as many as the last show whether the reference has converged
+
+
+@dataclass(frozen=True)
+class Rung:
+    """A name for people and what is modelled; None: as the scene says."""
+
+    name: str
+    fidelity: Fidelity | None
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One way to run a scene: by a tolerance, or by fixed steps [s]."""
+
+    rung: Rung
+    method: str
+    tolerance: float | None = None
+    step: float | None = None
+
+    @property
+    def how(self) -> str:
+        """Tolerance or step, as people write it."""
+        return f"{self.step * 1e3:g} ms" if self.step is not None else f"{self.tolerance:.0e}".replace("e-0", "e-")
+
+    def __str__(self) -> str:
+        return f"{self.rung.name}, {self.method} at {self.how}"
+
+    def plan(self, plan: Plan) -> Plan:
+        """The plan of a scene in this setting."""
+        fidelity = self.rung.fidelity or plan.fidelity
+        tolerance = self.tolerance if self.tolerance is not None else plan.tolerance
+        return msgspec.structs.replace(
+            plan, fidelity=fidelity, method=self.method, tolerance=tolerance, step=self.step
+        )
+
+
+def ladder(scene: LoadedScene, ask: tuple[Asked, ...], limit: float) -> tuple[list[Rung], Rung | None]:
+    """The rungs of a scene, poorest first, and the one above the richest; none for a mechanism."""
+    plan = scene.plan
+    if plan.block is None or scene.followed is None:
+        return [Rung(AS_WRITTEN, None)], None
+    rungs = [
+        Rung("rigid", Fidelity(ropes="rigid", slings="rigid")),
+        Rung("elastic ropes", Fidelity(slings="rigid")),
+        Rung("+ elastic slings", Fidelity()),
+        Rung("+ girder", Fidelity(girder="elastic")),
+        *(_massive(n) for n in LUMPS),
+    ]
+    asked = Question(ask, limit)
+    chosen = planar(choose(plan, scene.followed, asked, frozenset()).fidelity, plan.loaders, plan.cranes)
+    if all(rung.fidelity != chosen for rung in rungs):
+        rungs.insert(0, Rung(f"chosen for {limit * 100:g} %", chosen))
+    return rungs, _massive(2 * LUMPS[-1])
+
+
+def _massive(lumps: int) -> Rung:
+    return Rung(f"+ rope mass, {lumps} lumps", Fidelity(ropes="massive", lumps=lumps, girder="elastic"))
+
+
+def settings(rung: Rung, method: str) -> list[Setting]:
+    """Every step or tolerance of a method, cheapest first."""
+    if method in FIXED:
+        return [Setting(rung, method, step=h) for h in METHODS[method]]
+    return [Setting(rung, method, tolerance=x) for x in METHODS[method]]

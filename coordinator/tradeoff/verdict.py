@@ -1,0 +1,113 @@
+"""Which setting to use: the fastest that keeps every error asked for within the limit, and the next faster that fails.
+
+Pure functions of the table, whose rows are what was measured.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from heavylift.nodes.fidelity.question import Asked
+
+__all__ = ["Row", "Verdict", "front", "judge", "percent"]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One setting: errors of what was asked, relative (empty if the run failed, then `reason` says why), the largest
+    distance of a place from the true one [m or rad], seconds, and `spread` of the wall times of `runs` repetitions."""
+
+    rung: str
+    method: str
+    how: str
+    errors: dict[Asked, float]
+    reason: str = ""
+    position: float = 0.0
+    simulated_s: float = 0.0
+    wall_s: float = 0.0
+    cpu_s: float = 0.0
+    messages: int = 0
+    energy: float = 0.0
+    drift: float | None = None
+    runs: int = 1
+    spread: float = 0.0
+    states: int = 0
+
+    @property
+    def speed(self) -> float:
+        """Real-time factor: simulated seconds per second of wall time."""
+        return self.simulated_s / self.wall_s if self.wall_s > 0.0 else 0.0
+
+    @property
+    def worst(self) -> float:
+        """The largest error of what was asked; infinite for a run that failed."""
+        return inf if self.reason else max(self.errors.values(), default=inf)
+
+    def passes(self, limit: float) -> bool:
+        """Whether every quantity asked is right within the limit."""
+        return self.worst <= limit
+
+    def __str__(self) -> str:
+        return f"{self.rung}, {self.method} at {self.how}"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The row to use and the slowest of the faster ones that fail; None: there is none."""
+
+    pick: Row | None
+    next_faster: Row | None
+    sentence: str
+
+
+def judge(rows: list[Row], limit: float, unit: str = "m") -> Verdict:
+    """The verdict on a table for one limit of all quantities; `unit` of places."""
+    passing = [row for row in rows if row.passes(limit)]
+    if not passing:
+        best = min(rows, key=lambda row: row.worst, default=None)
+        told = f"; the nearest is {best}: {_told(best, limit, unit)}" if best and best.worst < inf else ""
+        return Verdict(None, None, f"None of {len(rows)} settings keeps {percent(limit)}{told}.")
+    pick = max(passing, key=lambda row: row.speed)
+    failing = [row for row in rows if not row.reason and not row.passes(limit) and row.speed > pick.speed]
+    following = min(failing, key=lambda row: row.speed, default=None)
+    sentence = f"Use {pick}: {_speed(pick)} x real time, {_told(pick, limit, unit)}."
+    if following is None:
+        sentence += " No faster setting fails: a looser one may do."
+    else:
+        sentence += f" Next faster setting that fails: {following}, {_speed(following)} x ({_why(following, limit)})."
+    return Verdict(pick, following, sentence)
+
+
+def front(rows: list[Row]) -> list[Row]:
+    """Rows that no other beats in both speed and worst error (Pareto), the most exact first."""
+    out: list[Row] = []
+    for row in sorted((r for r in rows if r.worst < inf), key=lambda r: (r.worst, -r.speed)):
+        if not out or row.speed > out[-1].speed:
+            out.append(row)
+    return out
+
+
+def percent(x: float) -> str:
+    """A relative number as people read it."""
+    if x == inf:
+        return "never comes to it"
+    return f"{100 * x:.2g} %" if x < 0.995 else f"{100 * x:.0f} %"
+
+
+def _told(row: Row, limit: float, unit: str) -> str:
+    (first, error), *rest = sorted(row.errors.items(), key=lambda item: -item[1])
+    told = [f"worst {first} error {percent(error)} (limit {percent(limit)})"]
+    told += [f"{quantity} {percent(e)}" for quantity, e in rest]
+    scale, small = (1e3, f"m{unit}") if unit in ("m", "rad") else (1.0, unit)
+    return ", ".join([*told, f"places within {row.position * scale:.3g} {small}"])
+
+
+def _why(row: Row, limit: float) -> str:
+    return ", ".join(f"{quantity} {percent(e)}" for quantity, e in row.errors.items() if e > limit)
+
+
+def _speed(row: Row) -> str:
+    return f"{row.speed:.3g}" if row.speed < 1000 else f"{row.speed:.0f}"
