@@ -1,6 +1,6 @@
 """The commands of `heavylift`, a file per subject; a file that is imported here adds its commands to `app`."""
 
-from . import devs, files, hosts, operating, replaying, resuming, running, scenes, starting, tracing, watching
+from . import devs, files, hosts, operating, replaying, resuming, running, scenes, starting, tracing, trading, watching
 from .app import app
 
 __all__ = [
@@ -15,5 +15,6 @@ __all__ = [
     "scenes",
     "starting",
     "tracing",
+    "trading",
     "watching",
 ]

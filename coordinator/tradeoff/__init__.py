@@ -13,7 +13,7 @@ held         forces held between two solvers: the law of their damping;  distrib
 figure, page, files   what is written
 """
 
-
+from .files import write
 from .measuring import Measured, measure
 
-__all__ = ["Measured", "measure"]
+__all__ = ["Measured", "measure", "write"]

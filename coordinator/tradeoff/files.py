@@ -1,0 +1,113 @@
+"""What is written of a measured scene: .html (the page), .png or .svg (the figure), .csv or .json (the table)."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.partfile import output_path
+
+from .figure import drawn
+from .page import page
+from .verdict import Row
+
+if TYPE_CHECKING:
+    from .measuring import Measured
+
+__all__ = ["KINDS", "checked", "data", "write"]
+
+KINDS = (".html", ".png", ".svg", ".csv", ".json")
+
+
+def checked(out: str | Path) -> Path:
+    """The path if a report can be written there."""
+    path = output_path(out)
+    if path.suffix.lower() not in KINDS:
+        raise RecordingError(f"{path}: a trade-off is written as {', '.join(KINDS)}; give it one of these endings")
+    return path
+
+
+def write(measured: Measured, out: str | Path) -> Path:
+    """Write in the form that the ending asks for; RecordingError if it cannot be written."""
+    path = checked(out)
+    try:
+        match path.suffix.lower():
+            case ".html":
+                path.write_text(page(measured))
+            case ".csv":
+                path.write_text(_csv(measured))
+            case ".json":
+                path.write_text(json.dumps(data(measured), indent=1) + "\n")
+            case _:
+                drawn(measured, path)
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be written ({error.strerror}); choose another place") from None
+    return path
+
+
+def data(measured: Measured) -> dict[str, Any]:
+    """Everything but the time histories as plain data, SI units; what is infinite is null."""
+    pick, following = measured.verdict.pick, measured.verdict.next_faster
+    converged = {name: {q: _number(e) for q, e in moved.items()} for name, moved in measured.converged.items()}
+    return {
+        "scene": measured.scene,
+        "ask": list(measured.ask),
+        "limit": measured.limit,
+        "verdict": measured.verdict.sentence,
+        "use": pick and _row(pick, measured.limit),
+        "next_faster_that_fails": following and _row(following, measured.limit),
+        "reference": {"setting": str(measured.reference), "moved_by": converged},
+        "machine": msgspec.to_builtins(measured.machine),
+        "budget_s": measured.budget,
+        "spent_s": _number(measured.spent),
+        "settings_left_out": measured.left_out,
+        "settings": [_row(row, measured.limit) for row in measured.rows],
+        "held_forces": [msgspec.to_builtins(x) for x in measured.held],
+        "distributed": [msgspec.to_builtins(x) | {"s_per_grant": x.per_grant} for x in measured.distributed],
+    }
+
+
+def _row(row: Row, limit: float) -> dict[str, Any]:
+    passes = {q: e <= limit for q, e in row.errors.items()}
+    numbers = {"wall_s": row.wall_s, "cpu_s": row.cpu_s, "real_time_factor": row.speed, "messages": row.messages}
+    more = {"position": row.position, "energy": row.energy, "constraint_drift_m": row.drift, "spread": row.spread}
+    return {
+        **{"rung": row.rung, "method": row.method, "setting": row.how},
+        **{name: _number(x) for name, x in numbers.items()},
+        "errors": {q: _number(e) for q, e in row.errors.items()},
+        "passes": passes,
+        **{name: _number(x) for name, x in more.items()},
+        **{"runs": row.runs, "reason": row.reason},
+    }
+
+
+def _number(x: float | None) -> float | None:
+    """To four digits."""
+    if x is None or not isfinite(x):
+        return None
+    return x if isinstance(x, int) else float(f"{x:.4g}")
+
+
+def _csv(measured: Measured) -> str:
+    """One line a setting; errors relative, units in the names of the columns."""
+    out = io.StringIO()
+    head = ["rung", "method", "step or tolerance", "wall [s]", "CPU [s]", "real-time factor", "messages"]
+    head += [column for q in measured.ask for column in (f"{q} error", f"{q} passes")]
+    head += [f"places [{measured.unit}]", "energy error", "constraint drift [m]", "runs", "spread of wall", "failed"]
+    table = csv.writer(out, lineterminator="\n")
+    table.writerow(head)
+    for row in measured.rows:
+        known = _row(row, measured.limit)
+        cells = [known[k] for k in ("rung", "method", "setting", "wall_s", "cpu_s", "real_time_factor", "messages")]
+        for q in measured.ask:
+            passes = known["passes"].get(q)
+            cells += [known["errors"].get(q), "" if passes is None else "yes" if passes else "no"]
+        table.writerow([*cells, *(known[k] for k in ("position", "energy", "constraint_drift_m", "runs", "spread")),
+                        row.reason])  # fmt: skip
+    return out.getvalue()

@@ -16,7 +16,7 @@ from heavylift.kernel.errors import HeavyliftError, SceneError
 
 from .honesty import Machine, machine
 from .planning import Planner
-from .playing import Played, play
+from .playing import CUT, Played, play
 from .quantities import askable, asked, errors, farthest
 from .settings import METHODS, Rung, Setting, ladder
 from .verdict import Row, Verdict, judge
@@ -89,9 +89,7 @@ def measure(
         row, played = _row(scene, setting, true, questions, max(min(left, PATIENCE * budget), predicted))
         rows.append(row)
         if played is None:
-            planner.tell(setting, 0.0, predicted, None)
-            if "cut after" in row.reason:
-                planner.drop(setting)
+            planner.tell(setting, 0.0, predicted, None, cut=CUT in row.reason)
         else:
             kept[str(row)] = played
             planner.tell(setting, played.prepared_s, row.wall_s * row.runs, row.worst)
@@ -131,7 +129,7 @@ def _played(scene: LoadedScene, setting: Setting, allowed: float) -> Played:
     try:
         return play(setting.plan(scene.plan), max(allowed, 0.0))
     except HeavyliftError as error:
-        if "cut after" in str(error):
+        if CUT in str(error):
             raise _too_small(allowed / SHARE, "the reference does not come to its end", 2.0 * allowed / SHARE) from None
         raise
 

@@ -50,23 +50,21 @@ class Planner:
             return None
         return chain.left[0], cost
 
-    def tell(self, setting: Setting, prepared: float, seconds: float, worst: float | None) -> None:
-        """What the run has cost, and its worst error (None: it failed)."""
+    def tell(self, setting: Setting, prepared: float, seconds: float, worst: float | None, cut: bool = False) -> None:
+        """What the run has cost, and its worst error (None: it failed); where one was cut, tighter ones are not run."""
         chain = next(c for c in self._chains if c.left and c.left[0] == setting)
         chain.left.pop(0)
         chain.last, chain.seconds, chain.prepared = setting, seconds, prepared
         whole = prepared + seconds
         self._typical = min(self._typical or whole, whole)
         if worst is None:
+            if cut:
+                chain.left.clear()
             return
         chain.worst.append(worst)
         before = chain.worst[-2] if len(chain.worst) > 1 else 0.0
         if worst < EXACT * self._limit or abs(worst - before) <= SETTLED * before:
             chain.left.clear()
-
-    def drop(self, setting: Setting) -> None:
-        """A run was cut: tighter settings of its chain would take longer still."""
-        next(c for c in self._chains if c.left and c.left[0] == setting).left.clear()
 
     def _predicted(self, chain: Chain) -> float:
         if chain.last is None:
@@ -75,6 +73,7 @@ class Planner:
         if following.step is not None and chain.last.step is not None:
             growth = chain.last.step / following.step
         else:
-            assert following.tolerance is not None and chain.last.tolerance is not None
+            assert following.tolerance is not None
+            assert chain.last.tolerance is not None
             growth = (chain.last.tolerance / following.tolerance) ** (1.0 / ORDER[following.method])
         return chain.prepared + growth * chain.seconds

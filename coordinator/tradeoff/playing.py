@@ -28,10 +28,11 @@ from ..messages import Grant
 from ..node import Node
 from ..pause import configured
 
-__all__ = ["Played", "Shown", "Span", "play"]
+__all__ = ["CUT", "Played", "Shown", "Span", "play"]
 
 LAST = Tag(4 * 3600 * 10**9)  # simulated time of a scene without an end
 WHOLE = "the whole run"
+CUT = "cut after"
 
 
 @dataclass(frozen=True)
@@ -83,7 +84,7 @@ class _Limited(KernelNode):
     def _pause(self) -> None:
         super()._pause()
         if time.perf_counter() > self.deadline:
-            raise KernelError(f"cut after {self.allowed:.3g} s of wall time, at {self.simulation['t']:.3g} s of the run")
+            raise KernelError(f"{CUT} {self.allowed:.3g} s of wall time, at {self.simulation['t']:.3g} s of the run")
 
 
 class _Counting(Coordinator):

@@ -59,9 +59,7 @@ class Setting:
         """The plan of a scene in this setting."""
         fidelity = self.rung.fidelity or plan.fidelity
         tolerance = self.tolerance if self.tolerance is not None else plan.tolerance
-        return msgspec.structs.replace(
-            plan, fidelity=fidelity, method=self.method, tolerance=tolerance, step=self.step
-        )
+        return msgspec.structs.replace(plan, fidelity=fidelity, method=self.method, tolerance=tolerance, step=self.step)
 
 
 def ladder(scene: LoadedScene, ask: tuple[Asked, ...], limit: float) -> tuple[list[Rung], Rung | None]:
