@@ -40,7 +40,7 @@ def tradeoff(
     from ..tradeoff.files import checked, data
 
     loaded = load(scene, sets or [])
-    outputs = [checked(path) for path in output or ([] if as_json else [f"{loaded.plan.name}-tradeoff.html"])]
+    outputs = [checked(path) for path in output or ([] if as_json else [Path(f"{loaded.plan.name}-tradeoff.html")])]
     limit, seconds = _read("--accuracy", accuracy, ACCURACY), _read("--budget", budget, DURATION)
     if coupling:
         hanging(loaded)

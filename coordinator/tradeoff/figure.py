@@ -11,7 +11,7 @@ import io
 import re
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -71,7 +71,8 @@ def _canvas(measured: Measured, fonts: str) -> Figure:
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
-    style = {"svg.hashsalt": "heavylift", "svg.fonttype": fonts, "font.size": 9.5, "axes.linewidth": 0.8,
+    style: dict[Any, Any] = {"svg.hashsalt": "heavylift", "svg.fonttype": fonts,
+             "font.size": 9.5, "axes.linewidth": 0.8,
              "text.color": INK, "axes.edgecolor": QUIET, "axes.labelcolor": INK, "xtick.color": QUIET,
              "ytick.color": QUIET, "legend.labelcolor": INK, "axes.facecolor": "none", "path.simplify": True,
              "font.family": ["DejaVu Sans", "sans-serif"]}  # fmt: skip
@@ -85,9 +86,11 @@ def _canvas(measured: Measured, fonts: str) -> Figure:
 
 
 def _precision(axes: Axes, measured: Measured) -> None:
+    from matplotlib.ticker import LogLocator, NullFormatter
+
     rows = [row for row in measured.rows if row.worst < inf]
     for rung, method in dict.fromkeys((row.rung, row.method) for row in rows):
-        mine = sorted((r for r in rows if (r.rung, r.method) == (rung, method)), key=lambda r: r.speed)
+        mine = [r for r in rows if (r.rung, r.method) == (rung, method)]  # from loose to tight
         x, y = [max(r.worst, FLOOR) for r in mine], [r.speed for r in mine]
         axes.plot(x, y, "-", color=_colour(measured, rung), marker=MARKS[method], ms=5, lw=0.9, alpha=0.85, zorder=3)
     best = front(rows)
@@ -108,6 +111,8 @@ def _precision(axes: Axes, measured: Measured) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     axes.xaxis.set_major_formatter(lambda x, _: f"{100 * x:g} %")
     axes.yaxis.set_major_formatter(lambda y, _: f"{y:g} x")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set_xlabel(f"Worst error of {', '.join(measured.ask)}")
     axes.set_ylabel("Speed, simulated s per s of wall time")
     axes.set_title(f"{measured.scene}: speed against accuracy", loc="left", size=13, weight="bold")

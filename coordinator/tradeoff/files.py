@@ -67,6 +67,7 @@ def data(measured: Measured) -> dict[str, Any]:
         "budget_s": measured.budget,
         "spent_s": _number(measured.spent),
         "settings_left_out": measured.left_out,
+        "settings_settled": measured.settled,
         "settings": [_row(row, measured.limit) for row in measured.rows],
         "held_forces": [msgspec.to_builtins(x) for x in measured.held],
         "distributed": [msgspec.to_builtins(x) | {"s_per_grant": x.per_grant} for x in measured.distributed],

@@ -54,6 +54,7 @@ class Measured:
     true: Played
     shown: dict[str, Played]  # the pick and the next faster that fails
     left_out: int
+    settled: int
     machine: Machine
     unit: str = "m"
     not_asked: dict[Asked, str] = field(default_factory=dict)
@@ -99,7 +100,7 @@ def measure(
     chosen = {str(row): kept[str(row)] for row in (verdict.pick, verdict.next_faster) if row is not None}
     return Measured(
         scene.plan.name, questions, limit, budget, time.perf_counter() - began, rows, verdict, reference, converged,
-        true, chosen, planner.left, machine(), unit, {q: why for q, why in known.items() if why},
+        true, chosen, planner.left, planner.settled, machine(), unit, {q: why for q, why in known.items() if why},
     )  # fmt: skip
 
 

@@ -150,8 +150,8 @@ def _honesty(measured: Measured) -> str:
             f"{percent(spreads[-1])} at most. The others were run once."
         )
     lines.append(
-        f"{measured.spent:.3g} s of {measured.budget:.3g} s were used; {measured.left_out} settings were left out: "
-        "they did not fit, or their method's error had stopped to change."
+        f"{measured.spent:.3g} s of {measured.budget:.3g} s were used; {measured.left_out} settings did not "
+        f"fit into it; {measured.settled} tighter ones were not run, since the error had stopped to change."
     )
     return "<ul>" + "".join(f"<li>{escape(line)}</li>" for line in lines) + "</ul>"
 

@@ -35,6 +35,8 @@ class Planner:
     def __init__(self, rungs: list[Rung], methods: list[str], limit: float) -> None:
         self._chains = [Chain(settings(rung, method)) for rung in rungs for method in methods]
         self._limit = limit
+        self.settled = 0
+        """Settings that were not run since their chain's error had stopped to change, or was exact enough."""
         self._typical = 0.0  # seconds of the cheapest run so far, with its preparation
 
     @property
@@ -64,6 +66,7 @@ class Planner:
         chain.worst.append(worst)
         before = chain.worst[-2] if len(chain.worst) > 1 else 0.0
         if worst < EXACT * self._limit or abs(worst - before) <= SETTLED * before:
+            self.settled += len(chain.left)
             chain.left.clear()
 
     def _predicted(self, chain: Chain) -> float:

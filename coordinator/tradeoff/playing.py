@@ -138,8 +138,8 @@ class _Heard:
     """Stages as they begin, the end, the number of events."""
 
     def __init__(self) -> None:
-        self.stages, self.finished, self.events = list[tuple[int, int, str]](), None, 0
-        self.finished: int | None
+        self.stages, self.events = list[tuple[int, int, str]](), 0
+        self.finished: int | None = None
 
     def __call__(self, event: Event) -> None:
         self.events += 1
