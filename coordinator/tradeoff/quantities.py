@@ -99,9 +99,7 @@ def _at(shown: Shown, t: np.ndarray) -> np.ndarray:
     from scipy.interpolate import PchipInterpolator
 
     times, first = np.unique(shown.t, return_index=True)
-    out: np.ndarray = np.empty((len(t), shown.places.shape[1]))
-    out[:] = PchipInterpolator(times, shown.places[first], axis=0)(np.clip(t, times[0], times[-1]))
-    return out
+    return np.asarray(PchipInterpolator(times, shown.places[first], axis=0)(np.clip(t, times[0], times[-1])))
 
 
 def _pairs(run: Shown, true: Shown) -> Iterator[tuple[Span, Span]]:
@@ -111,7 +109,8 @@ def _pairs(run: Shown, true: Shown) -> Iterator[tuple[Span, Span]]:
 
 def _way(shown: Shown) -> np.ndarray:
     """(columns,) the longest way of each from its start."""
-    return np.abs(shown.places - shown.places[0]).max(axis=0)
+    way: np.ndarray = np.abs(shown.places - shown.places[0]).max(axis=0)
+    return way
 
 
 def _swings(run: Shown, true: Shown) -> Iterator[float]:
