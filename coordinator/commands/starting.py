@@ -1,4 +1,4 @@
-"""Commands for a beginning: new, schema, doctor."""
+"""Commands for a beginning: new, gallery, schema, doctor."""
 
 from __future__ import annotations
 
@@ -34,6 +34,29 @@ def new(
     except OSError as error:
         raise SceneError(f"{path}: cannot be written ({error.strerror}); choose another folder") from None
     typer.echo(f"wrote {path}\n\nnext: {command()} check {path}")
+
+
+@app.command()
+def gallery(
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(help="scene files or names; default all bundled ones", autocompletion=completing.scenes),
+    ] = None,
+    output: Annotated[Path, typer.Option("-o", "--output", help="folder for GALLERY.md and pictures")] = Path(
+        "gallery"
+    ),
+) -> None:
+    """Run scenes and write a page with a picture of each.    heavylift gallery lift tandem -o my-gallery"""
+    from heavylift.nodes.scene import bundled, load
+
+    from ..gallery import draw, page
+
+    loaded = [load(scene) for scene in scenes or bundled()]
+    for scene in loaded:
+        typer.echo(f"wrote {draw(scene, output / 'pictures')}")
+    path = output / "GALLERY.md"
+    path.write_text(page(loaded), encoding="utf-8")
+    typer.echo(f"wrote {path}")
 
 
 @app.command()

@@ -277,7 +277,7 @@ BAD = {
         "turnover",
         [("  east: {", "  west: {")],
         "west: {type:",
-        "cranes.west: the name 'west' is given twice (first in line 40)",
+        "cranes.west: the name 'west' is given twice (first in line 41)",
     ),
     "one name for two machines": (
         "lift",
