@@ -8,7 +8,7 @@ playing      one run of a setting in this process, cut when it takes too long
 quantities   what a scene can be asked, and how far two runs are apart in it
 planning     which run is next, and whether it fits into the budget
 measuring    the reference, its own convergence, then all settings
-verdict      which setting to use, and the next faster one that fails
+verdict      which setting to use, and the next faster one that fails;  answers: for each quantity alone
 held         forces held between two solvers: the law of their damping;  distributed: the same run in processes
 figure, page, files   what is written
 """

@@ -114,7 +114,7 @@ def _precision(axes: Axes, measured: Measured) -> None:
     axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set_xlabel(f"Worst error of {', '.join(measured.ask)}")
-    axes.set_ylabel("Speed, simulated s per s of wall time")
+    axes.set_ylabel("Speed, simulated s per s of CPU time")
     axes.set_title(f"{measured.scene}: speed against accuracy", loc="left", size=13, weight="bold")
     _legend(axes, measured, rows)
 

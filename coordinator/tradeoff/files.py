@@ -13,6 +13,7 @@ import msgspec
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.partfile import output_path
 
+from .answers import Answer, answers
 from .figure import drawn
 from .page import page
 from .verdict import Row
@@ -43,12 +44,23 @@ def write(measured: Measured, out: str | Path) -> Path:
             case ".csv":
                 path.write_text(_csv(measured))
             case ".json":
-                path.write_text(json.dumps(data(measured), indent=1) + "\n")
+                path.write_text(_json(data(measured)))
             case _:
                 drawn(measured, path)
     except OSError as error:
         raise RecordingError(f"{path}: cannot be written ({error.strerror}); choose another place") from None
     return path
+
+
+def _json(whole: dict[str, Any]) -> str:
+    """A line for each key, and for each entry of a list, so that two reports can be compared by eye."""
+    lines = []
+    for key, value in whole.items():
+        text = json.dumps(value)
+        if isinstance(value, list) and value and isinstance(value[0], dict):
+            text = "[\n  " + ",\n  ".join(map(json.dumps, value)) + "\n ]"
+        lines.append(f" {json.dumps(key)}: {text}")
+    return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
 def data(measured: Measured) -> dict[str, Any]:
@@ -60,6 +72,8 @@ def data(measured: Measured) -> dict[str, Any]:
         "ask": list(measured.ask),
         "limit": measured.limit,
         "verdict": measured.verdict.sentence,
+        "command": measured.words(pick) if pick else "",
+        "answers": [_answer(measured, answer) for answer in answers(measured)],
         "use": pick and _row(pick, measured.limit),
         "next_faster_that_fails": following and _row(following, measured.limit),
         "reference": {"setting": str(measured.reference), "moved_by": converged},
@@ -68,10 +82,19 @@ def data(measured: Measured) -> dict[str, Any]:
         "spent_s": _number(measured.spent),
         "settings_left_out": measured.left_out,
         "settings_settled": measured.settled,
+        "rungs": {rung.name: rung.words for rung in measured.rungs},
         "settings": [_row(row, measured.limit) for row in measured.rows],
         "held_forces": [msgspec.to_builtins(x) for x in measured.held],
         "distributed": [msgspec.to_builtins(x) | {"s_per_grant": x.per_grant} for x in measured.distributed],
     }
+
+
+def _answer(measured: Measured, answer: Answer) -> dict[str, Any]:
+    found = {"ask": answer.quantity, "limit": answer.limit, "setting": None}
+    if answer.row is None:
+        return found
+    numbers = {"real_time_factor": _number(answer.row.speed), "error": _number(answer.row.worst)}
+    return found | {"setting": str(answer.row), **numbers, "command": measured.words(answer.row)}
 
 
 def _row(row: Row, limit: float) -> dict[str, Any]:
@@ -100,7 +123,7 @@ def _csv(measured: Measured) -> str:
     out = io.StringIO()
     head = ["rung", "method", "step or tolerance", "wall [s]", "CPU [s]", "real-time factor", "messages"]
     head += [column for q in measured.ask for column in (f"{q} error", f"{q} passes")]
-    head += [f"places [{measured.unit}]", "energy error", "constraint drift [m]", "runs", "spread of wall", "failed"]
+    head += [f"places [{measured.unit}]", "energy error", "constraint drift [m]", "runs", "spread of CPU", "failed"]
     table = csv.writer(out, lineterminator="\n")
     table.writerow(head)
     for row in measured.rows:

@@ -1,8 +1,8 @@
 """The reference and how far it has converged, then every setting that the budget allows, cheapest first.
 
 Reference: the richest rung at a tight tolerance; a tighter tolerance, and for a yard ropes of twice as many lumps, show
-what it is worth.  One process, one core, one run at a time; short runs are repeated, the least wall time counts and the
-spread is told.
+what it is worth.  One process, one core, one run at a time; short runs are repeated, the least time counts and the
+spread is told.  Speeds come from CPU time, which other work on the machine does not stretch as it does wall time.
 """
 
 from __future__ import annotations
@@ -40,13 +40,15 @@ PATIENCE = 0.25  # of the budget that one run may take
 
 @dataclass(frozen=True)
 class Measured:
-    """All that the report tells: `converged` is what the reference changes by with each refinement, by quantity."""
+    """All that the report tells: settings by row; `converged` is what the reference changes by with each refinement."""
 
     scene: str
     ask: tuple[Asked, ...]
     limit: float
     budget: float
     spent: float
+    rungs: list[Rung]
+    settings: dict[str, Setting]
     rows: list[Row]
     verdict: Verdict
     reference: Setting
@@ -60,6 +62,10 @@ class Measured:
     not_asked: dict[Asked, str] = field(default_factory=dict)
     held: list[Held] = field(default_factory=list)
     distributed: list[Distributed] = field(default_factory=list)
+
+    def words(self, row: Row) -> str:
+        """What a user types to run the scene as in a row."""
+        return self.settings[str(row)].words(self.scene)
 
 
 def measure(
@@ -84,7 +90,8 @@ def measure(
     if not questions:
         raise SceneError(f"{scene.path.name}: nothing in it moves that a setting could be judged by")
     converged = {name: errors(run.shown, true.shown, questions) for name, run in refined.items()}
-    planner, rows, kept = Planner(rungs, [*METHODS], limit), list[Row](), dict[str, Played]()
+    planner = Planner(rungs, [*METHODS], limit)
+    rows, settings, kept = list[Row](), dict[str, Setting](), dict[str, Played]()
     while (left := budget - (time.perf_counter() - began)) > 0.0 and (following := planner.next(left)) is not None:
         setting, predicted = following
         row, played = _row(scene, setting, true, questions, max(min(left, PATIENCE * budget), predicted))
@@ -92,15 +99,16 @@ def measure(
         if played is None:
             planner.tell(setting, 0.0, predicted, None, cut=CUT in row.reason)
         else:
-            kept[str(row)] = played
+            settings[str(row)], kept[str(row)] = setting, played
             planner.tell(setting, played.prepared_s, row.wall_s * row.runs, row.worst)
         say(f"{row}: {row.reason or f'{row.speed:.3g} x real time, worst error {row.worst:.2e}'}")
     unit = "m" if true.shown.columns == ["x", "y", "z"] else "rad"
     verdict = judge(rows, limit, unit)
     chosen = {str(row): kept[str(row)] for row in (verdict.pick, verdict.next_faster) if row is not None}
     return Measured(
-        scene.plan.name, questions, limit, budget, time.perf_counter() - began, rows, verdict, reference, converged,
-        true, chosen, planner.left, planner.settled, machine(), unit, {q: why for q, why in known.items() if why},
+        scene.plan.name, questions, limit, budget, time.perf_counter() - began, rungs, settings, rows, verdict,
+        reference, converged, true, chosen, planner.left, planner.settled, machine(), unit,
+        {q: why for q, why in known.items() if why},
     )  # fmt: skip
 
 
@@ -167,6 +175,6 @@ def _row(
         energy=played.energy,
         drift=played.drift,
         runs=len(walls),
-        spread=max(walls) / min(walls) - 1.0,
+        spread=max(cpus) / min(cpus) - 1.0,
     )
     return row, played

@@ -10,6 +10,7 @@ from html import escape
 from math import inf
 from typing import TYPE_CHECKING
 
+from .answers import answers
 from .figure import inline
 from .verdict import Row, percent
 
@@ -26,13 +27,15 @@ STYLE = """
 @media print { :root { color-scheme: light; --ink: #1d2733; --quiet: #66727e; --band: #e6f2ea; --paper: #ffffff;
   --limit: #a3182b; --rule: #e4e8ec; --good: #e9f4ec; --bad: #fbe9ea; } body { margin: 0; }
   h2, tr, figure, .verdict { break-inside: avoid; } h2 { break-after: avoid; } thead { display: table-header-group; }
-  table { font-size: 10px; } @page { size: A4 landscape; margin: 12mm; } }
+  table { font-size: 9px; } th, td { padding: 1px 4px; } .wide { overflow: visible; }
+  @page { size: A4; margin: 12mm; } }
 body { font: 14px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 1100px;
   margin: 24px auto; padding: 0 16px; }
 h1 { font-size: 22px; margin: 0 0 8px; }
 h2 { font-size: 16px; margin: 28px 0 6px; border-bottom: 1px solid var(--rule); }
 .verdict { font-size: 16px; padding: 10px 14px; border-radius: 4px; background: var(--good); margin: 0 0 12px; }
 .verdict.bad { background: var(--bad); } .quiet { color: var(--quiet); } figure { margin: 0; }
+pre { white-space: pre-wrap; color: var(--quiet); margin: 0 0 12px; }
 svg { width: 100%; height: auto; } .wide { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; font-size: 12.5px; font-variant-numeric: tabular-nums; }
 th, td { text-align: right; padding: 2px 7px; border-bottom: 1px solid var(--rule); vertical-align: top; }
@@ -65,15 +68,28 @@ def page(measured: Measured) -> str:
     body = [
         f"<h1>{escape(title)}</h1>",
         f'<p class="verdict{"" if verdict.pick else " bad"}">{escape(verdict.sentence)}</p>',
+        f"<pre>{escape(measured.words(verdict.pick))}</pre>" if verdict.pick else "",
         f"<figure>{inline(measured)}</figure>",
+        "<h2>Which setting for which question</h2>",
+        _answers(measured),
         "<h2>Settings, the fastest first</h2>",
         _settings(measured, good),
         *_failed(failed),
+        *_rungs(measured),
         *_communication(measured),
         "<h2>What these numbers are worth</h2>",
         _honesty(measured),
     ]
     return PAGE.format(title=escape(title), style=STYLE, body="\n".join(body))
+
+
+def _answers(measured: Measured) -> str:
+    body: list[tuple[str, list[Cell]]] = []
+    for a in answers(measured):
+        cells: list[Cell] = [a.quantity, percent(a.limit), "none of these" if a.row is None else str(a.row)]
+        cells += ["", ""] if a.row is None else [f"{a.row.speed:.4g}", percent(a.row.worst)]
+        body.append(("", cells))
+    return _table(["asked", "to", "fastest setting", "x real time", "error"], body, 3)
 
 
 def _settings(measured: Measured, rows: list[Row]) -> str:
@@ -100,6 +116,11 @@ def _failed(rows: list[Row]) -> list[str]:
         return []
     body = [("", [row.rung, row.method, row.how, row.reason]) for row in rows]
     return ["<h2>Refused, unstable or cut</h2>", _table(["rung", "method", "step or tolerance", "why"], body, 4)]
+
+
+def _rungs(measured: Measured) -> list[str]:
+    body: list[tuple[str, Sequence[Cell]]] = [("", [rung.name, rung.words]) for rung in measured.rungs if rung.words]
+    return ["<h2>Rungs</h2>", _table(["rung", "what is modelled"], body, 2)] if body else []
 
 
 def _communication(measured: Measured) -> list[str]:
@@ -140,12 +161,13 @@ def _honesty(measured: Measured) -> str:
     lines += [f"Not asked of this scene: {quantity} ({why})." for quantity, why in measured.not_asked.items()]
     lines.append(
         f"{m.processor}, {m.cores} core{'s' if m.cores > 1 else ''}, load {m.load:.2g} at the end; one run at a time "
-        f"on one core, in one process, without a recording; Python {m.python}, heavylift {m.heavylift}."
+        f"on one core, in one process, without a recording. Real-time factors are of CPU time, as on a core of its "
+        f"own; wall time stands beside. Python {m.python}, heavylift {m.heavylift}."
     )
     if repeated:
         spreads = sorted(row.spread for row in repeated)
         lines.append(
-            f"{len(repeated)} of {len(rows)} settings were run {max(r.runs for r in repeated)} times, the least wall "
+            f"{len(repeated)} of {len(rows)} settings were run {max(r.runs for r in repeated)} times, the least "
             f"time counts; the slowest took {percent(spreads[len(spreads) // 2])} longer in the median, "
             f"{percent(spreads[-1])} at most. The others were run once."
         )

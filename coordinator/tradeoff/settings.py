@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import msgspec
 from heavylift.nodes.fidelity import ASKABLE, Question, choose
 from heavylift.nodes.scene.modelling import planar
-from heavylift.nodes.scene.plan import Fidelity, Plan
+from heavylift.nodes.scene.plan import TOLERANCE_OF_ACCURACY, Fidelity, Plan
 
 if TYPE_CHECKING:
     from heavylift.nodes.fidelity.question import Asked
@@ -37,6 +37,18 @@ class Rung:
     name: str
     fidelity: Fidelity | None
 
+    @property
+    def words(self) -> str:
+        """The rung as a setting of the scene; "" for what the scene says itself."""
+        if self.fidelity is None:
+            return ""
+        named = {k: getattr(self.fidelity, k) for k in ("ropes", "slings", "girder", "motion")}
+        if self.fidelity.ropes == "massive":
+            named["lumps"] = self.fidelity.lumps
+        if self.fidelity.locked:
+            named["locked"] = f"[{', '.join(self.fidelity.locked)}]"
+        return "fidelity={" + ", ".join(f"{k}: {x}" for k, x in named.items()) + "}"
+
 
 @dataclass(frozen=True)
 class Setting:
@@ -54,6 +66,16 @@ class Setting:
 
     def __str__(self) -> str:
         return f"{self.rung.name}, {self.method} at {self.how}"
+
+    def words(self, scene: str) -> str:
+        """What a user types to run a scene so."""
+        given = [f"heavylift run {scene}", *(f"--set '{words}'" for words in [self.rung.words] if words)]
+        given.append(f"--method {self.method}")
+        if self.step is not None:
+            given.append(f"--step '{self.how}'")
+        elif self.tolerance is not None:
+            given.append(f"--set 'accuracy={100 * self.tolerance / TOLERANCE_OF_ACCURACY:g} %'")
+        return " ".join(given)
 
     def plan(self, plan: Plan) -> Plan:
         """The plan of a scene in this setting."""

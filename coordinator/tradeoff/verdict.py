@@ -18,7 +18,7 @@ __all__ = ["Row", "Verdict", "front", "judge", "percent"]
 @dataclass(frozen=True)
 class Row:
     """One setting: errors of what was asked, relative (empty if the run failed, then `reason` says why), the largest
-    distance of a place from the true one [m or rad], seconds, and `spread` of the wall times of `runs` repetitions."""
+    distance of a place from the true one [m or rad], seconds, and `spread` of the CPU times of `runs` repetitions."""
 
     rung: str
     method: str
@@ -38,8 +38,8 @@ class Row:
 
     @property
     def speed(self) -> float:
-        """Real-time factor: simulated seconds per second of wall time."""
-        return self.simulated_s / self.wall_s if self.wall_s > 0.0 else 0.0
+        """Real-time factor on a core of its own: simulated seconds per second of CPU time."""
+        return self.simulated_s / self.cpu_s if self.cpu_s > 0.0 else 0.0
 
     @property
     def worst(self) -> float:

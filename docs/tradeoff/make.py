@@ -1,0 +1,100 @@
+"""Measures the bundled scenes and writes what was found: SCENE.json, SCENE.png, and the page README.md.
+
+    python docs/tradeoff/make.py [--budget 300] [SCENE ...]
+
+Without the name of a scene only the page is written anew, from the tables that are there.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+from heavylift.coordinator.tradeoff import measure, write
+from heavylift.coordinator.tradeoff.communication import communicating
+from heavylift.nodes.scene import load
+
+HERE = Path(__file__).parent
+SCENES = {  # settings under which they are measured, and why
+    "lift": (["end=100 s"], "with time for every rung to take off and swing"),
+    "turnover": (["end=3 min"], "its first three minutes: slack, load, the beginning of the hoist"),
+    "pendulum": ([], ""),
+    "arm": ([], ""),
+}
+HEAD = """# Which setting for which question
+
+Measured by `heavylift tradeoff`, written by `make.py` beside this page. Each line is the fastest setting that keeps one
+quantity within the limit beside it, against the richest rung at a tight tolerance whose own convergence
+stands below; the commands can be typed as they are. Speeds are simulated seconds per CPU second of one
+process: compare them with each other, and measure your own scene with `heavylift tradeoff SCENE`.
+"""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--budget", type=float, default=300.0, help="seconds for each scene")
+    parser.add_argument("scenes", nargs="*", choices=[*SCENES, []])
+    options = parser.parse_args()
+    for name in options.scenes:
+        scene = load(name, SCENES[name][0])
+        measured = measure(scene, budget=options.budget, say=print)
+        if scene.followed is not None:
+            measured = communicating(scene, measured)
+        for kind in ("json", "png"):
+            write(measured, HERE / f"{name}.{kind}")
+    found = [name for name in SCENES if (HERE / f"{name}.json").exists()]
+    parts = [HEAD, *(section(name) for name in found)]
+    (HERE / "README.md").write_text("\n".join(parts))
+
+
+def section(name: str) -> str:
+    """A scene's part of the page."""
+    told = json.loads((HERE / f"{name}.json").read_text())
+    settings, why = SCENES[name]
+    given = f", {' '.join(settings)} ({why})" if settings else ""
+    lines = [f"## {name}{given}", "", f"{told['verdict']}", "", f"![{name}]({name}.png)", ""]
+    lines += ["| asked | to | fastest setting | x real time | error |", "|---|---|---|---|---|"]
+    for a in told["answers"]:
+        if a["setting"] is None:
+            lines.append(f"| {a['ask']} | {100 * a['limit']:g} % | none of those measured | | |")
+        else:
+            numbers = f"{a['real_time_factor']:.3g} | {100 * a['error']:.2g} %"
+            lines.append(f"| {a['ask']} | {100 * a['limit']:g} % | {a['setting']} | {numbers} |")
+    commands = list(dict.fromkeys(a["command"] for a in told["answers"] if a["setting"]))
+    lines += ["", "```sh", *commands, "```", "", reference(told), ""]
+    lines += [*communication(told), ""] if told["held_forces"] else []
+    return "\n".join(lines)
+
+
+def reference(told: dict) -> str:
+    """How far the reference can be trusted, and what ran on what."""
+    moves = "; ".join(
+        f"with {name} it moves {', '.join(f'{q} by {100 * e:.2g} %' for q, e in moved.items())}"
+        for name, moved in told["reference"]["moved_by"].items()
+    )
+    machine, rows = told["machine"], told["settings"]
+    failed = sum(bool(row["reason"]) for row in rows)
+    return (
+        f"Reference: {told['reference']['setting']}; {moves}. {len(rows)} settings, {failed} of them refused, "
+        f"unstable or cut; {told['settings_left_out']} did not fit into {told['budget_s']:g} s. "
+        f"{machine['processor']}, {machine['cores']} cores, load {machine['load']:.1f}."
+    )
+
+
+def communication(told: dict) -> list[str]:
+    """Held forces and processes."""
+    lines = ["| forces held between two processes | h | damping measured | -w h/4 |", "|---|---|---|---|"]
+    for x in told["held_forces"]:
+        numbers = f"{100 * x['measured']:.2f} % | {100 * x['law']:.2f} %"
+        lines.append(f"| {x['pair']}, w = {x['omega']:.3g} rad/s | {1e3 * x['h']:g} ms | {numbers} |")
+    lines += ["", "| nodes in | wall | without start and end | kernel | grants | beside the kernel, each |"]
+    lines.append("|---|---|---|---|---|---|")
+    for x in told["distributed"]:
+        played = f"{x['wall_s']:.2f} s | {x['wall_s'] - x['around_s']:.2f} s | {x['kernel_s']:.2f} s"
+        lines.append(f"| {x['where']} | {played} | {x['grants']} | {1e3 * x['s_per_grant']:.2f} ms |")
+    return lines
+
+
+if __name__ == "__main__":
+    main()
