@@ -84,10 +84,13 @@ class Coordinator:
         node = self._node(name)
         if not node.running or done.gseq != node.gseq:
             raise ProtocolError(f"{name} sent DONE {done.gseq} out of order, its last GRANT is {node.gseq}")
+        says = self._tags[node.rank]
         for event in (*done.spoken, *done.offer):
-            soonest = min(self._tags[node.rank], after(node.hears, node.lookahead.get(event.port, node.least)))
             if event.source != name:
                 raise ProtocolError(f"{name} spoke for {event.source}: a node says only its own events")
+            if (event.t, event.k) >= says:
+                continue
+            soonest = min(says, after(node.hears, node.lookahead.get(event.port, node.least)))
             if event.tag < soonest:
                 raise ProtocolError(
                     f"{name} spoke on port {event.port} at {event.tag}, earlier than the {soonest} "
@@ -237,9 +240,9 @@ class Coordinator:
         self._cycles.note(event)
         heappush(self._held, event)
         for node, into in self._receivers.get((event.source, event.port), []):
-            node.put(Delivery(event, into))
-            self._note(node)
-            self._look[node.rank] = node
+            if node.put(Delivery(event, into)):
+                self._note(node)
+                self._look[node.rank] = node
 
     def _grant(self, node: Known, window: Tag) -> Grant:
         node.running, node.until, node.gseq = True, window, node.gseq + 1

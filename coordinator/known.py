@@ -33,10 +33,13 @@ class Known:
         """Whether what comes first is an offer that is not committed."""
         return bool(self.offer) and not self.committed and self.next <= self.hears
 
-    def put(self, delivery: Delivery) -> None:
-        """An input waits for it, in total order."""
+    def put(self, delivery: Delivery) -> bool:
+        """An input waits for it, in total order; whether that is the first thing that it hears."""
         insort(self._pending, delivery)
-        self._listen()
+        if self._pending[0] is not delivery:
+            return False
+        self.hears = delivery.event.tag
+        return True
 
     def pending(self, until: Tag) -> list[Delivery]:
         """The inputs that wait before `until`."""

@@ -93,7 +93,8 @@ class Node:
             if said:
                 stop = min(stop, max(succ(tag), plus(tag, grant.echo)))
                 if not offered:
-                    self._check(said, own, heard)
+                    if tag < own:
+                        self._check(said, own, heard)
                     spoken += said
             offered, self._last = False, tag
             self.steps += 1

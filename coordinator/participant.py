@@ -88,15 +88,18 @@ class Participant:
             log = Transitions(self._sample) if part.log else None
             if log is not None:
                 self._flush = log.flush
-            return Node(self.name, Simulator(own, log)), declaration(own), parts.fingerprint(part.build.encode())
+            simulator = Simulator(own, log)
+            self._pauses = lambda: simulator.passed
+            return Node(self.name, simulator), declaration(own), parts.fingerprint(part.build.encode())
         from heavylift.nodes.models import build_one
         from heavylift.nodes.scene.plan import decode
 
         model = build_one(decode(part.plan), self.name)
-        simulator = Simulator(model)
+        acting = Simulator(model)
+        self._pauses = lambda: acting.passed
 
         def waits(end: Tag) -> str:
-            return str(getattr(simulator.model, "waiting_for", str)())
+            return str(getattr(acting.model, "waiting_for", str)())
 
         declared = msgspec.msgpack.encode(model.declare())
-        return Node(self.name, simulator, waits), declared, parts.fingerprint(part.plan)
+        return Node(self.name, acting, waits), declared, parts.fingerprint(part.plan)

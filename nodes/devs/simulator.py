@@ -7,7 +7,8 @@ One call of `advance(tag, bag)` does, for tag = next_time or an earlier tag at w
   4. next = after(tag, ta) for each; a wait of zero comes back at the next microstep.
 Driving it from a larger simulation: while min(next_time, first input) < limit, read `outputs()` if that
 tag is next_time, then `advance`. `outputs` may be called any number of times, or not at all. `run` does this alone,
-half-open: events at t < until. After Chow and Zeigler (1994); two phases after adevs. Broken rules raise ModelError.
+half-open: events at t < until. A node may let it work ahead of an `advance`, until the next tag at which something
+leaves the root. After Chow and Zeigler (1994); two phases after adevs. Broken rules raise ModelError.
 """
 
 from collections.abc import Callable, Sequence
@@ -18,14 +19,14 @@ from heavylift.kernel.errors import ModelError
 from .bags import deliver, fitting, sorted_bag
 from .events import Delivery, Event, Slack
 from .flatten import flatten
-from .lookahead import Observed, keep_promises, outs, promised, still_promised
+from .lookahead import Observed, keep_promises, leaving, outs, promised, still_promised
 from .messages import Message, decode, encode
 from .models import Atomic, Model, Present
 from .ports import InPort, OutPort, Port
 from .rules import Patience, fail
 from .schedule import Schedule
 from .snapshot import frozen, thawed
-from .tags import FOREVER, NEVER, Instant, Tag, after
+from .tags import BEGIN, FOREVER, NEVER, Instant, Tag, after, tag_of
 from .transitions import Log, Trace, Transition
 
 
@@ -44,7 +45,7 @@ class Simulator:
         self.trace = Log(log) if log is not None else trace
         self._present, self._observed = Present(live=True), Observed()
         self.atomics: list[Atomic] = []
-        self._due: Instant | None = None  # the next tag, once it is looked for
+        self._due: Tag | None = None  # the next tag, once it is looked for
         self._busy = False  # in the middle of a tag
         self._adopt()
 
@@ -59,7 +60,7 @@ class Simulator:
             for m in self.atomics
             if any(port.exits for port in outs(m))
         ]
-        self._aheads = {ahead for _, ahead in self._speakers}
+        self._ahead = min((ahead for _, ahead in self._speakers), default=NEVER)
         self.lookahead = promised(self.model, self.atomics)
         for m in (*self.atomics, self.model):
             m._present = self._present
@@ -99,27 +100,34 @@ class Simulator:
         if self._due is None:
             if not hasattr(self, "_schedule"):
                 raise ModelError(f"{self.model.path}: nothing has begun, call start() first")
-            self._due = self._schedule.next(self._last)
-        return Tag(*self._due)
+            self._due = tag_of(self._schedule.next(self._last))
+        return self._due
+
+    @property
+    def passed(self) -> int:
+        """Grows while time goes on; any thread may ask."""
+        return sum(self._present.now)
 
     @property
     def quiet(self) -> Tag:
         """Earliest tag at which something can leave the root if nothing reaches it."""
         tag = self.next_time
-        if tag == FOREVER or any(isinstance(port, OutPort) and port.exits for port in self._lambda(tag).sources):
+        if tag == FOREVER or leaving(self._lambda(tag).sources):
             return tag
-        soonest = min((after(tag, ahead) for ahead in self._aheads), default=FOREVER)
-        return min(soonest, Tag(min((m._t for m, _ in self._speakers if m._t > tag.t), default=NEVER)))
+        soonest, t = after(tag, self._ahead), tag.t
+        if soonest.t == t:
+            return soonest
+        return min(soonest, Tag(min((m._t for m, _ in self._speakers if m._t > t), default=NEVER)))
 
     def outputs(self) -> list[Event]:
         """What leaves the root at next_time, in total order; changes nothing."""
         tag, bags = self.next_time, dict[str, list[tuple[int, Any]]]()
         said = self._lambda(tag)
+        if not leaving(said.sources):
+            return []
         for port, value in zip(said.sources, said.values, strict=True):
             for target, place in port.exits if isinstance(port, OutPort) else ():
                 bags.setdefault(target.name, []).append((place, value))
-        if not bags:
-            return []
         name, found = self.model.name, []
         for out in sorted(bags):
             bag = sorted(bags[out], key=lambda said: said[0])
@@ -132,8 +140,11 @@ class Simulator:
         into = self._entry(port)
         self._staged.append((into, fitting(into, value)))
 
-    def advance(self, tag: Tag, bag: Sequence[Delivery] = (), until: Tag = FOREVER) -> None:
-        """Transit at `tag`: deliver `bag` (sorted) and what was injected, move the imminent atomics on."""
+    def advance(self, tag: Tag, bag: Sequence[Delivery] = (), until: Tag = BEGIN) -> None:
+        """Transit at `tag`: deliver `bag` (sorted) and what was injected, move the imminent atomics on.
+
+        Then, while nothing leaves the root, at all tags below `until` as well.
+        """
         due = self.next_time
         if tag == due:
             said = self._lambda(due)
@@ -150,7 +161,7 @@ class Simulator:
             sources = [*(port for port, _ in heard), *sources]
             values = [*(value for _, value in heard), *values]
             self._staged = []
-        self._work(tag, imminent, sources, values, until=0)
+        self._work(tag, imminent, sources, values, until, silent=True)
 
     def run(self, until: int = NEVER, stop: Callable[[], bool] | None = None) -> None:
         """Advance alone through all tags at t < `until` [ns], or until `stop()` after one; call it again to go on."""
@@ -160,15 +171,25 @@ class Simulator:
                 self.advance(due)
             else:
                 said = self._lambda(due)
-                self._work(due, self._schedule.imminent, said.sources, said.values, until if stop is None else 0)
+                end = (until, 0) if stop is None else BEGIN
+                self._work(due, self._schedule.imminent, said.sources, said.values, end)
             if stop is not None and stop():
                 return
             due = self.next_time
 
     def _work(
-        self, tag: Instant, imminent: list[int], sources: list[Port[Any]], values: list[Message], until: int
+        self,
+        tag: Instant,
+        imminent: list[int],
+        sources: list[Port[Any]],
+        values: list[Message],
+        until: Instant,
+        silent: bool = False,
     ) -> None:
-        """Steps 2 to 4 at a tag; all steps at those that follow at t < `until` [ns] while the structure stays."""
+        """Steps 2 to 4 at a tag; all steps at those that follow below `until` while the structure stays.
+
+        If it shall be `silent`, only while nothing leaves the root, and time does not stand still for long.
+        """
         present, schedule, atomics, trace = self._present, self._schedule, self.atomics, self.trace
         move, patience, speakers = schedule.move, self._patience.start, self._speakers
         self._spoken, self._busy = False, True
@@ -217,10 +238,13 @@ class Simulator:
             if trace is not None:
                 trace.note(tag, atomics, imminent, sources, values)
             due = None if present.changes else schedule.next(tag)
-            if due is None or due[0] >= until:
-                self._last, self._due, self._busy = tag, due, False
+            if due is None or due >= until or (silent and due[1] >= patience):
+                self._last, self._due, self._busy = tag, None if due is None else tag_of(due), False
                 return
             self._speak(due)
+            if silent and present.sources and leaving(present.sources):
+                self._last, self._due, self._busy, self._spoken = tag, tag_of(due), False, True
+                return
             tag, imminent, sources, values = due, schedule.imminent, present.sources, present.values
 
     def _restructure(self) -> None:

