@@ -18,9 +18,10 @@ import msgspec
 import zenoh
 from zenoh.handlers import Callback
 
+from .keys import JOIN, key
 from .link import JOIN_s
 from .participant import version
-from .session import JOIN, Ticket, key
+from .session import Ticket
 
 if TYPE_CHECKING:
     from .hub import Hub

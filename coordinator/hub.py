@@ -12,29 +12,17 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
-from types import TracebackType
-from typing import Self
 
 import zenoh
 from heavylift.coordinator.door import Door
-from heavylift.coordinator.frame import FIRST_EPOCH, Reader, Topic, Writer
+from heavylift.coordinator.exchange import Exchange
+from heavylift.coordinator.frame import Reader, Topic, Writer
 from heavylift.coordinator.gate import Gate
+from heavylift.coordinator.keys import HUB, OBSERVER, OPERATOR, check_names, key
 from heavylift.coordinator.link import FIFO, LOCAL, JOIN_s, LocalLink, matched
 from heavylift.coordinator.lookout import Lookout
 from heavylift.coordinator.placement import Placement
-from heavylift.coordinator.session import (
-    HUB,
-    OBSERVER,
-    OPERATOR,
-    RunDirectory,
-    Ticket,
-    check_names,
-    hub_session,
-    key,
-    local_session,
-    new_password,
-    new_run_id,
-)
+from heavylift.coordinator.session import RunDirectory, Ticket, hub_session, local_session, new_password, new_run_id
 from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback, FifoChannel
 
@@ -46,89 +34,7 @@ REMOTE_s = 600.0  # in which somebody starts a process on another host
 LEAVE_s = 2.0  # in which remote processes leave a run that is over
 
 
-class _Desk:
-    """What both hubs share: one publisher and two readers per node, events for observers, checked samples."""
-
-    def __init__(self, session: zenoh.Session, run: str, placement: Placement) -> None:
-        block = zenoh.CongestionControl.BLOCK
-        self.run, self.nodes, self.placement = run, placement.nodes, placement
-        at = {node: (process, node) for node, process in placement.process_of.items()}
-        self.when: Callable[[], str] = lambda: ""
-        """Gives the simulation time for a sentence, like "t = 12.5 s"; set by who knows it."""
-        self.tell: Callable[[str], None] = lambda sentence: None
-        """Hears what the run survives, and what may become a loss; set by who shows it."""
-        self._session = session
-        self._publishers = {
-            n: session.declare_publisher(key(run, "in", *at[n]), congestion_control=block) for n in self.nodes
-        }
-        self._writers = {n: Writer(run, n, Topic.IN, FIRST_EPOCH) for n in self.nodes}
-        self._out = {key(run, "out", *at[n]): (n, Reader(run, n, Topic.OUT, FIRST_EPOCH)) for n in self.nodes}
-        self._data = {key(run, "samples", *at[n]): (n, Reader(run, n, Topic.SAMPLES, FIRST_EPOCH)) for n in self.nodes}
-        self._batches: deque[zenoh.Sample] = deque()
-        self._events: dict[tuple[str, str], zenoh.Publisher] = {}
-        keep = Callback(self._batches.append, indirect=False)
-        self._data_subscriber = session.declare_subscriber(key(run, "samples", "*", "*"), keep)
-
-    def send(self, node: str, payload: bytes) -> None:
-        """Send a protocol message to a node."""
-        self._publishers[node].put(self._writers[node].frame(payload))
-
-    def samples(self) -> list[tuple[str, bytes]]:
-        """All (node, batch) that have arrived since the last call, in order per node."""
-        if not self._batches:
-            return []
-        found = (self._open(self._batches.popleft(), self._data) for _ in range(len(self._batches)))
-        return [batch for batch in found if batch is not None]
-
-    def publish_event(self, path: str, port: str, payload: bytes) -> None:
-        """Show a committed event to observers (key event/<model path>/<port>); a slow one misses some."""
-        publisher = self._events.get((path, port))
-        if publisher is None:
-            publisher = self._events[path, port] = self._session.declare_publisher(
-                key(self.run, "event", path, port), congestion_control=zenoh.CongestionControl.DROP
-            )
-        publisher.put(payload)
-
-    def publish_data(self, topic: str, payload: bytes) -> None:
-        """Show data of a recording to observers (key sample/<topic>); a slow one misses some."""
-        self._session.put(key(self.run, "sample", topic), payload, congestion_control=zenoh.CongestionControl.DROP)
-
-    def _open(self, sample: zenoh.Sample, readers: Mapping[str, tuple[str, Reader]]) -> tuple[str, bytes] | None:
-        """Node and payload; None for what an earlier incarnation of the node still says."""
-        at = str(sample.key_expr)
-        if at not in readers:
-            raise ProtocolError(
-                f"run {self.run}: a message arrived on {at}, but this run has no such node "
-                f"({', '.join(self.nodes)}), end the process that sends it"
-            )
-        node, reader = readers[at]
-        data = sample.payload.to_bytes()
-        try:
-            return node, reader.open(data)
-        except ProtocolError:
-            if reader.outdated(data):
-                return None
-            raise
-
-    def dismiss(self, payload: bytes) -> None:
-        """Send every node its last message; from now on nodes may leave."""
-        for node in self.nodes:
-            self.send(node, payload)
-
-    def close(self) -> None:
-        """End the session."""
-        self._session.close()  # type: ignore[no-untyped-call]
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-
-class Hub(_Desk):
+class Hub(Exchange):
     """Connects the coordinator with node processes over a private unix socket, and with other hosts at a door."""
 
     def __init__(self, nodes: Iterable[str] | Placement, door: Door | None = None) -> None:
@@ -317,7 +223,7 @@ class Hub(_Desk):
         self._session.put(self._wake_key, b"", congestion_control=zenoh.CongestionControl.BLOCK)
 
 
-class LocalHub(_Desk):
+class LocalHub(Exchange):
     """Connects the coordinator with nodes in this process: one thread, one session, no end point.
 
     Each message is put through Zenoh and enqueued by a synchronous callback; `receive` is the one loop that

@@ -15,7 +15,8 @@ from typing import Any, Self
 
 import zenoh
 from heavylift.coordinator.frame import FIRST_EPOCH, Reader, Topic, Writer
-from heavylift.coordinator.session import Ticket, key, node_session
+from heavylift.coordinator.keys import key
+from heavylift.coordinator.session import Ticket, node_session
 from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback, FifoChannel
 

@@ -18,10 +18,11 @@ from zenoh.handlers import FifoChannel
 
 from .door import Door
 from .gate import Answer, Ask
+from .keys import HUB, JOIN, key
 from .link import JOIN_s, Link
 from .node_process import serve
 from .participant import version
-from .session import HUB, JOIN, Ticket, key, remote_session
+from .session import Ticket, remote_session
 
 __all__ = ["play"]
 

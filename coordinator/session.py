@@ -5,14 +5,6 @@ enter (mode 0700) and on nothing else; no scouting, no gossip, no admin space. E
 socket with its own password, and the hub's access control lets it write only to its own keys. `BLOCK`
 publishers never drop; `wait_before_close` and the lease are long, because Zenoh's defaults lose messages
 silently when a reader is slow.
-
-    heavylift/<run>/in | out | samples/<process>/<node>      one coordinator, one node per key
-    heavylift/<run>/alive | ask/<process>/<epoch>            is it there; does it get on
-    heavylift/<run>/leave/<process>                          may it go
-    heavylift/join/<process>                                 where a process on another host asks to join
-    heavylift/<run>/event/<model path>/<port>                committed events, for observers
-    heavylift/<run>/control                                  orders of an operator, as queries
-    heavylift/<run>/sample/<topic>                           data of a recording that is replayed, for observers
 """
 
 from __future__ import annotations
@@ -31,6 +23,9 @@ import msgspec
 import zenoh
 from heavylift.kernel.errors import ProtocolError
 
+from .access import access
+from .keys import AFAR, OBSERVER, OPERATOR
+
 if TYPE_CHECKING:
     from .door import Door
 
@@ -38,7 +33,6 @@ __all__ = [
     "RunDirectory",
     "Ticket",
     "hub_session",
-    "key",
     "local_session",
     "node_session",
     "observer_session",
@@ -47,13 +41,6 @@ __all__ = [
     "remote_session",
 ]
 
-OPERATOR = "operator"  # the user name that may give orders to a run and nothing else
-OBSERVER = "observer"  # the user name that may watch committed events and nothing else
-AFAR = "afar"  # user name and password of everybody at the door: there, certificates tell who is who
-JOIN = "join"  # in place of a run's id: where a process on another host asks to join whatever runs
-HUB = "~hub"  # in place of a process's name: the coordinator itself
-# Users and topics of a run, so no names of nodes or processes.
-RESERVED = ("coordinator", "event", "sample", "control", OBSERVER, OPERATOR, AFAR)
 TICKET = "HEAVYLIFT_TICKET"
 SOCKET_PATH_LIMIT = 104  # bytes with the closing zero: the smaller of Linux (108) and macOS (104)
 LEASE_ms = 60_000
@@ -61,25 +48,6 @@ CONNECT_ms = 10_000
 WAIT_BEFORE_CLOSE_us = 600_000_000
 # All of Zenoh's tasks on one thread: a third less time per round than its five thread pools.
 RUNTIME = "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover:app),app:(worker_threads:1))"
-
-
-def key(run: str, *chunks: str) -> str:
-    """The key of a topic of a run: `key(run, "in", "yard-a", "west")`."""
-    return "/".join(("heavylift", run, *chunks))
-
-
-def check_names(names: Iterable[str], kind: str) -> tuple[str, ...]:
-    """The names of nodes or processes, refused unless they can stand in a key and differ from each other."""
-    checked = tuple(names)
-    for name in checked:
-        if not re.fullmatch(r"[A-Za-z0-9_-]{1,200}", name) or name in RESERVED:
-            raise ProtocolError(
-                f"{kind} name {name!r} cannot be used, choose 1 to 200 letters, digits, _ or - "
-                f"other than {', '.join(repr(word) for word in RESERVED)}"
-            )
-        if checked.count(name) > 1:
-            raise ProtocolError(f"two of the {kind} names are {name!r}, give each {kind} its own name")
-    return checked
 
 
 class Ticket(msgspec.Struct, frozen=True):
@@ -177,7 +145,7 @@ def hub_session(
             "dictionary_file": str(directory.users),
         }
     }
-    config["access_control"] = _access(run, processes, tuple(remote))
+    config["access_control"] = access(run, processes, tuple(remote))
     if door is None:
         return _open(config, "the coordinator cannot listen on " + directory.socket)
     config["listen"]["endpoints"].append(door.endpoint)
@@ -254,66 +222,6 @@ def _config(mode: str, listen: list[str] | None = None, connect: list[str] | Non
                 },
             },
         },
-    }
-
-
-def _access(run: str, processes: list[str], remote: tuple[str, ...]) -> dict[str, Any]:
-    """Each process writes its nodes' keys and hears them; an observer hears events; all else is denied.
-
-    A process of this host is known by its password, one of another host by the name in its certificate; whoever
-    has a certificate of the yard may ask to join.
-    """
-
-    def rule(name: str, flow: str, messages: list[str], *keys: str) -> dict[str, Any]:
-        return {
-            "id": name,
-            "permission": "allow",
-            "flows": [flow],
-            "messages": messages,
-            "key_exprs": list(keys),
-        }
-
-    rules = [
-        rule(
-            "egress",
-            "egress",
-            ["put", "declare_subscriber", "declare_queryable", "liveliness_token", "reply", "query"],
-            key(run, "**"),
-            key(JOIN, "*"),
-        ),
-        rule("join", "ingress", ["query"], key(JOIN, "*")),
-        rule("hub", "ingress", ["declare_liveliness_subscriber"], key(run, "alive", HUB)),
-        rule("observe", "ingress", ["declare_subscriber"], key(run, "event", "**"), key(run, "sample", "**")),
-    ]
-    rules.append(rule("operate", "ingress", ["query"], key(run, "control")))
-    policies = [
-        {"rules": ["observe", "egress"], "subjects": [OBSERVER]},
-        {"rules": ["operate", "egress"], "subjects": [OPERATOR]},
-    ]
-    for process in (*processes, *remote):
-        out, into = [key(run, topic, process, "*") for topic in ("out", "samples")], key(run, "in", process, "*")
-        own = [
-            rule(f"{process}/out", "ingress", ["put"], *out),
-            rule(f"{process}/alive", "ingress", ["liveliness_token"], key(run, "alive", process, "*")),
-            rule(f"{process}/ask", "ingress", ["declare_queryable", "reply"], key(run, "ask", process, "*")),
-            rule(f"{process}/in", "ingress", ["declare_subscriber"], into),
-            rule(f"{process}/leave", "ingress", ["query"], key(run, "leave", process)),
-        ]
-        rules += own
-        policies.append({"rules": [*(each["id"] for each in own), "hub", "egress"], "subjects": [process]})
-    here, afar = {"link_protocols": ["unixsock-stream"]}, {"link_protocols": ["tls"]}
-    users = (*processes, OBSERVER, OPERATOR)
-    subjects: list[dict[str, Any]] = [{"id": user, "usernames": [user], **here} for user in users]
-    subjects += [{"id": process, "cert_common_names": [process], **afar} for process in remote]
-    if remote:
-        subjects.append({"id": AFAR, **afar})
-        policies.append({"rules": ["join", "egress"], "subjects": [AFAR]})
-    return {
-        "enabled": True,
-        "default_permission": "deny",
-        "rules": rules,
-        "subjects": subjects,
-        "policies": policies,
     }
 
 

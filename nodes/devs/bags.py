@@ -1,4 +1,4 @@
-"""How what is said comes to lie in the bags of its receivers, in the order of the places that flattening gave.
+"""How what is said comes to lie in the bags of its receivers or leaves, in the order of the places of flattening.
 
 Until its receiver takes it, the first message lies in the atomic itself, since most bags hold one: containers that
 live through a whole instant would keep the garbage collector busy.
@@ -10,9 +10,11 @@ from typing import Any
 
 from heavylift.kernel.errors import ModelError
 
-from .messages import Message
+from .events import Event
+from .messages import Message, encode
 from .models import Atomic
-from .ports import InPort, M, Port
+from .ports import InPort, M, OutPort, Port
+from .tags import Tag
 
 place = itemgetter(0)
 
@@ -45,6 +47,19 @@ def sorted_bag(m: Atomic) -> dict[InPort[Any], list[Any]]:
         bag.setdefault(port, []).append(value)
     m._more = None
     return bag
+
+
+def offered(name: str, tag: Tag, sources: Sequence[Port[Any]], values: Sequence[Any]) -> list[Event]:
+    """What leaves the root model of this name at a tag, in total order."""
+    bags: dict[str, list[tuple[int, Any]]] = {}
+    for port, value in zip(sources, values, strict=True):
+        for target, number in port.exits if isinstance(port, OutPort) else ():
+            bags.setdefault(target.name, []).append((number, value))
+    found = []
+    for out in sorted(bags):
+        for i, (_, value) in enumerate(sorted(bags[out], key=place)):
+            found.append(Event(tag.t, tag.k, name, out, i, type(value).__name__, encode(value)))
+    return found
 
 
 def fitting(port: InPort[M], value: Message) -> M:

@@ -16,13 +16,13 @@ from typing import Any
 
 from heavylift.kernel.errors import ModelError
 
-from .bags import deliver, fitting, sorted_bag
+from .bags import deliver, fitting, offered, sorted_bag
 from .events import Delivery, Event, Slack
 from .flatten import flatten
 from .lookahead import Observed, keep_promises, leaving, outs, promised, still_promised
-from .messages import Message, decode, encode
+from .messages import Message, decode
 from .models import Atomic, Model, Present
-from .ports import InPort, OutPort, Port
+from .ports import InPort, Port
 from .rules import Patience, fail
 from .schedule import Schedule
 from .snapshot import frozen, thawed
@@ -121,19 +121,11 @@ class Simulator:
 
     def outputs(self) -> list[Event]:
         """What leaves the root at next_time, in total order; changes nothing."""
-        tag, bags = self.next_time, dict[str, list[tuple[int, Any]]]()
+        tag = self.next_time
         said = self._lambda(tag)
         if not leaving(said.sources):
             return []
-        for port, value in zip(said.sources, said.values, strict=True):
-            for target, place in port.exits if isinstance(port, OutPort) else ():
-                bags.setdefault(target.name, []).append((place, value))
-        name, found = self.model.name, []
-        for out in sorted(bags):
-            bag = sorted(bags[out], key=lambda said: said[0])
-            for i, (_, value) in enumerate(bag):
-                found.append(Event(tag.t, tag.k, name, out, i, type(value).__name__, encode(value)))
-        return found
+        return offered(self.model.name, tag, said.sources, said.values)
 
     def inject(self, port: str, value: Message) -> None:
         """Put a message into an in port of the root; it arrives with the next `advance`."""

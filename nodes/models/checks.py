@@ -13,7 +13,7 @@ from heavylift.kernel.errors import ModelError
 from heavylift.nodes.scene.actions import Brake, Hookup, Move, Order, Unhook
 from heavylift.nodes.scene.plan import Plan
 
-from .conditions import OFF, Picture
+from .picture import OFF, Picture
 
 
 def check(order: Order, plan: Plan, owners: Mapping[str, str], picture: Picture, lugs: Mapping[str, str]) -> None:

@@ -17,8 +17,8 @@ from heavylift.nodes.scene import actions as scene
 from heavylift.nodes.scene.plan import Plan
 
 from .checks import check
-from .conditions import OFF, Moment, crossings, holds, next_time, words
-from .jobs import Job, addressed, seconds
+from .conditions import Moment, crossings, holds, next_time, words
+from .jobs import Job, addressed, make_way, seconds, still_open
 from .messages import (
     BrakeOrder,
     Done,
@@ -27,18 +27,13 @@ from .messages import (
     Halt,
     Hooked,
     HookOrder,
-    Landed,
-    Lifted,
     Limit,
     OperatorAnswer,
     OperatorCommand,
     Order,
-    Reached,
     Report,
-    RopeState,
     Run,
     Stage,
-    Touched,
     Unhooked,
     UnhookOrder,
     UnwatchOrder,
@@ -95,7 +90,7 @@ class Commander(Atomic):
 
     def waiting_for(self) -> str:
         """What the action list lacks to go on, as a sentence; "" when it is done."""
-        moment = Moment(self.now.t, self.since, self._open(self.index - 1))
+        moment = Moment(self.now.t, self.since, still_open(self.jobs, self.index - 1))
         if self.index == len(self.plan.actions):
             if all(job.ends_ns is not None for job in self.jobs):
                 return ""  # a last `wait` that the end of the scene cuts short
@@ -148,7 +143,7 @@ class Commander(Atomic):
         """Begin the next action if its condition holds; at the end of the list say so."""
         plan = self.plan
         if self.index == len(plan.actions):
-            if plan.end is None and not self._open(self.index - 1) and not self._open(ASIDE):
+            if plan.end is None and not still_open(self.jobs, self.index - 1) and not still_open(self.jobs, ASIDE):
                 self.over = True
                 self.outbox.append((self.finished, Finished()))
             return False
@@ -201,7 +196,7 @@ class Commander(Atomic):
             case scene.Turn():
                 found = followers(self.plan, order, self.lugs)
                 for f in found:
-                    self._check_free(f.actuator, where)
+                    make_way(self.jobs, f.actuator, where)
                 job = self._job(action, order, "turn", TURN, order.until, followers=tuple(found))
                 for f in found:
                     follow = Follow(f.actuator, job.id, where, TURN, self.theta, f.kc, f.ks)
@@ -218,20 +213,6 @@ class Commander(Atomic):
                 job = self._job(action, order, "brake", order.brake)
                 self._send(order.brake, BrakeOrder(order.brake, job.id, where, order.engaged))
 
-    def _check_free(self, actor: str, where: str) -> None:
-        """Refuse a second order to an actor that is busy; one that is ramping down or at a limit is not."""
-        for job in list(self.jobs):
-            if job.actor == actor and job.limit:
-                self.jobs.remove(job)
-            elif actor == job.actor and not job.halting:
-                at = f" ({job.order.where})" if job.order.where else ""
-                raise ModelError(
-                    f"{where}: {actor} gets an order while its {job.verb}{at} is not done, wait for "
-                    f"`moves done` or end that order with `until`"
-                )
-            elif any(actor == f.actuator for f in job.followers):
-                raise ModelError(f"{where}: {actor} gets an order while it follows the turn, wait until it is done")
-
     def _job(
         self,
         action: int,
@@ -245,7 +226,7 @@ class Commander(Atomic):
     ) -> Job:
         """Open a job and have the thresholds of its `until` watched."""
         if actor:
-            self._check_free(actor, order.where)
+            make_way(self.jobs, actor, order.where)
         self.ids += 1
         job = Job(self.ids, action, order, verb, actor, self.now.t, until, ends_ns, followers)
         self.jobs.append(job)
@@ -254,33 +235,18 @@ class Commander(Atomic):
 
     def _hear(self, report: Report) -> None:
         """Bring the picture up to date."""
-        picture, actor = self.picture, report.actor
         match report:
             case Done():
                 for job in [job for job in self.jobs if job.id == report.id]:
                     self._close(job, report.position)
             case Limit():
                 for job in self.jobs:
-                    job.limit = report.limit if job.actor == actor else job.limit
-            case RopeState():
-                if picture.ropes[actor] != OFF:
-                    picture.ropes[actor] = report.state
-            case Hooked():
-                picture.ropes[actor] = "slack"
-                if report.lug:
-                    self.lugs[actor] = report.lug
+                    job.limit = report.limit if job.actor == report.actor else job.limit
+            case Hooked() if report.lug:
+                self.lugs[report.actor] = report.lug
             case Unhooked():
-                picture.ropes[actor] = OFF
-                self.lugs.pop(actor, None)
-            case Touched():
-                picture.grounded.add(actor)
-            case Landed():
-                picture.landed.add(actor)
-            case Lifted():
-                picture.grounded.discard(actor)
-                picture.landed.discard(actor)
-            case Reached():
-                picture.reached.add(actor)
+                self.lugs.pop(report.actor, None)
+        self.picture.note(report)
 
     def _close(self, job: Job, position: float) -> None:
         """An order is done; after a turn the followers hold their places."""
@@ -311,8 +277,4 @@ class Commander(Atomic):
         self.outbox.append((self.to[TURN if actor == TURN else self.owners[actor]], order))
 
     def _holds(self, condition: scene.Condition, action: int, since_ns: int) -> bool:
-        return holds(condition, self.picture, Moment(self.now.t, since_ns, self._open(action - 1)))
-
-    def _open(self, action: int) -> tuple[tuple[str, str], ...]:
-        """The orders of an action that are not done, as (verb, actor)."""
-        return tuple((job.verb, job.actor) for job in self.jobs if job.action == action)
+        return holds(condition, self.picture, Moment(self.now.t, since_ns, still_open(self.jobs, action - 1)))

@@ -1,14 +1,13 @@
 """Conditions of the action list: do they hold, what do they wait for, how are they put into words.
 
-The commander's `Picture` is what the reports have told it so far.  A condition is judged only when a report
-or a time arrives, so one that holds already acts at once.  Reals are compared by thresholds of the kernel,
-never here.
+A condition is judged only when a report or a time arrives, on the commander's picture, so one that holds already
+acts at once.  Reals are compared by thresholds of the kernel, never here.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from heavylift.kernel.describe import Threshold
 from heavylift.kernel.errors import ModelError
@@ -27,22 +26,7 @@ from heavylift.nodes.scene.actions import (
 )
 from heavylift.nodes.scene.plan import Plan
 
-OFF = "unhooked"
-
-
-@dataclass
-class Picture:
-    """What the commander knows of ropes (taut, slack, unhooked), bodies on supports, and thresholds."""
-
-    ropes: dict[str, str] = field(default_factory=dict)
-    bodies: dict[str, tuple[str, ...]] = field(default_factory=dict)  # bodies with supports, by model
-    grounded: set[str] = field(default_factory=set)  # bodies that a support touches
-    landed: set[str] = field(default_factory=set)  # bodies that stand on a whole face
-    reached: set[str] = field(default_factory=set)  # thresholds
-
-    def on_ground(self, model: str) -> bool:
-        """Whether a support touches a body of this model."""
-        return any(body in self.grounded for body in self.bodies.get(model, ()))
+from .picture import OFF, Picture
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,10 @@
-"""An order that is under way, and how times are written in sentences."""
+"""Orders that are under way, which of them stand in the way of another, and how times are written in sentences."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from heavylift.kernel.errors import ModelError
 from heavylift.nodes.scene import actions as scene
 
 from .turn import Follower
@@ -38,6 +39,26 @@ def addressed(order: scene.Order) -> str | None:
         case scene.Turn():
             return None
     return ""
+
+
+def still_open(jobs: list[Job], action: int) -> tuple[tuple[str, str], ...]:
+    """The orders of an action that are not done, as (verb, actor)."""
+    return tuple((job.verb, job.actor) for job in jobs if job.action == action)
+
+
+def make_way(jobs: list[Job], actor: str, where: str) -> None:
+    """Refuse a second order to an actor that is busy; one that is ramping down or at a limit is not."""
+    for job in list(jobs):
+        if job.actor == actor and job.limit:
+            jobs.remove(job)
+        elif actor == job.actor and not job.halting:
+            at = f" ({job.order.where})" if job.order.where else ""
+            raise ModelError(
+                f"{where}: {actor} gets an order while its {job.verb}{at} is not done, wait for "
+                f"`moves done` or end that order with `until`"
+            )
+        elif any(actor == f.actuator for f in job.followers):
+            raise ModelError(f"{where}: {actor} gets an order while it follows the turn, wait until it is done")
 
 
 def seconds(t_ns: int) -> str:

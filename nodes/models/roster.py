@@ -8,7 +8,7 @@ from __future__ import annotations
 from heavylift.nodes.scene.actions import Turn
 from heavylift.nodes.scene.plan import Plan, drive_name
 
-from .conditions import OFF, Picture
+from .picture import OFF, Picture
 
 TURN = "turn"  # the Master of a turn-over, and the commander's own actor that moves it
 

@@ -15,20 +15,19 @@ from heavylift.coordinator.commands.hosts import open_door
 from heavylift.coordinator.door import Door
 from heavylift.coordinator.frame import Topic, Writer
 from heavylift.coordinator.hub import Hub
+from heavylift.coordinator.keys import AFAR, key
 from heavylift.coordinator.link import Link
 from heavylift.coordinator.parts import fingerprint
 from heavylift.coordinator.placement import Placement, place
 from heavylift.coordinator.remote_node import play
 from heavylift.coordinator.run import run as simulate
-from heavylift.coordinator.session import AFAR, key, remote_session
+from heavylift.coordinator.session import remote_session
 from heavylift.coordinator.x509 import library
 from heavylift.kernel.errors import HeavyliftError, ProtocolError
 from heavylift.nodes.scene import load
 from heavylift.nodes.scene.plan import encode
 from heavylift.recordings import Recording
-from of_a_yard import ended, finish, free_port, start, until
-
-LOST_WITHIN_s = 10.0
+from of_a_yard import PATIENCE_s, ended, finish, free_port, start, until
 
 
 def coordinator(folder: Path, keys: Path, *arguments: str, scene: str = "lift") -> tuple[subprocess.Popen[str], str]:
@@ -189,7 +188,7 @@ def test_a_remote_process_does_not_outlive_its_coordinator(tmp_path: Path, keys:
     until(run, " s  load")
     run.kill()
     ended(run)
-    _, said = node.communicate(timeout=LOST_WITHIN_s)
+    _, said = node.communicate(timeout=PATIENCE_s)
     assert node.returncode == 86
     assert f"at {endpoint} is gone; join again when it runs again" in said
 

@@ -13,8 +13,9 @@ from pathlib import Path
 import pytest
 import zenoh
 from heavylift.coordinator.keyboard import Keyboard
+from heavylift.coordinator.keys import key
 from heavylift.coordinator.replay import Player, Publisher, RecordedRun, Replay, Said
-from heavylift.coordinator.session import key, observer_session
+from heavylift.coordinator.session import observer_session
 from heavylift.kernel.errors import RecordingError
 
 HEAVYLIFT = Path(sys.executable).parent / "heavylift"

@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 HEAVYLIFT = Path(sys.executable).parent / "heavylift"
-PATIENCE_s = 60.0
+PATIENCE_s = 60.0  # tells hanging from working, on a loaded machine too
 
 
 def start(folder, *arguments):
@@ -68,9 +68,9 @@ def all_of_node(pids, name):
     return found
 
 
-def gone(pids, within=2.0):
-    """Whether all these processes end within so many seconds."""
-    deadline = time.monotonic() + within
+def gone(pids):
+    """Whether all these processes end."""
+    deadline = time.monotonic() + PATIENCE_s
     while time.monotonic() < deadline:
         if not any(_lives(p) for p in pids):
             return True

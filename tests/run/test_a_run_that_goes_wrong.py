@@ -7,11 +7,9 @@ import time
 from contextlib import suppress
 
 import pytest
-from command import all_of_node, descendants, finish, gone, start, until
+from command import PATIENCE_s, all_of_node, descendants, finish, gone, start, until
 from heavylift.nodes.scene import bundled
 from heavylift.recordings import Recording
-
-SENTENCE_WITHIN_s = 2.0
 
 
 def test_ctrl_c_finishes_the_recording_and_takes_all_processes_along(tmp_path):
@@ -20,7 +18,7 @@ def test_ctrl_c_finishes_the_recording_and_takes_all_processes_along(tmp_path):
     processes = descendants(run.pid)
     assert len(processes) == 12  # the keeper, ten models, the kernel
     run.send_signal(signal.SIGINT)
-    _, error = run.communicate(timeout=SENTENCE_WITHIN_s)
+    _, error = run.communicate(timeout=PATIENCE_s)
     assert run.returncode == 130
     assert error.splitlines()[-1].startswith("heavylift: stopped by the user at ")
     assert gone(processes)

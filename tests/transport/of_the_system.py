@@ -8,6 +8,7 @@ from contextlib import suppress
 from heavylift.coordinator.hub import Hub
 from heavylift.coordinator.processes import Processes
 
+PATIENCE_s = 60.0  # tells hanging from working, on a loaded machine too
 Start = Callable[..., tuple[Hub, Processes]]
 
 
@@ -20,9 +21,9 @@ def running(pid: int) -> bool:
         return False
 
 
-def gone_within(seconds: float, *pids: int) -> bool:
-    """Whether all these processes have ended in time."""
-    deadline = time.monotonic() + seconds
+def gone(*pids: int) -> bool:
+    """Whether all these processes end."""
+    deadline = time.monotonic() + PATIENCE_s
     while any(running(pid) for pid in pids):
         if time.monotonic() > deadline:
             return False

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 import zenoh
 from heavylift.coordinator.hub import Hub, LocalHub
-from heavylift.coordinator.session import key, node_session, observer_session
+from heavylift.coordinator.keys import key
+from heavylift.coordinator.session import node_session, observer_session
 from heavylift.kernel.errors import ProtocolError
 from msgspec import structs
 from of_the_system import Start, network_sockets, sockets

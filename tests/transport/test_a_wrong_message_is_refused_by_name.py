@@ -6,8 +6,8 @@ import pytest
 import zenoh
 from heavylift.coordinator.frame import Reader, Topic, Writer
 from heavylift.coordinator.hub import Hub, LocalHub
+from heavylift.coordinator.keys import key
 from heavylift.coordinator.link import LOCAL
-from heavylift.coordinator.session import key
 from heavylift.kernel.errors import ProtocolError
 
 RUN = "0123456789abcdef"

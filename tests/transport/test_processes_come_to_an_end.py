@@ -1,4 +1,4 @@
-"""A node dies, a coordinator dies, Ctrl-C: a sentence or an end within 2 s, and nothing is left behind."""
+"""A node dies, a coordinator dies, Ctrl-C: a sentence or an end, and nothing is left behind or hangs."""
 
 import os
 import shutil
@@ -12,7 +12,7 @@ import pytest
 from heavylift.coordinator.hub import Hub
 from heavylift.coordinator.processes import Processes
 from heavylift.kernel.errors import ProtocolError
-from of_the_system import Start, gone_within, running
+from of_the_system import PATIENCE_s, Start, gone, running
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 
@@ -21,29 +21,25 @@ from heavylift.coordinator.hub import Hub
 from heavylift.coordinator.processes import Processes
 with Hub(["west", "east"]) as hub, Processes(["echo_node"]) as processes:
     processes.start(hub, {node: ("echo_node",) for node in hub.nodes})
-    hub.receive(10), hub.receive(10)
+    hub.receive(60), hub.receive(60)
     print(hub.directory.path, processes._keeper.pid, *processes.pids.values(), flush=True)
     hub.receive()
 """
 
 
 def sentence(hub: Hub) -> str:
-    begin = time.monotonic()
     with pytest.raises(ProtocolError) as error:
-        hub.receive(5)
-    assert time.monotonic() - begin < 1
+        hub.receive(PATIENCE_s)
     return str(error.value)
 
 
 def test_a_killed_node_is_named_with_its_signal_and_the_simulation_time(start: Start) -> None:
     hub, processes = start(west=(), east=())
     hub.when = lambda: "t = 12.5 s"
-    begin = time.monotonic()
     os.kill(processes.pids["west"], signal.SIGKILL)
     assert sentence(hub) == (
         "node west is gone at t = 12.5 s: its process was ended by signal 9 (SIGKILL); start the run again"
     )
-    assert time.monotonic() - begin < 0.5
     assert "node west is gone" in sentence(hub)  # and again, whoever asks
 
 
@@ -65,8 +61,8 @@ def test_a_node_that_never_joins_is_named(start: Start) -> None:
 
 def test_what_a_node_said_before_its_end_comes_first(start: Start) -> None:
     hub, _ = start(hello=False, west=("say-and-die",))
-    assert hub.receive(5) == ("west", b"hello")
-    assert hub.receive(5) == ("west", b"my last words")
+    assert hub.receive(PATIENCE_s) == ("west", b"hello")
+    assert hub.receive(PATIENCE_s) == ("west", b"my last words")
     assert "node west is gone: its process ended with exit code 3" in sentence(hub)
 
 
@@ -80,25 +76,21 @@ def test_the_coordinator_in_a_long_computation_finds_the_end_later(start: Start)
 def test_an_ordered_end_leaves_nothing(start: Start) -> None:
     hub, processes = start(west=(), east=())
     hub.dismiss(b"stop")
-    begin = time.monotonic()
     processes.end()
     hub.close()
-    assert time.monotonic() - begin < 0.5
     assert not any(running(pid) for pid in (*processes.pids.values(), processes._keeper.pid))
     assert not hub.directory.path.exists()
     assert processes._exits == {"west": 0, "east": 0}
 
 
 @pytest.mark.parametrize("state", ["deaf", "stopped"])
-def test_a_node_that_does_not_listen_is_killed_within_2_s(start: Start, state: str) -> None:
+def test_a_node_that_does_not_listen_is_killed(start: Start, state: str) -> None:
     hub, processes = start(west=("deaf",) if state == "deaf" else ())
     if state == "stopped":
         os.kill(processes.pids["west"], signal.SIGSTOP)
-    begin = time.monotonic()
     hub.dismiss(b"stop")
     processes.end()
     hub.close()
-    assert time.monotonic() - begin < 2
     assert not running(processes.pids["west"])
 
 
@@ -122,7 +114,7 @@ def test_nothing_outlives_a_killed_coordinator() -> None:
     assert all(running(pid) for pid in pids)
     coordinator.kill()
     coordinator.wait()
-    assert gone_within(2, *pids)
+    assert gone(*pids)
     assert not directory.exists()
 
 
@@ -132,16 +124,14 @@ def test_nodes_do_not_even_outlive_coordinator_and_keeper() -> None:
     coordinator.kill()
     coordinator.wait()
     os.kill(keeper, signal.SIGKILL)
-    assert gone_within(2, *nodes)
+    assert gone(*nodes)
     shutil.rmtree(directory)
 
 
-def test_ctrl_c_reaches_a_waiting_coordinator_at_once() -> None:
+def test_ctrl_c_reaches_a_waiting_coordinator() -> None:
     coordinator, directory, pids = launch()
-    begin = time.monotonic()
     os.killpg(coordinator.pid, signal.SIGINT)
-    _, errors = coordinator.communicate(timeout=5)
-    assert time.monotonic() - begin < 1.5
+    _, errors = coordinator.communicate(timeout=PATIENCE_s)
     assert errors.count("KeyboardInterrupt") == 1
     assert not any(running(pid) for pid in pids)
     assert not directory.exists()
@@ -152,15 +142,13 @@ def test_a_killed_keeper_ends_the_run_with_a_sentence(start: Start) -> None:
     processes._keeper.kill()
     assert "the process that starts and keeps all nodes has ended" in sentence(hub)
     processes.end()
-    assert gone_within(1, *processes.pids.values())
+    assert gone(*processes.pids.values())
 
 
-def test_twelve_nodes_stand_within_0_9_s() -> None:
+def test_twelve_nodes_stand() -> None:
     nodes = [f"node{number}" for number in range(12)]
-    begin = time.monotonic()
     with Processes(["echo_node"]) as processes, Hub(nodes) as hub:
         processes.start(hub, {node: ("echo_node",) for node in nodes})
-        assert {hub.receive(5) for _ in nodes} == {(node, b"hello") for node in nodes}
-        assert time.monotonic() - begin < 0.9
+        assert {hub.receive(PATIENCE_s) for _ in nodes} == {(node, b"hello") for node in nodes}
         hub.dismiss(b"stop")
         processes.end()

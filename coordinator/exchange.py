@@ -1,0 +1,103 @@
+"""What the hubs of processes and of one process share: messages out and in, samples in, events for observers.
+
+One publisher and two readers per node, so that all that a node says is checked: complete, in order, of this run and of
+the present incarnation.  What an earlier incarnation still says is dropped, anything else raises a ProtocolError.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from types import TracebackType
+from typing import Self
+
+import zenoh
+from heavylift.coordinator.frame import FIRST_EPOCH, Reader, Topic, Writer
+from heavylift.coordinator.keys import key
+from heavylift.coordinator.placement import Placement
+from heavylift.kernel.errors import ProtocolError
+from zenoh.handlers import Callback
+
+__all__ = ["Exchange"]
+
+
+class Exchange:
+    """The coordinator's end of a session."""
+
+    def __init__(self, session: zenoh.Session, run: str, placement: Placement) -> None:
+        block = zenoh.CongestionControl.BLOCK
+        self.run, self.nodes, self.placement = run, placement.nodes, placement
+        at = {node: (process, node) for node, process in placement.process_of.items()}
+        self.when: Callable[[], str] = lambda: ""
+        """Gives the simulation time for a sentence, like "t = 12.5 s"; set by who knows it."""
+        self.tell: Callable[[str], None] = lambda sentence: None
+        """Hears what the run survives, and what may become a loss; set by who shows it."""
+        self._session = session
+        self._publishers = {
+            n: session.declare_publisher(key(run, "in", *at[n]), congestion_control=block) for n in self.nodes
+        }
+        self._writers = {n: Writer(run, n, Topic.IN, FIRST_EPOCH) for n in self.nodes}
+        self._out = {key(run, "out", *at[n]): (n, Reader(run, n, Topic.OUT, FIRST_EPOCH)) for n in self.nodes}
+        self._data = {key(run, "samples", *at[n]): (n, Reader(run, n, Topic.SAMPLES, FIRST_EPOCH)) for n in self.nodes}
+        self._batches: deque[zenoh.Sample] = deque()
+        self._events: dict[tuple[str, str], zenoh.Publisher] = {}
+        keep = Callback(self._batches.append, indirect=False)
+        self._data_subscriber = session.declare_subscriber(key(run, "samples", "*", "*"), keep)
+
+    def send(self, node: str, payload: bytes) -> None:
+        """Send a protocol message to a node."""
+        self._publishers[node].put(self._writers[node].frame(payload))
+
+    def samples(self) -> list[tuple[str, bytes]]:
+        """All (node, batch) that have arrived since the last call, in order per node."""
+        if not self._batches:
+            return []
+        found = (self._open(self._batches.popleft(), self._data) for _ in range(len(self._batches)))
+        return [batch for batch in found if batch is not None]
+
+    def publish_event(self, path: str, port: str, payload: bytes) -> None:
+        """Show a committed event to observers (key event/<model path>/<port>); a slow one misses some."""
+        publisher = self._events.get((path, port))
+        if publisher is None:
+            publisher = self._events[path, port] = self._session.declare_publisher(
+                key(self.run, "event", path, port), congestion_control=zenoh.CongestionControl.DROP
+            )
+        publisher.put(payload)
+
+    def publish_data(self, topic: str, payload: bytes) -> None:
+        """Show data of a recording to observers (key sample/<topic>); a slow one misses some."""
+        self._session.put(key(self.run, "sample", topic), payload, congestion_control=zenoh.CongestionControl.DROP)
+
+    def _open(self, sample: zenoh.Sample, readers: Mapping[str, tuple[str, Reader]]) -> tuple[str, bytes] | None:
+        """Node and payload; None for what an earlier incarnation of the node still says."""
+        at = str(sample.key_expr)
+        if at not in readers:
+            raise ProtocolError(
+                f"run {self.run}: a message arrived on {at}, but this run has no such node "
+                f"({', '.join(self.nodes)}), end the process that sends it"
+            )
+        node, reader = readers[at]
+        data = sample.payload.to_bytes()
+        try:
+            return node, reader.open(data)
+        except ProtocolError:
+            if reader.outdated(data):
+                return None
+            raise
+
+    def dismiss(self, payload: bytes) -> None:
+        """Send every node its last message; from now on nodes may leave."""
+        for node in self.nodes:
+            self.send(node, payload)
+
+    def close(self) -> None:
+        """End the session."""
+        self._session.close()  # type: ignore[no-untyped-call]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
