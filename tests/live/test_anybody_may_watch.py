@@ -31,12 +31,15 @@ def test_each_observer_sees_every_event_once_and_in_order(tmp_path: Path) -> Non
 
     with going(tmp_path, "run", "lift") as process:
         run = found(tmp_path / "lift.mcap")
+        list(islice(observe(run), 1))
+        os.kill(process.pid, signal.SIGSTOP)  # until both watch: on a loaded machine it would be over before
         frozen, killed = (command(tmp_path, "watch", run.notice.run) for _ in range(2))
         for observer in (frozen, killed):
             assert observer.stdout is not None
             assert observer.stdout.readline()  # it watches
         os.kill(frozen.pid, signal.SIGSTOP)
         killed.kill()
+        os.kill(process.pid, signal.SIGCONT)
         threads = [threading.Thread(target=watch, args=(f"early {n}",)) for n in range(WATCHERS)]
         threads += [threading.Thread(target=watch, args=("late", 0.2))]
         threads += [threading.Thread(target=watch, args=("slow", 0.0, NAP_s))]
