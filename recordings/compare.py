@@ -96,9 +96,13 @@ def overlay(a: str | Path, b: str | Path, out: str | Path, patterns: Sequence[st
     """Draw both recordings over one another: the columns that match, or the worst of each of four signals."""
     out = checked(out)
     A, B = Recording(a), Recording(b)
-    common = [name for name in A.signals() if name in B.signals()]
     with A.reading(), B.reading():
-        found = [d for name in common for d in _signal(A, B, name)]
+        return drawn(_figure(A, B, patterns), out)
+
+
+def _figure(A: Recording, B: Recording, patterns: Sequence[str]) -> Figure:
+    common = [name for name in A.signals() if name in B.signals()]
+    found = [d for name in common for d in _signal(A, B, name)]
     if patterns:
         wanted = {f"{name}/{column}" for name, column in matching(A, patterns)}
         found = [d for d in found if d.name in wanted]
@@ -110,7 +114,7 @@ def overlay(a: str | Path, b: str | Path, out: str | Path, patterns: Sequence[st
     first = {d.name.rpartition("/")[0]: d for d in reversed(found)}  # of each signal the worst column
     most = found if patterns else [d for d in found if d in first.values()][:4]
     if not most or len(most) > MOST:
-        raise RecordingError(f"{out}: {len(most)} columns in {A.path.name} and {B.path.name} to draw; name 1 to {MOST}")
+        raise RecordingError(f"{A.path} and {B.path}: {len(most)} columns to draw; name 1 to {MOST}")
     panels = []
     for d in most:
         factor, unit = larger(d.unit)
@@ -119,7 +123,7 @@ def overlay(a: str | Path, b: str | Path, out: str | Path, patterns: Sequence[st
         parts = [(rec.signal(name), rec.path.name, rec is B) for rec in (A, B)]
         lines = [Curve(path, signal.t, signal[column] * factor, dashed) for signal, path, dashed in parts]
         panels.append(Panel(unit, lines, title=f"{d.name}: {off}"))
-    return drawn(Figure(f"{A.path.name} and {B.path.name}", panels, A.stages()), out)
+    return Figure(f"{A.path.name} and {B.path.name}", panels, A.stages())
 
 
 def _event(A: Recording, B: Recording) -> tuple[float, str] | None:

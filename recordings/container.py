@@ -85,9 +85,12 @@ class Container:
         return RecordingError(f"{self.path}: {what}")
 
     def _open(self) -> None:
-        path, part = self.path, self.path.with_name(self.path.name + ".part")
+        path = self.path
         if path.is_dir():
             raise self.error("is a folder; give the name of a recording, such as run.mcap")
+        if path.exists() and not path.is_file():
+            raise self.error("is no file but a pipe or device; save the recording in a file first")
+        part = path.with_name(path.name + ".part")
         try:
             self._stream = path.open("rb")
         except FileNotFoundError:

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from .curves_drawn import page, picture
 from .export import matching
-from .partfile import output_path
+from .paper import FORMATS
+from .partfile import output_path, writing
 from .reader import Recording
 from .signal import titles
 
@@ -61,26 +62,22 @@ def curves(path: str | Path, patterns: Sequence[str], out: str | Path) -> Path:
     rec = Recording(path)
     with rec.reading():
         figure = Figure(f"{rec.run.get('scene', '')}, {rec.path.name}", panels_of(rec, patterns), rec.stages())
-    return drawn(figure, out)
+        return drawn(figure, out)
 
 
 def checked(out: str | Path) -> Path:
     """The path if curves can be written there."""
-    out = output_path(out)
-    if out.suffix.lower() not in (".png", ".svg", ".html"):
-        raise RecordingError(f"{out}: curves are drawn as .png, .svg or .html; give it one of these endings")
-    return out
+    return output_path(out, "a figure", (*FORMATS, ".html"))
 
 
 def drawn(figure: Figure, out: Path) -> Path:
     """Write the figure in the form that the suffix asks for."""
-    try:
-        if out.suffix.lower() == ".html":
-            out.write_text(page(figure))
-        else:
-            picture(figure, out)
-    except OSError as error:
-        raise RecordingError(f"{out}: cannot be written ({error.strerror}); choose another place") from None
+    if out.suffix.lower() == ".html":
+        text = page(figure)
+        with writing(out):
+            out.write_text(text)
+    else:
+        picture(figure, out)
     return out
 
 

@@ -13,6 +13,7 @@ import msgspec
 import numpy as np
 
 from .content import inert, packed
+from .paper import BAND, INK, LIMIT, QUIET, on_paper, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,19 +24,17 @@ __all__ = ["page", "picture"]
 
 PAGE = Path(__file__).parent / "page"
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#7a6fd0")
-INK, QUIET, BAND, LIMIT = "#1d2733", "#6b7682", "#f1f4f7", "#a3182b"
 NAMED = 16  # curves of a panel that the legend can name
 POINTS = 4000  # instants of a curve on the page
 
 
 def picture(figure: Figure, out: Path) -> None:
     """Draw the figure into a .png or .svg file."""
-    from matplotlib import rc_context
     from matplotlib.figure import Figure as Canvas
 
     last = max(float(c.t[-1]) for p in figure.panels for c in p.curves if len(c.t))
     scale, clock = (1 / 60, "min") if last >= 300 else (1.0, "s")
-    with rc_context({"svg.hashsalt": "heavylift", "font.size": 9.5, "axes.linewidth": 0.8}):
+    with on_paper():
         canvas = Canvas(figsize=(11.0, 1.0 + 2.9 * len(figure.panels)), layout="constrained", facecolor="white")
         canvas.suptitle(figure.title, x=0.01, ha="left", size=12, weight="bold", color=INK)
         grid = canvas.subplots(len(figure.panels), 1, sharex=True, squeeze=False)[:, 0]
@@ -44,7 +43,7 @@ def picture(figure: Figure, out: Path) -> None:
             _panel(axes, panel, scale)
         grid[-1].set_xlabel(f"Time [{clock}]", color=INK)
         grid[-1].set_xlim(min(float(c.t[0]) for p in figure.panels for c in p.curves if len(c.t)) * scale, last * scale)
-        canvas.savefig(out, dpi=160, metadata={"Date": None} if out.suffix.lower() == ".svg" else None)
+        save(canvas, out)
 
 
 def _stages(axes: Axes, figure: Figure, last: float, scale: float, named: bool) -> None:

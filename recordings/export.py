@@ -15,25 +15,21 @@ from heavylift.kernel.errors import RecordingError, SignalError
 from numpy.typing import NDArray
 
 from .part import chosen
-from .partfile import output_path
+from .partfile import output_path, writing
 from .reader import Recording
 from .signal import titles
 from .text import meant
 
 __all__ = ["export", "matching"]
 
-SUFFIXES = (".csv", ".parquet")
-
 
 def export(path: str | Path, out: str | Path, patterns: Sequence[str] = ()) -> Path:
     """Write the signals whose `signal/column` matches one of the patterns (default: all) to a .csv or .parquet file."""
-    out = output_path(out)
-    if out.suffix.lower() not in SUFFIXES:
-        raise RecordingError(f"{out}: a table is written as .csv or .parquet; give it one of these endings")
+    out = output_path(out, "a table", (".csv", ".parquet"))
     rec = Recording(path)
     with rec.reading():
         t, columns = _columns(rec, patterns)
-    try:
+    with writing(out):
         if out.suffix.lower() == ".csv":
             with out.open("w", newline="") as file:
                 writer = csv.writer(file, lineterminator="\n")
@@ -41,8 +37,6 @@ def export(path: str | Path, out: str | Path, patterns: Sequence[str] = ()) -> P
                 writer.writerows(zip(t.tolist(), *(x.tolist() for x in columns.values()), strict=True))
         else:
             _parquet(out, {"time [s]": t, **columns})
-    except OSError as error:
-        raise RecordingError(f"{out}: cannot be written ({error.strerror}); choose another place") from None
     return out
 
 

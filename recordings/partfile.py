@@ -7,18 +7,20 @@ from __future__ import annotations
 
 import fcntl
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
 from heavylift.kernel.errors import RecordingError
 
-__all__ = ["PartFile", "output_path"]
+__all__ = ["PartFile", "beside", "output_path", "writing"]
 
 
-def output_path(path: str | Path) -> Path:
-    """The path if a file can have it, else a RecordingError: it is a folder, or its folder is missing."""
+def output_path(path: str | Path, what: str = "", endings: Sequence[str] = ()) -> Path:
+    """The path if a file can have it, else a RecordingError: it is a folder, its folder is missing, or it has none of
+    the endings of what is written, so that no table or picture is written over a recording.
+    """
     path = Path(path)
     if path.is_dir():
         raise RecordingError(f"{path}: is a folder; give the name of a file in it, such as {path / 'run.mcap'}")
@@ -26,7 +28,25 @@ def output_path(path: str | Path) -> Path:
         raise RecordingError(
             f"{path}: the folder {path.parent} does not exist; make it or choose another place with -o"
         )
+    if endings and path.suffix.lower() not in endings:
+        these = f"{', '.join(endings[:-1])} or {endings[-1]}" if len(endings) > 1 else endings[0]
+        give = "one of these endings" if len(endings) > 1 else "this ending"
+        raise RecordingError(f"{path}: {what} is written as {these}; give it {give}")
     return path
+
+
+def beside(path: Path, ending: str) -> Path:
+    """The file that is made of this one if no other name is given: run.mcap and -report.html give run-report.html."""
+    return path.parent / f"{path.stem}{ending}"
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turns the system's refusals into a sentence about this file."""
+    try:
+        yield
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be written ({error.strerror}); choose another place with -o") from None
 
 
 class PartFile:
@@ -51,15 +71,9 @@ class PartFile:
             os.ftruncate(descriptor, 0)
         self.stream: BinaryIO = open(descriptor, "wb", buffering=1 << 18)  # noqa: SIM115 - closed by finish()
 
-    @contextmanager
-    def writing(self) -> Iterator[None]:
+    def writing(self) -> AbstractContextManager[None]:
         """Turns the system's refusals into a sentence."""
-        try:
-            yield
-        except OSError as error:
-            raise RecordingError(
-                f"{self.part}: cannot be written ({error.strerror}); choose another place with -o"
-            ) from None
+        return writing(self.part)
 
     def finish(self) -> Path:
         """Close the file and give it its final name."""

@@ -17,8 +17,9 @@ from heavylift.kernel.errors import RecordingError
 from numpy.typing import NDArray
 
 from .info import duration
+from .paper import BAND, FORMATS, INK, LIMIT, QUIET, on_paper, save
 from .partfile import output_path
-from .reader import Recording, guarded
+from .reader import Recording
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
 __all__ = ["plot"]
 
 COLOURS = ("#0072B2", "#56B4E9", "#009E73", "#D55E00", "#E69F00", "#CC79A7", "#000000", "#F0E442")
-INK, QUIET, BAND, LIMIT = "#1d2733", "#6b7682", "#f1f4f7", "#a3182b"
 WIDTH, HEIGHT = 11.0, 7.6  # [in]
 LEFT, RIGHT, BOTTOM = 0.075, 0.955, 0.075  # the panels, as shares of the figure
 LABEL, SLOPE, GAP = 8.5, 38.0, 17.0  # stage labels: size [pt], angle [degrees], least distance [pt]
@@ -49,29 +49,14 @@ class Curves(NamedTuple):
 
 def plot(path: str | Path, out: str | Path, loaders: Mapping[str, str] | None = None) -> Path:
     """Draw the recording `path` into the file `out`; `loaders` are hook ropes by label, else as recorded."""
-    out = output_path(out)
-    if out.suffix.lower() not in (".png", ".svg"):
-        raise RecordingError(f"{out}: a figure is written as .png or .svg; give it one of these endings")
+    out = output_path(out, "a figure", FORMATS)
     rec = Recording(path)
-    curves, scale = _curves(rec, loaders or rec.fact("loaders"))
-    stages = [
-        (event.t_ns / 1e9 * scale, str(event.value["name"]))
-        for event in rec.events(port="stage")
-        if isinstance(event.value, dict) and event.value.get("name")
-    ]
-    from matplotlib import rc_context
-
-    with rc_context({"svg.hashsalt": "heavylift", "font.size": 9.5, "axes.linewidth": 0.8}):
-        figure = _figure(rec, curves, stages)
-        try:
-            facts = {"Date": None} if out.suffix.lower() == ".svg" else None
-            figure.savefig(out, dpi=160, metadata=facts)
-        except OSError as error:
-            raise RecordingError(f"{out}: cannot be written ({error.strerror}); choose another place") from None
+    with rec.reading(), on_paper():
+        curves, scale = _curves(rec, loaders or rec.fact("loaders"))
+        save(_figure(rec, curves, [(t * scale, name) for t, name in rec.stages()]), out)
     return out
 
 
-@guarded
 def _curves(rec: Recording, loaders: Mapping[str, str] | None) -> tuple[Curves, float]:
     """Tensions of the loaders, or joint positions if there are no ropes; and clock units per second."""
     name = next((name for name in ("rope/tension", "joint/position") if _has(rec, name)), None)

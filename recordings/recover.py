@@ -58,6 +58,8 @@ class Recovered:
 def recover(path: str | Path, out: str | Path | None = None) -> Recovered:
     """Copy what is readable into `out` (default: <name>-recovered.mcap); RecordingError if there is no run in it."""
     path = Path(path)
+    if path.exists() and not path.is_file():
+        raise RecordingError(f"{path}: is no file; give the name of a recording, such as run.mcap.part")
     name = path.name.removesuffix(PART)
     out = output_path(out or path.with_name(Path(name).stem + RECOVERED + ".mcap"))
     if path in (out, out.with_name(out.name + PART)):

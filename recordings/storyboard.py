@@ -7,7 +7,7 @@ Drawn from what the recording holds for any viewer: boxes of /scene, frames of /
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError
@@ -15,13 +15,17 @@ from numpy.typing import NDArray
 
 from .drawing import SceneUpdate, boxes_of
 from .info import duration
+from .paper import FORMATS, on_paper, save
+from .partfile import output_path
 from .reader import Recording
 from .signal import Signal
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["storyboard"]
 
 Floats = NDArray[np.float64]
-SUFFIXES = (".png", ".svg")
 TURN_LENGTH = 20.0  # [m] way that one radian of turning counts as
 GRID = 200  # instants between which the way is measured
 SWAY = 0.5  # [m] way between two of them that may be swing
@@ -30,29 +34,32 @@ FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (
 
 def storyboard(path: str | Path, out: str | Path, frames: int = 6) -> Path:
     """Draw `frames` instants of the recording into a .png or .svg; RecordingError if that cannot be done."""
-    out = Path(out)
-    if out.suffix not in SUFFIXES:
-        raise RecordingError(f"{out}: a picture is {' or '.join(SUFFIXES)}; choose one of them")
+    out = output_path(out, "a picture", FORMATS)
     rec = Recording(path)
+    with rec.reading(), on_paper():
+        save(_figure(rec, frames), out)
+    return out
+
+
+def _figure(rec: Recording, frames: int) -> Figure:
     poses = {name.removeprefix("pose/"): rec.signal(name) for name in rec.signals() if name.startswith("pose/")}
     if not poses:
         raise RecordingError(f"{rec.path}: there are no poses to draw; record a scene with bodies")
-    from matplotlib.figure import Figure
+    from matplotlib.figure import Figure as Canvas
 
     times = _instants(list(poses.values()), frames)
     columns = min(frames, 3)
     rows = -(-frames // columns)
-    figure = Figure(figsize=(4.2 * columns, 3.2 * rows), layout="constrained")
+    figure = Canvas(figsize=(4.2 * columns, 3.2 * rows), layout="constrained")
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
-    boxes, ropes, stages = _boxes(rec), _ropes(rec, times), _stages(rec)
+    boxes, ropes, stages = _boxes(rec), _ropes(rec, times), rec.stages()
     for ax, t, lines in zip(axes, times, ropes, strict=False):
         _frame(ax, t, poses, boxes, lines)
         stage = next((name for at, name in reversed(stages) if at <= t), rec.run.get("scene", ""))
         ax.set_title(f"{stage}, {duration(t)}", fontsize=9, loc="left")
     for ax in axes[len(times) :]:
         ax.set_visible(False)
-    figure.savefig(out, dpi=150)
-    return out
+    return figure
 
 
 def _instants(poses: list[Signal], frames: int) -> list[float]:
@@ -93,10 +100,6 @@ def _ropes(rec: Recording, times: list[float]) -> list[Floats]:
         lines = [x for e in SceneUpdate.FromString(raw.data).entities for x in e.lines]
         last = np.array([[q.x, q.y, q.z] for x in lines for q in x.points]).reshape(-1, 2, 3)
     return found + [last] * (len(times) - len(found))
-
-
-def _stages(rec: Recording) -> list[tuple[float, str]]:
-    return [(e.t_ns * 1e-9, e.value["name"]) for e in rec.events(port="stage") if e.value.get("name")]
 
 
 def _frame(ax: Any, t: float, poses: dict[str, Signal], boxes: list[Any], lines: Floats) -> None:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from .content import event_text, facts_shown, inert, is_inner, load_of, packed, shown, stage_name, thinned
 from .drawing import Box, boxes_of
 from .info import duration
-from .partfile import output_path
+from .partfile import output_path, writing
 from .reader import Recording, guarded
 from .samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout
 
@@ -34,14 +34,10 @@ EVENTS = 5000  # most events in a page
 
 def view(path: str | Path, out: str | Path) -> Path:
     """Write the page of a recording to a .html file; RecordingError if one of them cannot be used."""
-    out = output_path(out)
-    if out.suffix.lower() not in (".html", ".htm"):
-        raise RecordingError(f"{out}: a page is written as .html; give it this ending")
+    out = output_path(out, "a page", (".html",))
     text = page(content(Recording(path)))
-    try:
+    with writing(out):
         out.write_text(text)
-    except OSError as error:
-        raise RecordingError(f"{out}: cannot be written ({error.strerror}); choose another place") from None
     return out
 
 

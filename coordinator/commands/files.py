@@ -33,8 +33,9 @@ def plot(
     """Draw signals, limits and stages.    heavylift plot turnover.mcap 'rope/tension/*' 'pose/block/?' -o x.html"""
     from heavylift.recordings import curves, storyboard
     from heavylift.recordings import plot as tensions
+    from heavylift.recordings.partfile import beside
 
-    out = output or file.with_suffix(".png")
+    out = output or beside(file, ".png")
     if lift:
         storyboard(file, out)
     elif signals or out.suffix.lower() == ".html":
@@ -51,8 +52,9 @@ def view(
 ) -> None:
     """Write one page with the lift in 3D, signals, stages, events.    heavylift view turnover.mcap"""
     from heavylift.recordings import view as write
+    from heavylift.recordings.partfile import beside
 
-    typer.echo(f"wrote {write(file, output or file.with_suffix('.html'))}; open it in a browser")
+    typer.echo(f"wrote {write(file, output or beside(file, '.html'))}; open it in a browser")
 
 
 @app.command()
@@ -64,8 +66,9 @@ def report(
 ) -> None:
     """Write the planner's document: ropes, cranes, stages, warnings.    heavylift report turnover.mcap"""
     from heavylift.recordings import report as write
+    from heavylift.recordings.partfile import beside
 
-    typer.echo(f"wrote {write(file, output or file.with_name(file.stem + '-report.html'))}; open it in a browser")
+    typer.echo(f"wrote {write(file, output or beside(file, '-report.html'))}; open it in a browser")
 
 
 @app.command()

@@ -98,6 +98,8 @@ def _publish(
             player = Player(say, rate, paused, keyboard, told=progress.progress)
             while True:
                 said += player.play(asked)
+                if not said and not player.over:
+                    raise RecordingError(f"{run.path}: nothing was recorded in this time; give an earlier --from")
                 if player.over or not loop:
                     break
     typer.echo(f"replayed {said} messages of {len(asked.topics)} topics")
@@ -128,14 +130,12 @@ def layout(
     """Write the layout for Lichtblick or Foxglove that a recording has with it.    heavylift layout turnover.mcap"""
     from heavylift.recordings import Recording
     from heavylift.recordings.lichtblick import LAYOUT
-    from heavylift.recordings.partfile import output_path
+    from heavylift.recordings.partfile import beside, output_path, writing
 
     found = Recording(file).attachments.get(LAYOUT)
     if found is None:
         raise RecordingError(f"{file}: has no layout attached; record the scene with `heavylift run`")
-    path = output_path(output or file.with_name(f"{file.stem}-lichtblick.json"))
-    try:
+    path = output_path(output or beside(file, "-lichtblick.json"), "a layout", (".json",))
+    with writing(path):
         path.write_bytes(found)
-    except OSError as error:
-        raise RecordingError(f"{path}: cannot be written ({error.strerror}); choose another place") from None
     typer.echo(f"wrote {path}; in Lichtblick: import this layout, then open {file}")

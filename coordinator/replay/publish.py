@@ -14,6 +14,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from itertools import groupby
+from math import isfinite
 from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple, Self
@@ -56,6 +57,8 @@ class Replay:
             raise RecordingError(
                 f"{run.path}: no topic matches {', '.join(topics)}; it has {', '.join(sorted(ports | data))}"
             )
+        if not all(t is None or isfinite(t) for t in (start, end)):
+            raise RecordingError(f"{run.path}: --from and --to are seconds of the run; give numbers, such as --from 30")
         self._data = data
         self.start = 0 if start is None else ns(start)
         self.end = ns(end) + 1 if end is not None else 2**63 - 1

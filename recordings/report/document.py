@@ -16,7 +16,7 @@ from pathlib import Path
 from heavylift.kernel.errors import RecordingError
 
 from ..info import duration
-from ..partfile import output_path
+from ..partfile import output_path, writing
 from ..plot import plot
 from ..reader import Recording
 from ..storyboard import storyboard
@@ -43,19 +43,14 @@ Cell = str | tuple[str, bool]  # text, and whether it is beyond what it should b
 
 def report(path: str | Path, out: str | Path) -> Path:
     """Write the document of a recording to a .html or .pdf file; RecordingError if one of them cannot be used."""
-    out = output_path(out)
-    kind = out.suffix.lower()
-    if kind not in (".html", ".htm", ".pdf"):
-        raise RecordingError(f"{out}: a report is written as .html or .pdf; give it one of these endings")
+    out = output_path(out, "a report", (".html", ".pdf"))
     rec = Recording(path)
     page = _page(rec, facts(rec), _pictures(rec))
-    if kind == ".pdf":
+    if out.suffix.lower() == ".pdf":
         print_page(page, out)
         return out
-    try:
+    with writing(out):
         out.write_text(page)
-    except OSError as error:
-        raise RecordingError(f"{out}: cannot be written ({error.strerror}); choose another place") from None
     return out
 
 

@@ -9,6 +9,7 @@ before and at the end of the stage.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import msgspec
@@ -169,9 +170,8 @@ def _plan(rec: Recording) -> dict[str, Any]:
 
 
 def _stages(rec: Recording, end: float) -> list[tuple[str, float, float]]:
-    said = [(str(e.value.get("name", "")), e.t_ns * 1e-9) for e in rec.events(port="stage")]
-    ends = [t for _, t in said[1:]] + [end]
-    return [(name, start, stop) for (name, start), stop in zip(said, ends, strict=True)]
+    said = [*((name, t) for t, name in rec.stages()), ("", end)]
+    return [(name, start, stop) for (name, start), (_, stop) in pairwise(said)]
 
 
 def _hooks(plan: dict[str, Any], crane: str, names: list[str]) -> list[int]:

@@ -6,14 +6,26 @@ import random
 import signal
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
 import zstandard
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings import Recording, compare, export, info, info_data, recover
+from heavylift.recordings import (
+    Recording,
+    compare,
+    curves,
+    export,
+    info,
+    info_data,
+    overlay,
+    plot,
+    recover,
+    report,
+    storyboard,
+)  # fmt: skip
 from heavylift.recordings.report import facts
 from heavylift.recordings.view import content
 
@@ -109,8 +121,11 @@ def records(data: bytes) -> Iterator[tuple[int, int, int]]:
         place += 9 + length
 
 
-def read_in_all_ways(path: Path, whole: Path, folder: Path) -> list[str]:
-    """The sentences of all that reads a recording; anything but a RecordingError, and any hanging, is raised."""
+def read_in_all_ways(path: Path, whole: Path, folder: Path, pictures: bool = True) -> list[str]:
+    """The sentences of all that reads a recording; anything but a RecordingError, and any hanging, is raised.
+
+    Pictures take a hundred times as long as all the rest.
+    """
 
     def everything() -> None:
         rec = Recording(path)
@@ -118,7 +133,13 @@ def read_in_all_ways(path: Path, whole: Path, folder: Path) -> list[str]:
         rec.load(rec.signals())
         rec._repr_html_()
 
-    ways = (
+    drawings: tuple[Callable[[], object], ...] = (
+        lambda: plot(path, folder / "x.png"),
+        lambda: storyboard(path, folder / "x.png"),
+        lambda: curves(path, ["rope/*"], folder / "x.svg"),
+        lambda: report(path, folder / "x.html"),
+    )
+    ways: tuple[Callable[[], object], ...] = (
         everything,
         lambda: info(path),
         lambda: info_data(path),
@@ -126,8 +147,11 @@ def read_in_all_ways(path: Path, whole: Path, folder: Path) -> list[str]:
         lambda: compare(path, whole),
         lambda: content(Recording(path)),
         lambda: facts(Recording(path)),
+        lambda: curves(path, ["rope/*", "pose/block/?"], folder / "x.html"),
+        lambda: overlay(path, whole, folder / "x.html"),
         lambda: recover(path, folder / "saved.mcap"),
         lambda: Recording(folder / "saved.mcap").events() if (folder / "saved.mcap").exists() else None,
+        *(drawings if pictures else ()),
     )
     sentences = []
     with patience(PATIENCE_s):

@@ -95,10 +95,27 @@ def test_light_dark_and_paper(browser: Chromium, lift: Path) -> None:
         assert len(coloured(hsv, RED)) > FEW
     assert values["light"] > 0.75
     assert values["dark"] < 0.25
+    browser("Emulation.setEmulatedMedia", media="print")
+    assert browser.run("getComputedStyle(document.querySelector('#stage canvas')).display") == "none", "printed once"
+    browser("Emulation.setEmulatedMedia", media="")
     paper = browser.paper()  # of the dark page
     assert paper.startswith(b"%PDF")
     assert browser.run("document.documentElement.dataset.theme") == "dark", "what was before the print"
     assert browser.run("document.getElementById('printed').src.length") > 10_000, "the scene is on it"
+
+
+def test_each_chart_has_the_line_of_the_common_time(browser: Chromium, lift: Path) -> None:
+    lines = "[...document.querySelectorAll('.now')].filter(x => !x.hidden).map(x => x.getBoundingClientRect().x)"
+    browser.open(f"{lift.as_uri()}#t=40")
+    first = browser.run(lines)
+    assert len(first) == 1, "from the start"
+    browser.run("document.querySelectorAll('#picker input')[0].click()")
+    browser.until(f"{lines}.length === 2")
+    assert browser.run(lines)[0] == browser.run(lines)[1]
+    legend = "document.querySelector('.u-legend .u-value').textContent"
+    assert browser.run(legend) == "40"
+    browser.open(f"{lift.as_uri()}#t=50")
+    assert browser.run(lines)[0] > first[0]
 
 
 def test_a_scene_that_is_no_yard_fills_its_picture(browser: Chromium, pendulum: Path) -> None:

@@ -58,11 +58,16 @@ export class Charts {
     const shown = this.shown.get(group) ?? new Map(signals.map((s, i) => [s.name, i < MANY]));
     this.shown.set(group, shown);
     const shaded = (plot) => this.stages(plot);
+    const marked = (plot) => this.mark(plot);
+    const told = (plot) => plot.setLegend({ idx: this.at }, false);
     const options = {
       title: `${group} [${unit}]`, width: this.host.clientWidth - 4, height: HEIGHT,
       scales: { x: { time: false } }, legend: { live: true },
       cursor: { sync: { key: "run" }, drag: { x: true, y: false } },
-      hooks: { drawClear: [shaded], setSeries: [(plot, i) => i && shown.set(signals[i - 1].name, plot.series[i].show)] },
+      hooks: {
+        ready: [told], drawClear: [shaded], draw: [marked],
+        setSeries: [(plot, i) => i && shown.set(signals[i - 1].name, plot.series[i].show)],
+      },
       series: [
         { label: "t [s]" },
         ...signals.map((s, i) => ({ label: s.name, stroke: COLOURS[i % COLOURS.length], width: 1.4, show: shown.get(s.name) })),
@@ -99,12 +104,15 @@ export class Charts {
   cursor(now) {
     this.now = now;
     const { i } = locate(this.run.t, now);
-    for (const plot of this.plots) {
-      const x = plot.valToPos(now, "x");
-      plot.mark.style.transform = `translateX(${x}px)`;
-      plot.mark.hidden = x < 0 || x > plot.bbox.width / devicePixelRatio;
-    }
+    for (const plot of this.plots) this.mark(plot);
     this.tell(i);
+  }
+
+  // The line of the common time; a chart has its size and its scale only when it is drawn.
+  mark(plot) {
+    const x = plot.valToPos(this.now, "x");
+    plot.mark.style.transform = `translateX(${x}px)`;
+    plot.mark.hidden = x < 0 || x > plot.bbox.width / devicePixelRatio;
   }
 
   // The numbers at the cursor are for a reader: ten times a second is plenty.

@@ -1,0 +1,36 @@
+"""What all figures on paper share: ink, how text is set, how the file is written.
+
+Names come from recordings, so a dollar sign in one is a dollar sign and no formula; equal recordings give equal files.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .partfile import writing
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["BAND", "FORMATS", "INK", "LIMIT", "QUIET", "on_paper", "save"]
+
+INK, QUIET, BAND, LIMIT = "#1d2733", "#6b7682", "#f1f4f7", "#a3182b"
+FORMATS = (".png", ".svg")
+
+
+@contextmanager
+def on_paper() -> Iterator[None]:
+    """Within it figures are drawn and saved."""
+    from matplotlib import rc_context
+
+    with rc_context({"svg.hashsalt": "heavylift", "font.size": 9.5, "axes.linewidth": 0.8, "text.parse_math": False}):
+        yield
+
+
+def save(figure: Figure, out: Path) -> None:
+    """Write a figure to a .png or .svg file; RecordingError if the system refuses."""
+    with writing(out):
+        figure.savefig(out, dpi=160, metadata={"Date": None} if out.suffix.lower() == ".svg" else None)
