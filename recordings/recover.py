@@ -31,8 +31,9 @@ from .sink import Sink
 __all__ = ["Recovered", "recover"]
 
 PART, RECOVERED = ".part", "-recovered"
-UNPACKED = struct.Struct("<16xQ")  # in a chunk, behind the times of its first and last message
+CHUNK = struct.Struct("<QQQ")  # how one begins: times of its first and last message [ns], size of what is packed
 PEAKS = ("rope/peak", "rope/peak_time")
+LONGEST_s = 1e8  # a chunk that tells of later times is damaged there, too
 READERS: dict[int, Callable[[ReadDataStream], object]] = {
     Opcode.METADATA: Metadata.read,
     Opcode.ATTACHMENT: Attachment.read,
@@ -87,21 +88,30 @@ def _records(stream: BinaryIO, size: int, lost: list[str]) -> Iterator[object]:
         head = stream.read(RECORD.size)
         length = RECORD.unpack(head)[1] if len(head) == RECORD.size else LIMIT + 1
         if length > min(LIMIT, size - stream.tell()):
-            lost.append(f"what stood after byte {place}, where the file is cut off or damaged")
+            span = _span(head[0], stream.read(CHUNK.size)) if head else ""
+            lost.append(f"what stood after byte {place}, where the file is cut off or damaged{span}")
             return
         opcode, body = head[0], stream.read(length)
         if opcode == Opcode.DATA_END:
             return
-        room -= UNPACKED.unpack_from(body)[0] if opcode == Opcode.CHUNK and length >= UNPACKED.size else 0
+        room -= CHUNK.unpack_from(body)[2] if opcode == Opcode.CHUNK and length >= CHUNK.size else 0
         if room < 0:
             lost.append(f"what stood after byte {place} and would unpack to more than any run records")
             return
         try:
             found = list(_parsed(opcode, head + body))
         except BROKEN as error:
-            lost.append(f"{length} bytes at byte {place} ({error or type(error).__name__})")
+            lost.append(f"{length} bytes at byte {place} ({error or type(error).__name__}){_span(opcode, body)}")
         else:
             yield from found
+
+
+def _span(opcode: int, body: bytes) -> str:
+    """How much of the run a damaged chunk held, as far as its first bytes tell."""
+    if opcode != Opcode.CHUNK or len(body) < CHUNK.size:
+        return ""
+    first, last, _ = (x * 1e-9 for x in CHUNK.unpack_from(body))
+    return f": {last - first:.3f} s of the run, {first:.3f} to {last:.3f} s" if first <= last < LONGEST_s else ""
 
 
 def _parsed(opcode: int, record: bytes) -> Iterator[object]:

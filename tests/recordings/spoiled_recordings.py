@@ -29,7 +29,8 @@ from heavylift.recordings import (
 from heavylift.recordings.report import facts
 from heavylift.recordings.view import content
 
-PATIENCE_s = 20.0  # for all that is done with one file of a few kilobytes
+PATIENCE_s = 20.0  # for all that is done with one file of a few kilobytes, but pictures
+PICTURES_s = 100.0  # matplotlib takes its time, more so where others compute
 CHUNK, END, MAGIC = 6, 15, 8
 FOOTER = 20 + 9 + MAGIC
 
@@ -154,7 +155,7 @@ def read_in_all_ways(path: Path, whole: Path, folder: Path, pictures: bool = Tru
         *(drawings if pictures else ()),
     )
     sentences = []
-    with patience(PATIENCE_s):
+    with patience(PATIENCE_s + (PICTURES_s if pictures else 0.0)):
         for way in ways:
             try:
                 way()

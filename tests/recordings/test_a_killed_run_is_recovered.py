@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings import Recorder, Recording, recover
+from small_run import SECOND
 
 TRIALS = 300
 
@@ -54,6 +55,21 @@ def test_a_damaged_chunk_is_passed_over_and_named(recorded: Path, tmp_path: Path
     damaged.write_bytes(data)
     with pytest.raises(RecordingError, match="holds no message that can be read"):
         recover(damaged)
+
+
+def test_what_is_lost_is_told_in_seconds_of_the_run(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "run.mcap", {"scene": "lift"}) as rec:
+        for t in range(4):
+            rec.log(t * SECOND, "info", "x", "x")
+            rec.settle((t + 1) * SECOND)
+            rec._sink._writer.flush()
+    _, second, _, fourth = Recording(tmp_path / "run.mcap")._file.summary.chunk_indexes[:4]
+    data = bytearray((tmp_path / "run.mcap").read_bytes()[: fourth.chunk_start_offset + 40])
+    data[second.chunk_start_offset + second.chunk_length - 5] ^= 0xFF
+    (tmp_path / "cut.mcap.part").write_bytes(data)
+    damaged, cut = recover(tmp_path / "cut.mcap.part").lost
+    assert damaged.endswith(": 0.000 s of the run, 1.000 to 1.000 s")
+    assert cut.endswith("where the file is cut off or damaged: 0.000 s of the run, 3.000 to 3.000 s")
 
 
 def test_a_whole_recording_needs_no_recovery(recorded: Path, tmp_path: Path) -> None:

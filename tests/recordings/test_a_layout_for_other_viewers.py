@@ -75,3 +75,7 @@ def test_a_command_writes_it_for_the_import(recorded: Recording, tmp_path: Path)
     done = subprocess.run([heavylift, "layout", recorded.path, "-o", out], capture_output=True, text=True, timeout=60)
     assert done.returncode == 0
     assert out.read_bytes() == recorded.attachments[LAYOUT]
+    before = recorded.path.read_bytes()
+    done = subprocess.run([heavylift, "layout", recorded.path, "-o", recorded.path], capture_output=True, text=True)
+    assert done.stderr == f"heavylift: {recorded.path}: a layout is written as .json; give it this ending\n"
+    assert recorded.path.read_bytes() == before

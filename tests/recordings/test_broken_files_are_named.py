@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import struct
 import zlib
@@ -11,7 +12,7 @@ from pathlib import Path
 import pytest
 import zstandard
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings import Recorder, Recording
+from heavylift.recordings import Recorder, Recording, recover
 from mcap.writer import Writer
 
 
@@ -22,6 +23,13 @@ def refusal(path: Path) -> str:
     assert sentence.startswith(f"{path}: ")
     assert "\n" not in sentence
     return sentence.removeprefix(f"{path}: ")
+
+
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.mcap")
+    assert refusal(tmp_path / "pipe.mcap") == "is no file but a pipe or device; save the recording in a file first"
+    with pytest.raises(RecordingError, match=r"pipe\.mcap: is no file; give the name of a recording"):
+        recover(tmp_path / "pipe.mcap")
 
 
 def test_a_missing_file(tmp_path: Path) -> None:

@@ -73,7 +73,7 @@ def test_two_recordings_lie_over_one_another(recorded: Path, tmp_path: Path) -> 
 
 def test_what_cannot_be_drawn_is_said(recorded: Path, tmp_path: Path) -> None:
     with pytest.raises(
-        RecordingError, match=r"x\.pdf: curves are drawn as \.png, \.svg or \.html; give it one of these"
+        RecordingError, match=r"x\.pdf: a figure is written as \.png, \.svg or \.html; give it one of these"
     ):
         curves(recorded, ["rope/*"], tmp_path / "x.pdf")
     with pytest.raises(RecordingError, match=r"no signal matches 'rope/tenison'; did you mean rope/tension\?"):

@@ -101,6 +101,13 @@ def test_it_is_printed_where_a_browser_is(recorded: Path, tmp_path: Path, monkey
     )
 
 
+def test_a_mechanism_without_ropes_and_stages_has_a_report_as_well(tmp_path: Path) -> None:
+    run(load("pendulum", ["end=2 s"]), tmp_path / "pendulum.mcap", in_process=True)
+    text = report(tmp_path / "pendulum.mcap", tmp_path / "pendulum.html").read_text()
+    assert "<h2>Scene</h2>" in text
+    assert "<h2>Stages</h2>" not in text
+
+
 def test_hooks_safety_and_clearances_of_a_whole_lift(tmp_path: Path) -> None:
     scene = load("lift")
     run(scene, tmp_path / "lift.mcap", in_process=True)

@@ -111,6 +111,8 @@ def test_only_what_is_asked_for_is_played(recorded: RecordedRun) -> None:
         Replay(recorded, ["crane/west"])
     with pytest.raises(RecordingError, match=r"nothing lies between 5\.0 s and 1\.0 s; give --from before --to$"):
         Replay(recorded, [], 5.0, 1.0)
+    with pytest.raises(RecordingError, match="--from and --to are seconds of the run; give numbers"):
+        Replay(recorded, [], float("nan"))
 
 
 def test_without_a_terminal_it_is_plain(lift: Path) -> None:
@@ -125,6 +127,8 @@ def test_without_a_terminal_it_is_plain(lift: Path) -> None:
     )
     assert done.returncode == 1
     assert done.stderr.endswith("--paused waits for keys, but there is no terminal; leave it out\n")
+    done = subprocess.run([*arguments, "--from", "99", "--loop"], capture_output=True, text=True, timeout=60)
+    assert done.stderr.endswith("nothing was recorded in this time; give an earlier --from\n"), "no endless loop"
     done = subprocess.run([*arguments, "--rate", "0"], capture_output=True, text=True, timeout=60)
     assert done.stderr.endswith("--rate 0 is no speed; give a number above 0, such as 20\n")
 
