@@ -29,10 +29,12 @@ from .distance import Coupling
 from .door import Door
 from .hub import Hub, LocalHub
 from .joining import joined
+from .keyboard import Keyboard
 from .link import LOCAL
 from .live.audience import Audience
 from .live.commands import COMMAND, OPERATOR, Given
 from .live.desk import Desk
+from .live.keys import Keys
 from .live.pace import Pace
 from .live.show import angles, shown
 from .live.tempo import Tempo
@@ -67,13 +69,14 @@ def run(
     deadline: float = DEADLINE_s,
     pace: Pace | None = None,
     commands: Sequence[Given] = (),
+    keyboard: Keyboard | None = None,
 ) -> Result:
     """Simulate a scene into a recording; `order`: names of the nodes in the order in which they are started.
 
     `placement` says which process hosts which nodes; without one each node has a process of its own.
     Processes that it places on other hosts come in at the `door`.  A process that owes an answer for
     `deadline` [s] is asked whether it gets on, and replaced if it does not.  `page` shows the run while it goes on.
-    `commands` are given at their tags, as an operator gave them in another run.
+    `commands` are given at their tags, as an operator gave them in another run; the keys of a `keyboard` are orders.
 
     Raises HeavyliftError: one sentence, after the recording is finished and all processes are gone.
     """
@@ -97,7 +100,8 @@ def run(
                 hub.admit(fingerprint(encode(scene.plan)), played.say)
             played.greet()
             greeted = record.mark()
-            played.play()
+            with Keys(desk, keyboard or Keyboard(), played.say):
+                played.play()
             done = record.mark()
             played.dismiss()
         except BaseException as error:

@@ -50,6 +50,7 @@ def run(
         from heavylift.nodes.models import KERNEL, node_names
         from heavylift.nodes.scene import load
 
+        from ..keyboard import Keyboard
         from ..live.pace import RealTime
         from ..placement import place
         from ..progress import Progress, summary
@@ -63,7 +64,7 @@ def run(
         placement = place(nodes, KERNEL, loaded.placement, places or [], processes, [*loaded.remote, *(remote or [])])
         door = open_door(placement.remote, listen, keys, in_process)
         path = output or Path(f"{loaded.plan.name}.mcap")
-        with _page(view) as page, Progress(loaded.plan) as watch:
+        with _page(view) as page, Keyboard() as keyboard, Progress(loaded.plan) as watch:
             result = simulate(
                 loaded,
                 path,
@@ -75,6 +76,7 @@ def run(
                 page=page,
                 deadline=patience,
                 pace=pace,
+                keyboard=keyboard,
             )
     finally:
         if crew is not None:

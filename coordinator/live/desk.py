@@ -1,9 +1,9 @@
-"""Where a run takes the orders of an operator: pause, step, continue, stop, commands.
+"""Where a run takes the orders of an operator: pause, step, continue, rate, stop, commands.
 
-Orders arrive in a thread of the bus and wait; the conversation attends to them between two rounds.  A command gets the
-first whole nanosecond at which nothing is decided yet (`OpenCoordinator.safe`), is journaled beside the recording, on
-the disk before anything can come of it, and enters the run as an event of the source "operator", in the total order
-and on record.  Its reply waits for what the model answers, unless the run is paused.
+Orders arrive in a thread of the bus or of the terminal and wait; the conversation attends to them between two rounds.
+A command gets the first whole nanosecond at which nothing is decided yet (`OpenCoordinator.safe`), is journaled beside
+the recording, on the disk before anything can come of it, and enters the run as an event of the source "operator", in
+the total order and on record.  Its reply waits for what the model answers, unless the run is paused.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import NamedTuple, Self
 
 import msgspec
 import zenoh
@@ -28,7 +28,14 @@ from .commands import Given, command, journal_of
 from .orders import Order, Reply
 from .tempo import Tempo
 
-__all__ = ["Desk"]
+__all__ = ["Asked", "Desk"]
+
+
+class Asked(NamedTuple):
+    """An encoded Order and who hears whether it was done, and one sentence."""
+
+    order: bytes
+    reply: Callable[[bool, str], None]
 
 
 class Desk:
@@ -38,9 +45,9 @@ class Desk:
         """`read` makes a command of an operator's words or raises a HeavyliftError."""
         self._recording, self._tempo, self._read = recording, tempo, read
         self._journal: Journal | None = None
-        self._queries: deque[zenoh.Query] = deque()
-        self._unanswered: dict[int, zenoh.Query] = {}  # by the time of the command [ns]
-        self._steps: list[zenoh.Query] = []
+        self._asked: deque[Asked] = deque()
+        self._unanswered: dict[int, Asked] = {}  # by the time of the command [ns]
+        self._steps: list[Asked] = []
         self._taken: set[int] = set()  # times of commands [ns]
 
     def repeat(self, commands: Iterable[Given], core: OpenCoordinator) -> None:
@@ -57,37 +64,44 @@ class Desk:
         """Do what has been ordered since the last time; tell those who wait for the end of a step."""
         if self._steps and self._tempo.held and self._tempo.limit is not None:
             self._stepped(f"paused at {_seconds(self._tempo.limit)}")
-        while self._queries:
-            query = self._queries.popleft()
+        while self._asked:
+            asked = self._asked.popleft()
             try:
-                payload = query.payload.to_bytes() if query.payload else b""
-                said = self._obey(msgspec.msgpack.decode(payload, type=Order), core, query)
+                said = self._obey(msgspec.msgpack.decode(asked.order, type=Order), core, asked)
             except (HeavyliftError, msgspec.MsgspecError) as error:
-                _reply(query, False, str(error))
+                asked.reply(False, str(error))
             else:
                 if said:
-                    _reply(query, True, said)
+                    asked.reply(True, said)
 
     def event(self, event: Event) -> None:
         """Pass the model's answer to a command on to who gave it."""
         if event.type == OperatorAnswer.__name__:
             answer = event.value
             assert isinstance(answer, OperatorAnswer)
-            query = self._unanswered.pop(answer.t_ns, None)
-            if query is not None:
+            asked = self._unanswered.pop(answer.t_ns, None)
+            if asked is not None:
                 at = f"{answer.text}: at {answer.t_ns * 1e-9:.9f} s"
-                _reply(query, not answer.refused, f"{at} refused: {answer.refused}" if answer.refused else at)
+                asked.reply(not answer.refused, f"{at} refused: {answer.refused}" if answer.refused else at)
 
     def _stepped(self, said: str) -> None:
-        for query in self._steps:
-            _reply(query, True, said)
+        for asked in self._steps:
+            asked.reply(True, said)
         self._steps.clear()
 
-    def _arrived(self, query: zenoh.Query) -> None:
-        self._queries.append(query)
+    def ask(self, asked: Asked) -> None:
+        """Lay an order on the desk, from any thread."""
+        self._asked.append(asked)
         self._tempo.alarm.set()
 
-    def _obey(self, order: Order, core: OpenCoordinator, query: zenoh.Query) -> str:
+    def _arrived(self, query: zenoh.Query) -> None:
+        def reply(done: bool, said: str) -> None:
+            with query:
+                query.reply(query.key_expr, msgspec.msgpack.encode(Reply(done, said)))
+
+        self.ask(Asked(query.payload.to_bytes() if query.payload else b"", reply))
+
+    def _obey(self, order: Order, core: OpenCoordinator, asked: Asked) -> str:
         """The answer to an order; "" if it comes later."""
         tempo = self._tempo
         match order.do:
@@ -99,7 +113,7 @@ class Desk:
                 return "goes on"
             case "step":
                 tempo.step(core, order.by_ns)
-                self._steps.append(query)
+                self._steps.append(asked)
                 return ""
             case "stop":
                 t = self._give(OperatorCommand("stop"), core)
@@ -109,8 +123,10 @@ class Desk:
                 t = self._give(self._read(order.text), core)
                 if tempo.limit is not None:
                     return f"{order.text}: at {t * 1e-9:.9f} s, when the run goes on"
-                self._unanswered[t] = query
+                self._unanswered[t] = asked
                 return ""
+            case "rate":
+                return f"{tempo.pace.change(order.factor):g} x real time"
 
     def _give(self, said: OperatorCommand, core: OpenCoordinator) -> int:
         """Let a command take effect as soon as may be; returns when [ns]."""
@@ -136,17 +152,12 @@ class Desk:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        for query in (*self._queries, *self._steps, *self._unanswered.values()):
-            _reply(query, False, "the run has ended")
+        for asked in (*self._asked, *self._steps, *self._unanswered.values()):
+            asked.reply(False, "the run has ended")
         if self._journal is not None:
             self._journal.close()
             if self._recording.exists():  # it holds the commands
                 self._journal.delete()
-
-
-def _reply(query: zenoh.Query, done: bool, said: str) -> None:
-    with query:
-        query.reply(query.key_expr, msgspec.msgpack.encode(Reply(done, said)))
 
 
 def _seconds(tag: Tag) -> str:

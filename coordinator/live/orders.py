@@ -19,11 +19,12 @@ STEP_s = 86400.0  # the same for a step, which takes as long as it takes
 
 
 class Order(msgspec.Struct, frozen=True, omit_defaults=True):
-    """Pause, go on, stop; step `by_ns` [ns] or (None) to the next event; give a command."""
+    """Pause, go on, stop; step `by_ns` [ns] or (None) to the next event; give a command; go `factor` times as fast."""
 
-    do: Literal["pause", "continue", "stop", "step", "command"]
+    do: Literal["pause", "continue", "stop", "step", "command", "rate"]
     by_ns: int | None = None
     text: str = ""
+    factor: float = 1.0
 
 
 class Reply(msgspec.Struct, frozen=True):

@@ -63,6 +63,10 @@ class Pace:
     def go_on(self, at: Tag) -> None:
         """The run goes on from here, if it was paused."""
 
+    def change(self, factor: float) -> float:
+        """Go so many times as fast from now on; returns the new rate."""
+        raise ProtocolError("the run goes as fast as it can; start it with --rate to change its rate")
+
     @property
     def lateness(self) -> Lateness | None:
         """None where there is no clock to keep up with."""
@@ -105,6 +109,16 @@ class RealTime(Pace):
     def go_on(self, at: Tag) -> None:
         """The clock begins anew here, if it stood still."""
         self._since = self._since or (self._clock(), at.t)
+
+    def change(self, factor: float) -> float:
+        """The clock goes on from where it is."""
+        rate = self.rate * factor
+        if not (0.0 < rate < math.inf):
+            raise ProtocolError(f"a rate is positive and finite, not {rate:g}")
+        if self._since is not None:
+            self._since = self._clock(), self._now()
+        self.rate = rate
+        return rate
 
     @property
     def lateness(self) -> Lateness | None:

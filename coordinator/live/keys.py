@@ -1,0 +1,68 @@
+"""The keys of the terminal in which a run goes on, for an operator who sits at it: the same orders, the same keys.
+
+    space: pause and go on    s or .: to the next event, then pause    + and -: twice and half the rate    q: end
+
+A thread waits for keys and lays orders on the desk; the conversation attends to them between two rounds.  Where
+standard input is no terminal there are no keys.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from threading import Event as Flag
+from threading import Thread
+from types import TracebackType
+from typing import Self
+
+import msgspec
+from heavylift.coordinator.keyboard import Keyboard
+
+from .desk import Asked, Desk
+from .orders import Order
+
+__all__ = ["Keys"]
+
+LOOK_s = 0.2  # how often the thread looks whether the run is over
+FASTER = 2.0  # factor of a press on + or -
+
+
+class Keys:
+    """A context manager; `say` hears what the run answers."""
+
+    def __init__(self, desk: Desk, keyboard: Keyboard, say: Callable[[str], None]) -> None:
+        self._desk, self._keyboard, self._say = desk, keyboard, say
+        self._paused, self._over = False, Flag()
+        self._thread = Thread(target=self._listen, name="keys", daemon=True)
+
+    def __enter__(self) -> Self:
+        if self._keyboard.there:
+            self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._over.set()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def _listen(self) -> None:
+        while self._keyboard.there and not self._over.is_set():
+            if order := self._order(self._keyboard.wait(LOOK_s)):
+                self._desk.ask(Asked(msgspec.msgpack.encode(order), lambda done, said: self._say(said)))
+
+    def _order(self, key: str) -> Order | None:
+        match key:
+            case " ":
+                self._paused = not self._paused
+                return Order("pause" if self._paused else "continue")
+            case "s" | ".":
+                self._paused = True
+                return Order("step")
+            case "+":
+                return Order("rate", factor=FASTER)
+            case "-":
+                return Order("rate", factor=1 / FASTER)
+            case "q":
+                return Order("stop")
+        return None

@@ -1,0 +1,53 @@
+"""Whoever sits at the terminal of a run pauses it, steps it, changes its rate and ends it by keys."""
+
+import os
+import pty
+import subprocess
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.live.pace import Pace, RealTime
+from heavylift.kernel.errors import ProtocolError
+from heavylift.nodes.devs import Tag
+from heavylift.recordings import Recording
+from running import HEAVYLIFT
+from sledge import SLEDGE
+
+
+def test_a_run_obeys_the_keys_of_its_terminal(tmp_path: Path) -> None:
+    (tmp_path / "sledge.yaml").write_text(SLEDGE.replace("wait: 2 s", "wait: 1 h"))
+    here, there = pty.openpty()
+    arguments = [HEAVYLIFT, "run", "sledge.yaml", "--rate", "2"]
+    with subprocess.Popen(arguments, cwd=tmp_path, stdin=there, stdout=there, stderr=subprocess.PIPE, text=True) as run:
+        try:
+            assert run.stderr is not None
+            said = iter(run.stderr)
+            assert "out" in next(said)
+            for key, answer in ((b" ", "paused at "), (b"+", "4 x real time"), (b".", "paused at "), (b" ", "goes on")):
+                os.write(here, key)
+                assert next(line for line in said if "rest" not in line).startswith(answer), key
+            os.write(here, b"q")
+            assert any(line.startswith("ends at ") for line in said)
+            assert run.wait() == 0
+        finally:
+            run.kill()
+            os.close(here)
+            os.close(there)
+    recording = Recording(tmp_path / "sledge.mcap")
+    assert [event.value["text"] for event in recording.events("operator")] == ["stop"]
+
+
+def test_a_change_of_rate_lets_the_clock_go_on_from_where_it_is() -> None:
+    wall = 0.0
+    pace = RealTime(2.0, lambda: wall)
+    assert pace.horizon(Tag(0)).t == 0
+    wall = 3.0
+    assert pace.change(0.5) == 1.0
+    assert pace.horizon(Tag(0)).t == 6 * 10**9
+    wall = 5.0
+    assert pace.horizon(Tag(0)).t == 8 * 10**9
+
+
+def test_a_run_without_a_rate_has_none_to_change() -> None:
+    with pytest.raises(ProtocolError, match="start it with --rate"):
+        Pace().change(2.0)
