@@ -18,7 +18,7 @@ from .honesty import Machine, machine
 from .planning import Planner
 from .playing import CUT, Played, play
 from .quantities import askable, asked, errors, farthest
-from .settings import METHODS, Rung, Setting, ladder
+from .settings import METHODS, Rung, Setting, chosen, ladder
 from .verdict import Row, Verdict, judge
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ SCOUT = 1e-4
 MORE = 4.0  # times the scout's seconds that a tight run of high order takes
 SHARE = 0.6  # of the budget that the reference may take
 SHORT, RUNS = 0.5, 3  # [s] a run below it is repeated, so often
-PATIENCE = 0.25  # of the budget that one run may take
+PATIENCE, SLOWER = 0.03, 5.0  # of the budget, or times what was predicted, that a run may take before it is cut
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def measure(
     """
     began = time.perf_counter()
     wanted = asked(ask, scene.scene.ask)
-    rungs, finer = ladder(scene, wanted or ("rope tension",), limit)
+    rungs, finer = ladder(scene)
     reference = Setting(rungs[-1], "dop853", TIGHT)
     say(f"reference: {reference}")
     true, refined = _reference(scene, reference, finer, budget)
@@ -90,11 +90,12 @@ def measure(
     if not questions:
         raise SceneError(f"{scene.path.name}: nothing in it moves that a setting could be judged by")
     converged = {name: errors(run.shown, true.shown, questions) for name, run in refined.items()}
+    rungs = [*chosen(scene, questions, limit), *rungs]
     planner = Planner(rungs, [*METHODS], limit)
     rows, settings, kept = list[Row](), dict[str, Setting](), dict[str, Played]()
     while (left := budget - (time.perf_counter() - began)) > 0.0 and (following := planner.next(left)) is not None:
         setting, predicted = following
-        row, played = _row(scene, setting, true, questions, max(min(left, PATIENCE * budget), predicted))
+        row, played = _row(scene, setting, true, questions, min(left, max(PATIENCE * budget, SLOWER * predicted)))
         rows.append(row)
         if played is None:
             planner.tell(setting, 0.0, predicted, None, cut=CUT in row.reason)
@@ -104,10 +105,10 @@ def measure(
         say(f"{row}: {row.reason or f'{row.speed:.3g} x real time, worst error {row.worst:.2e}'}")
     unit = "m" if true.shown.columns == ["x", "y", "z"] else "rad"
     verdict = judge(rows, limit, unit)
-    chosen = {str(row): kept[str(row)] for row in (verdict.pick, verdict.next_faster) if row is not None}
+    drawn = {str(row): kept[str(row)] for row in (verdict.pick, verdict.next_faster) if row is not None}
     return Measured(
         scene.plan.name, questions, limit, budget, time.perf_counter() - began, rungs, settings, rows, verdict,
-        reference, converged, true, chosen, planner.left, planner.settled, machine(), unit,
+        reference, converged, true, drawn, planner.left, planner.settled, machine(), unit,
         {q: why for q, why in known.items() if why},
     )  # fmt: skip
 

@@ -24,11 +24,6 @@ STYLE = """
   --limit: #a3182b; --rule: #e4e8ec; --good: #e9f4ec; --bad: #fbe9ea; }
 @media (prefers-color-scheme: dark) { :root { --ink: #dbe3ea; --quiet: #93a0ac; --band: #1f3128; --paper: #161c23;
   --limit: #ff8a8f; --rule: #2b3640; --good: #1b3226; --bad: #3b2226; } }
-@media print { :root { color-scheme: light; --ink: #1d2733; --quiet: #66727e; --band: #e6f2ea; --paper: #ffffff;
-  --limit: #a3182b; --rule: #e4e8ec; --good: #e9f4ec; --bad: #fbe9ea; } body { margin: 0; }
-  h2, tr, figure, .verdict { break-inside: avoid; } h2 { break-after: avoid; } thead { display: table-header-group; }
-  table { font-size: 9px; } th, td { padding: 1px 4px; } .wide { overflow: visible; }
-  @page { size: A4; margin: 12mm; } }
 body { font: 14px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 1100px;
   margin: 24px auto; padding: 0 16px; }
 h1 { font-size: 22px; margin: 0 0 8px; }
@@ -41,6 +36,12 @@ table { border-collapse: collapse; width: 100%; font-size: 12.5px; font-variant-
 th, td { text-align: right; padding: 2px 7px; border-bottom: 1px solid var(--rule); vertical-align: top; }
 th { font-weight: 600; } .left { text-align: left; } td.over { color: var(--limit); font-weight: 600; }
 tr.pick td { background: var(--good); font-weight: 600; } tr.next td { background: var(--bad); }
+td:first-child, .named td:nth-child(2) { white-space: nowrap; }
+@media print { :root { color-scheme: light; --ink: #1d2733; --quiet: #66727e; --band: #e6f2ea; --paper: #ffffff;
+  --limit: #a3182b; --rule: #e4e8ec; --good: #e9f4ec; --bad: #fbe9ea; } body { margin: 0; }
+  h2, tr, figure, .verdict { break-inside: avoid; } h2 { break-after: avoid; } thead { display: table-header-group; }
+  table { font-size: 9px; } th, td { padding: 1px 4px; } .wide { overflow: visible; }
+  @page { size: A4; margin: 12mm; } }
 """
 PAGE = """<!doctype html>
 <html lang="en">
@@ -186,10 +187,11 @@ def _table(head: Sequence[str], body: Sequence[tuple[str, Sequence[Cell]]], left
         classes = " ".join(name for name, on in (("left", i < left), ("over", over)) if on)
         return f'<td class="{classes}">{escape(text)}</td>' if classes else f"<td>{escape(text)}</td>"
 
+    kind = ' class="named"' if left > 2 else ""
     heads = "".join(f'<th class="left">{escape(h)}</th>' if i < left else f"<th>{escape(h)}</th>"
                     for i, h in enumerate(head))  # fmt: skip
     rows = [
         f'<tr class="{mark}">' * bool(mark) + "<tr>" * (not mark) + "".join(map(cell, range(len(cells)), cells))
         + "</tr>" for mark, cells in body
     ]  # fmt: skip
-    return f'<div class="wide"><table><thead><tr>{heads}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'
+    return f'<div class="wide"><table{kind}><thead><tr>{heads}</tr></thead><tbody>{"".join(rows)}</tbody></table></div>'

@@ -44,7 +44,7 @@ def askable(shown: Shown) -> dict[Asked, str]:
     swings = any(_swing(shown, span, span.end - span.start) for span in shown.spans if span.free)
     return {
         "rope tension": "" if (shown.peaks > LOADED).any() else "no rope of the scene carries anything",
-        "swing": "" if swings else "nothing swings while it is left to itself: add a stage that waits",
+        "swing": "" if swings else "nothing swings while it is left to itself: add a stage that waits, or end later",
         "position": "" if (_way(shown) > STILL).any() else "nothing in the scene moves",
         "lift-off time": "" if any(s.lifts for s in shown.spans[:-1]) else "no stage of the scene ends 'until lifted'",
     }

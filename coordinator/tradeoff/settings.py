@@ -1,7 +1,7 @@
 """What a scene can be run with: rungs of the ladder, methods, and the steps or tolerances of each, cheapest first.
 
-The ladder is that of the yard's models from rigid ropes to heavy ones on a soft girder; the rung that the scene's
-question would be given (`nodes.fidelity`) is one more.  A mechanism has one rung: it is what its file says.
+The ladder is that of the yard's models from rigid ropes to heavy ones on a soft girder; the rungs that the
+scene's questions would be given (`nodes.fidelity`) come on top.  A mechanism has one rung: it is what its file says.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from heavylift.nodes.fidelity.question import Asked
     from heavylift.nodes.scene import LoadedScene
 
-__all__ = ["ASKABLE", "METHODS", "Rung", "Setting", "ladder", "settings"]
+__all__ = ["ASKABLE", "METHODS", "Rung", "Setting", "chosen", "ladder", "settings"]
 
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 STEPS = (0.05, 0.02, 0.01, 0.005, 0.002, 0.001)  # [s]
@@ -26,7 +26,7 @@ METHODS = {"semi-implicit-euler": STEPS, "rk4": STEPS} | dict.fromkeys(
     ("dopri5", "dop853", "ros34pw2", "radau5"), TOLERANCES
 )
 FIXED = ("semi-implicit-euler", "rk4")
-AS_WRITTEN = "as written"
+AS_WRITTEN, ALL = "as written", "all asked"
 LUMPS = (2, 4)  # of heavy ropes; twice as many as the last show whether the reference has converged
 
 
@@ -84,7 +84,7 @@ class Setting:
         return msgspec.structs.replace(plan, fidelity=fidelity, method=self.method, tolerance=tolerance, step=self.step)
 
 
-def ladder(scene: LoadedScene, ask: tuple[Asked, ...], limit: float) -> tuple[list[Rung], Rung | None]:
+def ladder(scene: LoadedScene) -> tuple[list[Rung], Rung | None]:
     """The rungs of a scene, poorest first, and the one above the richest; none for a mechanism."""
     plan = scene.plan
     if plan.block is None or scene.followed is None:
@@ -96,11 +96,20 @@ def ladder(scene: LoadedScene, ask: tuple[Asked, ...], limit: float) -> tuple[li
         Rung("+ girder", Fidelity(girder="elastic")),
         *(_massive(n) for n in LUMPS),
     ]
-    asked = Question(ask, limit)
-    chosen = planar(choose(plan, scene.followed, asked, frozenset()).fidelity, plan.loaders, plan.cranes)
-    if all(rung.fidelity != chosen for rung in rungs):
-        rungs.insert(0, Rung(f"chosen for {limit * 100:g} %", chosen))
     return rungs, _massive(2 * LUMPS[-1])
+
+
+def chosen(scene: LoadedScene, ask: tuple[Asked, ...], limit: float) -> list[Rung]:
+    """The rungs that a scene would be given if it asked each quantity alone, and all; none for a mechanism."""
+    plan = scene.plan
+    if plan.block is None or scene.followed is None:
+        return []
+    found: dict[Fidelity, list[str]] = {}
+    for question in (*((quantity,) for quantity in ask), ask):
+        verdict = choose(plan, scene.followed, Question(question, limit), frozenset())
+        fidelity = planar(verdict.fidelity, plan.loaders, plan.cranes)
+        found.setdefault(fidelity, []).append(question[0] if len(question) == 1 else ALL)
+    return [Rung(f"chosen for {ALL if ALL in names else ', '.join(names)}", f) for f, names in found.items()]
 
 
 def _massive(lumps: int) -> Rung:

@@ -3,11 +3,12 @@
 from types import SimpleNamespace
 
 from heavylift.coordinator.tradeoff.answers import answers
-from heavylift.coordinator.tradeoff.settings import Rung, Setting, ladder
+from heavylift.coordinator.tradeoff.settings import Rung, Setting, chosen, ladder
 from heavylift.nodes.scene import load
 from heavylift.nodes.scene.plan import Fidelity
 from measured_rows import row
 
+ASK = ("rope tension", "swing", "lift-off time")
 SLOW = row("1 ms", 10.0, rope_tension=5e-4, swing=2e-3)
 FAST = row("5 ms", 1.0, rope_tension=0.03, swing=1e-4)
 
@@ -39,9 +40,9 @@ def test_a_setting_can_be_typed():
 
 def test_what_is_typed_gives_the_rung_that_was_measured():
     lift = load("lift")
-    rungs, finer = ladder(lift, ("rope tension",), 0.01)
+    rungs, finer = ladder(lift)
     assert finer is not None
-    for rung in [*rungs, finer]:
+    for rung in [*chosen(lift, ASK, 0.01), *rungs, finer]:
         assert modelled(load("lift", [rung.words]).plan.fidelity) == modelled(rung.fidelity)
 
 
@@ -51,7 +52,8 @@ def modelled(fidelity: Fidelity):
     return lumps, {*fidelity.locked}, fidelity.ropes, fidelity.slings, fidelity.girder, fidelity.motion
 
 
-def test_the_rung_that_the_question_would_be_given_is_one_of_the_ladder():
+def test_the_rungs_that_the_questions_would_be_given_are_measured():
     lift = load("lift")
-    chosen = load("lift", ["ask=[rope tension]", "accuracy=1 %"]).plan.fidelity
-    assert chosen in [rung.fidelity for rung in ladder(lift, ("rope tension",), 0.01)[0]]
+    rungs = {rung.name: rung.fidelity for rung in chosen(lift, ASK, 0.01)}
+    for name, ask in (("rope tension", "rope tension"), ("swing", "swing"), ("all asked", ", ".join(ASK))):
+        assert rungs[f"chosen for {name}"] == load("lift", [f"ask=[{ask}]", "accuracy=1 %"]).plan.fidelity
