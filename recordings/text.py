@@ -7,6 +7,8 @@ from difflib import get_close_matches
 
 __all__ = ["meant", "table"]
 
+MOST = 30  # names in a sentence
+
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Columns side by side, numbers to the right; nothing if there are no rows."""
@@ -25,7 +27,10 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def meant(name: str, names: Sequence[str]) -> str:
-    """The names most like the one given, or all there are."""
+    """The names most like the one given, or those that there are, as many as people read."""
     lower = {x.lower(): x for x in names}
     near = [lower[x] for x in get_close_matches(name.lower(), lower, n=3, cutoff=0.7)]
-    return f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(names) or 'none'}"
+    if near:
+        return f"did you mean {' or '.join(near)}?"
+    more = f" and {len(names) - MOST} more" if len(names) > MOST else ""
+    return f"there are {', '.join(names[:MOST]) or 'none'}{more}"
