@@ -74,7 +74,7 @@ def statics(scene: Scene, at: At = None, after: After = "", as_json: Json = Fals
 
 @app.command()
 def modes(scene: Scene, at: At = None, after: After = "", as_json: Json = False, sets: Sets = None) -> None:
-    """Show frequencies, damping and modes about the pose at rest.    heavylift modes turnover --after settle"""
+    """Show frequencies, damping and modes about the pose at rest.    heavylift modes lift --after up"""
     import json
 
     from heavylift.kernel.analysis import equilibrium

@@ -1,0 +1,20 @@
+"""Every block of HOWTO.md, in its order, says what the page shows."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "pages"))
+from page_blocks import blocks, follow
+
+PAGE = "coordinator/HOWTO.md"
+
+
+def test_all_blocks_work(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for package in ("pandas", "cryptography"):
+        pytest.importorskip(package, reason=f"no package {package}")
+    done = follow(PAGE, tmp_path, capfd, monkeypatch)
+    assert done >= sum(language in ("sh", "python") for language, _ in blocks(PAGE))
