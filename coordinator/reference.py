@@ -1,0 +1,188 @@
+"""Writes REFERENCE.md: commands, keys of scene files, public names of the rooms, all from their own docstrings.
+
+`python -m heavylift.coordinator.reference` in the repository makes the page anew; a test holds it against what it
+would be.  What a page should say is said where it is written: in docstrings, help texts and comments behind keys.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import typer
+
+__all__ = ["page"]
+
+MODULES = (
+    "heavylift.nodes.scene",
+    "heavylift.coordinator.run",
+    "heavylift.coordinator",
+    "heavylift.coordinator.live",
+    "heavylift.recordings",
+    "heavylift.nodes.devs",
+    "heavylift.nodes.testing",
+    "heavylift.kernel.describe",
+    "heavylift.kernel.forces.describe",
+    "heavylift.kernel.simulation",
+    "heavylift.kernel.analysis",
+    "heavylift.kernel.forces.mathematics",
+    "heavylift.kernel.errors",
+)
+HEAD = """# Reference
+
+Made from docstrings, help texts and the models that read scenes, by `python -m heavylift.coordinator.reference`.
+[Commands](#commands), [scene files](#scene-files), [Python](#python).
+"""
+
+
+def page() -> str:
+    """The whole page as Markdown."""
+    parts = [HEAD, "## Commands\n", *_commands(), "## Scene files\n", *_keys(), "## Python\n", *_modules()]
+    return "\n".join(part.rstrip() + "\n" for part in parts)
+
+
+def _commands() -> Iterator[str]:
+    from .commands import app
+
+    group: Any = typer.main.get_command(app)
+    for name in sorted(group.commands):
+        command = group.commands[name]
+        words = [p.name if p.required else f"[{p.name}]" for p in command.params if p.param_type_name == "argument"]
+        rows = [_row(f"`{', '.join(p.opts)}`", p.help) for p in command.params if p.param_type_name == "option"]
+        rows += [_row(p.name, p.help) for p in command.params if p.param_type_name == "argument"]
+        usage = " ".join(["heavylift", name, *words])
+        told = "\n\n".join(" ".join(part.split()) for part in command.help.split("\n\n"))
+        table = ["| | |", "|---|---|", *rows] if rows else []
+        yield "\n".join([f"### `{usage}`\n", f"{told} Example: `{command.example}`\n", *table])
+
+
+def _keys() -> Iterator[str]:
+    from heavylift.nodes.scene import json_schema, phrases
+
+    schema = json_schema()
+    yield (
+        "A quantity is written with its unit; `string` stands for a name, `list` and `mapping` for several. What an order "
+        f"and a condition may say:\n\n```\n{inspect.cleandoc((phrases.__doc__ or '').partition(chr(10) * 2)[2])}\n```"
+    )
+    parts = {"the scene": schema, **schema["$defs"]}
+    for name, part in parts.items():
+        model = next((option for option in part.get("anyOf", []) if "properties" in option), part)
+        told = " ".join(model.get("description", "").split())
+        rows = [_key(key, value, key in model.get("required", ())) for key, value in model.get("properties", {}).items()]
+        if rows:
+            yield "\n".join([f"### {_plain(name)}\n", f"{told}\n", "| key | default | |", "|---|---|---|", *rows])
+
+
+def _key(name: str, value: dict[str, Any], required: bool) -> str:
+    default = "needed" if required else _written(value.get("default"))
+    return _row(f"`{name}`", default, f"{_kind(value)}{'; ' if value.get('description') else ''}{_meaning(value)}")
+
+
+def _meaning(value: dict[str, Any]) -> str:
+    """What a key means, without the units that its kind tells."""
+    return re.sub(r"\(?[\w ]+ with its unit: .*", "", value.get("description", "")).strip(" ;")
+
+
+def _written(default: Any) -> str:
+    if isinstance(default, list):
+        return f"[{', '.join(_written(x) for x in default)}]"
+    return "" if default is None else str(default).lower() if isinstance(default, bool) else str(default)
+
+
+def _kind(value: dict[str, Any]) -> str:
+    """What stands behind a key, in a word."""
+    if "dimension" in value:
+        return str(value["dimension"])
+    if "$ref" in value:
+        return _plain(value["$ref"].rpartition("/")[2])
+    options = [_kind(option) for key in ("anyOf", "oneOf") for option in value.get(key, []) if option.get("type") != "null"]
+    if options:
+        return " or ".join(dict.fromkeys(options))
+    if "enum" in value or "const" in value:
+        return ", ".join(f"`{word}`" for word in value.get("enum", [value.get("const")]))
+    if "prefixItems" in value:
+        return f"[{', '.join(_kind(item) for item in value['prefixItems'])}]"
+    if value.get("type") == "array":
+        return f"list of {_kind(value['items'])}"
+    if isinstance(value.get("additionalProperties"), dict):
+        return f"mapping of names to {_kind(value['additionalProperties'])}"
+    return str(value.get("type", "anything"))
+
+
+def _plain(name: str) -> str:
+    """The name of a model without the modules that tell equal ones apart."""
+    *path, last = name.split("__")
+    return f"{last} ({path[-1]})" if path else last
+
+
+def _modules() -> Iterator[str]:
+    for name in MODULES:
+        module = import_module(name)
+        doc = inspect.cleandoc(module.__doc__ or "")
+        yield f"### {name}\n\n```\n{doc}\n```"
+        for public in _public(module):
+            entry = _entry(public, getattr(module, public))
+            if entry:
+                yield entry
+
+
+def _public(module: ModuleType) -> list[str]:
+    own = [k for k, v in vars(module).items() if getattr(v, "__module__", "") == module.__name__ and not k.startswith("_")]
+    return sorted(getattr(module, "__all__", own))
+
+
+def _entry(name: str, thing: Any) -> str:
+    if isinstance(thing, type) and thing.__doc__:
+        lines = [f"**`{name}`** {_first(thing)}", *_members(thing)]
+        return "\n".join(lines)
+    if inspect.isfunction(thing) and thing.__doc__:
+        return f"**`{name}{_signature(thing)}`** {_first(thing)}"
+    return ""
+
+
+def _members(kind: type) -> Iterator[str]:
+    if is_dataclass(kind):
+        yield f"\n    {kind.__name__}({', '.join(field.name for field in fields(kind))})"
+    shown = [
+        f"- `{name}{_signature(member)}` {_first(member)}"
+        for name, member in vars(kind).items()
+        if not name.startswith("_") and inspect.isfunction(member) and member.__doc__
+    ]
+    shown += [
+        f"- `{name}` {_first(member)}"
+        for name, member in vars(kind).items()
+        if not name.startswith("_") and isinstance(member, property) and member.__doc__
+    ]
+    if shown:
+        yield "\n" + "\n".join(shown)
+
+
+def _signature(thing: Any) -> str:
+    """Names and defaults of arguments, without types and without what has no plain form."""
+    words = []
+    for parameter in inspect.signature(thing).parameters.values():
+        if parameter.name == "self":
+            continue
+        star = {parameter.VAR_POSITIONAL: "*", parameter.VAR_KEYWORD: "**"}.get(parameter.kind, "")
+        told = "" if parameter.default is parameter.empty else f"={parameter.default!r}"
+        words.append(f"{star}{parameter.name}{'=...' if ' at 0x' in told else told}")
+    return f"({', '.join(words)})"
+
+
+def _first(thing: Any) -> str:
+    """The first paragraph of a docstring on one line."""
+    return " ".join(inspect.cleandoc(thing.__doc__ or "").partition("\n\n")[0].split())
+
+
+def _row(*cells: str | None) -> str:
+    return f"| {' | '.join((cell or '').replace('|', chr(92) + '|') for cell in cells)} |"
+
+
+if __name__ == "__main__":
+    Path(__file__).with_name("REFERENCE.md").write_text(page(), encoding="utf-8")

@@ -1,0 +1,48 @@
+"""Pages of the project: their commands exist, their links lead somewhere, the reference is what the sources say."""
+
+from __future__ import annotations
+
+import re
+import shlex
+
+import pytest
+import typer
+from heavylift.coordinator.commands import app
+from heavylift.coordinator.reference import page
+from page_blocks import ROOT
+
+PAGES = sorted(str(path.relative_to(ROOT)) for path in ROOT.rglob("*.md") if not path.relative_to(ROOT).parts[0][0] == ".")
+COMMANDS = typer.main.get_command(app).commands
+CALL = re.compile(r"(?:^|[`\s/])heavylift ([a-z]+\b[^`\n#;]*)", re.M)
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_commands_and_options_exist(name: str) -> None:
+    text = (ROOT / name).read_text()
+    typed = [*re.findall(r"^```sh\n(.*?)^```", text, re.M | re.S), *re.findall(r"^ {4}.*$", text, re.M)]
+    quoted = re.findall(r"`([^`\n]*heavylift [^`\n]*)`", text)
+    for call in (call for part in [*typed, *quoted] for call in CALL.findall(part)):
+        command, *words = shlex.split(call.partition("&&")[0].partition(">")[0].replace("'", "").replace('"', ""))
+        assert command in COMMANDS, f"{name}: heavylift {call}"
+        known = {option for parameter in COMMANDS[command].params for option in parameter.opts} | {"--help", "-o"}
+        unknown = [word for word in words if re.match(r"--?[a-z]", word) and word not in known]
+        assert not unknown, f"{name}: heavylift {call}: {unknown}"
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_links_lead_somewhere(name: str) -> None:
+    here = (ROOT / name).parent
+    links = re.findall(r"\]\(([^)#\s]+)[^)]*\)", (ROOT / name).read_text())
+    assert [link for link in links if "://" not in link and not (here / link).exists()] == []
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_files_named_in_commands_exist(name: str) -> None:
+    named = re.findall(r"\b((?:tests|coordinator|kernel|nodes|recordings)/[\w/]+\.(?:py|md|yaml|png))\b", (ROOT / name).read_text())
+    here = (ROOT / name).parent
+    assert [path for path in named if not (ROOT / path).exists() and not (here / path).exists()] == []
+
+
+def test_the_reference_is_what_the_sources_say() -> None:
+    committed = (ROOT / "coordinator" / "REFERENCE.md").read_text()
+    assert committed == page(), "make it anew: python -m heavylift.coordinator.reference"
