@@ -66,15 +66,18 @@ def _keys() -> Iterator[str]:
     from heavylift.nodes.scene import json_schema, phrases
 
     schema = json_schema()
+    grammar = inspect.cleandoc((phrases.__doc__ or "").partition("\n\n")[2])
     yield (
-        "A quantity is written with its unit; `string` stands for a name, `list` and `mapping` for several. What an order "
-        f"and a condition may say:\n\n```\n{inspect.cleandoc((phrases.__doc__ or '').partition(chr(10) * 2)[2])}\n```"
+        "A quantity is written with its unit; `string` stands for a name, `list` and `mapping` for several. What an "
+        f"order and a condition may say:\n\n```\n{grammar}\n```"
     )
     parts = {"the scene": schema, **schema["$defs"]}
     for name, part in parts.items():
         model = next((option for option in part.get("anyOf", []) if "properties" in option), part)
         told = " ".join(model.get("description", "").split())
-        rows = [_key(key, value, key in model.get("required", ())) for key, value in model.get("properties", {}).items()]
+        rows = [
+            _key(key, value, key in model.get("required", ())) for key, value in model.get("properties", {}).items()
+        ]
         if rows:
             yield "\n".join([f"### {_plain(name)}\n", f"{told}\n", "| key | default | |", "|---|---|---|", *rows])
 
@@ -101,7 +104,9 @@ def _kind(value: dict[str, Any]) -> str:
         return str(value["dimension"])
     if "$ref" in value:
         return _plain(value["$ref"].rpartition("/")[2])
-    options = [_kind(option) for key in ("anyOf", "oneOf") for option in value.get(key, []) if option.get("type") != "null"]
+    options = [
+        _kind(option) for key in ("anyOf", "oneOf") for option in value.get(key, []) if option.get("type") != "null"
+    ]
     if options:
         return " or ".join(dict.fromkeys(options))
     if "enum" in value or "const" in value:
@@ -133,7 +138,9 @@ def _modules() -> Iterator[str]:
 
 
 def _public(module: ModuleType) -> list[str]:
-    own = [k for k, v in vars(module).items() if getattr(v, "__module__", "") == module.__name__ and not k.startswith("_")]
+    own = [
+        k for k, v in vars(module).items() if getattr(v, "__module__", "") == module.__name__ and not k.startswith("_")
+    ]
     return sorted(getattr(module, "__all__", own))
 
 
@@ -169,7 +176,7 @@ def _signature(thing: Any) -> str:
     for parameter in inspect.signature(thing).parameters.values():
         if parameter.name == "self":
             continue
-        star = {parameter.VAR_POSITIONAL: "*", parameter.VAR_KEYWORD: "**"}.get(parameter.kind, "")
+        star = "*" * ((parameter.kind == parameter.VAR_POSITIONAL) + 2 * (parameter.kind == parameter.VAR_KEYWORD))
         told = "" if parameter.default is parameter.empty else f"={parameter.default!r}"
         words.append(f"{star}{parameter.name}{'=...' if ' at 0x' in told else told}")
     return f"({', '.join(words)})"

@@ -11,7 +11,7 @@ from heavylift.coordinator.commands import app
 from heavylift.coordinator.reference import page
 from page_blocks import ROOT
 
-PAGES = sorted(str(path.relative_to(ROOT)) for path in ROOT.rglob("*.md") if not path.relative_to(ROOT).parts[0][0] == ".")
+PAGES = sorted(str(path.relative_to(ROOT)) for path in ROOT.rglob("*.md") if path.relative_to(ROOT).parts[0][0] != ".")
 COMMANDS = typer.main.get_command(app).commands
 CALL = re.compile(r"(?:^|[`\s/])heavylift ([a-z]+\b[^`\n#;]*)", re.M)
 
@@ -38,7 +38,9 @@ def test_links_lead_somewhere(name: str) -> None:
 
 @pytest.mark.parametrize("name", PAGES)
 def test_files_named_in_commands_exist(name: str) -> None:
-    named = re.findall(r"\b((?:tests|coordinator|kernel|nodes|recordings)/[\w/]+\.(?:py|md|yaml|png))\b", (ROOT / name).read_text())
+    named = re.findall(
+        r"\b((?:tests|coordinator|kernel|nodes|recordings)/[\w/]+\.(?:py|md|yaml|png))\b", (ROOT / name).read_text()
+    )
     here = (ROOT / name).parent
     assert [path for path in named if not (ROOT / path).exists() and not (here / path).exists()] == []
 
