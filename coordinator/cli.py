@@ -30,9 +30,7 @@ def main() -> None:
     except HeavyliftError as error:
         print(f"heavylift: {error}" if "\n" not in str(error) else str(error), file=sys.stderr)
         sys.exit(1)
-    except typer.Abort:
-        sys.exit(130)
-    except KeyboardInterrupt:
+    except (typer.Abort, KeyboardInterrupt):
         print("heavylift: stopped", file=sys.stderr)
         sys.exit(130)
     except BrokenPipeError:  # who reads our output, such as `head`, has enough

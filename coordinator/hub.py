@@ -49,7 +49,7 @@ class Hub(Exchange):
         try:
             session = hub_session(run, self.directory, self._passwords, door, placement.remote)
             super().__init__(session, run, placement)
-        except ProtocolError:
+        except BaseException:  # Ctrl-C, too
             self.directory.remove()
             raise
         self._door, self._gate = door, None  # type: Door | None, Gate | None

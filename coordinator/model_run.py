@@ -24,9 +24,12 @@ from . import parts
 from .building import built, couplings, declaration, importing, module
 from .conversation import Conversation
 from .core import Outcome
+from .hub import Hub
 from .joining import joined
 from .link import LOCAL
+from .live.desk import Desk
 from .live.show import shown
+from .live.tempo import Tempo
 from .participant import NODE_MODULE
 from .placement import Placement
 from .processes import Processes
@@ -78,13 +81,19 @@ def run_models(
         placement = Placement({LOCAL: tuple(names)})
     started = time.perf_counter()
     lines: list[Transition] = []
+    tempo = Tempo()
     with (
+        Desk(Path(output or model.name), tempo) as desk,
         _tape(reference, model, output, lines, placement) as tape,
         joined(placement, in_process, None if in_process else Processes(_preload(reference))) as hub,
         shown(hub, model.name, None if output is None else Path(output)) as audience,
     ):
         end = Tag(until) if until < NEVER else FOREVER
-        talk = Conversation(hub, couplings(model), end, tape, watch or Watch(), audience=audience)
+        talk = Conversation(
+            hub, couplings(model), end, tape, watch or Watch(), audience=audience, tempo=tempo, desk=desk
+        )
+        if isinstance(hub, Hub):
+            desk.open(hub)
         try:
             _greet(talk, model, reference, log is not None)
             greeted = time.perf_counter()

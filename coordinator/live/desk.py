@@ -30,6 +30,8 @@ from .tempo import Tempo
 
 __all__ = ["Asked", "Desk"]
 
+STOP = "stop"  # in place of the words of a command: the end of the run
+
 
 class Asked(NamedTuple):
     """An encoded Order and who hears whether it was done, and one sentence."""
@@ -41,8 +43,8 @@ class Asked(NamedTuple):
 class Desk:
     """A context manager: at its end nobody is left without an answer, and a journal that is not needed goes."""
 
-    def __init__(self, recording: Path, tempo: Tempo, read: Callable[[str], OperatorCommand]) -> None:
-        """`read` makes a command of an operator's words or raises a HeavyliftError."""
+    def __init__(self, recording: Path, tempo: Tempo, read: Callable[[str], OperatorCommand] | None = None) -> None:
+        """`read` makes a command of an operator's words or raises a HeavyliftError; None: nobody takes commands."""
         self._recording, self._tempo, self._read = recording, tempo, read
         self._journal: Journal | None = None
         self._asked: deque[Asked] = deque()
@@ -116,11 +118,11 @@ class Desk:
                 self._steps.append(asked)
                 return ""
             case "stop":
-                t = self._give(OperatorCommand("stop"), core)
+                t = self._give(STOP, core)
                 tempo.go_on()
                 return f"ends at {_seconds(Tag(t))}"
             case "command":
-                t = self._give(self._read(order.text), core)
+                t = self._give(order.text, core)
                 if tempo.limit is not None:
                     return f"{order.text}: at {t * 1e-9:.9f} s, when the run goes on"
                 self._unanswered[t] = asked
@@ -128,8 +130,13 @@ class Desk:
             case "rate":
                 return f"{tempo.pace.change(order.factor):g} x real time"
 
-    def _give(self, said: OperatorCommand, core: OpenCoordinator) -> int:
+    def _give(self, words: str, core: OpenCoordinator) -> int:
         """Let a command take effect as soon as may be; returns when [ns]."""
+        if self._read is None:
+            raise HeavyliftError(
+                f"{words}: no model of this run takes commands; pause, step and continue it, or Ctrl-C"
+            )
+        said = OperatorCommand(STOP) if words == STOP else self._read(words)
         t = core.safe_ns
         while t in self._taken:
             t += 1
