@@ -17,22 +17,26 @@ from .commands import app
 
 __all__ = ["app", "main"]
 
+STOPPED = 130
+
 
 def main() -> None:
     """Entry point of the command `heavylift`."""
     try:
         code = app(standalone_mode=False)  # of a command that ends with typer.Exit
+        if code == STOPPED:  # what typer makes of Ctrl-C where nobody hears it
+            print("heavylift: stopped", file=sys.stderr)
         if code:
             sys.exit(code)
     except Stopped as error:
         print(f"heavylift: {error}", file=sys.stderr)
-        sys.exit(130)
+        sys.exit(STOPPED)
     except HeavyliftError as error:
         print(f"heavylift: {error}" if "\n" not in str(error) else str(error), file=sys.stderr)
         sys.exit(1)
     except (typer.Abort, KeyboardInterrupt):
         print("heavylift: stopped", file=sys.stderr)
-        sys.exit(130)
+        sys.exit(STOPPED)
     except BrokenPipeError:  # who reads our output, such as `head`, has enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except Exception as error:

@@ -82,19 +82,22 @@ def test_a_scene_places_its_nodes() -> None:
 
 
 @pytest.mark.parametrize(
-    ("placement", "told"),
+    ("placement", "line", "told"),
     [
-        ("  a: [crain]\n", "45:7: error: placement.a[0]: there is no node 'crain'"),
-        ("  a: [crane]\n  b: [block, crane]\n", "46:14: error: placement.b[1]: node 'crane' is placed twice, in 'a'"),
-        ("  a: {nodes: [crain]}\n", "45:15: error: placement.a.nodes[0]: there is no node 'crain'"),
-        ("  a: []\n", "45:3: error: placement.a.nodes: 1 or more are needed here, not 0"),
-        ("  a b: [crane]\n", "45:3: error: placement.a b: a name has letters, digits, '-' and '_' only"),
+        ("  a: [crain]\n", 0, ":7: error: placement.a[0]: there is no node 'crain'"),
+        ("  a: [crane]\n  b: [block, crane]\n", 1, ":14: error: placement.b[1]: node 'crane' is placed twice, in 'a'"),
+        ("  a: {nodes: [crain]}\n", 0, ":15: error: placement.a.nodes[0]: there is no node 'crain'"),
+        ("  a: []\n", 0, ":3: error: placement.a.nodes: 1 or more are needed here, not 0"),
+        ("  a b: [crane]\n", 0, ":3: error: placement.a b: a name has letters, digits, '-' and '_' only"),
     ],
 )
-def test_a_wrong_placement_in_a_scene_is_told_where(placement: str, told: str) -> None:
+def test_a_wrong_placement_in_a_scene_is_told_where(placement: str, line: int, told: str) -> None:
+    """`line`: of the placement, from 0."""
+    text = scene(placement)
+    line += text[: text.index(placement)].count("\n") + 1
     with pytest.raises(SceneError) as error:
-        parse(scene(placement))
-    assert str(error.value).startswith(f"scene.yaml:{told}")
+        parse(text)
+    assert str(error.value).startswith(f"scene.yaml:{line}{told}")
 
 
 @pytest.fixture(scope="module")
