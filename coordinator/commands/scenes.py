@@ -11,16 +11,20 @@ from .app import After, At, Json, Scene, Sets, app
 
 @app.command()
 def check(scene: Scene, as_json: Json = False, sets: Sets = None) -> None:
-    """Check a scene and show its static loads; starts nothing.    heavylift check my-lift.yaml"""
-    import dataclasses
+    """Check a scene, show its static loads and what of it is modelled; starts nothing.    heavylift check lift"""
     import json
+    from dataclasses import asdict
 
     from heavylift.nodes.scene import check as examine
     from heavylift.nodes.scene import load
 
-    found = examine(load(scene, sets or []))
-    data = {key: value for key, value in dataclasses.asdict(found).items() if key != "lines"}
-    typer.echo(json.dumps(data) if as_json else str(found))
+    loaded = load(scene, sets or [])
+    found = examine(loaded)
+    if not as_json:
+        typer.echo(str(found))
+        return
+    modelled = loaded.verdict.data() if loaded.verdict else None
+    typer.echo(json.dumps({k: v for k, v in asdict(found).items() if k != "lines"} | {"modelled": modelled}))
 
 
 @app.command()

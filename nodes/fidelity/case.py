@@ -7,48 +7,24 @@ and ramps the largest that the action list asks of it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from math import pi, sin, sqrt
+from dataclasses import dataclass
+from math import cos, pi, sin, sqrt
 from typing import TYPE_CHECKING
 
-from heavylift.nodes.scene.actions import Move, Turn
-from heavylift.nodes.scene.plan import Crane, HookRope, Plan, drive_name
+from heavylift.nodes.models.girder import sag
+from heavylift.nodes.scene.actions import Action, Move, Turn, Wait
+from heavylift.nodes.scene.plan import Axis, Crane, HookRope, Plan, drive_name
+
+from .hooks import Hook
+from .swinging import Swing
 
 if TYPE_CHECKING:
-    from heavylift.nodes.scene.follow import Following
+    from heavylift.nodes.scene.follow import Following, Step
 
-__all__ = ["Case", "Hook", "case_of"]
+__all__ = ["Case", "case_of"]
 
+CREEP = 1e-4  # slowest speed of a winch that picks up [m/s]
 MIRRORED = 1e-9  # [m, kg, rad] by which the halves of a lift may differ
-
-
-@dataclass(frozen=True)
-class Hook:
-    """One hook under its largest static load; compliances in m/N, speeds of its winch in m/s."""
-
-    rope: str
-    load: float  # on the rope, with hook block and loader [kg]
-    length: float  # longest while loaded [m]
-    rope_mass: float  # of that length [kg]
-    soft_rope: float
-    soft_slings: float
-    soft_girder: float
-    picks: float  # fastest hoisting while the block stands
-    hoists: float  # fastest winding while it hangs
-    ramp: float  # [m/s2]
-
-    def stretch(self, g: float, girder: bool = True, slings: bool = True) -> float:
-        """Static deflection under the load [m]."""
-        return self.load * g * (self.soft_rope + slings * self.soft_slings + girder * self.soft_girder)
-
-
-@dataclass(frozen=True)
-class Swing:
-    """A move of what hooks hang from: ramp [m/s2], duration of ramp and cruise [s]."""
-
-    ramp: float
-    ramping: float
-    cruising: float
 
 
 @dataclass(frozen=True)
@@ -61,29 +37,37 @@ class Case:
     ordered: frozenset[str]  # joints that an order moves
     drives: dict[str, tuple[float, float]]  # joint -> servo stiffness [N/m], load that hangs from it [kg]
     hinges: tuple[str, ...]
-    mirrored: bool  # about the plane across the rails through its middle
     determinate: bool  # statics alone share the load among the hooks
-    stage: float  # duration of the shortest stage in which the block may be lifted [s]
+    mirrored: bool  # about the plane across the rails through its middle
+    turns: bool  # the block, on its master
+    mass: float  # of the block [kg]
+    tilts: float  # its moment of inertia about the rails' normal, per mass [m2]; 0: its hooks hold it level
+    way: float  # longest of a move [m]
+    lasts: float  # of the whole action list, about [s]
 
     @property
-    def longest(self) -> float:
-        return max(hook.length for hook in self.hooks)
+    def reach(self) -> float:
+        """Length of the slowest pendulum [m]."""
+        return max(hook.reach for hook in self.hooks)
 
     @property
-    def omega(self) -> float:
-        """Slowest pendulum [rad/s]."""
-        return sqrt(self.gravity / self.longest)
+    def omegas(self) -> tuple[float, float]:
+        """Of the slowest and of the fastest pendulum [rad/s]."""
+        shortest = min(hook.reach for hook in self.hooks)
+        return sqrt(self.gravity / self.reach), sqrt(self.gravity / shortest)
 
 
 def case_of(plan: Plan, followed: Following) -> Case | None:
     """The numbers of a scene; None if nothing is lifted as far as it can be followed."""
     loads = _loads(plan, followed)
-    if not loads:
+    if not loads or plan.block is None:
         return None
     moves = [order for action in plan.actions for order in action.orders if isinstance(order, Move)]
     turns = any(isinstance(order, Turn) for action in plan.actions for order in action.orders)
-    hooks = tuple(_hook(plan, rope, *loads[rope.name], moves) for rope in plan.rig.hook_ropes if rope.name in loads)
-    hooks = tuple(replace(h, soft_girder=_girder(plan, h, hooks)) for h in hooks)
+    ropes = [rope for rope in plan.rig.hook_ropes if rope.name in loads]
+    bends = {rope.name: _bend(plan, rope) for rope in ropes}
+    sags = {c.name: sum(loads[r.name][0] * bends[r.name] for r in ropes if r.crane == c.name) for c in plan.cranes}
+    hooks = tuple(_hook(plan, r, *loads[r.name], moves, bends[r.name], sags[r.crane]) for r in ropes)
     ordered, drives = set[str](), dict[str, tuple[float, float]]()
     for crane in plan.cranes:
         for which, axis in (("gantry", crane.gantry), ("upper", crane.upper.axis), ("lower", crane.lower.axis)):
@@ -92,78 +76,142 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
             name = drive_name(crane.name, which)  # type: ignore[arg-type]
             if any(m.actuator == name for m in moves) or (turns and which != "gantry"):
                 ordered.add(joint)
-    hinges = tuple(f"{x.name}.hinge" for x in plan.loaders)
-    swings = tuple(_swings(moves))
-    stage = min((_duration(m) for m in moves if m.verb in ("hoist", "lower")), default=60.0)
+    ways = [abs(m.by) for m in moves if m.by is not None]
+    block, one = plan.block.body, len({round(h.place[0], 6) for h in hooks}) == 1
     return Case(
-        plan.gravity, hooks, swings, frozenset(ordered), drives, hinges, _mirrored(plan, followed, ordered),
-        len(hooks) <= 3, stage,
-    )  # fmt: skip
+        gravity=plan.gravity,
+        hooks=hooks,
+        swings=tuple(_swings(plan)),
+        ordered=frozenset(ordered),
+        drives=drives,
+        hinges=tuple(f"{x.name}.hinge" for x in plan.loaders),
+        determinate=len(hooks) <= 3,
+        mirrored=_mirrored(plan, followed, ordered),
+        turns=turns,
+        mass=block.mass,
+        tilts=block.moments[1] / block.mass if one else 0.0,
+        way=max(ways, default=1.0),
+        lasts=sum(_lasts(action) for action in plan.actions),
+    )
 
 
-def _loads(plan: Plan, followed: Following) -> dict[str, tuple[float, float]]:
-    """Rope -> largest static load [kg], longest length while loaded [m]."""
-    blocks = {h.rope: h.block_mass for c in plan.cranes for h in c.hooks}
-    loaders = {x.name: x.upper.mass + x.lower.mass for x in plan.loaders}
-    found: dict[str, tuple[float, float]] = {}
+def _loads(plan: Plan, followed: Following) -> dict[str, tuple[float, Step]]:
+    """Rope -> the largest share of the block that hangs on it [kg], and the step with its longest rope."""
+    found: dict[str, tuple[float, Step]] = {}
     for step in followed.steps:
         for rope in plan.rig.hook_ropes if step.loads else ():
             share = (step.loads or {}).get(rope.carries, 0.0)
             if share > 0.0:
-                assert rope.name in blocks
-                m, L = found.get(rope.name, (0.0, 0.0))
-                found[rope.name] = max(m, share + loaders[rope.carries]), max(L, step.state.ropes[rope.name])
+                before, longest = found.get(rope.name, (0.0, step))
+                longer = step.state.ropes[rope.name] > longest.state.ropes[rope.name]
+                found[rope.name] = max(before, share), step if longer else longest
     return found
 
 
-def _hook(plan: Plan, rope: HookRope, load: float, length: float, moves: list[Move]) -> Hook:
+def _hook(
+    plan: Plan, rope: HookRope, share: float, step: Step, moves: list[Move], bend: float, sags: float
+) -> Hook:  # fmt: skip
+    """`bend`: of the girder at this hook; `sags`: the crane's shares times their bends."""
+    assert plan.block is not None
+    crane = next(c for c in plan.cranes if c.name == rope.crane)
+    loader = next(x for x in plan.loaders if x.name == rope.carries)
     slings = [s for s in plan.rig.slings if s.loader == rope.carries]
     mine = [m for m in moves if m.actuator == rope.name]
     picking = [abs(m.speed) for m in mine if m.until is not None]
     free = [abs(m.speed) for m in mine if m.until is None]
+    length, load = step.state.ropes[rope.name], share + loader.upper.mass + loader.lower.mass
+    pose, com = plan.block.pose, plan.block.body.com
+    soft_rope, soft_slings = length / rope.EA, 1.0 / sum(s.EA / s.L0 for s in slings) if slings else 0.0
+    below = loader.pose[2] - pose[2] - com[2]  # of the hook, as it stands
+    stools = sum(p.support.k for p in plan.block.pads if p.closed) / len(plan.rig.hook_ropes)
+    y, span = _on_girder(crane, rope)
+    trolley, axis = _hangs_on(crane, rope)
+    traversed = max((abs(m.by) for m in moves if m.verb == "traverse" and m.by is not None), default=0.0)
+    hangs = (share + loader.upper.mass + loader.lower.mass + trolley) * plan.gravity / axis.kp
+    lever = abs(sum(line.a.p[2] for line in rope.lines) / len(rope.lines) - crane.girder.height)
+    steep = pi / span * abs(cos(pi * y / span))
     return Hook(
         rope=rope.name,
+        crane=rope.crane,
         load=load,
+        share=share,
         length=length,
+        reach=length + below,
         rope_mass=rope.line * length,
-        soft_rope=length / rope.EA,
-        soft_slings=1.0 / sum(s.EA / s.L0 for s in slings) if slings else 0.0,
-        soft_girder=0.0,
-        picks=max(picking, default=0.0) or max(free, default=0.0),
+        place=(loader.pose[0] - pose[0] - com[0], loader.pose[1] - pose[1] - com[1]),
+        depth=-loader.hinge[2] - loader.lower.com[2],
+        soft_rope=soft_rope,
+        soft_slings=soft_slings,
+        soft_girder=bend * sags / share,
+        bend=bend,
+        aside=lever * steep / sin(pi * y / span),
+        slides=2.0 * hangs * steep * (sag(plan, crane) + bend * sags * plan.gravity),
+        tilts=(sag(plan, crane) + bend * sags * plan.gravity) * (pi / span) ** 2 * (lever + hangs),
+        traverses=traversed,
+        picks=max(CREEP, max(picking, default=0.0) or max(free, default=0.0)) * _grip(stools, soft_rope + soft_slings),
         hoists=max(free, default=0.0),
         ramp=max((m.accel for m in mine), default=0.0),
     )
 
 
-def _girder(plan: Plan, hook: Hook, hooks: tuple[Hook, ...]) -> float:
-    """Deflection at a hook under all loads of its crane, per force of this hook [m/N]."""
-    crane = next(c for c in plan.cranes for h in c.hooks if h.rope == hook.rope)
+def _grip(stools: float, soft: float) -> float:
+    """Part of the winch's speed with which the block parts from stools that give way as the ropes do."""
+    return stools * soft / (1.0 + stools * soft) if stools else 1.0
 
-    def shape(h: Hook) -> float:
-        of = next(x for x in crane.hooks if x.rope == h.rope)
-        axis = crane.upper.axis if of.trolley == "upper" else crane.lower.axis
-        return sin(pi * axis.start / crane.girder.span)
 
-    mine = [h for h in hooks if any(x.rope == h.rope for x in crane.hooks)]
-    total = sum(h.load * shape(h) for h in mine) * shape(hook)
-    return total / hook.load / (pi**4 / 2.0 * crane.girder.stiffness / 48.0)
+def _on_girder(crane: Crane, rope: HookRope) -> tuple[float, float]:
+    """Where a hook hangs from its girder, and the girder's span [m]."""
+    return _hangs_on(crane, rope)[1].start, crane.girder.span
+
+
+def _hangs_on(crane: Crane, rope: HookRope) -> tuple[float, Axis]:
+    """Mass and axis of the trolley of a hook."""
+    of = next(x for x in crane.hooks if x.rope == rope.name)
+    trolley = crane.upper if of.trolley == "upper" else crane.lower
+    return trolley.body.mass, trolley.axis
+
+
+def _bend(plan: Plan, rope: HookRope) -> float:
+    """sin(pi y / L) / sqrt(k) of the girder's first mode, k = pi^4 EI / 2 L^3 [1 / sqrt(N/m)]."""
+    crane = next(c for c in plan.cranes if c.name == rope.crane)
+    y, span = _on_girder(crane, rope)
+    return sin(pi * y / span) / sqrt(pi**4 / 2.0 * crane.girder.stiffness / 48.0)
 
 
 def _hangs_from(plan: Plan, rope: str, crane: Crane, which: str) -> bool:
     return any(h.rope == rope and which in ("gantry", h.trolley) for h in crane.hooks)
 
 
-def _swings(moves: list[Move]) -> Iterator[Swing]:
-    for m in moves:
-        if m.verb in ("travel", "traverse"):
-            ramping = abs(m.speed) / m.accel
-            yield Swing(m.accel, ramping, max(0.0, _duration(m) - 2.0 * ramping))
+def _swings(plan: Plan) -> Iterator[Swing]:
+    for i, action in enumerate(plan.actions):
+        left = sum(_lasts(a) for a in plan.actions[i:])
+        for m in action.orders:
+            if isinstance(m, Move) and m.verb in ("travel", "traverse"):
+                ramping, cruising = _profile(m)
+                yield Swing(m.accel, ramping, cruising, left, m.verb == "travel")
+                break  # all that an action moves sideways moves together
+
+
+def _lasts(action: Action) -> float:
+    """Duration of an action, about [s]."""
+    told = [_duration(order) for order in action.orders if isinstance(order, Move)]
+    return max([*told, *(order.seconds for order in action.orders if isinstance(order, Wait))], default=0.0)
 
 
 def _duration(m: Move) -> float:
-    """Seconds of a move whose way is known; a minute for another."""
-    ramping = abs(m.speed) / m.accel if m.accel else 0.0
-    return abs(m.by) / abs(m.speed) + ramping if m.by is not None and m.speed else 60.0
+    """Of a move whose way is known; of another its ramps [s]."""
+    ramping, cruising = _profile(m)
+    return 2.0 * ramping + cruising
+
+
+def _profile(m: Move) -> tuple[float, float]:
+    """Durations of a ramp and of the cruise between two [s]; no cruise where the way is not known."""
+    if not m.accel or not m.speed:
+        return 0.0, 0.0
+    if m.by is None:
+        return abs(m.speed) / m.accel, 0.0
+    speed = min(abs(m.speed), sqrt(m.accel * abs(m.by)))
+    return (speed / m.accel, abs(m.by) / speed - speed / m.accel) if speed else (0.0, 0.0)
 
 
 def _mirrored(plan: Plan, followed: Following, ordered: set[str]) -> bool:

@@ -6,13 +6,14 @@ and its own stays below the accuracy for every quantity asked.  A part that the 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.nodes.scene.plan import Fidelity, Plan
 
 from .case import case_of
+from .cost import Cost, cost
 from .question import Asked, Question
 from .rules import RULES, Choice
 
@@ -23,6 +24,10 @@ __all__ = ["Verdict", "choose"]
 
 RICHEST = Fidelity(ropes="massive", lumps=2, girder="elastic")
 INTEGRATION = 0.1  # part of the accuracy that is left to the steps in time
+ALWAYS = (  # what needs no decision
+    "bodies that locked joints join are one body; reevings are lumped to one spring; no wind: none is named",
+    "one island: all that hangs together is solved together; what no rope ties waits at no cost of its own",
+)
 
 
 @dataclass(frozen=True)
@@ -35,12 +40,14 @@ class Decided:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The fidelity for a question; `str` is the pruning report."""
+    """The fidelity for a question; `str` is the pruning report; no costs where nothing can be followed."""
 
     question: Question
     fidelity: Fidelity
     decided: tuple[Decided, ...]
     errors: dict[Asked, float]
+    cost: Cost | None = None
+    richest: Cost | None = None
 
     def __str__(self) -> str:
         asked = ", ".join(self.question.ask)
@@ -51,15 +58,36 @@ class Verdict:
                 f"  {d.choice.rule:<16} {d.outcome:<9} {d.choice.saved:>4} states   {told}   {d.choice.reason}"
             )
         total = ", ".join(f"{q} {e:.2%}" for q, e in self.errors.items())
-        return "\n".join([*lines, f"  predicted in all: {total}"])
+        lines += [f"  predicted in all: {total}; the steps in time may add {INTEGRATION * self.question.accuracy:.2%}"]
+        if self.cost and self.richest:
+            lines += [
+                f"  {name:<16} {c.states:>4} states, bound by {c.omega:.0f} 1/s, about {c.evaluations:.2g} evaluations"
+                for name, c in (("richest rung", self.richest), ("chosen rung", self.cost))
+            ]
+            lines += [f"  evaluations x states: 1/{self.richest.product / self.cost.product:.1f} of the richest rung's"]
+        return "\n".join([*lines, *(f"  {line}" for line in ALWAYS)])
+
+    def data(self) -> dict[str, object]:
+        """The same as plain data."""
+        return {
+            "ask": list(self.question.ask),
+            "accuracy": self.question.accuracy,
+            "fidelity": msgspec.to_builtins(self.fidelity),
+            "choices": [
+                {"rule": d.choice.rule, "key": d.choice.key, "outcome": d.outcome, "states": d.choice.saved,
+                 "errors": dict(d.choice.errors), "reason": d.choice.reason}
+                for d in self.decided
+            ],
+            "predicted": dict(self.errors),
+            "cost": {name: asdict(c) for name, c in (("chosen", self.cost), ("richest", self.richest)) if c},
+        }  # fmt: skip
 
 
 def choose(plan: Plan, followed: Following, question: Question, named: frozenset[str]) -> Verdict:
     """The fidelity that answers a question; `named`: the keys of the fidelity that the scene has written itself."""
     case = case_of(plan, followed)
     given = plan.fidelity
-    start = {k: getattr(RICHEST, k) for k in ("ropes", "lumps", "girder") if k not in named}
-    fidelity = msgspec.structs.replace(given, **start) if case else given
+    fidelity = _richest(given, named) if case else given
     budget = question.accuracy * (1.0 - INTEGRATION)
     spent: dict[Asked, float] = dict.fromkeys(question.ask, 0.0)
     decided: list[Decided] = []
@@ -75,7 +103,14 @@ def choose(plan: Plan, followed: Following, question: Question, named: frozenset
             decided.append(Decided(choice, "left out"))
         else:
             decided.append(Decided(choice, "kept"))
-    return Verdict(question, fidelity, tuple(decided), spent)
+    costs = (cost(case, fidelity), cost(case, _richest(given, named))) if case else (None, None)
+    return Verdict(question, fidelity, tuple(decided), spent, *costs)
+
+
+def _richest(given: Fidelity, named: frozenset[str]) -> Fidelity:
+    """The richest rung, but for what the scene names."""
+    start = {k: getattr(RICHEST, k) for k in ("ropes", "lumps", "girder") if k not in named}
+    return msgspec.structs.replace(given, **start)
 
 
 def _before(choice: Choice, decided: list[Decided]) -> bool:

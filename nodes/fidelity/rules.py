@@ -1,27 +1,24 @@
 """The pruning rules: each looks at one thing that might be left out and predicts what that costs, by formula.
 
 A rule returns a `Choice`: what to leave out, how many states that saves, the predicted error of each quantity that a
-scene can ask, and why.  Whether it is left out is decided in `choose`.  Formulas, with m the load of a hook, d its
-static deflection, L its rope, a and v ramp and speed of the winch, w frequencies:
-
-    pick-up      phi - 1 = v / sqrt(g d)              an elastic hook that begins to carry at speed v (C09)
-    ramp         phi - 1 = (a / g) (1 + |sin(w t / 2)|)  of a linear oscillator, ramped up in the time t = v / a
-    pendulum     dw / w = -dL / 2 L,  m_rope / 12 m    its length, the inertia of its rope (C13b)
-    servo        dw / w = m g / (2 L k)               a pendulum that hangs from a spring k
+scene can ask, and why.  Whether it is left out is decided in `choose`.  Where the formulas come from and how they are
+tested: FIDELITY.md; those of a pendulum's swing stand in `swinging`, those of shares in `hooks`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
-from math import pi, sin, sqrt
+from math import sqrt
 
 from heavylift.nodes.scene.plan import Fidelity
 
-from .case import Case, Hook
+from .case import Case
+from .hooks import Hook, leaning, redistribution
 from .question import Asked
+from .swinging import away, envelope, excursion
 
-__all__ = ["RULES", "Choice", "Rule"]
+__all__ = ["RULES", "Choice", "Rule", "girder_states"]
 
 Errors = dict[Asked, float]
 STATES = 2  # of a degree of freedom: coordinate and velocity
@@ -46,56 +43,70 @@ Rule = Callable[[Case, Fidelity], Choice]
 
 
 def rope_mass(case: Case, at: Fidelity) -> Choice:
-    """Ropes without mass: their inertia adds a third of it to the load, axially, and m_r / 12 m to a pendulum's."""
+    """Ropes without mass: a third of it moves with the load, axially; it hangs and moves with the pendulum; a wave
+    needs its time to the hook; as a rope is wound up its own weight stretches it less."""
+    g = case.gravity
     ratio = max(h.rope_mass / h.load for h in case.hooks)
-    dynamic = max(_pick_up(case, h, girder=True) + _ramped(case, h, True) for h in case.hooks)
-    droop = max(h.rope_mass / 2.0 * case.gravity * h.soft_rope / max(h.picks, 1e-9) for h in case.hooks)
-    errors: Errors = {
-        "rope tension": dynamic * ratio / 2.0,
-        "swing": _swing(case, ratio / 12.0),
-        "position": ratio / 12.0,
-        "lift-off time": droop / case.stage,
-    }
+    errors = _swung(case, max(_heavy(h) for h in case.hooks))
+    errors["rope tension"] = max(_dynamic(case, h, girder=True) for h in case.hooks) * ratio / 2.0
+    if not case.determinate:
+        errors["rope tension"] += max(_beats(case, h) for h in case.hooks)
+    stage = min(h.stretch(g, girder=True) / h.picks for h in case.hooks)
+    late = max(sqrt(h.rope_mass * h.soft_rope) for h in case.hooks)
+    if not case.determinate:  # the last hook decides, and how much its rope hangs through counts in full
+        late += max(h.rope_mass / 2.0 * g * h.soft_rope / h.picks for h in case.hooks)
+    errors["lift-off time"] = late / stage
     lumps = at.lumps * len(case.hooks)
+    degrees = 4 if at.motion == "spatial" else 2
     return Choice(
-        "massless ropes", "ropes", {"ropes": "elastic"}, STATES * 4 * lumps, errors,
+        "massless ropes", "ropes", {"ropes": "elastic"}, STATES * degrees * lumps, errors,
         f"a rope weighs {ratio:.2%} of its load",
     )  # fmt: skip
 
 
 def girder(case: Case, at: Fidelity) -> Choice:
-    """A girder that does not bend: without its deflection, the load is picked up faster and swings up quicker."""
-    gone = max(abs(_dynamic(case, h, True) - _dynamic(case, h, False)) for h in case.hooks)
-    pick = max(_pick_up(case, h, girder=False) for h in case.hooks)
-    sag = max(h.load * case.gravity * h.soft_girder for h in case.hooks)
-    late = max(h.load * case.gravity * h.soft_girder / max(h.picks, 1e-9) for h in case.hooks)
-    errors: Errors = {
-        "rope tension": max(gone, pick),
-        "swing": 0.0,
-        "position": 0.0,
-        "lift-off time": late / case.stage,
-    }
+    """A girder that does not bend: the block is picked up faster, hangs higher, and no slope moves it aside; more
+    hooks than three share it otherwise."""
+    g = case.gravity
+    steady = min(h.ramp for h in case.hooks) / g  # any hook goes at least this far beyond its static load
+    dynamic = max(_dynamic(case, h, bends) for h in case.hooks for bends in (True, False)) - steady
+    spread = 0.0 if case.determinate else redistribution(case.hooks)
+    sag, aside = (
+        max(h.sag(g) for h in case.hooks),
+        max(2.0 * h.sag(g) * h.aside + h.slides + h.tilts * h.traverses for h in case.hooks),
+    )
+    errors = _swung(case, max(h.sag(g) / h.reach for h in case.hooks) / 2.0)
+    errors["swing"] += aside / excursion(case.swings, case.omegas) + max(h.tilts for h in case.hooks)
+    errors["position"] += (sag + aside) / case.way
+    errors["rope tension"] = dynamic + spread
+    errors["lift-off time"] = max(h.soft_girder / h.soft(girder=True) for h in case.hooks)
+    shared = f", which shifts {spread:.1%} of a hook's load" if spread else ""
     return Choice(
-        "rigid girder", "girder", {"girder": "rigid"}, STATES * len({h.rope.split(".")[0] for h in case.hooks}),
-        errors, f"the load bends it by {sag * 1e3:.0f} mm",
+        "rigid girder", "girder", {"girder": "rigid"}, girder_states(case), errors,
+        f"the block bends it by {sag * 1e3:.0f} mm{shared}",
     )  # fmt: skip
 
 
+def girder_states(case: Case) -> int:
+    """One mode of each crane that lifts."""
+    return STATES * len({h.crane for h in case.hooks})
+
+
 def rope_elasticity(case: Case, at: Fidelity) -> Choice:
-    """Ropes that do not stretch: no dynamic factor at all, and the load is lifted at once."""
-    dynamic = max(_dynamic(case, h, girder=False) for h in case.hooks)
-    stretch = max(h.stretch(case.gravity, girder=False) / h.length for h in case.hooks)
-    late = max(h.stretch(case.gravity) / max(h.picks, 1e-9) for h in case.hooks)
-    errors: Errors = {
-        "rope tension": dynamic,
-        "swing": _swing(case, stretch / 2.0),
-        "position": stretch,
-        "lift-off time": late / case.stage,
-    }
+    """Ropes that do not stretch: no dynamic factor at all, the load is lifted at once, and hangs level."""
+    g = case.gravity
+    stretch = max(h.stretch(g, girder=False) for h in case.hooks)
+    part = max(h.stretch(g, girder=False) / h.reach for h in case.hooks)
+    errors = _swung(case, part / 2.0)
+    aside = 2.0 * leaning(case.hooks, g)
+    errors["swing"] += aside / excursion(case.swings, case.omegas)
+    errors["position"] += (stretch + aside) / case.way
+    errors["rope tension"] = max(_dynamic(case, h, girder=False) for h in case.hooks)
+    errors["lift-off time"] = 2.0  # neither the begin nor the end of its stage is right
     many = "" if case.determinate else "; but more than three hooks share the load by their stiffness"
     return Choice(
         "rigid ropes", "ropes", {"ropes": "rigid", "slings": "rigid"}, 0, errors,
-        f"they stretch by {stretch:.2%}{many}", case.determinate,
+        f"the block stretches them by {stretch * 1e3:.0f} mm{many}", case.determinate,
     )  # fmt: skip
 
 
@@ -107,38 +118,64 @@ def plane(case: Case, at: Fidelity) -> Choice:
 
 
 def hinges(case: Case, at: Fidelity) -> Choice:
-    """Beams of loaders that do not turn on their hinges: slings of equal length share the load all the same."""
-    states = STATES * len(case.hinges)
-    return Choice("locked hinges", "locked", {}, states, {}, "no order turns a beam", bool(case.hinges), case.hinges)
+    """Beams of loaders that do not turn on their hinges: exact where nothing turns them, in a mirrored lift; in
+    another, slings of one beam stretch differently instead.  A move along the rails turns them."""
+    states, g = STATES * len(case.hinges), case.gravity
+    errors, allowed, why = Errors(), bool(case.hinges) and not case.turns, "nothing turns a beam"
+    if not case.mirrored:
+        hangs = max(h.stretch(g, girder=False) for h in case.hooks)
+        errors = _swung(case, hangs / case.reach / 2.0)
+        errors["position"] += hangs / case.way
+        why = "nothing turns a beam but slings that stretch"
+    if any(s.along for s in case.swings):
+        allowed, why = False, "a move along the rails turns the beams"
+    return Choice("locked hinges", "locked", {}, states, errors, why, allowed, case.hinges)
 
 
 def idle_drives(case: Case, at: Fidelity) -> Choice:
-    """Gantries and trolleys that no order moves stand still; their servos give way a little."""
+    """Gantries and trolleys that no order moves stand still; their servos give way to what swings towards them: all of
+    the swing, or, of a gantry in a move across, what a lift that is not mirrored leans."""
     idle = tuple(joint for joint in case.drives if joint not in case.ordered)
-    gives = max((m * case.gravity / case.longest / k for k, m in (case.drives[j] for j in idle)), default=0.0)
-    errors: Errors = {"swing": _swing(case, gives / 2.0), "position": gives}
+    swings = any(s.along for s in case.swings)
+    pulled = [j for j in idle if not j.endswith(".gantry") or swings]
+    gives = max((m * case.gravity / case.reach / k for k, m in (case.drives[j] for j in pulled)), default=0.0)
+    errors = _swung(case, gives / 2.0) if gives else Errors()
     return Choice("locked drives", "locked", {}, STATES * len(idle), errors, "no order moves them", bool(idle), idle)
 
 
-RULES: tuple[Rule, ...] = (rope_mass, girder, plane, idle_drives, hinges, rope_elasticity)
+def pads(case: Case, at: Fidelity) -> Choice:
+    """Pads of faces that the block does not stand on: without a turn they never meet a stool."""
+    why = "a turn lands on another face" if case.turns else "no turn brings another face to the stools"
+    return Choice("standing pads", "pads", {"pads": "standing"}, 0, {}, why, not case.turns)
+
+
+RULES: tuple[Rule, ...] = (pads, rope_mass, girder, plane, idle_drives, hinges, rope_elasticity)
 
 
 def _dynamic(case: Case, h: Hook, girder: bool) -> float:
-    """phi - 1 of picking up or ramping, whichever is more."""
-    return max(_pick_up(case, h, girder), _ramped(case, h, girder))
+    """Largest phi - 1: the block parts from its stools at the speed v, the winch halts and starts with a: of a linear
+    oscillator at most k sqrt(v^2 + (a / w)^2) / w from the first, m a from the stop, 2 m a from the start; w: of the
+    slowest hook, for a block on several pitches and rolls."""
+    w = min(x.omega(girder) for x in case.hooks)
+    parting = sqrt(h.picks**2 + (h.ramp / w) ** 2) / w / h.soft(girder)
+    return parting / h.load / case.gravity + 2.0 * h.ramp / case.gravity
 
 
-def _pick_up(case: Case, h: Hook, girder: bool) -> float:
-    return h.picks / sqrt(case.gravity * max(h.stretch(case.gravity, girder), 1e-12))
+def _beats(case: Case, h: Hook) -> float:
+    """Of several modes: dynamic factor times the phase by which a frequency that is m_r / 6 m too high runs ahead in a
+    ramp of the winch."""
+    phase = h.omega(True) * h.hoists / h.ramp * h.rope_mass / h.load / 6.0 if h.ramp else 0.0
+    return _dynamic(case, h, girder=True) * min(1.0, phase)
 
 
-def _ramped(case: Case, h: Hook, girder: bool) -> float:
-    omega = sqrt(case.gravity / max(h.stretch(case.gravity, girder), 1e-12))
-    time = h.hoists / h.ramp if h.ramp else 0.0
-    return h.ramp / case.gravity * (1.0 + abs(sin(min(omega * time, pi) / 2.0)))
+def _swung(case: Case, shift: float) -> Errors:
+    """Errors of the swing and of the place for a relative error of the frequency."""
+    swing = shift * envelope(case.swings, case.omegas)
+    return {"swing": swing, "position": shift * away(case.swings, case.omegas) / case.way}
 
 
-def _swing(case: Case, shift: float) -> float:
-    """Error of the envelope after a move from that of the frequency: phase times shift, at least the shift."""
-    phases: Iterable[float] = (case.omega * (s.ramping + s.cruising) / 2.0 for s in case.swings)
-    return abs(shift) * max([1.0, *phases])
+def _heavy(h: Hook) -> float:
+    """dw / w of a straight pendulum of loader and block if its rope has mass: w^2 = g sum m l / sum m l^2."""
+    masses = ((h.load - h.share, h.length + h.depth), (h.share, h.reach))
+    turned, inertia = sum(m * l for m, l in masses), sum(m * l**2 for m, l in masses)
+    return h.rope_mass * (h.length / 2.0 / turned - h.length**2 / 3.0 / inertia) / 2.0

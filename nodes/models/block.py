@@ -24,9 +24,10 @@ class BlockModel(Machine):
         super().__init__(block.name)
         joint = Joint(f"{block.name}.free", "free", WORLD, block.name, q0=block.pose, v0=REST6)
         self.take(JointCoupled("free", modelled(joint, plan.fidelity), Law("free")))
-        faces = {pad.support.name: pad.face for pad in block.pads}
-        closed = frozenset(pad.support.name for pad in block.pads if pad.closed)
-        laws = System(supports=tuple(pad.support for pad in block.pads))
+        pads = [pad for pad in block.pads if pad.closed or plan.fidelity.pads == "all"]
+        faces = {pad.support.name: pad.face for pad in pads}
+        closed = frozenset(pad.support.name for pad in pads if pad.closed)
+        laws = System(supports=tuple(pad.support for pad in pads))
         stools = Stools("stools", block.name, laws, faces=faces, closed=closed)
         theta = Law("theta", System(measured=(Measured(f"{block.name}.theta", "angle", block.name),)))
         level = Inclinometer("attitude", block.name, plan.start)

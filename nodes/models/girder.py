@@ -13,7 +13,7 @@ from heavylift.kernel.describe import Body, Joint, Matrix, Vector
 from heavylift.kernel.flexible.description import Beam, Flexible
 from heavylift.nodes.scene.plan import Crane, Inertia, Plan
 
-__all__ = ["girder", "on_girder", "stiff_part"]
+__all__ = ["girder", "on_girder", "sag", "stiff_part"]
 
 ALONG_Y: Matrix = ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0))  # the beam's x is the main body's y
 X: Vector = (1.0, 0.0, 0.0)
@@ -31,23 +31,23 @@ def girder(plan: Plan, crane: Crane) -> tuple[Joint, Body]:
     given, name = crane.girder, f"{crane.name}.girder"
     at: Vector = (0.0, 0.0, given.height)
     beam = Beam(given.span, given.mass / given.span, EI_y=given.stiffness * given.span**3 / 48.0)
-    bent = Flexible(1, beam, frame="simply supported", damping=given.damping, start=(-_sag(plan, crane),))
+    bent = Flexible(1, beam, frame="simply supported", damping=given.damping, start=(-sag(plan, crane),))
     return Joint(f"{name}-feet", "fixed", f"{crane.name}.main", name, at, ALONG_Y), Body(name, 0.0, flexible=bent)
 
 
 def on_girder(plan: Plan, crane: Crane, joint: Joint, y: float) -> Joint:
     """The joint of a trolley that starts at y of the bending girder: a slider, or fixed there."""
-    sag, phase = _sag(plan, crane), pi * y / crane.girder.span
-    slope = sag * pi / crane.girder.span * cos(phase)  # about the beam's y
+    down, phase = sag(plan, crane), pi * y / crane.girder.span
+    slope = down * pi / crane.girder.span * cos(phase)  # about the beam's y
     c, s = cos(slope), sin(slope)
     level: Matrix = ((0.0, -1.0, 0.0), (c, 0.0, s), (-s, 0.0, c))
-    name, at = f"{crane.name}.girder", (0.0, 0.0, crane.girder.height - sag * sin(phase))
+    name, at = f"{crane.name}.girder", (0.0, 0.0, crane.girder.height - down * sin(phase))
     if joint.kind == "fixed":
         return Joint(joint.name, "fixed", name, joint.child, (y, 0.0, 0.0), p_CJ=at, R_CJ=level)
     return Joint(joint.name, "slider", name, joint.child, axis=X, q0=joint.q0, v0=joint.v0, p_CJ=at, R_CJ=level)
 
 
-def _sag(plan: Plan, crane: Crane) -> float:
+def sag(plan: Plan, crane: Crane) -> float:
     """Static deflection of midspan [m]: F / (pi^4 EI / 2 L^3) with F = sum of P sin(pi y / L) + 2 m g / pi."""
     given, L = crane.girder, crane.girder.span
     force = 2.0 * given.mass * plan.gravity / pi

@@ -21,6 +21,7 @@ class Fidelity(Item, frozen=True, kw_only=True):
     ropes: "rigid" ones keep their length, "elastic" ones stretch, "massive" ones are chains of `lumps` pieces.
     slings: rigid or elastic.  girder: rigid, or "elastic" with its first vertical mode.
     motion: spatial, or planar "across" (along the girders: y, z) or "along" the rails (x, z).
+    pads: of the block; all of them, or only those of the face that it is "standing" on.
     locked: joints that are declared fixed where they start.
     """
 
@@ -29,4 +30,5 @@ class Fidelity(Item, frozen=True, kw_only=True):
     slings: Literal["rigid", "elastic"] = "elastic"
     girder: Literal["rigid", "elastic"] = "rigid"
     motion: Literal["spatial", "across", "along"] = "spatial"
+    pads: Literal["all", "standing"] = "all"
     locked: tuple[str, ...] = ()

@@ -39,6 +39,7 @@ def build_fidelity(yard: Yard) -> plan.Fidelity:
         slings=given.slings,
         girder=given.girder,
         motion=given.motion,
+        pads=given.pads,
         locked=tuple(joint for joint in joints if joint in locked),
     )
     return planar(made, yard.loaders, yard.cranes)

@@ -262,6 +262,7 @@ class Fidelity(Base):
     slings: Literal["rigid", "elastic"] = "elastic"
     girder: Literal["rigid", "elastic"] = "rigid"
     motion: Literal["spatial", "across", "along"] = "spatial"
+    pads: Literal["all", "standing"] = "all"
     locked: tuple[str, ...] = ()
 
 

@@ -27,7 +27,7 @@ class History:
     hooks: list[str]
     times: list[float] = field(default_factory=list)
     tensions: list[np.ndarray] = field(default_factory=list)
-    places: list[np.ndarray] = field(default_factory=list)  # of the block
+    places: list[np.ndarray] = field(default_factory=list)  # of the middle of the block
     ended: list[float] = field(default_factory=list)  # of the actions
     evaluations: int = 0
     states: int = 0
@@ -535,4 +535,6 @@ class _Player:
     def note(self, t: float, y: np.ndarray) -> None:
         self.out.times.append(t)
         self.out.tensions.append(self.lift.tensions(t, y).copy())
-        self.out.places.append(y[3 * (self.lift.n_bodies - 1) : 3 * self.lift.n_bodies].copy())
+        n = self.lift.n_bodies
+        R = rotation(y[7 * n - 4 : 7 * n])
+        self.out.places.append(y[3 * n - 3 : 3 * n] - R @ self.lift.com[-1])

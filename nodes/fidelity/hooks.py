@@ -1,0 +1,85 @@
+"""The numbers of one hook that its rules need, and how several share a block whose girders bend.
+
+A rigid block on hooks that all rise alike: T = C^-1 (plane), sum T = W, no moment about the centre of mass, with C the
+compliances of ropes and slings, and with the girders' sin(pi y_i / L) sin(pi y_j / L) / k for hooks of one crane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from math import dist, sqrt
+
+import numpy as np
+
+__all__ = ["Hook", "leaning", "redistribution"]
+
+
+@dataclass(frozen=True)
+class Hook:
+    """One hook under its largest static load; compliances in m/N, speeds of its winch in m/s."""
+
+    rope: str
+    crane: str
+    load: float  # on the rope, with hook block and loader [kg]
+    share: float  # of it, what the block weighs on it [kg]
+    length: float  # longest while loaded [m]
+    reach: float  # from the trolley to the block's centre of mass then [m]
+    rope_mass: float  # of that length [kg]
+    place: tuple[float, float]  # from the block's centre of mass, at the start [m]
+    depth: float  # of the loader below the hook [m]
+    soft_rope: float
+    soft_slings: float
+    soft_girder: float  # deflection there under all that the block loads its crane with, per force of this hook
+    bend: float  # sin(pi y / L) / sqrt(k) of its place on the girder [1 / sqrt(N/m)]
+    aside: float  # way of the rope's end to the side as the girder bends by 1 m at this place [m]
+    slides: float  # way of its trolley into its servo, down the slope of the girder, there and back [m]
+    tilts: float  # way to the side per way that its trolley traverses, as the bent girder slopes
+    traverses: float  # longest of these ways [m]
+    picks: float  # fastest hoisting while the block stands, less what the stools give way
+    hoists: float  # fastest winding while it hangs
+    ramp: float  # [m/s2]
+
+    def soft(self, girder: bool) -> float:
+        """Of all that the block hangs from [m/N]."""
+        return self.soft_rope + self.soft_slings + girder * self.soft_girder
+
+    def stretch(self, g: float, girder: bool) -> float:
+        """How far all gives way under the block [m]."""
+        return self.share * g * self.soft(girder)
+
+    def sag(self, g: float) -> float:
+        """Of the girder under the block [m]."""
+        return self.share * g * self.soft_girder
+
+    def omega(self, girder: bool) -> float:
+        """Of the block on this hook, up and down [rad/s]."""
+        return 1.0 / sqrt(self.share * self.soft(girder))
+
+
+def redistribution(hooks: Sequence[Hook]) -> float:
+    """Largest relative change of a hook's load if girders do not bend."""
+    rigid = np.diag([h.soft_rope + h.soft_slings for h in hooks])
+    bent = np.array([[a.bend * b.bend * (a.crane == b.crane) for b in hooks] for a in hooks])
+    before, after = (_shares(hooks, C) for C in (rigid + bent, rigid))
+    return max(float(abs(b - a)) * h.share / h.load for a, b, h in zip(before, after, hooks, strict=True))
+
+
+def leaning(hooks: Sequence[Hook], g: float) -> float:
+    """How far the centre of mass moves aside as ropes and slings of different hooks stretch differently [m]."""
+    pairs = ((a, b, dist(a.place, b.place)) for a, b in combinations(hooks, 2))
+    return max(
+        (abs(a.stretch(g, False) - b.stretch(g, False)) / d * (a.reach - a.length) for a, b, d in pairs if d > 0.0),
+        default=0.0,
+    )
+
+
+def _shares(hooks: Sequence[Hook], C: np.ndarray) -> np.ndarray:
+    """(n_hooks,) relative to the shares that statics found; of hooks in one line, without leaning off it."""
+    A = np.array([(1.0, *h.place) for h in hooks])
+    W = np.array([sum(h.share for h in hooks), 0.0, 0.0])
+    K = np.linalg.inv(C)
+    tensions: np.ndarray = K @ A @ np.linalg.lstsq(A.T @ K @ A, W, rcond=1e-9)[0]
+    relative: np.ndarray = tensions / np.array([h.share for h in hooks])
+    return relative

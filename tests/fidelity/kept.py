@@ -1,0 +1,74 @@
+"""Whether `accuracy:` is kept: a random lift on the rung that is chosen for it, against the richest one in other code.
+
+`judged(seed, accuracy)` runs both; what a scene asks is drawn by its seed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from random import Random
+
+import numpy as np
+from heavylift.nodes.fidelity import ASKABLE
+from heavylift.nodes.scene import parse
+from lifted import lifted
+from measuring import Seen, apart
+from random_lifts import random_lift
+from richest_lift import richest
+from scipy.interpolate import CubicSpline
+
+SAMPLES = 0.1  # [s]
+RTOL = 1e-3  # of the reference: its peaks are within 1e-4 of those at 1e-6
+RICHEST = "fidelity={ropes: massive, lumps: 2, girder: elastic}"
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One scene: errors of what it asks, the rung, rules that left something out, cost [evaluations x states]."""
+
+    seed: int
+    ask: tuple[str, ...]
+    accuracy: float
+    errors: dict[str, float]
+    predicted: dict[str, float]
+    rung: str
+    left_out: tuple[str, ...]
+    cost: int
+    richest: int
+
+    @property
+    def worst(self) -> float:
+        """Largest measured error relative to the accuracy."""
+        return max(self.errors.values()) / self.accuracy
+
+
+def asked(seed: int) -> tuple[str, ...]:
+    """One to all of the quantities."""
+    r = Random(f"ask {seed}")
+    chosen = r.sample(ASKABLE, r.randint(1, len(ASKABLE)))
+    return tuple(q for q in ASKABLE if q in chosen)
+
+
+def reference(seed: int) -> Seen:
+    """The lift in code of its own."""
+    scene = parse(random_lift(seed))
+    run = richest(scene.plan, rtol=RTOL)
+    times, first = np.unique(run.times, return_index=True)
+    grid = np.arange(0.0, times[-1], SAMPLES)
+    places = CubicSpline(times, np.array(run.places)[first])(grid)
+    names = [action.stage for action in scene.plan.actions] + ["finished"]
+    return Seen(scene.plan, run.peaks, zip(names, [0.0, *run.ended], strict=True), grid, places)
+
+
+def judged(seed: int, accuracy: float, true: Seen | None = None) -> Judged:
+    """The lift of a seed, asked to an accuracy; the richest rung's cost is that of our own code at the same one."""
+    ask, text, fine = asked(seed), random_lift(seed), f"accuracy={100 * accuracy:g} %"
+    scene = parse(text, overrides=[f"ask=[{', '.join(ask)}]", fine])
+    run, most = lifted(scene), lifted(parse(text, overrides=[RICHEST, fine]))
+    errors = apart(Seen.of(scene, run), true or reference(seed))
+    f, verdict = scene.plan.fidelity, scene.verdict
+    left = tuple(d.choice.rule for d in verdict.decided if d.outcome == "left out")
+    rung = f"{f.ropes} ropes, {f.girder} girder, {f.motion}"
+    return Judged(
+        seed, ask, accuracy, {q: errors[q] for q in ask}, dict(verdict.errors), rung, left, run.cost, most.cost
+    )  # fmt: skip
