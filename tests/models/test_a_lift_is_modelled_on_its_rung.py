@@ -86,7 +86,7 @@ def test_a_mirrored_lift_moves_in_its_plane():
 
 
 def test_an_order_to_a_locked_joint_ends_in_a_sentence():
-    with pytest.raises(ModelError, match=r"lift.yaml:40:5: crane.lower-slide is locked and cannot move: take it off"):
+    with pytest.raises(ModelError, match=r"lift.yaml:41:5: crane.lower-slide is locked and cannot move: take it off"):
         paused(lift("{locked: [trolleys]}"), after="sideways")
 
 

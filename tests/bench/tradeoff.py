@@ -1,0 +1,78 @@
+"""Is `accuracy:` kept?  Random lifts, each on the rung that is chosen for it, against the richest rung in other code.
+
+    python tests/bench/tradeoff.py [--scenes 200] [--seed 1] [--json]
+
+The generator and its ranges: tests/fidelity/random_lifts.py.  One line per row: name, value, target, met.  The cost of
+the reference rung is that of our own code on it, with the same method and steps: pruning alone is counted.
+"""
+
+import argparse
+import json
+import os
+import sys
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from statistics import median
+
+os.environ["OPENBLAS_NUM_THREADS"] = "1"
+sys.path.insert(0, str(Path(__file__).parents[1] / "fidelity"))
+
+ACCURACIES = (0.05, 0.02, 0.01, 0.005)
+WORKERS = 2
+
+
+def one(seed):
+    """What became of one scene at each accuracy, or why nothing did."""
+    from kept import judged, reference
+
+    try:
+        true = reference(seed)
+        return [judged(seed, accuracy, true) for accuracy in ACCURACIES]
+    except Exception as error:  # one scene that cannot be judged must not hide the others
+        return f"{seed}: {type(error).__name__}: {error}"
+
+
+def rows(found, lost):
+    """(name, value, target, met)"""
+    for accuracy, at in zip(ACCURACIES, zip(*found, strict=True), strict=True):
+        kept, worst = sum(j.worst <= 1.0 for j in at) / len(at), max(j.worst for j in at)
+        gain = median(j.richest / j.cost for j in at)
+        yield f"kept at {accuracy:.1%}", kept, 0.95, kept >= 0.95
+        yield f"worst error / accuracy at {accuracy:.1%}", worst, 3.0, worst <= 3.0
+        yield (
+            f"median gain at {accuracy:.1%}",
+            gain,
+            10.0 if accuracy == 0.01 else None,
+            accuracy != 0.01 or gain >= 10.0,
+        )
+        yield f"median cost at {accuracy:.1%}", median(j.cost for j in at), None, True
+    costs = [median(j.cost for j in at) for at in zip(*found, strict=True)]
+    yield "median cost falls with the accuracy", costs, None, costs == sorted(costs)
+    everything = [j for scene in found for j in scene]
+    rungs = Counter(j.rung for j in everything)
+    yield "rungs", dict(rungs.most_common()), 3, len(rungs) >= 3
+    fired = Counter(rule for scene in found for rule in {r for j in scene for r in j.left_out})
+    for rule, n in sorted(fired.items()):
+        yield f"scenes in which '{rule}' fired", n / len(found), 0.05, n >= 0.05 * len(found)
+    yield "scenes that could not be judged", lost, 0, not lost
+
+
+def main():
+    """Run, print."""
+    options = argparse.ArgumentParser()
+    options.add_argument("--scenes", type=int, default=200)
+    options.add_argument("--seed", type=int, default=1)
+    options.add_argument("--json", action="store_true")
+    given = options.parse_args()
+    first = 1000 * given.seed
+    with ProcessPoolExecutor(WORKERS) as pool:
+        found = list(pool.map(one, range(first, first + given.scenes)))
+    lost = [x for x in found if isinstance(x, str)]
+    for name, value, target, met in rows([x for x in found if not isinstance(x, str)], lost):
+        row = {"name": name, "value": value, "target": target, "met": met}
+        print(json.dumps(row) if given.json else f"{name:<45} {value}   target {target}   {'met' if met else 'MISSED'}")
+
+
+if __name__ == "__main__":
+    main()
