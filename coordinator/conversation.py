@@ -84,6 +84,8 @@ class Conversation:
             if self._desk is not None:
                 self._desk.attend(core)
             grants = core.ready(tempo.horizon(core))
+            if self._audience is not None:
+                self._audience.show()
             if grants:
                 tempo.granted()
             for name, grant in grants:

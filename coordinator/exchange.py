@@ -14,6 +14,7 @@ from typing import Self
 import zenoh
 from heavylift.coordinator.frame import FIRST_EPOCH, Reader, Topic, Writer
 from heavylift.coordinator.keys import key
+from heavylift.coordinator.link import matched
 from heavylift.coordinator.placement import Placement
 from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback
@@ -40,7 +41,7 @@ class Exchange:
         self._out = {key(run, "out", *at[n]): (n, Reader(run, n, Topic.OUT, FIRST_EPOCH)) for n in self.nodes}
         self._data = {key(run, "samples", *at[n]): (n, Reader(run, n, Topic.SAMPLES, FIRST_EPOCH)) for n in self.nodes}
         self._batches: deque[zenoh.Sample] = deque()
-        self._events: dict[tuple[str, str], zenoh.Publisher] = {}
+        self._shown: dict[tuple[str, str], _Shown] = {}
         keep = Callback(self._batches.append, indirect=False)
         self._data_subscriber = session.declare_subscriber(key(run, "samples", "*", "*"), keep)
 
@@ -52,25 +53,26 @@ class Exchange:
         """All (node, batch) that have arrived since the last call, in order per node."""
         if not self._batches:
             return []
-        found = (self._open(self._batches.popleft(), self._data) for _ in range(len(self._batches)))
+        come = (self._batches.popleft() for _ in range(len(self._batches)))
+        found = (self._open(str(sample.key_expr), sample, self._data) for sample in come)
         return [batch for batch in found if batch is not None]
 
     def publish_event(self, path: str, port: str, payload: bytes) -> None:
         """Show a committed event to observers (key event/<model path>/<port>); a slow one misses some."""
-        publisher = self._events.get((path, port))
-        if publisher is None:
-            publisher = self._events[path, port] = self._session.declare_publisher(
-                key(self.run, "event", path, port), congestion_control=zenoh.CongestionControl.DROP
-            )
-        publisher.put(payload)
+        shown = self._shown.get((path, port))
+        if shown is None:
+            shown = self._shown[path, port] = _Shown(self._session, key(self.run, "event", path, port))
+        if shown.heard:
+            shown.publisher.put(payload)
 
     def publish_data(self, topic: str, payload: bytes) -> None:
         """Show data of a recording to observers (key sample/<topic>); a slow one misses some."""
         self._session.put(key(self.run, "sample", topic), payload, congestion_control=zenoh.CongestionControl.DROP)
 
-    def _open(self, sample: zenoh.Sample, readers: Mapping[str, tuple[str, Reader]]) -> tuple[str, bytes] | None:
-        """Node and payload; None for what an earlier incarnation of the node still says."""
-        at = str(sample.key_expr)
+    def _open(
+        self, at: str, sample: zenoh.Sample, readers: Mapping[str, tuple[str, Reader]]
+    ) -> tuple[str, bytes] | None:
+        """Node and payload of what came on the key `at`; None for what an earlier incarnation still says."""
         if at not in readers:
             raise ProtocolError(
                 f"run {self.run}: a message arrived on {at}, but this run has no such node "
@@ -101,3 +103,15 @@ class Exchange:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+class _Shown:
+    """The events of one port on the bus; to put what nobody hears would cost as much as all else about an event."""
+
+    def __init__(self, session: zenoh.Session, at: str) -> None:
+        self.publisher = session.declare_publisher(at, congestion_control=zenoh.CongestionControl.DROP)
+        self._listener = self.publisher.declare_matching_listener(Callback(self._turn, indirect=False))
+        self.heard = matched(self.publisher)
+
+    def _turn(self, status: zenoh.MatchingStatus) -> None:
+        self.heard = status.matching

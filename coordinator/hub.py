@@ -119,7 +119,8 @@ class Hub(Exchange):
                     self._lookout.deadline = None
                     return None
                 sample = self._inbox.recv()
-            if str(sample.key_expr) != self._wake_key and (got := self._open(sample, self._out)) is not None:
+            at = str(sample.key_expr)
+            if at != self._wake_key and (got := self._open(at, sample, self._out)) is not None:
                 return got
 
     def epoch(self, process: str) -> int:
@@ -256,6 +257,7 @@ class LocalHub(Exchange):
                     f"run {self.run}: the coordinator waits for a message, but no node of this process "
                     "has one to answer, send a message before receiving"
                 )
-        got = self._open(self._inbox.popleft(), self._out)
+        sample = self._inbox.popleft()
+        got = self._open(str(sample.key_expr), sample, self._out)
         assert got is not None, "nodes of this process have no successors"
         return got

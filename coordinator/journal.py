@@ -1,6 +1,6 @@
 """An append-only file of entries that a process which may be killed leaves readable up to its last one.
 
-    length | crc32 | entry      little-endian, 4 bytes each; one `write` of the system per entry
+    length | crc32 | entry      little-endian, 4 bytes each; one `write` of the system per `append` or `extend`
 
 What a killed process has appended is in the system's hands and stays; only a loss of power can take it, unless
 `sync` has put it on the disk before `append` returned. `read` gives the entries that are whole and ends in silence at
@@ -41,10 +41,17 @@ class Journal:
 
     def append(self, entry: bytes, sync: bool = False) -> None:
         """Add an entry; with `sync` it is on the disk before this returns."""
-        try:
-            _write(self._file, _framed(entry))
-            if sync:
+        self.extend((entry,))
+        if sync:
+            try:
                 os.fsync(self._file)
+            except OSError as error:
+                raise self._refused(error) from None
+
+    def extend(self, entries: Iterable[bytes]) -> None:
+        """Add entries in one write."""
+        try:
+            _write(self._file, b"".join(map(_framed, entries)))
         except OSError as error:
             raise self._refused(error) from None
 

@@ -43,12 +43,13 @@ class Known:
 
     def pending(self, until: Tag) -> list[Delivery]:
         """The inputs that wait before `until`."""
-        return self._pending[: bisect_left(self._pending, until, key=_tag)]
+        return self._pending[: bisect_left(self._pending, until, key=_tag)] if self._pending else []
 
     def drop(self, reached: Tag) -> None:
         """It has done what lay before `reached`."""
-        del self._pending[: bisect_left(self._pending, reached, key=_tag)]
-        self._listen()
+        if self._pending:
+            del self._pending[: bisect_left(self._pending, reached, key=_tag)]
+            self.hears = self._pending[0].event.tag if self._pending else FOREVER
 
     def hold_back(self, other: Known, dones: int) -> None:
         """The other one cannot move before this one does; it is looked at again then."""
@@ -60,9 +61,6 @@ class Known:
         """Who has held it back since this was asked last, each after how many DONEs of all."""
         held, self._held = self._held, []
         return held
-
-    def _listen(self) -> None:
-        self.hears = self._pending[0].event.tag if self._pending else FOREVER
 
 
 def _tag(delivery: Delivery) -> Tag:

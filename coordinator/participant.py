@@ -47,21 +47,27 @@ class Participant:
     def handle(self, data: bytes) -> None:
         """Answer one message of the coordinator."""
         message = m.decode(data)
-        if isinstance(message, m.Welcome):
-            answer: m.AnyMessage | None = self._join(message)
+        if isinstance(message, m.Grant) and self._node is not None:
+            answer: m.AnyMessage | None = self._work(self._node, message)
+        elif isinstance(message, m.Welcome):
+            answer = self._join(message)
         elif isinstance(message, m.Stop) and self._node is None:
             answer = m.Bye()
         else:
             assert self._node is not None, "WELCOME comes first"
-            began = time.perf_counter()
-            answer = self._node.handle(message)
-            self._busy_s += time.perf_counter() - began
+            answer = self._work(self._node, message)
             if isinstance(answer, m.Bye):
                 answer = msgspec.structs.replace(answer, busy_s=self._busy_s)
-            self._flush()
         if answer is not None:
             self._send(m.encode(answer))
-        self.over = isinstance(answer, m.Bye | m.Fail)
+            self.over = isinstance(answer, m.Bye | m.Fail)
+
+    def _work(self, node: Node, message: m.AnyMessage) -> m.AnyMessage | None:
+        began = time.perf_counter()
+        answer = node.handle(message)
+        self._busy_s += time.perf_counter() - began
+        self._flush()
+        return answer
 
     def _join(self, welcome: m.Welcome) -> m.AnyMessage:
         try:

@@ -98,6 +98,8 @@ class Succession(Hub):
 
     def samples(self) -> list[tuple[str, bytes]]:
         """All (node, batch) that have arrived since the last call, in order per node, each once."""
+        if not self._held and not self._batches:
+            return []
         held, self._held = self._held, []
         return held + self._fresh()
 

@@ -2,7 +2,8 @@
 
 An event is appended to a journal in the run's private directory, where its place is its number, and put on its key of
 the bus, which drops it for a listener that is slow or frozen.  Observers read the journal, so one that comes late has
-the past without gap or repetition, and the run never waits for anybody.  The last entry says how the run ended.
+the past without gap or repetition, and the run never waits for anybody.  What one round has brought is written at once
+by `show`.  The last entry says how the run ended.
 """
 
 from __future__ import annotations
@@ -44,11 +45,18 @@ class Audience:
     def __init__(self, hub: Hub) -> None:
         self._hub, self.last_ns = hub, 0
         self._journal = Journal(hub.directory.path / EVENTS)
+        self._entries: list[bytes] = []
 
     def event(self, event: Event) -> None:
-        """Show a committed event."""
-        self._journal.append(_ENCODER.encode(event))
+        """A committed event, to be shown."""
+        self._entries.append(_ENCODER.encode(event))
         self._hub.publish_event(event.source, event.port, event.payload)
+
+    def show(self) -> None:
+        """Show the events that have been committed since the last time."""
+        if self._entries:
+            self._journal.extend(self._entries)
+            self._entries.clear()
 
     def __enter__(self) -> Self:
         return self
@@ -57,5 +65,6 @@ class Audience:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         status, reason = ("finished", "") if error is None else ("failed", str(error) or type(error).__name__)
-        self._journal.append(_ENCODER.encode(Ended(status, self.last_ns * 1e-9, reason)))
+        self._entries.append(_ENCODER.encode(Ended(status, self.last_ns * 1e-9, reason)))
+        self.show()
         self._journal.close()
