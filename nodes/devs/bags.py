@@ -17,6 +17,7 @@ from .ports import InPort, M, OutPort, Port
 from .tags import Tag
 
 place = itemgetter(0)
+port_and_place = itemgetter(0, 1)
 
 
 def deliver(sources: Sequence[Port[Any]], values: Sequence[Any], t: int) -> list[int]:
@@ -51,14 +52,19 @@ def sorted_bag(m: Atomic) -> dict[InPort[Any], list[Any]]:
 
 def offered(name: str, tag: Tag, sources: Sequence[Port[Any]], values: Sequence[Any]) -> list[Event]:
     """What leaves the root model of this name at a tag, in total order."""
-    bags: dict[str, list[tuple[int, Any]]] = {}
-    for port, value in zip(sources, values, strict=True):
-        for target, number in port.exits if isinstance(port, OutPort) else ():
-            bags.setdefault(target.name, []).append((number, value))
-    found = []
-    for out in sorted(bags):
-        for i, (_, value) in enumerate(sorted(bags[out], key=place)):
-            found.append(Event(tag.t, tag.k, name, out, i, type(value).__name__, encode(value)))
+    left = [
+        (target.name, number, value)
+        for port, value in zip(sources, values, strict=True)
+        if isinstance(port, OutPort)
+        for target, number in port.exits
+    ]
+    if len(left) > 1:
+        left.sort(key=port_and_place)
+    (t, k), found, last, i = tag, [], "", 0
+    for out, _, value in left:
+        i = i + 1 if out == last else 0
+        found.append(Event(t, k, name, out, i, type(value).__name__, encode(value)))
+        last = out
     return found
 
 
