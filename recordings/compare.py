@@ -26,6 +26,7 @@ from .text import table
 __all__ = ["Comparison", "Difference", "compare", "overlay"]
 
 MOST = 12  # panels of an overlay
+ROWS = 24  # signals in the text
 
 
 class Difference(NamedTuple):
@@ -54,19 +55,34 @@ class Comparison:
     def __str__(self) -> str:
         if self.equal:
             return f"{self.a} and {self.b} are equal: same digest, {len(self.differences)} signals"
+        share = _shares(self.differences)
         rows = [
-            [d.name, _number(d.most), f"{d.when:.3f} s", _number(d.rms), f"{100 * d.most / d.scale:.2g} %", d.unit]
-            for d in sorted(self.differences, key=lambda d: -d.most / d.scale)
+            [d.name, _number(d.most), f"{d.when:.3f} s", _number(d.rms), f"{100 * share[d.name]:.2g} %", d.unit]
+            for d in sorted(self.differences, key=lambda d: -share[d.name])
             if d.most > 0.0
         ]
-        head = ["signal", "largest", "at", "RMS", "of its range", "unit"]
-        parts = [f"{self.a} and {self.b} differ", f"first difference: {self.first}", table(head, rows)]
+        head = ["signal", "largest", "at", "RMS", "of its signal", "unit"]
+        parts = [f"{self.a} and {self.b} differ", f"first difference: {self.first}", table(head, rows[:ROWS])]
+        if len(rows) > ROWS:
+            parts.append(f"  and {len(rows) - ROWS} signals that differ less; all with --json")
         same = sum(d.most == 0.0 for d in self.differences)
         parts.append(f"{same} of {len(self.differences)} signals are equal")
         parts += [
             f"only in {p}: {', '.join(names)}" for p, names in ((self.a, self.only_a), (self.b, self.only_b)) if names
         ]
         return "\n".join(part for part in parts if part)
+
+
+def _shares(differences: Sequence[Difference]) -> dict[str, float]:
+    """Largest difference of each column as a share of the largest value among all columns of its signal.
+
+    A column that is zero but for rounding would else differ by all of its range, and stand first.
+    """
+    scales: dict[str, float] = {}
+    for d in differences:
+        signal = d.name.rpartition("/")[0]
+        scales[signal] = max(scales.get(signal, 0.0), d.scale)
+    return {d.name: d.most / scales[d.name.rpartition("/")[0]] for d in differences}
 
 
 def compare(a: str | Path, b: str | Path) -> Comparison:
@@ -106,11 +122,8 @@ def _figure(A: Recording, B: Recording, patterns: Sequence[str]) -> Figure:
     if patterns:
         wanted = {f"{name}/{column}" for name, column in matching(A, patterns)}
         found = [d for d in found if d.name in wanted]
-    scales: dict[str, float] = {}  # of whole signals: what is small beside its like matters little
-    for d in found:
-        signal = d.name.rpartition("/")[0]
-        scales[signal] = max(scales.get(signal, 0.0), d.scale)
-    found.sort(key=lambda d: -d.most / scales[d.name.rpartition("/")[0]])
+    share = _shares(found)
+    found.sort(key=lambda d: -share[d.name])
     first = {d.name.rpartition("/")[0]: d for d in reversed(found)}  # of each signal the worst column
     most = found if patterns else [d for d in found if d in first.values()][:4]
     if not most or len(most) > MOST:

@@ -22,6 +22,7 @@ from heavylift.coordinator.cli import main
 
 ROOT = Path(__file__).parents[2]
 FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.M | re.S)
+CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
 PATIENCE_s = 120.0
 
 
@@ -50,6 +51,7 @@ def follow(page: str, folder: Path, capfd: pytest.CaptureFixture[str], patch: py
             done += 1
             exec(compile(text, page, "exec"), names)
         out, err = capfd.readouterr()
+        assert not CONTROL.search(out + err), f"{page}: a pipe gets plain text, no colours and no bars"
         said += out + err
     return done
 

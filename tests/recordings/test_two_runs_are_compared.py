@@ -64,6 +64,15 @@ def test_each_signal_tells_its_largest_difference_and_rms(write: Write) -> None:
     assert second.most == 0.0
 
 
+def test_what_is_zero_but_for_rounding_does_not_stand_first(write: Write) -> None:
+    one, other = TENSION.copy(), TENSION.copy()
+    one[:, 1], other[:, 1] = 1e-9, 2e-9
+    other[2, 0] += 4.5e3
+    lines = str(compare(write("a.mcap", one, STAGES), write("b.mcap", other, STAGES))).splitlines()
+    assert [line.split()[0] for line in lines if "rope/tension/" in line] == [f"rope/tension/{name}" for name in NAMES]
+    assert " 1 %" in next(line for line in lines if "west.H1" in line)
+
+
 def test_other_sample_times_are_met_by_straight_lines(write: Write) -> None:
     fewer = np.array([[0.0, 0.0], [10.0, 0.0]])
     found = compare(write("a.mcap", fewer, []), write("b.mcap", TENSION, []))
