@@ -10,9 +10,9 @@ from typing import Any
 
 from heavylift.kernel.errors import ModelError
 
-from .events import Event
-from .messages import Message, encode
-from .models import Atomic
+from .events import Delivery, Event
+from .messages import Message, decode, encode
+from .models import Atomic, Model
 from .ports import InPort, M, OutPort, Port
 from .tags import Tag
 
@@ -73,3 +73,23 @@ def fitting(port: InPort[M], value: Message) -> M:
     if not isinstance(value, port.type):
         raise ModelError(f"{port!r} carries {port.type.__name__}, not {type(value).__name__}")
     return value
+
+
+def entry(model: Model, name: str) -> InPort[Any]:
+    """An in port of a model by its name."""
+    port = model.ports.get(name)
+    if not isinstance(port, InPort):
+        ins = ", ".join(key for key, port in model.ports.items() if isinstance(port, InPort)) or "none"
+        raise ModelError(f"{model.path}: there is no in port {name}; its in ports: {ins}")
+    return port
+
+
+def received(model: Model, delivery: Delivery) -> tuple[InPort[Any], Message]:
+    """The in port of a model and its own copy of a message from another node."""
+    event = delivery.event
+    try:
+        port = entry(model, delivery.port)
+        return port, fitting(port, decode(event.type, event.payload))
+    except ModelError as error:
+        here = f"{model.path}.{delivery.port} at {event.tag}"
+        raise ModelError(f"{here}: {error} (from {event.source}.{event.port})") from None

@@ -32,7 +32,8 @@ class Patience:
             )
 
 
-def fail(m: Atomic, tag: Instant, what: str, error: Exception) -> NoReturn:
-    """The sentence of an atomic's function that raised."""
-    sentence = str(error) if isinstance(error, HeavyliftError) else f"{what}() raised {type(error).__name__}: {error}"
+def fail(m: Atomic, tag: Instant, what: str, error: BaseException) -> NoReturn:
+    """The sentence of an atomic's function that raised, in one line."""
+    told = " ".join(str(error).split())
+    sentence = told if isinstance(error, HeavyliftError) else f"{what}() raised {type(error).__name__}: {told}"
     raise ModelError(f"{m.path} at {Tag(*tag)}: {sentence}") from error

@@ -16,11 +16,11 @@ from typing import Any
 
 from heavylift.kernel.errors import ModelError
 
-from .bags import deliver, fitting, offered, sorted_bag
+from .bags import deliver, entry, fitting, offered, received, sorted_bag
 from .events import Delivery, Event, Slack
 from .flatten import flatten
 from .lookahead import Observed, keep_promises, leaving, outs, promised, still_promised
-from .messages import Message, decode
+from .messages import Message
 from .models import Atomic, Model, Present
 from .ports import InPort, Port
 from .rules import Patience, fail
@@ -83,7 +83,7 @@ class Simulator:
         m._set = last[0] if last[0] >= 0 else -NEVER
         try:
             m.start()
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             fail(m, self._present.now, "start", error)
         if m._wait is not None:
             m._t, m._wait = after(Tag(max(last[0], 0)), m._wait).t, None
@@ -129,7 +129,7 @@ class Simulator:
 
     def inject(self, port: str, value: Message) -> None:
         """Put a message into an in port of the root; it arrives with the next `advance`."""
-        into = self._entry(port)
+        into = entry(self.model, port)
         self._staged.append((into, fitting(into, value)))
 
     def advance(self, tag: Tag, bag: Sequence[Delivery] = (), until: Tag = BEGIN) -> None:
@@ -149,7 +149,7 @@ class Simulator:
             self._schedule.wait()
             imminent, sources, values = [], [], []
         if bag or self._staged:
-            heard = [(self._entry(d.port), self._receive(d)) for d in bag] + self._staged
+            heard = [received(self.model, d) for d in bag] + self._staged
             sources = [*(port for port, _ in heard), *sources]
             values = [*(value for _, value in heard), *values]
             self._staged = []
@@ -213,7 +213,7 @@ class Simulator:
                         else:
                             what = "confluent"
                             m.confluent(x)
-                except Exception as error:
+                except (Exception, SystemExit) as error:
                     fail(m, tag, what, error)
                 m._last, wait = t, m._wait
                 if wait is None:
@@ -288,7 +288,7 @@ class Simulator:
             present.speaker = m = atomics[i]
             try:
                 m.output()
-            except Exception as error:
+            except (Exception, SystemExit) as error:
                 present.speaker = None
                 fail(m, tag, "output", error)
             if m._wait is not None:
@@ -302,20 +302,3 @@ class Simulator:
     def slack(self) -> list[Slack]:
         """What was observed of the lookaheads of those who speak to the outside, since start or restore."""
         return self._observed.table()
-
-    def _receive(self, delivery: Delivery) -> Message:
-        """The receiver's own copy of a message from another node."""
-        event = delivery.event
-        try:
-            value: Message = fitting(self._entry(delivery.port), decode(event.type, event.payload))
-            return value
-        except ModelError as error:
-            here = f"{self.model.path}.{delivery.port} at {event.tag}"
-            raise ModelError(f"{here}: {error} (from {event.source}.{event.port})") from None
-
-    def _entry(self, name: str) -> InPort[Any]:
-        port = self.model.ports.get(name)
-        if not isinstance(port, InPort):
-            ins = ", ".join(key for key, port in self.model.ports.items() if isinstance(port, InPort)) or "none"
-            raise ModelError(f"{self.model.path}: there is no in port {name}; its in ports: {ins}")
-        return port

@@ -70,6 +70,15 @@ def test_an_exception_in_each_of_the_five_functions(function: str, where: str) -
     assert sentence(**{function: raising}) == f"{where} raised ZeroDivisionError: division by zero"
 
 
+def leaving(self: Atomic, *_: object) -> NoReturn:
+    raise SystemExit("two\nlines")
+
+
+@pytest.mark.parametrize(("function", "where"), FIVE, ids=lambda x: x.split()[0])
+def test_a_model_cannot_leave_the_program(function: str, where: str) -> None:
+    assert sentence(**{function: leaving}) == f"{where} raised SystemExit: two lines"
+
+
 def endless(self: Atomic, *_: object) -> None:
     endless(self)
 
