@@ -16,6 +16,7 @@ MARK = "    heavylift "
 HEADINGS = {
     "scenes": "Scenes",
     "starting": "Scenes",
+    "trading": "Scenes",
     "running": "Runs",
     "resuming": "Runs",
     "watching": "Runs that go on",
@@ -24,6 +25,7 @@ HEADINGS = {
     "replaying": "Recordings",
     "tracing": "Recordings",
     "hosts": "Several hosts",
+    "devs": "Models of your own",
 }
 OTHERS = "Other"
 
