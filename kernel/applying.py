@@ -69,7 +69,8 @@ class Applying(Placing):
             bodies = [(self.graph.number(line.a.body), self.graph.number(line.b.body)) for line in r.lines]
             ends = {f"{e}{n}": self._ends[i] for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)}
             with scope(r.name):
-                x = self.program.ropes[len(r.lines)](L=[L0, dL0], p=self.numbers("rope", r.name), **ends)
+                law = self.program.ropes[len(r.lines), r.name in self.program.calm]
+                x = law(L=[L0, dL0], p=self.numbers("rope", r.name), **ends)
             self.tensions.append(x.tension[0])
             self.elongations.append(x.elongation[0])
             self.lengths.append(L0)

@@ -138,6 +138,10 @@ class Commanded(Stepper):
         if L0 is not None:
             self.references.set_value(rope, self.epoch, L0)
         p[places.HOOKED], p[places.TAUT] = 1.0, 0.0
+        if rope in self._calm:
+            p[RopeAt.DAMPING] = self.program.parameters.initial[at["rope", rope]][RopeAt.DAMPING]
+            self._calm -= {rope}
+            self._use(self.program.locked)
 
     def _ends(self, rope: str, a: Vector | None, b: Vector | None) -> list[Vector | None]:
         """New ends of a rope's first line where the rope's numbers want them: on a flexible body from their station."""

@@ -71,12 +71,16 @@ def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -
     return None
 
 
-def too_small(program: Program, t: float, accelerations: np.ndarray) -> KernelError:
-    """A step below the shortest, blamed on the body that accelerates most; accelerations: (nv,)."""
+def too_small(program: Program, t: float, accelerations: np.ndarray, mode: str) -> KernelError:
+    """A step below the shortest, blamed on the body of the largest of accelerations (nv,) and on the fastest mode."""
     rates = np.abs(accelerations)
-    worst = int(np.nanargmax(rates)) if np.isfinite(rates).any() else 0
+    if not np.isfinite(rates).all():
+        k = int(np.flatnonzero(~np.isfinite(rates))[0])
+        link = next(x for x in program.graph.links if x.v.start <= k < x.v_modes.stop)
+        return KernelError(f"body '{link.body.name}' at {t:.6f} s: its motion is not finite; check its mass and forces")
+    worst = int(np.argmax(rates))
     link = next(k for k in program.graph.links if k.v.start <= worst < k.v_modes.stop)
     return KernelError(
         f"body '{link.body.name}' at {t:.6f} s: the step became too small (below 1e-12 s); "
-        "a law near it is too stiff or jumps"
+        + (f"{mode}, or a law near it jumps; soften it, or choose method radau5" if mode else "a law near it jumps")
     )

@@ -52,13 +52,16 @@ def profile(t: Any, inside: Any, p: Any) -> tuple[Any, Any, Any]:
     return x0 + v0 * maximum(s, 0.0) + a1 * x1 + a2 * x2, v0 + a1 * c1 + a2 * c2, a1 * b1 + a2 * b2
 
 
-def rope(p: Any, L0: Any, dL0: Any, bodies: list[tuple[Any, Any]], clamped: bool = True) -> SimpleNamespace:
+def rope(
+    p: Any, L0: Any, dL0: Any, bodies: list[tuple[Any, Any]], clamped: bool = True, calm: bool = False
+) -> SimpleNamespace:
     """Tension-only elastic rope over straight lines, with winch.
 
     p = (EA, damping, hooked, taut, then per line a(3), b(3), share); bodies: per line the two end bodies (21,).
     Taut: T = max(0, EA e/L0 + c (l' - L0')).  Guards: slack -> taut when e rises through 0; taut -> slack when the
     tension falls through 0.  Winch power -T L0' - (EA strain^2/2) L0': the second term is strain energy wound
     onto the drum.  wrenches: per line the (6,) on its end bodies about their trees' points.
+    `calm`: no events; damping, at most as large as the elastic part, acts while e > 0, so that nothing jumps at e = 0.
     """
     EA, c, hooked, taut = p[:4]
     length, rate, ends = 0.0, 0.0, []
@@ -76,7 +79,13 @@ def rope(p: Any, L0: Any, dL0: Any, bodies: list[tuple[Any, Any]], clamped: bool
     length, rate = named("l", length), named("dl", rate)
     e, de = length - L0, rate - dL0
     strain = e * (1.0 / L0)
-    trial = EA * strain + c * de
+    if calm:
+        strain = maximum(strain, 0.0)
+        held = EA * strain
+        damped = minimum(maximum(c * de, -held), held)
+    else:
+        held, damped = EA * strain, c * de
+    trial = held + damped
     on = select(taut > 0.0, hooked, 0.0)
     tension = named("T", select(on > 0.0, one_sided(trial, clamped), 0.0))
     wrenches = []
@@ -89,8 +98,8 @@ def rope(p: Any, L0: Any, dL0: Any, bodies: list[tuple[Any, Any]], clamped: bool
         elongation=e,
         length=length,
         wrenches=wrenches,
-        guard=select(hooked > 0.0, select(taut > 0.0, trial, -minimum(e, trial)), 1.0),
-        heat=select(on > 0.0, c * de * de, 0.0),
+        guard=1.0 if calm else select(hooked > 0.0, select(taut > 0.0, trial, -minimum(e, trial)), 1.0),
+        heat=select(on > 0.0, damped * de, 0.0),
         work=-(tension + wound) * dL0,
         stored=wound * L0,
     )

@@ -39,7 +39,8 @@ class Program:
     """What a system becomes.  Raises KernelError if a law names what is not there or two drives share a joint.
 
     `formulation`: which text gives the accelerations, see `kernel.formulations`; `locked`: names of the locks that
-    hold, None for those that are engaged at the start; `clamped`: see `kernel.laws`.
+    hold, None for those that are engaged at the start; `clamped`: see `kernel.laws`;
+    `calm`: ropes without events, see `rattling`.
     """
 
     def __init__(
@@ -48,6 +49,7 @@ class Program:
         formulation: str = "recursive",
         locked: frozenset[str] | None = None,
         clamped: bool = True,
+        calm: frozenset[str] = frozenset(),
     ) -> None:
         system = check_description(system)
         modes = None
@@ -97,7 +99,9 @@ class Program:
         self.instances = self._share(trees)
         self.constraints.link(self)
         self.profile = Function("profile", profile, {"t": 2, "p": PROFILE})
-        self.ropes = {n: rope_function(n, clamped) for n in sorted({len(r.lines) for r in system.ropes})}
+        self.calm = calm
+        kinds = sorted({(len(r.lines), r.name in calm) for r in system.ropes})
+        self.ropes = {kind: rope_function(kind[0], clamped, kind[1]) for kind in kinds}
         self.support = Function("support", partial(support, clamped), {"p": SUPPORT, "body": laws.BODY})
 
     def _laws(self) -> tuple[tuple[Any, ...], ...]:

@@ -6,6 +6,7 @@ Each instance calls them with its own numbers.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -51,17 +52,19 @@ def support(clamped: bool, p: Any, body: Any) -> dict[str, Any]:
     return {**one, **{k: getattr(x, k) for k in ("wrench", "guards", "place", "velocity")}}
 
 
-def rope_function(n: int, clamped: bool) -> Function:
-    """A rope of n lines."""
+def rope_function(n: int, clamped: bool, calm: bool = False) -> Function:
+    """A rope of n lines; `calm`: without events between taut and slack."""
+    law = partial(laws.rope, calm=True) if calm else laws.rope
 
     def body(L: Any, p: Any, **ends: Any) -> dict[str, Any]:
-        x = laws.rope(p, L[0], L[1], [(ends[f"a{i}"], ends[f"b{i}"]) for i in range(n)], clamped)
+        bodies = [(ends[f"a{i}"], ends[f"b{i}"]) for i in range(n)]
+        x = law(p, L[0], L[1], bodies, clamped)
         out = {f"w{e}{i}": w for i, ab in enumerate(x.wrenches) for e, w in zip("ab", ab, strict=True)}
         names = ("tension", "elongation", "guard", "heat", "work", "stored")
         return {**{k: [getattr(x, k)] for k in names}, **out}
 
     blocks = {f"{e}{i}": laws.BODY for i in range(n) for e in "ab"}
-    return Function(f"rope{n}", body, {"L": 2, "p": ROPE_HEAD + ROPE_LINE * n, **blocks})
+    return Function(f"{'calm' if calm else ''}rope{n}", body, {"L": 2, "p": ROPE_HEAD + ROPE_LINE * n, **blocks})
 
 
 def tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, ...], formulation: str) -> SharedTree:

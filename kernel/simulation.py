@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from copy import deepcopy
 from math import ceil
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,8 @@ from .contact.sets import KINDS
 from .describe import System
 from .errors import KernelError
 from .methods.peers import Peer
+from .parameters import RopeAt
+from .rattling import RESOLVED, Rattling, critical, moved_mass
 from .stepper import FOREVER_NS, NEVER
 from .steps import EVENT, FAILED, RUNNING, STILL
 from .switching import StateEvent
@@ -33,7 +36,22 @@ __all__ = ["FOREVER_NS", "Simulation"]
 
 BUDGET = 4000.0  # attempts per native call: about 25 ms, so that Ctrl-C and progress live
 TOO_SHORT = 1e-6  # [m] by which a rigid rope may be too short by rounding
-KEPT = ("X", "P", "M", "rows", "epoch", "_samples", "_fallen", "_event_ns", "_instant", "_still", "_snapshot")
+KEPT = (
+    "X",
+    "P",
+    "M",
+    "rows",
+    "epoch",
+    "_samples",
+    "_fallen",
+    "_event_ns",
+    "_instant",
+    "_still",
+    "_snapshot",
+    "_missed",
+    "_checked",
+    "notes",
+)
 CHATTER = 200  # events at one instant, after which the laws contradict each other
 
 
@@ -65,6 +83,8 @@ class Simulation(Commanded):
         self._event_ns = FOREVER_NS
         self._instant = 0  # events in a row at the same nanosecond
         self._still = False
+        self._elastic = [r.name for r in system.ropes]
+        self._rattling = Rattling(max(step or 0.0, RESOLVED))
         self._snapshot: np.ndarray | None = None
 
     # ---- life ---------------------------------------------------------------------------------------------
@@ -125,6 +145,7 @@ class Simulation(Commanded):
                 return
             if self["t"] >= self["t_stop"]:
                 self._pass_break()
+            rows = len(self.rows)
             self._set(run=1.0, status=RUNNING, budget=BUDGET, until=horizon)
             self._call("advance")
             self._drain()
@@ -132,6 +153,8 @@ class Simulation(Commanded):
             status = self["status"]
             if status == FAILED or not np.isfinite(self["t"]):
                 raise self._failure()
+            if status != EVENT and len(self.rows) > rows:
+                self._check_energy(self._raw(), self.epoch * 1e-9 + self["t"])
             if status == EVENT:
                 self._locate()
             elif status == STILL:
@@ -183,13 +206,12 @@ class Simulation(Commanded):
         """What `fire` will return; changes nothing."""
         self._begun()
         P, X = self.P.copy(), self.X.copy()
-        events = self._switch(self._fallen, self._event_ns)
+        events = self._switch(self._fallen, self._event_ns, self.row())
         self.P[:], self.X[:] = P, X
         return events
 
-    def _switch(self, fallen: list[int], t_ns: int) -> list[StateEvent]:
+    def _switch(self, fallen: list[int], t_ns: int, row: SimpleNamespace) -> list[StateEvent]:
         """Switch the laws behind fallen guards in fixed order, then all rigid ropes and contacts together."""
-        row = self.row()
         kinds = [self.program.guards[i][0] for i in fallen]
         together = ("rigid", *KINDS)
         events = [self.switches.fire(i, row) for i, kind in zip(fallen, kinds, strict=True) if kind not in together]
@@ -209,10 +231,30 @@ class Simulation(Commanded):
         self._instant = self._instant + 1 if t_ns == self.epoch else 0
         if self._instant > CHATTER:
             raise self._chatter(fallen, t_ns)
+        row = self.row()
+        self._balance.end(*self._energies(self._table[int(self["row"])]))
         self._new_stretch(t_ns)
-        events = self._switch(fallen, t_ns)
+        events = self._switch(fallen, t_ns, row)
         self.log += [(t_ns, e) for e in events]
+        for e in events:
+            self._listen(e, t_ns)
         return events
+
+    def _listen(self, e: StateEvent, t_ns: int) -> None:
+        """A rope that goes slack and taut too fast goes on without events, damped, and that is said."""
+        if e.what != "taut" or e.name not in self._elastic or not (hertz := self._rattling.hear(e.name, t_ns)):
+            return
+        p, i = self.switches.rope_numbers(e.name), self._elastic.index(e.name)
+        nq = self.program.nq
+        mass = moved_mass(p, i, slice(nq, nq + self.program.nv), self.state.copy(), self._rate)
+        p[RopeAt.DAMPING] = max(p[RopeAt.DAMPING], critical(p[RopeAt.EA], float(self.row().length[i]), mass))
+        self._calm |= {e.name}
+        self._use(self.program.locked)
+        self.log.append((t_ns, StateEvent(e.name, "chatter", hertz)))
+        self.notes.append(
+            f"rope '{e.name}' at {t_ns * 1e-9:.3f} s: it goes slack and taut at {hertz:.3g} Hz, faster than events can "
+            f"resolve; it goes on without events, damped with {p[RopeAt.DAMPING]:.3g} N s/m, until it is hooked anew"
+        )
 
     def _chatter(self, fallen: list[int], t_ns: int) -> KernelError:
         touching = any(self.program.guards[i][0] in KINDS for i in fallen)
@@ -233,6 +275,7 @@ class Simulation(Commanded):
         else:
             self._forced(self._local(t_ns))
         self._commit()
+        self._balance.end(*self._energies(self._raw()))
         self._new_stretch(t_ns)
         self._instant = 0
 
@@ -255,11 +298,12 @@ class Simulation(Commanded):
             t_rest=self.references.rest(self.epoch),
         )
         self._call("refresh")
-        if self.fixed:
-            self._balance.restart()
-            self._check_step()
         self._note_peaks()  # of a rope that a jump has tightened, and where no step lies between two samples
-        self._keep(self.epoch, np.array(self.method.row_layout.pack(self.row())))
+        row = self._raw().copy()
+        self._balance.begin(*self._energies(row))
+        if self.fixed:
+            self._check_step()
+        self._keep(self.epoch, row)
         self.X[self._at["peak"]] = 0.0
         fallen = np.flatnonzero(self.X[self._at["G"]] < 0.0)
         self._fallen = [int(i) for i in fallen]
@@ -277,6 +321,7 @@ class Simulation(Commanded):
         if isinstance(self.method.method, Peer):
             raise KernelError(f"method {self.method.method.name}: SciPy keeps its history; choose a method of our own")
         beside = {"locked": sorted(self.program.locked), "balance": vars(self._balance)}
+        beside |= {"calm": sorted(self._calm), "rattles": self._rattling.counts}
         led = {"actuators": self.references.actuators, "watched": self.switches.watched}
         return deepcopy({**{name: getattr(self, name) for name in KEPT}, **beside, **led})
 
@@ -284,7 +329,9 @@ class Simulation(Commanded):
         """Go on from the snapshot of a simulation of the same system and options, bit for bit; start this one first."""
         self._begun()
         kept = deepcopy(snapshot)
+        self._calm = frozenset(kept.pop("calm"))
         self._use(frozenset(kept.pop("locked")))
+        self._rattling.counts = kept.pop("rattles")
         for name in ("X", "P", "M"):  # in place, for parts of them are in other hands
             if (block := kept.pop(name)) is not None:
                 getattr(self, name)[:] = block

@@ -6,7 +6,7 @@ precision does not fade in long runs.  Samples lie on a grid of integer nanoseco
 
 from __future__ import annotations
 
-from math import ceil
+from math import ceil, sqrt
 from types import SimpleNamespace
 
 import numpy as np
@@ -19,9 +19,10 @@ from .emit import module
 from .errors import KernelError
 from .evaluation import Evaluation
 from .failures import check_lengths, check_sliders, too_small, undefined, unsolved
+from .fastest import Fastest, fastest
 from .methods.choice import choose, control_of
 from .methods.peers import Code, Peer, PeerCode
-from .methods.stability import Balance, check_step, jacobian
+from .methods.stability import Balance, check_step, jacobian, unresolved
 from .native import Library
 from .oracle import Oracle
 from .rate import Program
@@ -36,6 +37,8 @@ __all__ = ["FOREVER_NS", "NEVER", "Stepper"]
 FOREVER_NS = 2**63 - 1
 ROWS = 512  # rows of the table that native code fills, besides those that one step may add
 NEVER = 1e15  # [s] local time that does not come
+SHORTER = 0.8  # of its length: a rope that much shorter is a quarter stiffer
+IMPLICIT_PEERS = ("scipy-radau", "scipy-bdf", "scipy-lsoda")
 
 
 class Stepper:
@@ -56,11 +59,13 @@ class Stepper:
         fused: bool,
     ) -> None:
         check_options(tolerance, sample_ns, h_max, step, opt)
-        self.fixed, self._step, self._balance = step is not None, step or 0.0, Balance()
+        self.fixed, self._step = step is not None, step or 0.0
+        self._calm: frozenset[str] = frozenset()  # ropes without events
+        self.notes: list[str] = []  # what a user must know of the run: sentences with their times
         self._fused = fused
 
         def compiled(locked: frozenset[str] | None) -> Code:
-            self.program = Program(system, formulation, locked, clamped=method == "dopri5")
+            self.program = Program(system, formulation, locked, clamped=method == "dopri5", calm=self._calm)
             if not self.program.nv:
                 raise KernelError("nothing in this scene can move: all joints are fixed")
             found = choose(method, self.program)
@@ -71,12 +76,21 @@ class Stepper:
             return code
 
         self._compiled = compiled
-        self._variants: dict[frozenset[str], tuple[Program, Stepping, Code]] = {}
+        self._variants: dict[tuple[frozenset[str], frozenset[str]], tuple[Program, Stepping, Code]] = {}
         self._use(None)
         self.P = self.program.parameters.initial.copy()
         self.X = np.zeros(self.method.layout.size)
         self._at = self.method.layout.at
         chosen = self.method.method
+        implicit = bool(chosen.matrices) or chosen.name in IMPLICIT_PEERS
+        self._balance = Balance(0.0 if self.fixed else tolerance, implicit)
+        places, works = self.method.row_layout.at, [what == "work" for what, _ in self.program.accounts]
+        columns = np.arange(self.method.columns)
+        self._kinetic = int(columns[places["kinetic"]])
+        self._parts = np.concatenate([np.ravel(columns[places[k]]) for k in ("potential", "stored", "accounts")])
+        self._signs = np.where([False] * (1 + len(self.program.stored)) + works, -1.0, 1.0)
+        self._mass = sum(b.mass for b in system.bodies)
+        self._checked = np.zeros(len(system.ropes))  # unstretched lengths of ropes when the step was last looked at
         self.M = np.zeros(chosen.matrices) if chosen.matrices else None
         for name, value in chosen.constants().items():
             self.X[self._at[name]] = value
@@ -87,6 +101,7 @@ class Stepper:
         self._sample_ns = sample_ns
         self.rows: list[tuple[int, np.ndarray]] = []
         self.epoch = 0
+        self._missed = False
         self._samples = 1  # number of the next periodic sample
         self._set(tol=tolerance, h=step or 1e-4, error=1e-4, h_min=1e-12, h_max=h_max, rows=ROWS)
         y0 = self.program.initial_state()
@@ -98,10 +113,11 @@ class Stepper:
 
         Each variant is compiled when it is first used; places in X and P are the same in all.
         """
-        if locked not in self._variants:
+        if locked is None or (locked, self._calm) not in self._variants:
             code = self._compiled(locked)
-            self._variants[self.program.locked] = self.program, self.method, code
-        self.program, self.method, self._code = self._variants[self.program.locked if locked is None else locked]
+            locked = self.program.locked
+            self._variants[locked, self._calm] = self.program, self.method, code
+        self.program, self.method, self._code = self._variants[locked, self._calm]
 
     def structure(self) -> str:
         """Equal for simulations that share machine code."""
@@ -153,8 +169,13 @@ class Stepper:
 
     def row(self) -> SimpleNamespace:
         """The present state as a sample row."""
+        return self.method.row_layout.unpack(self._raw().copy())
+
+    def _raw(self) -> np.ndarray:
+        """The same as it stands in the native table until the next call."""
         self._call("look")
-        return self.method.row_layout.unpack(self._table[int(self["row"])].copy())
+        row: np.ndarray = self._table[int(self["row"])]
+        return row
 
     def instant(self) -> Evaluation:
         """All that the equations say of the present state, on floats: forces, accelerations, guards."""
@@ -214,6 +235,8 @@ class Stepper:
 
     def _drain(self) -> None:
         n = int(self["row"])
+        if n:
+            self._balance.see(self._table[:n, self._kinetic], self._table[:n, self._parts] * self._signs)
         for i in range(n):
             self._keep(self._samples * self._sample_ns, self._table[i].copy())
             self._samples += 1
@@ -226,23 +249,65 @@ class Stepper:
         check_sliders(self.program, t_ns * 1e-9, row[at["q"]])
         row[at["peak_time"]] += self.epoch * 1e-9
         if self.fixed:
-            signs = np.array([-1.0 if what == "work" else 1.0 for what, _ in self.program.accounts])
-            kinetic, potential, stored = (float(np.sum(row[at[k]])) for k in ("kinetic", "potential", "stored"))
-            self._balance.check(t_ns * 1e-9, self._step, kinetic, potential, stored, signs * row[at["accounts"]])
+            self._check_energy(row, t_ns * 1e-9)
+            if (row[at["length"]] < SHORTER * self._checked).any():
+                self._check_step()
         self.rows.append((t_ns, row))
 
+    def _energies(self, row: np.ndarray) -> tuple[float, np.ndarray]:
+        """Of a row of the native table: kinetic energy; potential, stored, heats, works with the opposite sign [J]."""
+        parts = row[self._parts]
+        parts *= self._signs
+        return float(row[self._kinetic]), parts
+
+    def _check_energy(self, row: np.ndarray, t: float) -> None:
+        """Raises KernelError if energy has come out of nothing, or gone there, since the last event; t: of the run."""
+        kinetic, parts = self._energies(row)
+        mass = self._mass
+        size = (
+            kinetic + float(np.abs(parts).sum()) + sqrt(2.0 * kinetic * mass) + abs(self.program.system.gravity) * mass
+        )
+        what = f"step {self._step:g} s" if self.fixed else f"method '{self.method.method.name}'"
+        before = self._balance.lost
+        self._balance.check(f"{what} at {t:.3f} s", kinetic, parts, self["accepted"] * size)
+        if self._balance.lost > 0.0 and not before:
+            self.notes.append(
+                f"{what} at {t:.3f} s: {self._balance.lost:.3g} J, more than half of what was turned over, "
+                "are gone with motions too fast for the steps; choose shorter ones to see those"
+            )
+
+    def _rate(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Derivative and tensions at state y at the present time."""
+        p = self.program
+        dy, T, G = np.zeros(p.ny), np.zeros(len(p.system.straight_ropes)), np.zeros(len(p.guards))
+        self._code.call("rate", np.array([self["t"], self._among()]), y, self.P, dy, T, G)
+        return dy, T
+
+    def _jacobian(self) -> np.ndarray:
+        return jacobian(lambda y: self._rate(y)[0], self.state.copy(), self.program.nq + self.program.nv)
+
+    def _fastest(self) -> Fastest | None:
+        """The fastest mode of the scene as it stands."""
+        return fastest(self, self._jacobian())
+
     def _check_step(self) -> None:
-        """Raises KernelError if the fixed step is unstable for the scene as it stands."""
-        p, t = self.program, self["t"]
-        n, T, G = p.nq + p.nv, np.zeros(len(p.system.straight_ropes)), np.zeros(len(p.guards))
+        """Raises KernelError if the fixed step is unstable for the scene as it stands; a note if it misses a mode."""
+        t, method = self.epoch * 1e-9 + self["t"], self.method.method
+        self._checked = self.row().length.copy()
+        J = self._jacobian()
 
-        def rate(y: np.ndarray) -> np.ndarray:
-            dy = np.zeros(p.ny)
-            self._code.call("rate", np.array([t, self._among()]), y, self.P, dy, T, G)
-            return dy
+        def told() -> str:
+            mode = fastest(self, J)
+            return mode.told if mode else "the scene is unstable"
 
-        J = jacobian(rate, self.state.copy(), n)
-        check_step(self.method.method, J, self._step, p.nq, self.epoch * 1e-9 + t)
+        check_step(method, J, self._step, self.program.nq, t, told)
+        missed = unresolved(method, J, self._step)
+        if missed and not self._missed:
+            self._missed = True
+            self.notes.append(
+                f"step {self._step:g} s at {t:.3f} s: method '{method.name}' follows no oscillation from "
+                f"{missed:.3g} Hz upwards for more than 500 radians; the fastest: {told()}"
+            )
 
     def _note_peaks(self) -> None:
         """The present tensions count among the peaks."""
@@ -294,4 +359,5 @@ class Stepper:
             return error
         if len(p.constraints) and (error := locked(p, self._pivots, self._close(self.state.copy())[3], t)):
             return error
-        return too_small(p, t, self.X[self._at["f"]][nq:end])
+        mode = self._fastest()
+        return too_small(p, t, self.X[self._at["f"]][nq:end], mode.told if mode else "")

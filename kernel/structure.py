@@ -37,5 +37,6 @@ def structure(program: Program, *method: Any) -> str:
             [(h.quantity, h.of, h.coordinate, h.ropes, h.axis, h.point and h.point.body) for h in s.thresholds],
             [(k.body.name, k.joint.name, k.q.start, k.v.start) for k in p.graph.links],
             [r.name for r in s.ropes],
+            sorted(p.calm),
         ]
     )

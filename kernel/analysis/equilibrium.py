@@ -96,7 +96,8 @@ def _switch(poses: Poses, q: np.ndarray) -> bool:
         if not fallen:
             break
         any_switched = True
-        slipped = {e.name for e in simulation._switch([int(i) for i in fallen], simulation.epoch) if e.what == "slip"}
+        switched = simulation._switch([int(i) for i in fallen], simulation.epoch, simulation.row())
+        slipped = {e.name for e in switched if e.what == "slip"}
         for i in fallen:
             if kinds[i] in ("rub", "brake") and simulation.program.guards[i][1] in slipped:
                 simulation.switches.fire(int(i), simulation.row())

@@ -23,7 +23,7 @@ from .poses import Poses
 if TYPE_CHECKING:
     from ..simulation import Simulation
 
-__all__ = ["Mode", "Modes", "modes"]
+__all__ = ["KineticShares", "Mode", "Modes", "modes"]
 
 GROWS = 0.1  # [1/s] below which growth is rounding, too: a mast of a kilometre falls faster
 FREE = 1e-2  # [rad/s] below which a motion has no frequency but only rounding
@@ -69,7 +69,7 @@ def modes(simulation: Simulation) -> Modes:
     A = np.block([[np.zeros((n, n)), np.eye(n)], [stiffness(poses, q, basis), damping(poses, q, basis)]])
     s, vectors = np.linalg.eig(A)
     poses.accelerations(q)  # leaves the simulation at its own pose
-    energy = _Energy(simulation, q)
+    energy = KineticShares(simulation, q)
     found, decays = [], []
     for k in np.argsort(np.abs(s), kind="stable"):
         if abs(s[k]) < FREE:
@@ -85,7 +85,7 @@ def modes(simulation: Simulation) -> Modes:
     return Modes(tuple(found), tuple(sorted(decays)), (int(np.sum(np.abs(s) < FREE)) + 1) // 2)
 
 
-class _Energy:
+class KineticShares:
     """Kinetic energy by bodies and by joint velocities, at one pose."""
 
     def __init__(self, simulation: Simulation, q: np.ndarray) -> None:

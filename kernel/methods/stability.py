@@ -1,9 +1,9 @@
-"""Guards of fixed steps: a step that the fastest mode does not allow, and energy out of nothing, are refused.
+"""Guards of the steps: a fixed one that the fastest mode does not allow, and energy out of nothing, are refused.
 
-Before the run and after every event the scene is linearised (central differences) and the spectral radius of what one
-step does to it must not exceed what the motion itself grows by.  Between events the balance kinetic + potential +
-stored - work + heat must hold: an unstable step makes energy at every step.
-That implicit methods take energy out of modes too fast for the step is their purpose.
+Before the run, after every event and where a rope has become much shorter the scene is linearised (central differences)
+and the spectral radius of what one fixed step does to it must not exceed what the motion itself grows by.  Between
+events the balance kinetic + potential + stored - work + heat must hold, at all methods: an unstable step makes energy.
+That implicit methods take energy out of modes too fast for the step is their purpose; then they say so.
 """
 
 from __future__ import annotations
@@ -15,13 +15,16 @@ import numpy as np
 from ..errors import KernelError
 from .method import Method
 
-__all__ = ["Balance", "check_step", "jacobian"]
+__all__ = ["Balance", "check_step", "jacobian", "unresolved"]
 
 DIFFERENCE = 1e-6  # of a central difference, relative to 1 + |y|
 MARGIN = 1e-3  # growth in one step beyond that of the motion, which differences can feign
 HALVINGS = 30  # of the bracket around the longest stable step
 MADE = 0.5  # of the energy turned over: more of it out of nothing is no motion any more
+STRAYED = 0.05  # of it, made or lost under error control; whole lifts at the loosest tolerance stay below 1e-3
 ROUND_OFF = 1e-9  # of all energies
+FOLLOWED = 3e-4  # error per radian of an oscillation: after 500 of them it is not that oscillation any more
+LEAST = 1e-6  # [rad/s] of an oscillation
 
 
 def jacobian(rate: Callable[[np.ndarray], np.ndarray], y: np.ndarray, n: int) -> np.ndarray:
@@ -35,8 +38,8 @@ def jacobian(rate: Callable[[np.ndarray], np.ndarray], y: np.ndarray, n: int) ->
     return J
 
 
-def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float) -> None:
-    """Raises KernelError if a fixed step [s] makes the scene, linearised at time t [s], unstable."""
+def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float, told: Callable[[], str]) -> None:
+    """Raises KernelError if a fixed step [s] makes the scene, linearised at time t [s], unstable by the mode `told`."""
     if not np.isfinite(J).all():
         return  # the run itself says what is not finite
     modes = np.linalg.eigvals(J)
@@ -54,39 +57,81 @@ def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float) ->
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if stable(middle) else (low, middle)
-    fastest = float(np.abs(modes).max()) / (2.0 * np.pi)
     raise KernelError(
-        f"step {step:g} s at {t:.3f} s: too long for method '{method.name}', since the scene has a mode of "
-        f"{fastest:.3g} Hz; choose at most {0.9 * low:.2g} s, or method radau5"
+        f"step {step:g} s at {t:.3f} s: too long for method '{method.name}', since {told()}; "
+        f"choose at most {0.9 * low:.2g} s, or method radau5"
     )
 
 
+def unresolved(method: Method, J: np.ndarray, step: float) -> float:
+    """Frequency [Hz] of the slowest oscillation that a stable fixed step bends out of shape; 0 if it follows all."""
+    if not np.isfinite(J).all():
+        return 0.0
+    swings = [s for s in np.linalg.eigvals(J) if s.imag > LEAST]
+    missed = [abs(s) for s in swings if _missed(method, s, step) > FOLLOWED]
+    return min(missed, default=0.0) / (2.0 * np.pi)
+
+
+def _missed(method: Method, s: complex, step: float) -> float:
+    """Error of one step of an oscillation of eigenvalue s, per radian."""
+    J = np.array([[0.0, 1.0], [-(abs(s) ** 2), 2.0 * s.real]])
+    got = np.linalg.eigvals(method.amplification(J, step, 1))
+    want = np.exp(s * step)
+    return float(np.abs(got - want).min()) / (abs(s) * step)
+
+
 class Balance:
-    """The energies of a stretch of fixed steps between two events, from sample to sample."""
+    """Kinetic + potential + stored - work + heat stays what it was at the start of the run.
 
-    def __init__(self) -> None:
-        self._start: tuple[float, np.ndarray] | None = None  # kinetic energy; the others
-        self._turned = 0.0
+    The laws' works and heats are integrated with the state, so that what any step has made or lost stays in the sum and
+    shows whenever it is read.  Switches and commands book what they change; what a user's law does not book, they do
+    not break.  `controlled`: tolerance of the steps, 0 if they are fixed; `implicit`: they may lose fast motions.
+    """
 
-    def restart(self) -> None:
-        """After an event or a command."""
-        self._start, self._turned = None, 0.0
+    def __init__(self, controlled: float, implicit: bool) -> None:
+        self._tolerance, self._implicit = controlled, implicit
+        self._start: tuple[float, np.ndarray] = 0.0, np.zeros(1)  # kinetic energy; the others
+        self._carried = self._turned = 0.0  # [J] made before the last event; most that was turned over at once
+        self.lost = 0.0  # [J] by an implicit or fixed method, more than half of what was turned over
 
-    def check(
-        self, t: float, step: float, kinetic: float, potential: float, stored: float, accounts: np.ndarray
-    ) -> None:
-        """Raises KernelError if more energy has come out of nothing since the start than was turned over [J].
+    def begin(self, kinetic: float, parts: np.ndarray) -> None:
+        """After an event or a command, from where the energies are now."""
+        self._start = kinetic, parts
 
-        accounts: heats, and works with the opposite sign.
-        """
-        parts = np.array([potential, stored, *accounts])
-        if self._start is None:
-            self._start = kinetic, parts
+    def end(self, kinetic: float, parts: np.ndarray) -> None:
+        """Before an event or a command."""
+        self._carried += self._made(kinetic, parts)
+
+    def _made(self, kinetic: float, parts: np.ndarray) -> float:
         before, held = self._start
-        made = kinetic - before + float((parts - held).sum())
         self._turned = max(self._turned, kinetic + float(np.abs(parts - held).sum()))
-        if not made <= MADE * self._turned + ROUND_OFF * (kinetic + float(np.abs(parts).sum())):
-            raise KernelError(
-                f"step {step:g} s at {t:.3f} s: {made:.3g} J have come out of nothing since the last event, more than "
-                f"half of what was turned over; choose a shorter step, or method radau5"
-            )
+        return kinetic - before + float((parts - held).sum())
+
+    def see(self, kinetic: np.ndarray, parts: np.ndarray) -> None:
+        """Energies (n,), (n, parts) on the way: what is turned over and back between two readings counts, too."""
+        self._turned = max(self._turned, float((kinetic + np.abs(parts - self._start[1]).sum(axis=1)).max()))
+
+    def check(self, where: str, kinetic: float, parts: np.ndarray, slip: float) -> None:
+        """Raises KernelError for energy that has come out of nothing or is gone without heat.
+
+        parts: potential, stored, heats, and works with the opposite sign [J]; slip: energy that an error of the size
+        of one in every step makes up [J]; where: begins the sentence.
+        """
+        made = self._carried + self._made(kinetic, parts)
+        noise = ROUND_OFF * (kinetic + float(np.abs(parts).sum())) + self._tolerance * slip
+        strict = self._tolerance > 0.0 and not self._implicit
+        share = STRAYED if strict else MADE
+        if abs(made) <= share * self._turned + noise:
+            return
+        if made < 0.0 and not strict:
+            self.lost = max(self.lost, -made)
+            return
+        told = f"{made:.3g} J have come out of nothing" if made > 0.0 else f"{-made:.3g} J are gone without heat"
+        raise KernelError(
+            f"{where}: the energy balance is broken, {told}, more than {100 * share:.0f} % of the most that was turned "
+            f"over; {self._cure}"
+        )
+
+    @property
+    def _cure(self) -> str:
+        return "choose a smaller tolerance" if self._tolerance else "choose a shorter step, or method radau5"

@@ -28,7 +28,7 @@ def oscillator() -> System:
 def test_the_limit_of_stability_is_that_of_theory(method, name):
     limit = C21["expected"][name]
     started(oscillator(), method=method, step=limit * (1.0 - AT_LIMIT))
-    with pytest.raises(KernelError, match=r"has a mode of 1.32 Hz; choose at most 0.\d+ s") as e:
+    with pytest.raises(KernelError, match=r"since .load. on .spring. swings at 1.32 Hz; choose at most 0.\d+ s") as e:
         started(oscillator(), method=method, step=limit * (1.0 + AT_LIMIT))
     advised = float(str(e.value).split("at most ")[1].split(" s")[0])
     started(oscillator(), method=method, step=advised)
@@ -71,7 +71,7 @@ def test_energy_out_of_nothing_ends_the_run():
     s = started(oscillator(), method="rk4", step=0.3, sample_ns=SECOND // 10)
     at = s.program.parameters.at["spring", "spring"]
     s.P[at.start] *= 4.0  # behind the back of the guard that looks before the run
-    with pytest.raises(KernelError, match=r"J have come out of nothing since the last event"):
+    with pytest.raises(KernelError, match=r"J have come out of nothing, more than 50 %"):
         hand_over(s, 60 * SECOND)
 
 

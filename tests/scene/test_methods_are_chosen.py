@@ -59,7 +59,7 @@ def test_mistakes_are_told_where_they_stand(keys: str, sentence: str):
     ("keys", "sentence"),
     [
         ("method: rk4", "method 'rk4': it has no error estimate; give it a step"),
-        ("method: rk4\nstep: 5 s", "too long for method 'rk4', since the scene has a mode of 0.3"),
+        ("method: rk4\nstep: 5 s", "too long for method 'rk4', since 'bob' swings at 0.3"),
     ],
 )
 def test_what_cannot_run_is_refused_before_it_starts(keys: str, sentence: str, tmp_path: Path):

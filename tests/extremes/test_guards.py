@@ -1,0 +1,279 @@
+"""The guards of a run: each one speaks where it must, in one sentence with time, law and amount, and nowhere else."""
+
+from dataclasses import replace
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+from heavylift.kernel.describe import Body, Joint, JointSpring, Line, Lock, Point, Rope, Stop, System
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.rattling import MANY, RESOLVED, critical, moved_mass
+from heavylift.kernel.simulation import Simulation
+from small_scenes import EA, LENGTH, MASS, SECOND, G, X, Z, column, hand_over, hung, imbalance, slider, started, times
+
+STEP = {"method": "rk4", "step": 0.5}  # [s] far too long for the rope's 1.3 Hz
+TOO_LONG = r"too long for method 'rk4', since 'load' on 'rope' swings at 1\.32 Hz; choose at most 0\.\d+ s"
+
+
+# ---- largest frequency, at every change of topology ---------------------------------------------------------
+
+
+def test_the_step_is_looked_at_before_the_run():
+    with pytest.raises(KernelError, match=r"step 0\.5 s at 0\.000 s: " + TOO_LONG):
+        started(hung(LENGTH + 0.1), **STEP)
+
+
+def test_and_when_a_rope_becomes_taut():
+    s = started(hung(LENGTH - 0.1), **STEP)
+    with pytest.raises(KernelError, match=r"step 0\.5 s at 0\.143 s: " + TOO_LONG):
+        hand_over(s, SECOND)
+
+
+def test_and_when_a_rope_is_hooked():
+    s = started(hung(LENGTH, hooked=False), **STEP)
+    hand_over(s, SECOND)
+    s.hook("rope", L0=-float(s.state[0]))
+    s.settle()
+    with pytest.raises(KernelError, match=r"step 0\.5 s at 1\.000 s: " + TOO_LONG.replace("1\\.32", r"1\.27")):
+        hand_over(s, 2 * SECOND)
+
+
+def test_and_when_one_is_unhooked_that_held_the_other_slack():
+    """The upper rope lets the load into the second one, which is shorter than its way down."""
+    scene = hung(LENGTH + 0.05)
+    soft = replace(scene.ropes[0], name="soft", EA=0.002 * EA, L0=LENGTH - 1.0, damping=0.0)
+    s = started(replace(scene, ropes=(soft, replace(scene.ropes[0], L0=LENGTH + 0.2))), **STEP)
+    s.unhook("soft")
+    s.settle()
+    with pytest.raises(KernelError, match=TOO_LONG):
+        hand_over(s, SECOND)
+
+
+def test_and_when_a_contact_closes():
+    stop = Stop("ground", "load-guide", -1.0, 100.0, EA / LENGTH, 0.0)
+    s = started(replace(slider(), stops=(stop,)), **STEP)
+    with pytest.raises(KernelError, match=r"since 'load' on 'ground' swings at 1\.32 Hz"):
+        hand_over(s, SECOND)
+
+
+@pytest.mark.parametrize("first", [True, False])
+def test_and_when_a_joint_is_locked_or_freed(first):
+    """A light body on a stiff spring: locked it has no mode; freed it has, and the step is too long."""
+    light = Joint("light-guide", "prismatic", "load", "light", axis=X)
+    scene = slider(axis=X)
+    scene = replace(
+        scene, bodies=(*scene.bodies, Body("light", 1.0)), joints=(*scene.joints, light),
+        springs=(JointSpring("spring", "light-guide", 1e4),), locks=(Lock("lock", "light-guide", first),),
+    )  # fmt: skip
+    if not first:
+        with pytest.raises(KernelError, match=r"'light' on 'spring' swings at 15\.9 Hz"):
+            started(scene, **STEP)
+        return
+    s = started(scene, **STEP)
+    hand_over(s, SECOND)
+    s.set_lock("lock", False)
+    with pytest.raises(KernelError, match=r"step 0\.5 s at 1\.000 s: .*'light' on 'spring' swings at 15.9 Hz"):
+        s.settle()
+
+
+def test_and_when_a_winch_has_made_the_rope_short():
+    """No event tells of it: 60 m of rope become 2 m, and five times as stiff against the step in the end."""
+    s = started(hung(LENGTH * (1 + MASS * G / EA), winch=True), method="rk4", step=0.1, sample_ns=SECOND // 10)
+    s.references.set_profile("rope", 0, -1.0, 0.1, None)
+    s.settle()
+    with pytest.raises(KernelError, match=r"too long for method 'rk4', since 'load' on 'rope' swings at"):
+        hand_over(s, 70 * SECOND)
+    assert 0.05 < s.row().length[0] / LENGTH < 0.3
+
+
+def test_what_a_stable_step_does_not_follow_is_said():
+    s = started(hung(LENGTH + 0.1), method="radau5", step=0.5)
+    assert s.notes == [
+        "step 0.5 s at 0.000 s: method 'radau5' follows no oscillation from 1.32 Hz upwards for more than 500 radians; "
+        "the fastest: 'load' on 'rope' swings at 1.32 Hz"
+    ]
+    assert started(hung(LENGTH + 0.1), method="radau5", step=0.05).notes == []
+    assert started(hung(LENGTH + 0.1)).notes == []
+
+
+# ---- energy --------------------------------------------------------------------------------------------------
+
+
+def bit_by_bit(s: Simulation, start: int, end: int) -> None:
+    """As grants let a kernel run."""
+    for t in range(20 * start, 20 * end):
+        s.run(t * SECOND // 20)
+
+
+def test_energy_out_of_nothing_ends_a_run_of_any_method():
+    """A spring that becomes stiffer behind the back of the balance: most of what moves has come out of nothing."""
+    guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(1.0,))
+    scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
+    for method in ("dopri5", "dop853", "radau5", "ros34pw2"):
+        s = started(scene, method=method, sample_ns=SECOND // 20)
+        hand_over(s, 4 * SECOND)
+        s.settle()
+        s.P[s.program.parameters.at["spring", "spring"].start] *= 40.0
+        s._call("refresh")
+        with pytest.raises(KernelError, match=rf"method '{method}' at \d\.\d+ s: the energy balance is broken, .* J"):
+            bit_by_bit(s, 4, 9)
+
+
+def test_energy_that_is_gone_without_heat_ends_a_controlled_run():
+    guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(1.0,))
+    scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
+    s = started(scene, sample_ns=SECOND // 20)
+    s.run(4 * SECOND)
+    s.P[s.program.parameters.at["spring", "spring"].start] *= 0.5
+    with pytest.raises(KernelError, match=r"J are gone without heat, more than 5 % of the most that was turned over"):
+        bit_by_bit(s, 4, 9)
+
+
+def test_an_implicit_step_that_loses_a_motion_says_so():
+    guide = Joint("guide", "prismatic", "world", "load", axis=X, q0=(1.0,))
+    scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
+    s = started(scene, method="radau5", step=1.0, sample_ns=SECOND)
+    hand_over(s, 60 * SECOND)
+    assert any("J, more than half of what was turned over, are gone with motions too fast" in x for x in s.notes)
+
+
+# ---- rattles -------------------------------------------------------------------------------------------------
+
+LIGHT = 5e-3  # [kg] a loader as light as a bolt
+
+
+def rattling_scene(mass: float = LIGHT) -> System:
+    """A light body bounces on a rope far too stiff for it, pressed by its weight alone."""
+    scene = hung(LENGTH, v0=-1e-5)
+    return replace(scene, bodies=(replace(scene.bodies[0], mass=mass),), ropes=(replace(scene.ropes[0], EA=EA * 1e2),))
+
+
+@pytest.mark.parametrize("method", [{}, {"method": "dop853"}])
+def test_a_rope_that_rattles_goes_on_without_events_and_says_so(method):
+    s = started(rattling_scene(), sample_ns=SECOND // 100, **method)
+    hand_over(s, SECOND // 10)
+    chatter = [e for _, e in s.log if e.what == "chatter"]
+    assert [e.name for e in chatter] == ["rope"]
+    assert len(s.log) <= 2 * MANY + 3, "and no event after it"
+    assert chatter[0].value > 0.5 / RESOLVED
+    assert any("rope 'rope' at" in x and "faster than events can resolve" in x for x in s.notes)
+    assert float(s.row().tension[0]) == pytest.approx(LIGHT * G, rel=1e-2), "at rest in the end"
+
+
+def test_twice_the_same_bits():
+    one, two = (started(rattling_scene(), sample_ns=SECOND // 100) for _ in range(2))
+    for s in (one, two):
+        hand_over(s, SECOND // 20)
+    assert one.state.tobytes() == two.state.tobytes()
+    assert one.log == two.log
+    assert one.notes == two.notes
+
+
+def test_a_snapshot_keeps_a_calm_rope():
+    whole = started(rattling_scene(), sample_ns=SECOND // 100)
+    hand_over(whole, SECOND // 20)
+    whole.settle()
+    kept = whole.snapshot()
+    other = started(rattling_scene(), sample_ns=SECOND // 100)
+    other.restore(kept)
+    for s in (whole, other):
+        hand_over(s, SECOND // 10)
+    assert whole.state.tobytes() == other.state.tobytes()
+
+
+def test_hooked_anew_it_has_events_and_its_own_damping_again():
+    s = started(rattling_scene(), sample_ns=SECOND // 100)
+    hand_over(s, SECOND // 10)
+    assert s.switches.rope_numbers("rope")[1] > 0.0
+    s.unhook("rope")
+    s.hook("rope", L0=-float(s.state[0]) + 1e-3)
+    s.settle()
+    assert s.switches.rope_numbers("rope")[1] == 0.0
+    before = len(s.log)
+    hand_over(s, SECOND // 10 + SECOND // 50)
+    assert ("rope", "taut") in [(e.name, e.what) for _, e in s.log[before:]]
+
+
+def test_a_load_that_bounces_to_rest_is_no_rattle():
+    """Creep speed, a damped rope, hundreds of milliseconds between the bounces."""
+    s = started(hung(LENGTH - 0.05, damping=2e6), tolerance=1e-9)
+    hand_over(s, 20 * SECOND)
+    assert not [e for _, e in s.log if e.what == "chatter"]
+    assert times(s, "rope", "taut")
+
+
+def test_creeping_taut_and_slack_again_is_no_rattle():
+    """A drum at creep speed, 0.1 mm/s, takes up and gives way: one event each, and the balance closes."""
+    stop = Stop("ground", "load-guide", -LENGTH, 100.0, 1e9, 1e7)
+    z = LENGTH + MASS * G / 1e9
+    s = started(replace(hung(z, z + 1e-5, winch=True), stops=(stop,)), tolerance=1e-10, sample_ns=SECOND // 10)
+    s.references.set_profile("rope", 0, 1e-4, 1e-2, -1e-4)
+    s.settle()
+    hand_over(s, 2 * SECOND)
+    s.references.set_profile("rope", 2 * SECOND, 1e-4, 1e-2, 2e-4)
+    s.settle()
+    hand_over(s, 5 * SECOND)
+    assert [e.what for _, e in s.log if e.name == "rope"] == ["taut", "slack"]
+    assert imbalance(s) < 1e-6
+
+
+def test_a_calm_rope_closes_its_energy_balance():
+    s = started(hung(LENGTH - 0.5, damping=1e5), tolerance=1e-10, sample_ns=SECOND // 50)
+    s._calm = frozenset({"rope"})
+    s._use(s.program.locked)
+    s.switches.rope_numbers("rope")[3] = 1.0
+    s.settle()
+    hand_over(s, 4 * SECOND)
+    assert float(column(s, "rope/tension")[1].min()) == 0.0
+    assert imbalance(s) < 1e-6
+
+
+def test_the_mass_that_a_rope_feels_is_that_of_two_bodies_in_series():
+    line = Line(Point("a"), Point("b"))
+    scene = System(
+        (Body("a", 300.0), Body("b", 600.0)),
+        (
+            Joint("ga", "prismatic", "world", "a", axis=X, q0=(-1.0,), v0=(-1.0,)),
+            Joint("gb", "prismatic", "world", "b", axis=X, q0=(1.0,)),
+        ),
+        ropes=(Rope("rope", (line,), 1e6, 2.0),),
+        gravity=G,
+    )
+    s = started(scene)
+    p = s.switches.rope_numbers("rope")
+    before = p.copy()
+    assert moved_mass(p, 0, slice(2, 4), s.state.copy(), s._rate) == pytest.approx(200.0, rel=1e-9)
+    assert np.array_equal(p, before)
+    assert critical(1e6, 2.0, 200.0) == pytest.approx(2.0 * sqrt(5e5 * 200.0))
+    assert critical(1e6, 2.0, np.inf) == 0.0
+
+
+# ---- steps that collapse ------------------------------------------------------------------------------------
+
+
+def test_a_collapsed_step_names_mode_body_and_law():
+    """1 g on a spring of 1e25 N/m, which starts 1 m away: no step follows that."""
+    scene = slider(mass=1e-3, axis=Z, q0=1.0)
+    scene = replace(scene, springs=(JointSpring("spring", "load-guide", 1e25),))
+    with pytest.raises(KernelError) as e:
+        hand_over(started(scene), SECOND)
+    hertz = sqrt(1e25 / 1e-3) / (2.0 * pi)
+    assert str(e.value) == (
+        f"body 'load' at 0.000000 s: the step became too small (below 1e-12 s); 'load' on 'spring' swings at "
+        f"{hertz:.3g} Hz, or a law near it jumps; soften it, or choose method radau5"
+    )
+
+
+def test_the_mode_that_is_named_is_the_fastest_one():
+    """Of two bodies on ropes the lighter one, and the rope that holds it."""
+    one, other = hung(LENGTH + 0.1), slider("hook", 500.0, q0=-6.1)
+    line = Line(Point("world"), Point("hook"))
+    scene = replace(
+        one, bodies=one.bodies + other.bodies, joints=one.joints + other.joints,
+        ropes=(*one.ropes, Rope("tackle", (line,), EA, 6.0)),
+    )  # fmt: skip
+    s = Simulation(scene)
+    s.start()
+    mode = s._fastest()
+    assert (mode.body, mode.law) == ("hook", "tackle")
+    assert mode.frequency == pytest.approx(sqrt(EA / 6.0 / 500.0) / (2.0 * pi), rel=1e-3)
