@@ -1,6 +1,6 @@
 """What observers of a run are shown: every committed event, in total order.
 
-An event is appended to a journal in the run's private directory, where its place is its number, and put on its key of
+An event is appended to a journal in the run's private directory, where its place is its number, then put on its key of
 the bus, which drops it for a listener that is slow or frozen.  Observers read the journal, so one that comes late has
 the past without gap or repetition, and the run never waits for anybody.  What one round has brought is written at once
 by `show`.  The last entry says how the run ended.
@@ -45,18 +45,19 @@ class Audience:
     def __init__(self, hub: Hub) -> None:
         self._hub, self.last_ns = hub, 0
         self._journal = Journal(hub.directory.path / EVENTS)
-        self._entries: list[bytes] = []
+        self._events: list[Event] = []  # of this round
 
     def event(self, event: Event) -> None:
         """A committed event, to be shown."""
-        self._entries.append(_ENCODER.encode(event))
-        self._hub.publish_event(event.source, event.port, event.payload)
+        self._events.append(event)
 
     def show(self) -> None:
         """Show the events that have been committed since the last time."""
-        if self._entries:
-            self._journal.extend(self._entries)
-            self._entries.clear()
+        if self._events:
+            self._journal.extend(map(_ENCODER.encode, self._events))
+            for event in self._events:
+                self._hub.publish_event(event.source, event.port, event.payload)
+            self._events.clear()
 
     def __enter__(self) -> Self:
         return self
@@ -65,6 +66,6 @@ class Audience:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         status, reason = ("finished", "") if error is None else ("failed", str(error) or type(error).__name__)
-        self._entries.append(_ENCODER.encode(Ended(status, self.last_ns * 1e-9, reason)))
         self.show()
+        self._journal.append(_ENCODER.encode(Ended(status, self.last_ns * 1e-9, reason)))
         self._journal.close()
