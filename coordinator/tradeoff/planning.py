@@ -15,6 +15,7 @@ __all__ = ["Chain", "Planner"]
 
 ORDER = {"dopri5": 5.0, "dop853": 8.0, "ros34pw2": 3.0, "radau5": 5.0}
 SETTLED = 0.02  # relative change of the worst error that says that integration no longer shows
+TRIES = 2  # tolerances at which a method may fail: a third would fail for the same reason
 EXACT = 1e-3  # of the limit: nobody needs it tighter
 
 
@@ -27,6 +28,7 @@ class Chain:
     seconds: float = 0.0
     prepared: float = 0.0
     worst: list[float] = field(default_factory=list)
+    failed: int = 0
 
 
 class Planner:
@@ -60,7 +62,8 @@ class Planner:
         whole = prepared + seconds
         self._typical = min(self._typical or whole, whole)
         if worst is None:
-            if cut:
+            chain.failed += 1
+            if cut or (setting.step is None and chain.failed >= TRIES):
                 chain.left.clear()
             return
         chain.worst.append(worst)

@@ -18,7 +18,7 @@ from heavylift.nodes.scene import load
 HERE = Path(__file__).parent
 SCENES = {  # settings under which they are measured, and why
     "lift": (["end=100 s"], "with time for every rung to take off and swing"),
-    "turnover": (["end=3 min"], "its first three minutes: slack, load, the beginning of the hoist"),
+    "turnover": (["end=150 s"], "its beginning: slack, load, the first seconds of the hoist"),
     "pendulum": ([], ""),
     "arm": ([], ""),
 }

@@ -7,7 +7,7 @@ PAIR = Pair("rope", 2.5e6, 4.95e5, 2.9e7)  # a crane, what hangs on its hook, 50
 ORDER = 0.3  # times w h: what the law leaves out
 
 
-@pytest.mark.parametrize("h", [0.02, 0.01, 0.005, 0.002])
+@pytest.mark.parametrize("h", [0.02, 0.01, 0.005])
 def test_the_damping_is_minus_w_h_over_4(h):
     found = held(PAIR, h, lasts=300.0)
     assert found.law == -PAIR.omega * h / 4.0
@@ -16,7 +16,7 @@ def test_the_damping_is_minus_w_h_over_4(h):
 
 def test_the_masses_only_count_by_their_common_frequency():
     alone = Pair("mass on a spring", 1e15, 1.0, PAIR.omega**2)
-    assert held(alone, 0.005, 1.0).measured == pytest.approx(held(PAIR, 0.005, 1.0).measured, rel=1e-6)
+    assert held(alone, 0.02, 1.0).measured == pytest.approx(held(PAIR, 0.02, 1.0).measured, rel=1e-6)
 
 
 def test_one_percent_over_five_minutes_asks_for_microseconds():

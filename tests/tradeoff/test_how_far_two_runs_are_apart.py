@@ -20,6 +20,12 @@ def test_a_peak_counts_relative_to_the_true_one():
     assert errors(swinging(0.1, 0.5, peak=2.1e5), TRUE, ("rope tension",)) == {"rope tension": pytest.approx(0.05)}
 
 
+def test_a_sample_above_the_true_peak_is_an_error_though_the_peak_is_right():
+    overshooting = swinging(0.1, 0.5)
+    overshooting.tension[100] = 2.5e5
+    assert errors(overshooting, TRUE, ("rope tension",)) == {"rope tension": pytest.approx(0.25)}
+
+
 def test_a_swing_is_judged_by_its_frequency_and_by_its_amplitude():
     assert errors(swinging(0.102, 0.5), TRUE, ("swing",))["swing"] == pytest.approx(0.02, rel=1e-3)
     assert errors(swinging(0.1, 0.4), TRUE, ("swing",))["swing"] == pytest.approx(0.2, abs=FIT)

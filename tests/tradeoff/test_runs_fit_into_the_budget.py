@@ -42,6 +42,15 @@ def test_a_method_whose_error_no_longer_changes_is_not_run_tighter():
     assert (planner.left, planner.settled) == (0, 4)
 
 
+def test_a_method_that_fails_at_two_tolerances_is_given_up():
+    planner = Planner([RUNG], ["ros34pw2"], LIMIT)
+    for how in ("1e-3", "1e-4"):
+        setting, _ = planner.next(100.0)
+        assert setting.how == how
+        planner.tell(setting, 0.0, 0.1, None)
+    assert planner.next(100.0) is None
+
+
 def test_an_unstable_step_is_followed_by_a_shorter_one_and_a_run_that_was_cut_is_not():
     planner = Planner([RUNG], ["rk4"], LIMIT)
     planner.tell(planner.next(100.0)[0], 0.0, 0.1, None)
