@@ -84,7 +84,8 @@ class _Limited(KernelNode):
     def _pause(self) -> None:
         super()._pause()
         if time.perf_counter() > self.deadline:
-            raise KernelError(f"{CUT} {self.allowed:.3g} s of wall time, at {self.simulation['t']:.3g} s of the run")
+            t = self.simulation.epoch * 1e-9 + self.simulation["t"]
+            raise KernelError(f"{CUT} {self.allowed:.3g} s of wall time, at {t:.3f} s of the run")
 
 
 class _Counting(Coordinator):

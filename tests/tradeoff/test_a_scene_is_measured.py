@@ -6,7 +6,8 @@ import json
 import pytest
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.tradeoff import measure, write
-from heavylift.kernel.errors import SceneError
+from heavylift.coordinator.tradeoff.playing import play
+from heavylift.kernel.errors import ModelError, SceneError
 from heavylift.nodes.scene import load
 
 SCENE = ["end=20 s"]
@@ -83,3 +84,9 @@ def test_what_cannot_be_done_is_refused_in_one_sentence(monkeypatch, capsys, arg
 def test_a_scene_in_which_nothing_moves_has_no_trade():
     with pytest.raises(SceneError, match="nothing in it moves that a setting could be judged by"):
         measure(load("pendulum", [*SCENE, "mechanism.joints.pivot.start=0 deg"]), budget=30.0)
+
+
+def test_a_run_that_takes_too_long_is_cut_and_says_where():
+    plan = load("pendulum").plan
+    with pytest.raises(ModelError, match=r"cut after 0 s of wall time, at \d+\.\d{3} s of the run"):
+        play(plan, limit=0.0)
