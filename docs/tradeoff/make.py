@@ -28,6 +28,16 @@ Measured by `heavylift tradeoff`, written by `make.py` beside this page. Each li
 quantity within the limit beside it, against the richest rung at a tight tolerance whose own convergence
 stands below; the commands can be typed as they are. Speeds are simulated seconds per CPU second of one
 process: compare them with each other, and measure your own scene with `heavylift tradeoff SCENE`.
+
+How to read it
+- A rung decides more than a step: where errors stand one above the other in the figure, a tighter tolerance buys
+  nothing, and only more of the model does.
+- Each quantity has an answer of its own. What is right about the peak can be wrong about the time of lift-off by half
+  a stage, so ask what you need and no less.
+- A sample above the true peak counts as an error of the tension: peaks are taken at accepted steps, samples from the
+  interpolant, and the interpolant of long steps of high order overshoots. Where you read curves, take 1e-4 or tighter.
+- Crosses are settings that heavylift refuses (a step too long for the fastest mode, a method that cannot do the rung)
+  or that were cut; the table of `heavylift tradeoff` has the sentence of each.
 """
 
 
