@@ -99,8 +99,8 @@ def _precision(axes: Axes, measured: Measured) -> None:
               alpha=0.5, zorder=2)  # fmt: skip
     axes.set_xscale("log")
     axes.set_yscale("log")
-    low, high = axes.get_xlim()
-    axes.set_xlim(min(low, measured.limit / 3), max(high, measured.limit * 3))
+    places = [measured.limit, *(max(row.worst, FLOOR) for row in rows)]
+    axes.set_xlim(min(places) / 2, max(places) * 2)
     axes.axvspan(axes.get_xlim()[0], measured.limit, color=BAND, lw=0, zorder=0)
     axes.axvline(measured.limit, color=LIMIT, lw=1.1, ls=(0, (6, 3)), zorder=1)
     _crosses(axes, measured)

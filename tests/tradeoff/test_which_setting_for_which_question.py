@@ -54,6 +54,8 @@ def modelled(fidelity: Fidelity):
 
 def test_the_rungs_that_the_questions_would_be_given_are_measured():
     lift = load("lift")
-    rungs = {rung.name: rung.fidelity for rung in chosen(lift, ASK, 0.01)}
-    for name, ask in (("rope tension", "rope tension"), ("swing", "swing"), ("all asked", ", ".join(ASK))):
-        assert rungs[f"chosen for {name}"] == load("lift", [f"ask=[{ask}]", "accuracy=1 %"]).plan.fidelity
+    rungs = chosen(lift, ASK, 0.01)
+    for ask in (*ASK, ", ".join(ASK)):
+        given = load("lift", [f"ask=[{ask}]", "accuracy=1 %"]).plan.fidelity
+        (name,) = (rung.name for rung in rungs if rung.fidelity == given)
+        assert name == "chosen for all asked" or ask in name
