@@ -149,20 +149,22 @@ class Ropes:
         points = np.array([point for _, point in ends], np.float64).reshape(-1, 3)
         self._turn = np.einsum("ijkl,nj->nikl", _rotation(), points).reshape(-1, 3, 16)
         self._body = np.array([rank[body] for body, _ in ends], np.intp)
-        self._pose = np.zeros((len(bodies) + 1, 7))
-        self._pose[-1, 6] = 1.0
+        self._ground = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
         self._template = ropes_template(len(lines))
         self._drawn = np.full((len(bodies), 7), np.inf)
 
     def moved(self, poses: NDArray[np.float64]) -> bool:
-        """Whether a body is elsewhere than in the last message; poses as there."""
-        return bool(np.abs(poses - self._drawn).max(initial=0.0) >= STILL)
+        """Whether a body is elsewhere than where the ropes were drawn last; if so they are drawn at these poses."""
+        moved = bool(np.abs(poses - self._drawn).max(initial=0.0) >= STILL)
+        if moved:
+            self._drawn = poses
+        return moved
 
-    def message(self, t_ns: int, poses: NDArray[np.float64]) -> bytes:
-        """The SceneUpdate at this time; poses (bodies, 7) [m, quaternion x y z w]."""
-        self._pose[:-1] = self._drawn = poses
-        pose = self._pose[self._body]
-        q = pose[:, 3:]
-        turned = self._turn @ (q[:, :, None] * q[:, None, :]).reshape(-1, 16, 1)
-        ends = np.rint((pose[:, :3] + turned[:, :, 0]) * MILLIMETRE) / MILLIMETRE
-        return self._template.encode([t_ns], ends.reshape(1, -1))[0]
+    def messages(self, times: Sequence[int], poses: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """(n, bytes) SceneUpdates at these times [ns]; poses (n, bodies, 7) [m, quaternion x y z w]."""
+        ground = np.broadcast_to(self._ground, (len(poses), 1, 7))
+        pose = np.concatenate([poses, ground], axis=1)[:, self._body]
+        q = pose[:, :, 3:]
+        turned = self._turn @ (q[..., :, None] * q[..., None, :]).reshape(len(poses), -1, 16, 1)
+        ends = np.rint((pose[:, :, :3] + turned[..., 0]) * MILLIMETRE) / MILLIMETRE
+        return self._template.encode(times, ends.reshape(len(poses), -1))

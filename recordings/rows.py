@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -15,7 +16,7 @@ from .samples import POSE_UNIT, SampleLayout, SamplesForm
 from .schema import samples_descriptor
 from .sink import Sink
 
-__all__ = ["Peak", "Row", "Rows"]
+__all__ = ["Block", "Peak", "Rows"]
 
 
 class Peak(NamedTuple):
@@ -25,14 +26,14 @@ class Peak(NamedTuple):
     time: float
 
 
-class Row(NamedTuple):
-    """A row as it stands in the file: simulation time [ns], numbers and poses, two messages, poses (bodies, 7)."""
+class Block(NamedTuple):
+    """Rows as they stand in the file: simulation and log times [ns], numbers and poses, messages (n, bytes)."""
 
-    t_ns: int
+    times: list[int]
+    log_ns: list[int]
     columns: NDArray[np.float64]
-    samples: bytes
-    frames: bytes
-    poses: NDArray[np.float64]
+    samples: NDArray[np.uint8]
+    frames: NDArray[np.uint8]
 
 
 class Rows:
@@ -68,22 +69,38 @@ class Rows:
         """Draw these ropes from the next row on."""
         self._ropes, self._lines_due = ropes, 0
 
-    def encode(self, times: Sequence[int], rows: NDArray[np.float64]) -> list[Row]:
-        """Rows (n, width) of these simulation times [ns] made ready for `write`."""
+    def encode(self, times: list[int], log_ns: list[int], rows: NDArray[np.float64]) -> Block:
+        """Rows (n, width) of these simulation and log times [ns] made ready for `write`."""
         columns = self._columns(rows)
         numbers, poses = np.split(columns, [self._columns.numbers], axis=1)
-        frames = self._frames.encode(times, poses) if self.bodies else [b""] * len(times)
-        ready = zip(times, columns, self._form.encode(numbers), frames, poses.reshape(len(times), -1, 7), strict=True)
-        return [Row(*row) for row in ready]
+        samples = self._form.encode(numbers)
+        frames = self._frames.encode(times, poses) if self.bodies else samples[:, :0]
+        return Block(times, log_ns, columns, samples, frames)
 
-    def write(self, log_ns: int, row: Row) -> None:
-        """Write the messages of one row."""
-        self._sink.write(self._numbers, log_ns, row.t_ns, row.samples, more=bool(self.bodies))
+    def write(self, block: Block, first: int, end: int) -> None:
+        """Write the messages of these rows of a block."""
+        part = slice(first, end)
+        messages = [(self._numbers, block.samples[part])]
         if self.bodies:
-            self._sink.write(self._poses, log_ns, row.t_ns, row.frames)
-            if self._ropes is not None and row.t_ns >= self._lines_due and self._ropes.moved(row.poses):
-                self._lines_due = row.t_ns + self._lines_ns
-                self._sink.write(self._lines, log_ns, row.t_ns, self._ropes.message(row.t_ns, row.poses))
+            messages.append((self._poses, block.frames[part]))
+        drawn = self._drawn(block, first, end)
+        self._sink.write_rows(block.log_ns[part], block.times[part], messages, drawn)
+
+    def _drawn(self, block: Block, first: int, end: int) -> tuple[int, list[int], NDArray[np.uint8]] | None:
+        """The channel of ropes, in which of these rows they are drawn, and their messages; None if in none."""
+        if self._ropes is None:
+            return None
+        times, poses = block.times, block.columns[:, self._columns.numbers :].reshape(len(block.times), -1, 7)
+        drawn, i = [], first
+        while (i := bisect_left(times, self._lines_due, i, end)) < end:
+            if self._ropes.moved(poses[i]):
+                drawn.append(i)
+                self._lines_due = times[i] + self._lines_ns
+            i += 1
+        if not drawn:
+            return None
+        messages = self._ropes.messages([times[i] for i in drawn], poses[drawn])
+        return self._lines, [i - first for i in drawn], messages
 
     def note_peaks(self, times: Sequence[int], rows: NDArray[np.float64]) -> None:
         """Keep each rope's largest tension, of all accepted steps if the rows have them."""

@@ -131,13 +131,13 @@ class SamplesForm:
         for place in self.places.values():
             self.fixed[place] = False
 
-    def encode(self, rows: NDArray[np.float64]) -> list[bytes]:
-        """The messages of (n, columns) rows, the signals' columns side by side."""
+    def encode(self, rows: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """(n, bytes) messages of (n, columns) rows, the signals' columns side by side."""
         out = np.tile(self.image, (len(rows), 1))
         data, at = np.ascontiguousarray(rows, "<f8").view(np.uint8).reshape(len(rows), -1), 0
         for place in self.places.values():
             out[:, place] = data[:, at : (at := at + place.stop - place.start)]
-        return [message.tobytes() for message in out]
+        return out
 
 
 def varint(number: int) -> bytes:

@@ -8,7 +8,7 @@ second.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ import msgspec
 from heavylift.kernel.errors import RecordingError
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
-from .mcapfile import McapFile
+from .mcapfile import McapFile, Messages
 from .partfile import PartFile
 from .schema import file_descriptor_set
 
@@ -81,9 +81,19 @@ class Sink:
             self.topics[topic] = self._writer.channel(topic, encoding, number, texts(facts))
         return self.topics[topic]
 
-    def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes, more: bool = False) -> None:
-        """Append a message; to be called within `writing`; `more` as in McapFile."""
-        self._writer.write(channel, log_ns, publish_ns, data, more)
+    def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None:
+        """Append a message; to be called within `writing`."""
+        self._writer.write(channel, log_ns, publish_ns, data)
+
+    def write_rows(
+        self,
+        log_ns: Sequence[int],
+        publish_ns: Sequence[int],
+        messages: Sequence[tuple[int, Messages]],
+        some: tuple[int, Sequence[int], Messages] | None,
+    ) -> None:
+        """Append the messages of many rows, as in McapFile; to be called within `writing`."""
+        self._writer.write_rows(log_ns, publish_ns, messages, some)
 
     def writing(self) -> Any:
         """Context that turns the system's refusals into a RecordingError."""

@@ -28,11 +28,12 @@ def stamp(t_ns: int) -> Any:
 
 def stamp_bytes(times: Sequence[int]) -> NDArray[np.uint8]:
     """(n, 12) Timestamps: tag, five bytes of seconds, tag, five bytes of nanoseconds."""
-    parts = np.array([divmod(t, 1_000_000_000) for t in times], np.uint64).reshape(-1, 2, 1)
-    digits = (parts >> np.arange(0, 35, 7, dtype=np.uint64) & np.uint64(0x7F)).astype(np.uint8)
-    digits[:, :, :4] |= 0x80
-    tags = np.tile(np.array([[[0x08], [0x10]]], np.uint8), (len(times), 1, 1))
-    return np.concatenate([tags, digits], axis=2).reshape(-1, 12)
+    parts = np.stack(np.divmod(np.array(times, np.uint64), np.uint64(1_000_000_000)), axis=1)[:, :, None]
+    out = np.empty((len(times), 2, 6), np.uint8)
+    out[:, :, 0] = 0x08, 0x10
+    out[:, :, 1:] = parts >> np.arange(0, 35, 7, dtype=np.uint64) & np.uint64(0x7F)
+    out[:, :, 1:5] |= 0x80
+    return out.reshape(-1, 12)
 
 
 class Template:
@@ -53,13 +54,13 @@ class Template:
         self._fixed[self._numbers] = self._fixed[self._stamps] = False
         self._repeats = stamps
 
-    def encode(self, times: Sequence[int], numbers: NDArray[np.float64]) -> list[bytes]:
-        """The messages at these simulation times [ns] with these numbers (n, numbers)."""
+    def encode(self, times: Sequence[int], numbers: NDArray[np.float64]) -> NDArray[np.uint8]:
+        """(n, bytes) messages at these simulation times [ns] with these numbers (n, numbers)."""
         out = np.tile(self._image, (len(times), 1))
         data = np.ascontiguousarray(numbers, "<f8").view(np.uint8)
         out[:, self._numbers] = data.reshape(len(times), -1)
         out[:, self._stamps] = np.tile(stamp_bytes(times), (1, self._repeats))
-        return [message.tobytes() for message in out]
+        return out
 
     def decode(self, messages: Sequence[bytes]) -> NDArray[np.float64]:
         """(n, numbers) of messages made by `encode`; ValueError if one was not."""

@@ -12,19 +12,19 @@ from __future__ import annotations
 import heapq
 import math
 import time
+from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from itertools import count
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 from heavylift.kernel.errors import RecordingError
 
 from .digest import Digest
 from .drawing import Box, Log, Rig, RopeLine, SceneUpdate, boxes_message, log_message
-from .rows import Peak, Rows
+from .rows import Block, Peak, Rows
 from .samples import SampleLayout, decode_batch
 from .schema import PROTOCOL_SCHEMA, RIG_SCHEMA, event_schema
 from .sink import Sink
@@ -32,6 +32,13 @@ from .sink import Sink
 __all__ = ["Recorder"]
 
 EVENT, SAMPLE = 0, 1  # at one instant events stand before the sample taken after them
+
+
+class Waiting(NamedTuple):
+    """The rows of a block from `first` on."""
+
+    block: Block
+    first: int = 0
 
 
 class Recorder:
@@ -56,7 +63,7 @@ class Recorder:
         self._rows: Rows | None = None
         self._lines_every = lines_every
         self._next_sample = 0
-        self._queue: list[tuple[int, int, int, Callable[[int], None]]] = []  # time, rank, ticket, write
+        self._queue: list[tuple[int, int, int, Callable[[int], None] | Waiting]] = []  # time, rank, ticket, what
         self._ticket = count()
         self._last_event = self._last_sample = self._settled = self._now = 0
         self._closed = False
@@ -96,7 +103,7 @@ class Recorder:
         """Draw these ropes with the samples from this simulation time on, in place of those before."""
         rows = self._announced()
         ropes = rows.ropes(lines)
-        self._put(t_ns, EVENT, lambda _: rows.hang(ropes))
+        self._put(t_ns, lambda _: rows.hang(ropes))
         rig = self._sink.topics.get("/rig") or self._sink.json("/rig", "heavylift.rig", RIG_SCHEMA, {})
         self._message(rig, t_ns, msgspec.json.encode(Rig(t_ns, list(lines))))
 
@@ -134,9 +141,11 @@ class Recorder:
         if skip >= len(batch.times):
             return
         times, values = batch.times[skip:], batch.rows[skip:]
-        for number, row in zip(count(self._next_sample), rows.encode(times, values), strict=False):
-            self.digest.samples(number, row.t_ns, row.columns.tobytes())
-            self._put(row.t_ns, SAMPLE, partial(rows.write, row=row))
+        log_ns = [max(t, self._now) for t in times]
+        block = rows.encode(times, log_ns, values)
+        for number, t_ns, row in zip(count(self._next_sample), times, block.columns, strict=False):
+            self.digest.samples(number, t_ns, row.tobytes())
+        heapq.heappush(self._queue, (log_ns[0], SAMPLE, next(self._ticket), Waiting(block)))
         rows.note_peaks(times, values)
         self._next_sample = batch.first + len(batch.times)
         self._last_sample = max(self._last_sample, batch.times[-1])
@@ -158,7 +167,7 @@ class Recorder:
             "summary": summary,
             "raw": raw,
         }
-        self._put(self._now, EVENT, self._writes(channel, t_ns, msgspec.json.encode(record)))
+        self._put(self._now, self._writes(channel, t_ns, msgspec.json.encode(record)))
         self._drain()
 
     def log(self, t_ns: int, level: str, name: str, message: str) -> None:
@@ -212,10 +221,10 @@ class Recorder:
         return lambda log_ns: self._sink.write(channel, log_ns, publish_ns, data)
 
     def _message(self, channel: int, t_ns: int, data: bytes) -> None:
-        self._put(t_ns, EVENT, self._writes(channel, t_ns, data))
+        self._put(t_ns, self._writes(channel, t_ns, data))
 
-    def _put(self, t_ns: int, rank: int, write: Callable[[int], None]) -> None:
-        heapq.heappush(self._queue, (max(t_ns, self._now), rank, next(self._ticket), write))
+    def _put(self, t_ns: int, write: Callable[[int], None]) -> None:
+        heapq.heappush(self._queue, (max(t_ns, self._now), EVENT, next(self._ticket), write))
 
     def _drain(self) -> None:
         last_sample = self._last_sample if self._rows else self._last_event
@@ -224,7 +233,23 @@ class Recorder:
 
     def _write_below(self, horizon: float) -> None:
         queue = self._queue
+        if not queue or queue[0][0] >= horizon:
+            return
         with self._sink.writing():
             while queue and queue[0][0] < horizon:
-                self._now, _, _, write = heapq.heappop(queue)
-                write(self._now)
+                self._now, _, ticket, what = heapq.heappop(queue)
+                if isinstance(what, Waiting):
+                    self._write_rows(what, ticket, horizon)
+                else:
+                    what(self._now)
+
+    def _write_rows(self, waiting: Waiting, ticket: int, horizon: float) -> None:
+        """The rows below the horizon and before whatever else waits."""
+        queue, (block, first) = self._queue, waiting
+        if queue:
+            horizon = min(horizon, queue[0][0] + queue[0][1])  # an event stands before the sample of its instant
+        end = bisect_left(block.log_ns, horizon, first)
+        self._announced().write(block, first, end)
+        self._now = block.log_ns[end - 1]
+        if end < len(block.log_ns):
+            heapq.heappush(queue, (block.log_ns[end], SAMPLE, ticket, Waiting(block, end)))

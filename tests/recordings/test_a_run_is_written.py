@@ -7,11 +7,12 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings import Peak, Recorder, Recording, RopeLine, SampleChannel, SampleLayout
-from mcap.reader import NonSeekingReader
+from mcap.reader import NonSeekingReader, make_reader
 from mcap.records import Metadata
 from mcap.stream_reader import StreamReader
 from numpy.typing import NDArray
@@ -93,6 +94,32 @@ def test_samples_and_events_that_come_apart_are_written_in_order(begin: Begin, b
         (events, 4.0),
         (sample, 4.0),
     ]
+
+
+def test_a_long_batch_fills_several_chunks_row_after_row(begin: Begin) -> None:
+    n = 2000
+    rows = np.zeros((n, 20))
+    rows[:, 0], rows[:, 6], rows[:, (12, 19)] = np.arange(n), np.arange(n), 1.0
+    rec = begin()
+    rec.ropes(0, [RopeLine("west.H1", "world", (0, 0, 9), "block", (0, 0, 0))])
+    rec.samples(msgspec.msgpack.encode([0, [i * SECOND // 2 for i in range(n)], rows.tobytes()]))
+    path = rec.close()
+    with path.open("rb") as stream:
+        assert len(make_reader(stream).get_summary().chunk_indexes) > 3
+    with path.open("rb") as stream:
+        topics = ["/samples", "/poses", "/ropes"]
+        found = NonSeekingReader(stream, validate_crcs=True).iter_messages(topics, log_time_order=False)
+        told = [(channel.topic, message.sequence, message.log_time) for _, channel, message in found]
+    drawn = [("/ropes", i // 2) for i in range(n)]  # once a second, with every other sample
+    assert told == [
+        (topic, number, i * SECOND // 2)
+        for i in range(n)
+        for topic, number in [("/samples", i), ("/poses", i), *drawn[i : i + 1 - i % 2]]
+    ]
+    with path.open("rb") as stream:  # by the indexes of the chunks
+        found = make_reader(stream, validate_crcs=True).iter_messages(["/ropes"])
+        assert [message.sequence for _, _, message in found] == [*range(n // 2)]
+    assert np.array_equal(Recording(path).signal("rope/tension").values[:, 0], np.arange(n))
 
 
 def test_a_run_that_raises_leaves_a_whole_file(begin: Begin, stage: Stage, tmp_path: Path) -> None:

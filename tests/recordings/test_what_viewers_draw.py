@@ -32,7 +32,7 @@ def test_frames_decode_to_what_the_library_would_write() -> None:
     bodies = [f"west.body{i}" for i in range(19)]
     poses = np.random.default_rng(3).normal(size=(len(TIMES), 19, 7))
     template = frames_template(bodies)
-    messages = template.encode(TIMES, poses)
+    messages = [message.tobytes() for message in template.encode(TIMES, poses)]
     for data, t_ns, pose in zip(messages, TIMES, poses, strict=True):
         assert FrameTransforms.FromString(data) == library_frames(t_ns, bodies, pose)
     assert np.array_equal(template.decode(messages), poses.reshape(len(TIMES), -1))
@@ -41,7 +41,7 @@ def test_frames_decode_to_what_the_library_would_write() -> None:
 def test_a_zero_decodes_to_the_same_frames() -> None:
     poses = np.array([[0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 1.0]])
     (data,) = frames_template(["block"]).encode([7], poses)
-    assert FrameTransforms.FromString(data) == library_frames(7, ["block"], poses)
+    assert FrameTransforms.FromString(data.tobytes()) == library_frames(7, ["block"], poses)
 
 
 def test_frames_of_another_form_are_refused() -> None:
@@ -57,7 +57,7 @@ def test_samples_equal_the_library_byte_for_byte(counts: list[int]) -> None:
     for row, data in zip(rows, SamplesForm(fields).encode(rows), strict=True):
         parts = np.split(row, np.cumsum(counts)[:-1])
         message = Samples(**{field.field: part for field, part in zip(fields, parts, strict=True)})
-        assert data == message.SerializeToString()
+        assert data.tobytes() == message.SerializeToString()
 
 
 def test_any_topic_becomes_a_field_of_its_own() -> None:
@@ -74,7 +74,8 @@ def test_a_rope_runs_from_its_point_on_one_body_to_its_point_on_the_other() -> N
         [RopeLine("r", "crane", (1, 2, 3), "hook", (0, 0, 1)), RopeLine("s", "world", (4, 5, 6), "hook", (0, 1, 0))],
         ["crane", "hook"],
     )
-    entity = SceneUpdate.FromString(ropes.message(10**9, poses)).entities[0]
+    (message,) = ropes.messages([10**9], poses[None])
+    entity = SceneUpdate.FromString(message.tobytes()).entities[0]
     ends = np.array([(p.x, p.y, p.z) for p in entity.lines[0].points])
     crane, hook = (Rotation.from_quat(pose[3:]) for pose in poses)
     expected = [
