@@ -492,7 +492,7 @@ class _Player:
         if stop <= self.t:
             return
         solver = Radau(self.moved, self.t, self.y - self.lift.y0, stop, rtol=self.rtol, atol=self.atol,
-                       jac=self.jacobian, first_step=1e-3, max_step=0.25)  # fmt: skip
+                       jac=self.jacobian, first_step=min(1e-3, stop - self.t), max_step=0.25)  # fmt: skip
         while solver.status == "running":
             before = solver.t
             told = solver.step()
