@@ -1,6 +1,6 @@
-"""Measures the bundled scenes and writes what was found: SCENE.json, SCENE.png, and the page README.md.
+"""Measures the bundled scenes and writes what was found: settings/SCENE.json and .png, and the page SETTINGS.md.
 
-    python docs/tradeoff/make.py [--budget 300] [SCENE ...]
+    python tests/bench/settings.py [--budget 300] [SCENE ...]
 
 Without the name of a scene only the page is written anew, from the tables that are there.
 """
@@ -15,7 +15,8 @@ from heavylift.coordinator.tradeoff import measure, write
 from heavylift.coordinator.tradeoff.communication import communicating
 from heavylift.nodes.scene import load
 
-HERE = Path(__file__).parent
+PAGE = Path(__file__).parents[2] / "nodes/scenes/SETTINGS.md"
+HERE = PAGE.parent / "settings"
 SCENES = {  # settings under which they are measured, what they are asked (else all), and why
     "lift": (["end=100 s"], "", "with time for every rung to take off and swing"),
     "turnover": (["end=150 s"], "rope tension", "its beginning: slack, load, the first seconds of the hoist"),
@@ -24,8 +25,8 @@ SCENES = {  # settings under which they are measured, what they are asked (else 
 }
 HEAD = """# Which setting for which question
 
-Measured by `heavylift tradeoff`, written by `make.py` beside this page. Each line is the fastest setting that keeps one
-quantity within the limit beside it, against the richest rung at a tight tolerance whose own convergence
+Measured by `heavylift tradeoff`, written by `python tests/bench/settings.py`. Each line is the fastest setting that
+keeps one quantity within the limit beside it, against the richest rung at a tight tolerance whose own convergence
 stands below; the commands can be typed as they are. Speeds are simulated seconds per CPU second of one
 process: compare them with each other, and measure your own scene with `heavylift tradeoff SCENE`.
 
@@ -56,7 +57,7 @@ def main() -> None:
             write(measured, HERE / f"{name}.{kind}")
     found = [name for name in SCENES if (HERE / f"{name}.json").exists()]
     parts = [HEAD, *(section(name) for name in found)]
-    (HERE / "README.md").write_text("\n".join(parts))
+    PAGE.write_text("\n".join(parts))
 
 
 def section(name: str) -> str:
@@ -64,7 +65,7 @@ def section(name: str) -> str:
     told = json.loads((HERE / f"{name}.json").read_text())
     settings, _, why = SCENES[name]
     given = f", {' '.join(settings)} ({why})" if settings else ""
-    lines = [f"## {name}{given}", "", f"{told['verdict']}", "", f"![{name}]({name}.png)", ""]
+    lines = [f"## {name}{given}", "", f"{told['verdict']}", "", f"![{name}](settings/{name}.png)", ""]
     lines += ["| asked | to | fastest setting | x real time | error |", "|---|---|---|---|---|"]
     for a in told["answers"]:
         if a["setting"] is None:
