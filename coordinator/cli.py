@@ -26,6 +26,8 @@ def main() -> None:
         code = app(standalone_mode=False)  # of a command that ends with typer.Exit
         if code == STOPPED:  # what typer makes of Ctrl-C where nobody hears it
             print("heavylift: stopped", file=sys.stderr)
+        if sys.stdout is not None:  # what does not go out is noticed here, not when Python ends
+            sys.stdout.flush()
         if code:
             sys.exit(code)
     except Stopped as error:
@@ -38,8 +40,15 @@ def main() -> None:
         print("heavylift: stopped", file=sys.stderr)
         sys.exit(STOPPED)
     except BrokenPipeError:  # who reads our output, such as `head`, has enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _discard_output()
     except Exception as error:
+        if isinstance(error, OSError) and not error.filename and (why := _unwritable()):
+            _discard_output()
+            print(
+                f"heavylift: standard output cannot be written ({why}); make room there or send it elsewhere",
+                file=sys.stderr,
+            )
+            sys.exit(1)
         if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # how click reports a wrong command line
             asked = type(error).__name__ == "NoArgsIsHelpError"
             print(error.format_message() if asked else f"heavylift: {error.format_message()}", file=sys.stderr)
@@ -52,3 +61,18 @@ def main() -> None:
             file=sys.stderr,
         )
         sys.exit(1)
+
+
+def _unwritable() -> str:
+    """Why standard output does not take the end of a line; "" if it does."""
+    try:
+        if sys.stdout is not None:
+            os.write(sys.stdout.fileno(), b"\n")  # what has failed once is gone from Python's own buffer
+    except OSError as error:
+        return error.strerror or type(error).__name__
+    return ""
+
+
+def _discard_output() -> None:
+    """Nothing goes to standard output any more, so that Python does not stumble over the rest of it at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError
@@ -29,7 +28,8 @@ MOST = 12  # panels of an overlay
 ROWS = 24  # signals in the text
 
 
-class Difference(NamedTuple):
+@dataclass(frozen=True)
+class Difference:
     """One column of a signal: largest |b - a|, when [s], RMS over the common time, largest |a|, unit."""
 
     name: str
@@ -97,11 +97,14 @@ def _compared(A: Recording, B: Recording) -> Comparison:
     names_a, names_b = set(A.signals()), set(B.signals())
     differences = [d for name in A.signals() if name in names_b for d in _signal(A, B, name)]
     digests = A.result.get("digest"), B.result.get("digest")
+    equal = digests[0] is not None and digests[0] == digests[1]
+    if not (first or equal):
+        first = "none in events and samples: the recordings tell of equal motions, but are not both complete"
     return Comparison(
         A.path,
         B.path,
-        equal=digests[0] is not None and digests[0] == digests[1],
-        first=first or "none in events and samples: the recordings tell of equal motions, but are not both complete",
+        equal=equal,
+        first=first,
         differences=differences,
         only_a=sorted(names_a - names_b),
         only_b=sorted(names_b - names_a),

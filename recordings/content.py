@@ -59,7 +59,10 @@ def shown(layout: SampleLayout) -> Shown:
 
 
 def packed(values: Floats, kind: str = "<f4") -> str:
-    """Numbers as base64 of little-endian floats in C order."""
+    """Numbers as base64 of little-endian floats in C order; ValueError if one is too large for that."""
+    largest = np.abs(values).max(initial=0.0, where=np.isfinite(values))
+    if largest > np.finfo(kind).max:
+        raise ValueError(f"{largest:.3g} is larger than anything that is drawn")
     return base64.b64encode(np.ascontiguousarray(values, kind).tobytes()).decode()
 
 

@@ -45,6 +45,14 @@ def replay(
     run = RecordedRun(file)
     if verify and live:
         raise RecordingError(f"{file}: --verify runs all models and --live one; give one of them")
+    playing = {"--rate": rate != 1.0, "--from": start is not None, "--to": end is not None, "--loop": loop}
+    playing |= {"--paused": paused, "--topics": bool(topics)}
+    given = [option for option, is_given in playing.items() if is_given]
+    if given and (verify or live):
+        alone = "--verify" if verify else "--live"
+        raise RecordingError(
+            f"{file}: {alone} runs models as fast as they can and plays nothing; leave {', '.join(given)} out"
+        )
     if verify:
         _tell(run, prove(run), "the run", as_json)
     elif live:

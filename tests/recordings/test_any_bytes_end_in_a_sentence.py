@@ -11,11 +11,16 @@ import zlib
 from collections.abc import Callable
 from pathlib import Path
 
+import msgspec
+import numpy as np
 import pytest
 import zstandard
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings import Recorder, Recording, recover
+from heavylift.recordings import Recorder, Recording, curves, recover
 from heavylift.recordings.mcapfile import McapFile
+from heavylift.recordings.view import content
+from numpy.typing import NDArray
+from small_run import TIMES
 from spoiled_recordings import patience, read_in_all_ways, spoiled
 
 FILES, SHARDS = 300, 3
@@ -98,3 +103,18 @@ def test_nested_text_does_not_exhaust_the_stack(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="is damaged"):
         Recording(path).events()
     read_in_all_ways(path, path, tmp_path)
+
+
+def test_a_number_too_large_to_be_drawn_is_damage(
+    begin: Callable[[], Recorder], rows: NDArray[np.float64], tmp_path: Path
+) -> None:
+    rows[3, 0] = -1e200
+    with begin() as rec:
+        rec.samples(msgspec.msgpack.encode([0, TIMES, rows.tobytes()]))
+    whole = tmp_path / "run.mcap"
+    # in newtons or kilonewtons
+    too_large = r"run\.mcap: is damaged \(1e\+(200|197) is larger than anything that is drawn\)"
+    with pytest.raises(RecordingError, match=too_large):
+        content(Recording(whole))
+    with pytest.raises(RecordingError, match=too_large):
+        curves(whole, ["rope/*"], tmp_path / "x.html")

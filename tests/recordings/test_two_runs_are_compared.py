@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
-from heavylift.recordings import Recorder, SampleChannel, SampleLayout, compare
+from heavylift.recordings import Difference, Recorder, SampleChannel, SampleLayout, compare
 from numpy.typing import NDArray
 from small_run import NAMES, SECOND, TIMES, Stage
 
@@ -60,7 +60,7 @@ def test_each_signal_tells_its_largest_difference_and_rms(write: Write) -> None:
     west, second = found.differences
     assert found.first == "rope/tension at 2.000000000 s"
     # the square of the difference rises over 1 s and falls over 0.5 s of 4 s
-    assert west == ("rope/tension/west.H1", 100.0, 2.0, pytest.approx(np.sqrt(1e4 * 0.75 / 4.0)), 4.5e5, "N")
+    assert west == Difference("rope/tension/west.H1", 100.0, 2.0, pytest.approx(np.sqrt(1e4 * 0.75 / 4.0)), 4.5e5, "N")
     assert second.most == 0.0
 
 
@@ -84,3 +84,13 @@ def test_a_run_that_ends_before_the_other(write: Write) -> None:
     found = compare(write("a.mcap", TENSION, []), write("b.mcap", TENSION[:4], []))
     assert found.first == "rope/tension at 3.000000000 s; b.mcap ends before"
     assert [d.most for d in found.differences] == [0.0, 0.0]
+
+
+def test_programs_get_differences_with_names(write: Write) -> None:
+    a, b = (write(name, TENSION + off, []) for name, off in (("a.mcap", 0.0), ("b.mcap", 1.0)))
+    found = msgspec.json.decode(msgspec.json.encode(compare(a, b), enc_hook=str))
+    assert found["equal"] is False
+    first = found["differences"][0]
+    assert (first["name"], first["most"], first["rms"], first["unit"]) == ("rope/tension/west.H1", 1.0, 1.0, "N")
+    same = msgspec.json.decode(msgspec.json.encode(compare(a, a), enc_hook=str))
+    assert (same["equal"], same["first"]) == (True, "")

@@ -91,6 +91,14 @@ def test_the_command_tells_both_outcomes_by_its_exit_code(
     assert "deviates after 17 equal events, at (0 s, 1) on /crane/input: recorded" in capsys.readouterr().out
 
 
+def test_a_proof_is_not_played(lift: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    says = f"heavylift: {lift}: {{}} runs models as fast as they can and plays nothing; leave {{}} out\n"
+    assert command(monkeypatch, "replay", lift, "--verify", "--rate", "3", "--loop") == 1
+    assert capsys.readouterr().err == says.format("--verify", "--rate, --loop")
+    assert command(monkeypatch, "replay", lift, "--live", "crane", "--from", "0") == 1
+    assert capsys.readouterr().err == says.format("--live", "--from")
+
+
 def test_a_recording_that_cannot_be_run_is_a_sentence(tmp_path: Path) -> None:
     def recording(name: str, attachments: dict[str, bytes]) -> RecordedRun:
         with Recorder(tmp_path / name, {"scene": "lift"}, attachments) as rec:

@@ -3,11 +3,13 @@
 import os
 import re
 import signal
+import subprocess
 import time
 from contextlib import suppress
+from pathlib import Path
 
 import pytest
-from command import PATIENCE_s, all_of_node, descendants, finish, gone, start, until
+from command import HEAVYLIFT, PATIENCE_s, all_of_node, descendants, finish, gone, start, until
 from heavylift.nodes.scene import bundled
 from heavylift.recordings import Recording
 
@@ -163,3 +165,20 @@ def test_a_wrong_command_line_is_one_sentence(tmp_path):
     code, _, error = finish(tmp_path, "rum", "turnover")
     assert code == 2
     assert error.startswith("heavylift: No such command 'rum'")
+
+
+@pytest.mark.parametrize("arguments", [["doctor", "--help"], ["--help"]])
+def test_a_standard_output_without_room_is_one_sentence(tmp_path, arguments):
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run([HEAVYLIFT, *arguments], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, text=True)
+    assert done.returncode == 1
+    assert done.stderr == (
+        "heavylift: standard output cannot be written (No space left on device); make room there or send it elsewhere\n"
+    )
+
+
+def test_who_has_read_enough_is_not_told_of_it(tmp_path):
+    process = start(tmp_path, "--help")
+    process.stdout.close()
+    assert process.stderr.read() == ""
+    assert process.wait(PATIENCE_s) == 1
