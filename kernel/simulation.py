@@ -16,7 +16,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from copy import deepcopy
 from math import ceil
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -206,12 +205,13 @@ class Simulation(Commanded):
         """What `fire` will return; changes nothing."""
         self._begun()
         P, X = self.P.copy(), self.X.copy()
-        events = self._switch(self._fallen, self._event_ns, self.row())
+        events = self._switch(self._fallen, self._event_ns)
         self.P[:], self.X[:] = P, X
         return events
 
-    def _switch(self, fallen: list[int], t_ns: int, row: SimpleNamespace) -> list[StateEvent]:
+    def _switch(self, fallen: list[int], t_ns: int) -> list[StateEvent]:
         """Switch the laws behind fallen guards in fixed order, then all rigid ropes and contacts together."""
+        row = self.row()
         kinds = [self.program.guards[i][0] for i in fallen]
         together = ("rigid", *KINDS)
         events = [self.switches.fire(i, row) for i, kind in zip(fallen, kinds, strict=True) if kind not in together]
@@ -231,10 +231,9 @@ class Simulation(Commanded):
         self._instant = self._instant + 1 if t_ns == self.epoch else 0
         if self._instant > CHATTER:
             raise self._chatter(fallen, t_ns)
-        row = self.row()
-        self._balance.end(*self._energies(self._table[int(self["row"])]))
+        self._balance.end(*self._energies(self._raw()))
         self._new_stretch(t_ns)
-        events = self._switch(fallen, t_ns, row)
+        events = self._switch(fallen, t_ns)
         self.log += [(t_ns, e) for e in events]
         for e in events:
             self._listen(e, t_ns)

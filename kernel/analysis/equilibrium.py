@@ -96,7 +96,7 @@ def _switch(poses: Poses, q: np.ndarray) -> bool:
         if not fallen:
             break
         any_switched = True
-        switched = simulation._switch([int(i) for i in fallen], simulation.epoch, simulation.row())
+        switched = simulation._switch([int(i) for i in fallen], simulation.epoch)
         slipped = {e.name for e in switched if e.what == "slip"}
         for i in fallen:
             if kinds[i] in ("rub", "brake") and simulation.program.guards[i][1] in slipped:
