@@ -25,7 +25,7 @@ from .partfile import output_path, writing
 from .reader import Recording, guarded
 from .samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout
 
-__all__ = ["content", "page", "view"]
+__all__ = ["content", "drawn_boxes", "page", "sample_rows", "view"]
 
 PAGE = Path(__file__).parent / "page"
 NUMBERS = 2_000_000  # most numbers in a page: 4 bytes each, as base64 10.7 MB
@@ -58,7 +58,7 @@ def page(run: dict[str, Any]) -> str:
 @guarded
 def content(rec: Recording) -> dict[str, Any]:
     """All that the page shows of a recording."""
-    layout, t, rows = _rows(rec)
+    layout, t, rows = sample_rows(rec)
     columns = shown(layout)
     rows = rows[:, columns.columns]
     ropes = rows[:, 7 * len(columns.bodies) :]
@@ -74,7 +74,7 @@ def content(rec: Recording) -> dict[str, Any]:
         "facts": facts_shown(rec.run, [*more, *told, ("recording", rec.path.name), ("made by", rec.library)]),
         **columns.head(),
         "rows": {"t": packed(t[kept], "<f8"), "x": packed(rows[kept])},
-        "boxes": _boxes(rec),
+        "boxes": drawn_boxes(rec),
         "rig": [{"t": rig.t_ns * 1e-9, "lines": rig.lines} for rig in rec.rigs()],
         "rated": rated,
         "supports": rec.fact("supports", []),
@@ -84,7 +84,8 @@ def content(rec: Recording) -> dict[str, Any]:
     }
 
 
-def _rows(rec: Recording) -> tuple[SampleLayout, NDArray[np.float64], NDArray[np.float64]]:
+@guarded
+def sample_rows(rec: Recording) -> tuple[SampleLayout, NDArray[np.float64], NDArray[np.float64]]:
     """All signals side by side at the instants of the one that was sampled most often, with their layout."""
     signals = {name: rec.signal(name) for name in rec.signals()}
     t = max((s.t for s in signals.values()), key=len, default=np.zeros(0))
@@ -117,6 +118,7 @@ def _status(rec: Recording) -> str:
     return f"{status}, {duration(float(rec.fact('sim_s', 0.0)))} simulated"
 
 
-def _boxes(rec: Recording) -> list[Box]:
+def drawn_boxes(rec: Recording) -> list[Box]:
+    """The shapes on the bodies."""
     with rec.reading():
         return [box for raw in rec.messages("/scene") for box in boxes_of(raw.data)]

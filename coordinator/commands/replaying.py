@@ -9,11 +9,15 @@ import typer
 from heavylift.kernel.errors import RecordingError
 
 from .app import File, Json, app
+from .running import live_page
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
+    from heavylift.recordings import Spectator
+
     from ..replay import Outcome, RecordedRun
+    from ..replay.picture import Picture
     from ..watch import Watch
 
 
@@ -32,6 +36,7 @@ def replay(
     live: Annotated[
         str, typer.Option("--live", help="run this model for real against the recorded rest, such as crane/west")
     ] = "",
+    view: Annotated[bool, typer.Option("--view", help="show the lift in a browser while it is played")] = False,
     as_json: Json = False,
 ) -> None:
     """Play a recording to observers; or prove it; or try one model on it.    heavylift replay turnover.mcap --rate 20
@@ -46,7 +51,7 @@ def replay(
     if verify and live:
         raise RecordingError(f"{file}: --verify runs all models and --live one; give one of them")
     playing = {"--rate": rate != 1.0, "--from": start is not None, "--to": end is not None, "--loop": loop}
-    playing |= {"--paused": paused, "--topics": bool(topics)}
+    playing |= {"--paused": paused, "--topics": bool(topics), "--view": view}
     given = [option for option, is_given in playing.items() if is_given]
     if given and (verify or live):
         alone = "--verify" if verify else "--live"
@@ -58,7 +63,7 @@ def replay(
     elif live:
         _tell(run, single(run, live), live, as_json)
     else:
-        _publish(run, rate, start, end, loop, paused, topics or [])
+        _publish(run, rate, start, end, loop, paused, topics or [], view)
 
 
 def _tell(run: RecordedRun, found: Outcome, who: str, as_json: bool) -> None:
@@ -81,7 +86,14 @@ def _tell(run: RecordedRun, found: Outcome, who: str, as_json: bool) -> None:
 
 
 def _publish(
-    run: RecordedRun, rate: float, start: float | None, end: float | None, loop: bool, paused: bool, topics: list[str]
+    run: RecordedRun,
+    rate: float,
+    start: float | None,
+    end: float | None,
+    loop: bool,
+    paused: bool,
+    topics: list[str],
+    view: bool,
 ) -> None:
     from ..keyboard import Keyboard
     from ..progress import command
@@ -89,28 +101,53 @@ def _publish(
 
     if not 0.0 < rate < float("inf"):
         raise RecordingError(f"{run.path}: --rate {rate:g} is no speed; give a number above 0, such as 20")
+    if loop and view:
+        raise RecordingError(f"{run.path}: --view shows a replay once, in one time; leave --loop out")
     asked = Replay(run, topics, start, end)
-    with Keyboard() as keyboard, Publisher(run.recording.run.get("scene", run.path.stem), run.path) as publisher:
+    with (
+        live_page(view) as page,
+        Keyboard() as keyboard,
+        Publisher(run.recording.run.get("scene", run.path.stem), run.path) as publisher,
+    ):
         if paused and not keyboard.there:
             raise RecordingError(f"{run.path}: --paused waits for keys, but there is no terminal; leave it out")
         keys = "; space pauses, s steps, + - rate, q ends" if keyboard.there else ""
         typer.echo(f"run {publisher.run} in {publisher.directory}; {command()} watch {publisher.run}{keys}", err=True)
         said = 0
+        picture = _picture(run, page, asked.start)
         with _watching(run) as progress:
 
             def say(one: Said) -> None:
                 publisher.say(one)
                 if one.event is not None:
                     progress.event(one.event)
+                    if picture is not None:
+                        picture.event(one.event)
 
-            player = Player(say, rate, paused, keyboard, told=progress.progress)
+            def told(t_ns: int) -> None:
+                progress.progress(t_ns)
+                if picture is not None:
+                    picture.reached(t_ns)
+
+            player = Player(say, rate, paused, keyboard, told=told)
             while True:
                 said += player.play(asked)
                 if not said and not player.over:
                     raise RecordingError(f"{run.path}: nothing was recorded in this time; give an earlier --from")
                 if player.over or not loop:
                     break
+        if picture is not None:
+            picture.end()
     typer.echo(f"replayed {said} messages of {len(asked.topics)} topics")
+
+
+def _picture(run: RecordedRun, page: Spectator | None, start: int) -> Picture | None:
+    """What the page shows, if there is one."""
+    if page is None:
+        return None
+    from ..replay.picture import Picture
+
+    return Picture(run, page, start)
 
 
 def _watching(run: RecordedRun) -> AbstractContextManager[Watch]:

@@ -64,7 +64,7 @@ def run(
         placement = place(nodes, KERNEL, loaded.placement, places or [], processes, [*loaded.remote, *(remote or [])])
         door = open_door(placement.remote, listen, keys, in_process)
         path = output or Path(f"{loaded.plan.name}.mcap")
-        with _page(view) as page, Keyboard() as keyboard, Progress(loaded.plan) as watch:
+        with live_page(view) as page, Keyboard() as keyboard, Progress(loaded.plan) as watch:
             result = simulate(
                 loaded,
                 path,
@@ -85,7 +85,7 @@ def run(
 
 
 @contextmanager
-def _page(view: bool) -> Iterator[Spectator | None]:
+def live_page(view: bool) -> Iterator[Spectator | None]:
     """A page on this machine and its address, if one is wanted; a browser is opened where a person sits."""
     if not view:
         yield None

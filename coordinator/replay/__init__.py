@@ -2,6 +2,7 @@
 
 cast        the models of a recorded run, built again
 recorded    what a recording holds, as the models and the events that the run was made of
+picture     the same for the page that shows runs
 publish     the committed events and samples over Zenoh, at any rate, with keys
 verify      the whole scene simulated again: every event and sample must come again
 single      one model for real against the recorded rest: where it first deviates

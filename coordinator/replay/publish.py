@@ -100,6 +100,7 @@ class Publisher:
         if said.event is not None:
             self._audience.last_ns = max(self._audience.last_ns, said.t_ns)
             self._audience.event(said.event)
+            self._audience.show()
         else:
             self._hub.publish_data(said.topic, said.data)
 

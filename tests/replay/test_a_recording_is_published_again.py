@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import os
 import pty
 import queue
 import subprocess
 import sys
 import time
+import urllib.request
 from pathlib import Path
 
+import msgspec
+import numpy as np
 import pytest
 import zenoh
 from heavylift.coordinator.keyboard import Keyboard
@@ -147,3 +152,32 @@ def test_a_terminal_is_read_key_by_key_and_gets_its_settings_back(monkeypatch: p
             assert (keyboard.wait(5.0), keyboard.wait(5.0)) == ("s", " "), "without a return key"
         assert termios.tcgetattr(terminal) == before
     os.close(mine)
+
+
+def test_a_replay_is_shown_in_the_page_of_runs(lift: Path, recorded: RecordedRun) -> None:
+    arguments = [HEAVYLIFT, "replay", lift, "--rate", "1000", "--view"]
+    with subprocess.Popen([*arguments, "--from", "5"], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL) as process:
+        assert process.stderr is not None
+        address = process.stderr.readline().decode().removeprefix("watch it at ").strip()
+        told = []
+        with urllib.request.urlopen(address + "events", timeout=60) as messages:
+            for line in messages:
+                if line.startswith(b"data: "):
+                    told.append(json.loads(line.removeprefix(b"data: ")))
+                    if "peaks" in told[-1] and len(told) > 1:
+                        break
+        assert process.wait(60) == 0
+    begin, *more, end = told
+    assert begin["title"] == "lift"
+    assert "block" in [body["name"] for body in begin["bodies"]]
+    assert begin["rig"][0]["lines"] == json.loads(msgspec.json.encode(recorded.recording.rigs()[0].lines))
+    t = [x for m in more if "rows" in m for x in np.frombuffer(base64.b64decode(m["rows"]["t"]), "<f8")]
+    assert (round(min(t) * SECOND), round(max(t) * SECOND)) == (5 * SECOND, 20 * SECOND - 1)
+    said = [e["t"] for m in more for e in m["events"]]
+    assert said == [e.t * 1e-9 for e in recorded.events if e.t >= 5 * SECOND]
+    peaks = recorded.recording.fact("peaks")
+    assert {p["name"]: p["tension"] for p in end["peaks"]} == {name: peak["tension"] for name, peak in peaks.items()}
+    assert end["status"] == f"replayed, 20 s simulated; recorded in {lift}"
+    done = subprocess.run([*arguments, "--loop"], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 1
+    assert done.stderr == f"heavylift: {lift}: --view shows a replay once, in one time; leave --loop out\n"
