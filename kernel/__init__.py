@@ -22,7 +22,8 @@ How it becomes machine code
 How it runs
     methods                           integration methods: tableaus and tiny classes
     steps, stepping, columns          a step, a location, a sample as text; native functions of them; sample rows
-    stepper, commands, simulation     blocks and steps; what may be ordered; the life of a run, with located events
+    blocks, stepper, snapshots        native blocks and steps; states to go on from
+    commands, simulation              what may be ordered; the life of a run, with located events
     switching, samples, failures      discrete states; channels with units; why a run cannot go on
 What can be asked
     analysis, formulations            statics, modes, reactions, inverse dynamics; other formulations to compare

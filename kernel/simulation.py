@@ -14,7 +14,6 @@ only: `run(until)` never cuts a step, the one that passes `until` stays tentativ
 from __future__ import annotations
 
 from collections.abc import Callable
-from copy import deepcopy
 from math import ceil
 from typing import Any
 
@@ -24,9 +23,9 @@ from .commands import Commanded
 from .contact.sets import KINDS
 from .describe import System
 from .errors import KernelError
-from .methods.peers import Peer
 from .parameters import RopeAt
 from .rattling import RESOLVED, Rattling, critical, moved_mass
+from .snapshots import go_on, kept
 from .stepper import FOREVER_NS, NEVER
 from .steps import EVENT, FAILED, RUNNING, STILL
 from .switching import StateEvent
@@ -35,22 +34,6 @@ __all__ = ["FOREVER_NS", "Simulation"]
 
 BUDGET = 4000.0  # attempts per native call: about 25 ms, so that Ctrl-C and progress live
 TOO_SHORT = 1e-6  # [m] by which a rigid rope may be too short by rounding
-KEPT = (
-    "X",
-    "P",
-    "M",
-    "rows",
-    "epoch",
-    "_samples",
-    "_fallen",
-    "_event_ns",
-    "_instant",
-    "_still",
-    "_snapshot",
-    "_missed",
-    "_checked",
-    "notes",
-)
 CHATTER = 200  # events at one instant, after which the laws contradict each other
 
 
@@ -308,33 +291,12 @@ class Simulation(Commanded):
         self._fallen = [int(i) for i in fallen]
         self._event_ns = self.epoch if len(fallen) else FOREVER_NS
 
-    # ---- snapshots ----------------------------------------------------------------------------------------
-
     def snapshot(self) -> dict[str, Any]:
-        """All that the future depends on as plain numbers: step size and its history, the tentative step, armed guards
-        and modes are in X, P and M; laws with their starts, accounts and the number of the next sample beside them.
-
-        Raises KernelError for a method of SciPy, whose history cannot be taken out of it.
-        """
+        """All that the future depends on (see `snapshots`); raises KernelError for a method of SciPy."""
         self._begun()
-        if isinstance(self.method.method, Peer):
-            raise KernelError(f"method {self.method.method.name}: SciPy keeps its history; choose a method of our own")
-        beside = {"locked": sorted(self.program.locked), "balance": vars(self._balance)}
-        beside |= {"calm": sorted(self._calm), "rattles": self._rattling.counts}
-        led = {"actuators": self.references.actuators, "watched": self.switches.watched}
-        return deepcopy({**{name: getattr(self, name) for name in KEPT}, **beside, **led})
+        return kept(self)
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from the snapshot of a simulation of the same system and options, bit for bit; start this one first."""
         self._begun()
-        kept = deepcopy(snapshot)
-        self._calm = frozenset(kept.pop("calm"))
-        self._use(frozenset(kept.pop("locked")))
-        self._rattling.counts = kept.pop("rattles")
-        for name in ("X", "P", "M"):  # in place, for parts of them are in other hands
-            if (block := kept.pop(name)) is not None:
-                getattr(self, name)[:] = block
-        vars(self._balance).update(kept.pop("balance"))
-        self.references.actuators.update(kept.pop("actuators"))
-        self.switches.watched.update(kept.pop("watched"))
-        vars(self).update(kept)
+        go_on(self, snapshot)

@@ -34,7 +34,8 @@ def jacobian(rate: Callable[[np.ndarray], np.ndarray], y: np.ndarray, n: int) ->
         d = DIFFERENCE * (1.0 + abs(y[j]))
         there, back = y.copy(), y.copy()
         there[j], back[j] = y[j] + d, y[j] - d
-        J[:, j] = (rate(there)[:n] - rate(back)[:n]) / (2.0 * d)
+        with np.errstate(invalid="ignore"):  # where forces are not finite
+            J[:, j] = (rate(there)[:n] - rate(back)[:n]) / (2.0 * d)
     return J
 
 

@@ -1,0 +1,60 @@
+"""A simulation between two calls as plain numbers, and a simulation that goes on from them bit for bit.
+
+Step size and its history, the tentative step, armed guards and modes are in X, P and M; beside them stand laws with
+their starts, accounts and the number of the next sample.
+"""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from typing import TYPE_CHECKING, Any
+
+from .errors import KernelError
+from .methods.peers import Peer
+
+if TYPE_CHECKING:
+    from .simulation import Simulation
+
+__all__ = ["go_on", "kept"]
+
+KEPT = (
+    "X",
+    "P",
+    "M",
+    "rows",
+    "epoch",
+    "_samples",
+    "_fallen",
+    "_event_ns",
+    "_instant",
+    "_still",
+    "_snapshot",
+    "_missed",
+    "_checked",
+    "notes",
+)
+
+
+def kept(s: Simulation) -> dict[str, Any]:
+    """All that the future depends on; raises KernelError for a method of SciPy, which keeps its history to itself."""
+    if isinstance(s.method.method, Peer):
+        raise KernelError(f"method {s.method.method.name}: SciPy keeps its history; choose a method of our own")
+    beside = {"locked": sorted(s.program.locked), "balance": vars(s._balance)}
+    beside |= {"calm": sorted(s._calm), "rattles": s._rattling.counts}
+    led = {"actuators": s.references.actuators, "watched": s.switches.watched}
+    return deepcopy({**{name: getattr(s, name) for name in KEPT}, **beside, **led})
+
+
+def go_on(s: Simulation, snapshot: dict[str, Any]) -> None:
+    """Bring a started simulation of the same system and options to the point of a snapshot."""
+    kept = deepcopy(snapshot)
+    s._calm = frozenset(kept.pop("calm"))
+    s._use(frozenset(kept.pop("locked")))
+    s._rattling.counts = kept.pop("rattles")
+    for name in ("X", "P", "M"):  # in place, for parts of them are in other hands
+        if (block := kept.pop(name)) is not None:
+            getattr(s, name)[:] = block
+    vars(s._balance).update(kept.pop("balance"))
+    s.references.actuators.update(kept.pop("actuators"))
+    s.switches.watched.update(kept.pop("watched"))
+    vars(s).update(kept)
