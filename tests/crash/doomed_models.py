@@ -64,7 +64,7 @@ class Doomed(Runner):
         os.kill(os.getpid(), signal.SIGSEGV)
 
     def leave(self) -> None:
-        raise SystemExit(7)
+        os._exit(7)
 
     def raises(self) -> None:
         raise ValueError("the hook is not there")

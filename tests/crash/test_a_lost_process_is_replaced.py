@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.model_run import run_models
-from trouble import MODELS, Troubled, pid, play, strike
+from trouble import MODELS, Troubled, orphan, pid, play, strike
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 
@@ -44,7 +44,7 @@ def test_killed_at_random_points(digest: str, seed: int) -> None:
 def test_killed_at_the_edges_of_a_run(digest: str, point: int, what: str) -> None:
     run, notes = play({point: strike("north", "east", "south")})
     assert run.digest == digest
-    assert len(set(replaced(notes))) >= 2  # a process that has said all it had to say may die
+    assert len(set(replaced(notes))) >= 2 or point == MESSAGES  # who has said all that it had to say may die
 
 
 def test_a_sentence_tells_who_when_and_how(digest: str) -> None:
@@ -81,7 +81,7 @@ def test_a_successor_is_killed_while_it_hears_the_story(digest: str) -> None:
 
 
 def test_the_keeper_of_all_processes_is_killed(digest: str) -> None:
-    run, notes = play({70: lambda hub: hub._crew._keeper.kill()})
+    run, notes = play({70: orphan})
     assert (run.digest, sorted(replaced(notes))) == (digest, ["east", "north", "south"])
 
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import signal
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, ClassVar
 from unittest import mock
@@ -61,13 +62,30 @@ def pid(hub: Succession, process: str) -> int:
 
 
 def strike(*processes: str, number: int = signal.SIGKILL) -> Act:
-    """Send a signal to these processes."""
+    """Send a signal to these processes; one that has said all it had to say may be gone."""
 
     def act(hub: Succession) -> None:
         for process in processes:
-            os.kill(pid(hub, process), number)
+            with suppress(ProcessLookupError):
+                os.kill(pid(hub, process), number)
 
     return act
+
+
+def orphan(hub: Succession) -> None:
+    """Kill the keeper, and wait until its nodes have noticed."""
+    pids = [pid(hub, process) for process in hub.placement.processes]
+    hub._crew._keeper.kill()
+    while any(runs(number) for number in pids):
+        time.sleep(0.001)
+
+
+def runs(number: int) -> bool:
+    """Whether a process is there and no zombie."""
+    try:
+        return Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
 
 
 @contextmanager
