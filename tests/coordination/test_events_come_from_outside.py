@@ -16,8 +16,8 @@ from random_models import END, MICROSTEPS, Logs, Number, build, parts
 
 OPERATOR = "operator"
 WIRE = (OPERATOR, "out", "g0", "p")
-MODELS = range(120)
-FEW = range(60)
+MODELS = range(60)
+FEW = range(30)
 SHARE = 0.3  # of the rounds before which the operator speaks
 
 Script = list[tuple[int, int]]  # (t [ns], what is said)

@@ -2,7 +2,6 @@
 
 import re
 import shlex
-from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -11,7 +10,7 @@ from running import PATIENCE_s, command, found, going
 from sledge import SLEDGE
 from typer.testing import CliRunner
 
-PAGE = (Path(str(files("heavylift.coordinator"))) / "LIVE.md").read_text()
+PAGE = (Path(__file__).parents[2] / "coordinator/LIVE.md").read_text()
 LINES = [shlex.split(line, comments=True)[1:] for line in re.findall(r"^ {4}(heavylift .*?)(?:  .*)?$", PAGE, re.M)]
 ANSWERS = {
     "pause": r"paused at \d+\.\d{9} s\n",

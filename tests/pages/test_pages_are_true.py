@@ -11,7 +11,11 @@ from heavylift.coordinator.commands import app
 from heavylift.coordinator.reference import page
 from page_blocks import ROOT
 
-PAGES = sorted(str(path.relative_to(ROOT)) for path in ROOT.rglob("*.md") if path.relative_to(ROOT).parts[0][0] != ".")
+PAGES = sorted(
+    str(path.relative_to(ROOT))
+    for path in ROOT.rglob("*.md")
+    if path.relative_to(ROOT).parts[0][0] != "." and "node_modules" not in path.parts
+)
 COMMANDS = typer.main.get_command(app).commands
 CALL = re.compile(r"(?:^|[`\s/])heavylift ([a-z]+\b[^`\n#;]*)", re.M)
 
