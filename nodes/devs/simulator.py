@@ -123,9 +123,7 @@ class Simulator:
         """What leaves the root at next_time, in total order; changes nothing."""
         tag = self.next_time
         said = self._lambda(tag)
-        if not leaving(said.sources):
-            return []
-        return offered(self.model.name, tag, said.sources, said.values)
+        return offered(self.model.name, tag, said.sources, said.values) if leaving(said.sources) else []
 
     def inject(self, port: str, value: Message) -> None:
         """Put a message into an in port of the root; it arrives with the next `advance`."""
@@ -284,17 +282,18 @@ class Simulator:
     def _speak(self, tag: Instant) -> None:
         present, atomics = self._present, self.atomics
         present.now, present.sources, present.values = tag, [], []
-        for i in self._schedule.imminent:
-            present.speaker = m = atomics[i]
-            try:
-                m.output()
-            except (Exception, SystemExit) as error:
-                present.speaker = None
-                fail(m, tag, "output", error)
-            if m._wait is not None:
-                present.speaker = None
-                fail(m, tag, "output", ModelError("output() must not change the state: call hold_in in a transition"))
-        present.speaker = None
+        try:
+            for i in self._schedule.imminent:
+                present.speaker = m = atomics[i]
+                try:
+                    m.output()
+                except (Exception, SystemExit) as error:
+                    fail(m, tag, "output", error)
+                if m._wait is not None:
+                    told = "output() must not change the state: call hold_in in a transition"
+                    fail(m, tag, "output", ModelError(told))
+        finally:
+            present.speaker = None
         if self._promises:
             keep_promises(tag, present.sources)
 
