@@ -26,7 +26,7 @@ RICHEST = Fidelity(ropes="massive", lumps=2, girder="elastic")
 INTEGRATION = 0.1  # part of the accuracy that is left to the steps in time
 ALWAYS = (  # what needs no decision
     "bodies that locked joints join are one body; reevings are lumped to one spring; no wind: none is named",
-    "one island: all that hangs together is solved together; what no rope ties waits at no cost of its own",
+    "all machines are solved together, tied by ropes or not",
 )
 
 
