@@ -28,7 +28,7 @@ def devs(
     from heavylift.nodes.devs import NEVER, ns
     from heavylift.nodes.scene.units import TIME
 
-    from ..model_run import run_models
+    from ..run.models import run_models
 
     sys.path.insert(0, "")  # a module in the folder where the user stands
     try:

@@ -10,7 +10,7 @@ import typer
 from .app import Sets, app
 
 if TYPE_CHECKING:
-    from ..door import Door
+    from ..hosts.door import Door
 
 __all__ = ["Certificates", "open_door"]
 
@@ -23,8 +23,8 @@ def open_door(remote: frozenset[str], listen: str, keys: Path, in_process: bool)
     """The door of a run with remote processes; None where there are none."""
     from heavylift.kernel.errors import SceneError
 
-    from ..certificates import COORDINATOR, Credentials
-    from ..door import Door
+    from ..hosts.certificates import COORDINATOR, Credentials
+    from ..hosts.door import Door
 
     names = ", ".join(sorted(remote))
     if in_process and remote:
@@ -47,7 +47,7 @@ def certificates(
     days: Annotated[int, typer.Option("--days", min=1, help="how long they are valid")] = 365,
 ) -> None:
     """Make keys for processes on other hosts.    heavylift certificates keys west east --host 192.168.1.10"""
-    from ..certificates import make_certificates
+    from ..hosts.certificates import make_certificates
 
     written = make_certificates(directory, names, hosts or [], days)
     for path in written:
@@ -66,16 +66,16 @@ def node(
     sets: Sets = None,
 ) -> None:
     """Take part in a run on another host.    heavylift node east --connect tls/192.168.1.10:7447 --certificates keys"""
-    from ..certificates import Credentials
-    from ..door import Door
-    from ..remote_node import play
+    from ..hosts.certificates import Credentials
+    from ..hosts.door import Door
+    from ..hosts.remote_node import play
 
     wanted = ""
     if scene:
         from heavylift.nodes.scene import load
         from heavylift.nodes.scene.plan import encode
 
-        from ..parts import fingerprint
+        from ..participants.parts import fingerprint
 
         wanted = fingerprint(encode(load(scene, sets or []).plan))
     door = Door.at(connect, Credentials.load(keys, name))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from ..replay import Outcome, RecordedRun
     from ..replay.picture import Picture
-    from ..watch import Watch
+    from ..run.watch import Watch
 
 
 @app.command()
@@ -95,9 +95,9 @@ def _publish(
     topics: list[str],
     view: bool,
 ) -> None:
-    from ..keyboard import Keyboard
-    from ..progress import command
+    from ..live.keyboard import Keyboard
     from ..replay import Player, Publisher, Replay, Said
+    from ..run.progress import command
 
     if not 0.0 < rate < float("inf"):
         raise RecordingError(f"{run.path}: --rate {rate:g} is no speed; give a number above 0, such as 20")
@@ -157,9 +157,9 @@ def _watching(run: RecordedRun) -> AbstractContextManager[Watch]:
     import msgspec
     from heavylift.nodes.scene.plan import decode
 
-    from ..progress import Progress
-    from ..record import RESOLVED
-    from ..watch import Watch
+    from ..record.scene import RESOLVED
+    from ..run.progress import Progress
+    from ..run.watch import Watch
 
     try:
         return Progress(decode(run.recording.attachments[RESOLVED]))

@@ -20,13 +20,13 @@ def resume(
     as_json: Json = False,
 ) -> None:
     """Run to its end what was cut off, checked against what was recorded.    heavylift resume lift.mcap.part"""
-    from ..participant import PRELOAD
-    from ..processes import Processes
+    from ..participants.participant import PRELOAD
+    from ..supervision.processes import Processes
 
     with Processes(PRELOAD) as crew:
-        from ..progress import Progress, summary
-        from ..resume import Beginning
-        from ..resume import resume as go_on
+        from ..run.progress import Progress, summary
+        from ..run.resume import Beginning
+        from ..run.resume import resume as go_on
 
         begun = Beginning.of(file)
         with Progress(begun.scene.plan) as watch:

@@ -42,19 +42,19 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
-    from ..participant import PRELOAD
-    from ..processes import Processes
+    from ..participants.participant import PRELOAD
+    from ..supervision.processes import Processes
 
     crew = None if in_process else Processes(PRELOAD)  # starts while the rest is imported
     try:
         from heavylift.nodes.models import KERNEL, node_names
         from heavylift.nodes.scene import load
 
-        from ..keyboard import Keyboard
+        from ..hosts.placement import place
+        from ..live.keyboard import Keyboard
         from ..live.pace import RealTime
-        from ..placement import place
-        from ..progress import Progress, summary
         from ..run import run as simulate
+        from ..run.progress import Progress, summary
 
         pace = None if rate is None else RealTime(rate)
         given = [f"{key}={text}" for key, text in (("method", method), ("step", step)) if text]

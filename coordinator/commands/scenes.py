@@ -68,7 +68,7 @@ def statics(scene: Scene, at: At = None, after: After = "", as_json: Json = Fals
     from heavylift.kernel.analysis.tables import statics_data, statics_text
     from heavylift.nodes.scene import load
 
-    from ..pause import paused
+    from ..run.pause import paused
 
     simulation = paused(load(scene, sets or []), at, after)
     found = equilibrium(simulation)
@@ -86,7 +86,7 @@ def modes(scene: Scene, at: At = None, after: After = "", as_json: Json = False,
     from heavylift.kernel.analysis.tables import modes_data, modes_text
     from heavylift.nodes.scene import load
 
-    from ..pause import paused
+    from ..run.pause import paused
 
     simulation = paused(load(scene, sets or []), at, after)
     equilibrium(simulation)

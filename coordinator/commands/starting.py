@@ -22,7 +22,7 @@ def new(
     """Write a scene to start from, with comments.    heavylift new my-lift"""
     from heavylift.nodes.scene import begun
 
-    from ..progress import command
+    from ..run.progress import command
 
     path = Path(f"{name}.yaml")
     text = begun(name, like)

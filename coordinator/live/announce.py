@@ -15,7 +15,7 @@ from types import TracebackType
 from typing import NamedTuple, Self
 
 import msgspec
-from heavylift.coordinator.session import places
+from heavylift.coordinator.transport.session import places
 from heavylift.kernel.errors import ProtocolError
 
 __all__ = ["Announcement", "Found", "Notice", "find", "running"]

@@ -12,8 +12,8 @@ from types import TracebackType
 from typing import Self
 
 import msgspec
-from heavylift.coordinator.hub import Hub
-from heavylift.coordinator.journal import Journal
+from heavylift.coordinator.supervision.journal import Journal
+from heavylift.coordinator.transport.hub import Hub
 from heavylift.nodes.devs import Event
 
 __all__ = ["EVENTS", "Audience", "Ended", "entry"]

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import msgspec
-from heavylift.coordinator.journal import read
+from heavylift.coordinator.supervision.journal import read
 from heavylift.nodes.devs import Event, Tag, encode
 from heavylift.nodes.models.messages import OperatorCommand
 from heavylift.recordings import Recording

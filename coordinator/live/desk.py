@@ -16,9 +16,9 @@ from typing import NamedTuple, Self
 
 import msgspec
 import zenoh
-from heavylift.coordinator.hub import Hub
-from heavylift.coordinator.journal import Journal
-from heavylift.coordinator.outside import OpenCoordinator
+from heavylift.coordinator.protocol.outside import OpenCoordinator
+from heavylift.coordinator.supervision.journal import Journal
+from heavylift.coordinator.transport.hub import Hub
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.devs import encode as canonical

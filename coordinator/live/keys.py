@@ -15,7 +15,7 @@ from types import TracebackType
 from typing import Self
 
 import msgspec
-from heavylift.coordinator.keyboard import Keyboard
+from heavylift.coordinator.live.keyboard import Keyboard
 
 from .desk import Asked, Desk
 from .orders import Order

@@ -11,7 +11,7 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
-from heavylift.coordinator.journal import Follower
+from heavylift.coordinator.supervision.journal import Follower
 from heavylift.nodes.devs import Event
 
 from .announce import Found, find

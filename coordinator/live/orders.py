@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Literal
 
 import msgspec
-from heavylift.coordinator.keys import key
-from heavylift.coordinator.session import operator_session
+from heavylift.coordinator.transport.keys import key
+from heavylift.coordinator.transport.session import operator_session
 from heavylift.kernel.errors import ProtocolError
 
 from .announce import Found, find

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from heavylift.coordinator.hub import Hub, LocalHub
+from heavylift.coordinator.transport.hub import Hub, LocalHub
 from heavylift.kernel.describe import System
 from heavylift.kernel.joints import JOINTS
 from heavylift.nodes.devs import Message

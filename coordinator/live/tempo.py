@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from threading import Event as Alarm
 
-from heavylift.coordinator.outside import OpenCoordinator
+from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.nodes.devs import FOREVER, NEVER, Tag
 
 from .pace import Pace

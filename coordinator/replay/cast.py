@@ -17,12 +17,12 @@ from heavylift.nodes.models import COMMANDER, KERNEL, build, build_one, coupling
 from heavylift.nodes.scene.plan import Plan, decode
 from heavylift.recordings import Recording
 
-from .. import building
-from ..distance import Coupling
-from ..kernel_node import KernelNode
 from ..live.commands import COMMAND, OPERATOR
-from ..pause import configured
-from ..record import RESOLVED
+from ..participants import building
+from ..participants.kernel_node import KernelNode
+from ..protocol.distance import Coupling
+from ..record.scene import RESOLVED
+from ..run.pause import configured
 
 __all__ = ["Cast", "cast_of"]
 

@@ -24,9 +24,9 @@ from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.devs import Event, ns
 from heavylift.recordings import RecordedEvent
 
-from ..hub import Hub
-from ..keyboard import Keyboard
 from ..live import shown
+from ..live.keyboard import Keyboard
+from ..transport.hub import Hub
 from .recorded import RecordedRun, plain
 
 __all__ = ["Player", "Publisher", "Replay", "Said"]

@@ -14,7 +14,7 @@ from heavylift.kernel.errors import ModelError, RecordingError
 from heavylift.nodes.devs import FOREVER, Event, Tag, encode, message_type, ns
 from heavylift.recordings import RecordedEvent, Recording
 
-from ..core import Outcome
+from ..protocol.core import Outcome
 from .cast import Cast, cast_of
 
 __all__ = ["RecordedRun", "plain"]

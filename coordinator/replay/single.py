@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.devs import Delivery, Steppable, Tag
 
-from ..kernel_node import KernelNode
+from ..participants.kernel_node import KernelNode
 from .deviation import Deviation, Follower, Outcome
 from .recorded import RecordedRun
 from .sampled import first_of, sample_apart

@@ -12,10 +12,10 @@ from heavylift.recordings import Digest, SampleLayout
 from heavylift.recordings.columns import Columns
 from heavylift.recordings.samples import decode_batch
 
-from ..kernel_node import KernelNode
-from ..memory import run_in_memory
-from ..node import Node
-from ..outside import OpenCoordinator
+from ..participants.kernel_node import KernelNode
+from ..protocol.memory import run_in_memory
+from ..protocol.node import Node
+from ..protocol.outside import OpenCoordinator
 from .deviation import Deviation, Follower, Outcome
 from .recorded import RecordedRun
 from .sampled import first_of, sample_apart

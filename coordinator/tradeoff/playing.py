@@ -20,13 +20,13 @@ from heavylift.nodes.scene.plan import Plan
 from heavylift.recordings import SampleLayout
 from heavylift.recordings.samples import decode_batch
 
-from ..core import Coordinator
-from ..energy import EnergyAudit
-from ..kernel_node import KernelNode
-from ..memory import run_in_memory
-from ..messages import Grant
-from ..node import Node
-from ..pause import configured
+from ..participants.kernel_node import KernelNode
+from ..protocol.core import Coordinator
+from ..protocol.memory import run_in_memory
+from ..protocol.messages import Grant
+from ..protocol.node import Node
+from ..record.energy import EnergyAudit
+from ..run.pause import configured
 
 __all__ = ["CUT", "Played", "Shown", "Span", "play"]
 

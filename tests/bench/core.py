@@ -13,10 +13,10 @@ import sys
 import time
 from random import Random
 
-from heavylift.coordinator.core import Coordinator
-from heavylift.coordinator.memory import run_in_memory
-from heavylift.coordinator.messages import Done, Grant, Hello
-from heavylift.coordinator.node import Node
+from heavylift.coordinator.protocol.core import Coordinator
+from heavylift.coordinator.protocol.memory import run_in_memory
+from heavylift.coordinator.protocol.messages import Done, Grant, Hello
+from heavylift.coordinator.protocol.node import Node
 from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Message, Out, Simulator, Tag
 
 REPEATS, ROUNDS, TARGET_us = 5, 1500, 15.0

@@ -20,13 +20,13 @@ from collections.abc import Callable
 import msgspec
 import sync
 import zenoh
-from heavylift.coordinator import session as sessions
-from heavylift.coordinator.hub import Hub
-from heavylift.coordinator.keys import key
-from heavylift.coordinator.link import Link
-from heavylift.coordinator.messages import Done, Grant, decode, encode
-from heavylift.coordinator.node import Node
-from heavylift.coordinator.session import RunDirectory, Ticket, new_password, new_run_id
+from heavylift.coordinator.protocol.messages import Done, Grant, decode, encode
+from heavylift.coordinator.protocol.node import Node
+from heavylift.coordinator.transport import session as sessions
+from heavylift.coordinator.transport.hub import Hub
+from heavylift.coordinator.transport.keys import key
+from heavylift.coordinator.transport.link import Link
+from heavylift.coordinator.transport.session import RunDirectory, Ticket, new_password, new_run_id
 from heavylift.nodes.devs import Simulator, Tag
 from sync_models import turns
 from zenoh.handlers import FifoChannel

@@ -9,8 +9,8 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-import heavylift.coordinator.kernel_node as room
-import heavylift.coordinator.run as runner
+import heavylift.coordinator.participants.kernel_node as room
+import heavylift.coordinator.run.scene as runner
 import msgspec
 import numpy as np
 from heavylift.nodes.scene import load

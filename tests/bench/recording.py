@@ -21,9 +21,9 @@ from pathlib import Path
 from statistics import median
 
 import msgspec
-from heavylift.coordinator import tape
+from heavylift.coordinator.record import tape
 from heavylift.coordinator.run import run
-from heavylift.coordinator.watch import Watch
+from heavylift.coordinator.run.watch import Watch
 from heavylift.nodes.scene import load
 from heavylift.recordings import Digest, Recorder, Recording, recover
 from heavylift.recordings.mcapfile import McapFile

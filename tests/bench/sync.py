@@ -28,11 +28,12 @@ from itertools import pairwise
 from statistics import median
 from typing import ClassVar
 
-from heavylift.coordinator import conversation, run_models
-from heavylift.coordinator.frame import Topic, Writer
-from heavylift.coordinator.hub import LocalHub
-from heavylift.coordinator.messages import Done, Grant, encode
-from heavylift.coordinator.outside import OpenCoordinator
+from heavylift.coordinator import run_models
+from heavylift.coordinator.protocol.messages import Done, Grant, encode
+from heavylift.coordinator.protocol.outside import OpenCoordinator
+from heavylift.coordinator.run import conversation
+from heavylift.coordinator.transport.frame import Topic, Writer
+from heavylift.coordinator.transport.hub import LocalHub
 from heavylift.nodes.devs import Simulator, Tag
 from sync_models import GAP, Station, workload
 

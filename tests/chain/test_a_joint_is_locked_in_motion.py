@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from chain import Happening, channel, happenings, play, the_only
-from heavylift.coordinator.progress import Progress
 from heavylift.coordinator.run import run
+from heavylift.coordinator.run.progress import Progress
 from heavylift.nodes.scene import load
 
 SCENE = """\

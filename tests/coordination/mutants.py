@@ -9,14 +9,14 @@ from typing import Any
 
 import msgspec
 import pytest
-from heavylift.coordinator import core as core_module
-from heavylift.coordinator import distance
-from heavylift.coordinator import known as known_module
-from heavylift.coordinator import node as node_module
-from heavylift.coordinator.core import Coordinator
-from heavylift.coordinator.distance import Matrix
-from heavylift.coordinator.known import Known
-from heavylift.coordinator.messages import Delay, Done, Grant, Hello
+from heavylift.coordinator.protocol import core as core_module
+from heavylift.coordinator.protocol import distance
+from heavylift.coordinator.protocol import known as known_module
+from heavylift.coordinator.protocol import node as node_module
+from heavylift.coordinator.protocol.core import Coordinator
+from heavylift.coordinator.protocol.distance import Matrix
+from heavylift.coordinator.protocol.known import Known
+from heavylift.coordinator.protocol.messages import Delay, Done, Grant, Hello
 from heavylift.nodes.devs import FOREVER, Event, Tag, after, succ
 
 Patch = pytest.MonkeyPatch

@@ -11,10 +11,10 @@ from hashlib import blake2b
 from random import Random
 from typing import Any, NamedTuple
 
-from heavylift.coordinator.core import Coordinator, Outcome
-from heavylift.coordinator.distance import Coupling
-from heavylift.coordinator.memory import run_in_memory
-from heavylift.coordinator.node import Node
+from heavylift.coordinator.protocol.core import Coordinator, Outcome
+from heavylift.coordinator.protocol.distance import Coupling
+from heavylift.coordinator.protocol.memory import run_in_memory
+from heavylift.coordinator.protocol.node import Node
 from heavylift.nodes.devs import (
     Atomic,
     Bag,

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from random import Random
 
-from heavylift.coordinator.core import Coordinator
-from heavylift.coordinator.memory import run_in_memory
-from heavylift.coordinator.messages import AnyMessage, Checkpoint, Done, Fail, Grant, Hello, decode, encode
-from heavylift.coordinator.node import Node
+from heavylift.coordinator.protocol.core import Coordinator
+from heavylift.coordinator.protocol.memory import run_in_memory
+from heavylift.coordinator.protocol.messages import AnyMessage, Checkpoint, Done, Fail, Grant, Hello, decode, encode
+from heavylift.coordinator.protocol.node import Node
 from heavylift.nodes.devs import Atomic, Event, Message, Out, Simulator, Tag
 from random_models import END, Logs, distributed, parts
 

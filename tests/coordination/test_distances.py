@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 
 import pytest
-from heavylift.coordinator.distance import Coupling, chain, distances, plus
-from heavylift.coordinator.messages import Delay
+from heavylift.coordinator.protocol.distance import Coupling, chain, distances, plus
+from heavylift.coordinator.protocol.messages import Delay
 from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.devs import FOREVER, NEVER, Tag
 

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from random import Random
 
 import pytest
-from heavylift.coordinator.core import Coordinator, Outcome
-from heavylift.coordinator.distance import Coupling
-from heavylift.coordinator.memory import run_in_memory
-from heavylift.coordinator.messages import (
+from heavylift.coordinator.protocol.core import Coordinator, Outcome
+from heavylift.coordinator.protocol.distance import Coupling
+from heavylift.coordinator.protocol.memory import run_in_memory
+from heavylift.coordinator.protocol.messages import (
     AnyMessage,
     Bye,
     Done,
@@ -19,7 +19,7 @@ from heavylift.coordinator.messages import (
     decode,
     encode,
 )
-from heavylift.coordinator.node import Node
+from heavylift.coordinator.protocol.node import Node
 from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.devs import FOREVER, Atomic, Bag, Delivery, Event, In, Message, Out, Simulator, Slack, Tag
 from heavylift.nodes.devs import encode as encode_value

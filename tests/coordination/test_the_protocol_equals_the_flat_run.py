@@ -6,7 +6,7 @@ Each mutant breaks one rule of the protocol; if one of them passed here, the tes
 from functools import cache
 
 import pytest
-from heavylift.coordinator.core import Coordinator, Outcome
+from heavylift.coordinator.protocol.core import Coordinator, Outcome
 from heavylift.kernel.errors import HeavyliftError, ProtocolError
 from heavylift.nodes.devs import Tag
 from mutants import MUTANTS, changed

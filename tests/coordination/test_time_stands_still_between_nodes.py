@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 from random import Random
 
 import pytest
-from heavylift.coordinator.core import Coordinator
-from heavylift.coordinator.memory import run_in_memory
-from heavylift.coordinator.node import Node
+from heavylift.coordinator.protocol.core import Coordinator
+from heavylift.coordinator.protocol.memory import run_in_memory
+from heavylift.coordinator.protocol.node import Node
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import (
     Atomic,

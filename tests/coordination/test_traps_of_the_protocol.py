@@ -4,10 +4,10 @@ from itertools import permutations
 from random import Random
 
 import pytest
-from heavylift.coordinator.core import Coordinator, Outcome
-from heavylift.coordinator.memory import run_in_memory
-from heavylift.coordinator.messages import Done, Grant, Hello
-from heavylift.coordinator.node import Node
+from heavylift.coordinator.protocol.core import Coordinator, Outcome
+from heavylift.coordinator.protocol.memory import run_in_memory
+from heavylift.coordinator.protocol.messages import Done, Grant, Hello
+from heavylift.coordinator.protocol.node import Node
 from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.devs import FOREVER, Atomic, Bag, Delivery, Event, In, Message, Out, Simulator, Tag, encode
 from mutants import MUTANTS

@@ -10,8 +10,8 @@ from pathlib import Path
 import msgspec
 import pytest
 from heavylift.coordinator.replay.recorded import RecordedRun
-from heavylift.coordinator.resume import Beginning, resume
 from heavylift.coordinator.run import run
+from heavylift.coordinator.run.resume import Beginning, resume
 from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.scene import load
 
@@ -19,7 +19,7 @@ KILLED = """
 import os, signal, sys
 from pathlib import Path
 from heavylift.coordinator.run import run
-from heavylift.coordinator.watch import Watch
+from heavylift.coordinator.run.watch import Watch
 from heavylift.nodes.scene import load
 from heavylift.recordings import sink
 
@@ -39,7 +39,7 @@ from pathlib import Path
 import msgspec
 from heavylift.coordinator.live import Given
 from heavylift.coordinator.run import run
-from heavylift.coordinator.watch import Watch
+from heavylift.coordinator.run.watch import Watch
 from heavylift.nodes.devs import Tag, encode
 from heavylift.nodes.models.messages import OperatorCommand
 from heavylift.nodes.scene import load

@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.model_run import run_models
+from heavylift.coordinator.run.models import run_models
 from trouble import MODELS, Troubled, orphan, pid, play, strike
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")

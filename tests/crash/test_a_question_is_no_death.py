@@ -8,11 +8,11 @@ import sys
 import threading
 
 import pytest
-from heavylift.coordinator import vigil
-from heavylift.coordinator.messages import Alive
-from heavylift.coordinator.model_run import run_models
-from heavylift.coordinator.succession import Succession
-from heavylift.coordinator.vigil import Vigil
+from heavylift.coordinator.protocol.messages import Alive
+from heavylift.coordinator.run.models import run_models
+from heavylift.coordinator.supervision import vigil
+from heavylift.coordinator.supervision.succession import Succession
+from heavylift.coordinator.supervision.vigil import Vigil
 from trouble import MODELS, pid, play, strike
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.story import Story
+from heavylift.coordinator.supervision.story import Story
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import signal
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.journal import Journal, read
+from heavylift.coordinator.supervision.journal import Journal, read
 from heavylift.kernel.errors import RecordingError
 
 ENTRIES = [b"hoist", b"", b"travel" * 9, b"\x00" * 8, b"end"]

@@ -6,8 +6,8 @@ import sys
 import time
 
 import pytest
-from heavylift.coordinator.hub import Hub
-from heavylift.coordinator.link import Link
+from heavylift.coordinator.transport.hub import Hub
+from heavylift.coordinator.transport.link import Link
 from heavylift.kernel.errors import ProtocolError
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")

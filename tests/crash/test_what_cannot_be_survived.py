@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.model_run import run_models
+from heavylift.coordinator.run.models import run_models
 from heavylift.kernel.errors import ModelError, ProtocolError
 from trouble import MODELS, Notes, play, strike, trouble
 

@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any, ClassVar
 from unittest import mock
 
-from heavylift.coordinator import joining, succession
-from heavylift.coordinator.model_run import ModelRun, run_models
-from heavylift.coordinator.placement import Placement
-from heavylift.coordinator.succession import Succession
-from heavylift.coordinator.watch import Watch
+from heavylift.coordinator.hosts.placement import Placement
+from heavylift.coordinator.run import joining
+from heavylift.coordinator.run.models import ModelRun, run_models
+from heavylift.coordinator.run.watch import Watch
+from heavylift.coordinator.supervision import succession
+from heavylift.coordinator.supervision.succession import Succession
 
 MODELS = str(Path(__file__).with_name("doomed_models.py"))
 Act = Callable[[Succession], None]

@@ -108,8 +108,8 @@ def _worker(seed: int, cases: Sequence[Case]) -> subprocess.Popen[str]:
 def digest(case: Case) -> str:
     """Run one case here."""
     from cut_short import CutShort
-    from heavylift.coordinator import conversation
-    from heavylift.coordinator.outside import OpenCoordinator
+    from heavylift.coordinator.protocol.outside import OpenCoordinator
+    from heavylift.coordinator.run import conversation
 
     os.environ.pop("DISTURBED_DELIVERY", None)
     if case.delay:
@@ -122,7 +122,7 @@ def digest(case: Case) -> str:
 
 
 def _scene(case: Case, folder: Path) -> str:
-    from heavylift.coordinator.placement import Placement
+    from heavylift.coordinator.hosts.placement import Placement
     from heavylift.coordinator.run import run
     from heavylift.nodes.models import KERNEL, build
     from heavylift.nodes.scene import load
@@ -137,7 +137,7 @@ def _scene(case: Case, folder: Path) -> str:
 
 def _model(case: Case) -> str:
     from heavylift.coordinator import run_models
-    from heavylift.coordinator.building import built
+    from heavylift.coordinator.participants.building import built
 
     reference, until = case.what.split(" ")
     nodes = _shuffled(list(built(reference).children), case.start)
@@ -164,7 +164,7 @@ def _spinning(count: int) -> Iterator[None]:
 @contextmanager
 def _turns(seed: int) -> Iterator[None]:
     """Nodes of this process take turns at random, each in its own order."""
-    from heavylift.coordinator.hub import LocalHub
+    from heavylift.coordinator.transport.hub import LocalHub
 
     receive, random = LocalHub.receive, Random(seed)
 

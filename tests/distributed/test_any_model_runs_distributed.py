@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator import run_models
-from heavylift.coordinator.core import Outcome
+from heavylift.coordinator.protocol.core import Outcome
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Simulator, Transition, ms
 from heavylift.recordings import Recording

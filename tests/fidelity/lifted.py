@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import msgspec
 import numpy as np
-from heavylift.coordinator.core import Coordinator
-from heavylift.coordinator.kernel_node import KernelNode
-from heavylift.coordinator.memory import run_in_memory
-from heavylift.coordinator.node import Node
-from heavylift.coordinator.pause import configured
+from heavylift.coordinator.participants.kernel_node import KernelNode
+from heavylift.coordinator.protocol.core import Coordinator
+from heavylift.coordinator.protocol.memory import run_in_memory
+from heavylift.coordinator.protocol.node import Node
+from heavylift.coordinator.run.pause import configured
 from heavylift.nodes.devs import Simulator, Tag, ns
 from heavylift.nodes.models import COMMANDER, KERNEL, build, couplings
 from heavylift.nodes.models.messages import Finished, Stage

@@ -18,11 +18,11 @@ from pathlib import Path
 from unittest import mock
 
 import pytest
-from heavylift.coordinator import joining, succession
-from heavylift.coordinator.placement import Placement
-from heavylift.coordinator.run import run
-from heavylift.coordinator.succession import Succession
-from heavylift.coordinator.watch import Watch
+from heavylift.coordinator.hosts.placement import Placement
+from heavylift.coordinator.run import joining, run
+from heavylift.coordinator.run.watch import Watch
+from heavylift.coordinator.supervision import succession
+from heavylift.coordinator.supervision.succession import Succession
 from heavylift.nodes.models import KERNEL, node_names
 from heavylift.nodes.scene import load
 

@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 from random import Random
 
-import heavylift.coordinator.run as runner
+import heavylift.coordinator.run.scene as runner
 import pytest
-from heavylift.coordinator import conversation
+from heavylift.coordinator.run import conversation
 from heavylift.nodes.scene import load
 
 sys.path.append(str(Path(__file__).parents[1] / "turnover"))

@@ -13,8 +13,8 @@ x509 = pytest.importorskip("cryptography.x509", reason="no package 'cryptography
 
 from cryptography.hazmat.primitives.asymmetric.ec import SECP256R1  # noqa: E402
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID  # noqa: E402
-from heavylift.coordinator.certificates import Credentials, make_certificates  # noqa: E402
-from heavylift.coordinator.x509 import library  # noqa: E402
+from heavylift.coordinator.hosts.certificates import Credentials, make_certificates  # noqa: E402
+from heavylift.coordinator.hosts.x509 import library  # noqa: E402
 
 
 def extension(path: Path, kind: type) -> object:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.cli import app
-from heavylift.coordinator.placement import Placement, place
-from heavylift.coordinator.processes import Processes
+from heavylift.coordinator.hosts.placement import Placement, place
 from heavylift.coordinator.run import run
+from heavylift.coordinator.supervision.processes import Processes
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.models import KERNEL, node_names
 from heavylift.nodes.scene import bundled, load, parse

@@ -10,19 +10,19 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from heavylift.coordinator.certificates import Credentials, make_certificates
 from heavylift.coordinator.commands.hosts import open_door
-from heavylift.coordinator.door import Door
-from heavylift.coordinator.frame import Topic, Writer
-from heavylift.coordinator.hub import Hub
-from heavylift.coordinator.keys import AFAR, key
-from heavylift.coordinator.link import Link
-from heavylift.coordinator.parts import fingerprint
-from heavylift.coordinator.placement import Placement, place
-from heavylift.coordinator.remote_node import play
+from heavylift.coordinator.hosts.certificates import Credentials, make_certificates
+from heavylift.coordinator.hosts.door import Door
+from heavylift.coordinator.hosts.placement import Placement, place
+from heavylift.coordinator.hosts.remote_node import play
+from heavylift.coordinator.hosts.x509 import library
+from heavylift.coordinator.participants.parts import fingerprint
 from heavylift.coordinator.run import run as simulate
-from heavylift.coordinator.session import remote_session
-from heavylift.coordinator.x509 import library
+from heavylift.coordinator.transport.frame import Topic, Writer
+from heavylift.coordinator.transport.hub import Hub
+from heavylift.coordinator.transport.keys import AFAR, key
+from heavylift.coordinator.transport.link import Link
+from heavylift.coordinator.transport.session import remote_session
 from heavylift.kernel.errors import HeavyliftError, ProtocolError
 from heavylift.nodes.scene import load
 from heavylift.nodes.scene.plan import encode
@@ -140,7 +140,7 @@ def test_another_version_is_refused_and_nobody_is_there_twice(keys: Path, monkey
     with Hub(BOTH, Door.at(endpoint, Credentials.load(keys, "coordinator"))) as hub, remote_session(there) as session:
         hub.admit("", said.append)
         with monkeypatch.context() as other:
-            other.setattr("heavylift.coordinator.remote_node.version", lambda: "0.0.1")
+            other.setattr("heavylift.coordinator.hosts.remote_node.version", lambda: "0.0.1")
             with pytest.raises(ProtocolError, match="install one version on all hosts"):
                 play("block", there, "", "", print)
         link = Link(hub.ticket("block"), session)
@@ -230,7 +230,7 @@ def test_a_scene_may_place_several_nodes_and_the_kernel_on_another_host(
 
 
 def test_without_a_coordinator_the_node_says_so(tmp_path: Path, keys: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("heavylift.coordinator.session.CONNECT_ms", 300)
+    monkeypatch.setattr("heavylift.coordinator.transport.session.CONNECT_ms", 300)
     door = Door.at(f"tls/127.0.0.1:{free_port()}", Credentials.load(keys, "block"))
     with pytest.raises(ProtocolError, match="nobody lets this process in at tls/"):
         play("block", door, "", "", print)

@@ -1,4 +1,4 @@
-"""Every command of coordinator/HOSTS.md does what the page says; addresses become those of this machine."""
+"""Every command of coordinator/hosts/HOSTS.md does what the page says; addresses become those of this machine."""
 
 import re
 import shlex
@@ -9,7 +9,7 @@ from heavylift.nodes.scene import parse
 from heavylift.recordings import Recording
 from of_a_yard import ended, finish, free_port, start, until
 
-PAGE = (Path(__file__).parents[2] / "coordinator" / "HOSTS.md").read_text()
+PAGE = (Path(__file__).parents[2] / "coordinator/hosts/HOSTS.md").read_text()
 BLOCKS = re.findall(r"```\w*\n(.*?)```", PAGE, re.S)
 COMMANDS = [
     shlex.split(line, comments=True)[1:] for block in BLOCKS for line in block.splitlines() if line[:9] == "heavylift"

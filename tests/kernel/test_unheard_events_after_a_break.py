@@ -10,7 +10,7 @@ from random import Random
 import msgspec
 import numpy as np
 import pytest
-from heavylift.coordinator.kernel_node import KernelConfig, KernelNode
+from heavylift.coordinator.participants.kernel_node import KernelConfig, KernelNode
 from heavylift.kernel.describe import Body, Drive, Joint, Line, Point, Rope, Stop, System, Threshold
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.devs import Delivery, Event, Tag, encode, succ

@@ -90,7 +90,7 @@ def test_slices_of_decisions_do_not_show(tmp_path: Path) -> None:
 
 
 def test_events_are_told_when_their_time_has_come(tmp_path: Path) -> None:
-    from heavylift.coordinator.watch import Watch
+    from heavylift.coordinator.run.watch import Watch
 
     clock, told = Clock(1.0), list[tuple[float, int]]()
 

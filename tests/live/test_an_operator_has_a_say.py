@@ -9,14 +9,14 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from heavylift.coordinator.hub import Hub
-from heavylift.coordinator.journal import read
-from heavylift.coordinator.keys import key
 from heavylift.coordinator.live import Found, observe
 from heavylift.coordinator.live.commands import journal_of, operator_commands
 from heavylift.coordinator.live.orders import Order, order
 from heavylift.coordinator.run import run
-from heavylift.coordinator.session import observer_session, operator_session
+from heavylift.coordinator.supervision.journal import read
+from heavylift.coordinator.transport.hub import Hub
+from heavylift.coordinator.transport.keys import key
+from heavylift.coordinator.transport.session import observer_session, operator_session
 from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.devs import decode, ns
 from heavylift.nodes.scene import parse

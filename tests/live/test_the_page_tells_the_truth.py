@@ -10,7 +10,7 @@ from running import PATIENCE_s, command, found, going
 from sledge import SLEDGE
 from typer.testing import CliRunner
 
-PAGE = (Path(__file__).parents[2] / "coordinator/LIVE.md").read_text()
+PAGE = (Path(__file__).parents[2] / "coordinator/live/LIVE.md").read_text()
 LINES = [shlex.split(line, comments=True)[1:] for line in re.findall(r"^ {4}(heavylift .*?)(?:  .*)?$", PAGE, re.M)]
 ANSWERS = {
     "pause": r"paused at \d+\.\d{9} s\n",

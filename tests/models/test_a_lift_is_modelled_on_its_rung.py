@@ -5,7 +5,7 @@ from math import pi, sin, sqrt
 
 import numpy as np
 import pytest
-from heavylift.coordinator.pause import paused
+from heavylift.coordinator.run.pause import paused
 from heavylift.kernel.analysis import equilibrium, modes
 from heavylift.kernel.errors import ModelError, SceneError
 from heavylift.kernel.simulation import Simulation

@@ -17,10 +17,10 @@ import msgspec
 import numpy as np
 import pytest
 import zenoh
-from heavylift.coordinator.keyboard import Keyboard
-from heavylift.coordinator.keys import key
+from heavylift.coordinator.live.keyboard import Keyboard
 from heavylift.coordinator.replay import Player, Publisher, RecordedRun, Replay, Said
-from heavylift.coordinator.session import observer_session
+from heavylift.coordinator.transport.keys import key
+from heavylift.coordinator.transport.session import observer_session
 from heavylift.kernel.errors import RecordingError
 
 HEAVYLIFT = Path(sys.executable).parent / "heavylift"

@@ -2,8 +2,8 @@
 
 import re
 
-from heavylift.coordinator.budget import Budget, Spent, clocked
 from heavylift.coordinator.cli import app
+from heavylift.coordinator.record.budget import Budget, Spent, clocked
 from typer.testing import CliRunner
 
 

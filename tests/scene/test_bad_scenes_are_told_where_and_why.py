@@ -6,7 +6,7 @@ Each case edits a bundled scene in one place; `points_at` is the text at the lin
 import re
 
 import pytest
-from heavylift.coordinator.keys import OBSERVER, check_names
+from heavylift.coordinator.transport.keys import OBSERVER, check_names
 from heavylift.kernel.errors import ProtocolError, SceneError
 from heavylift.nodes.models import COMMANDER, KERNEL
 from heavylift.nodes.scene import bundled, parse

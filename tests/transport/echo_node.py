@@ -6,9 +6,9 @@ import sys
 import time
 from pathlib import Path
 
-from heavylift.coordinator.keys import key
-from heavylift.coordinator.link import Link
-from heavylift.coordinator.session import Ticket, observer_session
+from heavylift.coordinator.transport.keys import key
+from heavylift.coordinator.transport.link import Link
+from heavylift.coordinator.transport.session import Ticket, observer_session
 from zenoh.handlers import FifoChannel
 
 

@@ -5,8 +5,8 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 
-from heavylift.coordinator.hub import Hub
-from heavylift.coordinator.processes import Processes
+from heavylift.coordinator.supervision.processes import Processes
+from heavylift.coordinator.transport.hub import Hub
 
 PATIENCE_s = 60.0  # tells hanging from working, on a loaded machine too
 Start = Callable[..., tuple[Hub, Processes]]

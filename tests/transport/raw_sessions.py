@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import zenoh
-from heavylift.coordinator import session as ours
+from heavylift.coordinator.transport import session as ours
 from zenoh.handlers import Callback
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 import zenoh
-from heavylift.coordinator.hub import Hub, LocalHub
-from heavylift.coordinator.keys import key
-from heavylift.coordinator.session import node_session, observer_session
+from heavylift.coordinator.transport.hub import Hub, LocalHub
+from heavylift.coordinator.transport.keys import key
+from heavylift.coordinator.transport.session import node_session, observer_session
 from heavylift.kernel.errors import ProtocolError
 from msgspec import structs
 from of_the_system import Start, network_sockets, sockets
@@ -92,7 +92,7 @@ def test_a_node_cannot_write_in_place_of_another(start: Start) -> None:
 
 
 def test_a_node_with_a_wrong_password_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("heavylift.coordinator.session.CONNECT_ms", 100)
+    monkeypatch.setattr("heavylift.coordinator.transport.session.CONNECT_ms", 100)
     with Hub(["west", "east"]) as hub:
         ticket = hub.ticket("west")
         wrong = structs.replace(ticket, process="east")

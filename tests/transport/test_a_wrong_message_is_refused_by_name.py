@@ -4,10 +4,10 @@ import json
 
 import pytest
 import zenoh
-from heavylift.coordinator.frame import Reader, Topic, Writer
-from heavylift.coordinator.hub import Hub, LocalHub
-from heavylift.coordinator.keys import key
-from heavylift.coordinator.link import LOCAL
+from heavylift.coordinator.transport.frame import Reader, Topic, Writer
+from heavylift.coordinator.transport.hub import Hub, LocalHub
+from heavylift.coordinator.transport.keys import key
+from heavylift.coordinator.transport.link import LOCAL
 from heavylift.kernel.errors import ProtocolError
 
 RUN = "0123456789abcdef"

@@ -4,9 +4,9 @@ import os
 import signal
 
 import pytest
-from heavylift.coordinator.hub import Hub
-from heavylift.coordinator.placement import Placement
-from heavylift.coordinator.processes import Processes
+from heavylift.coordinator.hosts.placement import Placement
+from heavylift.coordinator.supervision.processes import Processes
+from heavylift.coordinator.transport.hub import Hub
 from heavylift.kernel.errors import ProtocolError
 
 

@@ -9,16 +9,16 @@ import time
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.hub import Hub
-from heavylift.coordinator.processes import Processes
+from heavylift.coordinator.supervision.processes import Processes
+from heavylift.coordinator.transport.hub import Hub
 from heavylift.kernel.errors import ProtocolError
 from of_the_system import PATIENCE_s, Start, gone, running
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 
 COORDINATOR = """
-from heavylift.coordinator.hub import Hub
-from heavylift.coordinator.processes import Processes
+from heavylift.coordinator.transport.hub import Hub
+from heavylift.coordinator.supervision.processes import Processes
 with Hub(["west", "east"]) as hub, Processes(["echo_node"]) as processes:
     processes.start(hub, {node: ("echo_node",) for node in hub.nodes})
     hub.receive(60), hub.receive(60)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from random import Random
 from typing import Any
 
-from heavylift.coordinator.messages import Done, Grant, Hello
-from heavylift.coordinator.outside import OpenCoordinator
+from heavylift.coordinator.protocol.messages import Done, Grant, Hello
+from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.nodes.devs import FOREVER, Tag, after, succ
 from msgspec.structs import replace
 

@@ -13,7 +13,9 @@ import time
 from contextlib import suppress
 from typing import Any
 
-from heavylift.coordinator import cli, processes, progress
+from heavylift.coordinator import cli
+from heavylift.coordinator.run import progress
+from heavylift.coordinator.supervision import processes
 
 victim = sys.argv.pop(1)
 crews: list[Any] = []

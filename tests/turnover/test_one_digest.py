@@ -12,10 +12,10 @@ import sys
 from pathlib import Path
 from random import Random
 
-import heavylift.coordinator.run as runner
+import heavylift.coordinator.run.scene as runner
 import pytest
 from cut_short import CutShort
-from heavylift.coordinator import conversation
+from heavylift.coordinator.run import conversation
 from heavylift.nodes.scene import load
 from stock_reader import Reading
 from the_run import Lift

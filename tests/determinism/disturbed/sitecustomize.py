@@ -9,7 +9,7 @@ if SEED is not None:
     import time
     from random import Random
 
-    from heavylift.coordinator import link
+    from heavylift.coordinator.transport import link
 
     _send = link._Sender.send
 

@@ -12,10 +12,10 @@ from types import TracebackType
 from typing import Self
 
 import zenoh
-from heavylift.coordinator.frame import FIRST_EPOCH, Reader, Topic, Writer
-from heavylift.coordinator.keys import key
-from heavylift.coordinator.link import matched
-from heavylift.coordinator.placement import Placement
+from heavylift.coordinator.hosts.placement import Placement
+from heavylift.coordinator.transport.frame import FIRST_EPOCH, Reader, Topic, Writer
+from heavylift.coordinator.transport.keys import key
+from heavylift.coordinator.transport.link import matched
 from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback
 

@@ -20,21 +20,21 @@ from pathlib import Path
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import FOREVER, NEVER, Coupled, OutPort, Tag, Transition
 
-from . import parts
-from .building import built, couplings, declaration, importing, module
+from ..hosts.placement import Placement
+from ..live.desk import Desk
+from ..live.show import shown
+from ..live.tempo import Tempo
+from ..participants import parts
+from ..participants.building import built, couplings, declaration, importing, module
+from ..participants.participant import NODE_MODULE
+from ..participants.transitions import read
+from ..protocol.core import Outcome
+from ..record.tape import FileTape, Tape
+from ..supervision.processes import Processes
+from ..transport.hub import Hub
+from ..transport.link import LOCAL
 from .conversation import Conversation
-from .core import Outcome
-from .hub import Hub
 from .joining import joined
-from .link import LOCAL
-from .live.desk import Desk
-from .live.show import shown
-from .live.tempo import Tempo
-from .participant import NODE_MODULE
-from .placement import Placement
-from .processes import Processes
-from .tape import FileTape, Tape
-from .transitions import read
 from .watch import Watch
 
 __all__ = ["ModelRun", "run_models"]
@@ -160,7 +160,7 @@ def _greet(talk: Conversation, model: Coupled, reference: str, log: bool) -> Non
 
 def _preload(reference: str) -> list[str]:
     where = module(reference)
-    return [NODE_MODULE, "heavylift.coordinator.building", *([] if where.endswith(".py") else [where])]
+    return [NODE_MODULE, "heavylift.coordinator.participants.building", *([] if where.endswith(".py") else [where])]
 
 
 def _reference(build: Callable[[], Coupled]) -> str:

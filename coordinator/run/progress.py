@@ -21,7 +21,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from .record import Result, rated
+from ..record.scene import Result, rated
 from .watch import Watch
 
 __all__ = ["Progress", "summary"]

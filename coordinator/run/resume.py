@@ -18,12 +18,12 @@ from heavylift.nodes.scene import LoadedScene, restored
 from heavylift.nodes.scene.plan import decode
 from heavylift.recordings import recover
 
-from .live.commands import OPERATOR, Given, journaled
-from .processes import Processes
-from .record import MERGED, RESOLVED, Result
-from .replay.deviation import Deviation, Follower
-from .replay.recorded import RecordedRun
-from .run import run
+from ..live.commands import OPERATOR, Given, journaled
+from ..record.scene import MERGED, RESOLVED, Result
+from ..replay.deviation import Deviation, Follower
+from ..replay.recorded import RecordedRun
+from ..supervision.processes import Processes
+from .scene import run
 from .watch import Watch
 
 __all__ = ["Beginning", "resume"]

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Self
 
 from heavylift.kernel.errors import ProtocolError
 
-from .keys import check_names
+from ..transport.keys import check_names
 from .x509 import library
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ import msgspec
 from heavylift.nodes.devs import Event, Message, Slack
 from heavylift.recordings import Digest, Recorder
 
-from . import messages as m
+from ..protocol import messages as m
 from .budget import Spent, clocked
 
 __all__ = ["FileTape", "Tape"]

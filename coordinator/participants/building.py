@@ -19,7 +19,7 @@ import msgspec
 from heavylift.kernel.errors import HeavyliftError, ModelError
 from heavylift.nodes.devs import Coupled, InPort, Model, OutPort
 
-from .distance import Coupling
+from ..protocol.distance import Coupling
 
 __all__ = ["built", "child", "couplings", "declaration", "importing", "module"]
 

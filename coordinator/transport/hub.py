@@ -14,15 +14,22 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 
 import zenoh
-from heavylift.coordinator.door import Door
-from heavylift.coordinator.exchange import Exchange
-from heavylift.coordinator.frame import Reader, Topic, Writer
-from heavylift.coordinator.gate import Gate
-from heavylift.coordinator.keys import HUB, OBSERVER, OPERATOR, check_names, key
-from heavylift.coordinator.link import FIFO, LOCAL, JOIN_s, LocalLink, matched
-from heavylift.coordinator.lookout import Lookout
-from heavylift.coordinator.placement import Placement
-from heavylift.coordinator.session import RunDirectory, Ticket, hub_session, local_session, new_password, new_run_id
+from heavylift.coordinator.hosts.door import Door
+from heavylift.coordinator.hosts.gate import Gate
+from heavylift.coordinator.hosts.placement import Placement
+from heavylift.coordinator.transport.exchange import Exchange
+from heavylift.coordinator.transport.frame import Reader, Topic, Writer
+from heavylift.coordinator.transport.keys import HUB, OBSERVER, OPERATOR, check_names, key
+from heavylift.coordinator.transport.link import FIFO, LOCAL, JOIN_s, LocalLink, matched
+from heavylift.coordinator.transport.lookout import Lookout
+from heavylift.coordinator.transport.session import (
+    RunDirectory,
+    Ticket,
+    hub_session,
+    local_session,
+    new_password,
+    new_run_id,
+)
 from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback, FifoChannel
 

@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
 import zenoh
-from heavylift.coordinator.frame import FIRST_EPOCH, LAST_EPOCH
+from heavylift.coordinator.transport.frame import FIRST_EPOCH, LAST_EPOCH
 from heavylift.kernel.errors import ProtocolError
 
 __all__ = ["Lookout", "News"]

@@ -16,13 +16,13 @@ from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.models import KERNEL
 from zenoh.handlers import FifoChannel
 
+from ..participants.node_process import serve
+from ..participants.participant import version
+from ..transport.keys import HUB, JOIN, key
+from ..transport.link import JOIN_s, Link
+from ..transport.session import Ticket, remote_session
 from .door import Door
 from .gate import Answer, Ask
-from .keys import HUB, JOIN, key
-from .link import JOIN_s, Link
-from .node_process import serve
-from .participant import version
-from .session import Ticket, remote_session
 
 __all__ = ["play"]
 
@@ -37,7 +37,7 @@ def play(name: str, door: Door, run: str, scene: str, say: Callable[[str], None]
     try:
         ticket = _ask(session, Ask(name, version(), socket.gethostname(), run, scene), door)
         if KERNEL in ticket.nodes:
-            from . import kernel_node  # noqa: F401
+            from ..participants import kernel_node  # noqa: F401
         link = Link(ticket, session)
         playing = _Playing(session, ticket, door)
         say(f"joined run {ticket.run} at {door.endpoint} with {', '.join(ticket.nodes)}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Tag
 
-from . import messages as m
+from ..protocol import messages as m
 
 __all__ = ["nondeterminism"]
 

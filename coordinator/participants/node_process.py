@@ -9,10 +9,10 @@ from functools import partial
 
 from heavylift.nodes.models import KERNEL
 
-from .alive import life_sign
-from .link import Link
+from ..supervision.alive import life_sign
+from ..transport.link import Link
+from ..transport.session import Ticket
 from .participant import Participant
-from .session import Ticket
 
 __all__ = ["main"]
 

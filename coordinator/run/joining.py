@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from .door import Door
-from .hub import Hub, LocalHub
-from .participant import NODE_MODULE, PRELOAD, Participant
-from .placement import Placement
-from .processes import Processes
-from .succession import DEADLINE_s, Succession
+from ..hosts.door import Door
+from ..hosts.placement import Placement
+from ..participants.participant import NODE_MODULE, PRELOAD, Participant
+from ..supervision.processes import Processes
+from ..supervision.succession import DEADLINE_s, Succession
+from ..transport.hub import Hub, LocalHub
 
 __all__ = ["joined"]
 

@@ -21,8 +21,8 @@ from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Self
 
-from heavylift.coordinator.hub import Hub
-from heavylift.coordinator.keeper import STACKS, python
+from heavylift.coordinator.supervision.keeper import STACKS, python
+from heavylift.coordinator.transport.hub import Hub
 from heavylift.kernel.errors import ProtocolError
 
 __all__ = ["Processes", "state"]
@@ -39,7 +39,7 @@ class Processes:
 
     def __init__(self, preload: Sequence[str] = (), fork: bool = sys.platform == "linux") -> None:
         """`preload`: modules for every node that start no thread; without `fork`, fresh interpreters."""
-        self._command = python("keep", ["heavylift.coordinator.link", *preload], not fork)
+        self._command = python("keep", ["heavylift.coordinator.transport.link", *preload], not fork)
         self.pids: dict[str, int] = {}
         """Process id of each process that has been started."""
         self._exits: dict[str, int] = {}

@@ -14,9 +14,9 @@ from types import TracebackType
 from typing import Any, Self
 
 import zenoh
-from heavylift.coordinator.frame import FIRST_EPOCH, Reader, Topic, Writer
-from heavylift.coordinator.keys import key
-from heavylift.coordinator.session import Ticket, node_session
+from heavylift.coordinator.transport.frame import FIRST_EPOCH, Reader, Topic, Writer
+from heavylift.coordinator.transport.keys import key
+from heavylift.coordinator.transport.session import Ticket, node_session
 from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback, FifoChannel
 

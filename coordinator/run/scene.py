@@ -22,28 +22,28 @@ from heavylift.nodes.scene.plan import encode
 from heavylift.nodes.scene.spoken import spoken
 from heavylift.recordings import Spectator
 
-from .budget import Budget
+from ..hosts.door import Door
+from ..hosts.placement import Placement
+from ..live.audience import Audience
+from ..live.commands import COMMAND, OPERATOR, Given
+from ..live.desk import Desk
+from ..live.keyboard import Keyboard
+from ..live.keys import Keys
+from ..live.pace import Pace
+from ..live.show import angles, shown
+from ..live.tempo import Tempo
+from ..participants.parts import KernelConfig, KernelPart, ScenePart, fingerprint
+from ..participants.parts import encode as part
+from ..protocol.core import Outcome
+from ..protocol.distance import Coupling
+from ..record.budget import Budget
+from ..record.scene import Record, Result
+from ..supervision.processes import Processes
+from ..supervision.succession import DEADLINE_s
+from ..transport.hub import Hub, LocalHub
+from ..transport.link import LOCAL
 from .conversation import Conversation
-from .core import Outcome
-from .distance import Coupling
-from .door import Door
-from .hub import Hub, LocalHub
 from .joining import joined
-from .keyboard import Keyboard
-from .link import LOCAL
-from .live.audience import Audience
-from .live.commands import COMMAND, OPERATOR, Given
-from .live.desk import Desk
-from .live.keys import Keys
-from .live.pace import Pace
-from .live.show import angles, shown
-from .live.tempo import Tempo
-from .parts import KernelConfig, KernelPart, ScenePart, fingerprint
-from .parts import encode as part
-from .placement import Placement
-from .processes import Processes
-from .record import Record, Result
-from .succession import DEADLINE_s
 from .watch import Watch
 
 if TYPE_CHECKING:

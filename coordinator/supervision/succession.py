@@ -19,12 +19,12 @@ from dataclasses import dataclass, field
 import msgspec
 from heavylift.nodes.devs import Tag
 
-from . import messages as m
+from ..hosts.door import Door
+from ..hosts.placement import Placement
+from ..protocol import messages as m
+from ..transport.hub import Hub, REMOTE_s
+from ..transport.link import JOIN_s
 from .differing import nondeterminism
-from .door import Door
-from .hub import Hub, REMOTE_s
-from .link import JOIN_s
-from .placement import Placement
 from .processes import Processes
 from .story import Story
 from .vigil import Vigil

@@ -17,12 +17,12 @@ from heavylift.recordings import SampleLayout, Spectator
 from heavylift.recordings.lichtblick import LAYOUT, layout
 from heavylift.recordings.samples import decode_batch
 
+from ..hosts.placement import Placement
+from ..live.commands import COMMAND, OPERATOR
+from ..live.pace import Lateness
 from .budget import Budget, clocked
 from .drawing import RopeLines, boxes, surroundings
 from .energy import EnergyAudit
-from .live.commands import COMMAND, OPERATOR
-from .live.pace import Lateness
-from .placement import Placement
 from .tape import FileTape
 
 if TYPE_CHECKING:

@@ -13,16 +13,16 @@ from collections.abc import Iterable
 from heavylift.kernel.errors import ProtocolError, Stopped
 from heavylift.nodes.devs import Event, Tag
 
-from . import messages as m
-from .core import Outcome
-from .distance import Coupling
-from .hub import Hub, LocalHub
-from .live.audience import Audience
-from .live.desk import Desk
-from .live.tempo import Tempo
-from .outside import OpenCoordinator
-from .participant import version
-from .tape import Tape
+from ..live.audience import Audience
+from ..live.desk import Desk
+from ..live.tempo import Tempo
+from ..participants.participant import version
+from ..protocol import messages as m
+from ..protocol.core import Outcome
+from ..protocol.distance import Coupling
+from ..protocol.outside import OpenCoordinator
+from ..record.tape import Tape
+from ..transport.hub import Hub, LocalHub
 from .watch import Watch
 
 __all__ = ["Conversation"]

@@ -13,13 +13,13 @@ from importlib import metadata
 import msgspec
 from heavylift.nodes.devs import Simulator, Tag
 
-from . import messages as m
+from ..protocol import messages as m
+from ..protocol.node import Node
 from . import parts
-from .node import Node
 
 __all__ = ["NODE_MODULE", "PRELOAD", "Participant", "version"]
 
-NODE_MODULE = "heavylift.coordinator.node_process"
+NODE_MODULE = "heavylift.coordinator.participants.node_process"
 PRELOAD = (NODE_MODULE, "heavylift.nodes.models", "heavylift.nodes.scene.plan")  # what every node of a scene imports
 
 

@@ -18,13 +18,13 @@ import msgspec
 import zenoh
 from zenoh.handlers import Callback
 
-from .keys import JOIN, key
-from .link import JOIN_s
-from .participant import version
-from .session import Ticket
+from ..participants.participant import version
+from ..transport.keys import JOIN, key
+from ..transport.link import JOIN_s
+from ..transport.session import Ticket
 
 if TYPE_CHECKING:
-    from .hub import Hub
+    from ..transport.hub import Hub
 
 __all__ = ["Answer", "Ask", "Gate"]
 

@@ -15,11 +15,11 @@ from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, coupling
 from heavylift.nodes.models.messages import Finished, Stage
 from heavylift.nodes.scene.plan import Plan
 
-from .core import Coordinator
-from .kernel_node import KernelNode
-from .memory import run_in_memory
-from .node import Node
-from .parts import KernelConfig
+from ..participants.kernel_node import KernelNode
+from ..participants.parts import KernelConfig
+from ..protocol.core import Coordinator
+from ..protocol.memory import run_in_memory
+from ..protocol.node import Node
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene

@@ -8,7 +8,7 @@ from collections.abc import Callable
 
 import msgspec
 
-from .messages import Alive
+from ..protocol.messages import Alive
 
 __all__ = ["life_sign"]
 

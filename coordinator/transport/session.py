@@ -27,7 +27,7 @@ from .access import access
 from .keys import AFAR, OBSERVER, OPERATOR
 
 if TYPE_CHECKING:
-    from .door import Door
+    from ..hosts.door import Door
 
 __all__ = [
     "RunDirectory",

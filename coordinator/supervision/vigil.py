@@ -13,7 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
-from .messages import Alive
+from ..protocol.messages import Alive
 
 __all__ = ["Crew", "Vigil"]
 

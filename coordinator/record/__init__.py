@@ -1,0 +1,7 @@
+"""What a run puts on record, in the words of `heavylift.recordings`.
+
+tape                any run: events, protocol traffic, the reason of its end
+scene               the run of a scene: facts, samples, pictures, the energy balance
+drawing, shapes     what viewers draw
+energy, budget      the balance of energy; where the wall time went
+"""

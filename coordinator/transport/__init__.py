@@ -1,0 +1,9 @@
+"""Messages of a run over Zenoh: framed, checked, in order, with nobody else on the bus.
+
+frame               every message: who says it, in which run, undamaged
+session, access     the sessions of a run, and who may do what on them; keys: names on the bus
+hub, link           the coordinator's end and the nodes' end; exchange: what hubs share
+lookout             which processes have joined, which are lost
+
+What a message and a round cost, layer by layer, stands in SPEED.md.
+"""
