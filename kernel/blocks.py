@@ -157,6 +157,13 @@ class Blocks:
         return self["t"] + 0.5 * min(1.0, self["t_stop"] - self["t"])
 
     @property
+    def evaluations(self) -> int:
+        """Of the right-hand side in all attempted steps, with those of Jacobians; samples and events not counted."""
+        method = self.method.method
+        attempts = self["accepted"] + self["rejected"]
+        return round(method.evaluations * attempts + sum(n * self[name] for name, n in method.counted.items()))
+
+    @property
     def state(self) -> np.ndarray:
         """(ny,) coordinates, velocities and accounts, committed or tentative."""
         y: np.ndarray = self.X[self._at["y"]]

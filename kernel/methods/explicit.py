@@ -60,7 +60,7 @@ class Kutta4(RungeKutta):
     """Fourth order, four evaluations, no error estimate; between the ends the cubic through both slopes."""
 
     name = "rk4"
-    order = 4
+    order = evaluations = 4
     tableau = KUTTA_4
     vectors = ("d1", "d2", "d3")
 
@@ -81,6 +81,7 @@ class DormandPrince5(RungeKutta):
 
     name = "dopri5"
     order = 5
+    evaluations = 6
     tableau = DORMAND_PRINCE_5
     exponents = Exponents(down=-0.2, up=-0.14, memory=0.04)
     vectors = ("d1", "d2", "d3", "d4")
@@ -103,6 +104,7 @@ class DormandPrince8(RungeKutta):
 
     name = "dop853"
     order = 8
+    evaluations = 12
     tableau = DORMAND_PRINCE_8
     exponents = Exponents(down=-0.125, up=-0.0875, memory=0.025)
     stages = tuple(f"k{i}" for i in range(1, 14))

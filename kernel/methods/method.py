@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import SimpleNamespace
+from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -59,14 +59,17 @@ class Method(ABC):
     """`order` of the solution; `vectors`: names of the (ny,) blocks that keep what `interpolate` needs.
 
     Implicit methods solve their equations before `attempt` in parts of their own (`prologue`), keep numbers in
-    `scalars` and matrices in a block M of `matrices` doubles.
+    `scalars` and matrices in a block M of `matrices` doubles.  `evaluations` of the equations in every attempt;
+    `counted`: scalars that count what else evaluates them, and how often each does.
     """
 
     name: str
     order: int
+    evaluations: int
     vectors: tuple[str, ...]
     exponents: Exponents | None = None  # None: no error estimate, fixed steps only
     scalars: tuple[str, ...] = ()
+    counted: Mapping[str, int] = MappingProxyType({})
     matrices = 0
     completes = False  # whether `interpolate` needs `complete` first
 

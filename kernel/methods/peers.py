@@ -30,7 +30,7 @@ class Code(Protocol):
 class Peer(Method):
     """A method whose steps SciPy takes; the kernel knows its interpolant only."""
 
-    order = 0  # as SciPy says
+    order = evaluations = 0  # SciPy knows
     exponents = Exponents(0.0, 0.0, 0.0)
     vectors = tuple(f"n{i}" for i in range(1, len(NODES)))
 

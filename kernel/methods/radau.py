@@ -64,15 +64,18 @@ class Radau5(Method):
 
     name = "radau5"
     order = 5
+    evaluations = 2  # beside the iterations
     exponents = Exponents(down=-0.25, up=-0.175, memory=0.05)
     vectors = ("d1", "d2", "d3", "w0", "w1", "w2", "z0", "z1", "z2", "index")
     scalars = (
         "columns", "stale", "fresh", "factor", "of", "real", "alpha", "beta",  # Jacobian, factors of step `of`
         "newton", "turn", "size", "rate", "sound", "warm", "fell0", "fell1",  # iterations
+        "iterations", "differences", "factorisations",  # so far
     )  # fmt: skip
 
     def __init__(self, program: Program) -> None:
         self.n, self.ny = program.nq + program.nv, program.ny
+        self.counted = {"iterations": len(C), "differences": 1}
         self._stride = padded(self.ny)
         self._real = Factors(self.n, 1, self.n * self._stride)
         self._complex = Factors(self.n, 2, self._real.stop)
@@ -103,6 +106,7 @@ class Radau5(Method):
         s.columns = select(s.stale > 0.0, float(self.n), 0.0)
         s.factor = select(s.stale > 0.0, 1.0, select(abs(s.of - h) > 0.0, 1.0, 0.0))
         s.of, s.fresh, s.stale = h, s.stale, 0.0
+        s.factorisations = s.factorisations + s.factor
         before = 1.0 / select(s.warm > 0.0, s.h0, 1.0)
         z = []
         for c in C:
@@ -118,7 +122,7 @@ class Radau5(Method):
         hit = select(abs(s.index - j) < 0.5, 1.0, 0.0 * s.y)
         d = (STEP * (1.0 + abs(s.y))) @ hit
         column = (rate(s.t, inside(s), s.y + d * hit).dy - s.f) * (1.0 / d)
-        s.columns = j
+        s.columns, s.differences = j, s.differences + 1.0
         return j, [column, *[0.0] * (self._stride - self.ny)]
 
     def _factorise(self, at: Mapping[str, Any]) -> Primitive:
@@ -177,7 +181,8 @@ class Radau5(Method):
         enough = maximum(ROUND_OFF * (1.0 / s.tol), minimum(0.03, sqrt(s.tol)))
         near = select(first, 10.0, ratio * (1.0 / maximum(1.0 - ratio, 1e-3))) * size < enough
         near = near | (size < 1e-3 * enough) | ((size < FLOOR) & (ratio > 0.5) & (s.turn > 0.5))
-        s.turn, s.size, s.rate = s.turn + 1.0, size, ratio
+        s.turn, s.size, s.iterations = s.turn + 1.0, size, s.iterations + 1.0
+        s.rate = select(first, 0.0, ratio)  # one iteration that suffices says nothing against its Jacobian
         s.sound = select(near, 1.0, 0.0)
         goes_on = select(ratio < LOST, select(s.turn < MOST, 1.0, 0.0), 0.0)
         s.newton = select(near, 0.0, goes_on)

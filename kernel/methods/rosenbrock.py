@@ -73,6 +73,7 @@ class RosenbrockW(Method):
 
     name = "ros34pw2"
     order = 3
+    evaluations = 4
     exponents = Exponents(down=-1.0 / 3.0, up=-0.7 / 3.0, memory=0.2 / 3.0)
     vectors = ("d1", "d2")
     scalars = ("factor",)

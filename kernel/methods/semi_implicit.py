@@ -24,7 +24,7 @@ class SemiImplicitEuler(Method):
     """The dense output is a step of the method to that time, so that events lie on its own solution."""
 
     name = "semi-implicit-euler"
-    order = 1
+    order = evaluations = 1
     vectors = ("d1", "d2")
 
     def __init__(self, program: Program) -> None:

@@ -16,8 +16,6 @@ from heavylift.nodes.models import COMMANDER, KERNEL, build, couplings
 from heavylift.nodes.models.messages import Finished, Stage
 from heavylift.nodes.scene import load
 
-STAGES = {"dopri5": 6, "dop853": 11, "rk4": 4, "semi-implicit-euler": 1, "ros34pw2": 4, "radau5": 12}
-
 
 @dataclass(frozen=True)
 class Lifted:
@@ -66,9 +64,8 @@ def lifted(scene) -> Lifted:
     hooks = [first + names.index(r.name) for r in plan.rig.hook_ropes]
     pose, _ = at[f"pose/{plan.block.name}"]
     s = kernel.simulation
-    attempts = int(s["accepted"] + s["rejected"])
     return Lifted(
-        table[:, hooks].max(axis=0), began, np.array(times), table[:, pose : pose + 3], attempts * STAGES[plan.method],
+        table[:, hooks].max(axis=0), began, np.array(times), table[:, pose : pose + 3], s.evaluations,
         2 * s.program.nv,
     )  # fmt: skip
 
