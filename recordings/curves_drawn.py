@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
-import re
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import msgspec
 import numpy as np
 
-from .content import inert, packed
+from .bundle import bundled
+from .content import packed
 from .paper import BAND, INK, LIMIT, QUIET, on_paper, save
 
 if TYPE_CHECKING:
@@ -22,7 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["page", "picture"]
 
-PAGE = Path(__file__).parent / "page"
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#7a6fd0")
 NAMED = 16  # curves of a panel that the legend can name
 POINTS = 4000  # instants of a curve on the page
@@ -88,15 +84,7 @@ def page(figure: Figure) -> str:
         "stages": [{"t": t, "name": name} for t, name in figure.stages],
         "panels": [_content(panel) for panel in figure.panels],
     }
-    script = (PAGE / "curves.js").read_text().replace("</script", "<\\/script")
-    sha256 = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    parts = {
-        "style": (PAGE / "curves.css").read_text(),
-        "run": inert(msgspec.json.encode(content).decode()),
-        "script": script,
-        "policy": f"default-src 'none'; script-src 'sha256-{sha256}'; style-src 'unsafe-inline'",
-    }
-    return re.sub(r"\{\{(\w+)\}\}", lambda place: parts[place[1]], (PAGE / "curves.html").read_text())
+    return bundled("curves", content)
 
 
 def _content(panel: Panel) -> dict[str, Any]:

@@ -1,24 +1,20 @@
 """A recording as one page: the lift in three dimensions, signals, stages and events with a common time.
 
 `view("run.mcap", "run.html")` writes a self-contained file that any browser opens without network.  The bundle in
-`page/` is built from its sources by `npm run build`; data stand in a JSON element in which no markup can begin, and
-the page's own policy lets no other script run and nothing be fetched.
+`page/` is built from its sources by `npm run build`.
 """
 
 from __future__ import annotations
 
-import base64
-import hashlib
-import re
 from pathlib import Path
 from typing import Any
 
-import msgspec
 import numpy as np
 from heavylift.kernel.errors import RecordingError
 from numpy.typing import NDArray
 
-from .content import event_text, facts_shown, inert, is_inner, load_of, packed, shown, stage_name, thinned
+from .bundle import bundled
+from .content import event_text, facts_shown, is_inner, load_of, packed, shown, stage_name, thinned
 from .drawing import Box, boxes_of
 from .info import duration
 from .partfile import output_path, writing
@@ -27,7 +23,6 @@ from .samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout
 
 __all__ = ["content", "drawn_boxes", "page", "sample_rows", "view"]
 
-PAGE = Path(__file__).parent / "page"
 NUMBERS = 2_000_000  # most numbers in a page: 4 bytes each, as base64 10.7 MB
 EVENTS = 5000  # most events in a page
 
@@ -43,16 +38,7 @@ def view(path: str | Path, out: str | Path) -> Path:
 
 def page(run: dict[str, Any]) -> str:
     """The page that shows this content."""
-    script = (PAGE / "page.js").read_text().replace("</script", "<\\/script")
-    sha256 = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    parts = {
-        "style": (PAGE / "page.css").read_text(),
-        "run": inert(msgspec.json.encode(run).decode()),
-        "script": script,
-        "policy": f"default-src 'none'; script-src 'sha256-{sha256}'; style-src 'unsafe-inline'; "
-        "img-src data: blob:; connect-src 'self'",
-    }
-    return re.sub(r"\{\{(\w+)\}\}", lambda place: parts[place[1]], (PAGE / "page.html").read_text())
+    return bundled("page", run, "; img-src data: blob:; connect-src 'self'")
 
 
 @guarded
