@@ -12,6 +12,7 @@ Pinned: all processes of a run share one core.
                50 characters to their neighbour and ask for the next time
   workload     8 stations in a ring, each with ticks of its own at random gaps; a tick or an arrival is an event, every
                third one is passed to the neighbour after the lookahead (sync_models.workload), two cores
+  observers    the same with processes that watch it and stand still: its second half, when all of them do
 """
 
 from __future__ import annotations
@@ -20,15 +21,18 @@ import argparse
 import importlib.util
 import json
 import os
+import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from itertools import pairwise
 from statistics import median
 from typing import ClassVar
 
 from heavylift.coordinator import run_models
+from heavylift.coordinator.live import running
 from heavylift.coordinator.protocol.messages import Done, Grant, encode
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.run import conversation
@@ -40,6 +44,8 @@ from sync_models import GAP, Station, workload
 GRANTS, ROUNDS, SIZE = 4000, 1000, 50
 GAPS = {1: 600, 10: 3000}  # lookahead in gaps -> length of the workload in gaps
 RAW, MESSAGES = 20_000, 20_000
+WATCHED = 12_000  # length of the workload that is watched, in gaps: longer than all observers need to come
+WATCH = "from heavylift.coordinator.cli import main; main()"
 HELICS = importlib.util.find_spec("helics") is not None
 Measured = dict[str, list[float]]
 
@@ -90,6 +96,33 @@ def events(gaps: int) -> float:
     count = sum(m.events for m in simulator.atomics if isinstance(m, Station))
     run = run_models(f"sync_models:workload(8, {gaps})", until=GAPS[gaps] * GAP)
     return count / run.rounds_s
+
+
+def observed(n: int) -> float:
+    """Grants per second in the second half of the ring workload, with n observers that have stood still by then."""
+    conversation.OpenCoordinator = Stamped  # type: ignore[misc]
+    frozen: list[subprocess.Popen[str]] = []
+
+    def watch() -> None:
+        while not (runs := [r for r in running() if r.notice.pid == os.getpid()]):
+            time.sleep(0.01)
+        command = [sys.executable, "-c", WATCH, "watch", runs[0].notice.run]
+        started = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(n)]
+        for observer in started:
+            assert observer.stdout and observer.stdout.readline()  # it watches
+            observer.send_signal(signal.SIGSTOP)
+            frozen.append(observer)
+
+    watching = threading.Thread(target=watch)
+    watching.start()
+    run_models("sync_models:workload(8, 1)", until=WATCHED * GAP)
+    watching.join()
+    for observer in frozen:
+        observer.kill()
+        observer.communicate()
+    assert len(frozen) == n
+    half = Stamped.at[len(Stamped.at) // 2 :]
+    return len(half) / (half[-1] - half[0])
 
 
 def raw(_: int) -> float:
@@ -170,7 +203,7 @@ def federate(n: int, core: str, i: int) -> None:
     os._exit(0)
 
 
-MEASURES = {f.__name__: f for f in (grant, local_grant, full_round, events, raw, empty, helics_round)}
+MEASURES = {f.__name__: f for f in (grant, local_grant, full_round, events, observed, raw, empty, helics_round)}
 
 
 # in the process of the user: which measurements, in turn, and what they mean
@@ -207,6 +240,7 @@ def main() -> None:
         ("full round of 8, free", "us", ("full_round", 8, 2), "HELICS tcp", ("helics_round", 8, 2), -2.0),
         ("workload, lookahead of one gap", "events/s", ("events", 1, 2), None, None, 10_000.0),
         ("workload, lookahead of ten gaps", "events/s", ("events", 10, 2), None, None, 50_000.0),
+        ("workload, 8 frozen observers", "grants/s", ("observed", 8, 2), "unwatched", ("observed", 0, 2), 0.9),
         ("empty message in one process", "us", ("empty", 0, 1), None, None, 5.0),
         ("grant, one of 8, in one process", "us", ("local_grant", 8, 1), None, None, None),
     ]
