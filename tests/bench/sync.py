@@ -109,7 +109,8 @@ def observed(n: int) -> float:
         command = [sys.executable, "-c", WATCH, "watch", runs[0].notice.run]
         started = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(n)]
         for observer in started:
-            assert observer.stdout and observer.stdout.readline()  # it watches
+            assert observer.stdout
+            assert observer.stdout.readline()  # it watches
             observer.send_signal(signal.SIGSTOP)
             frozen.append(observer)
 

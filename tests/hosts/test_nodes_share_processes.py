@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.cli import app
+from heavylift.coordinator.commands import app
 from heavylift.coordinator.hosts.placement import Placement, place
 from heavylift.coordinator.run import run
 from heavylift.coordinator.supervision.processes import Processes

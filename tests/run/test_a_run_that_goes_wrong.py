@@ -4,6 +4,7 @@ import os
 import re
 import signal
 import subprocess
+import sys
 import time
 from contextlib import suppress
 from pathlib import Path
@@ -27,6 +28,25 @@ def test_ctrl_c_finishes_the_recording_and_takes_all_processes_along(tmp_path):
     recording = Recording(tmp_path / "turnover.mcap")
     assert recording.result["status"] == "failed"
     assert [e.value["name"] for e in recording.events("commander", "stage")][:2] == ["take up slack", "load"]
+
+
+IMPATIENT = """
+import sys
+
+class CtrlC:
+    def find_spec(self, name, path, target=None):
+        if name == "typer":
+            raise KeyboardInterrupt
+
+sys.meta_path.insert(0, CtrlC())
+from heavylift.coordinator.cli import main
+main()
+"""
+
+
+def test_ctrl_c_while_the_commands_are_still_being_imported_is_one_sentence():
+    done = subprocess.run([sys.executable, "-c", IMPATIENT], capture_output=True, text=True, timeout=PATIENCE_s)
+    assert (done.returncode, done.stderr) == (130, "heavylift: stopped\n")
 
 
 @pytest.mark.parametrize("name", ["loader-4", "kernel"])

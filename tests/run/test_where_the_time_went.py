@@ -2,7 +2,7 @@
 
 import re
 
-from heavylift.coordinator.cli import app
+from heavylift.coordinator.commands import app
 from heavylift.coordinator.record.budget import Budget, Spent, clocked
 from typer.testing import CliRunner
 

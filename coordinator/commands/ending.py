@@ -1,0 +1,74 @@
+"""How a command ends: with an exit code, and with one sentence where something is wrong."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import traceback
+
+import typer
+from heavylift.kernel.errors import HeavyliftError, Stopped
+
+from ..cli import STOPPED
+from .app import app
+
+__all__ = ["carry_out"]
+
+
+def carry_out() -> None:
+    """Do what the command line says; SystemExit with its exit code unless that is 0."""
+    try:
+        code = app(standalone_mode=False)  # of a command that ends with typer.Exit
+        if code == STOPPED:  # what typer makes of Ctrl-C where nobody hears it
+            print("heavylift: stopped", file=sys.stderr)
+        if sys.stdout is not None:  # what does not go out is noticed here, not when Python ends
+            sys.stdout.flush()
+        if code:
+            sys.exit(code)
+    except Stopped as error:
+        print(f"heavylift: {error}", file=sys.stderr)
+        sys.exit(STOPPED)
+    except HeavyliftError as error:
+        print(f"heavylift: {error}" if "\n" not in str(error) else str(error), file=sys.stderr)
+        sys.exit(1)
+    except (typer.Abort, KeyboardInterrupt):
+        print("heavylift: stopped", file=sys.stderr)
+        sys.exit(STOPPED)
+    except BrokenPipeError:  # who reads our output, such as `head`, has enough
+        _discard_output()
+    except Exception as error:
+        if isinstance(error, OSError) and not error.filename and (why := _unwritable()):
+            _discard_output()
+            print(
+                f"heavylift: standard output cannot be written ({why}); make room there or send it elsewhere",
+                file=sys.stderr,
+            )
+            sys.exit(1)
+        if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # how click reports a wrong command line
+            asked = type(error).__name__ == "NoArgsIsHelpError"
+            print(error.format_message() if asked else f"heavylift: {error.format_message()}", file=sys.stderr)
+            sys.exit(error.exit_code)
+        with tempfile.NamedTemporaryFile("w", prefix="heavylift-", suffix=".txt", delete=False) as file:
+            traceback.print_exc(file=file)
+        print(
+            f"heavylift: internal error, {type(error).__name__}: {error}; this is a defect of heavylift, {file.name} "
+            "tells its makers more",
+            file=sys.stderr,
+        )
+        sys.exit(1)
+
+
+def _unwritable() -> str:
+    """Why standard output does not take the end of a line; "" if it does."""
+    try:
+        if sys.stdout is not None:
+            os.write(sys.stdout.fileno(), b"\n")  # what has failed once is gone from Python's own buffer
+    except OSError as error:
+        return error.strerror or type(error).__name__
+    return ""
+
+
+def _discard_output() -> None:
+    """Nothing goes to standard output any more, so that Python does not stumble over the rest of it at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
