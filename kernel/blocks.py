@@ -1,7 +1,7 @@
 """The native blocks of one simulation: the state X, the parameters P, the table of samples, and what computes on them.
 
-Each set of locked joints and calmed ropes is a variant with code of its own, compiled when it is first used; places in
-X and P are the same in all.
+Each set of locked joints and calmed ropes is a variant with code of its own, compiled when it is first used, and so is
+each set of laws that are left out while the scene does not require them; places in X and P are the same in all.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from .methods.peers import Code, Peer, PeerCode
 from .methods.stability import Balance, jacobian
 from .native import Library
 from .oracle import Oracle
+from .presence import alone, leaner, leaner_code
 from .rate import Program
 from .references import References
 from .resistance import check_resistance
@@ -70,7 +71,10 @@ class Blocks:
                 return PeerCode(code, found, self.method.layout.at, len(self.program.guards))
             return code
 
-        self._compiled = compiled
+        self._compiled, self._options = compiled, (fused, opt, cache)
+        self._leaner: dict[tuple[frozenset[str], ...], tuple[Stepping, Code | None]] = {}
+        self.absent: frozenset[str] = frozenset()
+        """Names of laws that the present code leaves out, since the scene does not require them now."""
         self._variants: dict[tuple[frozenset[str], frozenset[str]], tuple[Program, Stepping, Code]] = {}
         self._use(None)
         self.P = self.program.parameters.initial.copy()
@@ -113,13 +117,42 @@ class Blocks:
             locked = self.program.locked
             self._variants[locked, self._calm] = self.program, self.method, code
         self.program, self.method, self._code = self._variants[locked, self._calm]
+        self.absent = frozenset()
+
+    def _leave_out(self, absent: frozenset[str]) -> None:
+        """Go on with code in which these laws do not occur; they must have no effect now."""
+        if absent == self.absent:
+            return
+        base = self._variants[self.program.locked, self._calm][-1]
+        self._code, self.absent = base, absent
+        if absent:
+            lean, code = self._lean(absent)
+            if code is None:
+                code = leaner_code(lean, base, absent, self.structure(), *self._options)
+                self._leaner[self.program.locked, self._calm, absent] = lean, code
+            self._code = code
+
+    def _lean(self, absent: frozenset[str]) -> tuple[Stepping, Code | None]:
+        """The functions without some laws, and their code if there is some."""
+        key = self.program.locked, self._calm, absent
+        if key not in self._leaner:
+            self._leaner[key] = leaner(self.method, absent), None
+        return self._leaner[key]
+
+    def operations(self, absent: frozenset[str]) -> tuple[int, int]:
+        """Arithmetic operations of one evaluation of the equations without these laws, and how many of them stand in
+        code of that set alone."""
+        method = self._lean(absent)[0] if absent else self.method
+        return method.f_rate.operations, alone(method)
 
     def structure(self) -> str:
         """Equal for simulations that share machine code."""
         return structure(self.program, self.method.method.name, self.fixed, self._fused)
 
     def _ir(self) -> str:
-        return module(self.method.advance, *self.method.functions.values(), fused=self._fused)
+        m = self.method
+        weak = [f for f in (m.f_rate, m.f_project) if f]
+        return module(m.advance, *m.functions.values(), fused=self._fused, weak=weak)
 
     def __getitem__(self, name: str) -> float:
         return float(self.X[self._at[name]])
@@ -193,10 +226,9 @@ class Blocks:
 
     def _rate(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Derivative and tensions at state y at the present time."""
-        p = self.program
-        dy, T, G = np.zeros(p.ny), np.zeros(len(p.system.straight_ropes)), np.zeros(len(p.guards))
-        self._code.call("rate", np.array([self["t"], self._among()]), y, self.P, dy, T, G)
-        return dy, T
+        out = {name: np.zeros(n) for name, n in self.method.rate_sizes.items()}
+        self._code.call("rate", np.array([self["t"], self._among()]), y, self.P, *out.values())
+        return out["dy"], out["T"]
 
     def _jacobian(self) -> np.ndarray:
         return jacobian(lambda y: self._rate(y)[0], self.state.copy(), self.program.nq + self.program.nv)

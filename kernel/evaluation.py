@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 from . import laws
 from .applying import Applying
+from .clearance import NEVER_NEAR, pads_of
 from .constraints.rows import Rows
 from .describe import Drive, RigidRope, Threshold
 from .placing import Reference, attitude
 from .spatial import join
+from .symbol import minimum
 
 if TYPE_CHECKING:
     from .rate import Program
@@ -41,12 +43,27 @@ class Evaluation(Applying):
     @property
     def pulls(self) -> list[Any]:
         """Tensions of all ropes of straight lines, the rigid ones last [N]."""
-        return [*self.tensions, *(self._held.tensions.values() if self._held else ())]
+        rigid = self._held.tensions if self._held else {}
+        return [*self.tensions, *(rigid.get(r.name, 0.0) for r in self.system.rigid_ropes)]
 
     @property
     def reach(self) -> Any:
         """Longest step from here in which no shape passes through another [s]."""
         return self.program.contacts.reach(self.numbers, self._ends)
+
+    @property
+    def near(self) -> Any:
+        """Time before which nothing of what is left out can touch [s]."""
+        c, soonest = self.program.clearances, NEVER_NEAR
+        for body, pads in pads_of(self.system).items():
+            if self.program.absent.issuperset(pads):
+                end = self._ends[self.graph.number(body)]
+                soonest = minimum(soonest, c.pads(p=self.numbers("pads", body), body=end).time[0])
+        for s in self.program.contacts.sites:
+            if (name := s.contact.name) in self.program.absent:
+                a, b = (self._ends[i] for i in s.bodies)
+                soonest = minimum(soonest, c.of[name](p=self.numbers("shapes", name), A=a, B=b).time[0])
+        return soonest
 
     # ---- accelerations and guards ------------------------------------------------------------------------
 
@@ -57,8 +74,6 @@ class Evaluation(Applying):
         if rows:
             rows.accelerate()
             self.loads = rows.loads
-            self.guards += rows.guards()
-            self._contacts(rows)
         for i, (_, shared) in enumerate(self.program.instances):
             drives = self._prescribed(i)
             x = rows.motion(i) if rows and shared.opened else shared.accelerate(**self._arguments(i))
@@ -67,21 +82,25 @@ class Evaluation(Applying):
             for d, force in zip(drives, x.reaction, strict=False):
                 if d:  # it carries what the other laws of its joint do not
                     self._drive_work[d.name] = force * self._references[d.name][1]
+        fell = rows.guards() if rows else {}
+        self.guards += [fell.get(r.name, 1.0) for r in self.system.rigid_ropes]
         self._heat += [0.0 for _ in self.system.rigid_ropes]  # made at once, see `constraints.ropes`
         self.stored += [0.0 for _ in self.system.rigid_ropes]
+        self._contacts(rows)
         self._heat += [0.0 for _ in self.system.locks]  # made at once, see `locking`
         for body, wrench in rows.wrenches() if rows else ():
             self._push(body, wrench)
         self._work += [self._drive_work[d.name] for d in self.system.drives]
         for r in self.system.rigid_ropes:
-            if r.winch and rows:
-                self._work.append(-rows.tensions[r.name] * self.lengths_of[r.name][1])
+            if r.winch:
+                pulls = rows and r.name in rows.tensions
+                self._work.append(-rows.tensions[r.name] * self.lengths_of[r.name][1] if rows and pulls else 0.0)
         self.dy = join(dq, dv, self._heat, self._work)
 
-    def _contacts(self, rows: Rows) -> None:
+    def _contacts(self, rows: Rows | None) -> None:
         contacts = self.program.contacts
-        first = len(rows.rows) - len(contacts.held)
-        guards, heat, self.pressing = contacts.loads(rows.slots, rows.multipliers[first:])
+        slots, pushes = (rows.slots, rows.multipliers[len(rows.rows) - len(contacts.held) :]) if rows else ([], [])
+        guards, heat, self.pressing = contacts.loads(slots, pushes)
         self.guards += contacts.watched(self.numbers, self._ends) + guards
         self._heat += heat
         self.stored += [0.0 for _ in heat]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,6 +13,7 @@ from .symbol import GRAPHS, Graph, Sym, is_sym, node
 
 __all__ = ["OPAQUE", "Function", "Primitive", "flatten", "placed", "symbols"]
 
+IDLE = ("in", "ret", "slice", "block")  # of nodes: they read what is there
 OPAQUE = -1  # size of an input block that is handed on as a whole
 
 
@@ -75,6 +77,11 @@ class Function:
     def outputs(self) -> dict[str, list[Any]]:
         self.record()
         return self._outputs
+
+    @cached_property
+    def operations(self) -> int:
+        """Arithmetic operations of one call, with those of what it calls."""
+        return sum(n.args[0].operations if n.op == "call" else n.op not in IDLE for n in self.nodes)
 
     def __call__(self, **values: Any) -> SimpleNamespace:
         if not GRAPHS or GRAPHS[-1].opaque:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .clearance import pads_numbers, pads_of
 from .constraints.closures import closure_numbers
 from .constraints.ropes import rigid_numbers
 from .contact.slots import contact_numbers
@@ -110,6 +111,8 @@ class Parameters:
         for u in system.supports:
             laws = [u.height, u.k, u.d, u.mu, u.kt, u.dt]
             put("support", u.name, [*u.point.p, *laws, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+        for body in pads_of(system):
+            put("pads", body, pads_numbers(system, body))
         for name, signal in signals:
             put("signal", name, [0.0, signal.value, 0.0])
         for f in forces:

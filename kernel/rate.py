@@ -7,6 +7,7 @@ small however large the yard.
 
 from __future__ import annotations
 
+from copy import copy
 from functools import partial
 from typing import Any
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from . import laws
 from .checks import check_description
+from .clearance import Clearances
 from .constraints.closures import CLOSURES
 from .constraints.constraints import Constraints
 from .contact.slots import ContactRows
@@ -89,7 +91,10 @@ class Program:
         self.guards += [("brake", b.name) for b in system.brakes]
         self.guards += [("force", x.name) for x in self.forces for _ in range(x.law.guards(x.force))]
         self.guards += [("rigid", r.name) for r in system.rigid_ropes]
+        self.absent: frozenset[str] = frozenset()
         self.contacts = ContactRows(system, self.graph)
+        self.clearances = Clearances(self.contacts.sites)
+        self.touches = bool(system.supports or system.contacts)
         self.guards += self.contacts.guards
         self.guards += [("threshold", h.name) for h in system.thresholds]
         self.quaternions = [
@@ -103,6 +108,28 @@ class Program:
         kinds = sorted({(len(r.lines), r.name in calm) for r in system.ropes})
         self.ropes = {kind: rope_function(kind[0], clamped, kind[1]) for kind in kinds}
         self.support = Function("support", partial(support, clamped), {"p": SUPPORT, "body": laws.BODY})
+
+    def without(self, names: frozenset[str]) -> Program:
+        """The same scene without forces, rows and guards of these laws; layouts stay, equal functions are shared."""
+        out = copy(self)
+        out.absent = names
+        if names & {*(r.name for r in self.system.rigid_ropes), *(c.name for c in self.system.contacts)}:
+            out.contacts = self.contacts.without(names)
+            ropes = tuple(r for r in self.system.rigid_ropes if r.name not in names)
+            out.constraints = Constraints(self.graph, ropes, out.contacts)
+            out.constraints.link(out)
+        return out
+
+    @property
+    def shared(self) -> list[Function]:
+        """Functions that have the same text whatever is left out."""
+        out = [self.profile, self.support, *self.ropes.values(), *(x.function for x in self.forces)]
+        out += [f for s in self.contacts.sites for f in (s.watch, s.slot, s.reach) if f]
+        for _, tree in self.instances:
+            out += [tree.place, tree.accelerate]
+            if tree.opened:
+                out += [tree.opened.factor, tree.opened.back, *tree.opened.half.values()]
+        return out
 
     def _laws(self) -> tuple[tuple[Any, ...], ...]:
         s = self.system

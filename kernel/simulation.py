@@ -23,16 +23,18 @@ from .commands import Commanded
 from .contact.sets import KINDS
 from .describe import System
 from .errors import KernelError
+from .methods.peers import Peer
 from .parameters import RopeAt
+from .presence import dispensable
 from .rattling import RESOLVED, Rattling, critical, moved_mass
 from .snapshots import go_on, kept
 from .stepper import FOREVER_NS, NEVER
 from .steps import EVENT, FAILED, RUNNING, STILL
 from .switching import StateEvent
+from .thrift import SPELL, Thrift
 
 __all__ = ["FOREVER_NS", "Simulation"]
 
-BUDGET = 4000.0  # attempts per native call: about 25 ms, so that Ctrl-C and progress live
 TOO_SHORT = 1e-6  # [m] by which a rigid rope may be too short by rounding
 CHATTER = 200  # events at one instant, after which the laws contradict each other
 
@@ -42,7 +44,8 @@ class Simulation(Commanded):
     events stop `run`; `native=False` runs the same text on floats (slow oracle); `method`: one of
     `kernel.methods.METHODS`; `step`: fixed steps of so many seconds; `formulation`: one of
     `kernel.formulations.FORMULATIONS`; `fused`: products are added unrounded, a little faster, with bits that depend
-    on the processor.  Raises KernelError."""
+    on the processor; `lean`: whether laws that the scene does not require at the moment leave the code at once, never,
+    or (None) once that pays.  Raises KernelError."""
 
     def __init__(
         self,
@@ -58,6 +61,7 @@ class Simulation(Commanded):
         step: float | None = None,
         formulation: str = "recursive",
         fused: bool = False,
+        lean: bool | None = None,
     ) -> None:
         super().__init__(system, tolerance, sample_ns, h_max, native, opt, cache, method, step, formulation, fused)
         self.subscribed = subscribed
@@ -68,6 +72,8 @@ class Simulation(Commanded):
         self._elastic = [r.name for r in system.ropes]
         self._rattling = Rattling(max(step or 0.0, RESOLVED))
         self._snapshot: np.ndarray | None = None
+        never = lean is False or isinstance(self.method.method, Peer)
+        self.thrift = None if never else Thrift(bool(lean))
 
     # ---- life ---------------------------------------------------------------------------------------------
 
@@ -127,8 +133,13 @@ class Simulation(Commanded):
                 return
             if self["t"] >= self["t_stop"]:
                 self._pass_break()
+            if self.absent:
+                self._look_ahead()
+            done = self._attempts % SPELL
+            if not done:
+                self._spare()
             rows = len(self.rows)
-            self._set(run=1.0, status=RUNNING, budget=BUDGET, until=horizon)
+            self._set(run=1.0, status=RUNNING, budget=SPELL - done, until=horizon)
             self._call("advance")
             self._drain()
             self._check_rows()
@@ -143,6 +154,23 @@ class Simulation(Commanded):
                 self._restore()
                 self._still = True
             pause()
+
+    @property
+    def _attempts(self) -> float:
+        return self["accepted"] + self["rejected"]
+
+    def _spare(self) -> None:
+        """Leave out of the code what the scene does not require now, if that pays."""
+        if self.thrift:
+            laws = dispensable(self.program, self.P, self.row, 2.0 * self["h_max"])
+            self._leave_out(self.thrift.choose(self._attempts, laws, self.operations))
+
+    def _look_ahead(self) -> None:
+        """All laws are back in the code before any of them could push; a step that ends too late for that is redone."""
+        if "near" in self._at and self["near"] <= self["h_max"]:
+            if self["near"] <= 0.0 and self["tentative"] > 0.0:
+                self._to_start()
+            self._leave_out(frozenset())
 
     def _check_time(self, t_ns: int) -> None:
         """Raises KernelError for a time that is none."""
@@ -279,6 +307,7 @@ class Simulation(Commanded):
             t_stop=next(iter(self.references.breaks(self.epoch)), NEVER),
             t_rest=self.references.rest(self.epoch),
         )
+        self._spare()
         self._call("refresh")
         self._note_peaks()  # of a rope that a jump has tightened, and where no step lies between two samples
         row = self._raw().copy()

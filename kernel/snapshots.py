@@ -42,6 +42,8 @@ def kept(s: Simulation) -> dict[str, Any]:
     beside = {"locked": sorted(s.program.locked), "balance": vars(s._balance)}
     beside |= {"calm": sorted(s._calm), "rattles": s._rattling.counts}
     led = {"actuators": s.references.actuators, "watched": s.switches.watched}
+    if s.thrift:
+        beside |= {"absent": sorted(s.absent), "thrift": s.thrift.kept()}
     return deepcopy({**{name: getattr(s, name) for name in KEPT}, **beside, **led})
 
 
@@ -51,6 +53,9 @@ def go_on(s: Simulation, snapshot: dict[str, Any]) -> None:
     s._calm = frozenset(kept.pop("calm"))
     s._use(frozenset(kept.pop("locked")))
     s._rattling.counts = kept.pop("rattles")
+    if s.thrift:
+        s._leave_out(frozenset(kept.pop("absent")))
+        s.thrift.go_on(kept.pop("thrift"))
     for name in ("X", "P", "M"):  # in place, for parts of them are in other hands
         if (block := kept.pop(name)) is not None:
             getattr(s, name)[:] = block

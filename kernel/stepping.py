@@ -27,16 +27,22 @@ __all__ = ["Stepping"]
 
 
 class Stepping:
-    """The native functions of one program: `advance` (the loop), and step, commit, sample, bisect, refresh, look."""
+    """The native functions of one program: `advance` (the loop), and step, commit, sample, bisect, refresh, look.
 
-    def __init__(self, program: Program, method: Method, control: Control) -> None:
+    `lean`: the same program without laws that the scene does not require at the moment; all but rows go by that one.
+    """
+
+    def __init__(self, program: Program, method: Method, control: Control, lean: Program | None = None) -> None:
         p = self.program = program
+        required = lean or program
         self.method, self.control = method, control
         nq, nv = p.nq, p.nv
         n_ropes, n_guards = len(p.system.straight_ropes), len(p.guards)
         states = dict.fromkeys(("y", "f", "f0", "d0", *method.vectors), p.ny)
         ropes = dict.fromkeys(("T", "peak", "peak_time"), n_ropes)
-        scalars = dict.fromkeys([*SCALARS, *method.scalars, *(["coarse"] if method.completes else [])])
+        watched = p.touches and not isinstance(method, Peer)
+        beside = (["coarse"] if method.completes else []) + (["near"] if watched else [])
+        scalars = dict.fromkeys([*SCALARS, *method.scalars, *beside])
         rows = dict.fromkeys(("gap", "slip", "pivot"), len(p.constraints))
         pushed = rows["gap"] if p.contacts.sites else 0
         surveyed = {"delassus": pushed * pushed, "speed": pushed, "free": pushed, "impulse": pushed}
@@ -50,15 +56,19 @@ class Stepping:
         bounded = p.contacts.bounded and isinstance(control, ErrorControl) and not isinstance(method, Peer)
 
         def evaluate(t: Any, y: Any, P: Any) -> dict[str, Any]:
-            x = p.evaluate(t[0], y, P, t[1])
-            return {"dy": x.dy, "T": x.pulls, "G": x.guards, **({"reach": [x.reach]} if bounded else {})}
+            x = required.evaluate(t[0], y, P, t[1])
+            beside = {"near": [x.near]} if watched else {}
+            return {"dy": x.dy, "T": x.pulls, "G": x.guards, **beside, **({"reach": [x.reach]} if bounded else {})}
+
+        self.rate_sizes = {"dy": p.ny, "T": n_ropes, "G": n_guards}
+        self.rate_sizes |= ({"near": 1} if watched else {}) | ({"reach": 1} if bounded else {})
 
         def take(s: SimpleNamespace, rate: Rate, row: Row) -> None:
             step(s, rate, method, control)
 
         state = {"t": 1, "y": p.ny, "P": n_p}
         self.f_rate = Function("rate", evaluate, {**state, "t": 2}, vectors=["dy"])
-        self.f_project = projection(p) if rows["gap"] else None
+        self.f_project = projection(p, required) if rows["gap"] else None
 
         def row(t: Any, y: Any, P: Any) -> dict[str, Any]:
             at = self.f_project(t=t, y=y, P=P).place if self.f_project else y

@@ -19,11 +19,11 @@ from .methods.method import Method, Rate, fallen_in, inside, length
 from .symbol import any_of, maximum, minimum, select, sqrt
 
 __all__ = [
-    "BREAK", "EVENT", "FAILED", "RUNNING", "SCALARS", "STILL", "Project", "Row",
+    "BREAK", "EVENT", "FAILED", "NEAR", "RUNNING", "SCALARS", "STILL", "Project", "Row",
     "bisect", "close", "commit", "complete", "look", "refresh", "sample", "step",
 ]  # fmt: skip
 
-RUNNING, BREAK, EVENT, STILL, FAILED = 0.0, 1.0, 2.0, 3.0, 4.0  # why a native call returned
+RUNNING, NEAR, BREAK, EVENT, STILL, FAILED = 0.0, 0.5, 1.0, 2.0, 3.0, 4.0  # why a native call returned
 LOCATED = 2.5e-10  # [s] width to which a guard's root is bracketed
 STILL_SQUARE = 1e-14  # |v|^2 and |dv/dt|^2 of a scene at rest [SI]
 
@@ -75,7 +75,11 @@ def step(s: SimpleNamespace, rate: Rate, method: Method, control: Control) -> No
     s.G = a.r.G
     s.budget = s.budget - 1.0
     s.more = select(s.budget > 0.0, select(s.rows > s.row, select(s.until >= s.t, 1.0, 0.0), 0.0), 0.0)
-    s.calm = select(verdict.failed, FAILED, select(s.still > 0.0, STILL, select(ok & last, BREAK, RUNNING)))
+    going = RUNNING
+    if hasattr(s, "near"):
+        s.near = select(ok, a.r.near[0], s.near)
+        going = select(s.near > s.h_max, RUNNING, NEAR)
+    s.calm = select(verdict.failed, FAILED, select(s.still > 0.0, STILL, select(ok & last, BREAK, going)))
     go_on(s, select(fallen, select(s.calm > BREAK, s.calm, EVENT), s.calm))
 
 
@@ -141,6 +145,8 @@ def refresh(s: SimpleNamespace, rate: Rate, method: Method) -> None:
     """After a change of state, laws or discrete states: derivative, tensions and guards at (t, y)."""
     r = rate(s.t, inside(s), s.y)
     s.f, s.T, s.G, s.h = r.dy, r.T, r.G, bounded(s.h, r)
+    if hasattr(s, "near"):
+        s.near = r.near[0]
     for name, value in method.forgotten().items():
         setattr(s, name, value)
     s.tentative = 0.0

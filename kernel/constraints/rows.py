@@ -227,12 +227,12 @@ class Rows:
         first = len(self.constraints.of)
         return {r.name: self.multipliers[first + i] for i, r in enumerate(self.constraints.ropes)}
 
-    def guards(self) -> list[Any]:
-        """Of the rigid ropes: the tension while taut, the slack while slack."""
-        out = []
+    def guards(self) -> dict[str, Any]:
+        """Of the rigid ropes, by name: the tension while taut, the slack while slack."""
+        out = {}
         for r, row in zip(self.constraints.ropes, self._rope_rows, strict=True):
             hooked = self._numbers("rigid", r.name)[RigidAt.HOOKED]
-            out.append(select(hooked > 0.0, select(row.on > 0.0, self.tensions[r.name], row.gap + SLACK), 1.0))
+            out[r.name] = select(hooked > 0.0, select(row.on > 0.0, self.tensions[r.name], row.gap + SLACK), 1.0)
         return out
 
     def wrenches(self) -> list[tuple[int, Any]]:
