@@ -1,6 +1,6 @@
 """Measures the bundled scenes and writes what was found: settings/SCENE.json and .png, and the page SETTINGS.md.
 
-    python tests/bench/settings.py [--budget 300] [SCENE ...]
+    python tests/bench/settings.py [--budget 300] [SCENE ...]        # or: all
 
 Without the name of a scene only the page is written anew, from the tables that are there.
 """
@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from typing import NamedTuple
 
 from heavylift.coordinator.tradeoff import measure, write
 from heavylift.coordinator.tradeoff.communication import communicating
@@ -17,11 +18,25 @@ from heavylift.nodes.scene import load
 
 PAGE = Path(__file__).parents[2] / "nodes/scenes/SETTINGS.md"
 HERE = PAGE.parent / "settings"
-SCENES = {  # settings under which they are measured, what they are asked (else all), and why
-    "lift": (["end=100 s"], "", "with time for every rung to take off and swing"),
-    "turnover": (["end=150 s"], "rope tension", "its beginning: slack, load, the first seconds of the hoist"),
-    "pendulum": ([], "", ""),
-    "arm": ([], "", ""),
+
+
+class Case(NamedTuple):
+    """What a scene is asked (else all that it can be), the seconds it takes, settings that it is run under, and why."""
+
+    ask: str = ""
+    budget: float = 60.0
+    settings: tuple[str, ...] = ()
+    why: str = ""
+
+
+SCENES = {
+    "lift": Case("", 300.0, ("end=100 s",), "with time for every rung to take off and swing"),
+    "turnover": Case(
+        "rope tension", 600.0, ("end=150 s",), "its beginning: slack, load, the first seconds of the hoist"
+    ),
+    "tandem": Case("rope tension, swing", 300.0),
+    "ramp": Case(budget=120.0),
+    **dict.fromkeys(("pendulum", "arm", "linkage", "girder", "gust", "snatch", "tackle", "trolley"), Case()),
 }
 HEAD = """# Which setting for which question
 
@@ -44,13 +59,13 @@ How to read it
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--budget", type=float, default=300.0, help="seconds for each scene")
-    parser.add_argument("scenes", nargs="*", choices=[*SCENES, []])
+    parser.add_argument("--budget", type=float, help="seconds for each scene")
+    parser.add_argument("scenes", nargs="*", choices=[*SCENES, "all", []])
     options = parser.parse_args()
-    for name in options.scenes:
-        settings, ask, _ = SCENES[name]
-        scene = load(name, settings)
-        measured = measure(scene, ask, budget=options.budget, say=print)
+    for name in SCENES if "all" in options.scenes else options.scenes:
+        case = SCENES[name]
+        scene = load(name, case.settings)
+        measured = measure(scene, case.ask, budget=options.budget or case.budget, say=print)
         if scene.followed is not None:
             measured = communicating(scene, measured)
         for kind in ("json", "png"):
@@ -63,8 +78,8 @@ def main() -> None:
 def section(name: str) -> str:
     """A scene's part of the page."""
     told = json.loads((HERE / f"{name}.json").read_text())
-    settings, _, why = SCENES[name]
-    given = f", {' '.join(settings)} ({why})" if settings else ""
+    case = SCENES[name]
+    given = f", {' '.join(case.settings)} ({case.why})" if case.settings else ""
     lines = [f"## {name}{given}", "", f"{told['verdict']}", "", f"![{name}](settings/{name}.png)", ""]
     lines += ["| asked | to | fastest setting | x real time | error |", "|---|---|---|---|---|"]
     for a in told["answers"]:
