@@ -1,9 +1,9 @@
-"""The coordinator and a node, message by message: barrier, commit, windows, end, and everything refused."""
+"""The coordinator and a node, message by message: barrier, commit, windows and the end."""
 
-from collections.abc import Sequence
 from random import Random
 
 import pytest
+from clockwork import PAIR, Clockwork, Word, event, hello, started
 from heavylift.coordinator.protocol.core import Coordinator, Outcome
 from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.coordinator.protocol.memory import run_in_memory
@@ -21,65 +21,7 @@ from heavylift.coordinator.protocol.messages import (
 )
 from heavylift.coordinator.protocol.node import Node
 from heavylift.kernel.errors import ProtocolError
-from heavylift.nodes.devs import FOREVER, Atomic, Bag, Delivery, Event, In, Message, Out, Simulator, Slack, Tag
-from heavylift.nodes.devs import encode as encode_value
-
-
-class Word(Message):
-    n: int
-
-
-class Clockwork(Atomic):
-    """Says n at the n-th of its times [ns], and what it hears again `delay` [ns] later."""
-
-    into, out, last = In(Word), Out(Word), Out(Word)
-
-    def __init__(self, name: str, times: Sequence[int] = (), delay: int | None = None) -> None:
-        super().__init__(name)
-        self.times, self.delay = times, delay
-
-    def start(self) -> None:
-        self.n, self.heard = 0, list[tuple[Tag, int]]()
-        self.again = 0
-        self.plan(-1)
-
-    def plan(self, t: int) -> None:
-        if self.n < len(self.times):
-            self.hold_in(self.times[self.n] - max(t, 0))
-        else:
-            self.passivate()
-
-    def output(self) -> None:
-        if self.again:
-            self.out.send(Word(self.again))
-        else:
-            self.out.send(Word(self.n))
-            if self.n == len(self.times) - 1:
-                self.last.send(Word(self.n))
-
-    def internal(self) -> None:
-        if not self.again:
-            self.n += 1
-        self.again = 0
-        self.plan(self.now.t)
-
-    def external(self, e: int, x: Bag) -> None:
-        self.heard += [(self.now, word.n) for word in x[self.into]]
-        if self.delay is not None:
-            self.again = 100
-            self.hold_in(self.delay)
-
-
-def event(t: int, source: str = "a", n: int = 0, k: int = 0, port: str = "out") -> Event:
-    return Event(t, k, source, port, 0, "Word", encode_value(Word(n)))
-
-
-def hello(t: int, offer: Sequence[Event] = (), lookahead: int = 0) -> Hello:
-    quiet = Tag(t) if offer or t == FOREVER.t else Tag(t, 1)
-    return Hello(Tag(t), list(offer), quiet, {"out": lookahead})
-
-
-PAIR = [Coupling("a", "out", "b", "into"), Coupling("b", "out", "a", "into")]
+from heavylift.nodes.devs import FOREVER, Atomic, Bag, Delivery, Event, In, Out, Simulator, Slack, Tag
 
 
 def test_nothing_is_granted_before_all_have_said_hello() -> None:
@@ -139,10 +81,6 @@ def test_events_leave_in_total_order_once_no_earlier_one_can_come() -> None:
     core.done("b", Done(1, FOREVER, [event(7, "b")], FOREVER, [], FOREVER, b""))
     assert core.ready() == []
     assert (left, core.over) == ([event(3, "b"), event(5), event(7, "b"), event(9)], Outcome.QUIET)
-
-
-def started(*models: Clockwork) -> list[Node]:
-    return [Node(model.name, Simulator(model)) for model in models]
 
 
 @pytest.mark.parametrize("order", range(5))
@@ -257,76 +195,3 @@ def test_every_message_survives_the_wire_and_nothing_else_does() -> None:
     for data in (b"", b"\x81\xa4type\xa5ghost", encode(Welcome(1))[:-2]):
         with pytest.raises(ProtocolError, match=r"^not a message of the time protocol: "):
             decode(data)
-
-
-def test_what_a_node_may_not_say() -> None:
-    core = Coordinator(["a", "b"], PAIR)
-    with pytest.raises(ProtocolError, match=r"^x is not a node of this run: they are a, b$"):
-        core.hello("x", hello(1))
-    core.hello("a", hello(5, [event(5)]))
-    with pytest.raises(ProtocolError, match=r"^a said HELLO twice"):
-        core.hello("a", hello(5))
-    core.hello("b", hello(FOREVER.t))
-    done = Done(1, FOREVER, [], FOREVER, [], FOREVER, b"")
-    with pytest.raises(ProtocolError, match=r"^a sent DONE 1 out of order, its last GRANT is 0$"):
-        core.done("a", done)
-    core.ready()
-    with pytest.raises(ProtocolError, match=r"^a spoke for b: a node says only its own events$"):
-        core.done("a", Done(1, FOREVER, [event(6, "b")], FOREVER, [], FOREVER, b""))
-    with pytest.raises(ProtocolError, match=r"^a offers a\.out at \(0.000000007 s, 0\): an offer holds its own"):
-        core.done("a", Done(1, Tag(5, 1), [], Tag(8), [event(7)], Tag(8), b""))
-    core = Coordinator(["a", "b"], PAIR)
-    core.hello("a", hello(5, [event(5)]))
-    core.hello("b", hello(FOREVER.t))
-    core.ready()
-    early = r"^a spoke on port out at \(0.000000005 s, 0\), earlier than the \(0.000000005 s, 1\)"
-    with pytest.raises(ProtocolError, match=early):
-        core.done("a", Done(1, FOREVER, [event(5)], FOREVER, [], FOREVER, b""))
-
-
-@pytest.mark.parametrize(("reached", "then"), [(Tag(6), Tag(8)), (Tag(5, 1), Tag(4))])
-def test_a_done_reaches_at_most_the_end_of_its_grant_and_leaves_nothing_undone(reached: Tag, then: Tag) -> None:
-    core = Coordinator(["a", "b"], PAIR)
-    core.hello("a", hello(5, [event(5)]))
-    core.hello("b", hello(FOREVER.t))
-    core.ready()
-    with pytest.raises(ProtocolError) as error:
-        core.done("a", Done(1, reached, [], then, [], then, b""))
-    assert str(error.value) == (
-        f"a has done all before {reached} and goes on at {then}: a DONE reaches at most the end of its GRANT, "
-        "(0.000000005 s, 1), and leaves nothing undone"
-    )
-
-
-def test_a_node_that_speaks_earlier_than_declared_names_the_port() -> None:
-    (node,) = started(Clockwork("a", delay=10))
-    node.model.lookahead = {"out": 50}  # type: ignore[misc]
-    node.hello()
-    fail = node.handle(Grant(1, Tag(100), None, False, [Delivery(event(5, "b"), "into")]))
-    assert isinstance(fail, Fail)
-    assert fail.sentence == (
-        "a at (0.000000015 s, 0): output on port out earlier than the (0.000000055 s, 0) that was declared; "
-        "declare a shorter lookahead"
-    )
-
-
-def test_a_late_message_is_fatal_and_named() -> None:
-    (node,) = started(Clockwork("a", [5]))
-    node.hello()
-    node.handle(Grant(1, Tag(6), None, True, []))
-    fail = node.handle(Grant(2, Tag(9), None, False, [Delivery(event(4, "b"), "into")]))
-    assert isinstance(fail, Fail)
-    assert fail.sentence == "a at (0.000000005 s, 0): late message b.out for (0.000000004 s, 0)"
-
-
-def test_a_model_that_raises_is_a_fail_with_its_sentence_and_traceback() -> None:
-    class Broken(Clockwork):
-        def internal(self) -> None:
-            raise ValueError("no rope")
-
-    (node,) = started(Broken("a", [5]))
-    node.hello()
-    fail = node.handle(Grant(1, Tag(6), None, True, []))
-    assert isinstance(fail, Fail)
-    assert fail.sentence == "a at (0.000000005 s, 0): internal() raised ValueError: no rope"
-    assert "in internal" in fail.traceback
