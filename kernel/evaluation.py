@@ -16,12 +16,14 @@ from .constraints.rows import Rows
 from .describe import Drive, RigidRope, Threshold
 from .placing import Reference, attitude
 from .spatial import join
-from .symbol import minimum
+from .symbol import maximum, minimum, sqrt
 
 if TYPE_CHECKING:
     from .rate import Program
 
 __all__ = ["Evaluation"]
+
+ROUNDED = 1e-14  # part of the coordinates that rows may gape by rounding
 
 
 class Evaluation(Applying):
@@ -64,6 +66,14 @@ class Evaluation(Applying):
                 a, b = (self._ends[i] for i in s.bodies)
                 soonest = minimum(soonest, c.of[name](p=self.numbers("shapes", name), A=a, B=b).time[0])
         return soonest
+
+    @property
+    def drift(self) -> Any:
+        """Widest gap of the rows that are there [m or rad], beyond what round-off makes of the coordinates."""
+        widest: Any = 0.0
+        for gap in self._held.held([abs(row.gap) for row in self._held.rows]) if self._held else ():
+            widest = maximum(widest, gap)
+        return maximum(widest - ROUNDED * sqrt(sum(x * x for x in self.q)), 0.0)
 
     # ---- accelerations and guards ------------------------------------------------------------------------
 

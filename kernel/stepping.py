@@ -53,15 +53,14 @@ class Stepping:
         self.row_layout = row_layout(p)
         self.columns = self.row_layout.size
 
-        bounded = p.contacts.bounded and isinstance(control, ErrorControl) and not isinstance(method, Peer)
+        chosen = isinstance(control, ErrorControl) and not isinstance(method, Peer)  # lengths of steps
+        extra = {"near": watched, "reach": chosen and p.contacts.bounded, "drift": chosen and rows["gap"]}
+        asked = [name for name, there in extra.items() if there]
+        self.rate_sizes = {"dy": p.ny, "T": n_ropes, "G": n_guards, **dict.fromkeys(asked, 1)}
 
         def evaluate(t: Any, y: Any, P: Any) -> dict[str, Any]:
             x = required.evaluate(t[0], y, P, t[1])
-            beside = {"near": [x.near]} if watched else {}
-            return {"dy": x.dy, "T": x.pulls, "G": x.guards, **beside, **({"reach": [x.reach]} if bounded else {})}
-
-        self.rate_sizes = {"dy": p.ny, "T": n_ropes, "G": n_guards}
-        self.rate_sizes |= ({"near": 1} if watched else {}) | ({"reach": 1} if bounded else {})
+            return {"dy": x.dy, "T": x.pulls, "G": x.guards, **{name: [getattr(x, name)] for name in asked}}
 
         def take(s: SimpleNamespace, rate: Rate, row: Row) -> None:
             step(s, rate, method, control)

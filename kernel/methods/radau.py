@@ -64,7 +64,7 @@ class Radau5(Method):
 
     name = "radau5"
     order = 5
-    evaluations = 2  # beside the iterations
+    evaluations = 2  # beside the iterations; with rows one more
     exponents = Exponents(down=-0.25, up=-0.175, memory=0.05)
     vectors = ("d1", "d2", "d3", "w0", "w1", "w2", "z0", "z1", "z2", "index")
     scalars = (
@@ -76,6 +76,8 @@ class Radau5(Method):
     def __init__(self, program: Program) -> None:
         self.n, self.ny = program.nq + program.nv, program.ny
         self.counted = {"iterations": len(C), "differences": 1}
+        self._moved = len(program.constraints) > 0  # by closing what rows have opened
+        self.evaluations = 3 if self._moved else 2
         self._stride = padded(self.ny)
         self._real = Factors(self.n, 1, self.n * self._stride)
         self._complex = Factors(self.n, 2, self._real.stop)
@@ -107,6 +109,8 @@ class Radau5(Method):
         s.factor = select(s.stale > 0.0, 1.0, select(abs(s.of - h) > 0.0, 1.0, 0.0))
         s.of, s.fresh, s.stale = h, s.stale, 0.0
         s.factorisations = s.factorisations + s.factor
+        if self._moved:  # differences against the derivative of another place would be no Jacobian
+            s.f = rate(s.t, inside(s), s.y).dy
         before = 1.0 / select(s.warm > 0.0, s.h0, 1.0)
         z = []
         for c in C:
