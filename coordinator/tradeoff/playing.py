@@ -122,7 +122,6 @@ def play(plan: Plan, limit: float) -> Played:
     t, rows = _table(layout, batches)
     audit = EnergyAudit(layout)
     audit.add(rows)
-    slack = layout.find("rigid/slack")
     return Played(
         _shown(plan, layout, t, rows, heard.stages, last * 1e-9),
         simulated_s=last * 1e-9,
@@ -131,8 +130,17 @@ def play(plan: Plan, limit: float) -> Played:
         cpu_s=cpu,
         messages=heard.events + 2 * core.grants,
         energy=audit.error,
-        drift=None if slack is None else max(0.0, float(-rows[:, slack.start : slack.stop].min())),
+        drift=_drift(layout, rows),
     )
+
+
+def _drift(layout: SampleLayout, rows: np.ndarray) -> float | None:
+    """Most by which a rigid rope that pulls is longer than it is [m]."""
+    slack, tension = layout.find("rigid/slack"), layout.find("rope/tension")
+    if slack is None or tension is None:
+        return None
+    pulls = [tension.start + tension.names.index(name) for name in slack.names]
+    return float(np.where(rows[:, pulls] > 0.0, -rows[:, slack.start : slack.stop], 0.0).max(initial=0.0))
 
 
 class _Heard:

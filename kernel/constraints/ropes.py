@@ -4,6 +4,8 @@ Residual: slack = L0 - sum(share |a - b|), never negative; multiplier: the tensi
 taut is a discrete state.  A guard falls where a tension does, or where the slack is used up; then all ropes without
 slack are looked at together: impulses first (a rope that snaps taut stops its ends inelastically), then tensions, each
 a linear complementarity problem on the rows' matrix (Brogliato 2016, ch. 5), loops being rows that push and pull.
+Where one rope's impulse throws another off that its force brings back at once, both would snap in turns for ever, since
+the nanometre that events may be late feeds them: the other's motion is ended, too.
 """
 
 from __future__ import annotations
@@ -27,6 +29,8 @@ __all__ = ["SLACK", "Outcome", "RigidAt", "resolve", "rigid_numbers", "rigid_rop
 
 SLACK = 1e-9  # [m] used up by less, a rope still counts as slack, so that round-off does not pull it taut
 TOUCHING = 2e-9  # [m] slack below which a rope may become taut
+RESTING = 1e-9  # [m/s] speed that is none
+RESOLVED = 5e-5  # [s] a rope that forces pull taut again within it after an impulse has not parted
 WIDE = 1e4  # ratio of what an impulse does in two rows, beyond which softness for both would drown one
 LEFT = 1e-4  # part of the energy of impulses that may be lost in loops by such softness
 LINE = 7  # numbers of a line: a(3), b(3), share
@@ -97,24 +101,48 @@ def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarr
     close = [P[at][RigidAt.TAUT] > 0.0 or r.gap < TOUCHING for at, r in zip(slots, rows.rows[first:], strict=True)]
     may = hooked & np.array(close, dtype=bool) & rows.movable[first:]
     before = np.array([float(r.rate) for r in rows.rows])
-    x, after = _complementary(rows.matrix(), before, first, may, t)
-    v = np.array(y[program.nq : program.nq + program.nv])
-    for i, dv in rows.change(x).items():
-        v[program.instances[i][0].v] += np.array(dv, dtype=float)
+    A = rows.matrix()
+    x, after = _complementary(A, before, first, may, t)
+    Q = P.copy()
+    for at in slots:
+        Q[at][RigidAt.TAUT] = 1.0
+
+    def moved() -> np.ndarray:
+        """The state after impulses x."""
+        y_after = y.copy()
+        for i, dv in rows.change(x).items():
+            tree = program.instances[i][0]
+            y_after[program.nq + tree.v.start : program.nq + tree.v.stop] += np.array(dv, dtype=float)
+        return y_after
+
+    def forces(still: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Tensions of ropes that may pull, and how fast all grow slack then."""
+        there = program.evaluate(t, moved(), Q, among).constraint_rows()
+        return _complementary(there.matrix(), np.array(there.approach(), dtype=float), first, still, t)
+
+    still = may & ((x[first:] > 0.0) | (np.abs(after[first:]) <= RESTING))
+    tension, rise = forces(still)
+    back = may & ~still & (2.0 * after[first:] < -RESOLVED * rise[first:])
+    if back.any():
+        still |= back
+        x = x + _ended(A, after, first, still)
+        after = A @ x + before
+        tension, _ = forces(still)
     mean = 0.5 * (before + after)
     speeds = [float(e.lengths_of[r.name][1]) for r in ropes]
     heat = [-float(x[first + i] * mean[first + i]) for i in range(len(ropes))]
     work = [-float(x[first + i]) * speeds[i] for i in range(len(ropes))]
-
-    moved, Q = y.copy(), P.copy()
-    moved[program.nq : program.nq + program.nv] = v
-    still = may & ((x[first:] > 0.0) | (np.abs(after[first:]) <= 1e-9))
-    for at in slots:
-        Q[at][RigidAt.TAUT] = 1.0
-    rows = program.evaluate(t, moved, Q, among).constraint_rows()
-    tension, _ = _complementary(rows.matrix(), np.array(rows.approach(), dtype=float), first, still, t)
     taut = [bool(f > 0.0) for f in tension[first:]]
-    return Outcome(v, may.tolist(), taut, x[first:].tolist(), heat, work)
+    return Outcome(moved()[program.nq : program.nq + program.nv], may.tolist(), taut, x[first:].tolist(), heat, work)
+
+
+def _ended(A: np.ndarray, speed: np.ndarray, first: int, still: np.ndarray) -> np.ndarray:
+    """Impulses that end the motion of the ropes `still` and of the loops."""
+    rows = [*range(first), *(first + np.flatnonzero(still))]
+    x = np.zeros(len(speed))
+    free = np.full(len(rows), np.inf)
+    x[rows] = solve(A[np.ix_(rows, rows)], speed[rows], -free, free).x
+    return x
 
 
 def _complementary(

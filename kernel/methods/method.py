@@ -21,6 +21,8 @@ from ..symbol import any_of, minimum, select
 
 __all__ = ["Attempt", "Build", "Exponents", "Method", "Rate", "combine", "fallen_in", "inside", "length"]
 
+LEFT = 1e-10  # [s] before a boundary a step ends at it: by rounding nothing would be left for the next one
+
 Rate = Callable[[Any, Any, Any], Any]  # (t, a time inside the step, y) -> dy, T, G
 
 
@@ -123,6 +125,5 @@ def inside(s: SimpleNamespace) -> Any:
 
 def length(s: SimpleNamespace) -> tuple[Any, Any]:
     """Length of the step from t, and whether it ends at the boundary."""
-    room = s.t_stop - s.t
-    last = s.h >= room
-    return select(last, room, s.h), last
+    last = s.t + s.h >= s.t_stop - LEFT
+    return select(last, s.t_stop - s.t, s.h), last
