@@ -12,7 +12,7 @@ from heavylift.kernel.describe import System
 from heavylift.nodes.devs import Event, OutPort
 from heavylift.nodes.models import KERNEL, NodeModel, system
 from heavylift.nodes.models.messages import OperatorCommand, StateEvent
-from heavylift.nodes.scene.plan import TOLERANCE_OF_ACCURACY, HookRope, Plan, Sling, encode
+from heavylift.nodes.scene.plan import HookRope, Plan, Sling, encode
 from heavylift.recordings import SampleLayout, Spectator
 from heavylift.recordings.lichtblick import LAYOUT, layout
 from heavylift.recordings.samples import decode_batch
@@ -67,7 +67,7 @@ class Record(FileTape):
         facts = {
             "scene": plan.name,
             "seed": plan.seed,
-            "accuracy": f"{100 * plan.tolerance / TOLERANCE_OF_ACCURACY:.6g} %",
+            "accuracy": f"{100 * scene.scene.accuracy:.6g} %",
             "tolerance": f"{plan.tolerance:.6g}",
             "method": plan.method,
             **({"step": f"{plan.step:.6g} s"} if plan.step else {}),

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import msgspec
 from heavylift.nodes.fidelity import ASKABLE, Question, choose
 from heavylift.nodes.scene.modelling import planar
-from heavylift.nodes.scene.plan import TOLERANCE_OF_ACCURACY, Fidelity, Plan
+from heavylift.nodes.scene.plan import Fidelity, Plan
 
 if TYPE_CHECKING:
     from heavylift.nodes.fidelity.question import Asked
@@ -74,7 +74,7 @@ class Setting:
         if self.step is not None:
             given.append(f"--step '{self.how}'")
         elif self.tolerance is not None:
-            given.append(f"--set 'accuracy={100 * self.tolerance / TOLERANCE_OF_ACCURACY:g} %'")
+            given.append(f"--set tolerance={self.tolerance:g}")
         return " ".join(given)
 
     def plan(self, plan: Plan) -> Plan:

@@ -1,9 +1,11 @@
 """Model only what a scene requires: from what it asks and how accurately to the rung that answers at least cost.
 
-    choose(plan, followed, question, named) -> Verdict: the fidelity, and every choice with its rule and reason
+    choose(plan, followed, question, named) -> Verdict: fidelity, method, tolerance; every choice with its reason
 
 question   what a scene can ask                          case     the numbers of a scene that the rules need
 rules      one small function per rule                   choose   which of them may be taken together
+always     what is left out without a question           cost     states and evaluations, predicted
+method     method and tolerance by cost (STEPS.md)
 """
 
 from .choose import Verdict, choose

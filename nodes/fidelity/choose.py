@@ -1,7 +1,8 @@
 """Which rules may be taken together: as long as their predicted errors stay within what the scene accepts.
 
 Rules are tried in their order, from the richest rung downwards; each is taken if the sum of all errors predicted so far
-and its own stays below the accuracy for every quantity asked.  A part that the scene names itself is left as named.
+and its own stays below the accuracy for every quantity asked.  What is left of the accuracy is the steps', whose method
+and tolerance come last.  What the scene names itself is left as named.
 """
 
 from __future__ import annotations
@@ -10,12 +11,16 @@ from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 import msgspec
+from heavylift.nodes.models.assembly import system
+from heavylift.nodes.scene.modelling import planar
 from heavylift.nodes.scene.plan import Fidelity, Plan
 
-from .case import case_of
+from .always import ALWAYS
+from .case import Case, case_of
 from .cost import Cost, cost
+from .method import METHODS, Stepped, stepped
 from .question import Asked, Question
-from .rules import RULES, Choice
+from .rules import RULES, Choice, Errors
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene.follow import Following
@@ -24,10 +29,7 @@ __all__ = ["Verdict", "choose"]
 
 RICHEST = Fidelity(ropes="massive", lumps=2, girder="elastic")
 INTEGRATION = 0.1  # part of the accuracy that is left to the steps in time
-ALWAYS = (  # what needs no decision
-    "bodies that locked joints join are one body; reevings are lumped to one spring; no wind: none is named",
-    "all machines are solved together, tied by ropes or not",
-)
+EXPLICIT = ("dopri5", "dop853")  # that no stiff part of a mechanism takes by surprise
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,11 @@ class Decided:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The fidelity for a question; `str` is the pruning report; no costs where nothing can be followed."""
+    """The fidelity for a question; `str` is the pruning report; no costs where nothing can be followed.
+
+    `always`: what is left out of every lift.  `steps`: methods, the one to be used first; none where the scene names
+    its steps.
+    """
 
     question: Question
     fidelity: Fidelity
@@ -48,24 +54,47 @@ class Verdict:
     errors: dict[Asked, float]
     cost: Cost | None = None
     richest: Cost | None = None
+    always: tuple[Choice, ...] = ()
+    steps: tuple[Stepped, ...] = ()
 
     def __str__(self) -> str:
         asked = ", ".join(self.question.ask)
         lines = [f"asked: {asked}, to {self.question.accuracy:.3g} of each", ""]
         for d in self.decided:
-            told = ", ".join(f"{q} {d.choice.errors.get(q, 0.0):.2%}" for q in self.question.ask)
             lines.append(
-                f"  {d.choice.rule:<16} {d.outcome:<9} {d.choice.saved:>4} states   {told}   {d.choice.reason}"
+                f"  {d.choice.rule:<16} {d.outcome:<9} {d.choice.saved:>4} states   {self._told(d.choice.errors)}   "
+                f"{d.choice.reason}"
             )
-        total = ", ".join(f"{q} {e:.2%}" for q, e in self.errors.items())
-        lines += [f"  predicted in all: {total}; the steps in time may add {INTEGRATION * self.question.accuracy:.2%}"]
+        for choice in self.always:
+            outcome = "left out" if choice.allowed else "as it is"
+            lines.append(f"  {choice.rule:<16} {outcome:<9} {choice.saved:>4} states   {choice.reason}")
+        lines += [f"  predicted in all: {self._told(self.errors)}; the steps may add {self._told(self._left())}"]
         if self.cost and self.richest:
             lines += [
                 f"  {name:<16} {c.states:>4} states, bound by {c.omega:.0f} 1/s, about {c.evaluations:.2g} evaluations"
                 for name, c in (("richest rung", self.richest), ("chosen rung", self.cost))
             ]
             lines += [f"  evaluations x states: 1/{self.richest.product / self.cost.product:.1f} of the richest rung's"]
-        return "\n".join([*lines, *(f"  {line}" for line in ALWAYS)])
+        for i, s in enumerate(self.steps):
+            outcome = "chosen" if i == 0 else "dearer" if s.within(self._left()) else "unfit"
+            at = f"{s.method} at {s.tolerance:.0e}" if s.allowed else s.method
+            lines.append(f"  {at:<16} {outcome:<9} {self._words(s)}{s.reason}")
+        return "\n".join(lines)
+
+    def _told(self, errors: Errors) -> str:
+        return ", ".join(f"{q} {errors.get(q, 0.0):.2%}" for q in self.question.ask)
+
+    def _words(self, s: Stepped) -> str:
+        """Predicted cost and errors of a method."""
+        if not s.allowed:
+            return ""
+        spent = f"{s.cost.evaluations:.2g} evaluations"
+        spent += f" and {s.cost.algebra:.2g} in matrices" if s.cost.algebra else ""
+        return f"{spent}   {self._told(s.errors)}   "
+
+    def _left(self) -> Errors:
+        """Of the accuracy, for the steps."""
+        return {q: self.question.accuracy - self.errors[q] for q in self.question.ask}
 
     def data(self) -> dict[str, object]:
         """The same as plain data."""
@@ -78,13 +107,24 @@ class Verdict:
                  "errors": dict(d.choice.errors), "reason": d.choice.reason}
                 for d in self.decided
             ],
+            "always": [
+                {"rule": c.rule, "left_out": c.allowed, "states": c.saved, "reason": c.reason} for c in self.always
+            ],
+            "steps": [
+                {"method": s.method, "tolerance": s.tolerance, "sufficient": s.within(self._left()),
+                 "errors": dict(s.errors), "cost": asdict(s.cost), "reason": s.reason}
+                for s in self.steps
+            ],
             "predicted": dict(self.errors),
             "cost": {name: asdict(c) for name, c in (("chosen", self.cost), ("richest", self.richest)) if c},
         }  # fmt: skip
 
 
-def choose(plan: Plan, followed: Following, question: Question, named: frozenset[str]) -> Verdict:
-    """The fidelity that answers a question; `named`: the keys of the fidelity that the scene has written itself."""
+def choose(
+    plan: Plan, followed: Following, question: Question, named: frozenset[str], steps: frozenset[str] = frozenset()
+) -> Verdict:
+    """The fidelity that answers a question; `named`: the keys of the fidelity that the scene has written itself, and
+    `steps`: those of method, tolerance and step."""
     case = case_of(plan, followed)
     given = plan.fidelity
     fidelity = _richest(given, named) if case else given
@@ -103,8 +143,21 @@ def choose(plan: Plan, followed: Following, question: Question, named: frozenset
             decided.append(Decided(choice, "left out"))
         else:
             decided.append(Decided(choice, "kept"))
-    costs = (cost(case, fidelity), cost(case, _richest(given, named))) if case else (None, None)
-    return Verdict(question, fidelity, tuple(decided), spent, *costs)
+    pruned = msgspec.structs.replace(plan, fidelity=planar(fidelity, plan.loaders, plan.cranes))
+    always = tuple(rule(pruned, system(pruned)) for rule in ALWAYS)
+    if case is None:
+        return Verdict(question, fidelity, tuple(decided), spent, always=always)
+    ways = _steps(case, pruned, {q: question.accuracy - e for q, e in spent.items()}, steps)
+    own = ways[0].cost if ways else cost(case, fidelity)
+    return Verdict(question, fidelity, tuple(decided), spent, own, cost(case, _richest(given, named)), always, ways)
+
+
+def _steps(case: Case, plan: Plan, left: Errors, named: frozenset[str]) -> tuple[Stepped, ...]:
+    """Methods with their tolerances, the one to be used first; none where the scene names its steps."""
+    if "step" in named or ("method" in named and plan.method not in METHODS):
+        return ()
+    methods = (plan.method,) if "method" in named else EXPLICIT if plan.mechanisms else tuple(METHODS)
+    return tuple(stepped(case, plan.fidelity, left, methods, plan.tolerance if "tolerance" in named else None))
 
 
 def _richest(given: Fidelity, named: frozenset[str]) -> Fidelity:

@@ -18,7 +18,7 @@ from .hooks import Hook, leaning, redistribution
 from .question import Asked
 from .swinging import away, envelope, excursion
 
-__all__ = ["RULES", "Choice", "Rule", "girder_states"]
+__all__ = ["RULES", "STATES", "Choice", "Errors", "Rule", "girder_states"]
 
 Errors = dict[Asked, float]
 STATES = 2  # of a degree of freedom: coordinate and velocity

@@ -88,6 +88,7 @@ def _rope(yard: Yard, name: str, loader: schema.Loader, L0: float) -> None:
             L0=L0,
             EA=EA,
             damping=2 * crane.rope_damping * math.sqrt(EA / max(L0, 1e-3) * carried),
+            falls=crane.falls,
             line=crane.falls * crane.fall_mass,
             rated=crane.falls * crane.fall_breaking / crane.rope_factor,
             where=yard.source.where(("rig", "loaders", name, "hook")),

@@ -110,7 +110,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
         plan.Plan(
             name=scene.name,
             gravity=scene.gravity,
-            tolerance=scene.accuracy * plan.TOLERANCE_OF_ACCURACY,
+            tolerance=scene.tolerance or scene.accuracy * plan.TOLERANCE_OF_ACCURACY,
             method=scene.method,
             step=scene.step,
             seed=scene.seed,
@@ -135,14 +135,18 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
 
 
 def _pruned(loaded: LoadedScene) -> LoadedScene:
-    """With no more of its machines than what the scene asks requires."""
+    """With no more of its machines than what the scene asks requires, and the steps that it requires."""
     scene, built = loaded.scene, loaded.plan
     if not scene.ask or loaded.followed is None:
         return loaded
     question = Question(scene.ask, scene.accuracy)
-    verdict = choose(built, loaded.followed, question, frozenset(scene.fidelity.model_fields_set))
-    fidelity = planar(verdict.fidelity, built.loaders, built.cranes)
-    return replace(loaded, plan=msgspec.structs.replace(built, fidelity=fidelity), verdict=verdict)
+    named = frozenset(scene.fidelity.model_fields_set)
+    verdict = choose(built, loaded.followed, question, named, frozenset(scene.model_fields_set))
+    built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, built.loaders, built.cranes))
+    if verdict.steps:
+        steps = verdict.steps[0]
+        built = msgspec.structs.replace(built, method=steps.method, tolerance=steps.tolerance)
+    return replace(loaded, plan=built, verdict=verdict)
 
 
 def _needs(source: Source, scene: schema.Scene) -> None:

@@ -191,6 +191,7 @@ class HookRope(Item, frozen=True, kw_only=True):
     L0: float
     EA: float
     damping: float
+    falls: int = 1
     line: float = 0.0  # mass per length of all falls together [kg/m]
     rated: float = 0.0  # tension that counts as 100 % of use [N]; 0: none given
 

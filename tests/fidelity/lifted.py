@@ -12,6 +12,7 @@ from heavylift.coordinator.protocol.memory import run_in_memory
 from heavylift.coordinator.protocol.node import Node
 from heavylift.coordinator.run.pause import configured
 from heavylift.nodes.devs import Simulator, Tag, ns
+from heavylift.nodes.fidelity.cost import radau_algebra, rosenbrock_algebra
 from heavylift.nodes.models import COMMANDER, KERNEL, build, couplings
 from heavylift.nodes.models.messages import Finished, Stage
 from heavylift.nodes.scene import load
@@ -26,11 +27,13 @@ class Lifted:
     times: np.ndarray
     places: np.ndarray
     evaluations: int
+    algebra: float
     states: int
 
     @property
     def cost(self) -> int:
-        return self.evaluations * self.states
+        """Evaluations, with what linear algebra counts as such, times states."""
+        return round((self.evaluations + self.algebra) * self.states)
 
 
 def lifted(scene) -> Lifted:
@@ -66,8 +69,16 @@ def lifted(scene) -> Lifted:
     s = kernel.simulation
     return Lifted(
         table[:, hooks].max(axis=0), began, np.array(times), table[:, pose : pose + 3], s.evaluations,
-        2 * s.program.nv,
+        _algebra(s, plan.method), 2 * s.program.nv,
     )  # fmt: skip
+
+
+def _algebra(s, method: str) -> float:
+    """Evaluations that the linear algebra of a run is worth, from what it has done."""
+    n, attempted = 2 * s.program.nv, s["accepted"] + s["rejected"]
+    if method == "radau5":
+        return radau_algebra(n, s["factorisations"], s["iterations"], attempted)
+    return rosenbrock_algebra(n, attempted) if method == "ros34pw2" else 0.0
 
 
 if __name__ == "__main__":

@@ -31,7 +31,7 @@ def test_a_setting_can_be_typed():
     massive = Rung("+ rope mass", Fidelity(ropes="massive", lumps=2, girder="elastic", locked=("crane.gantry",)))
     assert Setting(massive, "dop853", tolerance=1e-5).words("lift") == (
         "heavylift run lift --set 'fidelity={ropes: massive, slings: elastic, girder: elastic, motion: spatial, "
-        "lumps: 2, locked: [crane.gantry]}' --method dop853 --set 'accuracy=0.1 %'"
+        "lumps: 2, locked: [crane.gantry]}' --method dop853 --set tolerance=1e-05"
     )
     assert Setting(Rung("as written", None), "rk4", step=0.005).words("arm") == (
         "heavylift run arm --method rk4 --step '5 ms'"

@@ -1,0 +1,103 @@
+"""What is left out of every lift without a question, with the numbers of this one: one small function each.
+
+They return a `Choice` like the rules, so that the report can name what is gone, how many states that saves and what it
+costs: bodies that are held, sheaves, air, pairs that could touch, what nothing ties together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from heavylift.kernel.describe import WORLD, System
+from heavylift.kernel.forces.describe import Wind
+from heavylift.nodes.scene.plan import Plan
+
+from .rules import STATES, Choice
+
+__all__ = ["ALWAYS", "components"]
+
+FREE = 6  # degrees of freedom of a body that nothing holds
+EFFICIENCY = 0.985  # of a sheave on roller bearings (DIN 15020)
+
+
+def merged(plan: Plan, mechanics: System) -> Choice:
+    """Bodies that fixed or locked joints hold: they belong to the bodies that carry them."""
+    held = [j.child for j in mechanics.joints if j.kind == "fixed"]
+    free = len(mechanics.bodies) - len(held)
+    why = f"{len(held)} of {free + len(held)} bodies are held by others and one with them"
+    return Choice("merged bodies", "", {}, STATES * FREE * len(held), {}, why)
+
+
+def reeving(plan: Plan, mechanics: System) -> Choice:
+    """The falls of a hook as one spring: right for their sum; friction gives the lead part more, eta the others less.
+
+    Lead part over mean of n falls: n (1 - eta) / (1 - eta^n).
+    """
+    falls = [rope.falls for rope in plan.rig.hook_ropes]
+    n = max(falls, default=1)
+    lead = n * (1.0 - EFFICIENCY) / (1.0 - EFFICIENCY**n) - 1.0
+    over = [r.name for r in mechanics.reevings]
+    named = f"; {', '.join(over)}: sheave by sheave, as the scene says" if over else ""
+    why = f"no friction is asked: {n} falls are one spring, of which the lead part carries {lead:.0%} more{named}"
+    return Choice("sheaves", "", {}, STATES * sum(k - 1 for k in falls), {}, why)
+
+
+def wind(plan: Plan, mechanics: System) -> Choice:
+    """Still air, unless the scene names a wind."""
+    winds = [f for f in mechanics.forces if isinstance(f, Wind)]
+    if not winds:
+        return Choice("wind", "", {}, 0, {}, "no wind: none is named")
+    told = []
+    for w in winds:
+        speed = max((abs(v) for v in (*w.signal.values, w.signal.value)), default=0.0)
+        told.append(f"'{w.name}' pushes with {w.density * w.drag * w.area * speed**2 / 2e3:.3g} kN at {speed:.3g} m/s")
+    return Choice("wind", "", {}, 0, {}, ", ".join(told), allowed=False)
+
+
+def contact(plan: Plan, mechanics: System) -> Choice:
+    """Pads meet the stool below them and no other; nothing else can touch, unless the scene names contacts."""
+    every = len(plan.block.pads) if plan.block else 0
+    standing = [pad for pad in plan.block.pads if pad.closed] if plan.block else []
+    pairs = every * len(standing)
+    kept = len(mechanics.supports)
+    shapes = f"; {len(mechanics.contacts)} contacts are named" if mechanics.contacts else "; nothing else can touch"
+    why = f"{kept} of {pairs} pairs of {every} pads and {len(standing)} stools{shapes}"
+    return Choice("contact pairs", "", {}, 0, {}, why, allowed=pairs > kept)
+
+
+def islands(plan: Plan, mechanics: System) -> Choice:
+    """Machines that nothing ties together could each have steps of their own; the kernel solves them together."""
+    n = len(components(mechanics))
+    why = (
+        "all machines are tied together" if n == 1 else f"{n} groups of machines that nothing ties are solved together"
+    )
+    return Choice("islands", "", {}, 0, {}, why, allowed=False)
+
+
+ALWAYS: tuple[Callable[[Plan, System], Choice], ...] = (merged, reeving, wind, contact, islands)
+
+
+def components(mechanics: System) -> list[frozenset[str]]:
+    """Groups of bodies that joints, ropes, contacts or forces tie to each other, in the order of their first bodies."""
+    group = {b.name: b.name for b in mechanics.bodies}
+
+    def first(name: str) -> str:
+        while group[name] != name:
+            name = group[name]
+        return name
+
+    def tie(names: Iterable[str]) -> None:
+        tied = [first(name) for name in names if name != WORLD]
+        for name in tied[1:]:
+            group[first(name)] = first(tied[0])
+
+    for joint in mechanics.joints:
+        tie((joint.parent, joint.child))
+    for rope in mechanics.straight_ropes:
+        tie(end.body for line in rope.lines for end in (line.a, line.b))
+    for force in mechanics.forces:
+        tie(point.body for point in force.points)
+    for pair in mechanics.contacts:
+        tie((pair.a.body, pair.b.body))
+    roots = dict.fromkeys(first(b.name) for b in mechanics.bodies)
+    return [frozenset(b.name for b in mechanics.bodies if first(b.name) == root) for root in roots]

@@ -1,0 +1,130 @@
+"""Method and tolerance: each method is one small function that predicts, for a tolerance, what its steps cost and what
+they add to the error of each quantity; `stepped` takes the loosest tolerance that stays below what the rung has left of
+the accuracy, and the cheapest method.
+
+    steps per second   explicit: what stability asks (`cost.attempts`); all: accuracy, c tol^(-1/p); at least 10
+    rope tension       peaks are taken at the ends of steps h: phi' min(1, (w h)^2 / 5), w: of the load on its hook;
+                       explicit methods at the edge of stability let stiff modes rattle: c tol^q over the stretch
+    other quantities   0.03 sqrt(tol) of swing and position, 0.1 sqrt(tol) of the time of lift-off
+
+phi' is the dynamic factor less 1 (`rules`).  The constants are measured on lifts at random (FIDELITY.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from heavylift.nodes.scene.plan import Fidelity
+
+from .case import Case
+from .cost import LONGEST, Cost, attempts, duration, radau_algebra, rosenbrock_algebra, states
+from .question import Asked
+from .rules import Errors, _dynamic
+
+__all__ = ["METHODS", "Stepped", "stepped"]
+
+EDGE = 1e-4  # tolerance of explicit methods: a looser one makes them rattle and nothing cheaper
+TOLERANCES = tuple(10.0 ** (-k / 2) for k in range(4, 25))  # 1e-2 to 1e-12
+SMOOTH, EVENT, RIGID = 0.03, 0.1, 0.01  # errors over sqrt(tol): of swing and place, of lift-off, of rigid ropes' peaks
+
+
+@dataclass(frozen=True)
+class Stepped:
+    """A method at a tolerance: predicted errors and cost of its steps, and why; whether it can do the rung at all."""
+
+    method: str
+    tolerance: float
+    errors: Errors
+    cost: Cost
+    reason: str
+    allowed: bool = True
+
+    def within(self, left: Errors) -> bool:
+        """Whether what the steps add stays below what is left for each quantity asked."""
+        return self.allowed and all(self.errors[q] <= e for q, e in left.items())
+
+
+Method = Callable[[Case, Fidelity, float], Stepped]
+
+
+def dopri5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
+    """Bound by the stability of the stiffest mode: 6 evaluations a step."""
+    stable = attempts(case, at)
+    often = max(stable, 133.0 * (1e-10 / tolerance) ** 0.2)
+    errors = _errors(case, at, tolerance, often, rattle=1600.0 * tolerance**2)
+    why = f"explicit: the stiffest mode asks for {stable:.0f} steps a second"
+    return Stepped("dopri5", tolerance, errors, _cost(case, at, 6.0 * often), why, tolerance <= EDGE)
+
+
+def dop853(case: Case, at: Fidelity, tolerance: float) -> Stepped:
+    """The same with steps two and a third times as long and 12 evaluations."""
+    stable = max(1.0 / LONGEST, 0.43 * attempts(case, at))
+    often = max(stable, 25.0 * (1e-10 / tolerance) ** 0.125)
+    errors = _errors(case, at, tolerance, often, rattle=3.5 * tolerance**1.5)
+    why = f"explicit: the stiffest mode asks for {stable:.0f} steps a second"
+    return Stepped("dop853", tolerance, errors, _cost(case, at, 12.0 * often), why, tolerance <= EDGE)
+
+
+def ros34pw2(case: Case, at: Fidelity, tolerance: float) -> Stepped:
+    """Bound by accuracy: 4 evaluations, one matrix and its factors a step; knows trees of rigid bodies on ropes."""
+    often = max(1.3 / LONGEST, 30.0 * (1e-3 / tolerance) ** (1.0 / 3.0))
+    errors = _errors(case, at, tolerance, often)
+    spent = _cost(case, at, 4.0 * often, rosenbrock_algebra(states(case, at), often))
+    able = at.ropes != "rigid" and at.slings != "rigid" and at.girder == "rigid"
+    why = f"implicit: {often:.0f} steps a second" if able else "it knows neither girders that bend nor rigid ropes"
+    return Stepped("ros34pw2", tolerance, errors, spent, why, able)
+
+
+def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
+    """Bound by accuracy: 2 evaluations and 3 per iteration, a Jacobian of n evaluations every fourth step."""
+    often = max(1.3 / LONGEST, 11.5 * (1e-4 / tolerance) ** 0.2)
+    errors = _errors(case, at, tolerance, often, resolved=(1e-3 / tolerance) ** 0.4)
+    n, iterations = states(case, at), 1.5 * (1e-2 / tolerance) ** 0.08
+    factors = min(1.0, 0.3 * (1e-2 / tolerance) ** 0.1)
+    linear = radau_algebra(n, factors * often, iterations * often, often)
+    able = at.ropes != "rigid" and at.slings != "rigid"
+    why = f"implicit: {often:.0f} steps a second" if able else "it does not keep rigid ropes"
+    spent = _cost(case, at, (2.0 + 3.0 * iterations + 0.25 * n) * often, linear)
+    return Stepped("radau5", tolerance, errors, spent, why, able)
+
+
+METHODS: dict[str, Method] = {"dopri5": dopri5, "dop853": dop853, "ros34pw2": ros34pw2, "radau5": radau5}
+
+
+def stepped(
+    case: Case, at: Fidelity, left: Errors, methods: Sequence[str] = tuple(METHODS), tolerance: float | None = None
+) -> list[Stepped]:
+    """Each method at its loosest sufficient tolerance, or at this one, the cheapest first; what cannot keep to `left`
+    comes last."""
+    tried = TOLERANCES if tolerance is None else (tolerance,)
+    found = [_loosest(METHODS[name], case, at, left, tried) for name in methods]
+    return sorted(found, key=lambda s: (not s.within(left), not s.allowed, s.cost.product))
+
+
+def _loosest(method: Method, case: Case, at: Fidelity, left: Errors, tolerances: Sequence[float]) -> Stepped:
+    tried = [method(case, at, tolerance) for tolerance in tolerances]
+    return next((s for s in tried if s.within(left)), tried[-1])
+
+
+def _cost(case: Case, at: Fidelity, evaluations: float, linear: float = 0.0) -> Cost:
+    """Of a run from what a second of it costs."""
+    lasts = duration(case)
+    return Cost(states(case, at), attempts(case, at), evaluations * lasts, linear * lasts)
+
+
+def _errors(
+    case: Case, at: Fidelity, tolerance: float, often: float, rattle: float = 0.0, resolved: float = 1.0
+) -> Errors:
+    """`often`: steps per second; `rattle`: of a hook in stiff modes [m]; `resolved`: square of how much denser steps
+    are where the load bounces."""
+    bends = at.girder == "elastic"
+    root = tolerance**0.5
+    errors: dict[Asked, float] = {"swing": SMOOTH * root, "position": SMOOTH * root, "lift-off time": EVENT * root}
+    if at.ropes == "rigid":
+        errors["rope tension"] = RIGID * root
+        return errors
+    missed = (_dynamic(case, h, bends) * min(1.0, (h.omega(bends) / often) ** 2 / 5.0) for h in case.hooks)
+    stretch = min(h.stretch(case.gravity, bends) for h in case.hooks)
+    errors["rope tension"] = max(missed) / max(1.0, resolved) + rattle / stretch
+    return errors
