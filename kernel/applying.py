@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import laws
+from .burden import not_weighed, pulls_down
+from .constraints.ropes import RigidAt
 from .describe import Brake, Rope, Stop
 from .forces.describe import Reeving, Signal
 from .placing import Placing
@@ -39,6 +41,7 @@ class Applying(Placing):
         self.velocities: list[Any] = []
         self.guards: list[Any] = []
         self.stored: list[Any] = []
+        self._own: dict[str, Any] = {}  # potential energy of what rigid ropes weigh and their ends do not
         self._heat: list[Any] = []
         self._work: list[Any] = []
         self._drive_work: dict[str, Any] = {}
@@ -47,6 +50,7 @@ class Applying(Placing):
         self._tau: list[Any] = [0.0] * program.nv
         if forces:
             self._ropes()
+            self._rigid_weights()
             self._supports()
             self._joints()
             self._forces()
@@ -72,7 +76,7 @@ class Applying(Placing):
             bodies = [(self.graph.number(line.a.body), self.graph.number(line.b.body)) for line in r.lines]
             ends = {f"{e}{n}": self._ends[i] for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)}
             with scope(r.name):
-                law = self.program.ropes[len(r.lines), r.name in self.program.calm]
+                law = self.program.ropes[len(r.lines), r.name in self.program.calm, bool(r.mass)]
                 x = law(L=[L0, dL0], p=self.numbers("rope", r.name), **ends)
             self.tensions.append(x.tension[0])
             self.elongations.append(x.elongation[0])
@@ -98,6 +102,20 @@ class Applying(Placing):
         self.stored.append(0.0)
         if r.winch:
             self._work.append(0.0)
+
+    def _rigid_weights(self) -> None:
+        """What rigid ropes weigh and their ends do not."""
+        for r in self.system.rigid_ropes:
+            self._own[r.name] = 0.0
+            if r.mass:
+                weight, p = self.numbers("weight", r.name)[0], self.numbers("rigid", r.name)
+                for n, line in enumerate(r.lines):
+                    q = p[RigidAt.LINES + 7 * n :]
+                    for end, p_BX in ((line.a, q[:3]), (line.b, q[3:6])):
+                        body = self.graph.number(end.body)
+                        x, place, _ = laws.attachment(self._ends[body], p_BX)
+                        self._push(body, pulls_down(q[6] * weight, x))
+                        self._own[r.name] = self._own[r.name] + not_weighed(q[6] * weight) * place[2]
 
     def _supports(self) -> None:
         for u in self.system.supports:

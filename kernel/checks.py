@@ -28,6 +28,7 @@ FARTHEST = 1e30  # [m] the squares of distances must stay finite
 FINEST = 1e-14  # of a step: below is rounding, and steps shrink without end
 SHORTEST_SAMPLE = 100_000  # [ns]
 MOST_SAMPLES = 1_000_000  # within one step: their rows must find room
+SHARED = 1e-9  # by which shares may miss their sum
 UNIT = 1e-6  # how far an axis or a rotation may be off by rounding
 # groups within which a command or an event is addressed by name alone
 ADDRESSED = (
@@ -41,7 +42,8 @@ NOT_NEGATIVE = {
     "Stop": ("k", "d"),
     "Brake": ("moment", "k", "d"),
     "Drive": ("kp", "kv"),
-    "Rope": ("damping",),
+    "Rope": ("damping", "mass"),
+    "RigidRope": ("mass",),
     "Support": ("k", "d", "mu", "kt", "dt"),
 }
 
@@ -78,6 +80,8 @@ def check_description(system: System) -> System:
         for i, line in enumerate(r.lines, 1):
             if line.a == line.b:
                 raise KernelError(f"rope '{r.name}': line {i} begins and ends at one point; it has no length")
+        if r.mass and abs(sum(line.share for line in r.lines) - 1.0) > SHARED:
+            raise KernelError(f"rope '{r.name}': it has a mass, which its lines share; let their shares add up to 1")
     for s in system.stops:
         if s.lower > s.upper:
             raise KernelError(f"stop '{s.name}': its lower limit {s.lower:g} lies above the upper one, {s.upper:g}")

@@ -150,9 +150,11 @@ class Drive:
 
 @dataclass(frozen=True)
 class Rope:
-    """A massless, elastic, tension-only rope of one tension over one or more straight lines.
+    """An elastic, tension-only rope of one tension over one or more straight lines.
 
     length l = sum(share * |a - b|), elongation e = l - L0, taut: T = max(0, EA e/L0 + damping (l' - L0')).
+    `mass`, of all its lines by their shares: its ends bear it (see `burden`); T is then the tension in the middle, and
+    the one that is told, that at the lower ends b.
     `winch`: L0 follows a Profile or Follow sent at run time.  `hooked` is its state at the start.
     """
 
@@ -163,14 +165,15 @@ class Rope:
     damping: float = 0.0  # [N s/m]
     winch: bool = False
     hooked: bool = True
+    mass: float = 0.0  # [kg]
 
 
 @dataclass(frozen=True)
 class RigidRope:
-    """A massless, inextensible rope over one or more straight lines: sum(share * |a - b|) is at most L0.
+    """An inextensible rope over one or more straight lines: sum(share * |a - b|) is at most L0.
 
     Taut, it pulls with whatever tension keeps its length; snapping taut, it stops its ends inelastically.  `winch`: L0
-    follows a Profile or Follow sent at run time.
+    follows a Profile or Follow sent at run time.  `mass` as of a `Rope`.
     """
 
     name: str
@@ -178,6 +181,7 @@ class RigidRope:
     L0: float  # [m]
     winch: bool = False
     hooked: bool = True
+    mass: float = 0.0  # [kg]
 
 
 @dataclass(frozen=True)

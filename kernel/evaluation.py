@@ -45,7 +45,7 @@ class Evaluation(Applying):
     @property
     def pulls(self) -> list[Any]:
         """Tensions of all ropes of straight lines, the rigid ones last [N]."""
-        rigid = self._held.tensions if self._held else {}
+        rigid = self._held.told if self._held else {}
         return [*self.tensions, *(rigid.get(r.name, 0.0) for r in self.system.rigid_ropes)]
 
     @property
@@ -95,7 +95,7 @@ class Evaluation(Applying):
         fell = rows.guards() if rows else {}
         self.guards += [fell.get(r.name, 1.0) for r in self.system.rigid_ropes]
         self._heat += [0.0 for _ in self.system.rigid_ropes]  # made at once, see `constraints.ropes`
-        self.stored += [0.0 for _ in self.system.rigid_ropes]
+        self.stored += self._own.values()
         self._contacts(rows)
         self._heat += [0.0 for _ in self.system.locks]  # made at once, see `locking`
         for body, wrench in rows.wrenches() if rows else ():
@@ -160,7 +160,7 @@ class Evaluation(Applying):
         ropes = zip(self.system.ropes, self.tensions, self.lengths, strict=True)
         known = {r.name: (tension, length) for r, tension, length in ropes} | self._reeved
         if self._held:
-            known |= {r: (tension, self.lengths_of[r][0]) for r, tension in self._held.tensions.items()}
+            known |= {r: (tension, self.lengths_of[r][0]) for r, tension in self._held.told.items()}
         if h.quantity == "height":
             assert h.point is not None, "checked by the program"
             x = laws.attachment(self._ends[self.graph.number(h.point.body)], p[3:6])[1][2]

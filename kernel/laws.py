@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from .burden import at_the_hook, not_weighed, pulls_down
 from .spatial import cross, join
 from .symbol import maximum, minimum, named, select, sqrt
 
@@ -53,7 +54,13 @@ def profile(t: Any, inside: Any, p: Any) -> tuple[Any, Any, Any]:
 
 
 def rope(
-    p: Any, L0: Any, dL0: Any, bodies: list[tuple[Any, Any]], clamped: bool = True, calm: bool = False
+    p: Any,
+    L0: Any,
+    dL0: Any,
+    bodies: list[tuple[Any, Any]],
+    clamped: bool = True,
+    calm: bool = False,
+    heavy: bool = False,
 ) -> SimpleNamespace:
     """Tension-only elastic rope over straight lines, with winch.
 
@@ -61,10 +68,11 @@ def rope(
     Taut: T = max(0, EA e/L0 + c (l' - L0')).  Guards: slack -> taut when e rises through 0; taut -> slack when the
     tension falls through 0.  Winch power -T L0' - (EA strain^2/2) L0': the second term is strain energy wound
     onto the drum.  wrenches: per line the (6,) on its end bodies about their trees' points.
+    `heavy`: p ends with the rope's own weight, see `burden`; the tension that is told is that at the ends b.
     `calm`: no events; damping, at most as large as the elastic part, acts while e > 0, so that nothing jumps at e = 0.
     """
     EA, c, hooked, taut = p[:4]
-    length, rate, ends = 0.0, 0.0, []
+    length, rate, high, ends = 0.0, 0.0, 0.0, []
     for n, (A, B) in enumerate(bodies):
         q = p[4 + 7 * n : 11 + 7 * n]
         (x_a, p_a, v_a), (x_b, p_b, v_b) = (
@@ -76,6 +84,8 @@ def rope(
         u = named(f"u{n + 1}", d * (1.0 / l))
         length, rate = length + q[6] * l, rate + q[6] * (u @ (v_b - v_a))
         ends.append((x_a, x_b, q[6] * u))
+        if heavy:
+            high = high + q[6] * (p_a[2] + p_b[2])
     length, rate = named("l", length), named("dl", rate)
     e, de = length - L0, rate - dL0
     strain = e * (1.0 / L0)
@@ -93,15 +103,24 @@ def rope(
         f = named(f"f{n + 1}", tension * u)
         wrenches.append((join(cross(x_a, f), f), -join(cross(x_b, f), f)))
     wound = select(on > 0.0, 0.5 * EA * strain * strain, 0.0)
+    stored, told = wound * L0, tension
+    if heavy:
+        weight = p[-1]
+        shares = [p[10 + 7 * n] * weight for n in range(len(bodies))]
+        wrenches = [
+            (wa + pulls_down(w, x_a), wb + pulls_down(w, x_b))
+            for (wa, wb), (x_a, x_b, _), w in zip(wrenches, ends, shares, strict=True)
+        ]
+        stored, told = stored + not_weighed(weight) * high, at_the_hook(tension, weight)
     return SimpleNamespace(
-        tension=tension,
+        tension=told,
         elongation=e,
         length=length,
         wrenches=wrenches,
         guard=1.0 if calm else select(hooked > 0.0, select(taut > 0.0, trial, -minimum(e, trial)), 1.0),
         heat=select(on > 0.0, damped * de, 0.0),
         work=-(tension + wound) * dL0,
-        stored=wound * L0,
+        stored=stored,
     )
 
 

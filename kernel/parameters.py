@@ -54,10 +54,11 @@ class BrakeAt:
     MOMENT, K, D, ENGAGED, STICK, ANCHOR, DIRECTION = range(7)
 
 
-def _rope_numbers(rope: Rope) -> list[float]:
-    """EA, damping, hooked, taut and the lines of a rope."""
+def _rope_numbers(rope: Rope, gravity: float) -> list[float]:
+    """EA, damping, hooked, taut and the lines of a rope, and, if it has any, its weight."""
     lines = [x for line in rope.lines for x in (*line.a.p, *line.b.p, line.share)]
-    return [rope.EA, rope.damping, float(rope.hooked), 0.0, *lines]
+    own = [rope.mass * gravity] if rope.mass else []
+    return [rope.EA, rope.damping, float(rope.hooked), 0.0, *lines, *own]
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,7 @@ class Parameters:
         for b in system.brakes:
             put("brake", b.name, [b.moment, b.k, b.d, float(b.engaged), 1.0, at_start(b), 0.0])
         for r in system.ropes:
-            put("rope", r.name, _rope_numbers(r))
+            put("rope", r.name, _rope_numbers(r, system.gravity))
         for u in system.supports:
             laws = [u.height, u.k, u.d, u.mu, u.kt, u.dt]
             put("support", u.name, [*u.point.p, *laws, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
@@ -121,6 +122,8 @@ class Parameters:
             put("clock", "", [0.0])  # time of the run at the epoch
         for rigid in system.rigid_ropes:
             put("rigid", rigid.name, rigid_numbers(rigid))
+            if rigid.mass:
+                put("weight", rigid.name, [rigid.mass * system.gravity])
         for j in graph.loops:
             put("loop", j.name, closure_numbers(j))
         weight = system.gravity * sum(b.mass for b in system.bodies)

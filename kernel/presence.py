@@ -37,8 +37,8 @@ def dispensable(program: Program, P: np.ndarray, row: Callable[[], SimpleNamespa
     """Names of ropes that are not hooked, and of pads and contacts that nothing at rest could touch within `away` [s];
     row: gives the present sample row."""
     s, at = program.system, program.parameters.at
-    out = {r.name for r in s.ropes if not P[at["rope", r.name]][RopeAt.HOOKED]}
-    out |= {r.name for r in s.rigid_ropes if not P[at["rigid", r.name]][RigidAt.HOOKED]}
+    out = {r.name for r in s.ropes if not (r.mass or P[at["rope", r.name]][RopeAt.HOOKED])}  # a weight stays
+    out |= {r.name for r in s.rigid_ropes if not (r.mass or P[at["rigid", r.name]][RigidAt.HOOKED])}
     pads = {body: u for body, u in pads_of(s).items() if not any(P[at["support", x]][SupportAt.CLOSED] for x in u)}
     sites = [x for x in program.contacts.sites if not any(P[at["slot", k]][SlotAt.ON] for k in x.slots)]
     if not (pads or sites):

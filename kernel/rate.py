@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from . import laws
+from .burden import burdened
 from .checks import check_description
 from .clearance import Clearances
 from .constraints.closures import CLOSURES
@@ -64,6 +65,7 @@ class Program:
                     f"body '{next(iter(modes))}' is flexible, but formulation '{formulation}' knows rigid bodies only; "
                     "choose recursive"
                 )
+        system = burdened(system)
         self.system, self.formulation, self.clamped = system, formulation, clamped
         self.graph = build_graph(system, modes)
         self._check_loops()
@@ -105,8 +107,8 @@ class Program:
         self.constraints.link(self)
         self.profile = Function("profile", profile, {"t": 2, "p": PROFILE})
         self.calm = calm
-        kinds = sorted({(len(r.lines), r.name in calm) for r in system.ropes})
-        self.ropes = {kind: rope_function(kind[0], clamped, kind[1]) for kind in kinds}
+        kinds = sorted({(len(r.lines), r.name in calm, bool(r.mass)) for r in system.ropes})
+        self.ropes = {(n, quiet, heavy): rope_function(n, clamped, quiet, heavy) for n, quiet, heavy in kinds}
         self.support = Function("support", partial(support, clamped), {"p": SUPPORT, "body": laws.BODY})
 
     def without(self, names: frozenset[str]) -> Program:

@@ -13,7 +13,7 @@ from math import sqrt
 
 import numpy as np
 
-from .parameters import RopeAt
+from .parameters import ROPE_HEAD, ROPE_LINE, RopeAt
 
 __all__ = ["MANY", "RESOLVED", "Rattling", "critical", "moved_mass"]
 
@@ -52,6 +52,8 @@ def moved_mass(p: np.ndarray, i: int, velocities: slice, y: np.ndarray, rate: Ra
     p: the rope's numbers, put back in the end; `rate(y)`: derivative and tensions with these numbers.
     """
     before, c = p.copy(), float(p[RopeAt.EA])
+    if (len(p) - ROPE_HEAD) % ROPE_LINE:
+        p[-1] = 0.0  # its own weight moves nothing along it
     p[RopeAt.TAUT] = 0.0
     free, _ = rate(y)
     p[RopeAt.DAMPING : RopeAt.TAUT + 1] = c, 1.0, 1.0  # so many newtons per m/s, whatever the strain

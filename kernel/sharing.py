@@ -52,9 +52,9 @@ def support(clamped: bool, p: Any, body: Any) -> dict[str, Any]:
     return {**one, **{k: getattr(x, k) for k in ("wrench", "guards", "place", "velocity")}}
 
 
-def rope_function(n: int, clamped: bool, calm: bool = False) -> Function:
-    """A rope of n lines; `calm`: without events between taut and slack."""
-    law = partial(laws.rope, calm=True) if calm else laws.rope
+def rope_function(n: int, clamped: bool, calm: bool = False, heavy: bool = False) -> Function:
+    """A rope of n lines; `calm`: without events between taut and slack; `heavy`: with a mass of its own."""
+    law = partial(laws.rope, calm=calm, heavy=heavy) if calm or heavy else laws.rope
 
     def body(L: Any, p: Any, **ends: Any) -> dict[str, Any]:
         bodies = [(ends[f"a{i}"], ends[f"b{i}"]) for i in range(n)]
@@ -64,7 +64,8 @@ def rope_function(n: int, clamped: bool, calm: bool = False) -> Function:
         return {**{k: [getattr(x, k)] for k in names}, **out}
 
     blocks = {f"{e}{i}": laws.BODY for i in range(n) for e in "ab"}
-    return Function(f"{'calm' if calm else ''}rope{n}", body, {"L": 2, "p": ROPE_HEAD + ROPE_LINE * n, **blocks})
+    name = f"{'calm' if calm else ''}{'heavy' if heavy else ''}rope{n}"
+    return Function(name, body, {"L": 2, "p": ROPE_HEAD + ROPE_LINE * n + heavy, **blocks})
 
 
 def tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, ...], formulation: str) -> SharedTree:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..burden import at_the_hook
 from ..describe import Joint, RigidRope
 from ..laws import attachment
 from ..spatial import cross, join
@@ -227,6 +228,16 @@ class Rows:
         first = len(self.constraints.of)
         return {r.name: self.multipliers[first + i] for i, r in enumerate(self.constraints.ropes)}
 
+    @property
+    def told(self) -> dict[str, Any]:
+        """Of the rigid ropes at their lower ends, by name [N]."""
+        return {
+            r.name: at_the_hook(self.tensions[r.name], self._numbers("weight", r.name)[0])
+            if r.mass
+            else self.tensions[r.name]
+            for r in self.constraints.ropes
+        }
+
     def guards(self) -> dict[str, Any]:
         """Of the rigid ropes, by name: the tension while taut, the slack while slack."""
         out = {}
@@ -292,4 +303,4 @@ class Rows:
             p = attachment(self._ends[self._graph.number(j.child)], self._numbers("loop", j.name)[12:15])[0]
             out += [*join(wrench[3:], wrench[:3] - cross(p, wrench[3:]))]
         slack = [row.gap for row in self._rope_rows]
-        return [*out, *self.tensions.values(), *slack, *(self._lengths[r.name][0] for r in self.constraints.ropes)]
+        return [*out, *self.told.values(), *slack, *(self._lengths[r.name][0] for r in self.constraints.ropes)]

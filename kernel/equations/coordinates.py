@@ -97,7 +97,7 @@ def _law_names(kind: str, name: str, n: int) -> list[str]:
     known = _NUMBERS.get(kind, ())
     if kind == "rope":
         lines = [_ROPE_LINE.replace("#", str(i + 1)).split() for i in range((n - 4) // 7)]
-        known = (*_NUMBERS["rope"], *(x for line in lines for x in line))
+        known = (*_NUMBERS["rope"], *(x for line in lines for x in line), *["W"] * ((n - 4) % 7))
     if len(known) != n:
         label = f"{kind}({name})" if name else kind
         return [label] if n == 1 else [f"{label}.{j}" for j in range(n)]

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from math import cos, pi, sin, sqrt
 from typing import TYPE_CHECKING
 
+from heavylift.nodes.models.conditions import terms
 from heavylift.nodes.models.girder import sag
-from heavylift.nodes.scene.actions import Action, Move, Turn, Wait
+from heavylift.nodes.scene.actions import Action, Lifted, Move, Turn, Wait
 from heavylift.nodes.scene.plan import Axis, Crane, HookRope, Plan, drive_name
 
 from .hooks import Hook
@@ -40,6 +41,7 @@ class Case:
     determinate: bool  # statics alone share the load among the hooks
     mirrored: bool  # about the plane across the rails through its middle
     turns: bool  # the block, on its master
+    awaited: bool  # the winches stop when the block is seen to be lifted, not after a way
     mass: float  # of the block [kg]
     tilts: float  # its moment of inertia about the rails' normal, per mass [m2]; 0: its hooks hold it level
     way: float  # longest of a move [m]
@@ -86,8 +88,9 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
         drives=drives,
         hinges=tuple(f"{x.name}.hinge" for x in plan.loaders),
         determinate=len(hooks) <= 3,
-        mirrored=_mirrored(plan, followed, ordered),
+        mirrored=_mirrored(plan, ordered),
         turns=turns,
+        awaited=any(isinstance(t, Lifted) for m in moves for t in terms(m.until)),
         mass=block.mass,
         tilts=block.moments[1] / block.mass if one else 0.0,
         way=max(ways, default=1.0),
@@ -140,6 +143,7 @@ def _hook(
         rope_mass=rope.line * length,
         place=(loader.pose[0] - pose[0] - com[0], loader.pose[1] - pose[1] - com[1]),
         depth=-loader.hinge[2] - loader.lower.com[2],
+        beam=max([s.beam.p[0] for s in slings], default=1.0) - min([s.beam.p[0] for s in slings], default=0.0),
         soft_rope=soft_rope,
         soft_slings=soft_slings,
         soft_girder=bend * sags / share,
@@ -214,37 +218,44 @@ def _profile(m: Move) -> tuple[float, float]:
     return (speed / m.accel, abs(m.by) / speed - speed / m.accel) if speed else (0.0, 0.0)
 
 
-def _mirrored(plan: Plan, followed: Following, ordered: set[str]) -> bool:
-    """Whether a lift is its own mirror image about a plane across the rails, and nothing moves along them."""
+def _mirrored(plan: Plan, ordered: set[str]) -> bool:
+    """Whether a lift is its own mirror image about the plane across the rails through the block's centre of mass, and
+    nothing moves along them."""
     block = plan.block
-    if block is None or any(joint.endswith(".gantry") for joint in ordered) or len(plan.cranes) != 1:
+    if block is None or any(joint.endswith(".gantry") for joint in ordered):
         return False
-    x0 = block.pose[0]
-    crane = plan.cranes[0]
-    if abs(crane.gantry.start - x0) > MIRRORED or abs(block.body.com[0]) > MIRRORED:
+    middle = block.pose[0] + block.body.com[0]
+    if abs(block.body.com[0]) > MIRRORED or any(abs(q) > MIRRORED for q in block.pose[4:6]):
         return False
-    if any(abs(q) > MIRRORED for q in block.pose[4:6]):
-        return False
-    slings = {s.name: s for s in plan.rig.slings}
     places = {lug.name: lug.p for lug in block.lugs}
-    carried: list[tuple[float, ...]] = []
+    hung: list[Sided] = [(c.gantry.start - middle, c.girder.span, c.girder.stiffness) for c in plan.cranes]
+    sides: dict[str, float] = {drive: c.gantry.start - middle for c in plan.cranes for drive in _trolleys(c)}
     for rope in plan.rig.hook_ropes:
         loader = next(x for x in plan.loaders if x.name == rope.carries)
-        lugs = [places[s.lug] for s in slings.values() if s.loader == loader.name and s.lug]
-        for p in lugs:
-            carried.append((round(p[0], 9), round(p[1], 9), round(p[2], 9), round(rope.L0, 9), loader.upper.mass))
-    image = sorted((-x or 0.0, *rest) for x, *rest in carried)
-    orders = _orders(plan)
-    return sorted((x or 0.0, *rest) for x, *rest in carried) == image and orders
+        sides[rope.name] = loader.pose[0] - middle
+        hung.append((sides[rope.name], loader.pose[1], rope.L0, rope.EA, loader.upper.mass, loader.lower.mass))
+        for s in plan.rig.slings:
+            if s.loader == loader.name and s.lug:
+                x, *rest = places[s.lug]
+                hung.append((x - block.body.com[0], *rest, s.L0, s.EA))
+    return _its_own_image(hung) and all(_its_own_image(_told(action, sides)) for action in plan.actions)
 
 
-def _orders(plan: Plan) -> bool:
-    """Whether H1 and H2 get the same orders in every action."""
-    for action in plan.actions:
-        told: dict[str, list[tuple[object, ...]]] = {}
-        for order in action.orders:
-            if isinstance(order, Move) and order.actuator[-3:] in (".H1", ".H2"):
-                told.setdefault(order.actuator[-2:], []).append((order.speed, order.accel, order.by, order.to))
-        if told and told.get("H1") != told.get("H2"):
-            return False
-    return True
+Sided = tuple[float, ...]  # place along the rails from the plane [m], and what must be the same on the other side
+
+
+def _its_own_image(things: list[Sided]) -> bool:
+    """Whether there is one like it on the other side for each."""
+    here = sorted((round(x, 9) + 0.0, *(round(v, 9) for v in rest)) for x, *rest in things)
+    there = sorted((round(-x, 9) + 0.0, *(round(v, 9) for v in rest)) for x, *rest in things)
+    return here == there
+
+
+def _trolleys(crane: Crane) -> tuple[str, str]:
+    return drive_name(crane.name, "upper"), drive_name(crane.name, "lower")
+
+
+def _told(action: Action, sides: dict[str, float]) -> list[Sided]:
+    """The moves of an action: where, whether of a rope, speed, acceleration, way and goal."""
+    moves = (order for order in action.orders if isinstance(order, Move) and order.actuator in sides)
+    return [(sides[m.actuator], float(m.verb == "traverse"), m.speed, m.accel, m.by or 0.0, m.to or 0.0) for m in moves]

@@ -1,13 +1,16 @@
 """Which rules may be taken together: as long as their predicted errors stay within what the scene accepts.
 
-Rules are tried in their order, from the richest rung downwards; each is taken if the sum of all errors predicted so far
-and its own stays below the accuracy for every quantity asked.  What is left of the accuracy is the steps', whose method
-and tolerance come last.  What the scene names itself is left as named.
+Every set of rules is tried; of those whose errors, added up, stay below the accuracy for each quantity asked, the one
+that leaves the cheapest rung is taken: so the predicted cost never rises with the accuracy that is given up.  What is
+left of the accuracy is the steps', whose method and tolerance come last.  What the scene names itself is left as named.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from functools import reduce
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -27,7 +30,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Verdict", "choose"]
 
-RICHEST = Fidelity(ropes="massive", lumps=2, girder="elastic")
+RICHEST = Fidelity(ropes="massive", lumps=2, rope_mass="lumped", girder="elastic")
+BEFORE_RIGID = ("lumped ropes", "rigid girder")
 INTEGRATION = 0.1  # part of the accuracy that is left to the steps in time
 EXPLICIT = ("dopri5", "dop853")  # that no stiff part of a mechanism takes by surprise
 
@@ -126,30 +130,60 @@ def choose(
     """The fidelity that answers a question; `named`: the keys of the fidelity that the scene has written itself, and
     `steps`: those of method, tolerance and step."""
     case = case_of(plan, followed)
-    given = plan.fidelity
-    fidelity = _richest(given, named) if case else given
-    budget = question.accuracy * (1.0 - INTEGRATION)
     spent: dict[Asked, float] = dict.fromkeys(question.ask, 0.0)
-    decided: list[Decided] = []
-    for rule in RULES if case else ():
-        assert case is not None
-        choice = rule(case, fidelity)
-        if choice.key in named:
-            decided.append(Decided(choice, "named"))
-            continue
-        after = {q: spent[q] + choice.errors.get(q, 0.0) for q in question.ask}
-        if choice.allowed and _before(choice, decided) and all(e <= budget for e in after.values()):
-            fidelity, spent = _changed(fidelity, choice), after
-            decided.append(Decided(choice, "left out"))
-        else:
-            decided.append(Decided(choice, "kept"))
-    pruned = msgspec.structs.replace(plan, fidelity=planar(fidelity, plan.loaders, plan.cranes))
-    always = tuple(rule(pruned, system(pruned)) for rule in ALWAYS)
     if case is None:
-        return Verdict(question, fidelity, tuple(decided), spent, always=always)
+        return Verdict(question, plan.fidelity, (), spent, always=_always(plan))
+    fidelity = richest = _richest(plan.fidelity, named)
+    left_out, decided = _cheapest(case, richest, question, named), list[Decided]()
+    for rule in RULES:
+        choice = rule(case, fidelity)
+        if choice.rule in left_out:
+            fidelity = _changed(fidelity, choice)
+            spent = {q: e + choice.errors.get(q, 0.0) for q, e in spent.items()}
+        decided.append(Decided(choice, _outcome(choice, left_out, named)))
+    pruned, most = (
+        msgspec.structs.replace(plan, fidelity=planar(f, plan.loaders, plan.cranes)) for f in (fidelity, richest)
+    )
     ways = _steps(case, pruned, {q: question.accuracy - e for q, e in spent.items()}, steps)
-    own = ways[0].cost if ways else cost(case, fidelity)
-    return Verdict(question, fidelity, tuple(decided), spent, own, cost(case, _richest(given, named)), always, ways)
+    dearest = _steps(case, most, dict.fromkeys(question.ask, question.accuracy), steps)
+    costs = (ways[0].cost, dearest[0].cost) if ways else (cost(case, fidelity), cost(case, richest))
+    return Verdict(question, fidelity, tuple(decided), spent, *costs, _always(pruned), ways)
+
+
+def _always(plan: Plan) -> tuple[Choice, ...]:
+    """What is left out of every lift."""
+    return tuple(rule(plan, system(plan)) for rule in ALWAYS)
+
+
+def _cheapest(case: Case, richest: Fidelity, question: Question, named: frozenset[str]) -> set[str]:
+    """Of all sets of rules whose errors stay within the budget together, the one that leaves the cheapest rung."""
+    choices = [rule(case, richest) for rule in RULES]
+    open_ = [c for c in choices if c.allowed and c.key not in named]
+    budget = question.accuracy * (1.0 - INTEGRATION)
+    found: tuple[float, int, set[str]] = (cost(case, richest).product, 0, set())
+    for n in range(1, len(open_) + 1):
+        for some in combinations(open_, n):
+            if not _fit(some, choices, named):
+                continue
+            if any(sum(c.errors.get(q, 0.0) for c in some) > budget for q in question.ask):
+                continue
+            product = cost(case, reduce(_changed, some, richest)).product
+            if (product, -n) <= found[:2]:
+                found = product, -n, {c.rule for c in some}
+    return found[2]
+
+
+def _fit(some: Sequence[Choice], choices: list[Choice], named: frozenset[str]) -> bool:
+    """Ropes lose their elasticity only after their mass and the elasticity of what they hang from."""
+    taken = {c.rule for c in some}
+    before = {c.rule for c in choices if c.rule in BEFORE_RIGID and c.key not in named}
+    return "rigid ropes" not in taken or before <= taken
+
+
+def _outcome(choice: Choice, left_out: set[str], named: frozenset[str]) -> str:
+    if choice.key in named:
+        return "named"
+    return "left out" if choice.rule in left_out else "kept"
 
 
 def _steps(case: Case, plan: Plan, left: Errors, named: frozenset[str]) -> tuple[Stepped, ...]:
@@ -162,15 +196,8 @@ def _steps(case: Case, plan: Plan, left: Errors, named: frozenset[str]) -> tuple
 
 def _richest(given: Fidelity, named: frozenset[str]) -> Fidelity:
     """The richest rung, but for what the scene names."""
-    start = {k: getattr(RICHEST, k) for k in ("ropes", "lumps", "girder") if k not in named}
+    start = {k: getattr(RICHEST, k) for k in ("ropes", "lumps", "rope_mass", "girder") if k not in named}
     return msgspec.structs.replace(given, **start)
-
-
-def _before(choice: Choice, decided: list[Decided]) -> bool:
-    """Ropes lose their elasticity after their mass and the elasticity of what they hang from."""
-    if choice.rule != "rigid ropes":
-        return True
-    return all(d.outcome != "kept" for d in decided if d.choice.rule in ("massless ropes", "rigid girder"))
 
 
 def _changed(fidelity: Fidelity, choice: Choice) -> Fidelity:

@@ -13,7 +13,7 @@ from math import dist, sqrt
 
 import numpy as np
 
-__all__ = ["Hook", "leaning", "redistribution"]
+__all__ = ["Hook", "coupling", "leaning", "redistribution"]
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,7 @@ class Hook:
     rope_mass: float  # of that length [kg]
     place: tuple[float, float]  # from the block's centre of mass, at the start [m]
     depth: float  # of the loader below the hook [m]
+    beam: float  # between the slings [m]
     soft_rope: float
     soft_slings: float
     soft_girder: float  # deflection there under all that the block loads its crane with, per force of this hook
@@ -64,6 +65,13 @@ def redistribution(hooks: Sequence[Hook]) -> float:
     bent = np.array([[a.bend * b.bend * (a.crane == b.crane) for b in hooks] for a in hooks])
     before, after = (_shares(hooks, C) for C in (rigid + bent, rigid))
     return max(float(abs(b - a)) * h.share / h.load for a, b, h in zip(before, after, hooks, strict=True))
+
+
+def coupling(hooks: Sequence[Hook]) -> float:
+    """Part of what a trolley moves of its load, as a straight pendulum, that the sixth of the ropes' mass moves which
+    couples their ends."""
+    moved = sum((h.load - h.share) * (h.length + h.depth) + h.share * h.reach for h in hooks)
+    return sum(h.rope_mass * h.length for h in hooks) / 6.0 / moved
 
 
 def leaning(hooks: Sequence[Hook], g: float) -> float:

@@ -14,13 +14,17 @@ from math import sqrt
 from heavylift.nodes.scene.plan import Fidelity
 
 from .case import Case
-from .hooks import Hook, leaning, redistribution
+from .hooks import Hook, coupling, leaning, redistribution
 from .question import Asked
-from .swinging import away, envelope, excursion
+from .swinging import away, envelope, excursion, farthest
 
 __all__ = ["RULES", "STATES", "Choice", "Errors", "Rule", "girder_states"]
 
 Errors = dict[Asked, float]
+COUPLED = 1.1  # of a coupling from straight pendulums of the longest ropes
+BEATING = 5.0  # modes of a load on more than three hooks that beat with their ropes
+SWAYED = 1.3  # of girders whose trolleys sway on their servos
+BOTH_WAYS = 2.0  # there and back
 STATES = 2  # of a degree of freedom: coordinate and velocity
 
 
@@ -43,24 +47,23 @@ Rule = Callable[[Case, Fidelity], Choice]
 
 
 def rope_mass(case: Case, at: Fidelity) -> Choice:
-    """Ropes without mass: a third of it moves with the load, axially; it hangs and moves with the pendulum; a wave
-    needs its time to the hook; as a rope is wound up its own weight stretches it less."""
+    """The mass of ropes lumped onto hooks and trolleys: statics, the frequency of the swing and that of the load up and
+    down stay; lost is the sixth of it that couples both ends, so that a trolley shakes its load by so much less, the
+    time of a wave to the hook, and how the waves of several ropes share a load that more than three carry."""
     g = case.gravity
-    ratio = max(h.rope_mass / h.load for h in case.hooks)
-    errors = _swung(case, max(_heavy(h) for h in case.hooks))
-    errors["rope tension"] = max(_dynamic(case, h, girder=True) for h in case.hooks) * ratio / 2.0
-    if not case.determinate:
-        errors["rope tension"] += max(_beats(case, h) for h in case.hooks)
+    heavy = max(h.rope_mass / h.load for h in case.hooks)
+    part = COUPLED * coupling(case.hooks) + heavy**2 / 4.0
+    dynamic = max(_dynamic(case, h, girder=True) for h in case.hooks)
+    wave = max(sqrt(h.rope_mass * h.soft_rope) for h in case.hooks)
     stage = min(h.stretch(g, girder=True) / h.picks for h in case.hooks)
-    late = max(sqrt(h.rope_mass * h.soft_rope) for h in case.hooks)
-    if not case.determinate:  # the last hook decides, and how much its rope hangs through counts in full
-        late += max(h.rope_mass / 2.0 * g * h.soft_rope / h.picks for h in case.hooks)
-    errors["lift-off time"] = late / stage
+    errors = Errors(swing=part, position=part * farthest(case.swings, case.omegas) / case.way)
+    errors["rope tension"] = dynamic * heavy / 2.0 * (1.0 if case.determinate else BEATING)
+    errors["lift-off time"] = wave * (0.5 if case.determinate else 2.0) / stage
     lumps = at.lumps * len(case.hooks)
     degrees = 4 if at.motion == "spatial" else 2
     return Choice(
-        "massless ropes", "ropes", {"ropes": "elastic"}, STATES * degrees * lumps, errors,
-        f"a rope weighs {ratio:.2%} of its load",
+        "lumped ropes", "ropes", {"ropes": "elastic"}, STATES * degrees * lumps, errors,
+        f"a rope weighs {heavy:.2%} of its load",
     )  # fmt: skip
 
 
@@ -71,13 +74,14 @@ def girder(case: Case, at: Fidelity) -> Choice:
     steady = min(h.ramp for h in case.hooks) / g  # any hook goes at least this far beyond its static load
     dynamic = max(_dynamic(case, h, bends) for h in case.hooks for bends in (True, False)) - steady
     spread = 0.0 if case.determinate else redistribution(case.hooks)
-    sag, aside = (
-        max(h.sag(g) for h in case.hooks),
-        max(2.0 * h.sag(g) * h.aside + h.slides + h.tilts * h.traverses for h in case.hooks),
-    )
+    sag = max(h.sag(g) for h in case.hooks)
+    aside = max(2.0 * h.sag(g) * h.aside + h.slides + h.tilts * h.traverses for h in case.hooks)
+    known = case.awaited and case.determinate  # then the girder has bent before anything hangs
+    high = _bounce(case, girder=True) + _bounce(case, girder=False) if known else sag
     errors = _swung(case, max(h.sag(g) / h.reach for h in case.hooks) / 2.0)
     errors["swing"] += aside / excursion(case.swings, case.omegas) + max(h.tilts for h in case.hooks)
-    errors["position"] += (sag + aside) / case.way
+    errors["swing"] *= SWAYED
+    errors["position"] = (high + BOTH_WAYS * (errors["position"] * case.way + aside)) / case.way
     errors["rope tension"] = dynamic + spread
     errors["lift-off time"] = max(h.soft_girder / h.soft(girder=True) for h in case.hooks)
     shared = f", which shifts {spread:.1%} of a hook's load" if spread else ""
@@ -93,20 +97,22 @@ def girder_states(case: Case) -> int:
 
 
 def rope_elasticity(case: Case, at: Fidelity) -> Choice:
-    """Ropes that do not stretch: no dynamic factor at all, the load is lifted at once, and hangs level."""
+    """Ropes that do not stretch: no dynamic factor at all, the load is lifted at once, and hangs level.  It hangs as
+    high as on others whose stretch was taken up before it was seen to be lifted."""
     g = case.gravity
     stretch = max(h.stretch(g, girder=False) for h in case.hooks)
-    part = max(h.stretch(g, girder=False) / h.reach for h in case.hooks)
-    errors = _swung(case, part / 2.0)
-    aside = 2.0 * leaning(case.hooks, g)
-    errors["swing"] += aside / excursion(case.swings, case.omegas)
-    errors["position"] += (stretch + aside) / case.way
+    halts = max(h.picks**2 / h.ramp / 2.0 if h.ramp else 0.0 for h in case.hooks)
+    high = (_bounce(case, girder=False) + halts if case.awaited else stretch) + 2.0 * leaning(case.hooks, g)
+    errors = _swung(case, high / min(h.reach for h in case.hooks) / 2.0)
+    errors["swing"] += 2.0 * leaning(case.hooks, g) / excursion(case.swings, case.omegas)
+    errors["position"] += high / case.way
     errors["rope tension"] = max(_dynamic(case, h, girder=False) for h in case.hooks)
     errors["lift-off time"] = 2.0  # neither the begin nor the end of its stage is right
-    many = "" if case.determinate else "; but more than three hooks share the load by their stiffness"
+    why = "" if case.mirrored else "; but the ends of a lift that is not mirrored come off one after the other"
+    why = why if case.determinate else "; but more than three hooks share the load by their stiffness"
     return Choice(
         "rigid ropes", "ropes", {"ropes": "rigid", "slings": "rigid"}, 0, errors,
-        f"the block stretches them by {stretch * 1e3:.0f} mm{many}", case.determinate,
+        f"the block stretches them by {stretch * 1e3:.0f} mm{why}", case.determinate and case.mirrored,
     )  # fmt: skip
 
 
@@ -123,9 +129,10 @@ def hinges(case: Case, at: Fidelity) -> Choice:
     states, g = STATES * len(case.hinges), case.gravity
     errors, allowed, why = Errors(), bool(case.hinges) and not case.turns, "nothing turns a beam"
     if not case.mirrored:
-        hangs = max(h.stretch(g, girder=False) for h in case.hooks)
+        hangs = max(h.share * g * h.soft_slings for h in case.hooks)
         errors = _swung(case, hangs / case.reach / 2.0)
         errors["position"] += hangs / case.way
+        errors["rope tension"] = max(h.share * g * h.soft_slings / h.beam for h in case.hooks)
         why = "nothing turns a beam but slings that stretch"
     if any(s.along for s in case.swings):
         allowed, why = False, "a move along the rails turns the beams"
@@ -161,21 +168,12 @@ def _dynamic(case: Case, h: Hook, girder: bool) -> float:
     return parting / h.load / case.gravity + 2.0 * h.ramp / case.gravity
 
 
-def _beats(case: Case, h: Hook) -> float:
-    """Of several modes: dynamic factor times the phase by which a frequency that is m_r / 6 m too high runs ahead in a
-    ramp of the winch."""
-    phase = h.omega(True) * h.hoists / h.ramp * h.rope_mass / h.load / 6.0 if h.ramp else 0.0
-    return _dynamic(case, h, girder=True) * min(1.0, phase)
+def _bounce(case: Case, girder: bool) -> float:
+    """How far the block goes up and down once it has parted from its stools [m]."""
+    return max(2.0 * h.picks / h.omega(girder) for h in case.hooks)
 
 
 def _swung(case: Case, shift: float) -> Errors:
     """Errors of the swing and of the place for a relative error of the frequency."""
     swing = shift * envelope(case.swings, case.omegas)
     return {"swing": swing, "position": shift * away(case.swings, case.omegas) / case.way}
-
-
-def _heavy(h: Hook) -> float:
-    """dw / w of a straight pendulum of loader and block if its rope has mass: w^2 = g sum m l / sum m l^2."""
-    masses = ((h.load - h.share, h.length + h.depth), (h.share, h.reach))
-    turned, inertia = sum(m * l for m, l in masses), sum(m * l**2 for m, l in masses)
-    return h.rope_mass * (h.length / 2.0 / turned - h.length**2 / 3.0 / inertia) / 2.0

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import cos, pi, sin
 
-__all__ = ["Swing", "away", "envelope", "excursion"]
+__all__ = ["Swing", "away", "envelope", "excursion", "farthest"]
 
 KNOWN = 0.05  # relative uncertainty of a frequency from lengths alone
 PLACES = 15  # at which it is tried
@@ -40,6 +40,11 @@ def excursion(swings: Iterable[Swing], omegas: Omegas) -> float:
     return max(sizes, default=0.01 / omegas[1] ** 2)
 
 
+def farthest(swings: Iterable[Swing], omegas: Omegas) -> float:
+    """How far the load swings out at most [m]."""
+    return sum(max(max(_ramp(s, w), _left(s, w)) for w in _frequencies(omegas)) for s in swings)
+
+
 def envelope(swings: Iterable[Swing], omegas: Omegas) -> float:
     """Relative error of the largest excursion or of the frequency, whichever is more, for one of the frequency."""
     return max([2.0, *(_slope(s, w) for s in swings for w in _frequencies(omegas))])
@@ -47,8 +52,7 @@ def envelope(swings: Iterable[Swing], omegas: Omegas) -> float:
 
 def away(swings: Iterable[Swing], omegas: Omegas) -> float:
     """Error of the load's place for a relative error of the frequency [m]."""
-    sizes = ((s, max(max(_ramp(s, w), _left(s, w)) for w in _frequencies(omegas))) for s in swings)
-    return sum(size * omegas[1] * s.lasting for s, size in sizes)
+    return sum(farthest([s], omegas) * omegas[1] * s.lasting for s in swings)
 
 
 def _frequencies(omegas: Omegas) -> Iterator[float]:

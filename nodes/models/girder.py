@@ -55,7 +55,7 @@ def sag(plan: Plan, crane: Crane) -> float:
         hooks = [h.name for h in crane.hooks if h.trolley == trolley.name]
         loaders = [r.carries for r in plan.rig.hook_ropes if r.crane == crane.name and r.hook in hooks]
         hanging = sum(x.upper.mass + x.lower.mass for x in plan.loaders if x.name in loaders)
-        if plan.fidelity.ropes == "massive":
+        if plan.fidelity.ropes == "massive" or plan.fidelity.rope_mass == "lumped":
             hanging += sum(r.line * r.L0 for r in plan.rig.hook_ropes if r.carries in loaders)
         force += (trolley.body.mass + hanging) * plan.gravity * sin(pi * trolley.axis.start / L)
     return force / (pi**4 / 2.0 * given.stiffness / 48.0)

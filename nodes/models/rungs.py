@@ -52,12 +52,14 @@ def _planar(joint: Joint, motion: str) -> Joint:
 
 def hook_rope(plan: Plan, rope: HookRope) -> System:
     """A hook rope as it is declared."""
+    mass = rope.line * rope.L0 if plan.fidelity.rope_mass == "lumped" else 0.0
     match plan.fidelity.ropes:
         case "rigid":
-            return System(rigid_ropes=(RigidRope(rope.name, rope.lines, _hangs(plan, rope), winch=True),))
+            return System(rigid_ropes=(RigidRope(rope.name, rope.lines, _hangs(plan, rope), winch=True, mass=mass),))
         case "massive":
             return _chain(plan, rope)
-    return System(ropes=(Rope(rope.name, rope.lines, rope.EA, rope.L0, rope.damping, winch=True),))
+    L0 = _unstretched(plan, rope, mass / 2.0) if mass else rope.L0
+    return System(ropes=(Rope(rope.name, rope.lines, rope.EA, L0, rope.damping, winch=True, mass=mass),))
 
 
 def sling(plan: Plan, given: Sling, lug: Point) -> System:
@@ -78,6 +80,13 @@ def pieces(fidelity: Fidelity, rope: str) -> dict[str, float]:
         return {rope: 1.0}
     n = fidelity.lumps
     return {f"{rope}~1": 0.5 / n, **{f"{rope}~{i}": 1.0 / n for i in range(2, n + 1)}, rope: 0.5 / n}
+
+
+def _unstretched(plan: Plan, rope: HookRope, more: float) -> float:
+    """Length of a hook rope that hangs at rest at the start if so much hangs on it besides its loader [m]."""
+    loader = next(x for x in plan.loaders if x.name == rope.carries)
+    below = loader.upper.mass + loader.lower.mass + more
+    return _hangs(plan, rope) / (1.0 + below * plan.gravity / rope.EA)
 
 
 def _chain(plan: Plan, rope: HookRope) -> System:

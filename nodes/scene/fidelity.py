@@ -19,6 +19,7 @@ class Fidelity(Item, frozen=True, kw_only=True):
     """What of the machines is modelled.
 
     ropes: "rigid" ones keep their length, "elastic" ones stretch, "massive" ones are chains of `lumps` pieces.
+    rope_mass: of rigid and elastic ones; "none", or "lumped" onto trolley and hook.
     slings: rigid or elastic.  girder: rigid, or "elastic" with its first vertical mode.
     motion: spatial, or planar "across" (along the girders: y, z) or "along" the rails (x, z).
     pads: of the block; all of them, or only those of the face that it is "standing" on.
@@ -27,6 +28,7 @@ class Fidelity(Item, frozen=True, kw_only=True):
 
     ropes: Literal["rigid", "elastic", "massive"] = "elastic"
     lumps: int = 4
+    rope_mass: Literal["none", "lumped"] = "none"
     slings: Literal["rigid", "elastic"] = "elastic"
     girder: Literal["rigid", "elastic"] = "rigid"
     motion: Literal["spatial", "across", "along"] = "spatial"

@@ -36,6 +36,7 @@ def build_fidelity(yard: Yard) -> plan.Fidelity:
     made = plan.Fidelity(
         ropes=given.ropes,
         lumps=given.lumps,
+        rope_mass=given.rope_mass,
         slings=given.slings,
         girder=given.girder,
         motion=given.motion,

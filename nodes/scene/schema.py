@@ -259,6 +259,7 @@ class Fidelity(Base):
 
     ropes: Literal["rigid", "elastic", "massive"] = "elastic"
     lumps: Annotated[int, Field(ge=2, le=64)] = 4
+    rope_mass: Literal["none", "lumped"] = "none"
     slings: Literal["rigid", "elastic"] = "elastic"
     girder: Literal["rigid", "elastic"] = "rigid"
     motion: Literal["spatial", "across", "along"] = "spatial"

@@ -15,9 +15,9 @@ from lifted import lifted
 from measuring import Seen, apart
 from random_lifts import random_lift
 
-ABOVE = {"ropes": "elastic", "girder": "elastic"}
-RICHEST = {"ropes": "massive", "lumps": 2, "girder": "elastic"}
-STIFF = {"ropes": "elastic", "girder": "rigid"}
+ABOVE = {"ropes": "elastic", "rope_mass": "lumped", "girder": "elastic"}
+RICHEST = {"ropes": "massive", "lumps": 2, "rope_mass": "lumped", "girder": "elastic"}
+STIFF = ABOVE | {"girder": "rigid"}
 STEPS = {
     rules.rope_mass: RICHEST,
     rules.girder: ABOVE,
@@ -35,7 +35,7 @@ RESOLUTION = {  # below this, two runs are not apart: of peaks at the ends of st
 @cache
 def ran(seed: int, fidelity: tuple[tuple[str, object], ...]) -> Seen:
     """The lift of a seed on a rung."""
-    told = ", ".join(f"{k}: {v}" for k, v in fidelity)
+    told = ", ".join(f"{k.replace('_', ' ')}: {v}" for k, v in fidelity)
     scene = parse(random_lift(seed), overrides=[f"fidelity={{{told}}}", f"accuracy={FINE}"])
     return Seen.of(scene, lifted(scene))
 
