@@ -25,6 +25,8 @@ COUPLED = 1.1  # of a coupling from straight pendulums of the longest ropes
 BEATING = 5.0  # modes of a load on more than three hooks that beat with their ropes
 SWAYED = 1.3  # of girders whose trolleys sway on their servos
 BOTH_WAYS = 2.0  # there and back
+LEANT = 3.0  # there and back, and by the lean of the move before
+SOONER = 1.05  # by what the block does not hang straight
 STATES = 2  # of a degree of freedom: coordinate and velocity
 
 
@@ -77,13 +79,13 @@ def girder(case: Case, at: Fidelity) -> Choice:
     sag = max(h.sag(g) for h in case.hooks)
     aside = max(2.0 * h.sag(g) * h.aside + h.slides + h.tilts * h.traverses for h in case.hooks)
     known = case.awaited and case.determinate  # then the girder has bent before anything hangs
-    high = _bounce(case, girder=True) + _bounce(case, girder=False) if known else sag
+    high = _bounce(case, girder=True) + _bounce(case, girder=False) + _halting(case) if known else sag
     errors = _swung(case, max(h.sag(g) / h.reach for h in case.hooks) / 2.0)
     errors["swing"] += aside / excursion(case.swings, case.omegas) + max(h.tilts for h in case.hooks)
     errors["swing"] *= SWAYED
     errors["position"] = (high + BOTH_WAYS * (errors["position"] * case.way + aside)) / case.way
     errors["rope tension"] = dynamic + spread
-    errors["lift-off time"] = max(h.soft_girder / h.soft(girder=True) for h in case.hooks)
+    errors["lift-off time"] = max(min(1.0, _sooner(case, h)) for h in case.hooks)
     shared = f", which shifts {spread:.1%} of a hook's load" if spread else ""
     return Choice(
         "rigid girder", "girder", {"girder": "rigid"}, girder_states(case), errors,
@@ -101,10 +103,10 @@ def rope_elasticity(case: Case, at: Fidelity) -> Choice:
     high as on others whose stretch was taken up before it was seen to be lifted."""
     g = case.gravity
     stretch = max(h.stretch(g, girder=False) for h in case.hooks)
-    halts = max(h.picks**2 / h.ramp / 2.0 if h.ramp else 0.0 for h in case.hooks)
-    high = (_bounce(case, girder=False) + halts if case.awaited else stretch) + 2.0 * leaning(case.hooks, g)
+    leans = LEANT * leaning(case.hooks, g)
+    high = (_bounce(case, girder=False) + _halting(case) if case.awaited else stretch) + leans
     errors = _swung(case, high / min(h.reach for h in case.hooks) / 2.0)
-    errors["swing"] += 2.0 * leaning(case.hooks, g) / excursion(case.swings, case.omegas)
+    errors["swing"] += leans / excursion(case.swings, case.omegas)
     errors["position"] += high / case.way
     errors["rope tension"] = max(_dynamic(case, h, girder=False) for h in case.hooks)
     errors["lift-off time"] = 2.0  # neither the begin nor the end of its stage is right
@@ -171,6 +173,18 @@ def _dynamic(case: Case, h: Hook, girder: bool) -> float:
 def _bounce(case: Case, girder: bool) -> float:
     """How far the block goes up and down once it has parted from its stools [m]."""
     return max(2.0 * h.picks / h.omega(girder) for h in case.hooks)
+
+
+def _halting(case: Case) -> float:
+    """What a winch that halts goes on winding [m]."""
+    return max(h.picks**2 / h.ramp / 2.0 if h.ramp else 0.0 for h in case.hooks)
+
+
+def _sooner(case: Case, h: Hook) -> float:
+    """Part of the stage that lifts which a stiff girder saves; winches that halt when all is taut have then taken up
+    some of the stretch."""
+    stretch = h.stretch(case.gravity, girder=True)
+    return SOONER * h.sag(case.gravity) / max(stretch - _halting(case), 1e-3 * stretch)
 
 
 def _swung(case: Case, shift: float) -> Errors:

@@ -10,12 +10,13 @@ from __future__ import annotations
 from heavylift.kernel.describe import WORLD, Drive, Joint, System, Threshold, Vector
 from heavylift.nodes.scene.plan import Axis, Crane, Hook, HookRope, Plan, Trolley
 
+from .chains import pieces
 from .conditions import watched
 from .drive import DriveActor, HeldActor, WinchActor
 from .gauges import Gauge, LoadCell
 from .girder import girder, on_girder, stiff_part
 from .parts import Actor, BodyCoupled, JointCoupled, Law, Machine, body
-from .rungs import modelled, pieces
+from .rungs import modelled
 
 X: Vector = (1.0, 0.0, 0.0)
 Y: Vector = (0.0, 1.0, 0.0)

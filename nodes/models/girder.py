@@ -2,7 +2,7 @@
 
 A uniform beam of stiffness k at midspan has EI = k L^3 / 48; its first mode is sin(pi y / L).  It starts bent by its
 own weight and by all that hangs on it, so that nothing swings before something moves, and is cambered: where they start
-its trolleys are level and at the height of a rigid girder's.
+its trolleys are level and where they were on a rigid girder, though a bent one is shorter by half of its slopes squared.
 """
 
 from __future__ import annotations
@@ -41,7 +41,8 @@ def on_girder(plan: Plan, crane: Crane, joint: Joint, y: float) -> Joint:
     slope = down * pi / crane.girder.span * cos(phase)  # about the beam's y
     c, s = cos(slope), sin(slope)
     level: Matrix = ((0.0, -1.0, 0.0), (c, 0.0, s), (-s, 0.0, c))
-    name, at = f"{crane.name}.girder", (0.0, 0.0, crane.girder.height - down * sin(phase))
+    shorter = (down * pi / crane.girder.span) ** 2 * (y / 4.0 + crane.girder.span * sin(2.0 * phase) / (8.0 * pi))
+    name, at = f"{crane.name}.girder", (0.0, -shorter, crane.girder.height - down * sin(phase))
     if joint.kind == "fixed":
         return Joint(joint.name, "fixed", name, joint.child, (y, 0.0, 0.0), p_CJ=at, R_CJ=level)
     return Joint(joint.name, "slider", name, joint.child, axis=X, q0=joint.q0, v0=joint.v0, p_CJ=at, R_CJ=level)

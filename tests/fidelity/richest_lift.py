@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from math import pi, sqrt
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss
 from scipy.integrate import Radau
 
 BAUMGARTE = 20.0  # [1/s] at which a hinge that has drifted comes back
@@ -106,13 +107,16 @@ class Lift:
         self._pads()
         self.winches = [Reference(r.L0) for r in self.ropes]
         self.EA = np.array([r.EA for r in self.ropes])
-        self.parts = np.array([0.5 / lumps, *[1.0 / lumps] * (lumps - 1), 0.5 / lumps])
+        places, weights = leggauss(lumps)  # lumps where they have the mass and the inertia of the straight rope
+        self.along, self.weights = (1.0 + places) / 2.0, weights / 2.0
+        self.parts = np.diff([0.0, *self.along, 1.0])
         self.damping = np.array([r.damping for r in self.ropes])[:, None] / self.parts
-        self.lump = np.array([r.line * r.L0 / lumps for r in self.ropes])
+        self.lump = np.array([r.line * r.L0 for r in self.ropes])[:, None] * self.weights
         self.half = np.array([max(abs(line.b.p[0]) for line in r.lines) for r in self.ropes])
         self.hinge = np.array([x.hinge for x in self.loaders])
         self.friction = np.array([x.damping for x in self.loaders])
         self.y0 = self._start()
+        self._sagging()
 
     # ---- the parts at the start
 
@@ -188,11 +192,10 @@ class Lift:
         tops = self.exits + np.stack(
             [[self.refs[c].x0 for c in self.on_gantry], [self.refs[t].x0 for t in self.on_trolley], np.zeros(n)], -1
         )
-        along = (np.arange(m) + 0.5) / m
-        lumps = tops[:, None] + (eyes - tops)[:, None] * along[None, :, None]
+        lumps = tops[:, None] + (eyes - tops)[:, None] * self.along[None, :, None]
         hang = np.linalg.norm(eyes - tops, axis=-1)
         under = self.mass[0 : 2 * n : 2] + self.mass[1 : 2 * n : 2]
-        below = under[:, None] + self.lump[:, None] * np.arange(m, -1, -1)
+        below = under[:, None] + np.concatenate([self.lump[:, ::-1].cumsum(1)[:, ::-1], np.zeros((n, 1))], 1)
         self.L0_parts = self.parts * hang[:, None] / (1.0 + below * self.g / self.EA[:, None])
         self.L0_start = np.array([r.L0 for r in self.ropes])
         self.still = below[:, 0] * self.g  # tension at the trolley
@@ -206,6 +209,18 @@ class Lift:
         flat = np.concatenate([x.ravel() for x in start])
         rest = sum(int(np.prod(s)) for s in self.shapes[5:])
         return np.concatenate([flat, np.zeros(rest)])
+
+    def _sagging(self) -> None:
+        """Girders at the start, bent by all that they carry: how far, and how steep under each hook's trolley."""
+        at = pi * self.refs0 / self.span[(np.arange(len(self.refs0)) - len(self.cranes)) // 2]
+        load = 4.0 / pi * self.m_girder * self.g
+        for j in range(len(self.cranes), len(self.names)):
+            load[(j - len(self.cranes)) // 2] += self.drive_mass[j] * self.g * np.sin(at[j])
+        for c, tr, tension in zip(self.on_gantry, self.on_trolley, self.still, strict=True):
+            load[c] += tension * np.sin(at[tr])
+        self.sag0 = load / self.k_girder
+        sag, at = self.sag0[self.on_gantry], at[self.on_trolley]
+        self.low0, self.steep0 = sag * np.sin(at), sag * pi / self.span[self.on_gantry] * np.cos(at)
 
     # ---- the equations
 
@@ -259,9 +274,12 @@ class Lift:
         phase = pi * d[:, tr] / self.span[c]
         sine, slope = np.sin(phase), pi / self.span[c] * np.cos(phase)
         lever = self.exits[:, 2] - self.height[c]
-        sag, dsag = s[:, c], ds[:, c]
-        top = np.stack([d[:, c] + self.exits[:, 0], d[:, tr] - lever * sag * slope, self.exits[:, 2] + sag * sine], -1)
-        dtop = np.stack([dd[:, c], dd[:, tr] - lever * dsag * slope, dsag * sine], -1)
+        sag, dsag = s[:, c] - self.sag0[c], ds[:, c]  # upwards, in all
+        lost = sag**2 * self._bowed(d[:, tr], c) - self.sag0[c] ** 2 * self._bowed(self.refs0[tr], c)
+        aside, up_ = d[:, tr] - lost - lever * (sag * slope + self.steep0), self.low0 + sag * sine
+        top = np.stack([d[:, c] + self.exits[:, 0], aside, self.exits[:, 2] + up_], -1)
+        daside = dd[:, tr] * (1.0 + lever * sag * (pi / self.span[c]) ** 2 * sine) - lever * dsag * slope
+        dtop = np.stack([dd[:, c], daside, dsag * sine + sag * slope * dd[:, tr]], -1)
         ex = np.array([1.0, 0.0, 0.0])
         cy, sy = np.cos(u[..., 3]), np.sin(u[..., 3])
         yaw = np.stack([cy, sy, 0 * cy], -1)
@@ -297,12 +315,16 @@ class Lift:
             push[..., 3] += offset * (yaw[..., 0] * on[..., 1] - yaw[..., 1] * on[..., 0])
             force[:, up] -= F[:, :, -1]
             moment[:, up] -= cross(arm_, F[:, :, -1])
-        m = self.lump[:, None]
+        m = self.lump
         lumps = np.concatenate(
             [push[..., :3] / m[..., None], (push[..., 3] / (m * self.half[:, None] ** 2))[..., None]], -1
         )
         lumps[..., 2] -= self.g
         return lumps, *self._portal(t, d, dd, s, ds, trolley, sine, slope, lever)
+
+    def _bowed(self, y, c):
+        """How much of its way a trolley loses on a girder that is bent by 1 m: half of the slopes squared."""
+        return (pi / self.span[c]) ** 2 / 4.0 * (y + self.span[c] / (2.0 * pi) * np.sin(2.0 * pi * y / self.span[c]))
 
     def _portal(self, t, d, dd, s, ds, trolley, sine, slope, lever):
         refs = np.array([r(t) for r in self.refs])
@@ -312,7 +334,9 @@ class Lift:
         mass = np.repeat(self.m_girder[None], len(d), 0)
         for i, (c, tr) in enumerate(zip(self.on_gantry, self.on_trolley, strict=True)):
             F[:, c] += trolley[:, i, 0]
-            F[:, tr] += trolley[:, i, 1]
+            sag = s[:, c] - self.sag0[c]
+            F[:, tr] += trolley[:, i, 1] * (1.0 + lever[i] * sag * (pi / self.span[c]) ** 2 * sine[:, i])
+            F[:, tr] += trolley[:, i, 2] * sag * slope[:, i]  # down the slope
             at_start = np.sin(pi * self.refs0[tr] / self.span[c])
             bend[:, c] += trolley[:, i, 2] * sine[:, i] + self.still[i] * at_start
             bend[:, c] -= trolley[:, i, 1] * lever[i] * slope[:, i]
@@ -321,6 +345,8 @@ class Lift:
             shape = np.sin(pi * d[:, j] / self.span[c])
             mass[:, c] += self.drive_mass[j] * shape**2
             bend[:, c] -= self.drive_mass[j] * self.g * (shape - np.sin(pi * self.refs0[j] / self.span[c]))
+            steep = pi / self.span[c] * np.cos(pi * d[:, j] / self.span[c])
+            F[:, j] -= self.drive_mass[j] * self.g * (s[:, c] - self.sag0[c]) * steep
         return F / self.drive_mass, bend / mass
 
     def _hang(self, p, R, v, w, force, moment) -> None:
