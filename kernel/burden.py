@@ -70,5 +70,6 @@ def _with(body: Body, borne: list[tuple[float, Point]]) -> Body:
     for m, x in parts:
         d = x - com
         inertia = inertia + m * ((d @ d) * np.eye(3) - np.outer(d, d))
-    rows = tuple(tuple(float(x) for x in row) for row in inertia)
-    return replace(body, mass=mass, com=tuple(float(x) for x in com), inertia=rows)
+    px, py, pz = com.tolist()
+    a, b, c = ((u, v, w) for u, v, w in inertia.tolist())
+    return replace(body, mass=mass, com=(px, py, pz), inertia=(a, b, c))

@@ -58,7 +58,7 @@ def rope_mass(case: Case, at: Fidelity) -> Choice:
     dynamic = max(_dynamic(case, h, girder=True) for h in case.hooks)
     wave = max(sqrt(h.rope_mass * h.soft_rope) for h in case.hooks)
     stage = min(h.stretch(g, girder=True) / h.picks for h in case.hooks)
-    errors = Errors(swing=part, position=part * farthest(case.swings, case.omegas) / case.way)
+    errors: Errors = {"swing": part, "position": part * farthest(case.swings, case.omegas) / case.way}
     errors["rope tension"] = dynamic * heavy / 2.0 * (1.0 if case.determinate else BEATING)
     errors["lift-off time"] = wave * (0.5 if case.determinate else 2.0) / stage
     lumps = at.lumps * len(case.hooks)

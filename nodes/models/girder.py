@@ -2,7 +2,7 @@
 
 A uniform beam of stiffness k at midspan has EI = k L^3 / 48; its first mode is sin(pi y / L).  It starts bent by its
 own weight and by all that hangs on it, so that nothing swings before something moves, and is cambered: where they start
-its trolleys are level and where they were on a rigid girder, though a bent one is shorter by half of its slopes squared.
+its trolleys are level and where they were on a rigid girder, though a bent one is shorter, by half its slopes squared.
 """
 
 from __future__ import annotations
