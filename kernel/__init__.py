@@ -25,6 +25,7 @@ How it runs
     blocks, stepper, snapshots        native blocks and steps; states to go on from
     commands, simulation              what may be ordered; the life of a run, with located events
     switching, samples, failures      discrete states; channels with units; why a run cannot go on
+    notes                             what a user must know of one that goes on
 What can be asked
     analysis, formulations            statics, modes, reactions, inverse dynamics; other formulations to compare
     equations, errors                 the equations in print, as text and LaTeX; the exception tree of heavylift

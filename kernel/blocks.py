@@ -21,6 +21,7 @@ from .methods.choice import choose, control_of
 from .methods.peers import Code, Peer, PeerCode
 from .methods.stability import Balance, jacobian
 from .native import Library
+from .notes import Note
 from .oracle import Oracle
 from .presence import alone, leaner, leaner_code
 from .rate import Program
@@ -57,7 +58,7 @@ class Blocks:
         check_options(tolerance, sample_ns, h_max, step, opt)
         self.fixed, self._step = step is not None, step or 0.0
         self._calm: frozenset[str] = frozenset()  # ropes without events
-        self.notes: list[str] = []  # what a user must know of the run: sentences with their times
+        self.notes: list[Note] = []
         self._fused = fused
 
         def compiled(locked: frozenset[str] | None) -> Code:

@@ -1,7 +1,8 @@
 """The columns of a sample row: what a simulation publishes of one instant.
 
-State, accounts, laws, poses (origin and rotation, 12 numbers a body), energies, loops, rigid ropes, contacts, and the
-peaks of the tensions since the last row with their times.  `kernel.samples` gives them names and units.
+State, accounts, laws, poses (origin and rotation, 12 numbers a body), energies, loops, rigid ropes, contacts, the
+peaks of the tensions since the last row with their times, and the steps so far.  `kernel.samples` gives what is to be
+published names and units.
 """
 
 from __future__ import annotations
@@ -32,11 +33,12 @@ def row_layout(program: Program) -> Layout:
         ("pull", "slack", "span"), len(program.system.rigid_ropes)
     )
     sizes |= {"pressing": len(program.system.contacts)}
-    return Layout(sizes | dict.fromkeys(("peak", "peak_time"), len(program.system.straight_ropes)))
+    sizes |= dict.fromkeys(("peak", "peak_time"), len(program.system.straight_ropes))
+    return Layout(sizes | {"steps": None})
 
 
 def columns(x: Evaluation) -> list[Any]:
-    """The values of all columns but the peaks."""
+    """The values of all columns but the peaks and the steps."""
     poses, kinetic, potential = x.poses_and_energies()
     parts = (x.q, x.v, x.accounts, x.tensions, x.lengths, x.length_rates, x.elongations, x.normals)
     flat = [e for part in parts for e in part]

@@ -24,6 +24,7 @@ from .contact.sets import KINDS
 from .describe import System
 from .errors import KernelError
 from .methods.peers import Peer
+from .notes import Note
 from .parameters import RopeAt
 from .presence import dispensable
 from .rattling import RESOLVED, Rattling, critical, moved_mass
@@ -146,7 +147,7 @@ class Simulation(Commanded):
             status = self["status"]
             if status == FAILED or not np.isfinite(self["t"]):
                 raise self._failure()
-            if status != EVENT and len(self.rows) > rows:
+            if status != EVENT and len(self.rows) > rows and self._balance.strict:
                 self._check_energy(self._raw(), self.epoch * 1e-9 + self["t"])
             if status == EVENT:
                 self._locate()
@@ -261,10 +262,11 @@ class Simulation(Commanded):
         self._calm |= {e.name}
         self._use(self.program.locked)
         self.log.append((t_ns, StateEvent(e.name, "chatter", hertz)))
-        self.notes.append(
+        told = (
             f"rope '{e.name}' at {t_ns * 1e-9:.3f} s: it goes slack and taut at {hertz:.3g} Hz, faster than events can "
             f"resolve; it goes on without events, damped with {p[RopeAt.DAMPING]:.3g} N s/m, until it is hooked anew"
         )
+        self.notes.append(Note(t_ns, told))
 
     def _chatter(self, fallen: list[int], t_ns: int) -> KernelError:
         touching = any(self.program.guards[i][0] in KINDS for i in fallen)
@@ -313,7 +315,7 @@ class Simulation(Commanded):
         row = self._raw().copy()
         self._balance.begin(*self._energies(row))
         if self.fixed:
-            self._check_step()
+            self._check_step(self.epoch, row)
         self._keep(self.epoch, row)
         self.X[self._at["peak"]] = 0.0
         fallen = np.flatnonzero(self.X[self._at["G"]] < 0.0)

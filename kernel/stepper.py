@@ -17,6 +17,7 @@ from .errors import KernelError
 from .failures import check_lengths, check_sliders, too_small, undefined, unsolved
 from .fastest import fastest
 from .methods.stability import check_step, unresolved
+from .notes import Note
 from .switching import StateEvent
 
 __all__ = ["FOREVER_NS", "NEVER", "Stepper"]
@@ -72,11 +73,10 @@ class Stepper(Blocks):
         self._drain()
 
     def _drain(self) -> None:
-        n = int(self["row"])
-        if n:
-            self._balance.see(self._table[:n, self._kinetic], self._table[:n, self._parts] * self._signs)
-        for i in range(n):
-            self._keep(self._samples * self._sample_ns, self._table[i].copy())
+        for i in range(int(self["row"])):
+            row = self._table[i].copy()
+            self._balance.see(*self._energies(row))
+            self._keep(self._samples * self._sample_ns, row)
             self._samples += 1
         self._set(row=0.0)
 
@@ -86,10 +86,10 @@ class Stepper(Blocks):
         check_lengths(self.program, t_ns * 1e-9, row[at["length"]])
         check_sliders(self.program, t_ns * 1e-9, row[at["q"]])
         row[at["peak_time"]] += self.epoch * 1e-9
-        if self.fixed:
+        if not self._balance.strict:
             self._check_energy(row, t_ns * 1e-9)
-            if (row[at["length"]] < SHORTER * self._checked).any():
-                self._check_step()
+        if self.fixed and (row[at["length"]] < SHORTER * self._checked).any():
+            self._check_step(t_ns, row)
         self.rows.append((t_ns, row))
 
     def _energies(self, row: np.ndarray) -> tuple[float, np.ndarray]:
@@ -107,17 +107,28 @@ class Stepper(Blocks):
         )
         what = f"step {self._step:g} s" if self.fixed else f"method '{self.method.method.name}'"
         before = self._balance.lost
-        self._balance.check(f"{what} at {t:.3f} s", kinetic, parts, self["accepted"] * size)
+        steps = float(row[self.method.row_layout.at["steps"]])
+        self._balance.check(f"{what} at {t:.3f} s", kinetic, parts, steps * size)
         if self._balance.lost > 0.0 and not before:
-            self.notes.append(
+            told = (
                 f"{what} at {t:.3f} s: {self._balance.lost:.3g} J, more than half of what was turned over, "
                 "are gone with motions too fast for the steps; choose shorter ones to see those"
             )
+            self.notes.append(Note(round(t * 1e9), told))
 
-    def _check_step(self) -> None:
-        """Raises KernelError if the fixed step is unstable for the scene as it stands; a note if it misses a mode."""
-        t, method = self.epoch * 1e-9 + self["t"], self.method.method
-        self._checked = self.row().length.copy()
+    def _check_step(self, t_ns: int, row: np.ndarray) -> None:
+        """Raises KernelError if the fixed step is unstable for the scene of a row; a note if it misses a mode."""
+        at, nq, nv, now = self.method.row_layout.at, self.program.nq, self.program.nv, self.X.copy()
+        self._checked = row[at["length"]].copy()
+        self.state[:nq], self.state[nq : nq + nv] = row[at["q"]], row[at["v"]]
+        self._set(t=self._local(t_ns))
+        try:
+            self._judge_step(t_ns)
+        finally:
+            self.X[:] = now
+
+    def _judge_step(self, t_ns: int) -> None:
+        t, method = t_ns * 1e-9, self.method.method
         J = self._jacobian()
 
         def told() -> str:
@@ -128,10 +139,11 @@ class Stepper(Blocks):
         missed = unresolved(method, J, self._step)
         if missed and not self._missed:
             self._missed = True
-            self.notes.append(
+            seen = (
                 f"step {self._step:g} s at {t:.3f} s: method '{method.name}' follows no oscillation from "
                 f"{missed:.3g} Hz upwards for more than 500 radians; the fastest: {told()}"
             )
+            self.notes.append(Note(t_ns, seen))
 
     def _note_peaks(self) -> None:
         """The present tensions count among the peaks."""

@@ -160,12 +160,13 @@ def close(s: SimpleNamespace, project: Project) -> None:
 
 def look(s: SimpleNamespace, row: Row) -> tuple[Any, list[Any]]:
     """The state as it stands in the next free row, which stays free."""
-    return s.row, [*row(s.t, s.y), *s.peak, *s.peak_time]
+    return s.row, [*row(s.t, s.y), *s.peak, *s.peak_time, s.accepted]
 
 
 def sample(s: SimpleNamespace, row: Row, method: Method) -> tuple[Any, list[Any]]:
     """One row from the dense output of the committed step; steps are never shortened for samples."""
-    values = [*row(s.t_out, method.interpolate(s, (s.t_out - s.t0) * (1.0 / s.h0))), *s.peak, *s.peak_time]
+    at = method.interpolate(s, (s.t_out - s.t0) * (1.0 / s.h0))
+    values = [*row(s.t_out, at), *s.peak, *s.peak_time, s.accepted]
     number = s.row
     s.row, s.count = number + 1.0, s.count + 1.0
     s.t_out = s.t_base + s.count * s.dt_out

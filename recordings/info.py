@@ -41,6 +41,7 @@ def info_data(path: str | Path) -> dict[str, Any]:
             "run": {name: rec.fact(name) for name in rec.run},
             "result": {name: rec.fact(name) for name in rec.result},
             "signals": [{"name": s, "unit": rec.unit(s), "columns": rec.columns(s)} for s in rec.signals()],
+            "notes": [{"t": t, "sentence": sentence} for t, sentence in rec.notes()],
             "stages": [{"t": t, "name": name} for t, name in rec.stages()],
             "channels": [{"topic": t.name, "schema": t.schema, "messages": t.messages} for t in rec.topics.values()],
             "attachments": {name: len(data) for name, data in rec.attachments.items()},
@@ -65,6 +66,7 @@ def _head(rec: Recording) -> str:
         factor = f", {sim / wall:.3g} x real time" if wall > 0 else ""
         lines.append(("time", f"{duration(sim)} simulated in {duration(wall)}{factor}"))
         lines.append(("digest", rec.result.get("digest", "none")))
+    lines += [("note", sentence) for _, sentence in rec.notes()]
     lines.append(("file", f"{_size(rec.size)}, {sum(t.messages for t in rec.topics.values())} messages, {rec.library}"))
     return "\n".join([str(rec.path), *(f"  {name:<9} {text}" for name, text in lines)])
 

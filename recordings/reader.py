@@ -21,9 +21,9 @@ import numpy as np
 from heavylift.kernel.errors import SignalError
 
 from .container import Container, Raw
-from .drawing import Rig, frames_template
+from .drawing import Log, Rig, frames_template
 from .part import Part, chosen
-from .samples import POSE, POSE_COLUMNS, POSE_UNIT, Field, SamplesForm
+from .samples import POSE, POSE_COLUMNS, POSE_UNIT, SAMPLER, Field, SamplesForm
 from .signal import Signal, only
 from .sink import FORMAT
 from .text import meant
@@ -137,6 +137,12 @@ class Recording:
         """When [s] each stage of the run began, and its name."""
         said = ((e.t_ns / 1e9, e.value) for e in self.events(port="stage"))
         return [(t, str(value["name"])) for t, value in said if isinstance(value, dict) and value.get("name")]
+
+    def notes(self) -> list[tuple[float, str]]:
+        """What the kernel had to say of the run: simulation time [s] and sentence."""
+        with self._file.reading():
+            lines = [Log.FromString(raw.data) for raw in self.messages("/log")]
+        return [(x.timestamp.ToNanoseconds() * 1e-9, x.message) for x in lines if x.name == SAMPLER]
 
     def __getitem__(self, name: str) -> Signal | Part:
         """A signal, some columns of one by a pattern, or all about a part of the scene; SignalError otherwise.

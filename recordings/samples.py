@@ -1,7 +1,8 @@
 """Rows of numbers: which columns of a kernel sample belong to which topic, and how they look in the file.
 
 A sample is one float64 row; the layout is announced once and cuts the row into channels.  Batches travel as
-msgpack `[first number, [t_ns, ...], rows]`, rows being little-endian float64 in C order.  Channels
+msgpack `[first number, [t_ns, ...], rows, notes]`, rows being little-endian float64 in C order; notes are sentences
+for people, `[number, t_ns, sentence]`, and may be left out.  Channels
 `pose/<body>` (x y z, then quaternion x y z w of the body frame in the world) are drawn as
 foxglove.FrameTransforms; all others are fields of one `heavylift.Samples` message per row, made straight
 from the row's bytes (protobuf encoding: tag, length, doubles).
@@ -20,9 +21,28 @@ from numpy.typing import NDArray
 
 POSE = "pose/"
 POSE_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw")
+SAMPLER = "kernel"  # who speaks in notes
 POSE_UNIT = "m, quaternion x y z w"
 
-_decode_batch = msgspec.msgpack.Decoder(tuple[int, list[int], bytes]).decode
+
+class Note(msgspec.Struct, frozen=True, array_like=True):
+    """A sentence of the sampler that the user must know: its number, the simulation time that it tells of [ns]."""
+
+    number: int
+    t_ns: int
+    sentence: str
+
+
+class _Wire(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=True):
+    """A batch as it travels."""
+
+    first: int
+    times: list[int]
+    rows: bytes
+    notes: list[Note] = []
+
+
+_decode_batch = msgspec.msgpack.Decoder(_Wire).decode
 
 
 class SampleChannel(msgspec.Struct, frozen=True):
@@ -70,25 +90,27 @@ class SampleLayout(msgspec.Struct, frozen=True):
 
 
 class Batch(msgspec.Struct, frozen=True):
-    """Consecutive samples: number of the first, simulation times [ns], rows (n, width)."""
+    """Consecutive samples: number of the first, simulation times [ns], rows (n, width); and notes."""
 
     first: int
     times: list[int]
     rows: NDArray[np.float64]
+    notes: list[Note] = []
 
 
 def decode_batch(payload: bytes, width: int) -> Batch:
     """A batch from its wire form; RecordingError if it does not hold whole rows of `width` columns."""
     try:
-        first, times, data = _decode_batch(payload)
+        wire = _decode_batch(payload)
     except msgspec.DecodeError as error:
         raise RecordingError(f"a batch of samples is not [number, times, rows]: {error}") from None
+    first, times, data = wire.first, wire.times, wire.rows
     if len(data) != 8 * width * len(times):
         raise RecordingError(
             f"samples from number {first}: {len(times)} rows of {width} values are {8 * width * len(times)} "
             f"bytes, but {len(data)} came; the sender's layout differs from the announced one"
         )
-    return Batch(first, times, np.frombuffer(data, "<f8").reshape(len(times), width))
+    return Batch(first, times, np.frombuffer(data, "<f8").reshape(len(times), width), wire.notes)
 
 
 class Field(msgspec.Struct, frozen=True):

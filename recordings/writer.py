@@ -25,7 +25,7 @@ from heavylift.kernel.errors import RecordingError
 from .digest import Digest
 from .drawing import Box, Log, Rig, RopeLine, SceneUpdate, boxes_message, log_message
 from .rows import Block, Peak, Rows
-from .samples import SampleLayout, decode_batch
+from .samples import SAMPLER, Note, SampleLayout, decode_batch
 from .schema import PROTOCOL_SCHEMA, RIG_SCHEMA, event_schema
 from .sink import Sink
 
@@ -63,6 +63,8 @@ class Recorder:
         self._rows: Rows | None = None
         self._lines_every = lines_every
         self._next_sample = 0
+        self.notes: list[Note] = []
+        """What the sampler has told the user so far."""
         self._queue: list[tuple[int, int, int, Callable[[int], None] | Waiting]] = []  # time, rank, ticket, what
         self._ticket = count()
         self._last_event = self._last_sample = self._settled = self._now = 0
@@ -132,6 +134,10 @@ class Recorder:
         """Record a batch of the kernel in its wire form; numbers that are here already are passed over."""
         rows = self._announced()
         batch = decode_batch(payload, rows.layout.width)
+        for note in batch.notes[max(0, len(self.notes) - batch.notes[0].number) :] if batch.notes else ():
+            self.notes.append(note)
+            self.digest.note(note.number, note.t_ns, note.sentence)
+            self.log(note.t_ns, "warning", SAMPLER, note.sentence)
         skip = self._next_sample - batch.first
         if skip < 0:
             raise RecordingError(

@@ -39,7 +39,7 @@ class KernelNode:
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None]) -> None:
         self._subscriptions: Mapping[str, list[str]] = config.subscriptions
         self._publish = publish
-        self._sent = 0
+        self._sent = self._noted = 0
         self.pauses = 0
         """Native calls so far: in a long one of the node's steps, whether it gets on."""
         self._last = self._spoke = Tag(-1)  # of all transitions; of those with an output or an input
@@ -142,21 +142,23 @@ class KernelNode:
 
     def snapshot(self) -> bytes:
         """The simulation's, and what was said and sent."""
-        said = self._sent, self._last, self._spoke, self._told
+        said = self._sent, self._noted, self._last, self._spoke, self._told
         return frozen((self.simulation.snapshot(), said))
 
     def restore(self, snapshot: bytes) -> None:
         """Go on from a snapshot of a kernel of the same config."""
         simulation, said = thawed(snapshot)
         self.simulation.restore(simulation)
-        self._sent, self._last, self._spoke, self._told = said
+        self._sent, self._noted, self._last, self._spoke, self._told = said
         self._offer = None
 
     def _work(self, until: Tag) -> None:
         self._offer = None
-        if not self._told:  # a model may answer it
-            self.simulation.run(until.t, self._pause)
-        self._flush(1)
+        try:
+            if not self._told:  # a model may answer it
+                self.simulation.run(until.t, self._pause)
+        finally:
+            self._flush(1)  # what came before an error, too
 
     def _pause(self) -> None:
         self.pauses += 1
@@ -185,10 +187,11 @@ class KernelNode:
                 raise ModelError(f"{KERNEL} at {tag}: it has no use for a {type(x).__name__}")
 
     def _flush(self, least: int) -> None:
-        rows = self.simulation.rows
+        rows, notes = self.simulation.rows, self.simulation.notes
         while len(rows) >= least and rows:
             some, rows[:] = rows[:BATCH], rows[BATCH:]
             values = published(self.simulation.method, np.array([row for _, row in some]))
-            batch = (self._sent, [t for t, _ in some], values.astype("<f8").tobytes())
+            new = [(number, *notes[number]) for number in range(self._noted, len(notes))]
+            batch = (self._sent, [t for t, _ in some], values.astype("<f8").tobytes(), *([new] if new else []))
             self._publish(msgspec.msgpack.encode(batch))
-            self._sent += len(some)
+            self._sent, self._noted = self._sent + len(some), len(notes)

@@ -38,7 +38,7 @@ MERGED = "merged.json"  # the whole scene, where its own text is not all of it
 class Result:
     """How a run ended: times and what they went into (`budget`, known when all nodes are gone), digest, per rope (peak
     tension [N], when [s]), how well the energy closes, what the action list still waited for when a time bound
-    ended the run ("" = nothing), and how late it was where it was paced by the clock."""
+    ended the run ("" = nothing), how late it was where it was paced by the clock, and what the kernel has to say."""
 
     sim_s: float
     wall_s: float
@@ -50,6 +50,7 @@ class Result:
     unfinished: str
     budget: Budget = field(default_factory=Budget)
     lateness: Lateness | None = None
+    notes: tuple[str, ...] = ()
 
 
 class Record(FileTape):
@@ -137,6 +138,7 @@ class Record(FileTape):
             grants=grants,
             unfinished=unfinished,
             lateness=lateness,
+            notes=tuple(self.notes),
         )
         facts: dict[str, object] = {"sim_s": result.sim_s, "wall_s": wall_s, "grants": grants, "unfinished": unfinished}
         facts |= {"energy_error": result.energy_error, "energy_turned_over": result.energy_turned_over}

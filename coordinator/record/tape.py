@@ -44,6 +44,11 @@ class Tape(Spent):
         """What a node has put on its data topic; returns the simulation time that it reaches [ns]."""
         return self.last_ns
 
+    @property
+    def notes(self) -> list[str]:
+        """Sentences of the nodes that the user must know, so far."""
+        return []
+
     def settle(self, t_ns: int) -> None:
         """Nothing before this simulation time [ns] comes any more."""
 
@@ -89,6 +94,11 @@ class FileTape(Tape):
         """A committed event, in total order."""
         self.last_ns = max(self.last_ns, e.t)
         self.recorder.event(e.t, e.k, e.source, e.port, e.index, e.type, e.payload)
+
+    @property
+    def notes(self) -> list[str]:
+        """Sentences of the nodes that the user must know, so far."""
+        return [note.sentence for note in self.recorder.notes]
 
     @clocked
     def settle(self, t_ns: int) -> None:

@@ -73,3 +73,5 @@ def _digest_samples(digest: Digest, layout: bytes, batches: list[bytes]) -> None
     for batch in (decode_batch(data, announced.width) for data in batches):
         for number, (t_ns, row) in enumerate(zip(batch.times, columns(batch.rows), strict=True), batch.first):
             digest.samples(number, t_ns, row.tobytes())
+        for note in batch.notes:
+            digest.note(note.number, note.t_ns, note.sentence)

@@ -55,7 +55,7 @@ class Conversation:
         self.core = OpenCoordinator(hub.nodes, couplings, end, finish, self._event, outside)
         self.now = Tag(0)
         """Tag of the last event, or time of the last sample."""
-        self.grants = 0
+        self.grants = self._noted = 0
         if isinstance(hub, Hub):
             hub.when = lambda: f"t = {self.now.t * 1e-9:.3f} s"
             hub.tell = self._tell
@@ -171,5 +171,8 @@ class Conversation:
         for node, batch in self._hub.samples():
             self.now = max(self.now, Tag(self._tape.samples(node, batch)))
             self._watch.progress(self.now.t)
+        for sentence in self._tape.notes[self._noted :]:
+            self._noted += 1
+            self._watch.say(sentence)
         if self._audience is not None:
             self._audience.last_ns = self.now.t

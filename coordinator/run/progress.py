@@ -118,6 +118,8 @@ def summary(plan: Plan, result: Result, path: Path, as_json: bool = False) -> No
         console.print(f"energy balance closes to {result.energy_error:.1e} of the {moved}")
     if result.lateness is not None:
         console.print(f"by the clock: {result.lateness}")
+    for note in result.notes:
+        console.print(f"note: {note}", markup=False, soft_wrap=True)
     console.print(f"digest {result.digest}\nwrote {path}")
     if result.unfinished:
         console.print(f"at its end the run was {result.unfinished}", style="bold")

@@ -95,6 +95,11 @@ class Balance:
         self._carried = self._turned = 0.0  # [J] made before the last event; most that was turned over at once
         self.lost = 0.0  # [J] by an implicit or fixed method, more than half of what was turned over
 
+    @property
+    def strict(self) -> bool:
+        """Whether steps must neither make energy nor lose it, whatever is too fast for them."""
+        return self._tolerance > 0.0 and not self._implicit
+
     def begin(self, kinetic: float, parts: np.ndarray) -> None:
         """After an event or a command, from where the energies are now."""
         self._start = kinetic, parts
@@ -108,9 +113,9 @@ class Balance:
         self._turned = max(self._turned, kinetic + float(np.abs(parts - held).sum()))
         return kinetic - before + float((parts - held).sum())
 
-    def see(self, kinetic: np.ndarray, parts: np.ndarray) -> None:
-        """Energies (n,), (n, parts) on the way: what is turned over and back between two readings counts, too."""
-        self._turned = max(self._turned, float((kinetic + np.abs(parts - self._start[1]).sum(axis=1)).max()))
+    def see(self, kinetic: float, parts: np.ndarray) -> None:
+        """Energies on the way: what is turned over and back between two readings counts, too."""
+        self._turned = max(self._turned, kinetic + float(np.abs(parts - self._start[1]).sum()))
 
     def check(self, where: str, kinetic: float, parts: np.ndarray, slip: float) -> None:
         """Raises KernelError for energy that has come out of nothing or is gone without heat.
@@ -120,11 +125,10 @@ class Balance:
         """
         made = self._carried + self._made(kinetic, parts)
         noise = ROUND_OFF * (kinetic + float(np.abs(parts).sum())) + self._tolerance * slip
-        strict = self._tolerance > 0.0 and not self._implicit
-        share = STRAYED if strict else MADE
+        share = STRAYED if self.strict else MADE
         if abs(made) <= share * self._turned + noise:
             return
-        if made < 0.0 and not strict:
+        if made < 0.0 and not self.strict:
             self.lost = max(self.lost, -made)
             return
         told = f"{made:.3g} J have come out of nothing" if made > 0.0 else f"{-made:.3g} J are gone without heat"

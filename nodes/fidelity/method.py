@@ -1,6 +1,5 @@
 """Method and tolerance: each method is one small function that predicts, for a tolerance, what its steps cost and what
-they add to the error of each quantity; `stepped` takes the loosest tolerance that stays below what the rung has left of
-the accuracy, and the cheapest method.
+they add to the error of each quantity; `stepped` takes the cheapest of those that stay below what the rung has left.
 
     steps per second   explicit: what stability asks (`cost.attempts`); all: accuracy, c tol^(-1/p); at least 10
     rope tension       peaks are taken at the ends of steps h: phi' min(1, (w h)^2 / 5), w: of the load on its hook;
@@ -77,15 +76,17 @@ def ros34pw2(case: Case, at: Fidelity, tolerance: float) -> Stepped:
 
 
 def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
-    """Bound by accuracy: 2 evaluations and 3 per iteration, a Jacobian of n evaluations every fourth step."""
+    """Bound by accuracy: 2 evaluations and 3 per iteration, a Jacobian of n evaluations every fourth step; the finer
+    the steps, the longer one serves."""
     often = max(1.3 / LONGEST, 11.5 * (1e-4 / tolerance) ** 0.2)
     errors = _errors(case, at, tolerance, often, resolved=(1e-3 / tolerance) ** 0.4)
     n, iterations = states(case, at), 1.5 * (1e-2 / tolerance) ** 0.08
+    jacobians = 0.25 * min(1.0, (tolerance / 1e-3) ** 0.33)
     factors = min(1.0, 0.3 * (1e-2 / tolerance) ** 0.1)
     linear = radau_algebra(n, factors * often, iterations * often, often)
     able = at.ropes != "rigid" and at.slings != "rigid"
     why = f"implicit: {often:.0f} steps a second" if able else "it does not keep rigid ropes"
-    spent = _cost(case, at, (2.0 + 3.0 * iterations + 0.25 * n) * often, linear)
+    spent = _cost(case, at, (2.0 + 3.0 * iterations + jacobians * n) * often, linear)
     return Stepped("radau5", tolerance, errors, spent, why, able)
 
 
@@ -95,16 +96,16 @@ METHODS: dict[str, Method] = {"dopri5": dopri5, "dop853": dop853, "ros34pw2": ro
 def stepped(
     case: Case, at: Fidelity, left: Errors, methods: Sequence[str] = tuple(METHODS), tolerance: float | None = None
 ) -> list[Stepped]:
-    """Each method at its loosest sufficient tolerance, or at this one, the cheapest first; what cannot keep to `left`
+    """Each method at its cheapest sufficient tolerance, or at this one, the cheapest first; what cannot keep to `left`
     comes last."""
     tried = TOLERANCES if tolerance is None else (tolerance,)
-    found = [_loosest(METHODS[name], case, at, left, tried) for name in methods]
+    found = [_cheapest(METHODS[name], case, at, left, tried) for name in methods]
     return sorted(found, key=lambda s: (not s.within(left), not s.allowed, s.cost.product))
 
 
-def _loosest(method: Method, case: Case, at: Fidelity, left: Errors, tolerances: Sequence[float]) -> Stepped:
+def _cheapest(method: Method, case: Case, at: Fidelity, left: Errors, tolerances: Sequence[float]) -> Stepped:
     tried = [method(case, at, tolerance) for tolerance in tolerances]
-    return next((s for s in tried if s.within(left)), tried[-1])
+    return min((s for s in tried if s.within(left)), key=lambda s: s.cost.product, default=tried[-1])
 
 
 def _cost(case: Case, at: Fidelity, evaluations: float, linear: float = 0.0) -> Cost:

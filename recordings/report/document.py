@@ -61,6 +61,7 @@ def _page(rec: Recording, found: Facts, pictures: list[str]) -> str:
         f'<p class="quiet">{escape(_origin(rec))}</p>',
         _verdict(rec, found),
         _warnings(found),
+        _section("Notes of the kernel", ["what", "at"], [[(told, True), _clock(t)] for t, told in found.notes]),
         _section("Scene", ["what", ""], [list(row) for row in found.scene]),
         _section("Cranes", ["crane", "largest load", "at", "may carry", "use"], [_load(c) for c in found.cranes]),
         f'<p class="quiet">{RULE}</p>' if len(found.cranes) > 1 else "",
@@ -100,7 +101,8 @@ def _verdict(rec: Recording, found: Facts) -> str:
         told += f" The rope used most is {most.name}: {100 * most.peak / most.rated:.0f} % of its rated tension."
     n = len(found.warnings)
     told += " Nothing went beyond its limits." if not n else f" {n} warning{'s' if n > 1 else ''}, listed below."
-    bad = " bad" if n or status != "finished" else ""
+    told += " The kernel has notes on how it was computed, listed below." if found.notes else ""
+    bad = " bad" if n or found.notes or status != "finished" else ""
     return f'<p class="verdict{bad}">{escape(told)}</p>'
 
 

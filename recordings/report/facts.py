@@ -96,6 +96,7 @@ class Facts:
     clearances: list[Clearance]
     scene: list[tuple[str, str]]
     lifted: float  # mass of the block, else the largest load of a crane [kg]
+    notes: list[tuple[float, str]]  # when [s], what the kernel had to say
 
 
 @guarded
@@ -130,7 +131,7 @@ def facts(rec: Recording) -> Facts:
     stages = [_stage(span, tension, rated, loads)._replace(lowest=_lowest(span, heights)) for span in spans]
     tables = stages, ropes, cranes, _warnings(rec, ropes, cranes), _hook_uses(plan, tension, gravity)
     lifted = plan["block"]["body"]["mass"] if plan.get("block") else max((c.load for c in cranes), default=0.0)
-    return Facts(*tables, clearances(rec, plan), scene_table(rec, plan), float(lifted))
+    return Facts(*tables, clearances(rec, plan), scene_table(rec, plan), float(lifted), rec.notes())
 
 
 def _hook_uses(plan: dict[str, Any], tension: Signal, gravity: float) -> list[HookUse]:

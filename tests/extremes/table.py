@@ -90,7 +90,7 @@ def cell(extreme: Extreme, integrator: Integrator) -> Cell:
         error, s = extreme.run(integrator.options)
     except KernelError as e:
         return Cell(inf, (), str(e))
-    return Cell(error if np.isfinite(error) else inf, tuple(s.notes), "")
+    return Cell(error if np.isfinite(error) else inf, tuple(note.sentence for note in s.notes), "")
 
 
 def go(s: Simulation, t_ns: int) -> Simulation:
