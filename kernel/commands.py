@@ -60,6 +60,18 @@ class Commanded(Stepper):
         if not self._started:
             raise KernelError("the simulation has no state yet; start it first")
 
+    def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
+        """Lead an actuator by a trapezoid from its present value and speed (see `References.set_profile`)."""
+        self.references.set_profile(name, start_ns, speed, accel, distance)
+
+    def watch(self, threshold: str, value: float, rising: bool) -> None:
+        """Report when a threshold's scalar crosses a value."""
+        self.switches.watch(threshold, value, rising)
+
+    def unwatch(self, threshold: str) -> None:
+        """Report it no more."""
+        self.switches.unwatch(threshold)
+
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
         """Let an actuator follow k1 s + kc cos s + ks sin s of a master from here on; "" releases it."""
         self._begun()

@@ -94,6 +94,13 @@ class References:
         after = sum(_follow(k, now[m]) for m, k in a.follows.items())
         a.x0 += before - after
 
+    def take(self, other: References) -> None:
+        """Go on with the moves of another one's actuators of the same names."""
+        for name in self.actuators.keys() & other.actuators.keys():
+            a = other.actuators[name]
+            follows = {self._masters.index(other._masters[m]): f for m, f in a.follows.items()}
+            self.actuators[name] = _Actuator(a.start_ns, a.x0, a.move, follows)
+
     def stop(self, t_ns: int) -> None:
         """Everything stays at its value of this instant; what follows goes on following."""
         for name, a in self.actuators.items():

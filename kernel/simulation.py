@@ -115,6 +115,11 @@ class Simulation(Commanded):
         return self.epoch + ceil(self["t"] * 1e9)
 
     @property
+    def now(self) -> float:
+        """Time up to which steps have been taken [s]."""
+        return self.epoch * 1e-9 + self["t"]
+
+    @property
     def event(self) -> bool:
         """Whether `next_ns` is an event that somebody subscribed to."""
         return any(self.program.guards[i][1] in self.subscribed for i in self._fallen)

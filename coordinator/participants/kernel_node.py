@@ -15,6 +15,7 @@ import msgspec
 import numpy as np
 from heavylift.kernel.describe import merge
 from heavylift.kernel.errors import KernelError, ModelError
+from heavylift.kernel.islands import Islands, simulate
 from heavylift.kernel.samples import channels, published
 from heavylift.kernel.simulation import FOREVER_NS, Simulation
 from heavylift.kernel.switching import StateEvent as Switched
@@ -32,11 +33,14 @@ SILENT = 2**30  # microstep of silent tags
 
 
 class KernelNode:
-    """A `Steppable` around a `Simulation`; `publish(batch)` gets encoded samples, [first, times, rows]."""
+    """A `Steppable` around a `Simulation`; `publish(batch)` gets encoded samples, [first, times, rows].
+
+    `apart`: islands of the scene are solved apart.
+    """
 
     lookahead: Mapping[str, int] = {}
 
-    def __init__(self, config: KernelConfig, publish: Callable[[bytes], None]) -> None:
+    def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], apart: bool = True) -> None:
         self._subscriptions: Mapping[str, list[str]] = config.subscriptions
         self._publish = publish
         self._sent = self._noted = 0
@@ -45,13 +49,15 @@ class KernelNode:
         self._last = self._spoke = Tag(-1)  # of all transitions; of those with an output or an input
         self._offer: list[Switched] | None = None
         self._told: list[Switched] = []  # what the last commands have changed, for the next microstep
-        self.simulation = Simulation(
+        self.simulation: Simulation | Islands = simulate(
             merge(config.systems, config.gravity),
             config.tolerance,
             config.sample_ns,
             frozenset(config.subscriptions),
-            method=config.method,
-            step=config.step,
+            config.method,
+            config.step,
+            config.ties,
+            apart,
         )
 
     def layout(self) -> bytes:
@@ -168,7 +174,7 @@ class KernelNode:
         s = self.simulation
         match x:
             case m.SetProfile():
-                s.references.set_profile(x.actuator, x.start_ns, x.speed, x.accel, x.distance)
+                s.set_profile(x.actuator, x.start_ns, x.speed, x.accel, x.distance)
             case m.SetFollow():
                 s.set_follow(x.actuator, x.master, (x.k1, x.kc, x.ks))
             case m.SetBrake():
@@ -180,9 +186,9 @@ class KernelNode:
             case m.Unhook():
                 s.unhook(x.rope)
             case m.Watch():
-                s.switches.watch(x.threshold, x.value, x.rising)
+                s.watch(x.threshold, x.value, x.rising)
             case m.Unwatch():
-                s.switches.unwatch(x.threshold)
+                s.unwatch(x.threshold)
             case _:
                 raise ModelError(f"{KERNEL} at {tag}: it has no use for a {type(x).__name__}")
 

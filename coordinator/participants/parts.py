@@ -30,6 +30,7 @@ class KernelConfig(msgspec.Struct, frozen=True):
     subscriptions: dict[str, list[str]]  # element -> models that hear of its events
     method: str = "dopri5"
     step: float | None = None
+    ties: list[str] = []  # ropes that the list will hook: what they tie is one island from the start
 
 
 class KernelPart(msgspec.Struct, frozen=True, tag="kernel"):

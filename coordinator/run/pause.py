@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from heavylift.kernel.errors import SceneError
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.devs import Event, Simulator, Tag, ns
-from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings, subscriptions
+from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings, hooked_later, subscriptions
 from heavylift.nodes.models.messages import Finished, Stage
 from heavylift.nodes.scene.plan import Plan
 
@@ -60,6 +60,7 @@ def configured(plan: Plan, models: Mapping[str, NodeModel]) -> KernelConfig:
         {element: list(models) for element, models in subscriptions(plan).items()},
         plan.method,
         plan.step,
+        hooked_later(plan),
     )
 
 
@@ -70,10 +71,12 @@ def paused(scene: LoadedScene, at: float | None = None, after: str = "") -> Simu
     """
     plan = scene.plan
     models = build(plan)
-    kernel = KernelNode(configured(plan, models), lambda samples: None)
+    kernel = KernelNode(configured(plan, models), lambda samples: None, apart=False)
+    simulation = kernel.simulation
+    assert isinstance(simulation, Simulation), "in one piece"
     if at is None and not after:
-        kernel.simulation.start()
-        return kernel.simulation
+        simulation.start()
+        return simulation
     if at is not None and not 0.0 <= at < LAST.t * 1e-9:
         raise SceneError(f"--at {at:g} s: the time must lie between 0 and {LAST.t * 1e-9:g} s")
     stages = _Stages(after)
@@ -83,11 +86,11 @@ def paused(scene: LoadedScene, at: float | None = None, after: str = "") -> Simu
     try:
         run_in_memory(core, [*nodes, Node(KERNEL, kernel)])
     except _Ended:
-        kernel.simulation.interrupt(stages.t)
+        simulation.interrupt(stages.t)
     else:
         if at is None:
             told = f"it is not over within {end.t * 1e-9:g} s" if after in stages.seen else "there is no such stage"
             raise SceneError(f"--after '{after}': {told}; stages are {', '.join(stages.seen) or 'none'}")
-        kernel.simulation.interrupt(ns(at))
-    kernel.simulation.settle()
-    return kernel.simulation
+        simulation.interrupt(ns(at))
+    simulation.settle()
+    return simulation

@@ -16,7 +16,7 @@ import msgspec
 from heavylift.kernel.describe import System
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, ns
-from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings, subscriptions
+from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings, hooked_later, subscriptions
 from heavylift.nodes.models.messages import OperatorCommand
 from heavylift.nodes.scene.plan import encode
 from heavylift.nodes.scene.spoken import spoken
@@ -165,6 +165,7 @@ class _Run(Watch):
             {element: list(models) for element, models in subscriptions(self._plan).items()},
             self._plan.method,
             self._plan.step,
+            hooked_later(self._plan),
         )
         self.talk.welcome(KERNEL, part(KernelPart(config, agreed)))
         _, layout = self.talk.hello(agreed)

@@ -84,8 +84,7 @@ class _Limited(KernelNode):
     def _pause(self) -> None:
         super()._pause()
         if time.perf_counter() > self.deadline:
-            t = self.simulation.epoch * 1e-9 + self.simulation["t"]
-            raise KernelError(f"{CUT} {self.allowed:.3g} s of wall time, at {t:.3f} s of the run")
+            raise KernelError(f"{CUT} {self.allowed:.3g} s of wall time, at {self.simulation.now:.3f} s of the run")
 
 
 class _Counting(Coordinator):

@@ -19,6 +19,7 @@ from .assembly import (
     subscriptions,
     system,
 )
+from .roster import hooked_later
 from .tree import tree, tree_data
 
 __all__ = [
@@ -30,6 +31,7 @@ __all__ = [
     "build",
     "build_one",
     "couplings",
+    "hooked_later",
     "node_names",
     "subscriptions",
     "system",

@@ -6,7 +6,7 @@ degrees.
 
 from __future__ import annotations
 
-from heavylift.kernel.describe import WORLD, Joint, Measured, System
+from heavylift.kernel.describe import WORLD, Joint, System
 from heavylift.nodes.scene.plan import Block, Plan
 
 from .conditions import watched
@@ -29,8 +29,7 @@ class BlockModel(Machine):
         closed = frozenset(pad.support.name for pad in pads if pad.closed)
         laws = System(supports=tuple(pad.support for pad in pads))
         stools = Stools("stools", block.name, laws, faces=faces, closed=closed)
-        theta = Law("theta", System(measured=(Measured(f"{block.name}.theta", "angle", block.name),)))
         level = Inclinometer("attitude", block.name, plan.start)
-        self.take(BodyCoupled("body", body(block.name, block.body), Law("weight"), stools, theta, level))
+        self.take(BodyCoupled("body", body(block.name, block.body), Law("weight"), stools, level))
         if thresholds := watched(plan, block.name):
             self.take(Gauge("gauge", thresholds))

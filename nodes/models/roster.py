@@ -5,7 +5,7 @@ The commander addresses orders with it and begins its picture from it; both foll
 
 from __future__ import annotations
 
-from heavylift.nodes.scene.actions import Turn
+from heavylift.nodes.scene.actions import Hookup, Turn
 from heavylift.nodes.scene.plan import Plan, drive_name
 
 from .picture import OFF, Picture
@@ -23,6 +23,12 @@ def machines(plan: Plan) -> list[str]:
 def turns(plan: Plan) -> bool:
     """Whether the action list turns the block."""
     return any(isinstance(order, Turn) for action in plan.actions for order in action.orders)
+
+
+def hooked_later(plan: Plan) -> list[str]:
+    """Ropes that the action list hooks."""
+    orders = [order for action in plan.actions for order in action.orders]
+    return sorted({order.sling for order in orders if isinstance(order, Hookup)})
 
 
 def owners(plan: Plan) -> dict[str, str]:

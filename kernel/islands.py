@@ -1,0 +1,317 @@
+"""Islands that nothing ties together are solved apart: each takes its own steps, and one that rests takes none.
+
+An event of one that somebody hears may lead to a command for another at that instant, so no island may commit steps
+beyond it.  They run ahead by turns for a span of time; those that went past the first event heard go back to where the
+span began, from a snapshot, and stop at it (Jefferson, Virtual time, 1985).  Steps depend on the history of an island
+alone, so nothing that is seen depends on spans or turns.  A command stops the island that it is meant for, not the
+others: they show themselves at that instant by their dense output.
+
+A rope that is hooked between two islands makes them one; when it is taken off, and a part rests by then, the island is
+cut again once that pays (see `thrift`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from copy import deepcopy
+from typing import Any
+
+import numpy as np
+
+from .checks import check_description
+from .components import islands_of
+from .describe import System, Vector
+from .errors import KernelError
+from .inheriting import inherit
+from .island import Island
+from .joining import Joining
+from .locking import lock_of
+from .methods.choice import choose, control_of
+from .methods.peers import PEERS
+from .rate import Program
+from .simulation import FOREVER_NS, Simulation
+from .stepping import Stepping
+from .switching import StateEvent
+
+__all__ = ["Islands", "simulate"]
+
+SPAN = 16  # periods of samples that islands run ahead of each other
+
+
+def simulate(
+    system: System,
+    tolerance: float,
+    sample_ns: int,
+    subscribed: frozenset[str],
+    method: str,
+    step: float | None,
+    ties: Collection[str] = (),
+    apart: bool = True,
+) -> Simulation | Islands:
+    """A scene as one simulation, or (`apart`) as islands if it has several and the method is ours, which can go back.
+
+    `ties`: ropes that tie though they are not hooked yet, since they will be.
+    """
+    if apart and method not in PEERS and len(islands_of(check_description(system), loose_ropes(system, ties))) > 1:
+        return Islands(system, tolerance, sample_ns, subscribed, ties=ties, method=method, step=step)
+    return Simulation(system, tolerance, sample_ns, subscribed, method=method, step=step)
+
+
+def loose_ropes(system: System, ties: Collection[str]) -> frozenset[str]:
+    """Ropes that nobody has hooked at the start, nor will."""
+    return frozenset(r.name for r in system.straight_ropes if not r.hooked and r.name not in ties)
+
+
+class Islands:
+    """The face of a `Simulation` for a system of several islands; arguments as there and of `simulate`."""
+
+    def __init__(
+        self,
+        system: System,
+        tolerance: float = 1e-7,
+        sample_ns: int = 500_000_000,
+        subscribed: frozenset[str] = frozenset(),
+        ties: Collection[str] = (),
+        **options: Any,
+    ) -> None:
+        self.program = Program(system)
+        self.system = check_description(system)
+        found = choose(options.get("method", "dopri5"), self.program)
+        self.method = Stepping(self.program, found, control_of(found, options.get("step"), self.program))
+        self._options = {"tolerance": tolerance, "sample_ns": sample_ns, "subscribed": subscribed, **options}
+        self._span = SPAN * sample_ns
+        self.parts: list[Island] = []
+        self.loose: frozenset[str] = frozenset()
+        """Ropes that tie nothing now."""
+        self._joining = Joining(self.program, sample_ns)
+        self.rows: list[tuple[int, np.ndarray]] = []
+        self.log: list[tuple[int, StateEvent]] = []
+        self.notes: list[str] = []
+        self.epoch = 0
+        """Time of the last event or command of any island [ns]."""
+        self._reached = 0
+        self._stopped: list[Island] = []  # those that stand at the epoch
+        self._cut(loose_ropes(self.system, ties))
+
+    def _cut(self, loose: frozenset[str]) -> None:
+        """Islands that only these ropes do not tie; those that are new go on where the old ones stand."""
+        self.loose, old = loose, self.parts
+        self.parts, stopped = [], self._stopped
+        self._stopped = []
+        for system in islands_of(self.system, loose):
+            same = next((p for p in old if p.given == system), None)
+            if same is None:
+                same = Island(system, **self._options)
+                own = {b.name for b in system.bodies}
+                before = [p for p in old if own & {b.name for b in p.given.bodies}]
+                if before:
+                    inherit(same, before)
+                    self._stopped.append(same)
+            elif same in stopped:
+                self._stopped.append(same)
+            self.parts.append(same)
+        self._joining.cut(self.parts, loose)
+
+    # ---- life ---------------------------------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Find the discrete states of the initial pose, take the first sample."""
+        for p in self.parts:
+            p.start()
+        self.rows.append((0, self._joining.whole([p.struck for p in self.parts])))
+        self._collect()
+
+    @property
+    def next_ns(self) -> int:
+        """Time of the first located event or end of a tentative step; FOREVER_NS if nothing moves any more."""
+        return min(p.next_ns for p in self.parts)
+
+    @property
+    def event(self) -> bool:
+        """Whether `next_ns` is an event that somebody subscribed to."""
+        return bool(self._firing)
+
+    @property
+    def _firing(self) -> list[Island]:
+        now = self.next_ns
+        return [p for p in self.parts if p.event and p.next_ns == now]
+
+    @property
+    def now(self) -> float:
+        """Time that all islands have reached [s]."""
+        return self._reached * 1e-9
+
+    def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
+        """Commit steps that end by `until_ns` or by the first event that somebody hears."""
+        while (following := self.next_ns) <= until_ns:
+            heard = self._ahead(min(until_ns, max(self._reached, following) + self._span), pause)
+            self._collect()
+            if heard:
+                return
+
+    def _ahead(self, horizon: int, pause: Callable[[], None]) -> bool:
+        """All islands up to the horizon, or to the first event that is heard by then; whether there is one."""
+        first, failed = FOREVER_NS, list[KernelError]()
+        before: list[tuple[Island, dict[str, Any], int, int]] = []
+        for p in self.parts:
+            if p.resting:
+                continue
+            end, entry = min(horizon, first), (p, p.snapshot(), len(p.log))
+            try:
+                p.run(end, pause)
+            except KernelError as error:  # it counts if nothing that is heard comes before
+                failed.append(error)
+                end = FOREVER_NS
+            before.append((*entry, end))
+            if p.event and p.next_ns <= end:
+                first = p.next_ns
+        if failed and first == FOREVER_NS:
+            raise failed[0]
+        for p, snapshot, entries, end in before:
+            if end > first:
+                p.restore(snapshot)
+                del p.log[entries:]
+                p.run(first, pause)
+        self._reached = min(horizon, first)
+        return first < FOREVER_NS
+
+    def _collect(self) -> None:
+        """Samples, log and notes of the islands become those of all, in the order of time."""
+        new: list[tuple[int, int, StateEvent]] = []
+        for k, p in enumerate(self.parts):
+            entries, notes = p.told
+            new += [(t, k, e) for t, e in p.log[entries:]]
+            self.notes += p.notes[notes:]
+            p.told = len(p.log), len(p.notes)
+        self.log += [(t, e) for t, _, e in sorted(new, key=lambda x: x[:2])]
+        resting = [p.shown(self._reached) if p.resting else None for p in self.parts]
+        self.rows += self._joining.take([p.rows for p in self.parts], resting)
+
+    # ---- events and commands --------------------------------------------------------------------------------
+
+    def preview(self) -> list[StateEvent]:
+        """What `fire` will return; changes nothing."""
+        return [e for p in self._firing for e in p.preview()]
+
+    def fire(self) -> list[StateEvent]:
+        """Integrate the islands of the located event to it and switch what has fallen there."""
+        if not (firing := self._firing):
+            raise KernelError("no event has been located; run first")
+        self.epoch, self._stopped = self.next_ns, firing
+        events = [e for p in firing for e in p.fire()]
+        self._collect()
+        return events
+
+    def interrupt(self, t_ns: int) -> None:
+        """Go to t_ns (not beyond next_ns), so that commands can be given there; islands without one go on."""
+        if t_ns < self.epoch:
+            raise KernelError(f"time {t_ns} ns: it lies before the present, {self.epoch} ns")
+        self.run(t_ns)
+        self.epoch, self._stopped = t_ns, []
+
+    def settle(self) -> None:
+        """After events and commands; if nothing was commanded, all islands stop here: the end of a run."""
+        if not self._stopped:
+            self._stop_all()
+        self._cut_again()
+        for p in self._stopped:
+            p.settle()
+        parts = [p.struck if p in self._stopped else p.shown(self.epoch) for p in self.parts]
+        self._joining.struck.append((self.epoch, self._joining.whole(parts)))
+        self._stopped = []
+        self._collect()
+
+    def _stop(self, p: Island) -> Island:
+        """An island that stands at the epoch from here on."""
+        if p not in self._stopped:
+            p.interrupt(self.epoch)
+            self._stopped.append(p)
+        return p
+
+    def _stop_all(self) -> None:
+        for p in self.parts:
+            self._stop(p)
+        self._collect()
+
+    def _cut_again(self) -> None:
+        """Cut islands whose ropes have been taken off, where a part of them rests and that pays."""
+        for p in self._stopped:
+            if loose := p.may_be_cut():
+                self._stop_all()
+                self._cut(self.loose | loose)
+                return
+
+    def _owner(self, kind: str, name: str) -> Island:
+        """The island that has a law of this name, ready for a command."""
+        for p in self.parts:
+            if (kind, name) in p.program.parameters.at:
+                return self._stop(p)
+        raise KernelError(f"'{name}': no {kind} of this name")
+
+    def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
+        """See `References.set_profile`; a master's is that of all islands with actuators."""
+        owners = [p for p in self.parts if name in p.references.actuators]
+        if not owners:
+            raise KernelError(f"'{name}': no drive, winch or master of this name")
+        for p in owners:
+            self._stop(p).set_profile(name, start_ns, speed, accel, distance)
+
+    def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
+        """See `Simulation.set_follow`."""
+        self._owner("reference", actuator).set_follow(actuator, master, f)
+
+    def set_brake(self, brake: str, engaged: bool) -> None:
+        """See `Simulation.set_brake`."""
+        self._owner("brake", brake).set_brake(brake, engaged)
+
+    def set_lock(self, lock: str, engaged: bool) -> StateEvent | None:
+        """See `Simulation.set_lock`."""
+        lock_of(self.system, lock)
+        owner = next(p for p in self.parts if any(x.name == lock for x in p.given.locks))
+        event = self._stop(owner).set_lock(lock, engaged)
+        self._collect()
+        return event
+
+    def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
+        """See `Simulation.hook`; a rope between two islands makes them one."""
+        if rope in self.loose:
+            self._stop_all()
+            self._cut(self.loose - {rope})
+        self._owner(self._rope(rope), rope).hook(rope, a, b, L0)
+
+    def unhook(self, rope: str) -> None:
+        """See `Simulation.unhook`."""
+        self._owner(self._rope(rope), rope).unhook(rope)
+
+    def _rope(self, name: str) -> str:
+        return "rigid" if ("rigid", name) in self.program.parameters.at else "rope"
+
+    def watch(self, threshold: str, value: float, rising: bool) -> None:
+        """See `Simulation.watch`."""
+        self._owner("threshold", threshold).watch(threshold, value, rising)
+
+    def unwatch(self, threshold: str) -> None:
+        """See `Simulation.unwatch`."""
+        self._owner("threshold", threshold).unwatch(threshold)
+
+    # ---- snapshots ------------------------------------------------------------------------------------------
+
+    def snapshot(self) -> dict[str, Any]:
+        """All that the future depends on."""
+        own = {"rows": self.rows, "notes": self.notes, "epoch": self.epoch, "reached": self._reached}
+        joining = {"number": self._joining.number, "struck": self._joining.struck, "loose": sorted(self.loose)}
+        parts = [{"of": p.snapshot(), "cuts": p.cuts.kept()} for p in self.parts]
+        return deepcopy({"parts": parts, **own, **joining})
+
+    def restore(self, snapshot: dict[str, Any]) -> None:
+        """Go on from the snapshot of islands of the same system and options, bit for bit; start these first."""
+        kept = deepcopy(snapshot)
+        if self.loose != (loose := frozenset(kept["loose"])):
+            self._cut(loose)
+        for p, part in zip(self.parts, kept["parts"], strict=True):
+            p.restore(part["of"])
+            p.cuts.go_on(part["cuts"])
+            p.told = len(p.log), len(p.notes)
+        self.rows, self.notes, self.epoch, self._reached = kept["rows"], kept["notes"], kept["epoch"], kept["reached"]
+        self._joining.number, self._joining.struck = kept["number"], kept["struck"]
+        self._stopped = []
