@@ -26,7 +26,7 @@ class Island(Simulation):
 
     def __init__(self, system: System, lean: bool | None = None, **options: Any) -> None:
         super().__init__(system, lean=lean, **options)
-        self.given = system
+        self.given, self.subscribed = system, frozenset(name for _, name in self.program.guards)
         self.cuts = Thrift(bool(lean))
         self.told = 0, 0  # entries of log and notes that are in the common ones
 
@@ -39,6 +39,10 @@ class Island(Simulation):
         at = self.method.row_layout.at
         self.X[self._at["peak"]] = self.struck[at["peak"]]
         self.X[self._at["peak_time"]] = self.struck[at["peak_time"]] - self.epoch * 1e-9
+
+    def tells(self, subscribed: frozenset[str]) -> bool:
+        """Whether somebody subscribed to what happens next."""
+        return any(self.program.guards[i][1] in subscribed for i in self._fallen)
 
     @property
     def resting(self) -> bool:

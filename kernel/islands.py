@@ -1,7 +1,7 @@
 """Islands that nothing ties together are solved apart: each takes its own steps, and one that rests takes none.
 
-An event of one that somebody hears may lead to a command for another at that instant, so no island may commit steps
-beyond it.  They run ahead by turns for a span of time; those that went past the first event heard go back to where the
+An event of one may lead to a command for another at that instant, and is shown in a row of all, so no island may commit
+steps beyond it.  They run ahead by turns for a span of time; those that went past the first event go back to where the
 span began, from a snapshot, and stop at it (Jefferson, Virtual time, 1985).  Steps depend on the history of an island
 alone, so nothing that is seen depends on spans or turns.  A command stops the island that it is meant for, not the
 others: they show themselves at that instant by their dense output.
@@ -35,7 +35,7 @@ from .switching import StateEvent
 
 __all__ = ["Islands", "simulate"]
 
-SPAN = 16  # periods of samples that islands run ahead of each other
+SPAN = 16  # periods of samples that islands run ahead of each other at most; one behind an event, then twice as many
 
 
 def simulate(
@@ -78,8 +78,8 @@ class Islands:
         self.system = check_description(system)
         found = choose(options.get("method", "dopri5"), self.program)
         self.method = Stepping(self.program, found, control_of(found, options.get("step"), self.program))
-        self._options = {"tolerance": tolerance, "sample_ns": sample_ns, "subscribed": subscribed, **options}
-        self._span = SPAN * sample_ns
+        self._options = {"tolerance": tolerance, "sample_ns": sample_ns, **options}
+        self.subscribed, self._sample_ns, self._span = subscribed, sample_ns, 1
         self.parts: list[Island] = []
         self.loose: frozenset[str] = frozenset()
         """Ropes that tie nothing now."""
@@ -129,7 +129,7 @@ class Islands:
     @property
     def event(self) -> bool:
         """Whether `next_ns` is an event that somebody subscribed to."""
-        return bool(self._firing)
+        return any(p.tells(self.subscribed) for p in self._firing)
 
     @property
     def _firing(self) -> list[Island]:
@@ -143,14 +143,17 @@ class Islands:
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
         """Commit steps that end by `until_ns` or by the first event that somebody hears."""
-        while (following := self.next_ns) <= until_ns:
-            heard = self._ahead(min(until_ns, max(self._reached, following) + self._span), pause)
+        while (following := self.next_ns) <= until_ns and not self.event:
+            if self._firing:
+                self.fire()
+                self.settle()
+                continue
+            happened = self._ahead(min(until_ns, max(self._reached, following) + self._span * self._sample_ns), pause)
+            self._span = 1 if happened else min(2 * self._span, SPAN)
             self._collect()
-            if heard:
-                return
 
     def _ahead(self, horizon: int, pause: Callable[[], None]) -> bool:
-        """All islands up to the horizon, or to the first event that is heard by then; whether there is one."""
+        """All islands up to the horizon, or to the first event by then; whether there is one."""
         first, failed = FOREVER_NS, list[KernelError]()
         before: list[tuple[Island, dict[str, Any], int, int]] = []
         for p in self.parts:
@@ -159,7 +162,7 @@ class Islands:
             end, entry = min(horizon, first), (p, p.snapshot(), len(p.log))
             try:
                 p.run(end, pause)
-            except KernelError as error:  # it counts if nothing that is heard comes before
+            except KernelError as error:  # it counts if nothing happens elsewhere before
                 failed.append(error)
                 end = FOREVER_NS
             before.append((*entry, end))
