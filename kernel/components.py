@@ -16,7 +16,7 @@ from .describe import WORLD, Point, System
 from .forces.table import signals
 from .joints import JOINTS
 
-__all__ = ["islands_of"]
+__all__ = ["islands_of", "loose_ropes"]
 
 GROUPS = tuple(f.name for f in fields(System) if f.name not in ("masters", "gravity"))
 
@@ -55,6 +55,11 @@ def islands_of(system: System, loose: Collection[str] = ()) -> list[System]:
     roots = list(dict.fromkeys(root(b.name) for b in system.bodies))
     of = {key: roots.index(root(bodies[0])) if bodies else 0 for key, bodies in held.items()}
     return [_island(system, of, k, {roots.index(root(b)) for b in led} or {0}) for k in range(len(roots))]
+
+
+def loose_ropes(system: System, ties: Collection[str]) -> frozenset[str]:
+    """Ropes that nobody has hooked at the start, nor will."""
+    return frozenset(r.name for r in system.straight_ropes if not r.hooked and r.name not in ties)
 
 
 def _island(system: System, of: dict[tuple[str, int], int], k: int, led: set[int]) -> System:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from .checks import check_description
-from .components import islands_of
+from .components import islands_of, loose_ropes
 from .describe import System, Vector
 from .errors import KernelError
 from .inheriting import inherit
@@ -55,11 +55,6 @@ def simulate(
     if apart and method not in PEERS and len(islands_of(check_description(system), loose_ropes(system, ties))) > 1:
         return Islands(system, tolerance, sample_ns, subscribed, ties=ties, method=method, step=step)
     return Simulation(system, tolerance, sample_ns, subscribed, method=method, step=step)
-
-
-def loose_ropes(system: System, ties: Collection[str]) -> frozenset[str]:
-    """Ropes that nobody has hooked at the start, nor will."""
-    return frozenset(r.name for r in system.straight_ropes if not r.hooked and r.name not in ties)
 
 
 class Islands:

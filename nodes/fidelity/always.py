@@ -6,15 +6,15 @@ costs: bodies that are held, sheaves, air, pairs that could touch, what nothing 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
-from heavylift.kernel.describe import WORLD, System
+from heavylift.kernel.describe import System
 from heavylift.kernel.forces.describe import Wind
 from heavylift.nodes.scene.plan import Plan
 
 from .rules import STATES, Choice
 
-__all__ = ["ALWAYS", "components"]
+__all__ = ["ALWAYS"]
 
 FREE = 6  # degrees of freedom of a body that nothing holds
 EFFICIENCY = 0.985  # of a sheave on roller bearings (DIN 15020)
@@ -66,38 +66,13 @@ def contact(plan: Plan, mechanics: System) -> Choice:
 
 
 def islands(plan: Plan, mechanics: System) -> Choice:
-    """Machines that nothing ties together could each have steps of their own; the kernel solves them together."""
-    n = len(components(mechanics))
-    why = (
-        "all machines are tied together" if n == 1 else f"{n} groups of machines that nothing ties are solved together"
-    )
-    return Choice("islands", "", {}, 0, {}, why, allowed=False)
+    """Machines that nothing ties together each have steps of their own; a group of them that rests takes none."""
+    from heavylift.kernel.components import islands_of, loose_ropes  # with arrays, which a process of a node lacks
+    from heavylift.nodes.models import hooked_later
+
+    found = islands_of(mechanics, loose_ropes(mechanics, hooked_later(plan)))
+    why = "all machines are tied together" if len(found) == 1 else f"{len(found)} groups of machines, each by itself"
+    return Choice("islands", "", {}, 0, {}, why, allowed=len(found) > 1)
 
 
 ALWAYS: tuple[Callable[[Plan, System], Choice], ...] = (merged, reeving, wind, contact, islands)
-
-
-def components(mechanics: System) -> list[frozenset[str]]:
-    """Groups of bodies that joints, ropes, contacts or forces tie to each other, in the order of their first bodies."""
-    group = {b.name: b.name for b in mechanics.bodies}
-
-    def first(name: str) -> str:
-        while group[name] != name:
-            name = group[name]
-        return name
-
-    def tie(names: Iterable[str]) -> None:
-        tied = [first(name) for name in names if name != WORLD]
-        for name in tied[1:]:
-            group[first(name)] = first(tied[0])
-
-    for joint in mechanics.joints:
-        tie((joint.parent, joint.child))
-    for rope in mechanics.straight_ropes:
-        tie(end.body for line in rope.lines for end in (line.a, line.b))
-    for force in mechanics.forces:
-        tie(point.body for point in force.points)
-    for pair in mechanics.contacts:
-        tie((pair.a.body, pair.b.body))
-    roots = dict.fromkeys(first(b.name) for b in mechanics.bodies)
-    return [frozenset(b.name for b in mechanics.bodies if first(b.name) == root) for root in roots]
