@@ -28,6 +28,7 @@ from .joining import Joining
 from .locking import lock_of
 from .methods.choice import choose, control_of
 from .methods.peers import PEERS
+from .notes import Note
 from .rate import Program
 from .simulation import FOREVER_NS, Simulation
 from .stepping import Stepping
@@ -81,7 +82,7 @@ class Islands:
         self._joining = Joining(self.program, sample_ns)
         self.rows: list[tuple[int, np.ndarray]] = []
         self.log: list[tuple[int, StateEvent]] = []
-        self.notes: list[str] = []
+        self.notes: list[Note] = []
         self.epoch = 0
         """Time of the last event or command of any island [ns]."""
         self._reached = 0
@@ -176,12 +177,14 @@ class Islands:
     def _collect(self) -> None:
         """Samples, log and notes of the islands become those of all, in the order of time."""
         new: list[tuple[int, int, StateEvent]] = []
+        told: list[Note] = []
         for k, p in enumerate(self.parts):
             entries, notes = p.told
             new += [(t, k, e) for t, e in p.log[entries:]]
-            self.notes += p.notes[notes:]
+            told += p.notes[notes:]
             p.told = len(p.log), len(p.notes)
         self.log += [(t, e) for t, _, e in sorted(new, key=lambda x: x[:2])]
+        self.notes += sorted(told, key=lambda note: note.t_ns)
         resting = [p.shown(self._reached) if p.resting else None for p in self.parts]
         self.rows += self._joining.take([p.rows for p in self.parts], resting)
 
