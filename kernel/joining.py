@@ -41,6 +41,7 @@ def labels(program: Program) -> list[Label]:
         "poses": [k.body.name for k in program.graph.links for _ in range(12)],
         "kinetic": [""],
         "potential": [""],
+        "steps": [""],
         "loop": [j.name for j in program.graph.loops for _ in range(6)],
         "pressing": [c.name for c in s.contacts],
     }
@@ -108,7 +109,7 @@ class Joining:
                 self._loose.append(_Loose(at[length].start + i, at[apart].start + i, sign, lines, ends))
 
     def whole(self, parts: Sequence[np.ndarray]) -> np.ndarray:
-        """One row of all: energies add up, all else is of one island; loose ropes reach from one to another."""
+        """One row of all: energies and steps add up, all else is of one island but what loose ropes span."""
         row = np.zeros(len(self._place))
         for at, part in zip(self._places, parts, strict=True):
             row[at] += part
