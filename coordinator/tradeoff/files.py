@@ -107,7 +107,7 @@ def _row(row: Row, limit: float) -> dict[str, Any]:
         "errors": {q: _number(e) for q, e in row.errors.items()},
         "passes": passes,
         **{name: _number(x) for name, x in more.items()},
-        **{"runs": row.runs, "reason": row.reason},
+        **{"runs": row.runs, "reason": row.reason, "notes": list(row.notes)},
     }
 
 

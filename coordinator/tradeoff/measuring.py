@@ -177,5 +177,6 @@ def _row(
         drift=played.drift,
         runs=len(walls),
         spread=max(cpus) / min(cpus) - 1.0,
+        notes=played.notes,
     )
     return row, played

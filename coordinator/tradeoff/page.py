@@ -75,6 +75,7 @@ def page(measured: Measured) -> str:
         _answers(measured),
         "<h2>Settings, the fastest first</h2>",
         _settings(measured, good),
+        *_noted(good),
         *_failed(failed),
         *_rungs(measured),
         *_communication(measured),
@@ -117,6 +118,12 @@ def _failed(rows: list[Row]) -> list[str]:
         return []
     body = [("", [row.rung, row.method, row.how, row.reason]) for row in rows]
     return ["<h2>Refused, unstable or cut</h2>", _table(["rung", "method", "step or tolerance", "why"], body, 4)]
+
+
+def _noted(rows: list[Row]) -> list[str]:
+    """Settings of which the kernel had something to say."""
+    body: list[tuple[str, Sequence[Cell]]] = [("", [str(row), told]) for row in rows for told in row.notes]
+    return ["<h2>What the kernel said</h2>", _table(["setting", "note"], body, 2)] if body else []
 
 
 def _rungs(measured: Measured) -> list[str]:

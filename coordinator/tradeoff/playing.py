@@ -63,7 +63,8 @@ class Shown:
 @dataclass(frozen=True)
 class Played:
     """A run: what it showed, seconds before it and in it, messages (events, GRANTs and DONEs), energy that has come out
-    of nothing relative to what was turned over, and the largest violation of a rigid rope [m], None without one."""
+    of nothing relative to what was turned over, the largest violation of a rigid rope [m], None without one, and what
+    the kernel had to say."""
 
     shown: Shown
     simulated_s: float
@@ -73,6 +74,7 @@ class Played:
     messages: int
     energy: float
     drift: float | None
+    notes: tuple[str, ...] = ()
 
 
 class _Limited(KernelNode):
@@ -130,6 +132,7 @@ def play(plan: Plan, limit: float) -> Played:
         messages=heard.events + 2 * core.grants,
         energy=audit.error,
         drift=_drift(layout, rows),
+        notes=tuple(note.sentence for note in kernel.simulation.notes),
     )
 
 

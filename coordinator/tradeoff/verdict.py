@@ -18,7 +18,8 @@ __all__ = ["Row", "Verdict", "front", "judge", "percent"]
 @dataclass(frozen=True)
 class Row:
     """One setting: errors of what was asked, relative (empty if the run failed, then `reason` says why), the largest
-    distance of a place from the true one [m or rad], seconds, and `spread` of the CPU times of `runs` repetitions."""
+    distance of a place from the true one [m or rad], seconds, `spread` of the CPU times of `runs` repetitions, and what
+    the kernel had to say."""
 
     rung: str
     method: str
@@ -34,6 +35,7 @@ class Row:
     drift: float | None = None
     runs: int = 1
     spread: float = 0.0
+    notes: tuple[str, ...] = ()
     states: int = 0
 
     @property

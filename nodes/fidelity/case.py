@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import cos, pi, sin, sqrt
+from math import cos, inf, pi, sin, sqrt
 from typing import TYPE_CHECKING
 
 from heavylift.nodes.models.conditions import terms
@@ -94,7 +94,7 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
         mass=block.mass,
         tilts=block.moments[1] / block.mass if one else 0.0,
         way=max(ways, default=1.0),
-        lasts=sum(_lasts(action) for action in plan.actions),
+        lasts=min(sum(_lasts(action) for action in plan.actions), plan.end or inf),
     )
 
 

@@ -173,6 +173,28 @@ def test_repeated_samples_are_passed_over_and_missing_ones_refused(begin: Begin,
     assert len(Recording(rec.close()).signal("rope/tension").t) == 4
 
 
+def test_notes_come_with_samples_and_are_written_once(begin: Begin, batch: Batch) -> None:
+    """Under their own times, in the digest; a sampler that starts again tells them again."""
+
+    def noted(first: int, stop: int, *notes: tuple[int, int, str]) -> bytes:
+        return msgspec.msgpack.encode([*msgspec.msgpack.decode(batch(first, stop)), notes])
+
+    early, late = (0, 500_000_000, "a rope rattles"), (1, 3 * SECOND, "a mode is missed")
+    digests = []
+    for batches in (
+        [batch(0, 6)],
+        [noted(0, 6, early, late)],
+        [noted(0, 3, early), noted(0, 5, early, late), batch(5, 6)],
+    ):
+        rec = begin()
+        for one in batches:
+            rec.samples(one)
+        digests.append(rec.digest.hexdigest())
+        found = Recording(rec.close()).notes()
+    assert digests[0] != digests[1] == digests[2]
+    assert found == [(0.5, "a rope rattles"), (3.0, "a mode is missed")]
+
+
 def test_ropes_follow_a_change_from_its_time_on(begin: Begin, batch: Batch) -> None:
     rec = begin()
     line = RopeLine("r", "block", (0, 0, 0), "hook", (0, 0, 0))
