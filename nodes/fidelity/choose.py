@@ -23,14 +23,14 @@ from .case import Case, case_of
 from .cost import Cost, cost
 from .method import METHODS, Stepped, stepped
 from .question import Asked, Question
-from .rules import RULES, Choice, Errors
+from .rules import RULES, Choice, Errors, chance
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene.follow import Following
 
 __all__ = ["Verdict", "choose"]
 
-RICHEST = Fidelity(ropes="massive", lumps=2, rope_mass="lumped", girder="elastic")
+RICHEST = Fidelity(ropes="massive", lumps=4, rope_mass="lumped", girder="elastic")
 BEFORE_RIGID = ("lumped ropes", "rigid girder")
 INTEGRATION = 0.1  # part of the accuracy that is left to the steps in time
 EXPLICIT = ("dopri5", "dop853")  # that no stiff part of a mechanism takes by surprise
@@ -135,6 +135,8 @@ def choose(
         return Verdict(question, plan.fidelity, (), spent, always=_always(plan))
     fidelity = richest = _richest(plan.fidelity, named)
     left_out, decided = _cheapest(case, richest, question, named), list[Decided]()
+    if left_out:
+        spent = {q: chance(case).get(q, 0.0) for q in question.ask}
     for rule in RULES:
         choice = rule(case, fidelity)
         if choice.rule in left_out:
@@ -159,13 +161,13 @@ def _cheapest(case: Case, richest: Fidelity, question: Question, named: frozense
     """Of all sets of rules whose errors stay within the budget together, the one that leaves the cheapest rung."""
     choices = [rule(case, richest) for rule in RULES]
     open_ = [c for c in choices if c.allowed and c.key not in named]
-    budget = question.accuracy * (1.0 - INTEGRATION)
+    budget = {q: question.accuracy * (1.0 - INTEGRATION) - chance(case).get(q, 0.0) for q in question.ask}
     found: tuple[float, int, set[str]] = (cost(case, richest).product, 0, set())
     for n in range(1, len(open_) + 1):
         for some in combinations(open_, n):
             if not _fit(some, choices, named):
                 continue
-            if any(sum(c.errors.get(q, 0.0) for c in some) > budget for q in question.ask):
+            if any(sum(c.errors.get(q, 0.0) for c in some) > budget[q] for q in question.ask):
                 continue
             product = cost(case, reduce(_changed, some, richest)).product
             if (product, -n) <= found[:2]:
@@ -174,8 +176,11 @@ def _cheapest(case: Case, richest: Fidelity, question: Question, named: frozense
 
 
 def _fit(some: Sequence[Choice], choices: list[Choice], named: frozenset[str]) -> bool:
-    """Ropes lose their elasticity only after their mass and the elasticity of what they hang from."""
+    """Ropes lose their elasticity only after their mass and the elasticity of what they hang from; without chains of
+    lumps there is nothing to make coarser."""
     taken = {c.rule for c in some}
+    if taken >= {"two lumps", "lumped ropes"}:
+        return False
     before = {c.rule for c in choices if c.rule in BEFORE_RIGID and c.key not in named}
     return "rigid ropes" not in taken or before <= taken
 

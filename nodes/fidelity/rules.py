@@ -18,15 +18,16 @@ from .hooks import Hook, coupling, leaning, redistribution
 from .question import Asked
 from .swinging import away, envelope, excursion, farthest
 
-__all__ = ["RULES", "STATES", "Choice", "Errors", "Rule", "girder_states"]
+__all__ = ["RULES", "STATES", "Choice", "Errors", "Rule", "chance", "girder_states"]
 
 Errors = dict[Asked, float]
 COUPLED = 1.1  # of a coupling from straight pendulums of the longest ropes
-BEATING = 5.0  # modes of a load on more than three hooks that beat with their ropes
+VIBRATES = 0.003  # part of a rope's mass that moves as only four lumps show
 SWAYED = 1.3  # of girders whose trolleys sway on their servos
 BOTH_WAYS = 2.0  # there and back
 LEANT = 3.0  # there and back, and by the lean of the move before
 SOONER = 1.05  # by what the block does not hang straight
+CHANCE: Errors = {"rope tension": 2.5e-3, "position": 5e-4, "lift-off time": 2e-3}  # measured
 STATES = 2  # of a degree of freedom: coordinate and velocity
 
 
@@ -37,7 +38,7 @@ class Choice:
 
     rule: str
     key: str
-    change: dict[str, str]
+    change: dict[str, str | int]
     saved: int
     errors: Errors
     reason: str
@@ -48,23 +49,40 @@ class Choice:
 Rule = Callable[[Case, Fidelity], Choice]
 
 
+def chance(case: Case) -> Errors:
+    """What anything that is left out may change, however little it is, on more than three hooks: which of the pads is
+    the last to open, in which bounce of the block."""
+    return {} if case.determinate else dict(CHANCE)
+
+
+def lumps(case: Case, at: Fidelity) -> Choice:
+    """Two lumps a rope, which have its mass and its inertia already: what is lost is how the rope itself vibrates."""
+    heavy = max(h.rope_mass / h.load for h in case.hooks)
+    sways = heavy * VIBRATES
+    errors: Errors = {"swing": sways, "position": 2.0 * sways * farthest(case.swings, case.omegas) / case.way}
+    errors["rope tension"] = max(_dynamic(case, h, girder=True) for h in case.hooks) * heavy / 8.0
+    errors["lift-off time"] = _wave(case) / 20.0
+    degrees = 4 if at.motion == "spatial" else 2
+    saved = STATES * degrees * max(0, at.lumps - 2) * len(case.hooks)
+    allowed = at.ropes == "massive" and at.lumps > 2
+    why = f"more than two show how a rope vibrates that weighs {heavy:.2%} of its load"
+    return Choice("two lumps", "lumps", {"lumps": 2}, saved, errors, why, allowed)
+
+
 def rope_mass(case: Case, at: Fidelity) -> Choice:
     """The mass of ropes lumped onto hooks and trolleys: statics, the frequency of the swing and that of the load up and
     down stay; lost is the sixth of it that couples both ends, so that a trolley shakes its load by so much less, the
     time of a wave to the hook, and how the waves of several ropes share a load that more than three carry."""
-    g = case.gravity
     heavy = max(h.rope_mass / h.load for h in case.hooks)
     part = COUPLED * coupling(case.hooks) + heavy**2 / 4.0
     dynamic = max(_dynamic(case, h, girder=True) for h in case.hooks)
-    wave = max(sqrt(h.rope_mass * h.soft_rope) for h in case.hooks)
-    stage = min(h.stretch(g, girder=True) / h.picks for h in case.hooks)
     errors: Errors = {"swing": part, "position": part * farthest(case.swings, case.omegas) / case.way}
-    errors["rope tension"] = dynamic * heavy / 2.0 * (1.0 if case.determinate else BEATING)
-    errors["lift-off time"] = wave * (0.5 if case.determinate else 2.0) / stage
-    lumps = at.lumps * len(case.hooks)
+    errors["rope tension"] = dynamic * heavy / (2.0 if case.determinate else 1.0)
+    errors["lift-off time"] = _wave(case) / 2.0
+    chains = at.lumps * len(case.hooks)
     degrees = 4 if at.motion == "spatial" else 2
     return Choice(
-        "lumped ropes", "ropes", {"ropes": "elastic"}, STATES * degrees * lumps, errors,
+        "lumped ropes", "ropes", {"ropes": "elastic"}, STATES * degrees * chains, errors,
         f"a rope weighs {heavy:.2%} of its load",
     )  # fmt: skip
 
@@ -158,7 +176,7 @@ def pads(case: Case, at: Fidelity) -> Choice:
     return Choice("standing pads", "pads", {"pads": "standing"}, 0, {}, why, not case.turns)
 
 
-RULES: tuple[Rule, ...] = (pads, rope_mass, girder, plane, idle_drives, hinges, rope_elasticity)
+RULES: tuple[Rule, ...] = (pads, lumps, rope_mass, girder, plane, idle_drives, hinges, rope_elasticity)
 
 
 def _dynamic(case: Case, h: Hook, girder: bool) -> float:
@@ -168,6 +186,12 @@ def _dynamic(case: Case, h: Hook, girder: bool) -> float:
     w = min(x.omega(girder) for x in case.hooks)
     parting = sqrt(h.picks**2 + (h.ramp / w) ** 2) / w / h.soft(girder)
     return parting / h.load / case.gravity + 2.0 * h.ramp / case.gravity
+
+
+def _wave(case: Case) -> float:
+    """Time of a wave along a rope, relative to the stage that lifts."""
+    stage = min(h.stretch(case.gravity, girder=True) / h.picks for h in case.hooks)
+    return max(sqrt(h.rope_mass * h.soft_rope) for h in case.hooks) / stage
 
 
 def _bounce(case: Case, girder: bool) -> float:

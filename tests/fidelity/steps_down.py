@@ -19,6 +19,7 @@ ABOVE = {"ropes": "elastic", "rope_mass": "lumped", "girder": "elastic"}
 RICHEST = {"ropes": "massive", "lumps": 2, "rope_mass": "lumped", "girder": "elastic"}
 STIFF = ABOVE | {"girder": "rigid"}
 STEPS = {
+    rules.lumps: RICHEST | {"lumps": 4},
     rules.rope_mass: RICHEST,
     rules.girder: ABOVE,
     rules.plane: ABOVE,
@@ -58,4 +59,5 @@ def measured(seed: int, rule: rules.Rule) -> tuple[dict[str, float], dict[str, f
     below = above | choice.change
     if choice.locked:
         below["locked"] = f"[{', '.join(choice.locked)}]"
-    return choice.errors, apart(ran(seed, tuple(below.items())), ran(seed, tuple(above.items())))
+    predicted = {q: choice.errors.get(q, 0.0) + rules.chance(case_of(seed)).get(q, 0.0) for q in RESOLUTION}
+    return predicted, apart(ran(seed, tuple(below.items())), ran(seed, tuple(above.items())))
