@@ -1,9 +1,9 @@
 """What a scene can ask, how the error of each answer is measured, and how large it may be.
 
-rope tension    |peak - true peak| / true peak, of every hook rope
-swing           of the load after each move: error of its frequency and of its envelope, relative
-position        of the block, relative to the longest way that it goes
-lift-off time   |t - true t| / duration of the stage
+rope tension    |peak - true peak| / true peak at the hook, of every hook rope
+swing           of the block about what it hangs from: largest excursion of the run, frequency after the last move, relative
+position        of the block as stages begin and at the end, relative to the longest way between two of them
+lift-off time   |t - true t| / duration of the stage, or half a second if that is shorter
 """
 
 from __future__ import annotations

@@ -1,5 +1,4 @@
-"""Each rule on forty lifts: it bounds every one, and is at most ten times too careful in the
-median; of positions twenty times, of lift-off thirty: sag and droop are counted in full where most of them cancels."""
+"""Each rule on forty lifts: it bounds every one, and is at most ten times too careful in the median."""
 
 import sys
 from functools import cache
@@ -13,32 +12,22 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "fidelity"))
 from steps_down import RESOLUTION, STEPS, measured
 
 SEEDS = range(100, 140)
-CAREFUL = {"rope tension": 10.0, "swing": 10.0, "position": 20.0, "lift-off time": 30.0}
+CAREFUL = 10.0
 MANY = 10  # scenes from which a median tells something
-
-
-SHORT = pytest.mark.xfail(reason="seed 101: of five hooks the last lifts at once; its stage is shorter than predicted")
-KNOWN = {("rope_mass", "lift-off time"), ("hinges", "lift-off time")}
-CASES = [
-    pytest.param(
-        rule, quantity, id=f"{rule.__name__}, {quantity}", marks=SHORT if (rule.__name__, quantity) in KNOWN else ()
-    )
-    for rule in STEPS
-    for quantity in RESOLUTION
-]
 
 
 @cache
 def family(rule):
     """What a rule predicts on each lift, and what the rung above shows."""
-    return [m for seed in SEEDS if (m := measured(seed, rule))]
+    return {seed: m for seed in SEEDS if (m := measured(seed, rule))}
 
 
-@pytest.mark.parametrize(("rule", "quantity"), CASES)
+@pytest.mark.parametrize("rule", STEPS, ids=lambda rule: rule.__name__)
+@pytest.mark.parametrize("quantity", RESOLUTION)
 def test_a_rule_is_a_bound_and_a_close_one(rule, quantity):
     least, found = RESOLUTION[quantity], family(rule)
     assert found
-    pairs = [(predicted.get(quantity, 0.0), error[quantity]) for predicted, error in found]
-    assert [(p, e) for p, e in pairs if e > p + least] == []
-    seen = [p / e for p, e in pairs if e > least]
-    assert len(seen) < MANY or median(seen) <= CAREFUL[quantity]
+    pairs = {seed: (predicted[quantity], error[quantity]) for seed, (predicted, error) in found.items()}
+    assert {seed: (p, e) for seed, (p, e) in pairs.items() if e > p + least} == {}
+    seen = [p / e for p, e in pairs.values() if e > least]
+    assert len(seen) < MANY or median(seen) <= CAREFUL
