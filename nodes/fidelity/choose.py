@@ -8,7 +8,7 @@ left of the accuracy is the steps', whose method and tolerance come last.  What 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import reduce
 from itertools import combinations
 from typing import TYPE_CHECKING
@@ -32,6 +32,7 @@ __all__ = ["Verdict", "choose"]
 
 RICHEST = Fidelity(ropes="massive", lumps=4, rope_mass="lumped", girder="elastic")
 BEFORE_RIGID = ("lumped ropes", "rigid girder")
+CERTAIN = 0.6  # part of the accuracy that rules may spend whatever chance adds
 INTEGRATION = 0.1  # part of the accuracy that is left to the steps in time
 EXPLICIT = ("dopri5", "dop853")  # that no stiff part of a mechanism takes by surprise
 
@@ -60,6 +61,7 @@ class Verdict:
     richest: Cost | None = None
     always: tuple[Choice, ...] = ()
     steps: tuple[Stepped, ...] = ()
+    chance: Errors = field(default_factory=dict)
 
     def __str__(self) -> str:
         asked = ", ".join(self.question.ask)
@@ -73,6 +75,8 @@ class Verdict:
             outcome = "left out" if choice.allowed else "as it is"
             lines.append(f"  {choice.rule:<16} {outcome:<9} {choice.saved:>4} states   {choice.reason}")
         lines += [f"  predicted in all: {self._told(self.errors)}; the steps may add {self._told(self._left())}"]
+        if self.chance:
+            lines += [f"  by chance, whatever is modelled: {self._told(self.chance)}: which pad is the last to open"]
         if self.cost and self.richest:
             lines += [
                 f"  {name:<16} {c.states:>4} states, bound by {c.omega:.0f} 1/s, about {c.evaluations:.2g} evaluations"
@@ -120,6 +124,7 @@ class Verdict:
                 for s in self.steps
             ],
             "predicted": dict(self.errors),
+            "chance": dict(self.chance),
             "cost": {name: asdict(c) for name, c in (("chosen", self.cost), ("richest", self.richest)) if c},
         }  # fmt: skip
 
@@ -135,8 +140,6 @@ def choose(
         return Verdict(question, plan.fidelity, (), spent, always=_always(plan))
     fidelity = richest = _richest(plan.fidelity, named)
     left_out, decided = _cheapest(case, richest, question, named), list[Decided]()
-    if left_out:
-        spent = {q: chance(case).get(q, 0.0) for q in question.ask}
     for rule in RULES:
         choice = rule(case, fidelity)
         if choice.rule in left_out:
@@ -149,7 +152,7 @@ def choose(
     ways = _steps(case, pruned, {q: question.accuracy - e for q, e in spent.items()}, steps)
     dearest = _steps(case, most, dict.fromkeys(question.ask, question.accuracy), steps)
     costs = (ways[0].cost, dearest[0].cost) if ways else (cost(case, fidelity), cost(case, richest))
-    return Verdict(question, fidelity, tuple(decided), spent, *costs, _always(pruned), ways)
+    return Verdict(question, fidelity, tuple(decided), spent, *costs, _always(pruned), ways, chance(case))
 
 
 def _always(plan: Plan) -> tuple[Choice, ...]:
@@ -161,7 +164,10 @@ def _cheapest(case: Case, richest: Fidelity, question: Question, named: frozense
     """Of all sets of rules whose errors stay within the budget together, the one that leaves the cheapest rung."""
     choices = [rule(case, richest) for rule in RULES]
     open_ = [c for c in choices if c.allowed and c.key not in named]
-    budget = {q: question.accuracy * (1.0 - INTEGRATION) - chance(case).get(q, 0.0) for q in question.ask}
+    budget = {
+        q: max((1.0 - INTEGRATION) * question.accuracy - chance(case).get(q, 0.0), CERTAIN * question.accuracy)
+        for q in question.ask
+    }
     found: tuple[float, int, set[str]] = (cost(case, richest).product, 0, set())
     for n in range(1, len(open_) + 1):
         for some in combinations(open_, n):

@@ -50,8 +50,8 @@ Rule = Callable[[Case, Fidelity], Choice]
 
 
 def chance(case: Case) -> Errors:
-    """What anything that is left out may change, however little it is, on more than three hooks: which of the pads is
-    the last to open, in which bounce of the block."""
+    """What two models may differ by, however little is between them, on more than three hooks: which of the pads is the
+    last to open, in which bounce of the block."""
     return {} if case.determinate else dict(CHANCE)
 
 
