@@ -129,7 +129,7 @@ class Blocks:
         if absent:
             lean, code = self._lean(absent)
             if code is None:
-                code = leaner_code(lean, base, absent, self.structure(), *self._options)
+                code = leaner_code(lean, base, self.structure(absent), *self._options)
                 self._leaner[self.program.locked, self._calm, absent] = lean, code
             self._code = code
 
@@ -146,9 +146,10 @@ class Blocks:
         method = self._lean(absent)[0] if absent else self.method
         return method.f_rate.operations, alone(method)
 
-    def structure(self) -> str:
-        """Equal for simulations that share machine code."""
-        return structure(self.program, self.method.method.name, self.fixed, self._fused)
+    def structure(self, absent: frozenset[str] = frozenset()) -> str:
+        """Equal for simulations that share machine code, or that of the equations without these laws."""
+        program = self.program.without(absent) if absent else self.program
+        return structure(program, self.method.method.name, self.fixed, self._fused)
 
     def _ir(self) -> str:
         m = self.method

@@ -79,9 +79,7 @@ def alone(method: Stepping) -> int:
     return sum(visit(f) for f in (method.f_rate, method.f_project) if f)
 
 
-def leaner_code(
-    method: Stepping, base: Code, absent: frozenset[str], structure: str, fused: bool, opt: int, cache: bool
-) -> Code:
+def leaner_code(method: Stepping, base: Code, structure: str, fused: bool, opt: int, cache: bool) -> Code:
     """Machine code of `leaner`: new is what evaluates the equations, all else is that of `base`."""
     if not isinstance(base, Library):
         return Oracle(method)
@@ -91,4 +89,4 @@ def leaner_code(
         functions = [f for f in (method.f_rate, method.f_project) if f]
         return module(*functions, fused=fused, found=lambda f, name: f in shared and base.has(name))
 
-    return Library(f"{structure} without {sorted(absent)}", ir, opt, cache, base=base)
+    return Library(f"equations of {structure}", ir, opt, cache, base=base)

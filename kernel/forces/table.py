@@ -59,7 +59,7 @@ class SharedForce:
     def structure(self) -> tuple[object, ...]:
         """Equal for forces that the same machine code serves in the same place of a scene."""
         s = self.law.signal(self.force)
-        return self.key, self.ends, self.force.along, s and (s.driven, bool(s.times))
+        return self.key, self.ends, s and (s.driven, bool(s.times))
 
 
 def shared(forces: tuple[Force, ...], graph: Graph, poses: Poses, end: int) -> tuple[SharedForce, ...]:

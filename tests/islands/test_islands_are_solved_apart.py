@@ -138,6 +138,17 @@ def test_what_cannot_move_is_no_island() -> None:
     assert bodies(islands_of(merge([post, TWO], G))) == [["post", "load-a"], ["load-b"]]
 
 
+def test_many_small_islands_are_solved_together() -> None:
+    many = merge([lift(name, 10.0 * i) for i, name in enumerate("abcdefghijk")], G)
+    assert [len(names) for names in bodies(islands_of(many))] == [1, 1, 1, 1, 1, 1, 1, 4]
+
+
+def test_equal_islands_share_their_code() -> None:
+    a, b = islands(native=False).parts
+    assert a.structure() == b.structure()
+    assert a.structure(frozenset({"pad-a0"})) == b.structure(frozenset({"pad-b0"})) != a.structure()
+
+
 def test_ropes_that_will_be_hooked_tie_from_the_start() -> None:
     for ties, kind in (([], Islands), (["tug"], Simulation)):
         s = simulate(TIED, TOLERANCE, SECOND, frozenset(), "dopri5", None, ties)
