@@ -24,6 +24,7 @@ from heavylift.kernel.describe import (
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.islands import Islands, simulate
 from heavylift.kernel.simulation import Simulation
+from heavylift.nodes.devs.canonical import frozen, thawed
 
 SECOND = 1_000_000_000
 TOLERANCE = 1e-7
@@ -227,7 +228,7 @@ def test_a_snapshot_keeps_the_cut(t: float) -> None:
     before, after = ([x for x in HOOKED if (x[0] <= t) is early] for early in (True, False))
     played(first, before, end=t)
     second.start()
-    second.restore(first.snapshot())
+    second.restore(thawed(frozen(first.snapshot())))
     for s in (first, second):
         played(s, after, start=False)
     assert [(at, row.tobytes()) for at, row in second.rows] == [(at, row.tobytes()) for at, row in first.rows]
