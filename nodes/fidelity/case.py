@@ -46,6 +46,7 @@ class Case:
     tilts: float  # its moment of inertia about the rails' normal, per mass [m2]; 0: its hooks hold it level
     way: float  # longest of a move [m]
     lasts: float  # of the whole action list, about [s]
+    stages: int  # of it: each begins and ends with a jump of the forces
 
     @property
     def reach(self) -> float:
@@ -94,7 +95,8 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
         mass=block.mass,
         tilts=block.moments[1] / block.mass if one else 0.0,
         way=max(ways, default=1.0),
-        lasts=min(sum(_lasts(action) for action in plan.actions), plan.end or inf),
+        lasts=min(sum(_lasts(action) for action in plan.actions) + _turning(plan), plan.end or inf),
+        stages=len(plan.actions),
     )
 
 
@@ -200,6 +202,13 @@ def _lasts(action: Action) -> float:
     """Duration of an action, about [s]."""
     told = [_duration(order) for order in action.orders if isinstance(order, Move)]
     return max([*told, *(order.seconds for order in action.orders if isinstance(order, Wait))], default=0.0)
+
+
+def _turning(plan: Plan) -> float:
+    """Of all turns of the block, about [s]."""
+    told = [order for action in plan.actions for order in action.orders if isinstance(order, Turn)]
+    angles = [plan.start, *(turn.to for turn in told)]
+    return sum(abs(turn.to - before) / turn.rate for before, turn in zip(angles, told, strict=False))
 
 
 def _duration(m: Move) -> float:

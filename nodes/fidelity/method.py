@@ -76,18 +76,20 @@ def ros34pw2(case: Case, at: Fidelity, tolerance: float) -> Stepped:
 
 
 def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
-    """Bound by accuracy: 2 evaluations and 3 per iteration, a Jacobian of n evaluations every fourth step; the finer
-    the steps, the longer one serves."""
-    often = max(1.3 / LONGEST, 11.5 * (1e-4 / tolerance) ** 0.2)
+    """Bound by accuracy: 2 evaluations a step and 3 per iteration.  Where nothing happens one iteration does, and
+    Jacobian and factors serve for long; at the ends of a stage they are made anew, with a step each."""
+    often = max(1.0 / LONGEST, 11.5 * (1e-4 / tolerance) ** 0.2)
     errors = _errors(case, at, tolerance, often, resolved=(1e-3 / tolerance) ** 0.4)
-    n, iterations = states(case, at), 1.5 * (1e-2 / tolerance) ** 0.08
-    jacobians = 0.25 * min(1.0, (tolerance / 1e-3) ** 0.33)
-    factors = min(1.0, 0.3 * (1e-2 / tolerance) ** 0.1)
-    linear = radau_algebra(n, factors * often, iterations * often, often)
+    n, finer = states(case, at), 1e-4 / tolerance
+    steps, jumps = often * duration(case), 25.0 * case.stages
+    jacobians = jumps * min(1.0, (0.1 / finer) ** 0.33) + 0.06 * min(1.0, finer**0.5) * steps
+    factors = 1.5 * jumps + min(0.6, 0.15 * finer**0.55) * steps
+    iterations = 2.0 * finer**0.14 * steps + 2.0 * jumps
+    spent = 2.0 * (steps + jumps) + 3.0 * iterations + n * jacobians
+    linear = radau_algebra(n, factors, iterations, steps + jumps)
     able = at.ropes != "rigid" and at.slings != "rigid"
     why = f"implicit: {often:.0f} steps a second" if able else "it does not keep rigid ropes"
-    spent = _cost(case, at, (2.0 + 3.0 * iterations + jacobians * n) * often, linear)
-    return Stepped("radau5", tolerance, errors, spent, why, able)
+    return Stepped("radau5", tolerance, errors, Cost(n, attempts(case, at), spent, linear), why, able)
 
 
 METHODS: dict[str, Method] = {"dopri5": dopri5, "dop853": dop853, "ros34pw2": ros34pw2, "radau5": radau5}

@@ -50,7 +50,7 @@ def lifted(scene) -> Lifted:
             began.setdefault(name, event.t * 1e-9)
             last[0] = event.t
 
-    end = Tag(ns(plan.end) if plan.end else 3600 * 10**9)
+    end = Tag(ns(plan.end) if plan.end else 4 * 3600 * 10**9)
     core = Coordinator([*models, KERNEL], couplings(plan), end, (COMMANDER, "finished"), heard)
     run_in_memory(core, [*(Node(name, Simulator(m)) for name, m in models.items()), Node(KERNEL, kernel)])
     kernel.finish(Tag(last[0] + 1))
