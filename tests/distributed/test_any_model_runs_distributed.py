@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator import run_models
+from heavylift.coordinator.cli import main
 from heavylift.coordinator.protocol.core import Outcome
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Simulator, Transition, ms
@@ -91,11 +92,15 @@ def test_a_mistake_in_a_model_is_told_with_its_path_and_time(where):
         ("builtins:dict", "builtins:dict: dict() returned dict, it must return a Coupled"),
     ],
 )
-def test_what_names_no_model_is_told_in_a_sentence(reference, sentence):
-    done = command(reference, cwd=HERE)
-    assert done.returncode == 1
-    assert done.stderr.startswith(f"heavylift: {sentence}")
-    assert done.stderr.count("\n") == 1
+def test_what_names_no_model_is_told_in_a_sentence(reference, sentence, monkeypatch, capsys):
+    monkeypatch.chdir(HERE)
+    monkeypatch.setattr(sys, "argv", ["heavylift", "devs", reference])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    told = capsys.readouterr().err
+    assert ended.value.code == 1
+    assert told.startswith(f"heavylift: {sentence}")
+    assert told.count("\n") == 1
 
 
 def test_a_script_that_runs_its_model_at_import_is_told_so(tmp_path):

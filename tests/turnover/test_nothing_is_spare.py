@@ -15,10 +15,11 @@ from heavylift.nodes.scene import bundled, parse
 from stock_reader import Reading
 
 PATIENCE_s = 30.0
-NODES = ["commander", "west", "east", *(f"loader-{i}" for i in range(1, 7)), "block", "kernel"]
+NODES = 11
+ONE_OF_EACH_KIND = ["commander", "west", "loader-1", "block", "kernel"]
 
 
-@pytest.mark.parametrize("node", NODES)
+@pytest.mark.parametrize("node", ONE_OF_EACH_KIND)
 def test_a_node_that_cannot_live_ends_the_run_with_a_sentence_that_names_it(tmp_path: Path, node: str) -> None:
     command = [sys.executable, Path(__file__).with_name("killer.py"), node, "run", "turnover"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_s)
@@ -28,7 +29,7 @@ def test_a_node_that_cannot_live_ends_the_run_with_a_sentence_that_names_it(tmp_
     assert "its process was ended by signal 9 (SIGKILL)" in sentence
     assert "Traceback" not in done.stderr
     pids = [int(pid) for pid in done.stdout.splitlines()[0].split()]
-    assert len(pids) == len(NODES)
+    assert len(pids) == NODES
     deadline = time.monotonic() + PATIENCE_s
     while any(_lives(pid) for pid in pids):
         assert time.monotonic() < deadline, "a process is left"
