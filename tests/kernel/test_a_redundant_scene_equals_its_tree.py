@@ -104,7 +104,7 @@ def block_acceleration(s: Simulation) -> np.ndarray:
     return np.array(dv[s.program.graph.joint("block-joint").v])
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_random_poses_carry_what_the_tree_carries(seed: int) -> None:
     tensions, accelerations = [], []
     for system in posed(seed):

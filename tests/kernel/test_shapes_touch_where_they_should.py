@@ -41,7 +41,7 @@ def first_touch(witness, start, direction, far):
     return hi
 
 
-@pytest.mark.parametrize("seed", range(25))
+@pytest.mark.parametrize("seed", range(12))
 def test_boxes_touch_when_their_distance_is_zero(seed):
     """Two boxes in random attitude approach on a random line: first witness = first touch, never earlier or later."""
     rng = np.random.default_rng(seed)
