@@ -6,7 +6,7 @@ they add to the error of each quantity; `stepped` takes the cheapest of those th
                        explicit methods at the edge of stability let stiff modes rattle: c tol^q over the stretch
     other quantities   0.03 sqrt(tol) of swing and position, 0.1 sqrt(tol) of the time of lift-off
 
-phi' is the dynamic factor less 1 (`rules`).  The constants are measured on lifts at random (FIDELITY.md).
+phi' is the dynamic factor less 1 (`rules`).  The constants are measured on lifts at random (STEPS.md).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from heavylift.nodes.scene.plan import Fidelity
+from heavylift.nodes.scene.plan import LOOSEST, Fidelity
 
 from .case import Case
 from .cost import LONGEST, Cost, attempts, duration, radau_algebra, rosenbrock_algebra, states
@@ -23,7 +23,6 @@ from .rules import Errors, _dynamic
 
 __all__ = ["METHODS", "Stepped", "stepped"]
 
-EDGE = 1e-4  # tolerance of explicit methods: a looser one makes them rattle and nothing cheaper
 TOLERANCES = tuple(10.0 ** (-k / 2) for k in range(4, 25))  # 1e-2 to 1e-12
 SMOOTH, EVENT, RIGID = 0.03, 0.1, 0.01  # errors over sqrt(tol): of swing and place, of lift-off, of rigid ropes' peaks
 
@@ -53,7 +52,7 @@ def dopri5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     often = max(stable, 133.0 * (1e-10 / tolerance) ** 0.2)
     errors = _errors(case, at, tolerance, often, rattle=1600.0 * tolerance**2)
     why = f"explicit: the stiffest mode asks for {stable:.0f} steps a second"
-    return Stepped("dopri5", tolerance, errors, _cost(case, at, 6.0 * often), why, tolerance <= EDGE)
+    return Stepped("dopri5", tolerance, errors, _cost(case, at, 6.0 * often), why, tolerance <= LOOSEST)
 
 
 def dop853(case: Case, at: Fidelity, tolerance: float) -> Stepped:
@@ -62,7 +61,7 @@ def dop853(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     often = max(stable, 25.0 * (1e-10 / tolerance) ** 0.125)
     errors = _errors(case, at, tolerance, often, rattle=3.5 * tolerance**1.5)
     why = f"explicit: the stiffest mode asks for {stable:.0f} steps a second"
-    return Stepped("dop853", tolerance, errors, _cost(case, at, 12.0 * often), why, tolerance <= EDGE)
+    return Stepped("dop853", tolerance, errors, _cost(case, at, 12.0 * often), why, tolerance <= LOOSEST)
 
 
 def ros34pw2(case: Case, at: Fidelity, tolerance: float) -> Stepped:

@@ -110,7 +110,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
         plan.Plan(
             name=scene.name,
             gravity=scene.gravity,
-            tolerance=scene.tolerance or scene.accuracy * plan.TOLERANCE_OF_ACCURACY,
+            tolerance=scene.tolerance or min(scene.accuracy * plan.TOLERANCE_OF_ACCURACY, plan.LOOSEST),
             method=scene.method,
             step=scene.step,
             seed=scene.seed,

@@ -27,6 +27,7 @@ from .actions import Item
 from .fidelity import Fidelity as Fidelity
 
 TOLERANCE_OF_ACCURACY = 1e-2  # tolerance of an integration step / accuracy of the rope tensions that it serves
+LOOSEST = 1e-4  # tolerance: a looser one lets stiff modes rattle, peaks are wrong by a fifth, and steps are no cheaper
 
 # machines
 

@@ -1,8 +1,12 @@
 """Method and tolerance on lifts at random: the chosen one is the cheapest or nearly so, costs what was predicted, and
 adds no more to the error of what is asked than was predicted."""
 
+import sys
 from functools import cache
+from pathlib import Path
 from statistics import median
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "fidelity"))
 
 from steps_down import RESOLUTION
 from steps_taken import taken
