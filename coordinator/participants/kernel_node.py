@@ -9,6 +9,7 @@ Samples come from committed steps only and leave through `publish`, numbered.
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 
 import msgspec
@@ -44,6 +45,7 @@ class KernelNode:
         self._subscriptions: Mapping[str, list[str]] = config.subscriptions
         self._publish = publish
         self._sent = self._noted = 0
+        self._before = FOREVER_NS  # samples from here on wait: a step may end where the run does [ns]
         self.pauses = 0
         """Native calls so far: in a long one of the node's steps, whether it gets on."""
         self._last = self._spoke = Tag(-1)  # of all transitions; of those with an output or an input
@@ -141,6 +143,8 @@ class KernelNode:
 
     def finish(self, end: Tag) -> str:
         """Samples up to the end of the run, and one at it; the kernel waits for nothing."""
+        rows, self._before = self.simulation.rows, end.t
+        rows[:] = [row for row in rows if row[0] < end.t]
         self.simulation.interrupt(end.t - 1)
         self.simulation.settle()
         self._flush(1)
@@ -159,7 +163,7 @@ class KernelNode:
         self._offer = None
 
     def _work(self, until: Tag) -> None:
-        self._offer = None
+        self._offer, self._before = None, until.t + (until.k > 0)
         try:
             if not self._told:  # a model may answer it
                 self.simulation.run(until.t, self._pause)
@@ -194,8 +198,8 @@ class KernelNode:
 
     def _flush(self, least: int) -> None:
         rows, notes = self.simulation.rows, self.simulation.notes
-        while len(rows) >= least and rows:
-            some, rows[:] = rows[:BATCH], rows[BATCH:]
+        while (ready := min(BATCH, bisect_left(rows, self._before, key=lambda row: row[0]))) >= least:
+            some, rows[:] = rows[:ready], rows[ready:]
             values = published(self.simulation.method, np.array([row for _, row in some]))
             new = [(number, *notes[number]) for number in range(self._noted, len(notes))]
             batch = (self._sent, [t for t, _ in some], values.astype("<f8").tobytes(), *([new] if new else []))

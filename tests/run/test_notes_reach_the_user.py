@@ -4,17 +4,24 @@ same words, in the same digest, whether the nodes share a process or not."""
 import json
 from pathlib import Path
 
+import msgspec
 import pytest
 from command import finish
+from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.coordinator.replay import RecordedRun, verify
 from heavylift.coordinator.run import run
+from heavylift.coordinator.run.pause import configured
 from heavylift.coordinator.run.watch import Watch
+from heavylift.kernel.notes import Note
+from heavylift.nodes.devs import Tag
+from heavylift.nodes.models import build
 from heavylift.nodes.scene import parse
 from heavylift.recordings import Recording
 from heavylift.recordings.info import info, info_data
 from heavylift.recordings.report import report
 
-HEAD = "heavylift: 1\nname: hung\nend: 4.2 s\nsamples: 20 Hz\n"
+SECOND = 10**9
+HEAD = "heavylift: 1\nname: hung\nend: 4 s\nsamples: 20 Hz\n"
 LOAD = """\
 mechanism:
   bodies:
@@ -86,3 +93,27 @@ def test_the_terminal_tells_it_as_it_comes_and_at_the_end(tmp_path: Path):
     code, out, _ = finish(tmp_path, "run", scene.name, "--in-process", "-o", "b.mcap", "--json")
     assert code == 0
     assert "follows no oscillation" in json.loads(out)["notes"][0]
+
+
+def test_a_kernel_that_goes_on_from_a_snapshot_tells_only_what_is_new():
+    """The note of the start has been told; one that rattles later is numbered on."""
+    plan = parse(MISSES).plan
+    told, again = list[bytes](), list[bytes]()
+    first, second = (KernelNode(configured(plan, build(plan)), out.append) for out in (told, again))
+    first.start()
+    first.advance(Tag(0, 1), [], Tag(SECOND))
+    assert [note for batch in told for note in numbers(batch)] == [0]
+    second.start()
+    again.clear()
+    second.restore(first.snapshot())
+    second.advance(Tag(SECOND), [], Tag(3 * SECOND))
+    assert [note for batch in again for note in numbers(batch)] == []
+    second.simulation.notes.append(Note(3 * SECOND, "something new"))
+    second.finish(Tag(3 * SECOND + 1))
+    assert [note for batch in again for note in numbers(batch)] == [1]
+
+
+def numbers(batch: bytes) -> list[int]:
+    """Of the notes in a batch of samples as it travels."""
+    _, _, _, *notes = msgspec.msgpack.decode(batch)
+    return [number for number, _, _ in notes[0]] if notes else []
