@@ -84,7 +84,8 @@ class Verdict:
             ]
             lines += [f"  evaluations x states: 1/{self.richest.product / self.cost.product:.1f} of the richest rung's"]
         for i, s in enumerate(self.steps):
-            outcome = "chosen" if i == 0 else "dearer" if s.within(self._left()) else "unfit"
+            fits = s.within(self._left())
+            outcome = ("chosen" if fits else "at best") if i == 0 else "dearer" if fits else "unfit"
             at = f"{s.method} at {s.tolerance:.0e}" if s.allowed else s.method
             lines.append(f"  {at:<16} {outcome:<9} {self._words(s)}{s.reason}")
         return "\n".join(lines)

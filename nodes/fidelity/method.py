@@ -39,8 +39,12 @@ class Stepped:
     allowed: bool = True
 
     def within(self, left: Errors) -> bool:
-        """Whether what the steps add stays below what is left for each quantity asked."""
-        return self.allowed and all(self.errors[q] <= e for q, e in left.items())
+        """Whether it can do the rung and what the steps add stays below what is left for each quantity asked."""
+        return self.allowed and self.exact(left)
+
+    def exact(self, left: Errors) -> bool:
+        """Whether the predicted errors alone do."""
+        return all(self.errors[q] <= e for q, e in left.items())
 
 
 Method = Callable[[Case, Fidelity, float], Stepped]
@@ -106,7 +110,8 @@ def stepped(
 
 def _cheapest(method: Method, case: Case, at: Fidelity, left: Errors, tolerances: Sequence[float]) -> Stepped:
     tried = [method(case, at, tolerance) for tolerance in tolerances]
-    return min((s for s in tried if s.within(left)), key=lambda s: s.cost.product, default=tried[-1])
+    otherwise = next((s for s in tried if s.exact(left)), tried[-1])  # of a method that the scene names all the same
+    return min((s for s in tried if s.within(left)), key=lambda s: s.cost.product, default=otherwise)
 
 
 def _cost(case: Case, at: Fidelity, evaluations: float, linear: float = 0.0) -> Cost:

@@ -50,6 +50,14 @@ def test_what_is_named_stays_as_named():
     assert steps("tolerance=1e-7")[1] == 1e-7
     assert steps("method=rk4", "step=10 ms") == ("rk4", 1e-4, 0.01)
     assert steps("method=scipy-radau")[0] == "scipy-radau"
+    method, tolerance, _ = steps("method=radau5", "fidelity={ropes: rigid, slings: rigid}")
+    assert (method, tolerance >= 1e-4) == ("radau5", True), "at its law's tolerance, fit or not"
+
+
+def test_what_no_method_promises_is_said():
+    text = str(check(load("lift", ["ask=[rope tension]", "accuracy=0.01 %", "tolerance=1e-3"])))
+    assert " at best " in text
+    assert " chosen    " not in text
 
 
 @pytest.mark.parametrize("wrong", ["0", "-1", "tight", "2"])
