@@ -30,7 +30,10 @@ if TYPE_CHECKING:
     from .methods.peers import Code
     from .rate import Program
 
-__all__ = ["alone", "dispensable", "leaner", "leaner_code"]
+__all__ = ["AWAY", "alone", "dispensable", "leaner", "leaner_code"]
+
+
+AWAY = 0.2  # [s] until which nothing at rest could touch what is left out: two steps of the usual longest length
 
 
 def dispensable(program: Program, P: np.ndarray, row: Callable[[], SimpleNamespace], away: float) -> frozenset[str]:

@@ -18,13 +18,16 @@ def check(scene: Scene, as_json: Json = False, sets: Sets = None) -> None:
     from heavylift.nodes.scene import check as examine
     from heavylift.nodes.scene import load
 
+    from ..run.stages import page, required
+
     loaded = load(scene, sets or [])
-    found = examine(loaded)
+    found, stages = examine(loaded), required(loaded)
     if not as_json:
-        typer.echo(str(found))
+        typer.echo(str(found) + (f"\n\n{page(stages)}" if stages else ""))
         return
-    modelled = loaded.verdict.data() if loaded.verdict else None
-    typer.echo(json.dumps({k: v for k, v in asdict(found).items() if k != "lines"} | {"modelled": modelled}))
+    told: dict[str, object] = {k: v for k, v in asdict(found).items() if k != "lines"}
+    told |= {"modelled": loaded.verdict.data() if loaded.verdict else None, "stages": [asdict(x) for x in stages]}
+    typer.echo(json.dumps(told))
 
 
 @app.command()
