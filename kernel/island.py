@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from .constraints.ropes import RigidAt
 from .describe import System
 from .parameters import RopeAt
 from .simulation import Simulation
+from .snapshots import BLOCKS, KEPT
 from .steps import STILL_SQUARE
 from .thrift import Thrift
 
@@ -48,6 +50,25 @@ class Island(Simulation):
     def resting(self) -> bool:
         """Whether nothing moves or will move by itself."""
         return self._still
+
+    def mark(self) -> dict[str, Any]:
+        """What a run changes as long as nothing happens, for `back`; cheaper than a snapshot."""
+        beside = {"balance": {name: copy(x) for name, x in vars(self._balance).items()}, "absent": self.absent}
+        return (
+            {name: copy(getattr(self, name)) for name in KEPT} | beside | {"thrift": self.thrift and self.thrift.kept()}
+        )
+
+    def back(self, mark: dict[str, Any]) -> None:
+        """Stand again where `mark` was made, before anything happened."""
+        vars(self._balance).update(mark["balance"])
+        self._leave_out(mark["absent"])
+        if self.thrift:
+            self.thrift.go_on(mark["thrift"])
+        for name in KEPT:
+            if isinstance(block := getattr(self, name), np.ndarray) and name in BLOCKS:
+                block[:] = mark[name]  # in place, for parts of it are in other hands
+            else:
+                setattr(self, name, mark[name])
 
     def shown(self, t_ns: int) -> np.ndarray:
         """The row at a time within the tentative step, or at rest; changes nothing."""

@@ -2,7 +2,7 @@
 
 An event of one may lead to a command for another at that instant, and is shown in a row of all, so no island may commit
 steps beyond it.  They run ahead by turns for a span of time; those that went past the first event go back to where the
-span began, from a snapshot, and stop at it (Jefferson, Virtual time, 1985).  Steps depend on the history of an island
+span began, and stop at it (Jefferson, Virtual time, 1985).  Steps depend on the history of an island
 alone, so nothing that is seen depends on spans or turns.  A command stops the island that it is meant for, not the
 others: they show themselves at that instant by their dense output.
 
@@ -36,7 +36,7 @@ from .switching import StateEvent
 
 __all__ = ["Islands", "simulate"]
 
-SPAN = 16  # periods of samples that islands run ahead of each other at most; one behind an event, then twice as many
+SPAN = 64  # periods of samples that islands run ahead of each other at most; one behind an event, then twice as many
 
 
 def simulate(
@@ -151,25 +151,27 @@ class Islands:
     def _ahead(self, horizon: int, pause: Callable[[], None]) -> bool:
         """All islands up to the horizon, or to the first event by then; whether there is one."""
         first, failed = FOREVER_NS, list[KernelError]()
-        before: list[tuple[Island, dict[str, Any], int, int]] = []
-        for p in self.parts:
-            if p.resting:
-                continue
-            end, entry = min(horizon, first), (p, p.snapshot(), len(p.log))
-            try:
+        moving = [p for p in self.parts if not p.resting]
+        before: list[tuple[Island, dict[str, Any], int]] = []
+        for p in moving:
+            end = min(horizon, first)
+            if p is moving[-1]:
                 p.run(end, pause)
-            except KernelError as error:  # it counts if nothing happens elsewhere before
-                failed.append(error)
-                end = FOREVER_NS
-            before.append((*entry, end))
+            else:
+                mark = p.mark()
+                try:
+                    p.run(end, pause)
+                except KernelError as error:  # it counts if nothing happens elsewhere before
+                    failed.append(error)
+                    end = FOREVER_NS
+                before.append((p, mark, end))
             if p.event and p.next_ns <= end:
                 first = p.next_ns
         if failed and first == FOREVER_NS:
             raise failed[0]
-        for p, snapshot, entries, end in before:
+        for p, mark, end in before:
             if end > first:
-                p.restore(snapshot)
-                del p.log[entries:]
+                p.back(mark)
                 p.run(first, pause)
         self._reached = min(horizon, first)
         return first < FOREVER_NS

@@ -15,12 +15,11 @@ from .methods.peers import Peer
 if TYPE_CHECKING:
     from .simulation import Simulation
 
-__all__ = ["go_on", "kept"]
+__all__ = ["BLOCKS", "KEPT", "go_on", "kept"]
 
+BLOCKS = ("X", "P", "M")
 KEPT = (
-    "X",
-    "P",
-    "M",
+    *BLOCKS,
     "rows",
     "epoch",
     "_samples",
@@ -56,7 +55,7 @@ def go_on(s: Simulation, snapshot: dict[str, Any]) -> None:
     if s.thrift:
         s._leave_out(frozenset(kept.pop("absent")))
         s.thrift.go_on(kept.pop("thrift"))
-    for name in ("X", "P", "M"):  # in place, for parts of them are in other hands
+    for name in BLOCKS:  # in place, for parts of them are in other hands
         if (block := kept.pop(name)) is not None:
             getattr(s, name)[:] = block
     vars(s._balance).update(kept.pop("balance"))
