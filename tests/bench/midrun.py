@@ -91,11 +91,11 @@ def work(s: Simulation | Islands) -> float:
 
 
 def crate(lean: bool | None) -> Made:
-    """A crate of 10 t that a rope lifts off the ground and holds for half an hour."""
+    """A crate of 10 t that a rope lifts off the ground and that swings for half an hour."""
     body = brick("load", (2.0, 2.0, 2.0), 1e4)
     ground = Contact("ground", Box("load", (2.0, 2.0, 2.0)), Plane(), 0.4)
     scene = on_the_ground()
-    scene = System((body,), (floating("load", (0.0, 0.0, 1.0)),), ropes=scene.ropes, contacts=(ground,))
+    scene = System((body,), (floating("load", (0.5, 0.0, 1.0)),), ropes=scene.ropes, contacts=(ground,))
 
     def made() -> tuple[float, float, np.ndarray]:
         s = Metered(scene, sample_ns=SECOND // 4, lean=lean)
