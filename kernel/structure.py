@@ -40,8 +40,10 @@ def structure(program: Program, *method: Any) -> str:
             [p.graph.joint(x.joint).v.start for x in s.locks],
             [[along(x.name, x.joint, x.coordinate) for x in group] for group in (s.springs, s.stops, s.brakes)],
             len(s.masters),
-            [(r.winch, [(number(k.a.body), number(k.b.body)) for k in r.lines]) for r in s.rigid_ropes],
-            [(r.winch, [(number(k.a.body), number(k.b.body)) for k in r.lines]) for r in s.ropes],
+            [
+                [(r.winch, r.mass > 0.0, [(number(k.a.body), number(k.b.body)) for k in r.lines]) for r in group]
+                for group in (s.rigid_ropes, s.ropes)
+            ],
             [number(u.point.body) for u in s.supports],
             [(x.structure, x.force.along and along(x.name, *x.force.along)) for x in p.forces],
             [(m.kind, of(m), m.axis) for m in s.measured],

@@ -78,6 +78,12 @@ def test_a_rope_without_mass_costs_nothing():
     assert operations(replace(ELASTIC, mass=0.0)) < operations(ELASTIC)
 
 
+@pytest.mark.parametrize("rope", [ELASTIC, RIGID], ids=lambda r: type(r).__name__)
+def test_a_rope_without_mass_has_code_of_its_own(rope):
+    with_mass, without = (Simulation(hung(r), native=False).structure() for r in (rope, replace(rope, mass=0.0)))
+    assert with_mass != without
+
+
 @pytest.mark.parametrize(("change", "told"), [
     ({"mass": -1.0}, "mass"),
     ({"lines": (Line(Point(WORLD), Point("load"), 0.5),)}, "let their shares add up to 1"),
