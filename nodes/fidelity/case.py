@@ -142,6 +142,7 @@ def _hook(
         share=share,
         length=length,
         reach=length + below,
+        rubs=rope.damping * soft_rope,
         rope_mass=rope.line * length,
         place=(loader.pose[0] - pose[0] - com[0], loader.pose[1] - pose[1] - com[1]),
         depth=-loader.hinge[2] - loader.lower.com[2],

@@ -26,6 +26,7 @@ class Hook:
     share: float  # of it, what the block weighs on it [kg]
     length: float  # longest while loaded [m]
     reach: float  # from the trolley to the block's centre of mass then [m]
+    rubs: float  # damping of the rope over its stiffness [s]
     rope_mass: float  # of that length [kg]
     place: tuple[float, float]  # from the block's centre of mass, at the start [m]
     depth: float  # of the loader below the hook [m]
