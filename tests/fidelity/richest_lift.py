@@ -18,7 +18,7 @@ from scipy.integrate import Radau
 
 BAUMGARTE = 20.0  # [1/s] at which a hinge that has drifted comes back
 TINY = 1e-12
-INSIDE = (0.2, 0.4, 0.6, 0.8)  # where peaks are looked for within a step
+INSIDE = np.array([0.2, 0.4, 0.6, 0.8])  # where peaks are looked for within a step
 
 
 @dataclass
@@ -83,7 +83,7 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """a x b along the last axis; NumPy's own is slower."""
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
     bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
-    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    out = np.empty(a.shape if a.shape == b.shape else np.broadcast_shapes(a.shape, b.shape))
     out[..., 0], out[..., 1], out[..., 2] = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
     return out
 
@@ -252,11 +252,11 @@ class Lift:
         return out[:, 0] if y.ndim == 1 else out
 
     def tensions(self, t: float, y: np.ndarray) -> np.ndarray:
-        """(n_hooks,) of the ropes at their hooks [N]."""
-        parts = self.split(y[:, None])
+        """(B, n_hooks) of the ropes at their hooks at times (B,) and states (n, B) [N]."""
+        parts = self.split(y)
         R = rotation(parts[1] / np.linalg.norm(parts[1], axis=-1, keepdims=True))
         self._chains(t, R, parts, np.zeros_like(parts[5]), np.zeros_like(parts[6]))
-        return self.tension[0]
+        return self.tension
 
     def _point(self, i, P, p, R, v, w):
         """Place, velocity and arm from the centre of mass of body-fixed points (frame coordinates) of bodies i."""
@@ -268,9 +268,9 @@ class Lift:
         p, _, u, d, s, v, w, du, dd, ds = parts
         n = self.n
         c, tr = self.on_gantry, self.on_trolley
-        L0, dL0 = np.array([x(t) for x in self.winches]).T
-        length = self.L0_parts + self.parts * (L0 - self.L0_start)[:, None]
-        rate = self.parts * dL0[:, None]
+        L0, dL0 = np.array([[x(s) for x in self.winches] for s in np.atleast_1d(t)]).transpose(2, 0, 1)
+        length = self.L0_parts + self.parts * (L0 - self.L0_start)[..., None]
+        rate = self.parts * dL0[..., None]
         phase = pi * d[:, tr] / self.span[c]
         sine, slope = np.sin(phase), pi / self.span[c] * np.cos(phase)
         lever = self.exits[:, 2] - self.height[c]
@@ -327,8 +327,8 @@ class Lift:
         return (pi / self.span[c]) ** 2 / 4.0 * (y + self.span[c] / (2.0 * pi) * np.sin(2.0 * pi * y / self.span[c]))
 
     def _portal(self, t, d, dd, s, ds, trolley, sine, slope, lever):
-        refs = np.array([r(t) for r in self.refs])
-        F = self.kp * (refs[:, 0] - d) + self.kv * (refs[:, 1] - dd)
+        refs = np.array([[r(s) for r in self.refs] for s in np.atleast_1d(t)])
+        F = self.kp * (refs[..., 0] - d) + self.kv * (refs[..., 1] - dd)
         k = len(self.cranes)
         bend = -self.k_girder * s - self.c_girder * ds
         mass = np.repeat(self.m_girder[None], len(d), 0)
@@ -532,9 +532,8 @@ class _Player:
                 self.note(self.t, self.y)
                 break
             dense = self.within(solver)
-            for part in INSIDE:
-                t = before + part * (solver.t - before)
-                self.out.inside = np.maximum(self.out.inside, self.lift.tensions(t, dense(t)))
+            t = before + INSIDE * (solver.t - before)
+            self.out.inside = np.maximum(self.out.inside, self.lift.tensions(t, dense(t)).max(0))
             self.t, self.y = solver.t, solver.y + self.lift.y0
             self.note(self.t, self.y)
         self.out.evaluations += solver.nfev
@@ -546,7 +545,8 @@ class _Player:
     def within(self, solver: Radau):
         """The state within the last step."""
         dense = solver.dense_output()
-        return lambda t: dense(t) + self.lift.y0
+        start = self.lift.y0
+        return lambda t: (dense(t).T + start).T
 
     def value(self, holds, t: float, y: np.ndarray) -> float:
         self.lift(t, y)
@@ -560,7 +560,7 @@ class _Player:
 
     def note(self, t: float, y: np.ndarray) -> None:
         self.out.times.append(t)
-        self.out.tensions.append(self.lift.tensions(t, y).copy())
+        self.out.tensions.append(self.lift.tensions(t, y[:, None])[0])
         n = self.lift.n_bodies
         R = rotation(y[7 * n - 4 : 7 * n])
         self.out.places.append(y[3 * n - 3 : 3 * n] - R @ self.lift.com[-1])
