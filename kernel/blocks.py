@@ -232,6 +232,10 @@ class Blocks:
         self._code.call("rate", np.array([self["t"], self._among()]), y, self.P, *out.values())
         return out["dy"], out["T"]
 
+    def rate_now(self) -> np.ndarray:
+        """(ny,) derivative at the present state."""
+        return self._rate(self.state.copy())[0]
+
     def _jacobian(self) -> np.ndarray:
         return jacobian(lambda y: self._rate(y)[0], self.state.copy(), self.program.nq + self.program.nv)
 

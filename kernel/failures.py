@@ -14,7 +14,7 @@ from .errors import KernelError
 from .forces.reeving import ReevingLaw
 from .rate import Program
 
-__all__ = ["check_lengths", "check_sliders", "too_small", "undefined", "unsolved"]
+__all__ = ["check_lengths", "check_sliders", "too_slow", "too_small", "undefined", "unsolved"]
 
 SHORTEST_ROPE = 1e-6  # [m] below which EA/L0 makes any step too small
 
@@ -69,6 +69,15 @@ def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -
                 f"body '{link.body.name}' at {t:.6f} s: its motion is not finite; check its mass and forces"
             )
     return None
+
+
+def too_slow(method: str, t: float, step: float, mode: str) -> KernelError:
+    """More steps for a second of the scene than anybody waits for, blamed on the fastest mode."""
+    cure = "choose a larger tolerance" if method == "radau5" else "choose method radau5 or a larger tolerance"
+    return KernelError(
+        f"run at {t:.6f} s: a million steps of method '{method}' were not enough for one second, they are "
+        f"{step:.2g} s long; {mode + '; ' if mode else ''}soften that law, or {cure}"
+    )
 
 
 def too_small(program: Program, t: float, accelerations: np.ndarray, mode: str) -> KernelError:

@@ -23,9 +23,11 @@ from .commands import Commanded
 from .contact.sets import KINDS
 from .describe import System
 from .errors import KernelError
+from .failures import too_slow
 from .methods.peers import Peer
 from .notes import Note
 from .parameters import RopeAt
+from .patience import Patience
 from .presence import dispensable
 from .rattling import RESOLVED, Rattling, critical, moved_mass
 from .snapshots import go_on, kept
@@ -72,6 +74,7 @@ class Simulation(Commanded):
         self._still = False
         self._elastic = [r.name for r in system.ropes]
         self._rattling = Rattling(max(step or 0.0, RESOLVED))
+        self._patience = Patience(round(RESOLVED * 1e9))
         self._snapshot: np.ndarray | None = None
         never = lean is False or isinstance(self.method.method, Peer)
         self.thrift = None if never else Thrift(bool(lean))
@@ -144,6 +147,7 @@ class Simulation(Commanded):
             done = self._attempts % SPELL
             if not done:
                 self._spare()
+                self._check_pace()
             rows = len(self.rows)
             self._set(run=1.0, status=RUNNING, budget=SPELL - done, until=horizon)
             self._call("advance")
@@ -170,6 +174,13 @@ class Simulation(Commanded):
         if self.thrift:
             laws = dispensable(self.program, self.P, self.row, 2.0 * self["h_max"])
             self._leave_out(self.thrift.choose(self._attempts, laws, self.operations))
+
+    def _check_pace(self) -> None:
+        """Raises KernelError if the run no longer gets on."""
+        t = self.epoch * 1e-9 + self["t"]
+        if self._patience.ends(self._attempts, t):
+            mode = self._fastest()
+            raise too_slow(self.method.method.name, t, self["h0"], mode.told if mode else "")
 
     def _look_ahead(self) -> None:
         """All laws are back in the code before any of them could push; a step that ends too late for that is redone."""
@@ -246,7 +257,7 @@ class Simulation(Commanded):
         self._snapshot, self._fallen, self._event_ns = None, [], FOREVER_NS
         self._commit()
         self._instant = self._instant + 1 if t_ns == self.epoch else 0
-        if self._instant > CHATTER:
+        if self._patience.crowded(t_ns) or self._instant > CHATTER:
             raise self._chatter(fallen, t_ns)
         self._balance.end(*self._energies(self._raw()))
         self._new_stretch(t_ns)

@@ -40,6 +40,7 @@ def kept(s: Simulation) -> dict[str, Any]:
         raise KernelError(f"method {s.method.method.name}: SciPy keeps its history; choose a method of our own")
     beside = {"locked": sorted(s.program.locked), "balance": vars(s._balance)}
     beside |= {"calm": sorted(s._calm), "rattles": s._rattling.counts}
+    beside |= {"patience": vars(s._patience)}
     led = {"actuators": s.references.actuators, "watched": s.switches.watched}
     if s.thrift:
         beside |= {"absent": sorted(s.absent), "thrift": s.thrift.kept()}
@@ -52,6 +53,7 @@ def go_on(s: Simulation, snapshot: dict[str, Any]) -> None:
     s._calm = frozenset(kept.pop("calm"))
     s._use(frozenset(kept.pop("locked")))
     s._rattling.counts = kept.pop("rattles")
+    vars(s._patience).update(kept.pop("patience"))
     if s.thrift:
         s._leave_out(frozenset(kept.pop("absent")))
         s.thrift.go_on(kept.pop("thrift"))

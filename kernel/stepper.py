@@ -19,6 +19,7 @@ from .fastest import fastest
 from .methods.stability import check_step, unresolved
 from .notes import Note
 from .switching import StateEvent
+from .unfollowed import check_followed
 
 __all__ = ["FOREVER_NS", "NEVER", "Stepper"]
 
@@ -136,6 +137,7 @@ class Stepper(Blocks):
             return mode.told if mode else "the scene is unstable"
 
         check_step(method, J, self._step, self.program.nq, t, told)
+        check_followed(self, J, self._step, t, told)
         missed = unresolved(method, J, self._step)
         if missed and not self._missed:
             self._missed = True

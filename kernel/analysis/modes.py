@@ -109,6 +109,10 @@ class KineticShares:
                 self._parts.append((b.name, tree.v, H))
         self._velocities = coordinate_names(p.graph)[1]
 
+    def energy(self, shape: np.ndarray) -> float:
+        """Of an oscillation with these complex velocities, or twice that of real ones [J]."""
+        return float(sum((shape[at].conj() @ H @ shape[at]).real for _, at, H in self._parts))
+
     def shares(self, shape: np.ndarray) -> tuple[tuple[tuple[str, float], ...], tuple[tuple[str, float], ...]]:
         """Of bodies and of joint velocities, largest first."""
         bodies: dict[str, float] = {}

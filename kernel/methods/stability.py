@@ -15,7 +15,7 @@ import numpy as np
 from ..errors import KernelError
 from .method import Method
 
-__all__ = ["Balance", "check_step", "jacobian", "unresolved"]
+__all__ = ["Balance", "bent", "check_step", "jacobian", "missed", "unresolved"]
 
 DIFFERENCE = 1e-6  # of a central difference, relative to 1 + |y|
 MARGIN = 1e-3  # growth in one step beyond that of the motion, which differences can feign
@@ -68,12 +68,16 @@ def unresolved(method: Method, J: np.ndarray, step: float) -> float:
     """Frequency [Hz] of the slowest oscillation that a stable fixed step bends out of shape; 0 if it follows all."""
     if not np.isfinite(J).all():
         return 0.0
-    swings = [s for s in np.linalg.eigvals(J) if s.imag > LEAST]
-    missed = [abs(s) for s in swings if _missed(method, s, step) > FOLLOWED]
-    return min(missed, default=0.0) / (2.0 * np.pi)
+    bends = [abs(s) for s in np.linalg.eigvals(J) if bent(method, s, step)]
+    return min(bends, default=0.0) / (2.0 * np.pi)
 
 
-def _missed(method: Method, s: complex, step: float) -> float:
+def bent(method: Method, s: complex, step: float) -> bool:
+    """Whether a fixed step bends the oscillation of an eigenvalue out of shape."""
+    return s.imag > LEAST and missed(method, s, step) > FOLLOWED
+
+
+def missed(method: Method, s: complex, step: float) -> float:
     """Error of one step of an oscillation of eigenvalue s, per radian."""
     J = np.array([[0.0, 1.0], [-(abs(s) ** 2), 2.0 * s.real]])
     got = np.linalg.eigvals(method.amplification(J, step, 1))
@@ -123,6 +127,8 @@ class Balance:
         parts: potential, stored, heats, and works with the opposite sign [J]; slip: energy that an error of the size
         of one in every step makes up [J]; where: begins the sentence.
         """
+        if not (np.isfinite(kinetic) and np.isfinite(parts).all()):
+            raise KernelError(f"{where}: its energies are not finite; check masses, forces and initial speeds")
         made = self._carried + self._made(kinetic, parts)
         noise = ROUND_OFF * (kinetic + float(np.abs(parts).sum())) + self._tolerance * slip
         share = STRAYED if self.strict else MADE

@@ -25,7 +25,6 @@ from small_scenes import EA, LENGTH, MASS, SECOND, G, X, Y, Z, cube, hung, slide
 CONTROLLED, FIXED, FIRST_ORDER = 2e-3, 2e-2, 0.25  # bounds of an error relative to its scale, see STABILITY.md
 MICROMETRE = 1e-6  # [m] place errors below are the tolerance's
 PEAK = 0.1  # weight of peaks, read at the ends of steps: they may miss (w h)^2/8 of it
-PATIENCE = 100  # native calls of 4000 attempts, after which a cell is called too slow
 
 
 @dataclass(frozen=True)
@@ -81,10 +80,6 @@ class Cell:
         return f"error {self.error:.1e}{said}"
 
 
-class TooSlow(KernelError):
-    """More steps than a user would wait for."""
-
-
 def cell(extreme: Extreme, integrator: Integrator) -> Cell:
     try:
         error, s = extreme.run(integrator.options)
@@ -94,16 +89,8 @@ def cell(extreme: Extreme, integrator: Integrator) -> Cell:
 
 
 def go(s: Simulation, t_ns: int) -> Simulation:
-    """Up to t_ns, with an end to patience."""
-    left = PATIENCE
-
-    def pause() -> None:
-        nonlocal left
-        left -= 1
-        if left < 0:
-            raise TooSlow(f"still at {s.epoch * 1e-9 + s['t']:.3g} s after {4000 * PATIENCE} steps of {s['h']:.1e} s")
-
-    s.run(t_ns, pause)
+    """Up to t_ns."""
+    s.run(t_ns)
     s.interrupt(t_ns)
     s.settle()
     return s
