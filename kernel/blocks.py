@@ -228,8 +228,12 @@ class Blocks:
 
     def _rate(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Derivative and tensions at state y at the present time."""
+        return self.rate_at(self["t"], self._among(), y)
+
+    def rate_at(self, t: float, among: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Derivative and tensions at local time t and state y; `among`: a time in the same piece of the profiles."""
         out = {name: np.zeros(n) for name, n in self.method.rate_sizes.items()}
-        self._code.call("rate", np.array([self["t"], self._among()]), y, self.P, *out.values())
+        self._code.call("rate", np.array([t, among]), y, self.P, *out.values())
         return out["dy"], out["T"]
 
     def rate_now(self) -> np.ndarray:

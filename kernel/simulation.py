@@ -28,6 +28,7 @@ from .methods.peers import Peer
 from .notes import Note
 from .parameters import RopeAt
 from .patience import Patience
+from .peaks import last
 from .presence import dispensable
 from .rattling import RESOLVED, Rattling, critical, moved_mass
 from .snapshots import go_on, kept
@@ -142,6 +143,8 @@ class Simulation(Commanded):
                 return
             if self["t"] >= self["t_stop"]:
                 self._pass_break()
+            elif "top" in self._at and self["peaking"] > 0.0:
+                self._commit()
             if self.absent:
                 self._look_ahead()
             done = self._attempts % SPELL
@@ -259,6 +262,7 @@ class Simulation(Commanded):
         self._instant = self._instant + 1 if t_ns == self.epoch else 0
         if self._patience.crowded(t_ns) or self._instant > CHATTER:
             raise self._chatter(fallen, t_ns)
+        last(self)
         self._balance.end(*self._energies(self._raw()))
         self._new_stretch(t_ns)
         events = self._switch(fallen, t_ns)
@@ -303,6 +307,7 @@ class Simulation(Commanded):
         else:
             self._forced(self._local(t_ns))
         self._commit()
+        last(self)
         self._balance.end(*self._energies(self._raw()))
         self._new_stretch(t_ns)
         self._instant = 0

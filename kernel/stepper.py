@@ -17,7 +17,7 @@ from .errors import KernelError
 from .failures import check_lengths, check_sliders, too_small, undefined, unsolved
 from .fastest import fastest
 from .methods.stability import check_step, unresolved
-from .notes import Note
+from .peaks import climb
 from .switching import StateEvent
 from .unfollowed import check_followed
 
@@ -64,7 +64,10 @@ class Stepper(Blocks):
             raise error
 
     def _commit(self) -> None:
+        hill = "top" in self._at and self["tentative"] > 0.0 and self["peaking"] > 0.0
         self._call("commit")
+        if hill:
+            climb(self)
         if self.method.method.completes and self["due"] > 0.0:
             self._call("complete")
         while self["due"] > 0.0:
@@ -152,6 +155,9 @@ class Stepper(Blocks):
         T, peak, when = (self.X[self._at[name]] for name in ("T", "peak", "peak_time"))
         higher = peak < T
         peak[higher], when[higher] = T[higher], self["t"]
+        if "top" in self._at:
+            top = self.X[self._at["top"]]
+            np.maximum(top, T, out=top)
 
     def _forced(self, t: float) -> None:
         """One step from the committed state to local time t, accepted as it is; step control is not touched."""

@@ -20,6 +20,7 @@ from .locking import halted
 from .methods.control import Control, ErrorControl
 from .methods.method import Method, Rate, inside
 from .methods.peers import Peer
+from .peaks import POINTS, STATES
 from .rate import Program
 from .steps import SCALARS, Row, bisect, close, commit, complete, look, refresh, sample, step
 
@@ -38,10 +39,12 @@ class Stepping:
         self.method, self.control = method, control
         nq, nv = p.nq, p.nv
         n_ropes, n_guards = len(p.system.straight_ropes), len(p.guards)
-        states = dict.fromkeys(("y", "f", "f0", "d0", *method.vectors), p.ny)
-        ropes = dict.fromkeys(("T", "peak", "peak_time"), n_ropes)
+        climbs = n_ropes > 0 and not isinstance(method, Peer)
+        states = dict.fromkeys(("y", "f", "f0", "d0", *(STATES if climbs else ()), *method.vectors), p.ny)
+        ropes = dict.fromkeys(("T", "peak", "peak_time", *(POINTS if climbs else ())), n_ropes)
         watched = p.touches and not isinstance(method, Peer)
         beside = (["coarse"] if method.completes else []) + (["near"] if watched else [])
+        beside += ["ta", "peaking", "searched"] if climbs else []
         scalars = dict.fromkeys([*SCALARS, *method.scalars, *beside])
         rows = dict.fromkeys(("gap", "slip", "pivot"), len(p.constraints))
         pushed = rows["gap"] if p.contacts.sites else 0

@@ -16,6 +16,7 @@ import numpy as np
 
 from .methods.control import Control
 from .methods.method import Method, Rate, fallen_in, inside, length
+from .peaks import begin, remember, watch
 from .symbol import any_of, maximum, minimum, select, sqrt
 
 __all__ = [
@@ -51,6 +52,8 @@ def step(s: SimpleNamespace, rate: Rate, method: Method, control: Control) -> No
     Guards are looked at in every stage, so that one that falls and recovers within the step is not missed.
     """
     h, last = length(s)
+    if hasattr(s, "top"):
+        remember(s)
     a = method.attempt(s, rate, h, inside(s))
     below, earliest = False, 1.0
     for c, fell in sorted(a.seen, key=lambda x: x[0]):
@@ -75,6 +78,9 @@ def step(s: SimpleNamespace, rate: Rate, method: Method, control: Control) -> No
     s.G = a.r.G
     s.budget = s.budget - 1.0
     s.more = select(s.budget > 0.0, select(s.rows > s.row, select(s.until >= s.t, 1.0, 0.0), 0.0), 0.0)
+    if hasattr(s, "top"):
+        watch(s, ok)
+        s.more = select(s.peaking > 0.0, 0.0, s.more)
     going = RUNNING
     if hasattr(s, "near"):
         s.near = select(ok, a.r.near[0], s.near)
@@ -125,6 +131,10 @@ def commit(s: SimpleNamespace, quaternions: list[int], velocities: slice, projec
     """
     higher = [(s.tentative > 0.0) & (p < T) for T, p in zip(s.T, s.peak, strict=True)]
     s.peak = np.array([select(c, T, p) for c, T, p in zip(higher, s.T, s.peak, strict=True)], dtype=object)
+    if hasattr(s, "top"):
+        s.top = np.array(
+            [select(c, maximum(T, p), p) for c, T, p in zip(higher, s.T, s.top, strict=True)], dtype=object
+        )
     s.peak_time = np.array([select(c, s.t, p) for c, p in zip(higher, s.peak_time, strict=True)], dtype=object)
     if project:
         x = project(s.t, s.y)
@@ -147,6 +157,8 @@ def refresh(s: SimpleNamespace, rate: Rate, method: Method) -> None:
     s.f, s.T, s.G, s.h = r.dy, r.T, r.G, bounded(s.h, r)
     if hasattr(s, "near"):
         s.near = r.near[0]
+    if hasattr(s, "top"):
+        begin(s, rate)
     for name, value in method.forgotten().items():
         setattr(s, name, value)
     s.tentative = 0.0
