@@ -19,7 +19,7 @@ from .methods.stability import bent, missed
 
 __all__ = ["check_followed"]
 
-RADIANS = 10.0  # one and a half swings
+RADIANS = 30.0  # five swings
 WRONG = 0.25
 CALM = 1e-3  # [m/s] what moves no faster is at rest
 HALVINGS = 30  # of the bracket around the longest step that would do

@@ -64,12 +64,13 @@ def check_step(method: Method, J: np.ndarray, step: float, nq: int, t: float, to
     )
 
 
-def unresolved(method: Method, J: np.ndarray, step: float) -> float:
-    """Frequency [Hz] of the slowest oscillation that a stable fixed step bends out of shape; 0 if it follows all."""
+def unresolved(method: Method, J: np.ndarray, step: float) -> tuple[float, float]:
+    """Frequency [Hz] of the slowest oscillation that a stable fixed step bends out of shape, 0 if it follows all; and
+    after how many swings the worst one is a tenth of a swing out of step, or has lost half of itself."""
     if not np.isfinite(J).all():
-        return 0.0
-    bends = [abs(s) for s in np.linalg.eigvals(J) if bent(method, s, step)]
-    return min(bends, default=0.0) / (2.0 * np.pi)
+        return 0.0, np.inf
+    bends = [(abs(s), missed(method, s, step)) for s in np.linalg.eigvals(J) if bent(method, s, step)]
+    return min((w for w, _ in bends), default=0.0) / (2.0 * np.pi), 0.1 / max((e for _, e in bends), default=0.0001)
 
 
 def bent(method: Method, s: complex, step: float) -> bool:
@@ -121,11 +122,14 @@ class Balance:
         """Energies on the way: what is turned over and back between two readings counts, too."""
         self._turned = max(self._turned, kinetic + float(np.abs(parts - self._start[1]).sum()))
 
-    def check(self, where: str, kinetic: float, parts: np.ndarray, slip: float) -> None:
+    def check(
+        self, where: str, kinetic: float, parts: np.ndarray, slip: float, held: Callable[[], float] = lambda: 0.0
+    ) -> None:
         """Raises KernelError for energy that has come out of nothing or is gone without heat.
 
         parts: potential, stored, heats, and works with the opposite sign [J]; slip: energy that an error of the size
-        of one in every step makes up [J]; where: begins the sentence.
+        of one in every step makes up [J]; where: begins the sentence; `held`: the most that ropes have held between
+        the readings [J], asked for where those alone would break the balance.
         """
         if not (np.isfinite(kinetic) and np.isfinite(parts).all()):
             raise KernelError(f"{where}: its energies are not finite; check masses, forces and initial speeds")
@@ -134,7 +138,10 @@ class Balance:
         share = STRAYED if self.strict else MADE
         if abs(made) <= share * self._turned + noise:
             return
-        if made < 0.0 and not self.strict:
+        self._turned = max(self._turned, held())
+        if abs(made) <= share * self._turned + noise:
+            return
+        if made < 0.0 and not strict:
             self.lost = max(self.lost, -made)
             return
         told = f"{made:.3g} J have come out of nothing" if made > 0.0 else f"{-made:.3g} J are gone without heat"
