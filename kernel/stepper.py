@@ -17,6 +17,7 @@ from .errors import KernelError
 from .failures import check_lengths, check_sliders, too_small, undefined, unsolved
 from .fastest import fastest
 from .methods.stability import check_step, unresolved
+from .notes import Note
 from .peaks import climb
 from .switching import StateEvent
 from .unfollowed import check_followed
@@ -111,7 +112,11 @@ class Stepper(Blocks):
         )
         what = f"step {self._step:g} s" if self.fixed else f"method '{self.method.method.name}'"
         before = self._balance.lost
-        self._balance.check(f"{what} at {t:.3f} s", kinetic, parts, self["accepted"] * size, self._most_held)
+        steps = float(row[self.method.row_layout.at["steps"]])
+        at = self.method.row_layout.at
+        highest = row[at["peak"]][: len(self._softness)]
+        held = float((highest * highest * row[at["length"]] * self._softness).max(initial=0.0))
+        self._balance.check(f"{what} at {t:.3f} s", kinetic, parts, steps * size, held)
         if self._balance.lost > 0.0 and not before:
             told = (
                 f"{what} at {t:.3f} s: {self._balance.lost:.3g} J, more than half of what was turned over, "
@@ -119,19 +124,19 @@ class Stepper(Blocks):
             )
             self.notes.append(Note(round(t * 1e9), told))
 
-    def _most_held(self) -> float:
-        """Most energy that an elastic rope has held, by its highest tension [J]: a bounce may lie between two readings
-        at which nothing moves."""
-        if "top" not in self._at:
-            return 0.0
-        lengths, top = self.row().length, self.X[self._at["top"]]
-        each = zip(self.program.system.ropes, lengths, top, strict=False)
-        return max((0.5 * T * T * L / r.EA for r, L, T in each), default=0.0)
+    def _check_step(self, t_ns: int, row: np.ndarray) -> None:
+        """Raises KernelError if the fixed step is unstable for the scene of a row; a note if it misses a mode."""
+        at, nq, nv, now = self.method.row_layout.at, self.program.nq, self.program.nv, self.X.copy()
+        self._checked = row[at["length"]].copy()
+        self.state[:nq], self.state[nq : nq + nv] = row[at["q"]], row[at["v"]]
+        self._set(t=self._local(t_ns))
+        try:
+            self._judge_step(t_ns)
+        finally:
+            self.X[:] = now
 
-    def _check_step(self) -> None:
-        """Raises KernelError if the fixed step is unstable for the scene as it stands; a note if it misses a mode."""
-        t, method = self.epoch * 1e-9 + self["t"], self.method.method
-        self._checked = self.row().length.copy()
+    def _judge_step(self, t_ns: int) -> None:
+        t, method = t_ns * 1e-9, self.method.method
         J = self._jacobian()
 
         def told() -> str:
@@ -143,7 +148,7 @@ class Stepper(Blocks):
         missed, swings = unresolved(method, J, self._step)
         if missed and not self._missed:
             self._missed = True
-            self.notes.append(
+            seen = (
                 f"step {self._step:g} s at {t:.3f} s: method '{method.name}' is out of step by a tenth of a swing "
                 f"{f'after {swings:.0f} swings' if swings > 1.0 else 'at once'} with oscillations from {missed:.3g} Hz "
                 f"upwards, {told()}: do not trust what depends on those; choose a shorter step to see them"

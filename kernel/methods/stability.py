@@ -122,26 +122,22 @@ class Balance:
         """Energies on the way: what is turned over and back between two readings counts, too."""
         self._turned = max(self._turned, kinetic + float(np.abs(parts - self._start[1]).sum()))
 
-    def check(
-        self, where: str, kinetic: float, parts: np.ndarray, slip: float, held: Callable[[], float] = lambda: 0.0
-    ) -> None:
+    def check(self, where: str, kinetic: float, parts: np.ndarray, slip: float, held: float = 0.0) -> None:
         """Raises KernelError for energy that has come out of nothing or is gone without heat.
 
         parts: potential, stored, heats, and works with the opposite sign [J]; slip: energy that an error of the size
-        of one in every step makes up [J]; where: begins the sentence; `held`: the most that ropes have held between
-        the readings [J], asked for where those alone would break the balance.
+        of one in every step makes up [J]; held: the most that a rope has held since the last reading [J], for a bounce
+        may lie between two at which nothing moves; where: begins the sentence.
         """
         if not (np.isfinite(kinetic) and np.isfinite(parts).all()):
             raise KernelError(f"{where}: its energies are not finite; check masses, forces and initial speeds")
         made = self._carried + self._made(kinetic, parts)
         noise = ROUND_OFF * (kinetic + float(np.abs(parts).sum())) + self._tolerance * slip
         share = STRAYED if self.strict else MADE
+        self._turned = max(self._turned, held)
         if abs(made) <= share * self._turned + noise:
             return
-        self._turned = max(self._turned, held())
-        if abs(made) <= share * self._turned + noise:
-            return
-        if made < 0.0 and not strict:
+        if made < 0.0 and not self.strict:
             self.lost = max(self.lost, -made)
             return
         told = f"{made:.3g} J have come out of nothing" if made > 0.0 else f"{-made:.3g} J are gone without heat"

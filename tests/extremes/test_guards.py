@@ -79,19 +79,21 @@ def test_and_when_a_joint_is_locked_or_freed(first):
 
 
 def test_and_when_a_winch_has_made_the_rope_short():
-    """No event tells of it: 60 m of rope become 2 m, and five times as stiff against the step in the end."""
+    """No event tells of it: 60 m of rope become 33 m, and nearly twice as stiff against the step."""
     s = started(hung(LENGTH * (1 + MASS * G / EA), winch=True), method="rk4", step=0.1, sample_ns=SECOND // 10)
     s.references.set_profile("rope", 0, -1.0, 0.1, None)
     s.settle()
-    with pytest.raises(KernelError, match=r"too long for method 'rk4', since 'load' on 'rope' swings at"):
+    with pytest.raises(
+        KernelError, match=r"method 'rk4' does not follow 100 % .* 'load' on 'rope' swings at 1\.\d+ Hz"
+    ):
         hand_over(s, 70 * SECOND)
-    assert 0.05 < s.row().length[0] / LENGTH < 0.3
+    assert 0.5 < s.row().length[0] / LENGTH < 0.6
 
 
 def test_what_a_stable_step_does_not_follow_is_said():
     at_rest = hung(LENGTH * (1.0 + MASS * G / EA))
     s = started(at_rest, method="radau5", step=0.5)
-    assert s.notes == [
+    assert [note.sentence for note in s.notes] == [
         "step 0.5 s at 0.000 s: method 'radau5' is out of step by a tenth of a swing after 2 swings with oscillations "
         "from 1.32 Hz upwards, 'load' on 'rope' swings at 1.32 Hz: do not trust what depends on those; choose a "
         "shorter step to see them"
@@ -126,7 +128,7 @@ def test_a_small_part_that_is_not_followed_is_a_note():
         gravity=G,
     )
     s = started(scene, method="radau5", step=0.05)
-    assert "do not trust what depends on those" in s.notes[0]
+    assert "do not trust what depends on those" in s.notes[0].sentence
     hand_over(s, SECOND)
 
 
