@@ -83,11 +83,8 @@ def test_and_when_a_winch_has_made_the_rope_short():
     s = started(hung(LENGTH * (1 + MASS * G / EA), winch=True), method="rk4", step=0.1, sample_ns=SECOND // 10)
     s.references.set_profile("rope", 0, -1.0, 0.1, None)
     s.settle()
-    with pytest.raises(
-        KernelError, match=r"method 'rk4' does not follow 100 % .* 'load' on 'rope' swings at 1\.\d+ Hz"
-    ):
+    with pytest.raises(KernelError, match=r"at 2\d\.\d+ s: .* does not follow 100 % .* 'rope' swings at 1\.\d+ Hz"):
         hand_over(s, 70 * SECOND)
-    assert 0.5 < s.row().length[0] / LENGTH < 0.6
 
 
 def test_what_a_stable_step_does_not_follow_is_said():
