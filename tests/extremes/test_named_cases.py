@@ -135,7 +135,7 @@ def test_a_spike_of_20_ms_between_two_samples_is_in_the_peaks(method):
     tensions, peaks = column(s, "rope/tension")[1], column(s, "rope/peak")[1]
     want = m * G + sqrt((m * G) ** 2 + 2.0 * m * w * w * m * G * h)
     assert tensions.max() < 1e-6 * want, "no sample has seen it"
-    assert peaks.max() == pytest.approx(want, rel=5e-3)
+    assert peaks.max() == pytest.approx(want, rel=1e-4)
 
 
 def test_a_sling_breaks_at_full_load():
@@ -164,3 +164,28 @@ def test_a_sling_breaks_at_full_load():
     assert T.sum() == pytest.approx(m * G, rel=5e-3)
     peaks = column(s, "rope/peak")[1].max(axis=0)
     assert peaks.max() > 1.1 * T.max(), "and the bounce was more than the rest"
+
+
+@pytest.mark.parametrize("aside", [0.0, 1e-3, -1e-3])
+@pytest.mark.parametrize("method", ["dopri5", "dop853", "radau5"])
+def test_a_centre_of_mass_over_a_lug_leaves_the_other_sling_without_load(method, aside):
+    """Right under a lug, and a millimetre to either side: the second sling carries W a/b, nothing, or hangs slack.
+
+    It is longer by what the first one stretches, so that the block hangs level.
+    """
+    b, L, EA_ = 6.0, 10.0, 2e8
+    W, k = MASS * G, EA_ / L
+    share = aside / b
+    ropes = tuple(
+        sling(name, (x, 0.0, L), (x, 0.0, 0.0), EA_, length, 0.2 * sqrt(k * MASS))
+        for name, x, length in (("over", 0.0, L), ("far", b, L + W / k))
+    )
+    body = Body("block", MASS, (aside, 0.0, -2.0), cube(MASS, 6.0))
+    float_ = Joint("float", "free", "world", "block", q0=(0.0, 0.0, -W / k, *UPRIGHT))
+    s = started(System((body,), (float_,), ropes=ropes, gravity=G), tolerance=1e-9, method=method)
+    hand_over(s, 60 * SECOND)
+    T = np.array(s.row().tension)
+    assert T.sum() == pytest.approx(W, rel=LINEAR)
+    assert T[1] == pytest.approx(max(0.0, share * W), abs=5e-5 * W)
+    assert not s.notes
+    assert len(s.log) < 200
