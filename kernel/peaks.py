@@ -26,10 +26,10 @@ __all__ = ["POINTS", "STATES", "begin", "climb", "last", "remember", "watch"]
 POINTS = ("Ta", "Tb", "top")  # (n_ropes,) at the starts of the last two steps; highest so far
 STATES = ("ya", "fa")  # (ny,) state and derivative at the start of the step before the last one
 LAST = ("t0", "d0", "f0")  # start of the last one
-SLIGHT = 5e-5  # of the highest tension: what is not looked for
+SLIGHT = 1e-4  # of the highest tension: what is not looked for
 SEEN = 3.0  # times what a parabola sees
 AHEAD = 1e-6  # [s] to where a rate is measured
-AT_ONCE, SEARCHES = 64.0, 1.0 / 64.0  # searches that are free, and further ones per step
+AT_ONCE, SEARCHES = 64.0, 1.0 / 2048.0  # searches that are free, and further ones per step
 ROUNDS = 6
 SETTLED = 1e-7  # of the tension: a gain that is none
 
@@ -52,17 +52,21 @@ def remember(s: SimpleNamespace) -> None:
 
 def watch(s: SimpleNamespace, ok: Any) -> None:
     """After an attempt: whether it shows a hill that may be the highest."""
-    before, after = 1.0 / (s.t0 - s.ta), 1.0 / select(ok, s.t - s.t0, 1.0)
-    whole = 1.0 / select(ok, s.t - s.ta, 1.0)
+    allowed = s.searched < AT_ONCE + SEARCHES * s.accepted
+    s.peaking = select(ok & any_of(_higher(s, select(ok, s.t, s.t0 + 1.0))) & allowed, 1.0, 0.0)
+
+
+def _higher(s: SimpleNamespace, end: Any) -> list[Any]:
+    """Of each rope, whether the last two steps, to time `end`, show a hill that may be the highest."""
+    before, after, whole = 1.0 / (s.t0 - s.ta), 1.0 / (end - s.t0), 1.0 / (end - s.ta)
     higher = []
     for a, b, c, top in zip(s.Ta, s.Tb, s.T, s.top, strict=True):
         up, down = (b - a) * before, (b - c) * after
-        slope = (up * (s.t - s.t0) - down * (s.t0 - s.ta)) * whole
+        slope = (up * (end - s.t0) - down * (s.t0 - s.ta)) * whole
         more = slope * slope / (4.0 * maximum((up + down) * whole, 1e-30))
         hill = (up >= 0.0) & (down >= 0.0)
         higher.append(hill & (b + SEEN * more > (1.0 + SLIGHT) * maximum(top, maximum(b, c))))
-    allowed = s.searched < AT_ONCE + SEARCHES * s.accepted
-    s.peaking = select(ok & any_of(higher) & allowed, 1.0, 0.0)
+    return higher
 
 
 class _Step:
@@ -95,10 +99,11 @@ class _Step:
 
 def climb(run: Stepper) -> None:
     """Look for the hills that the last two steps, just committed, have shown; they count among the peaks."""
-    at = run._at
-    Ta, Tb, T = (run.X[at[name]].copy() for name in ("Ta", "Tb", "T"))
+    names = ("t", "t0", "ta", "Ta", "Tb", "T", "top")
+    seen = SimpleNamespace(**{name: run.X[run._at[name]] for name in names})
+    higher = np.array(_higher(seen, seen.t), dtype=bool)
     first, second = _Step(run, ("ta", *STATES), "t0"), _Step(run, LAST, "t")
-    _search(run, np.flatnonzero((Ta <= Tb) & (Tb >= T)), second, first)
+    _search(run, np.flatnonzero(higher), second, first)
 
 
 def last(run: Stepper) -> None:

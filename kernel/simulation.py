@@ -263,7 +263,7 @@ class Simulation(Commanded):
         if self._patience.crowded(t_ns) or self._instant > CHATTER:
             raise self._chatter(fallen, t_ns)
         last(self)
-        self._balance.end(*self._energies(self._raw()))
+        self._end_balance()
         self._new_stretch(t_ns)
         events = self._switch(fallen, t_ns)
         self.log += [(t_ns, e) for e in events]
@@ -308,7 +308,7 @@ class Simulation(Commanded):
             self._forced(self._local(t_ns))
         self._commit()
         last(self)
-        self._balance.end(*self._energies(self._raw()))
+        self._end_balance()
         self._new_stretch(t_ns)
         self._instant = 0
 

@@ -113,14 +113,29 @@ class Stepper(Blocks):
         what = f"step {self._step:g} s" if self.fixed else f"method '{self.method.method.name}'"
         before = self._balance.lost
         steps = float(row[self.method.row_layout.at["steps"]])
-        at = self.method.row_layout.at
-        highest = row[at["peak"]][: len(self._softness)]
-        held = float((highest * highest * row[at["length"]] * self._softness).max(initial=0.0))
+        held = self._held(row, row[self.method.row_layout.at["peak"]])
         self._balance.check(f"{what} at {t:.3f} s", kinetic, parts, steps * size, held)
         if self._balance.lost > 0.0 and not before:
             told = (
                 f"{what} at {t:.3f} s: {self._balance.lost:.3g} J, more than half of what was turned over, "
                 "are gone with motions too fast for the steps; choose shorter ones to see those"
+            )
+            self.notes.append(Note(round(t * 1e9), told))
+
+    def _held(self, row: np.ndarray, highest: np.ndarray) -> float:
+        """Most energy that an elastic rope holds at its highest tension [J]; row: of the native table."""
+        T = highest[: len(self._softness)]
+        return float((T * T * row[self.method.row_layout.at["length"]] * self._softness).max(initial=0.0))
+
+    def _end_balance(self) -> None:
+        """Before an event or a command."""
+        row, t = self._raw(), self.epoch * 1e-9 + self["t"]
+        self._balance.end(*self._energies(row))
+        highest = self.X[self._at["top" if "top" in self._at else "peak"]]
+        if part := self._balance.strayed(self._held(row, highest)):
+            told = (
+                f"method '{self.method.method.name}' at {t:.3f} s: {100.0 * part:.0f} % of the energy turned over has "
+                "come or gone with the errors that its tolerance allows; do not trust tensions, or choose a smaller one"
             )
             self.notes.append(Note(round(t * 1e9), told))
 

@@ -98,6 +98,7 @@ class Balance:
         self._tolerance, self._implicit = controlled, implicit
         self._start: tuple[float, np.ndarray] = 0.0, np.zeros(1)  # kinetic energy; the others
         self._carried = self._turned = 0.0  # [J] made before the last event; most that was turned over at once
+        self.loose = 0.0  # part of what was turned over that a loose tolerance has let come or go, where ropes pull
         self.lost = 0.0  # [J] by an implicit or fixed method, more than half of what was turned over
 
     @property
@@ -112,6 +113,15 @@ class Balance:
     def end(self, kinetic: float, parts: np.ndarray) -> None:
         """Before an event or a command."""
         self._carried += self._made(kinetic, parts)
+
+    def strayed(self, held: float) -> float:
+        """At an event or a command: part of the energy turned over that a loose tolerance has let come or go so far, if
+        it is the first time that this is much; held: most that a rope has held so far [J]."""
+        self._turned = max(self._turned, held)
+        if self.loose or not self._tolerance or abs(self._carried) <= STRAYED * self._turned or not held:
+            return 0.0
+        self.loose = abs(self._carried) / self._turned
+        return self.loose
 
     def _made(self, kinetic: float, parts: np.ndarray) -> float:
         before, held = self._start

@@ -199,6 +199,18 @@ def test_a_bounce_between_two_readings_is_no_energy_out_of_nothing():
     assert column(s, "rope/peak")[1].max() == pytest.approx(2.0 * MASS * G, rel=0.05)
 
 
+def test_a_tolerance_too_loose_for_a_stiff_rope_is_said():
+    """A thousandth of 60 m are 6 cm, and the rope stretches by less: dopri5 swings up at its limit of stability."""
+    scene = hung(LENGTH)
+    scene = replace(scene, ropes=(replace(scene.ropes[0], EA=100.0 * EA),))
+    s = started(scene, tolerance=1e-3, sample_ns=SECOND // 20)
+    hand_over(s, 2 * SECOND)
+    assert any("with the errors that its tolerance allows; do not trust tensions" in x for _, x in s.notes)
+    fine = started(scene, tolerance=1e-7, sample_ns=SECOND // 20)
+    hand_over(fine, 2 * SECOND)
+    assert fine.notes == []
+
+
 # ---- rattles -------------------------------------------------------------------------------------------------
 
 LIGHT = 5e-3  # [kg] a loader as light as a bolt

@@ -67,4 +67,4 @@ def test_a_search_changes_nothing_but_the_peaks():
 def test_a_swing_without_end_is_not_searched_without_end():
     s = started(hung(LENGTH), method="dop853", tolerance=1e-6, sample_ns=SECOND)
     hand_over(s, 200 * SECOND)
-    assert s["searched"] <= AT_ONCE + s["accepted"] / 64.0 + 1.0
+    assert s["searched"] <= AT_ONCE + s["accepted"] / 2048.0 + 1.0
