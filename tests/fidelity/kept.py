@@ -38,6 +38,7 @@ class Judged:
     left_out: tuple[str, ...]
     cost: int
     richest: int | None
+    without_algebra: float | None  # richest over cost, if linear algebra counted for nothing
 
     @property
     def worst(self) -> float:
@@ -70,12 +71,13 @@ def judged(seed: int, accuracy: float, true: Seen | None = None, against: bool =
     asks = [f"ask=[{', '.join(ask)}]", f"accuracy={100 * accuracy:g} %"]
     scene = parse(text, overrides=asks)
     run = lifted(scene)
-    most = lifted(parse(text, overrides=[RICHEST, *asks])).cost if against else None
+    most = lifted(parse(text, overrides=[RICHEST, *asks])) if against else None
     errors = apart(Seen.of(scene, run), true or reference(seed))
     f, verdict = scene.plan.fidelity, scene.verdict
     left = tuple(d.choice.rule for d in verdict.decided if d.outcome == "left out")
     ropes = f"{f.lumps} lumps" if f.ropes == "massive" else f"{f.ropes} ropes"
     rung = f"{ropes}, {f.girder} girder, {f.motion}"
     return Judged(
-        seed, ask, accuracy, {q: errors[q] for q in ask}, dict(verdict.errors), rung, left, run.cost, most
+        seed, ask, accuracy, {q: errors[q] for q in ask}, dict(verdict.errors), rung, left, run.cost,
+        most.cost if most else None, most.evaluations * most.states / run.evaluations / run.states if most else None,
     )  # fmt: skip
