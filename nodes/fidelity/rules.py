@@ -78,7 +78,7 @@ def rope_mass(case: Case, at: Fidelity) -> Choice:
     dynamic = max(_dynamic(case, h, girder=True) for h in case.hooks)
     errors: Errors = {"swing": part, "position": part * farthest(case.swings, case.omegas) / case.way}
     errors["rope tension"] = dynamic * heavy / (2.0 if case.determinate else 1.0)
-    errors["lift-off time"] = _wave(case) / 2.0
+    errors["lift-off time"] = 0.3 * _wave(case)
     chains = at.lumps * len(case.hooks)
     degrees = 4 if at.motion == "spatial" else 2
     return Choice(
