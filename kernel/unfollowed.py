@@ -2,7 +2,8 @@
 
 The scene is linearised; each oscillation has the amplitude that the present state gives it about the place where it
 would rest.  What of the energy is in oscillations that the step does not follow, weighed with how wrong each is after
-RADIANS, or after it has died away if that is sooner, must not exceed WRONG.  Below that, a note says what is missed.
+RADIANS, or after it has died away if that is sooner, but at least after a step, must not exceed WRONG.  Below that, a
+note says what is missed.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ def _wrong(method: Method, modes: list[tuple[complex, float]], step: float) -> f
     """Part of the energy that is in the wrong place after a while."""
 
     def error(s: complex) -> float:
-        lasts = min(RADIANS, abs(s) / max(-s.real, 1e-300))
+        lasts = max(min(RADIANS, abs(s) / max(-s.real, 1e-300)), abs(s) * step)
         return min(1.0, missed(method, s, step) * lasts)
 
     return sum(e * error(s) for s, e in modes if bent(method, s, step))
