@@ -60,9 +60,12 @@ def _rails(plan: Plan) -> list[Box]:
 
 
 def _portal(crane: Crane, plan: Plan) -> list[Box]:
-    """Girder between the two levels of rope exits, two pairs of legs on the rails, each under a sill."""
+    """Girder between the two levels of rope exits (about its axis if nothing hangs from it), two pairs of legs on the
+    rails, each under a sill."""
     exits = [line.a.p[2] for r in plan.rig.hook_ropes if r.crane == crane.name for line in r.lines]
-    low, high = min(exits) + 2.0, max(exits) - 2.0
+    low, high = (
+        (min(exits) + 2.0, max(exits) - 2.0) if exits else (crane.girder.height - LEG, crane.girder.height + LEG)
+    )
     span = 2.0 * crane.main.com[1]
     body, half = f"{crane.name}.main", HALF_BASE
     girder = Box(body, (0.0, span / 2, (low + high) / 2), (GIRDER, span + LEG, max(high - low, LEG)), YELLOW)

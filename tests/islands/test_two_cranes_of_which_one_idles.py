@@ -9,12 +9,14 @@ from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.coordinator.protocol.core import Coordinator
 from heavylift.coordinator.protocol.memory import run_in_memory
 from heavylift.coordinator.protocol.node import Node
+from heavylift.coordinator.record.drawing import boxes
 from heavylift.coordinator.run import run
 from heavylift.coordinator.run.pause import configured
 from heavylift.kernel.islands import Islands
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.devs import Simulator, Tag, ns
 from heavylift.nodes.models import COMMANDER, KERNEL, build, couplings
+from heavylift.nodes.models.parts import declared
 from heavylift.nodes.scene import LoadedScene, bundled, parse
 
 END = 45.0  # [s] the block is in the air by then
@@ -76,3 +78,9 @@ def test_it_is_one_run_in_one_process_or_in_ten(tmp_path: Path) -> None:
     apart = run(scene(), tmp_path / "apart.mcap")
     assert apart.digest == together.digest
     assert together.energy_error < 1e-6
+
+
+def test_a_crane_from_which_nothing_hangs_is_drawn_all_the_same() -> None:
+    plan = parse(bundled()["lift"].read_text().replace(CRANE, f"{CRANE}\n{IDLE}")).plan
+    drawn = boxes(plan, [declared(list(build(plan).values()))])
+    assert {"idle.main", "idle.upper", "idle.lower"} <= {box.body for box in drawn}
