@@ -1,6 +1,6 @@
 """Is `accuracy:` kept?  Random lifts, each on the rung that is chosen for it, against the richest rung in other code.
 
-    python tests/bench/tradeoff.py [--scenes 200] [--seed 1] [--json]
+    python tests/bench/tradeoff.py [--scenes 200] [--seed 1] [--minutes 30] [--json]
 
 The generator and its ranges: tests/fidelity/random_lifts.py.  One line per row: name, value, target, met.  The cost of
 the richest rung is that of our own code on it, with the method that is cheapest for it; what an implicit method does in
@@ -11,8 +11,10 @@ import argparse
 import json
 import os
 import sys
+import time
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
+from itertools import repeat
 from pathlib import Path
 from statistics import median
 
@@ -24,10 +26,12 @@ GAINED, GAIN = 0.01, 10.0  # at this accuracy the richest rung runs, too, and co
 WORKERS = 2
 
 
-def one(seed):
-    """What became of one scene at each accuracy, or why nothing did."""
+def one(seed, deadline):
+    """What became of one scene at each accuracy, or why nothing did; None after the deadline."""
     from kept import judged, reference
 
+    if time.monotonic() > deadline:
+        return None
     try:
         true = reference(seed)
         return [judged(seed, accuracy, true, against=accuracy == GAINED) for accuracy in ACCURACIES]
@@ -37,6 +41,7 @@ def one(seed):
 
 def rows(found, lost):
     """(name, value, target, met)"""
+    yield "scenes judged", len(found), 200, len(found) >= 200
     for accuracy, at in zip(ACCURACIES, zip(*found, strict=True), strict=True):
         kept, worst = sum(j.worst <= 1.0 for j in at) / len(at), max(j.worst for j in at)
         yield f"kept at {accuracy:.1%}", kept, 0.95, kept >= 0.95
@@ -64,11 +69,12 @@ def main():
     options = argparse.ArgumentParser()
     options.add_argument("--scenes", type=int, default=200)
     options.add_argument("--seed", type=int, default=1)
+    options.add_argument("--minutes", type=float, default=30.0, help="no scene is begun later")
     options.add_argument("--json", action="store_true")
     given = options.parse_args()
-    first = 1000 * given.seed
+    first, deadline = 1000 * given.seed, time.monotonic() + 60.0 * given.minutes
     with ProcessPoolExecutor(WORKERS) as pool:
-        found = list(pool.map(one, range(first, first + given.scenes)))
+        found = [x for x in pool.map(one, range(first, first + given.scenes), repeat(deadline)) if x is not None]
     lost = [x for x in found if isinstance(x, str)]
     for name, value, target, met in rows([x for x in found if not isinstance(x, str)], lost):
         row = {"name": name, "value": value, "target": target, "met": met}
