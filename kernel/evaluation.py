@@ -86,7 +86,8 @@ class Evaluation(Applying):
             self.loads = rows.loads
         for i, (_, shared) in enumerate(self.program.instances):
             drives = self._prescribed(i)
-            x = rows.motion(i) if rows and shared.opened else shared.accelerate(**self._arguments(i))
+            tied = i in self.program.constraints.linked  # by more than a rope that is left out
+            x = rows.motion(i) if rows and tied else shared.accelerate(**self._arguments(i))
             dq += list(x.dq)
             dv += list(x.dv)
             for d, force in zip(drives, x.reaction, strict=False):
@@ -159,8 +160,9 @@ class Evaluation(Applying):
             return a * sine + a2 * cosine + b
         ropes = zip(self.system.ropes, self.tensions, self.lengths, strict=True)
         known = {r.name: (tension, length) for r, tension, length in ropes} | self._reeved
-        if self._held:
-            known |= {r: (tension, self.lengths_of[r][0]) for r, tension in self._held.told.items()}
+        told = self._held.told if self._held else {}
+        for r in self.system.rigid_ropes:  # one that is left out pulls nothing
+            known[r.name] = told.get(r.name, 0.0), (self.lengths_of.get(r.name) or self.length_of(r))[0]
         if h.quantity == "height":
             assert h.point is not None, "checked by the program"
             x = laws.attachment(self._ends[self.graph.number(h.point.body)], p[3:6])[1][2]

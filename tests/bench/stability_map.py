@@ -73,7 +73,7 @@ def runs(scene: System, method: str, step: float, guarded: bool) -> bool:
     """Whether a push dies or stays; or, `guarded`, whether the kernel would begin at all."""
     check = Stepper._check_step
     if not guarded:
-        Stepper._check_step = lambda self: None
+        Stepper._check_step = lambda self, *_: None
     try:
         s = Simulation(scene, method=method, step=step, sample_ns=max(100_000, round(step * STEPS * SECOND)))
         s.start()
