@@ -40,7 +40,7 @@ PATIENCE, SLOWER = 0.03, 5.0  # of the budget, or times what was predicted, that
 
 @dataclass(frozen=True)
 class Measured:
-    """All that the report tells: settings by row; `converged` is what the reference changes by with each refinement."""
+    """All that the report tells: `commands` by row; `converged`: what each refinement changes the reference by."""
 
     scene: str
     ask: tuple[Asked, ...]
@@ -48,7 +48,7 @@ class Measured:
     budget: float
     spent: float
     rungs: list[Rung]
-    settings: dict[str, Setting]
+    commands: dict[str, str]
     rows: list[Row]
     verdict: Verdict
     reference: Setting
@@ -65,7 +65,7 @@ class Measured:
 
     def words(self, row: Row) -> str:
         """What a user types to run the scene as in a row."""
-        return self.settings[str(row)].words(self.scene)
+        return self.commands[str(row)]
 
 
 def measure(
@@ -92,7 +92,7 @@ def measure(
     converged = {name: errors(run.shown, true.shown, questions) for name, run in refined.items()}
     rungs = [*chosen(scene, questions, limit), *rungs]
     planner = Planner(rungs, [*METHODS], limit)
-    rows, settings, kept = list[Row](), dict[str, Setting](), dict[str, Played]()
+    rows, commands, kept = list[Row](), dict[str, str](), dict[str, Played]()
     while (left := budget - (time.perf_counter() - began)) > 0.0 and (following := planner.next(left)) is not None:
         setting, predicted = following
         row, played = _row(scene, setting, true, questions, min(left, max(PATIENCE * budget, SLOWER * predicted)))
@@ -100,14 +100,14 @@ def measure(
         if played is None:
             planner.tell(setting, 0.0, predicted, None, cut=CUT in row.reason)
         else:
-            settings[str(row)], kept[str(row)] = setting, played
+            commands[str(row)], kept[str(row)] = setting.words(scene), played
             planner.tell(setting, played.prepared_s, row.wall_s * row.runs, row.worst)
         say(f"{row}: {row.reason or f'{row.speed:.3g} x real time, worst error {row.worst:.2e}'}")
     unit = "m" if true.shown.columns == ["x", "y", "z"] else "rad"
     verdict = judge(rows, limit, unit)
     drawn = {str(row): kept[str(row)] for row in (verdict.pick, verdict.next_faster) if row is not None}
     return Measured(
-        scene.plan.name, questions, limit, budget, time.perf_counter() - began, rungs, settings, rows, verdict,
+        scene.plan.name, questions, limit, budget, time.perf_counter() - began, rungs, commands, rows, verdict,
         reference, converged, true, drawn, planner.left, planner.settled, machine(), unit,
         {q: why for q, why in known.items() if why},
     )  # fmt: skip

@@ -6,6 +6,7 @@ scene's questions would be given (`nodes.fidelity`) come on top.  A mechanism ha
 
 from __future__ import annotations
 
+import shlex
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -27,6 +28,7 @@ METHODS = {"semi-implicit-euler": STEPS, "rk4": STEPS} | dict.fromkeys(
 )
 FIXED = ("semi-implicit-euler", "rk4")
 AS_WRITTEN, ALL = "as written", "all asked"
+SPOKEN = ("ropes", "slings", "girder", "motion")  # named in every rung, whatever is the default
 LUMPS = (2, 4)  # of heavy ropes; twice as many as the last show whether the reference has converged
 
 
@@ -39,15 +41,14 @@ class Rung:
 
     @property
     def words(self) -> str:
-        """The rung as a setting of the scene; "" for what the scene says itself."""
+        """The rung as a setting of the scene, which takes the place of all that the scene names of it; "" for what the
+        scene says itself."""
         if self.fidelity is None:
             return ""
-        named = {k: getattr(self.fidelity, k) for k in ("ropes", "slings", "girder", "motion")}
-        if self.fidelity.ropes == "massive":
-            named["lumps"] = self.fidelity.lumps
-        if self.fidelity.locked:
-            named["locked"] = f"[{', '.join(self.fidelity.locked)}]"
-        return "fidelity={" + ", ".join(f"{k}: {x}" for k, x in named.items()) + "}"
+        fields = (f for f in msgspec.structs.fields(Fidelity) if f.name != "where")
+        values = ((f, getattr(self.fidelity, f.name)) for f in fields)
+        named = (f"{f.name.replace('_', ' ')}: {_written(x)}" for f, x in values if f.name in SPOKEN or x != f.default)
+        return f"fidelity={{{', '.join(named)}}}"
 
 
 @dataclass(frozen=True)
@@ -67,15 +68,17 @@ class Setting:
     def __str__(self) -> str:
         return f"{self.rung.name}, {self.method} at {self.how}"
 
-    def words(self, scene: str) -> str:
-        """What a user types to run a scene so."""
-        given = [f"heavylift run {scene}", *(f"--set '{words}'" for words in [self.rung.words] if words)]
-        given.append(f"--method {self.method}")
-        if self.step is not None:
-            given.append(f"--step '{self.how}'")
-        elif self.tolerance is not None:
-            given.append(f"--set tolerance={self.tolerance:g}")
-        return " ".join(given)
+    def words(self, scene: LoadedScene) -> str:
+        """What a user types to run a scene so: whatever it asks or names itself, nothing is chosen anew."""
+        plan = self.plan(scene.plan)
+        sets = [*scene.settings, *(["ask=[]"] if scene.scene.ask else []), *([self.rung.words] * bool(self.rung.words))]
+        if self.step is None or scene.scene.ask or scene.scene.tolerance:
+            sets.append(f"tolerance={plan.tolerance!r}")
+        if self.step is None and scene.plan.step is not None:
+            sets.append("step=null")
+        given = [x for words in sets for x in ("--set", words)] + ["--method", self.method]
+        given += ["--step", self.how] if self.step is not None else []
+        return shlex.join(["heavylift", "run", scene.typed, *given])
 
     def plan(self, plan: Plan) -> Plan:
         """The plan of a scene in this setting."""
@@ -100,16 +103,27 @@ def ladder(scene: LoadedScene) -> tuple[list[Rung], Rung | None]:
 
 
 def chosen(scene: LoadedScene, ask: tuple[Asked, ...], limit: float) -> list[Rung]:
-    """The rungs that a scene would be given if it asked each quantity alone, and all; none for a mechanism."""
-    plan = scene.plan
+    """The rungs that a scene would be given if it asked each quantity alone, and all, and named nothing itself; none
+    for a mechanism."""
+    plan = msgspec.structs.replace(scene.plan, fidelity=Fidelity())
     if plan.block is None or scene.followed is None:
         return []
     found: dict[Fidelity, list[str]] = {}
-    for question in (*((quantity,) for quantity in ask), ask):
+    for question in dict.fromkeys((*((quantity,) for quantity in ask), ask)):
         verdict = choose(plan, scene.followed, Question(question, limit), frozenset())
         fidelity = planar(verdict.fidelity, plan.loaders, plan.cranes)
         found.setdefault(fidelity, []).append(question[0] if len(question) == 1 else ALL)
-    return [Rung(f"chosen for {ALL if ALL in names else ', '.join(names)}", f) for f, names in found.items()]
+    return [Rung(f"chosen for {ALL if ALL in names else _listed(names)}", f) for f, names in found.items()]
+
+
+def _listed(names: list[str]) -> str:
+    *first, last = names
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def _written(value: object) -> str:
+    """A value of the fidelity as a scene file has it."""
+    return f"[{', '.join(map(str, value))}]" if isinstance(value, tuple) else str(value)
 
 
 def _massive(lumps: int) -> Rung:

@@ -43,6 +43,8 @@ class LoadedScene:
     scene: schema.Scene
     verdict: Verdict | None = None  # what is modelled, where the scene asks for something
     merged: str = ""  # text of the whole scene as JSON where it extends another one or has settings laid over it
+    typed: str = ""  # its path or the name of a bundled scene, as it was given
+    settings: tuple[str, ...] = ()  # laid over it
 
     @property
     def placement(self) -> dict[str, str]:
@@ -64,12 +66,12 @@ def load(scene: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
     """The scene of a path, or a bundled one by name, with `key=value` settings laid over it."""
     path = _find(str(scene))
     name = path.name if path in bundled().values() else str(scene)
-    return _build(path, name, _text(path, name), overrides)
+    return replace(_build(path, name, _text(path, name), overrides), typed=str(scene))
 
 
 def parse(text: str, name: str = "scene.yaml", overrides: Sequence[str] = ()) -> LoadedScene:
     """The scene of a YAML text that stands in no file yet."""
-    return _build(Path(name), name, text, overrides)
+    return replace(_build(Path(name), name, text, overrides), typed=name)
 
 
 def begun(name: str, like: str) -> str:
@@ -128,6 +130,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
         path,
         scene,
         merged=merged,
+        settings=tuple(overrides),
     )
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
     raise_faults(source, _physics(source, loaded))

@@ -15,17 +15,15 @@ from .faults import closest
 from .fidelity import ACROSS, ALONG
 from .yard import Yard
 
-__all__ = ["build_fidelity", "planar"]
+__all__ = ["PLANAR", "build_fidelity", "planar"]
+
+PLANAR = {ACROSS: ("gantries", "hinges"), ALONG: ("trolleys",)}  # motion -> what it locks
 
 
 def build_fidelity(yard: Yard) -> plan.Fidelity:
     """How much is modelled; what is wrong is added to the faults of the scene."""
     given = yard.scene.fidelity
-    groups = {
-        "hinges": [f"{x.name}.hinge" for x in yard.loaders],
-        "gantries": [f"{c.name}.gantry" for c in yard.cranes],
-        "trolleys": [f"{c.name}.{t}-slide" for c in yard.cranes for t in ("upper", "lower")],
-    }
+    groups = _groups(yard.loaders, yard.cranes)
     joints = [joint for group in groups.values() for joint in group]
     locked: list[str] = []
     for i, name in enumerate(given.locked):
@@ -41,16 +39,23 @@ def build_fidelity(yard: Yard) -> plan.Fidelity:
         girder=given.girder,
         motion=given.motion,
         pads=given.pads,
-        locked=tuple(joint for joint in joints if joint in locked),
+        locked=tuple(locked),
     )
     return planar(made, yard.loaders, yard.cranes)
 
 
 def planar(fidelity: plan.Fidelity, loaders: Sequence[plan.Loader], cranes: Sequence[plan.Crane]) -> plan.Fidelity:
-    """With what would leave the plane of a planar motion locked."""
-    out = list(fidelity.locked)
-    if fidelity.motion == ACROSS:
-        out += [f"{c.name}.gantry" for c in cranes] + [f"{x.name}.hinge" for x in loaders]
-    elif fidelity.motion == ALONG:
-        out += [f"{c.name}.{t}-slide" for c in cranes for t in ("upper", "lower")]
-    return msgspec.structs.replace(fidelity, locked=tuple(dict.fromkeys(out)))
+    """With what would leave the plane of a planar motion locked; the locked joints in one order, however named."""
+    groups = _groups(loaders, cranes)
+    locked = {*fidelity.locked, *(joint for group in PLANAR.get(fidelity.motion, ()) for joint in groups[group])}
+    joints = (joint for group in groups.values() for joint in group)
+    return msgspec.structs.replace(fidelity, locked=tuple(joint for joint in joints if joint in locked))
+
+
+def _groups(loaders: Sequence[plan.Loader], cranes: Sequence[plan.Crane]) -> dict[str, list[str]]:
+    """Joints that can be locked, by the name of all of a kind."""
+    return {
+        "hinges": [f"{x.name}.hinge" for x in loaders],
+        "gantries": [f"{c.name}.gantry" for c in cranes],
+        "trolleys": [f"{c.name}.{t}-slide" for c in cranes for t in ("upper", "lower")],
+    }
