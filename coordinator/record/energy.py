@@ -36,7 +36,7 @@ class EnergyAudit:
         if self._start is None:
             self._start = float(total[0])
         self.imbalance = max(self.imbalance, float(np.abs(total - self._start).max()))
-        self._heat = float(heat[-1])
+        self._heat = abs(float(heat[-1]))  # less than nothing only where the steps are wrong
         self._slow, self._fast = min(self._slow, float(kinetic.min())), max(self._fast, float(kinetic.max()))
         if self._accounts is not None and self._works:
             works = rows[:, [self._accounts.start + i for i in self._works]]
