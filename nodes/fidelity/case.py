@@ -17,6 +17,7 @@ from heavylift.nodes.scene.actions import Action, Lifted, Move, Turn, Wait
 from heavylift.nodes.scene.plan import Axis, Crane, HookRope, Plan, drive_name
 
 from .hooks import Hook
+from .moving import by_ways, lifting
 from .swinging import Swing
 
 if TYPE_CHECKING:
@@ -65,12 +66,15 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
     loads = _loads(plan, followed)
     if not loads or plan.block is None:
         return None
+    plan = by_ways(plan, followed)
     moves = [order for action in plan.actions for order in action.orders if isinstance(order, Move)]
     turns = any(isinstance(order, Turn) for action in plan.actions for order in action.orders)
     ropes = [rope for rope in plan.rig.hook_ropes if rope.name in loads]
     bends = {rope.name: _bend(plan, rope) for rope in ropes}
     sags = {c.name: sum(loads[r.name][0] * bends[r.name] for r in ropes if r.crane == c.name) for c in plan.cranes}
-    hooks = tuple(_hook(plan, r, *loads[r.name], moves, bends[r.name], sags[r.crane]) for r in ropes)
+    gives = (loads[r.name][0] * sum(_soft(plan, r, loads[r.name][1])) + bends[r.name] * sags[r.crane] for r in ropes)
+    lifts = lifting(plan, followed, plan.gravity * max(gives))
+    hooks = tuple(_hook(plan, r, *loads[r.name], moves, lifts, bends[r.name], sags[r.crane]) for r in ropes)
     ordered, drives = set[str](), dict[str, tuple[float, float]]()
     for crane in plan.cranes:
         for which, axis in (("gantry", crane.gantry), ("upper", crane.upper.axis), ("lower", crane.lower.axis)):
@@ -114,19 +118,19 @@ def _loads(plan: Plan, followed: Following) -> dict[str, tuple[float, Step]]:
 
 
 def _hook(
-    plan: Plan, rope: HookRope, share: float, step: Step, moves: list[Move], bend: float, sags: float
+    plan: Plan, rope: HookRope, share: float, step: Step, moves: list[Move], lifts: list[Move], bend: float, sags: float
 ) -> Hook:  # fmt: skip
-    """`bend`: of the girder at this hook; `sags`: the crane's shares times their bends."""
+    """`lifts`: moves that may lift the block; `bend`: of the girder at this hook; `sags`: the crane's shares times their
+    bends."""
     assert plan.block is not None
     crane = next(c for c in plan.cranes if c.name == rope.crane)
     loader = next(x for x in plan.loaders if x.name == rope.carries)
     slings = [s for s in plan.rig.slings if s.loader == rope.carries]
     mine = [m for m in moves if m.actuator == rope.name]
-    picking = [abs(m.speed) for m in mine if m.until is not None]
-    free = [abs(m.speed) for m in mine if m.until is None]
+    picking = [abs(m.speed) for m in lifts if m.actuator == rope.name]
     length, load = step.state.ropes[rope.name], share + loader.upper.mass + loader.lower.mass
     pose, com = plan.block.pose, plan.block.body.com
-    soft_rope, soft_slings = length / rope.EA, 1.0 / sum(s.EA / s.L0 for s in slings) if slings else 0.0
+    soft_rope, soft_slings = _soft(plan, rope, step)
     below = loader.pose[2] - pose[2] - com[2]  # of the hook, as it stands
     stools = sum(p.support.k for p in plan.block.pads if p.closed) / len(plan.rig.hook_ropes)
     y, span = _on_girder(crane, rope)
@@ -155,10 +159,15 @@ def _hook(
         slides=2.0 * hangs * steep * (sag(plan, crane) + bend * sags * plan.gravity),
         tilts=(sag(plan, crane) + bend * sags * plan.gravity) * (pi / span) ** 2 * (lever + hangs),
         traverses=traversed,
-        picks=max(CREEP, max(picking, default=0.0) or max(free, default=0.0)) * _grip(stools, soft_rope + soft_slings),
-        hoists=max(free, default=0.0),
+        picks=max(CREEP, *picking) * _grip(stools, soft_rope + soft_slings),
         ramp=max((m.accel for m in mine), default=0.0),
     )
+
+
+def _soft(plan: Plan, rope: HookRope, step: Step) -> tuple[float, float]:
+    """Compliances of a rope and of what hangs from it [m/N]."""
+    slings = [s for s in plan.rig.slings if s.loader == rope.carries]
+    return step.state.ropes[rope.name] / rope.EA, 1.0 / sum(s.EA / s.L0 for s in slings) if slings else 0.0
 
 
 def _grip(stools: float, soft: float) -> float:

@@ -39,8 +39,7 @@ class Hook:
     slides: float  # way of its trolley into its servo, down the slope of the girder, there and back [m]
     tilts: float  # way to the side per way that its trolley traverses, as the bent girder slopes
     traverses: float  # longest of these ways [m]
-    picks: float  # fastest hoisting while the block stands, less what the stools give way
-    hoists: float  # fastest winding while it hangs
+    picks: float  # fastest hoisting while the block may part, less what the stools give way
     ramp: float  # [m/s2]
 
     def soft(self, girder: bool) -> float:

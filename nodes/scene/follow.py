@@ -32,11 +32,20 @@ class Step:
     lean: float = 0.0  # the centre of mass is so far from what could hold it [m]
 
 
+@dataclass(frozen=True)
+class Acted:
+    """The state before an action, and whether a sling is taut behind it."""
+
+    before: State
+    taut: bool
+
+
 @dataclass
 class Following:
     """All steps, and what was found wrong on the way."""
 
     steps: list[Step] = field(default_factory=list)
+    acted: list[Acted] = field(default_factory=list)  # for each action that could be followed
     findings: Findings = field(default_factory=Findings)
     known: bool = True
     told_stages: list[str] = field(default_factory=list)  # those a table shows: of a turn every 30 degrees or so
@@ -63,11 +72,13 @@ class Follower(Standing):
         for number, action in enumerate(self.plan.actions, 1):
             stage = action.stage or f"action {number}"
             self._spoken_of(action.when)
+            before = self.state
             for order in action.orders:
                 self._order(order)
             if self.told.findings.sentences or not self.told.known:
                 return
             self._settle()
+            self.told.acted.append(Acted(before, bool(self.taut())))
             self._step(action.where, stage)
             for order in action.orders:
                 if isinstance(order, actions.Turn):

@@ -13,7 +13,7 @@ from heavylift.nodes.fidelity import ASKABLE
 from heavylift.nodes.scene import parse
 from lifted import lifted
 from measuring import Seen, apart
-from random_lifts import random_lift
+from random_lifts import awaits_lifting, random_lift
 from richest_lift import richest
 from scipy.interpolate import CubicSpline
 
@@ -47,9 +47,11 @@ class Judged:
 
 
 def asked(seed: int) -> tuple[str, ...]:
-    """One to all of the quantities."""
+    """One to all of the quantities; no time of a lift-off that the scene does not wait for, but rope tension then."""
     r = Random(f"ask {seed}")
     chosen = r.sample(ASKABLE, r.randint(1, len(ASKABLE)))
+    if not awaits_lifting(seed):
+        chosen = [q for q in chosen if q != "lift-off time"] or ["rope tension"]
     return tuple(q for q in ASKABLE if q in chosen)
 
 

@@ -4,6 +4,7 @@ what            range
 block           50 to 900 t (as the hooks may carry), centre of mass up to 10 % of the size off its middle
 hooks           1 to 6, on one crane or two
 ropes           8 to 80 m
+lift-off        in two thirds of the scenes hoisting until lifted, else by a way, at a speed of its own up to 3 m/min
 speeds          hoisting, traversing and travelling up to the limits of the crane
 slack           in 20 % of the scenes, up to 300 mm; else 30 mm
 symmetry        20 % have no plane of symmetry
@@ -72,7 +73,7 @@ def random_lift(seed: int) -> str:
     way, far_ = r.uniform(0.5, 0.8), side / 60.0 * r.uniform(4.0, 12.0)
     lines += [
         "  - stage: take up slack", f"    all hooks: hoist {pick:.3f} m/min until all slings taut",
-        "  - stage: lift off", f"    all hooks: hoist {pick:.3f} m/min until lifted",
+        "  - stage: lift off", f"    all hooks: hoist {_lifts(seed, pick)}",
         "  - stage: up", f"    all hooks: hoist {up:.3f} m/min by {way:.3f} m",
         "  - stage: sideways", f"    trolleys: traverse {side:.3f} m/min by {far_:.3f} m",
     ]  # fmt: skip
@@ -83,6 +84,18 @@ def random_lift(seed: int) -> str:
             f"    cranes: travel {along:.3f} m/min by {along / 60.0 * r.uniform(4.0, 12.0):.3f} m",
         ]
     return "\n".join([*lines, "  - stage: swing", "    wait: 15 s"]) + "\n"
+
+
+def awaits_lifting(seed: int) -> bool:
+    """Whether the winches stop when the block is seen to be lifted, not after a way."""
+    return Random(f"lift-off {seed}").random() >= 1.0 / 3.0
+
+
+def _lifts(seed: int, pick: float) -> str:
+    if awaits_lifting(seed):
+        return f"{pick:.3f} m/min until lifted"
+    r = Random(f"way {seed}")
+    return f"{exp(r.uniform(log(0.5), log(3.0))):.3f} m/min by {r.uniform(0.5, 0.8):.3f} m"
 
 
 def _centre(r: Random, n: int, both: bool, skewed: bool, length: float, width: float) -> tuple[float, float, float]:
