@@ -93,7 +93,7 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
         drives=drives,
         hinges=tuple(f"{x.name}.hinge" for x in plan.loaders),
         determinate=len(hooks) <= 3,
-        mirrored=_mirrored(plan, ordered),
+        mirrored=_mirrored(plan, ordered, {rope.crane for rope in ropes}),
         turns=turns,
         awaited=any(isinstance(t, Lifted) for m in moves for t in terms(m.until)),
         mass=block.mass,
@@ -237,9 +237,9 @@ def _profile(m: Move) -> tuple[float, float]:
     return (speed / m.accel, abs(m.by) / speed - speed / m.accel) if speed else (0.0, 0.0)
 
 
-def _mirrored(plan: Plan, ordered: set[str]) -> bool:
+def _mirrored(plan: Plan, ordered: set[str], carrying: set[str]) -> bool:
     """Whether a lift is its own mirror image about the plane across the rails through the block's centre of mass, and
-    nothing moves along them."""
+    nothing moves along them; of cranes those count that carry."""
     block = plan.block
     if block is None or any(joint.endswith(".gantry") for joint in ordered):
         return False
@@ -247,9 +247,10 @@ def _mirrored(plan: Plan, ordered: set[str]) -> bool:
     if abs(block.body.com[0]) > MIRRORED or any(abs(q) > MIRRORED for q in block.pose[4:6]):
         return False
     places = {lug.name: lug.p for lug in block.lugs}
-    hung: list[Sided] = [(c.gantry.start - middle, c.girder.span, c.girder.stiffness) for c in plan.cranes]
-    sides: dict[str, float] = {drive: c.gantry.start - middle for c in plan.cranes for drive in _trolleys(c)}
-    for rope in plan.rig.hook_ropes:
+    cranes = [c for c in plan.cranes if c.name in carrying]
+    hung: list[Sided] = [(c.gantry.start - middle, c.girder.span, c.girder.stiffness) for c in cranes]
+    sides: dict[str, float] = {drive: c.gantry.start - middle for c in cranes for drive in _trolleys(c)}
+    for rope in (r for r in plan.rig.hook_ropes if r.crane in carrying):
         loader = next(x for x in plan.loaders if x.name == rope.carries)
         sides[rope.name] = loader.pose[0] - middle
         hung.append((sides[rope.name], loader.pose[1], rope.L0, rope.EA, loader.upper.mass, loader.lower.mass))

@@ -33,6 +33,10 @@ def test_a_mirrored_lift_moves_in_its_plane_and_another_in_space():
     assert fidelity("1 %", scene="turnover").motion == "spatial"
 
 
+def test_an_idle_crane_breaks_no_symmetry():
+    assert fidelity("1 %", "cranes.idle={type: goliath-900, at: 140 m}").motion == "across"
+
+
 def test_what_the_scene_names_stays_as_named():
     chosen = fidelity("5 %", "fidelity={ropes: massive, lumps: 3, motion: spatial}")
     assert (chosen.ropes, chosen.lumps, chosen.motion, chosen.girder) == ("massive", 3, "spatial", "rigid")
