@@ -120,8 +120,7 @@ def _loads(plan: Plan, followed: Following) -> dict[str, tuple[float, Step]]:
 def _hook(
     plan: Plan, rope: HookRope, share: float, step: Step, moves: list[Move], lifts: list[Move], bend: float, sags: float
 ) -> Hook:  # fmt: skip
-    """`lifts`: moves that may lift the block; `bend`: of the girder at this hook; `sags`: the crane's shares times their
-    bends."""
+    """`lifts`: moves that may lift the block; `bend`: of the girder here; `sags`: the crane's shares times bends."""
     assert plan.block is not None
     crane = next(c for c in plan.cranes if c.name == rope.crane)
     loader = next(x for x in plan.loaders if x.name == rope.carries)

@@ -1,4 +1,4 @@
-"""The speed of a lift-off is the fastest hoisting at which the block may part from its stools, however it is written."""
+"""The speed of a lift-off is that of the fastest hoisting that may part the block from its stools."""
 
 import pytest
 from heavylift.nodes.fidelity.case import case_of
@@ -51,7 +51,9 @@ def test_what_is_predicted_bounds_a_lift_by_a_way():
 
 def test_a_move_to_a_place_has_a_way():
     scene = load("lift", ["actions.3.trolleys=traverse 20 m/min to 82 m"])
-    starts = {drive_name("crane", t.name): t.axis.start for t in (scene.plan.cranes[0].upper, scene.plan.cranes[0].lower)}
+    starts = {
+        drive_name("crane", t.name): t.axis.start for t in (scene.plan.cranes[0].upper, scene.plan.cranes[0].lower)
+    }
     assert scene.plan.actions[3].orders[0].by is None
     sideways = by_ways(scene.plan, scene.followed).actions[3].orders
     assert {m.actuator: m.by for m in sideways} == {name: 82.0 - y for name, y in starts.items()}
