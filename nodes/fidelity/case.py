@@ -84,6 +84,7 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
             if any(m.actuator == name for m in moves) or (turns and which != "gantry"):
                 ordered.add(joint)
     ways = [abs(m.by) for m in moves if m.by is not None]
+    assert plan.block is not None
     block, one = plan.block.body, len({round(h.place[0], 6) for h in hooks}) == 1
     return Case(
         gravity=plan.gravity,
