@@ -8,6 +8,7 @@ hook blocks, for the ropes carry both.
 from __future__ import annotations
 
 from heavylift.kernel.describe import WORLD, Drive, Joint, System, Threshold, Vector
+from heavylift.nodes.scene.fidelity import held_by
 from heavylift.nodes.scene.plan import Axis, Crane, Hook, HookRope, Plan, Trolley
 
 from .chains import pieces
@@ -62,7 +63,7 @@ class CraneModel(Machine):
             joint = on_girder(self.plan, self.crane, joint, motion.start)
         drive = Drive(f"{element}.drive", element, "servo", motion.kp, motion.kv)
         if element in self.plan.fidelity.locked:
-            actor: Actor = HeldActor("drive", drive.name)
+            actor: Actor = HeldActor("drive", drive.name, held_by(self.plan.fidelity, element))
         else:
             laws = System(drives=(drive,))
             actor = DriveActor("drive", drive.name, laws, start=motion.start, lower=motion.lower, upper=motion.upper)

@@ -156,12 +156,15 @@ class DriveActor(LiveActor):
 
 
 class HeldActor(LiveActor):
-    """In place of the drive `element` of a joint that is not modelled: obeys nothing."""
+    """In place of the drive `element` of a joint that is not modelled: obeys nothing; `why` is what it says."""
+
+    def __init__(self, name: str, element: str, why: str) -> None:
+        super().__init__(name, element)
+        self.why = why
 
     def obey(self, order: Order) -> None:
         """Refuse."""
-        joint = self.element.removesuffix(".drive")
-        self.refuse(order, f"{joint} is locked and cannot move: take it off the list 'locked' of 'fidelity'")
+        self.refuse(order, self.why)
 
 
 class WinchActor(DriveActor):

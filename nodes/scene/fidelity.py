@@ -10,9 +10,11 @@ from typing import Literal
 
 from .actions import Item
 
-__all__ = ["ACROSS", "ALONG", "Fidelity"]
+__all__ = ["ACROSS", "ALONG", "PLANAR", "Fidelity", "held_by"]
 
 ACROSS, ALONG = "across", "along"
+PLANAR = {ACROSS: ("gantries", "hinges"), ALONG: ("trolleys",)}  # motion -> joints that it locks
+KINDS = {".gantry": "gantries", ".hinge": "hinges", "-slide": "trolleys"}  # end of a joint's name -> its group
 
 
 class Fidelity(Item, frozen=True, kw_only=True):
@@ -34,3 +36,11 @@ class Fidelity(Item, frozen=True, kw_only=True):
     motion: Literal["spatial", "across", "along"] = "spatial"
     pads: Literal["all", "standing"] = "all"
     locked: tuple[str, ...] = ()
+
+
+def held_by(fidelity: Fidelity, joint: str) -> str:
+    """Why a locked joint cannot move, and what to name under `fidelity:` for it to move."""
+    group = next(group for end, group in KINDS.items() if joint.endswith(end))
+    if group in PLANAR.get(fidelity.motion, ()):
+        return f"{joint} cannot move, 'motion: {fidelity.motion}' of 'fidelity' holds it: name 'motion: spatial' there"
+    return f"{joint} cannot move, 'locked' of 'fidelity' holds it: name there a list without it and without '{group}'"

@@ -24,6 +24,7 @@ from .capacity import capacity_checks
 from .faults import closest, raise_faults
 from .follow import Following, follow
 from .geometry import start_checks, step_checks
+from .held import held_orders
 from .machines import build_machines
 from .modelling import build_fidelity, planar
 from .placing import placement_faults
@@ -180,7 +181,7 @@ def _physics(source: Source, loaded: LoadedScene) -> list[Fault]:
         return []
     steps = loaded.followed.steps
     told = start_checks(scene, built, steps[0])
-    told = told or step_checks(scene, built, steps) + loaded.followed.findings.list()
+    told = told or held_orders(built) + step_checks(scene, built, steps) + loaded.followed.findings.list()
     told = told or capacity_checks(scene, built, steps)
     return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in told]
 

@@ -12,12 +12,10 @@ import msgspec
 
 from . import plan
 from .faults import closest
-from .fidelity import ACROSS, ALONG
+from .fidelity import PLANAR
 from .yard import Yard
 
-__all__ = ["PLANAR", "build_fidelity", "planar"]
-
-PLANAR = {ACROSS: ("gantries", "hinges"), ALONG: ("trolleys",)}  # motion -> what it locks
+__all__ = ["build_fidelity", "planar"]
 
 
 def build_fidelity(yard: Yard) -> plan.Fidelity:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from math import pi, sin, sqrt
 
+import msgspec
 import numpy as np
 import pytest
 from heavylift.coordinator.run.pause import paused
@@ -55,7 +56,7 @@ def test_what_is_left_out_is_not_there():
 
 def test_a_girder_alone_swings_at_its_frequency():
     """w^2 = (pi^4 / 2 * k / 48) / (m / 2 + sum of trolley masses * sin^2(pi y / L))."""
-    plan = lift("{girder: elastic, locked: [trolleys, gantries]}").plan
+    plan = lift("{girder: elastic, locked: [trolleys, gantries]}", still=True).plan
     crane = plan.cranes[0]
     s = Simulation(replace(build_one(plan, crane.name).declare(), thresholds=()))
     s.start()
@@ -86,9 +87,15 @@ def test_a_mirrored_lift_moves_in_its_plane():
     assert plane.tension == pytest.approx(space.tension, rel=SAME_PLANE)
 
 
-def test_an_order_to_a_locked_joint_ends_in_a_sentence():
-    with pytest.raises(ModelError, match=r"lift.yaml:41:5: crane.lower-slide is locked and cannot move: take it off"):
-        paused(lift("{locked: [trolleys]}"), after="sideways")
+def test_an_order_to_a_locked_joint_that_no_check_has_seen_ends_in_a_sentence():
+    """As an operator gives it."""
+    given = lift("{}")
+    locked = msgspec.structs.replace(given.plan.fidelity, locked=("crane.upper-slide", "crane.lower-slide"))
+    scene = replace(given, plan=msgspec.structs.replace(given.plan, fidelity=locked))
+    with pytest.raises(
+        ModelError, match=r"lift.yaml:41:5: crane.lower-slide cannot move, 'locked' of 'fidelity' holds"
+    ):
+        paused(scene, after="sideways")
 
 
 def test_joints_that_are_not_there_cannot_be_locked():

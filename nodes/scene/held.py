@@ -1,0 +1,50 @@
+"""Orders to joints that the scene's fidelity holds: found in the plan, before anything runs.
+
+A planar motion locks what would leave its plane, the list `locked` what it names.  A turn orders the trolleys of the
+hooks that carry slings then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.models.roster import first_lugs
+from heavylift.nodes.models.turn import followers
+
+from . import plan
+from .actions import Hookup, Move, Order, Turn, Unhook
+from .fidelity import held_by
+from .findings import Findings
+
+__all__ = ["held_orders"]
+
+
+def held_orders(built: plan.Plan) -> list[tuple[str, str]]:
+    """(where, sentence) of each order that cannot be obeyed; of several to one joint the first."""
+    found = Findings()
+    lugs = first_lugs(built)
+    for action in built.actions:
+        for order in action.orders:
+            if isinstance(order, Hookup):
+                lugs[order.sling] = order.lug
+            elif isinstance(order, Unhook):
+                lugs.pop(order.sling, None)
+            ordered = [joint for joint in _moves(built, order, lugs) if joint in built.fidelity.locked]
+            told = (
+                (joint, order.where, f"{held_by(built.fidelity, joint)}, or leave the order out") for joint in ordered
+            )
+            found.take(f"{order.where} held", told, where=order.where)
+    return found.list()
+
+
+def _moves(built: plan.Plan, order: Order, lugs: dict[str, str]) -> Iterator[str]:
+    """Joints that an order moves."""
+    if isinstance(order, Move) and order.verb in ("travel", "traverse"):
+        yield order.actuator.removesuffix(".drive")
+    elif isinstance(order, Turn):
+        try:
+            follow = followers(built, order, lugs)
+        except ModelError:
+            return  # a turn that no hook can follow is told when it is given
+        yield from (f.actuator.removesuffix(".drive") for f in follow)

@@ -1,0 +1,51 @@
+"""An order to a joint that the fidelity holds is found before anything runs, with the key that holds it."""
+
+import re
+
+import pytest
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene import load
+
+LIKEWISE = "; likewise crane.lower-slide"
+UNLESS = ", or leave the order out"
+SPATIAL = f"of 'fidelity' holds it: name 'motion: spatial' there{UNLESS}"
+WITHOUT = "'locked' of 'fidelity' holds it: name there a list without it and without"
+
+
+def refused(scene, *settings):
+    """Sentences of the faults, each with the line that it stands at."""
+    with pytest.raises(SceneError) as refusal:
+        load(scene, settings)
+    return re.findall(r"^([\w.-]+:\d+):\d+: error: (.*)", str(refusal.value), re.M)
+
+
+def test_a_traverse_leaves_the_plane_along_the_rails():
+    assert refused("lift", "fidelity.motion=along") == [
+        ("lift.yaml:41", f"actions[3].trolleys: crane.upper-slide cannot move, 'motion: along' {SPATIAL}{LIKEWISE}")
+    ]
+
+
+def test_a_travel_leaves_the_plane_across_them():
+    told = refused("lift", "fidelity.motion=across", "actions.3={crane: travel 10 m/min by 2 m}")
+    assert told == [("--set:1", f"actions[3].crane: crane.gantry cannot move, 'motion: across' {SPATIAL}")]
+
+
+def test_a_list_of_locked_joints_is_named_as_such():
+    assert refused("lift", "fidelity.locked=[trolleys]") == [
+        ("lift.yaml:41", f"actions[3].trolleys: crane.upper-slide cannot move, {WITHOUT} 'trolleys'{UNLESS}{LIKEWISE}")
+    ]
+
+
+def test_a_turn_needs_the_trolleys_that_carry():
+    (_, told), *_ = refused("turnover", "fidelity.locked=[west.upper-slide]")
+    assert told == f"actions[5].block: west.upper-slide cannot move, {WITHOUT} 'trolleys'{UNLESS}"
+
+
+def test_what_scenes_ask_never_holds_what_they_order():
+    for quantity in ("rope tension", "swing", "position", "lift-off time"):
+        assert load("lift", [f"ask=[{quantity}]", "accuracy=5 %"]).verdict
+
+
+def test_joints_that_nothing_orders_may_be_held():
+    assert load("lift", ["fidelity.motion=across"]).plan.fidelity.locked[-1] == "crane.gantry"
+    assert load("lift", ["fidelity.locked=[trolleys]", "actions=[{wait: 10 s}]"]).plan
