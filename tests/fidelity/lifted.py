@@ -59,7 +59,7 @@ def lifted(scene) -> Lifted:
     width = max(c["stop"] for c in layout)
     times, rows = [], []
     for batch in batches:
-        _, t, data = msgspec.msgpack.decode(batch)
+        _, t, data, *_ = msgspec.msgpack.decode(batch)  # and notes, if there are any
         times += [x * 1e-9 for x in t]
         rows.append(np.frombuffer(data, "<f8").reshape(-1, width))
     table = np.concatenate(rows)
