@@ -74,7 +74,7 @@ class Record(FileTape):
             **({"step": f"{plan.step:.6g} s"} if plan.step else {}),
             "samples_hz": plan.samples_hz,
             "fidelity": msgspec.to_builtins(plan.fidelity),
-            **({"predicted_errors": dict(scene.verdict.errors)} if scene.verdict else {}),
+            **({"predicted_errors": dict(scene.verdict.errors)} if scene.verdict and scene.verdict.errors else {}),
             "nodes": [*models, KERNEL],
             "placement": {process: list(nodes) for process, nodes in placement.processes.items()},
             "rated": rated(plan),

@@ -95,6 +95,9 @@ def run(
             desk.open(hub)
         played = _Run(scene, models, hub, record, watch or Watch(), audience, tempo, desk)
         desk.repeat(commands, played.talk.core)
+        for sentence in scene.verdict.notes if scene.verdict else ():
+            record.note(0, sentence)
+            played.say(sentence)
         try:
             if isinstance(hub, Hub):
                 hub.admit(fingerprint(encode(scene.plan)), played.say)

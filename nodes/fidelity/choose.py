@@ -2,132 +2,41 @@
 
 Every set of rules is tried; of those whose errors, added up, stay below the accuracy for each quantity asked, the one
 that leaves the cheapest rung is taken: so the predicted cost never rises with the accuracy that is given up.  What is
-left of the accuracy is the steps', whose method and tolerance come last.  What the scene names itself is left as named.
+left of the accuracy is the steps', whose method and tolerance come last.  What the scene names itself is left as named,
+and what it costs is counted first.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import replace
 from functools import reduce
 from itertools import combinations
 from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.nodes.models.assembly import system
+from heavylift.nodes.scene.fidelity import ALONG
 from heavylift.nodes.scene.modelling import planar
 from heavylift.nodes.scene.plan import Fidelity, Plan
 
 from .always import ALWAYS
 from .case import Case, case_of
-from .cost import Cost, cost
+from .cost import cost
 from .method import METHODS, Stepped, stepped
 from .question import Asked, Question
 from .rules import RULES, Choice, Errors, chance
+from .verdict import INTEGRATION, Decided, Verdict, left
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene.follow import Following
 
-__all__ = ["Verdict", "choose"]
+__all__ = ["choose", "unpromised"]
 
 RICHEST = Fidelity(ropes="massive", lumps=4, rope_mass="lumped", girder="elastic")
 BEFORE_RIGID = ("lumped ropes", "rigid girder")
 CERTAIN = 0.6  # part of the accuracy that rules may spend whatever chance adds
-INTEGRATION = 0.1  # part of the accuracy that is left to the steps in time
 EXPLICIT = ("dopri5", "dop853")  # that no stiff part of a mechanism takes by surprise
-
-
-@dataclass(frozen=True)
-class Decided:
-    """A choice and what became of it: "left out", "kept", or "named" by the scene."""
-
-    choice: Choice
-    outcome: str
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """The fidelity for a question; `str` is the pruning report; no costs where nothing can be followed.
-
-    `always`: what is left out of every lift.  `steps`: methods, the one to be used first; none where the scene names
-    its steps.
-    """
-
-    question: Question
-    fidelity: Fidelity
-    decided: tuple[Decided, ...]
-    errors: dict[Asked, float]
-    cost: Cost | None = None
-    richest: Cost | None = None
-    always: tuple[Choice, ...] = ()
-    steps: tuple[Stepped, ...] = ()
-    chance: Errors = field(default_factory=dict)
-
-    def __str__(self) -> str:
-        asked = ", ".join(self.question.ask)
-        lines = [f"asked: {asked}, to {self.question.accuracy:.3g} of each", ""]
-        for d in self.decided:
-            lines.append(
-                f"  {d.choice.rule:<16} {d.outcome:<9} {d.choice.saved:>4} states   {self._told(d.choice.errors)}   "
-                f"{d.choice.reason}"
-            )
-        for choice in self.always:
-            outcome = "left out" if choice.allowed else "as it is"
-            lines.append(f"  {choice.rule:<16} {outcome:<9} {choice.saved:>4} states   {choice.reason}")
-        lines += [f"  predicted in all: {self._told(self.errors)}; the steps may add {self._told(self._left())}"]
-        if self.chance:
-            lines += [f"  by chance, whatever is modelled: {self._told(self.chance)}: which pad is the last to open"]
-        if self.cost and self.richest:
-            lines += [
-                f"  {name:<16} {c.states:>4} states, bound by {c.omega:.0f} 1/s, about {c.evaluations:.2g} evaluations"
-                for name, c in (("richest rung", self.richest), ("chosen rung", self.cost))
-            ]
-            lines += [f"  evaluations x states: 1/{self.richest.product / self.cost.product:.1f} of the richest rung's"]
-        for i, s in enumerate(self.steps):
-            fits = s.within(self._left())
-            outcome = ("chosen" if fits else "at best") if i == 0 else "dearer" if fits else "unfit"
-            at = f"{s.method} at {s.tolerance:.0e}" if s.allowed else s.method
-            lines.append(f"  {at:<16} {outcome:<9} {self._words(s)}{s.reason}")
-        return "\n".join(lines)
-
-    def _told(self, errors: Errors) -> str:
-        return ", ".join(f"{q} {errors.get(q, 0.0):.2%}" for q in self.question.ask)
-
-    def _words(self, s: Stepped) -> str:
-        """Predicted cost and errors of a method."""
-        if not s.allowed:
-            return ""
-        spent = f"{s.cost.evaluations:.2g} evaluations"
-        spent += f" and {s.cost.algebra:.2g} in matrices" if s.cost.algebra else ""
-        return f"{spent}   {self._told(s.errors)}   "
-
-    def _left(self) -> Errors:
-        """Of the accuracy, for the steps."""
-        return {q: self.question.accuracy - self.errors[q] for q in self.question.ask}
-
-    def data(self) -> dict[str, object]:
-        """The same as plain data."""
-        return {
-            "ask": list(self.question.ask),
-            "accuracy": self.question.accuracy,
-            "fidelity": msgspec.to_builtins(self.fidelity),
-            "choices": [
-                {"rule": d.choice.rule, "key": d.choice.key, "outcome": d.outcome, "states": d.choice.saved,
-                 "errors": dict(d.choice.errors), "reason": d.choice.reason}
-                for d in self.decided
-            ],
-            "always": [
-                {"rule": c.rule, "left_out": c.allowed, "states": c.saved, "reason": c.reason} for c in self.always
-            ],
-            "steps": [
-                {"method": s.method, "tolerance": s.tolerance, "sufficient": s.within(self._left()),
-                 "errors": dict(s.errors), "cost": asdict(s.cost), "reason": s.reason}
-                for s in self.steps
-            ],
-            "predicted": dict(self.errors),
-            "chance": dict(self.chance),
-            "cost": {name: asdict(c) for name, c in (("chosen", self.cost), ("richest", self.richest)) if c},
-        }  # fmt: skip
 
 
 def choose(
@@ -136,24 +45,37 @@ def choose(
     """The fidelity that answers a question; `named`: the keys of the fidelity that the scene has written itself, and
     `steps`: those of method, tolerance and step."""
     case = case_of(plan, followed)
-    spent: dict[Asked, float] = dict.fromkeys(question.ask, 0.0)
     if case is None:
-        return Verdict(question, plan.fidelity, (), spent, always=_always(plan))
+        why = "no block is lifted as far as the action list can be followed before the run"
+        return unpromised(question, plan.fidelity, why, _always(plan))
     fidelity = richest = _richest(plan.fidelity, named)
     left_out, decided = _cheapest(case, richest, question, named), list[Decided]()
+    spent: dict[Asked, float] = dict.fromkeys(question.ask, 0.0)
     for rule in RULES:
         choice = rule(case, fidelity)
+        poor = _poor(choice, richest, named)
         if choice.rule in left_out:
             fidelity = _changed(fidelity, choice)
+        elif choice.key in named and not poor:
+            choice = replace(choice, errors={}, saved=0)
+        if choice.rule in left_out or poor:
             spent = {q: e + choice.errors.get(q, 0.0) for q, e in spent.items()}
-        decided.append(Decided(choice, _outcome(choice, left_out, named)))
+        decided.append(Decided(choice, _outcome(choice, left_out, named), poor))
     pruned, most = (
         msgspec.structs.replace(plan, fidelity=planar(f, plan.loaders, plan.cranes)) for f in (fidelity, richest)
     )
-    ways = _steps(case, pruned, {q: question.accuracy - e for q, e in spent.items()}, steps)
+    ways = _steps(case, pruned, left(question, spent), steps)
     dearest = _steps(case, most, dict.fromkeys(question.ask, question.accuracy), steps)
     costs = (ways[0].cost, dearest[0].cost) if ways else (cost(case, fidelity), cost(case, richest))
-    return Verdict(question, fidelity, tuple(decided), spent, *costs, _always(pruned), ways, chance(case))
+    return Verdict(
+        question, fidelity, tuple(decided), spent, *costs, _always(pruned), ways, chance(case),
+        unpredicted=_unpredicted(decided, richest, named),
+    )  # fmt: skip
+
+
+def unpromised(question: Question, fidelity: Fidelity, why: str, always: tuple[Choice, ...] = ()) -> Verdict:
+    """Of a scene that is modelled as it is written, since nothing of it can be predicted."""
+    return Verdict(question, fidelity, (), {}, always=always, unknown=why)
 
 
 def _always(plan: Plan) -> tuple[Choice, ...]:
@@ -169,6 +91,11 @@ def _cheapest(case: Case, richest: Fidelity, question: Question, named: frozense
         q: max((1.0 - INTEGRATION) * question.accuracy - chance(case).get(q, 0.0), CERTAIN * question.accuracy)
         for q in question.ask
     }
+    poor = [c.errors for c in choices if _poor(c, richest, named)]
+    for q in question.ask:
+        by_name = sum(errors.get(q, 0.0) for errors in poor)
+        lost = by_name > question.accuracy  # no rule makes that better, nor should one make it much worse
+        budget[q] = INTEGRATION * question.accuracy if lost else max(0.0, budget[q] - by_name)
     found: tuple[float, int, set[str]] = (cost(case, richest).product, 0, set())
     for n in range(1, len(open_) + 1):
         for some in combinations(open_, n):
@@ -190,6 +117,29 @@ def _fit(some: Sequence[Choice], choices: list[Choice], named: frozenset[str]) -
         return False
     before = {c.rule for c in choices if c.rule in BEFORE_RIGID and c.key not in named}
     return "rigid ropes" not in taken or before <= taken
+
+
+def _poor(choice: Choice, given: Fidelity, named: frozenset[str]) -> bool:
+    """Whether the scene has left out by name what a rule looks at, or some of it."""
+    if choice.key not in named:
+        return False
+    if choice.key == "ropes":
+        return given.ropes == "rigid" or (given.ropes == "elastic" and choice.change["ropes"] == "elastic")
+    if choice.key == "lumps":
+        return given.ropes == "massive" and given.lumps < RICHEST.lumps
+    if choice.key == "locked":
+        return any(joint in given.locked for joint in choice.locked)
+    return bool(getattr(given, choice.key) != getattr(RICHEST, choice.key))
+
+
+def _unpredicted(decided: Sequence[Decided], given: Fidelity, named: frozenset[str]) -> tuple[str, ...]:
+    """What the scene names that no rule allows, or looks at."""
+    wrong = [d.choice.key for d in decided if d.poor and not d.choice.allowed and d.choice.key != "lumps"]
+    wrong += ["motion"] if "motion" in named and given.motion == ALONG else []
+    wrong += ["slings"] if given.slings == "rigid" and given.ropes != "rigid" else []
+    massless = given.ropes != "massive" and "rope_mass" in named and given.rope_mass == "none"
+    wrong += ["rope mass"] if massless else []
+    return tuple(dict.fromkeys(wrong))
 
 
 def _outcome(choice: Choice, left_out: set[str], named: frozenset[str]) -> str:

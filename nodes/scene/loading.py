@@ -14,7 +14,7 @@ from pathlib import Path
 
 import msgspec
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.fidelity import Question, Verdict, choose
+from heavylift.nodes.fidelity import Question, Verdict, choose, unpromised
 from heavylift.nodes.models import node_names
 from heavylift.nodes.scenes import bundled
 
@@ -141,9 +141,12 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
 def _pruned(loaded: LoadedScene) -> LoadedScene:
     """With no more of its machines than what the scene asks requires, and the steps that it requires."""
     scene, built = loaded.scene, loaded.plan
-    if not scene.ask or loaded.followed is None:
+    if not scene.ask:
         return loaded
     question = Question(scene.ask, scene.accuracy)
+    if loaded.followed is None:
+        told = "a mechanism is modelled as it is written"
+        return replace(loaded, verdict=unpromised(question, built.fidelity, told))
     named = frozenset(scene.fidelity.model_fields_set)
     verdict = choose(built, loaded.followed, question, named, frozenset(scene.model_fields_set))
     built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, built.loaders, built.cranes))

@@ -56,7 +56,7 @@ def test_what_is_named_stays_as_named():
 
 def test_what_no_method_promises_is_said():
     text = str(check(load("lift", ["ask=[rope tension]", "accuracy=0.01 %", "tolerance=1e-3"])))
-    assert " at best " in text
+    assert " kept although unfit " in text
     assert " chosen    " not in text
 
 
