@@ -18,9 +18,11 @@ def check(scene: Scene, as_json: Json = False, sets: Sets = None) -> None:
     from heavylift.nodes.scene import check as examine
     from heavylift.nodes.scene import load
 
+    from ..run.pause import check_steps
     from ..run.stages import page, required
 
     loaded = load(scene, sets or [])
+    check_steps(loaded)
     found, stages = examine(loaded), required(loaded)
     if not as_json:
         typer.echo(str(found) + (f"\n\n{page(stages)}" if stages else ""))

@@ -9,9 +9,11 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from heavylift.kernel.errors import SceneError
+from heavylift.kernel.methods.choice import choose, control_of
+from heavylift.kernel.rate import Program
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.devs import Event, Simulator, Tag, ns
-from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings, hooked_later, subscriptions
+from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings, hooked_later, subscriptions, system
 from heavylift.nodes.models.messages import Finished, Stage
 from heavylift.nodes.scene.plan import Plan
 
@@ -24,7 +26,7 @@ from ..protocol.node import Node
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
 
-__all__ = ["configured", "paused"]
+__all__ = ["check_steps", "configured", "paused"]
 
 LAST = Tag(100 * 3600 * 10**9)  # simulated time after which a stage that has not ended never does
 
@@ -62,6 +64,19 @@ def configured(plan: Plan, models: Mapping[str, NodeModel]) -> KernelConfig:
         plan.step,
         hooked_later(plan),
     )
+
+
+def check_steps(scene: LoadedScene) -> None:
+    """Raises the HeavyliftError with which a run would end before its first step, if its method cannot do the scene.
+
+    Whether a fixed step is stable shows in the started simulation, which is compiled for it as the run would.
+    """
+    plan = scene.plan
+    if plan.step is not None:
+        paused(scene)
+    else:
+        program = Program(system(plan))
+        control_of(choose(plan.method, program), None, program)
 
 
 def paused(scene: LoadedScene, at: float | None = None, after: str = "") -> Simulation:

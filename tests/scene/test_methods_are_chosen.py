@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from heavylift.coordinator.cli import main
 from heavylift.coordinator.run import run
 from heavylift.kernel.errors import HeavyliftError, SceneError
 from heavylift.nodes.scene import parse
@@ -65,3 +66,33 @@ def test_mistakes_are_told_where_they_stand(keys: str, sentence: str):
 def test_what_cannot_run_is_refused_before_it_starts(keys: str, sentence: str, tmp_path: Path):
     with pytest.raises(HeavyliftError, match=sentence):
         run(parse(SCENE.format(keys)), tmp_path / "swing.mcap", in_process=True)
+
+
+@pytest.mark.parametrize(
+    ("scene", "keys", "sentence"),
+    [
+        ("lift", ["method=rk4"], "method 'rk4': it has no error estimate; give it a step"),
+        ("lift", ["method=ros34pw2", "fidelity.girder=elastic"], "it knows trees of rigid bodies only; choose radau5"),
+        ("lift", ["method=rk4", "step=1 s"], "step 1 s at 0.000 s: too long for method 'rk4', since 'block' on"),
+        ("lift", ["method=rk4", "ask=[swing]", "accuracy=1 %"], "method 'rk4': it has no error estimate"),
+        ("arm", ["method=semi-implicit-euler"], "it has no error estimate; give it a step"),
+        ("arm", ["method=scipy-lsoda", "step=1 ms"], "it chooses its own steps; leave the step out"),
+        ("girder", ["method=rk4", "step=1 s"], "too long for method 'rk4', since 'girder' on 'girder' swings at"),
+    ],
+)
+def test_a_check_ends_with_the_sentence_with_which_the_run_would(scene, keys, sentence, tmp_path, monkeypatch, capsys):
+    said = []
+    for command in (["check", scene], ["run", scene, "--in-process", "-o", str(tmp_path / "out.mcap")]):
+        monkeypatch.setattr("sys.argv", ["heavylift", *command, *(x for key in keys for x in ("--set", key))])
+        with pytest.raises(SystemExit) as left:
+            main()
+        assert left.value.code == 1
+        said.append(capsys.readouterr().err.splitlines()[-1])
+    assert said[0] == said[1]
+    assert sentence in said[0]
+
+
+def test_a_step_that_is_short_enough_passes_a_check(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["heavylift", "check", "arm", "--set", "method=rk4", "--set", "step=5 ms"])
+    main()
+    assert capsys.readouterr().out.startswith("arm: 4 bodies")
