@@ -9,8 +9,9 @@ it is not judged.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+
+from heavylift.nodes.models.conditions import terms
 
 from . import actions, plan, schema
 from .findings import Findings
@@ -121,11 +122,9 @@ class Follower(Standing):
                 told = f"{move.model} would {move.verb} while the block is on its stools and {tied[0]} taut"
                 self._fault("tied", move.actuator, move.where, f"{told}: slacken or unhook the slings first")
         else:
-            loaded = bool(self.taut(loaders)) and not self.state.grounded
-            limit = crane.hoist_speed if loaded else crane.empty_hoist_speed
-        if abs(move.speed) > limit * (1 + 1e-9):
-            told = f"{move.verb} {abs(move.speed) * 60:g} m/min is faster than {move.model} can"
-            self._fault("speed", move.actuator, move.where, f"{told}: {limit * 60:g} m/min")
+            hangs = self.taut(loaders) and not self.state.grounded
+            limit = crane.hoist_speed if hangs else crane.empty_hoist_speed
+        self._fast(move, limit)
         now = self._coordinate(move)
         goal = move.to if move.to is not None else None if move.by is None else now + move.by
         if move.until is not None and goal is None:
@@ -134,6 +133,15 @@ class Follower(Standing):
             self.told.known = False
             return
         self._set(move, goal)
+        seen = any(isinstance(term, actions.Lifted) for term in terms(move.until))
+        if move.verb == "hoist" and self.state.grounded and (seen or self.above(loaders)):
+            self._fast(move, crane.hoist_speed, " with a load")
+
+    def _fast(self, move: actions.Move, limit: float, how: str = "") -> None:
+        """No actuator is faster than it can."""
+        if abs(move.speed) > limit * (1 + 1e-9):
+            told = f"{move.verb} {abs(move.speed) * 60:g} m/min is faster than {move.model} can{how}"
+            self._fault("speed", move.actuator, move.where, f"{told}: {limit * 60:g} m/min")
 
     def _until(self, move: actions.Move, until: actions.Condition, now: float, loaders: list[str]) -> float | None:
         """Where a move ends that ends on a condition; None if only the dynamics know."""
@@ -227,14 +235,10 @@ class Follower(Standing):
         for rope in self.ropes.values():
             crane = self.scene.cranes[rope.crane]
             trolley = (rope.crane, HOOKS[rope.hook][0])
-            for name, way, limit in (
-                (rope.name, self.state.ropes[rope.name] - last.ropes[rope.name], crane.hoist_speed),
-                (
-                    " ".join(trolley),
-                    self.state.trolleys[trolley] - last.trolleys[trolley],
-                    crane.trolley_speed,
-                ),
-            ):
+            wound = self.state.ropes[rope.name] - last.ropes[rope.name]
+            moved = self.state.trolleys[trolley] - last.trolleys[trolley]
+            ways = (rope.name, wound, crane.hoist_speed), (" ".join(trolley), moved, crane.trolley_speed)
+            for name, way, limit in ways:
                 if seconds > 0 and abs(way) / seconds > limit * (1 + 1e-9):
                     told = f"{name} would have to follow the turn at {abs(way) / seconds * 60:.1f} m/min"
                     self._fault("follow", name, order.where, f"{told}, it can {limit * 60:g} m/min")
@@ -283,7 +287,7 @@ class Follower(Standing):
 
     def _spoken_of(self, condition: actions.Condition | None) -> None:
         """A condition on slings needs one that is hooked."""
-        for term in _terms(condition):
+        for term in terms(condition):
             if isinstance(term, actions.Slings) and set(term.names) <= set(self.slings):
                 hooked = [name for name in term.names if name in self.state.lugs]
                 if not hooked:
@@ -294,11 +298,3 @@ class Follower(Standing):
         """Takes a fault of this action; of several subjects with one trouble the first is told in full."""
         told = iter([(subject, where, sentence)])
         self.told.findings.take(f"{where} {check}", told, where=where)
-
-
-def _terms(condition: actions.Condition | None) -> Iterator[actions.Condition]:
-    if isinstance(condition, actions.And):
-        for each in condition.all:
-            yield from _terms(each)
-    elif condition is not None:
-        yield condition

@@ -84,6 +84,13 @@ def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
     return pair
 
 
+def _once(asked: tuple[Asked, ...]) -> tuple[Asked, ...]:
+    twice = next((quantity for i, quantity in enumerate(asked) if quantity in asked[:i]), None)
+    if twice:
+        raise ValueError(f"'{twice}' is asked twice: once is enough")
+    return asked
+
+
 Range = Annotated[tuple[Length, Length], AfterValidator(_ordered)]
 
 
@@ -274,7 +281,7 @@ class Scene(Base):
     name: Name
     gravity: Gravity = 9.80665
     accuracy: Accuracy = 1e-4  # of the rope tensions, or of what is asked
-    ask: tuple[Asked, ...] = ()  # model what these require, no more
+    ask: Annotated[tuple[Asked, ...], AfterValidator(_once)] = ()  # model what these require, no more
     samples: Sampling = 2.0
     method: MethodName = "dopri5"  # of integration
     tolerance: Annotated[float, Field(ge=1e-12, le=0.1)] | None = None  # of a step, instead of a hundredth of accuracy

@@ -90,6 +90,11 @@ class Standing:
         wanted = carriers if loaders is None else [name for name in loaders if name in carriers]
         return [name for name in wanted if self.hangs_at(name, carriers[name]) > self.state.at[2] - SLACK]
 
+    def above(self, loaders: Iterable[str]) -> bool:
+        """Whether one of these loaders would hold the block above where it is."""
+        carriers = self.carriers()
+        return any(self.hangs_at(x, carriers[x]) > self.state.at[2] + SLACK for x in loaders if x in carriers)
+
     def rest(self) -> float:
         """Height of the middle of the block when it stands on its stools [m]."""
         return self.block.supports.height + self.block.size[2] / 2

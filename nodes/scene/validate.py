@@ -82,7 +82,8 @@ def _fault(data: Any, error: dict[str, Any]) -> Fault:
         path = (*path, "type") if kind == "union_tag_invalid" else path
         words = _types(path) if kind == "union_tag_invalid" else _literals(error["loc"])
         word = str(given.get("type") if isinstance(given, dict) else given)
-        return Fault(path, f"'{word}' is not known here", closest(word, words))
+        hint = f"can be asked: {', '.join(words)}" if path[0] == "ask" else closest(word, words)
+        return Fault(path, f"'{word}' is not known here", hint)
     if kind == "union_tag_not_found":
         return Fault(path, "the key 'type' is missing", f"known: {', '.join(_types(path))}", on_key=True)
     if kind == "too_long":
@@ -139,6 +140,8 @@ def _down(found: list[Any], part: str | int) -> list[Any]:
             below += _models(fields[str(part)]) if part in fields else []
         elif get_origin(each) in {dict, list}:
             below += _models(get_args(each)[-1])
+        elif get_origin(each) is tuple and get_args(each)[-1] is Ellipsis:
+            below += _models(get_args(each)[0])
     if not below:  # a union tag names one of the models
         return [m for m in found if part in _tags(m)]
     return below

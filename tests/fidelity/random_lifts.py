@@ -1,12 +1,15 @@
 """Random lifts for the trade between speed and accuracy: one seed, one scene.
 
 what            range
-block           50 to 900 t (as the hooks may carry), centre of mass up to 10 % of the size off its middle
+block           50 t to 380 t on one hook, 760 t on two, 840 t on three, 900 t on more
+its centre      up or down by up to 10 % of the height; along the rails, where nothing is symmetric and there are two
+                hooks or more, by up to 10 % of the 20 m over which they can hold it; across, where both trolleys carry,
+                by up to 10 % of the 10 m that lie between them
 hooks           1 to 6, on one crane or two
-ropes           8 to 80 m
+ropes           8 to 80 m, on a crane whose two trolleys both carry 18 to 80 m the longer and 8 to 70 m the shorter
 lift-off        in two thirds of the scenes hoisting until lifted, else by a way, at a speed of its own up to 3 m/min
-speeds          hoisting, traversing and travelling up to the limits of the crane
-slack           in 20 % of the scenes, up to 300 mm; else 30 mm
+speeds          picking up 0.5 to 3 m/min, hoisting 1.5 to 3, traversing 4 to 20, travelling 5 to 30
+slack           in 20 % of the scenes 50 to 300 mm; else 30 mm
 symmetry        20 % have no plane of symmetry
 """
 

@@ -1,6 +1,7 @@
 """The speed of a lift-off is that of the fastest hoisting that may part the block from its stools."""
 
 import pytest
+from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity.case import case_of
 from heavylift.nodes.fidelity.moving import by_ways
 from heavylift.nodes.fidelity.rules import girder
@@ -58,3 +59,15 @@ def test_a_move_to_a_place_has_a_way():
     sideways = by_ways(scene.plan, scene.followed).actions[3].orders
     assert {m.actuator: m.by for m in sideways} == {name: 82.0 - y for name, y in starts.items()}
     assert case_of(scene.plan, scene.followed).swings[0].cruising > 0.0
+
+
+@pytest.mark.parametrize("way", ["by 1 m", "to 77.5 m of rope", "until lifted"])
+def test_what_lifts_is_no_faster_than_a_loaded_winch_may_be(way):
+    with pytest.raises(SceneError, match=r"hoist 4 m/min is faster than crane can with a load: 3 m/min"):
+        load("lift", ["cranes.crane={type: goliath-900, at: 40 m, hoist speed: 3 m/min}", *hoisting(f"4 m/min {way}")])
+
+
+def test_an_empty_winch_may_be_faster():
+    assert load(
+        "lift", ["cranes.crane={type: goliath-900, at: 40 m, hoist speed: 3 m/min}", *hoisting("4 m/min by 1 mm")]
+    )
