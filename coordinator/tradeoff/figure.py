@@ -121,12 +121,15 @@ def _precision(axes: Axes, measured: Measured) -> None:
 
 
 def _crosses(axes: Axes, measured: Measured) -> None:
-    """Settings that failed, by method, at the right edge."""
+    """Settings that failed, by method, at the right edge under all that did not."""
     failed = [row for row in measured.rows if row.worst == inf]
-    from matplotlib.transforms import blended_transform_factory
-
-    place = blended_transform_factory(axes.transAxes, axes.transAxes)
-    for i, method in enumerate(dict.fromkeys(row.method for row in failed)):
+    methods = dict.fromkeys(row.method for row in failed)
+    if methods:
+        top, part = axes.get_ylim()[1], 0.04 + 0.05 * len(methods)
+        slowest = min((row.speed for row in measured.rows if row.worst < inf), default=top / 10.0)
+        axes.set_ylim((slowest / top**part) ** (1.0 / (1.0 - part)), top)
+    place = axes.transAxes
+    for i, method in enumerate(methods):
         mine = [row for row in failed if row.method == method]
         for k, row in enumerate(mine):
             axes.plot(0.985 - 0.014 * k, 0.04 + 0.05 * i, "x", ms=6, mew=1.6, color=_colour(measured, row.rung),
@@ -172,7 +175,7 @@ def _history(axes: Axes, measured: Measured) -> None:
     axes.set_xlabel("Time [s]")
     axes.grid(color=QUIET, alpha=0.25, lw=0.5)
     axes.spines[["top", "right"]].set_visible(False)
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, fontsize=8.5, ncols=3)
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False, fontsize=8.5, ncols=1)
 
 
 def _colour(measured: Measured, rung: str) -> str:

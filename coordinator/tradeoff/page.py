@@ -24,7 +24,7 @@ STYLE = """
   --limit: #a3182b; --rule: #e4e8ec; --good: #e9f4ec; --bad: #fbe9ea; }
 @media (prefers-color-scheme: dark) { :root { --ink: #dbe3ea; --quiet: #93a0ac; --band: #1f3128; --paper: #161c23;
   --limit: #ff8a8f; --rule: #2b3640; --good: #1b3226; --bad: #3b2226; } }
-body { font: 14px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 1100px;
+body { font: 14px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 1160px;
   margin: 24px auto; padding: 0 16px; }
 h1 { font-size: 22px; margin: 0 0 8px; }
 h2 { font-size: 16px; margin: 28px 0 6px; border-bottom: 1px solid var(--rule); }
@@ -32,11 +32,12 @@ h2 { font-size: 16px; margin: 28px 0 6px; border-bottom: 1px solid var(--rule); 
 .verdict.bad { background: var(--bad); } .quiet { color: var(--quiet); } figure { margin: 0; }
 pre { white-space: pre-wrap; color: var(--quiet); margin: 0 0 12px; }
 svg { width: 100%; height: auto; } .wide { overflow-x: auto; }
-table { border-collapse: collapse; width: 100%; font-size: 12.5px; font-variant-numeric: tabular-nums; }
-th, td { text-align: right; padding: 2px 7px; border-bottom: 1px solid var(--rule); vertical-align: top; }
+table { border-collapse: collapse; width: 100%; font-size: 12px; font-variant-numeric: tabular-nums; }
+th, td { text-align: right; padding: 2px 5px; border-bottom: 1px solid var(--rule); vertical-align: top; }
 th { font-weight: 600; } .left { text-align: left; } td.over { color: var(--limit); font-weight: 600; }
 tr.pick td { background: var(--good); font-weight: 600; } tr.next td { background: var(--bad); }
-td:first-child, .named td:nth-child(2) { white-space: nowrap; }
+td, table:not(.named) td:first-child { white-space: nowrap; } td.left { white-space: normal; }
+.named td:nth-child(2) { white-space: nowrap; } .named th:first-child { min-width: 140px; }
 @media print { :root { color-scheme: light; --ink: #1d2733; --quiet: #66727e; --band: #e6f2ea; --paper: #ffffff;
   --limit: #a3182b; --rule: #e4e8ec; --good: #e9f4ec; --bad: #fbe9ea; } body { margin: 0; }
   h2, tr, figure, .verdict { break-inside: avoid; } h2 { break-after: avoid; } thead { display: table-header-group; }
@@ -98,7 +99,7 @@ def _settings(measured: Measured, rows: list[Row]) -> str:
     small = f"m{measured.unit}" if measured.unit in ("m", "rad") else measured.unit
     drifts = any(row.drift is not None for row in rows)
     head = ["rung", "method", "step or tolerance", "wall s", "CPU s", "x real time", "messages", *measured.ask,
-            f"places [{small}]", "energy", *(["constraints [mm]"] if drifts else []), "verdict"]  # fmt: skip
+            f"places [{small}]", "energy", *(["drift [mm]"] if drifts else []), "verdict"]  # fmt: skip
     body = []
     for row in rows:
         cells: list[Cell] = [row.rung, row.method, row.how, f"{row.wall_s:.3g}", f"{row.cpu_s:.3g}"]
@@ -176,13 +177,12 @@ def _honesty(measured: Measured) -> str:
         spreads = sorted(row.spread for row in repeated)
         lines.append(
             f"{len(repeated)} of {len(rows)} settings were run {max(r.runs for r in repeated)} times, the least "
-            f"time counts; the slowest took {percent(spreads[len(spreads) // 2])} longer in the median, "
-            f"{percent(spreads[-1])} at most. The others were run once."
+            f"time counts; the slowest run took {percent(spreads[len(spreads) // 2])} longer in the median, "
+            f"{percent(spreads[-1])} at most." + " The others were run once." * (len(repeated) < len(rows))
         )
-    lines.append(
-        f"{measured.spent:.3g} s of {measured.budget:.3g} s were used; {measured.left_out} settings did not "
-        f"fit into it; {measured.settled} tighter ones were not run, since the error had stopped to change."
-    )
+    told = f"{measured.spent:.3g} s of {measured.budget:.3g} s were used; {measured.left_out} settings did not fit in"
+    settled = f"; {measured.settled} tighter ones were not run, since the error no longer changed"
+    lines.append(f"{told}{settled if measured.settled else ''}.")
     return "<ul>" + "".join(f"<li>{escape(line)}</li>" for line in lines) + "</ul>"
 
 

@@ -45,9 +45,10 @@ class Rung:
         scene says itself."""
         if self.fidelity is None:
             return ""
+        spoken = {*SPOKEN, *(["lumps"] if self.fidelity.ropes == "massive" else [])}
         fields = (f for f in msgspec.structs.fields(Fidelity) if f.name != "where")
         values = ((f, getattr(self.fidelity, f.name)) for f in fields)
-        named = (f"{f.name.replace('_', ' ')}: {_written(x)}" for f, x in values if f.name in SPOKEN or x != f.default)
+        named = (f"{f.name.replace('_', ' ')}: {_written(x)}" for f, x in values if f.name in spoken or x != f.default)
         return f"fidelity={{{', '.join(named)}}}"
 
 

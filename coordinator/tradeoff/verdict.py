@@ -70,12 +70,12 @@ def judge(rows: list[Row], limit: float, unit: str = "m") -> Verdict:
     passing = [row for row in rows if row.passes(limit)]
     if not passing:
         best = min(rows, key=lambda row: row.worst, default=None)
-        told = f"; the nearest is {best}: {_told(best, limit, unit)}" if best and best.worst < inf else ""
+        told = f"; the nearest is the setting {best}: {_told(best, limit, unit)}" if best and best.worst < inf else ""
         return Verdict(None, None, f"None of {len(rows)} settings keeps {percent(limit)}{told}.")
     pick = max(passing, key=lambda row: row.speed)
     failing = [row for row in rows if not row.reason and not row.passes(limit) and row.speed > pick.speed]
     following = min(failing, key=lambda row: row.speed, default=None)
-    sentence = f"Use {pick}: {_speed(pick)} x real time, {_told(pick, limit, unit)}."
+    sentence = f"Use the setting {pick}: {_speed(pick)} x real time, {_told(pick, limit, unit)}."
     if following is None:
         sentence += " No faster setting fails: a looser one may do."
     else:

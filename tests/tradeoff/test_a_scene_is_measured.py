@@ -33,7 +33,7 @@ def test_every_method_of_higher_order_passes_and_the_long_steps_of_euler_fail(me
     for method in ("rk4", "dopri5", "dop853", "radau5"):
         assert all(e < 1e-6 for e in errors(measured, method).values())
     assert measured.verdict.pick.passes(1e-3)
-    assert measured.verdict.sentence.startswith("Use as written, ")
+    assert measured.verdict.sentence.startswith("Use the setting as written, ")
 
 
 def test_the_reference_has_converged(measured):
@@ -70,6 +70,15 @@ def test_what_the_kernel_says_of_a_setting_stands_on_the_page(measured, tmp_path
     assert "What the kernel said" in html
     assert "is out of step by a tenth of a swing" in html
     assert "What the kernel said" not in write(measured, tmp_path / "out.html").read_text()
+
+
+def test_the_page_says_nothing_of_settings_that_there_are_not(measured, tmp_path):
+    often = [replace(row, runs=3) for row in measured.rows]
+    every = replace(measured, rows=often, settled=0)
+    some = replace(measured, rows=[replace(often[0], runs=1), *often[1:]], settled=2)
+    pages = [write(m, tmp_path / "out.html").read_text() for m in (every, some)]
+    assert ["The others were run once" in page for page in pages] == [False, True]
+    assert ["tighter ones were not run" in page for page in pages] == [False, True]
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,8 @@ def test_the_fastest_that_passes_is_used_and_the_slowest_of_the_faster_ones_is_w
     verdict = judge(TABLE, 0.02)
     assert (verdict.pick, verdict.next_faster) == (GOOD, SWINGS_WRONG)
     assert verdict.sentence == (
-        "Use rung, rk4 at 5 ms: 50 x real time, worst rope tension error 0.42 % (limit 2 %), swing 0.1 %, places "
-        "within 0.1 mm. Next faster setting that fails: rung, rk4 at 10 ms, 100 x (swing 21 %)."
+        "Use the setting rung, rk4 at 5 ms: 50 x real time, worst rope tension error 0.42 % (limit 2 %), swing 0.1 %, "
+        "places within 0.1 mm. Next faster setting that fails: rung, rk4 at 10 ms, 100 x (swing 21 %)."
     )
 
 
@@ -38,8 +38,8 @@ def test_where_nothing_passes_the_nearest_is_told():
     verdict = judge([BLOWN, COARSE, SWINGS_WRONG], 0.02)
     assert (verdict.pick, verdict.next_faster) == (None, None)
     assert verdict.sentence == (
-        "None of 3 settings keeps 2 %; the nearest is rung, rk4 at 10 ms: worst swing error 21 % (limit 2 %), "
-        "rope tension 0.43 %, places within 0.1 mm."
+        "None of 3 settings keeps 2 %; the nearest is the setting rung, rk4 at 10 ms: worst swing error 21 % "
+        "(limit 2 %), rope tension 0.43 %, places within 0.1 mm."
     )
 
 
