@@ -10,7 +10,7 @@ ropes           8 to 80 m, on a crane whose two trolleys both carry 18 to 80 m t
 lift-off        in two thirds of the scenes hoisting until lifted, else by a way, at a speed of its own up to 3 m/min
 speeds          picking up 0.5 to 3 m/min, hoisting 1.5 to 3, traversing 4 to 20, travelling 5 to 30
 slack           in 20 % of the scenes 50 to 300 mm; else 30 mm
-symmetry        20 % have no plane of symmetry
+symmetry        20 % have none: their centre lies aside, the cranes travel; nor has any lift on five hooks
 """
 
 from __future__ import annotations

@@ -19,6 +19,7 @@ ABOVE = {"ropes": "elastic", "rope_mass": "lumped", "girder": "elastic"}
 RICHEST = {"ropes": "massive", "lumps": 2, "rope_mass": "lumped", "girder": "elastic"}
 STIFF = ABOVE | {"girder": "rigid"}
 STEPS = {
+    rules.pads: STIFF | {"pads": "all"},
     rules.lumps: RICHEST | {"lumps": 4},
     rules.rope_mass: RICHEST,
     rules.girder: ABOVE,
