@@ -2,10 +2,11 @@
 
     python tests/bench/tradeoff.py [--scenes 200] [--seed 1] [--minutes 30] [--json]
 
-The generator and its ranges: tests/fidelity/random_lifts.py.  One line per row: name, value, target, met.  The other code
-has two lumps a rope; how far four and tighter steps change it: tests/full/test_the_reference_has_converged.py.  The cost
-of the richest rung is that of our own code on it, four lumps a rope, with method and tolerance that are chosen for it by
-what the scene asks; what an implicit method does in matrices counts as evaluations (nodes/fidelity/STEPS.md).
+The generator and its ranges: tests/fidelity/random_lifts.py.  One line per row: name, value, target, met.  The other
+code has two lumps a rope; how far four and tighter steps change it: tests/full/test_the_reference_has_converged.py.
+The cost of the richest rung is that of our own code on it, four lumps a rope, with method and tolerance that are chosen
+for it by what the scene asks; what an implicit method does in matrices counts as evaluations
+(nodes/fidelity/STEPS.md).
 """
 
 import argparse
