@@ -32,7 +32,7 @@ mechanism:
     rope: {{start: {{body: world}}, end: {{body: load}}, length: 60 m, EA: {EA}}}
 """
 BOUNCING = LOAD.format(mass="450 t", start="-60.1 m", EA="1870 MN")
-MISSES = HEAD + "method: radau5\nstep: 500 ms\n" + BOUNCING
+MISSES = HEAD + "method: radau5\nstep: 200 ms\n" + BOUNCING
 FOLLOWS = HEAD + BOUNCING
 RATTLES = HEAD + LOAD.format(mass="0.005 kg", start="-60 m, speed: -1e-5 m/s", EA="187000 MN")
 """A load as light as a bolt on a rope far too stiff for it."""
@@ -50,13 +50,13 @@ class Listening(Watch):
 
 @pytest.mark.parametrize(
     ("text", "word"),
-    [(MISSES, "step 0.5 s at 0.000 s: method 'radau5' follows no oscillation"), (RATTLES, "it goes slack and taut at")],
+    [(MISSES, "step 0.2 s at 0.000 s: method 'radau5' is out of step"), (RATTLES, "it goes slack and taut at")],
     ids=["a mode that steps miss", "a rope that rattles"],
 )
 def test_a_note_stands_wherever_the_user_looks(text, word, tmp_path: Path):
     path, watch = tmp_path / "hung.mcap", Listening()
     result = run(parse(text), path, in_process=True, watch=watch)
-    assert word in result.notes[0]
+    assert any(word in note for note in result.notes)
     assert tuple(watch.told) == result.notes
     rec = Recording(path)
     assert tuple(sentence for _, sentence in rec.notes()) == result.notes
@@ -88,11 +88,11 @@ def test_the_terminal_tells_it_as_it_comes_and_at_the_end(tmp_path: Path):
     scene.write_text(MISSES)
     code, out, err = finish(tmp_path, "run", scene.name, "--in-process")
     assert code == 0
-    assert "follows no oscillation" in err
-    assert "note: step 0.5 s at 0.000 s" in out
+    assert "is out of step" in err
+    assert "note: step 0.2 s at 0.000 s" in out
     code, out, _ = finish(tmp_path, "run", scene.name, "--in-process", "-o", "b.mcap", "--json")
     assert code == 0
-    assert "follows no oscillation" in json.loads(out)["notes"][0]
+    assert "is out of step" in json.loads(out)["notes"][0]
 
 
 def test_a_kernel_that_goes_on_from_a_snapshot_tells_only_what_is_new():
