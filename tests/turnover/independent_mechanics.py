@@ -37,9 +37,12 @@ class Body:
 
 @dataclass(frozen=True)
 class Pull:
-    """Tension (n,) of a rope and, per line, force and direction (n, 3) at its lower end; its energy and powers [W]."""
+    """Tension (n,) of a rope, what it is or would be while taut, its stretch; per line, force and direction (n, 3) at
+    its lower end; its energy and powers [W]."""
 
     tension: Array
+    if_taut: Array
+    stretch: Array
     forces: list[Array]
     directions: list[Array]
     stored: Array
@@ -144,7 +147,9 @@ class Mechanics:
         forces = [np.nan_to_num(u) * (share * tension)[:, None] for u, share in ways]
         strain = np.where(taut, rope["EA"] * (stretch / L0) ** 2 / 2, 0.0)
         heating = np.where(taut, rope["damping"] * (rate - dL0) ** 2, 0.0)
-        return Pull(tension, forces, [u for u, _ in ways], strain * L0, heating, -(tension + strain) * dL0)
+        return Pull(
+            tension, spring, stretch, forces, [u for u, _ in ways], strain * L0, heating, -(tension + strain) * dL0
+        )
 
     @cached_property
     def on_block(self) -> Array:
