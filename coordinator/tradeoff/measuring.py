@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from heavylift.kernel.errors import HeavyliftError, SceneError
+from heavylift.kernel.joints import JOINTS
 
 from .honesty import Machine, machine
 from .planning import Planner
@@ -103,7 +104,7 @@ def measure(
             commands[str(row)], kept[str(row)] = setting.words(scene), played
             planner.tell(setting, played.prepared_s, row.wall_s * row.runs, row.worst)
         say(f"{row}: {row.reason or f'{row.speed:.3g} x real time, worst error {row.worst:.2e}'}")
-    unit = "m" if true.shown.columns == ["x", "y", "z"] else "rad"
+    unit = _unit(scene)
     verdict = judge(rows, limit, unit)
     drawn = {str(row): kept[str(row)] for row in (verdict.pick, verdict.next_faster) if row is not None}
     return Measured(
@@ -149,6 +150,17 @@ def _too_small(budget: float, why: str, needed: float) -> SceneError:
         f"--budget {budget:.3g} s: too small, {why}; give it {needed:.2g} s or more, or a scene that ends earlier "
         "(--set end=...)"
     )
+
+
+def _unit(scene: LoadedScene) -> str:
+    """Of places: of a block, or of the coordinates of all joints of a mechanism."""
+    plan = scene.plan
+    if plan.block is not None:
+        return "m"
+    joints = [JOINTS[j.kind] for m in plan.mechanisms for j in m.system.joints]
+    turns = {joint.turns(i) or i >= (joint.n_q if joint.quaternion is None else joint.quaternion)
+             for joint in joints for i in range(joint.n_q)}  # fmt: skip
+    return "m or rad" if len(turns) > 1 else "rad" if True in turns else "m"
 
 
 def _row(

@@ -29,13 +29,12 @@ class Case(NamedTuple):
     why: str = ""
 
 
-SCENES = {
+SCENES = {  # all of the gallery but `ramp`, whose crate tumbles: no two tolerances agree on where it comes to lie
     "lift": Case("", 300.0, ("end=100 s",), "with time for every rung to take off and swing"),
     "turnover": Case(
         "rope tension", 600.0, ("end=150 s",), "its beginning: slack, load, the first seconds of the hoist"
     ),
     "tandem": Case("rope tension, swing", 300.0),
-    "ramp": Case(budget=120.0),
     **dict.fromkeys(("pendulum", "arm", "linkage", "girder", "gust", "snatch", "tackle", "trolley"), Case()),
 }
 HEAD = """# Which setting for which question
