@@ -29,7 +29,7 @@ class Case(NamedTuple):
     why: str = ""
 
 
-SCENES = {  # all of the gallery but `ramp`, whose crate tumbles: no two tolerances agree on where it comes to lie
+SCENES = {  # all of the gallery but `ramp`: where its crate comes to lie differs between tolerances 1e-8 and 1e-9
     "lift": Case("", 300.0, ("end=100 s",), "with time for every rung to take off and swing"),
     "turnover": Case(
         "rope tension", 600.0, ("end=150 s",), "its beginning: slack, load, the first seconds of the hoist"
