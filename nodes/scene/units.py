@@ -193,7 +193,6 @@ Ratio = Annotated[float, BeforeValidator(_positive(RATIO, "zero")), _schema(RATI
 Factor = Annotated[float, BeforeValidator(_positive(RATIO, "positive")), _schema(RATIO)]
 Number = Annotated[float, BeforeValidator(RATIO.read), _schema(RATIO)]
 Stroke = Annotated[float, BeforeValidator(STROKE.read), _schema(STROKE)]
-StrokeSpeed = Annotated[float, BeforeValidator(STROKE_SPEED.read), _schema(STROKE_SPEED)]
 StrokeRamp = Annotated[float, BeforeValidator(_positive(STROKE_RAMP, "positive")), _schema(STROKE_RAMP)]
 Effort = Annotated[float, BeforeValidator(_positive(EFFORT, "positive")), _schema(EFFORT)]
 Area = Annotated[float, BeforeValidator(_positive(AREA, "zero")), _schema(AREA)]

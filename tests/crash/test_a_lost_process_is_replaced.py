@@ -17,7 +17,6 @@ from trouble import MODELS, Troubled, orphan, pid, play, strike
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 
 MESSAGES = 126  # of the undisturbed run: three WELCOMEs, 120 GRANTs, three STOPs
-REPLACED = "node {} is replaced"
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,6 @@ from itertools import count
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out
 
 NUMBERS = count()  # shared by all models of a process
-END = 200  # [ns]
 
 
 class Word(Message):

@@ -12,7 +12,6 @@ from lifted import lifted
 SLOW, FAST = 0.3 / 60.0, 3.0 / 60.0  # [m/s]
 NEARLY = 0.9  # of its speed at least, since the stools give way as the ropes do
 CREEPS = "{stage: take up slack, all hooks: hoist 0.3 m/min until all slings taut}"
-ASK = "ask=[rope tension]"
 
 
 def hoisting(*orders):

@@ -11,14 +11,9 @@ from heavylift.kernel.forces.describe import Reeving, Sheave, Signal
 from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, G, cube, started
 
-STRAIN = 1e-4  # of these ropes
-C14 = 1e-6  # with friction
 EQUAL = 1e-9  # parts of a rope without friction
-SAME = 1e-9  # as MuJoCo, relative to the largest acceleration
-CLOSES = 1e-9  # of the energy turned over
 FINE = {"tolerance": 1e-10, "sample_ns": 20_000_000}
 FORMS = {c["id"]: c for c in json.loads((Path(__file__).parents[1] / "data" / "closed_forms.json").read_text())}
-WORLD, LOAD = Point("world"), Point("load")
 
 
 def tensions(s: Simulation, parts: int) -> np.ndarray:

@@ -31,7 +31,7 @@ from heavylift.recordings.view import content
 
 PATIENCE_s = 20.0  # for all that is done with one file of a few kilobytes, but pictures
 PICTURES_s = 100.0  # matplotlib takes its time, more so where others compute
-CHUNK, END, MAGIC = 6, 15, 8
+CHUNK, MAGIC = 6, 8
 FOOTER = 20 + 9 + MAGIC
 
 

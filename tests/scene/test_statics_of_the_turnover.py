@@ -17,7 +17,6 @@ SHARE = 0.005  # of the load
 LOAD = 900.0e3 * 9.80665
 A, B = (1, 2, 4, 5), (3, 6)
 LOADED = 35.0e3 + 10.0e3  # [kg] loader with hook block
-SLING = {"A": 8.0, "B": 30.0}
 
 
 def held(degrees: float, more: float = 0.0) -> Simulation:
