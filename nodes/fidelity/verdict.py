@@ -101,7 +101,7 @@ class Verdict:
             first = "chosen" if fits and not self.notes else "not promised" if fits else "kept although unfit"
             outcome = first if i == 0 else "dearer" if fits else "unfit"
             at = f"{s.method} at {s.tolerance:.0e}" if s.allowed else s.method
-            lines.append(f"  {at:<16} {outcome:<18} {self._words(s)}{s.reason}")
+            lines.append(f"  {at:<17} {outcome:<18} {self._words(s)}{s.reason}")
         return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
 
     def _told(self, errors: Errors) -> str:

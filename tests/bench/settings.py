@@ -49,8 +49,8 @@ How to read it
   nothing, and only more of the model does.
 - Each quantity has an answer of its own. What is right about the peak can be wrong about the time of lift-off by half
   a stage, so ask what you need and no less.
-- A sample above the true peak counts as an error of the tension: peaks are taken at accepted steps, samples from the
-  interpolant, and the interpolant of long steps of high order overshoots. Where you read curves, take 1e-4 or tighter.
+- A sample above the true peak counts as an error of the tension: peaks are integrated to, samples are interpolated,
+  and the interpolant of long steps of high order overshoots. Where you read curves, take 1e-4 or tighter.
 - Crosses are settings that heavylift refuses (a step too long for the fastest mode, a method that cannot do the rung)
   or that were cut; the table of `heavylift tradeoff` has the sentence of each.
 """

@@ -29,7 +29,7 @@ STEPS = {
     rules.rope_elasticity: STIFF,
 }
 FINE = "0.01 %"  # accuracy of the steps in time
-RESOLUTION = {  # below this, two runs are not apart: of peaks at the ends of steps, a frequency seen for 15 s
+RESOLUTION = {  # below this, two runs are not apart: of peaks, a frequency seen for 15 s
     "rope tension": 5e-4, "swing": 5e-4, "position": 3e-4, "lift-off time": 3e-4,
 }  # fmt: skip
 

@@ -1,0 +1,174 @@
+"""The parts of a lift in maximal coordinates, as they stand at the start; their numbers come from the plan."""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+from vectors import rotation
+
+
+class Reference:
+    """Coordinate of an actuator: ramps and cruises, begun and halted by the action list."""
+
+    def __init__(self, x: float) -> None:
+        self.t0, self.x0, self.v0, self.legs = 0.0, x, 0.0, []
+
+    def begin(self, t: float, legs: list[tuple[float, float]]) -> None:
+        """From now on: (duration, acceleration) one after the other, then the speed stays."""
+        self.x0, self.v0 = self(t)
+        self.t0, self.legs = t, legs
+
+    def __call__(self, t: float) -> tuple[float, float]:
+        x, v, left = self.x0, self.v0, t - self.t0
+        for duration, a in self.legs:
+            s = min(duration, left)
+            x, v, left = x + v * s + a * s * s / 2.0, v + a * s, left - s
+            if left <= 0.0:
+                return x, v
+        return x + v * left, v
+
+
+def trapezoid(distance: float, speed: float, accel: float) -> list[tuple[float, float]]:
+    """Legs of a move that starts and ends at rest."""
+    way, v = abs(distance), min(speed, sqrt(accel * abs(distance)))
+    sign, ramp = np.sign(distance), v / accel
+    return [(ramp, sign * accel), (max(0.0, way / v - ramp), 0.0), (ramp, -sign * accel)] if v else []
+
+
+class Parts:
+    """Bodies (numbered upper, lower of each loader, then the block), drives, slings, stools, lumps, girders."""
+
+    def __init__(self, plan, lumps: int = 2) -> None:
+        self.plan, self.g, self.n_lumps = plan, plan.gravity, lumps
+        self.ropes = list(plan.rig.hook_ropes)
+        self.loaders = [next(x for x in plan.loaders if x.name == r.carries) for r in self.ropes]
+        n = self.n = len(self.ropes)
+        self.n_bodies = 2 * n + 1
+        inertias = [i for x in self.loaders for i in (x.upper, x.lower)] + [plan.block.body]
+        self.mass = np.array([i.mass for i in inertias])
+        self.com = np.array([i.com for i in inertias])
+        self.moments = np.array([i.moments for i in inertias])
+        self._bodies_at_start()
+        self._drives()
+        self._slings()
+        self._pads()
+        self.winches = [Reference(r.L0) for r in self.ropes]
+        self.EA = np.array([r.EA for r in self.ropes])
+        places, weights = leggauss(lumps)  # lumps where they have the mass and the inertia of the straight rope
+        self.along, self.weights = (1.0 + places) / 2.0, weights / 2.0
+        self.parts = np.diff([0.0, *self.along, 1.0])
+        self.damping = np.array([r.damping for r in self.ropes])[:, None] / self.parts
+        self.lump = np.array([r.line * r.L0 for r in self.ropes])[:, None] * self.weights
+        self.half = np.array([max(abs(line.b.p[0]) for line in r.lines) for r in self.ropes])
+        self.hinge = np.array([x.hinge for x in self.loaders])
+        self.friction = np.array([x.damping for x in self.loaders])
+        self.y0 = self._start()
+        self._sagging()
+
+    # ---- the parts at the start
+
+    def _bodies_at_start(self) -> None:
+        p, q = [], []
+        for x in self.loaders:
+            top = np.array(x.pose[:3])
+            p += [top + x.upper.com, top + np.array(x.hinge) + x.lower.com]
+            q += [x.pose[3:], x.pose[3:]]
+        pose = self.plan.block.pose
+        R = rotation(np.array(pose[3:]))
+        p.append(np.array(pose[:3]) + R @ self.plan.block.body.com)
+        q.append(pose[3:])
+        self.p0, self.q0 = np.array(p), np.array(q, float)
+
+    def _drives(self) -> None:
+        """Gantries, then trolleys: masses, servos, starts; of each hook its gantry and trolley."""
+        plan = self.plan
+        self.names, self.drive_mass, self.kp, self.kv, self.refs = [], [], [], [], []
+        self.cranes = list(plan.cranes)
+        for c in self.cranes:
+            self._drive(f"{c.name}.gantry.drive", c.main.mass + c.upper.body.mass + c.lower.body.mass, c.gantry)
+        for c in self.cranes:
+            for t in (c.upper, c.lower):
+                self._drive(f"{c.name}.{t.name}-slide.drive", t.body.mass, t.axis)
+        self.drive_mass, self.kp, self.kv = map(np.array, (self.drive_mass, self.kp, self.kv))
+        self.refs0 = np.array([r.x0 for r in self.refs])
+        k = len(self.cranes)
+        self.on_gantry, self.on_trolley, exits = [], [], []
+        for r in self.ropes:
+            c = next(i for i, x in enumerate(self.cranes) if x.name == r.crane)
+            hook = next(h for h in self.cranes[c].hooks if h.rope == r.name)
+            self.on_gantry.append(c)
+            self.on_trolley.append(k + 2 * c + (hook.trolley == "lower"))
+            exits.append(np.mean([line.a.p for line in r.lines], axis=0))
+        self.exits = np.array(exits)
+        self.on_gantry, self.on_trolley = np.array(self.on_gantry), np.array(self.on_trolley)
+        g = [c.girder for c in self.cranes]
+        self.span, self.height = np.array([x.span for x in g]), np.array([x.height for x in g])
+        self.k_girder = pi**4 / 2.0 * np.array([x.stiffness for x in g]) / 48.0
+        self.m_girder = np.array([x.mass for x in g]) / 2.0
+        zeta = np.array([x.damping for x in g])
+        self.c_girder = 2.0 * zeta * np.sqrt(self.k_girder * self.m_girder)
+
+    def _drive(self, name, mass, axis) -> None:
+        self.names.append(name)
+        self.drive_mass.append(mass)
+        self.kp.append(axis.kp)
+        self.kv.append(axis.kv)
+        self.refs.append(Reference(axis.start))
+
+    def _slings(self) -> None:
+        lugs = {lug.name: lug.p for lug in self.plan.block.lugs}
+        hooked = [s for s in self.plan.rig.slings if s.lug]
+        index = {x.name: i for i, x in enumerate(self.loaders)}
+        self.sling_of = np.array([index[s.loader] for s in hooked])
+        self.beam = np.array([s.beam.p for s in hooked])
+        self.lug = np.array([lugs[s.lug] for s in hooked])
+        self.sling_L, self.sling_k = np.array([s.L0 for s in hooked]), np.array([s.EA / s.L0 for s in hooked])
+        self.sling_d = np.array([s.damping for s in hooked])
+
+    def _pads(self) -> None:
+        pads = [p.support for p in self.plan.block.pads if p.closed]
+        self.pad = np.array([s.point.p for s in pads])
+        self.pad_z, self.pad_k = np.array([s.height for s in pads]), np.array([s.k for s in pads])
+        self.pad_d, self.pad_mu = np.array([s.d for s in pads]), np.array([s.mu for s in pads])
+        self.pad_kt, self.pad_dt = np.array([s.kt for s in pads]), np.array([s.dt for s in pads])
+        block = self.plan.block
+        R = rotation(np.array(block.pose[3:]))
+        self.pad_at = np.array(block.pose[:3]) + self.pad @ R.T  # where friction holds them
+
+    def _start(self) -> np.ndarray:
+        n, m = self.n, self.n_lumps
+        eyes = np.array([x.pose[:3] for x in self.loaders])
+        tops = self.exits + np.stack(
+            [[self.refs[c].x0 for c in self.on_gantry], [self.refs[t].x0 for t in self.on_trolley], np.zeros(n)], -1
+        )
+        lumps = tops[:, None] + (eyes - tops)[:, None] * self.along[None, :, None]
+        hang = np.linalg.norm(eyes - tops, axis=-1)
+        under = self.mass[0 : 2 * n : 2] + self.mass[1 : 2 * n : 2]
+        below = under[:, None] + np.concatenate([self.lump[:, ::-1].cumsum(1)[:, ::-1], np.zeros((n, 1))], 1)
+        self.L0_parts = self.parts * hang[:, None] / (1.0 + below * self.g / self.EA[:, None])
+        self.L0_start = np.array([r.L0 for r in self.ropes])
+        self.still = below[:, 0] * self.g  # tension at the trolley
+        yaw = np.zeros((n, m, 1))
+        self.shapes = [
+            (self.n_bodies, 3), (self.n_bodies, 4), (n, m, 4), (len(self.names),), (len(self.cranes),),
+            (self.n_bodies, 3), (self.n_bodies, 3), (n, m, 4), (len(self.names),), (len(self.cranes),),
+        ]  # fmt: skip
+        start = [self.p0, self.q0, np.concatenate([lumps, yaw], -1), np.array([r.x0 for r in self.refs])]
+        start += [np.zeros(len(self.cranes))]
+        flat = np.concatenate([x.ravel() for x in start])
+        rest = sum(int(np.prod(s)) for s in self.shapes[5:])
+        return np.concatenate([flat, np.zeros(rest)])
+
+    def _sagging(self) -> None:
+        """Girders at the start, bent by all that they carry: how far, and how steep under each hook's trolley."""
+        at = pi * self.refs0 / self.span[(np.arange(len(self.refs0)) - len(self.cranes)) // 2]
+        load = 4.0 / pi * self.m_girder * self.g
+        for j in range(len(self.cranes), len(self.names)):
+            load[(j - len(self.cranes)) // 2] += self.drive_mass[j] * self.g * np.sin(at[j])
+        for c, tr, tension in zip(self.on_gantry, self.on_trolley, self.still, strict=True):
+            load[c] += tension * np.sin(at[tr])
+        self.sag0 = load / self.k_girder
+        sag, at = self.sag0[self.on_gantry], at[self.on_trolley]
+        self.low0, self.steep0 = sag * np.sin(at), sag * pi / self.span[self.on_gantry] * np.cos(at)
