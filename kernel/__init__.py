@@ -23,7 +23,7 @@ How it runs
     methods                           integration methods: tableaus and tiny classes
     steps, stepping, columns          a step, a location, a sample as text; native functions of them; sample rows
     blocks, stepper, snapshots        native blocks and steps; states to go on from
-    commands, simulation              what may be ordered; the life of a run, with located events
+    commands, events, simulation      what may be ordered; events, located and fired; the life of a run
     switching, samples, failures      discrete states; channels with units; why a run cannot go on
     notes                             what a user must know of one that goes on
 What can be asked

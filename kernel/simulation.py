@@ -19,31 +19,24 @@ from typing import Any
 
 import numpy as np
 
-from .commands import Commanded
-from .contact.sets import KINDS
 from .describe import System
 from .errors import KernelError
+from .events import Eventful
 from .failures import too_slow
 from .methods.peers import Peer
-from .notes import Note
-from .parameters import RopeAt
-from .patience import Patience
 from .peaks import last
 from .presence import dispensable
-from .rattling import RESOLVED, Rattling, critical, moved_mass
 from .snapshots import go_on, kept
 from .stepper import FOREVER_NS, NEVER
 from .steps import EVENT, FAILED, RUNNING, STILL
-from .switching import StateEvent
 from .thrift import SPELL, Thrift
 
 __all__ = ["FOREVER_NS", "Simulation"]
 
 TOO_SHORT = 1e-6  # [m] by which a rigid rope may be too short by rounding
-CHATTER = 200  # events at one instant, after which the laws contradict each other
 
 
-class Simulation(Commanded):
+class Simulation(Eventful):
     """`tolerance`: of a step, relative to 1 + |y|; `sample_ns`: period of samples; `subscribed`: names of laws whose
     events stop `run`; `native=False` runs the same text on floats (slow oracle); `method`: one of
     `kernel.methods.METHODS`; `step`: fixed steps of so many seconds; `formulation`: one of
@@ -67,16 +60,9 @@ class Simulation(Commanded):
         fused: bool = False,
         lean: bool | None = None,
     ) -> None:
-        super().__init__(system, tolerance, sample_ns, h_max, native, opt, cache, method, step, formulation, fused)
-        self.subscribed = subscribed
-        self._fallen: list[int] = []
-        self._event_ns = FOREVER_NS
-        self._instant = 0  # events in a row at the same nanosecond
+        options = (tolerance, sample_ns, h_max, native, opt, cache, method, step, formulation, fused)
+        super().__init__(subscribed, system, *options)
         self._still = False
-        self._elastic = [r.name for r in system.ropes]
-        self._rattling = Rattling(max(step or 0.0, RESOLVED))
-        self._patience = Patience(round(RESOLVED * 1e9))
-        self._snapshot: np.ndarray | None = None
         never = lean is False or isinstance(self.method.method, Peer)
         self.thrift = None if never else Thrift(bool(lean))
 
@@ -122,11 +108,6 @@ class Simulation(Commanded):
     def now(self) -> float:
         """Time up to which steps have been taken [s]."""
         return self.epoch * 1e-9 + self["t"]
-
-    @property
-    def event(self) -> bool:
-        """Whether `next_ns` is an event that somebody subscribed to."""
-        return any(self.program.guards[i][1] in self.subscribed for i in self._fallen)
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
         """Commit steps that end by `until_ns`, none if that is past; `pause` is called every 25 ms of work."""
@@ -205,95 +186,7 @@ class Simulation(Commanded):
         self._set(t_stop=next(iter(self.references.breaks(self.epoch, self["t"])), NEVER))
         self._call("refresh")
 
-    # ---- events -------------------------------------------------------------------------------------------
-
-    def _restore(self) -> None:
-        """Back to the start of the tentative step."""
-        if self._snapshot is not None:
-            self.X[:] = self._snapshot
-            self._snapshot, self._fallen, self._event_ns = None, [], FOREVER_NS
-        if self["tentative"] > 0.0:
-            self._to_start()
-
-    def _locate(self) -> None:
-        """A guard fell inside the tentative step: integrate to the next nanosecond and see what has fallen there."""
-        t_ns = self.epoch + max(0, ceil((self["t0"] + self["hi"] * self["h0"]) * 1e9))
-        self._snapshot = self.X.copy()
-        self._to_start()
-        self._forced(self._local(t_ns))
-        fallen = np.flatnonzero(self.X[self._at["G"]] < 0.0)
-        if len(fallen):
-            self._fallen, self._event_ns = [int(i) for i in fallen], t_ns
-        else:  # the true solution crosses a moment later
-            self._snapshot = None
-
-    @property
-    def fallen(self) -> bool:
-        """Whether `next_ns` is an event at all, heard or not."""
-        return bool(self._fallen)
-
-    def preview(self) -> list[StateEvent]:
-        """What `fire` will return; changes nothing."""
-        self._begun()
-        P, X = self.P.copy(), self.X.copy()
-        events = self._switch(self._fallen, self._event_ns)
-        self.P[:], self.X[:] = P, X
-        return events
-
-    def _switch(self, fallen: list[int], t_ns: int) -> list[StateEvent]:
-        """Switch the laws behind fallen guards in fixed order, then all rigid ropes and contacts together."""
-        row = self.row()
-        kinds = [self.program.guards[i][0] for i in fallen]
-        together = ("rigid", *KINDS)
-        events = [self.switches.fire(i, row) for i, kind in zip(fallen, kinds, strict=True) if kind not in together]
-        self._heat(row)
-        if any(kind in together for kind in kinds):
-            events += self._resolve_rows(fallen, t_ns)
-        return events
-
-    def fire(self) -> list[StateEvent]:
-        """Integrate to the located event and switch all laws whose guards have fallen there, in fixed order."""
-        self._begun()
-        if not self._fallen:
-            raise KernelError("no event has been located; run first")
-        fallen, t_ns = self._fallen, self._event_ns
-        self._snapshot, self._fallen, self._event_ns = None, [], FOREVER_NS
-        self._commit()
-        self._instant = self._instant + 1 if t_ns == self.epoch else 0
-        if self._patience.crowded(t_ns) or self._instant > CHATTER:
-            raise self._chatter(fallen, t_ns)
-        last(self)
-        self._end_balance()
-        self._new_stretch(t_ns)
-        events = self._switch(fallen, t_ns)
-        self.log += [(t_ns, e) for e in events]
-        for e in events:
-            self._listen(e, t_ns)
-        return events
-
-    def _listen(self, e: StateEvent, t_ns: int) -> None:
-        """A rope that goes slack and taut too fast goes on without events, damped, and that is said."""
-        if e.what != "taut" or e.name not in self._elastic or not (hertz := self._rattling.hear(e.name, t_ns)):
-            return
-        p, i = self.switches.rope_numbers(e.name), self._elastic.index(e.name)
-        nq = self.program.nq
-        mass = moved_mass(p, i, slice(nq, nq + self.program.nv), self.state.copy(), self._rate)
-        p[RopeAt.DAMPING] = max(p[RopeAt.DAMPING], critical(p[RopeAt.EA], float(self.row().length[i]), mass))
-        self._calm |= {e.name}
-        self._use(self.program.locked)
-        self.log.append((t_ns, StateEvent(e.name, "chatter", hertz)))
-        told = (
-            f"rope '{e.name}' at {t_ns * 1e-9:.3f} s: it goes slack and taut at {hertz:.3g} Hz, faster than events can "
-            f"resolve; it goes on without events, damped with {p[RopeAt.DAMPING]:.3g} N s/m, until it is hooked anew"
-        )
-        self.notes.append(Note(t_ns, told))
-
-    def _chatter(self, fallen: list[int], t_ns: int) -> KernelError:
-        touching = any(self.program.guards[i][0] in KINDS for i in fallen)
-        names = ", ".join(sorted({self.program.guards[i][1] for i in fallen}))
-        cure = "let a support with stiffness take the contact's place" if touching else "soften or damp the law"
-        where = f"contact '{names}'" if touching else names
-        return KernelError(f"{where} at {t_ns * 1e-9:.9f} s: states switch without end; {cure}")
+    # ---- stops --------------------------------------------------------------------------------------------
 
     def interrupt(self, t_ns: int) -> None:
         """Integrate to t_ns (not beyond next_ns), so that commands can be given there."""

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from heavylift.kernel.describe import Threshold
 from independent import period
+from loads_and_swings import bar
 from small_scenes import LENGTH, SECOND, G, column, hand_over, hung, started, times
-from table import bar
 
 DRIFT = 1e-6  # of the energy, and of a period in phase, in 1e5 s at tolerance 1e-12 (tests/full: 1e6 s, ten times that)
 LATE = 100_000 * SECOND

@@ -1,7 +1,8 @@
 """Every extreme with every integrator: a right result, a result with a word, or a refusal that names the reason."""
 
 import pytest
-from table import EXTREMES, LEAN, cell
+from cells import LEAN, cell
+from table import EXTREMES
 
 FOR_ALL = ("is nan", "is inf")  # refused before any integrator sees them; one of them is enough here
 CELLS = [(x, i) for x in EXTREMES for i in (LEAN[:1] if x.name.endswith(FOR_ALL) else LEAN)]
@@ -17,7 +18,8 @@ def test_no_finite_wrong_answer_without_a_word(extreme, integrator):
 
 def test_a_wrong_answer_is_seen():
     """The table would notice: the load of the first extreme, measured against a rope of another stiffness."""
-    from table import INTEGRATORS, Extreme, stiffness
+    from cells import INTEGRATORS, Extreme
+    from loads_and_swings import stiffness
 
     wrong = Extreme("wrong", lambda options: (stiffness(1.0).run(options)[0] + 0.01, stiffness(1.0).run(options)[1]))
     assert not cell(wrong, INTEGRATORS[0]).right(INTEGRATORS[0].bound)

@@ -10,9 +10,11 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "extremes"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 
+from cells import INTEGRATORS, PEERS, cell
 from independent import G, period
+from loads_and_swings import bar
 from small_scenes import SECOND, column, hand_over, started
-from table import EXTREMES, INTEGRATORS, PEERS, bar, cell
+from table import EXTREMES
 
 PHASE, ENERGY = 2e-4, 2e-7  # drift in 1e6 s: in periods, and of what swings; measured 9.3e-5 and 9.5e-8
 
