@@ -39,6 +39,8 @@ class Judged:
     cost: int
     richest: int | None
     without_algebra: float | None  # richest over cost, if linear algebra counted for nothing
+    product: int  # evaluations x states alone
+    reference: int  # the same of the independent code, which solves the richest rung by Radau's method
 
     @property
     def worst(self) -> float:
@@ -63,7 +65,7 @@ def reference(seed: int, rtol: float = RTOL, lumps: int = 2) -> Seen:
     grid = np.arange(0.0, times[-1], SAMPLES)
     places = CubicSpline(times, np.array(run.places)[first])(grid)
     names = [action.stage for action in scene.plan.actions] + ["finished"]
-    return Seen(scene.plan, run.peaks, zip(names, [0.0, *run.ended], strict=True), grid, places)
+    return Seen(scene.plan, run.peaks, zip(names, [0.0, *run.ended], strict=True), grid, places, run.cost)
 
 
 def judged(seed: int, accuracy: float, true: Seen | None = None, against: bool = True) -> Judged:
@@ -74,7 +76,8 @@ def judged(seed: int, accuracy: float, true: Seen | None = None, against: bool =
     scene = parse(text, overrides=asks)
     run = lifted(scene)
     most = lifted(parse(text, overrides=[RICHEST, *asks])) if against else None
-    errors = apart(Seen.of(scene, run), true or reference(seed))
+    true = true or reference(seed)
+    errors = apart(Seen.of(scene, run), true)
     f, verdict = scene.plan.fidelity, scene.verdict
     left = tuple(d.choice.rule for d in verdict.decided if d.outcome == "left out")
     ropes = f"{f.lumps} lumps" if f.ropes == "massive" else f"{f.ropes} ropes"
@@ -82,4 +85,5 @@ def judged(seed: int, accuracy: float, true: Seen | None = None, against: bool =
     return Judged(
         seed, ask, accuracy, {q: errors[q] for q in ask}, dict(verdict.errors), rung, left, run.cost,
         most.cost if most else None, most.evaluations * most.states / run.evaluations / run.states if most else None,
+        run.evaluations * run.states, true.cost,
     )  # fmt: skip

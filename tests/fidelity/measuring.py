@@ -16,17 +16,18 @@ SHORTEST = 0.5  # a stage in which the block comes off at once is that long [s]
 
 
 class Seen:
-    """What one run showed: peaks (n_hooks,) [N], stage -> begin [s], times (n,) [s], places of the block (n, 3) [m]."""
+    """What one run showed: peaks (n_hooks,) [N], stage -> begin [s], times (n,) [s], places of the block (n, 3) [m],
+    and what it cost [evaluations x states]."""
 
-    def __init__(self, plan, peaks, began, times, places) -> None:
-        self.plan, self.peaks, self.began = plan, np.asarray(peaks), dict(began)
+    def __init__(self, plan, peaks, began, times, places, cost) -> None:
+        self.plan, self.peaks, self.began, self.cost = plan, np.asarray(peaks), dict(began), cost
         self.times, first = np.unique(times, return_index=True)
         self.places = np.asarray(places)[first]
 
     @classmethod
     def of(cls, scene, run) -> Seen:
         """Of a run by `lifted`."""
-        return cls(scene.plan, run.peaks, run.began, run.times, run.places)
+        return cls(scene.plan, run.peaks, run.began, run.times, run.places, run.evaluations * run.states)
 
     def at(self, t: float) -> np.ndarray:
         """Place of the block, by cubics through four samples [m]."""

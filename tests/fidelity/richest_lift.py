@@ -34,6 +34,11 @@ class History:
     inside: np.ndarray | float = 0.0  # largest tensions between the ends of steps
 
     @property
+    def cost(self) -> int:
+        """Evaluations, those of Jacobians included, times states."""
+        return self.evaluations * self.states
+
+    @property
     def peaks(self) -> np.ndarray:
         """(n_hooks,) [N]"""
         return np.maximum(self.inside, np.max(self.tensions, axis=0))
@@ -118,7 +123,7 @@ class _Player:
             self.out.inside = np.maximum(self.out.inside, self.lift.tensions(t, dense(t)).max(0))
             self.t, self.y = solver.t, solver.y + self.lift.y0
             self.note(self.t, self.y)
-        self.out.evaluations += solver.nfev
+        self.out.evaluations += solver.nfev + solver.njev * len(self.y)
 
     def moved(self, t: float, z: np.ndarray) -> np.ndarray:
         """The equations of what has moved since the start, on which relative errors count."""
