@@ -48,14 +48,16 @@ def simulate(
     step: float | None,
     ties: Collection[str] = (),
     apart: bool = True,
+    lean: bool | None = None,
 ) -> Simulation | Islands:
     """A scene as one simulation, or (`apart`) as islands if it has several and the method is ours, which can go back.
 
-    `ties`: ropes that tie though they are not hooked yet, since they will be.
+    `ties`: ropes that tie though they are not hooked yet, since they will be; the other arguments are a `Simulation`'s.
     """
+    options: dict[str, Any] = {"method": method, "step": step, "lean": lean}
     if apart and method not in PEERS and len(islands_of(check_description(system), loose_ropes(system, ties))) > 1:
-        return Islands(system, tolerance, sample_ns, subscribed, ties=ties, method=method, step=step)
-    return Simulation(system, tolerance, sample_ns, subscribed, method=method, step=step)
+        return Islands(system, tolerance, sample_ns, subscribed, ties, **options)
+    return Simulation(system, tolerance, sample_ns, subscribed, **options)
 
 
 class Islands:

@@ -34,14 +34,11 @@ SILENT = 2**30  # microstep of silent tags
 
 
 class KernelNode:
-    """A `Steppable` around a `Simulation`; `publish(batch)` gets encoded samples, [first, times, rows].
-
-    `apart`: islands of the scene are solved apart.
-    """
+    """A `Steppable` around a `Simulation`; `publish(batch)` gets encoded samples, [first, times, rows]."""
 
     lookahead: Mapping[str, int] = {}
 
-    def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], apart: bool = True) -> None:
+    def __init__(self, config: KernelConfig, publish: Callable[[bytes], None]) -> None:
         self._subscriptions: Mapping[str, list[str]] = config.subscriptions
         self._publish = publish
         self._sent = self._noted = 0
@@ -59,7 +56,8 @@ class KernelNode:
             config.method,
             config.step,
             config.ties,
-            apart,
+            config.apart,
+            config.lean,
         )
 
     def layout(self) -> bytes:

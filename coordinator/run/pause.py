@@ -8,12 +8,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+import msgspec
 from heavylift.kernel.errors import SceneError
 from heavylift.kernel.methods.choice import choose, control_of
 from heavylift.kernel.rate import Program
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.devs import Event, Simulator, Tag, ns
-from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings, hooked_later, subscriptions, system
+from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings, system
 from heavylift.nodes.models.messages import Finished, Stage
 from heavylift.nodes.scene.plan import Plan
 
@@ -22,6 +23,7 @@ from ..participants.parts import KernelConfig
 from ..protocol.core import Coordinator
 from ..protocol.memory import run_in_memory
 from ..protocol.node import Node
+from .configuration import kernel_config
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
@@ -54,16 +56,7 @@ class _Stages:
 
 def configured(plan: Plan, models: Mapping[str, NodeModel]) -> KernelConfig:
     """What the kernel is told of a plan and its models."""
-    return KernelConfig(
-        [m.declare() for m in models.values()],
-        plan.gravity,
-        plan.tolerance,
-        round(1e9 / plan.samples_hz),
-        {element: list(models) for element, models in subscriptions(plan).items()},
-        plan.method,
-        plan.step,
-        hooked_later(plan),
-    )
+    return kernel_config(plan, (m.declare() for m in models.values()))
 
 
 def check_steps(scene: LoadedScene) -> None:
@@ -86,7 +79,7 @@ def paused(scene: LoadedScene, at: float | None = None, after: str = "") -> Simu
     """
     plan = scene.plan
     models = build(plan)
-    kernel = KernelNode(configured(plan, models), lambda samples: None, apart=False)
+    kernel = KernelNode(msgspec.structs.replace(configured(plan, models), apart=False), lambda samples: None)
     simulation = kernel.simulation
     assert isinstance(simulation, Simulation), "in one piece"
     if at is None and not after:

@@ -16,7 +16,7 @@ import msgspec
 from heavylift.kernel.describe import System
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, ns
-from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings, hooked_later, subscriptions
+from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings
 from heavylift.nodes.models.messages import OperatorCommand
 from heavylift.nodes.scene.plan import encode
 from heavylift.nodes.scene.spoken import spoken
@@ -32,7 +32,7 @@ from ..live.keys import Keys
 from ..live.pace import Pace
 from ..live.show import angles, shown
 from ..live.tempo import Tempo
-from ..participants.parts import KernelConfig, KernelPart, ScenePart, fingerprint
+from ..participants.parts import KernelPart, ScenePart, fingerprint
 from ..participants.parts import encode as part
 from ..protocol.core import Outcome
 from ..protocol.distance import Coupling
@@ -42,6 +42,7 @@ from ..supervision.processes import Processes
 from ..supervision.succession import DEADLINE_s
 from ..transport.hub import Hub, LocalHub
 from ..transport.link import LOCAL
+from .configuration import kernel_config
 from .conversation import Conversation
 from .joining import joined
 from .watch import Watch
@@ -160,17 +161,7 @@ class _Run(Watch):
             self.talk.welcome(name, part(ScenePart(plan)))
         declared = dict(self.talk.hello(agreed) for _ in self._models)  # they arrive in any order
         systems = [msgspec.msgpack.decode(declared[name], type=System) for name in self._models]
-        config = KernelConfig(
-            systems,
-            self._plan.gravity,
-            self._plan.tolerance,
-            round(1e9 / self._plan.samples_hz),
-            {element: list(models) for element, models in subscriptions(self._plan).items()},
-            self._plan.method,
-            self._plan.step,
-            hooked_later(self._plan),
-        )
-        self.talk.welcome(KERNEL, part(KernelPart(config, agreed)))
+        self.talk.welcome(KERNEL, part(KernelPart(kernel_config(self._plan, systems), agreed)))
         _, layout = self.talk.hello(agreed)
         self._record.layout(layout, systems)
 

@@ -57,9 +57,11 @@ def required(scene: LoadedScene) -> list[Required]:
         state = [*steps][-1].state
         loose = frozenset((slings & ropes) - state.lugs.keys())
         absent = loose | (pads if not state.grounded and _away(program, plan.block.name, state) else frozenset())
+        absent = absent if plan.fidelity.unused_laws == "dropped" else frozenset()
         if absent not in counts:
             counts[absent] = (leaner(whole, absent) if absent else whole).f_rate.operations
-        left = (len(islands_of(given, loose)), len(ropes - absent), len(pads - absent))
+        islands = len(islands_of(given, loose)) if plan.fidelity.islands == "apart" else 1
+        left = (islands, len(ropes - absent), len(pads - absent))
         out.append(Required(stage, *left, counts[absent]))
     return out
 

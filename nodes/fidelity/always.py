@@ -70,9 +70,19 @@ def islands(plan: Plan, mechanics: System) -> Choice:
     from heavylift.kernel.components import islands_of, loose_ropes  # with arrays, which a process of a node lacks
     from heavylift.nodes.models import hooked_later
 
-    found = islands_of(mechanics, loose_ropes(mechanics, hooked_later(plan)))
-    why = "all machines are tied together" if len(found) == 1 else f"{len(found)} groups of machines, each by itself"
-    return Choice("islands", "", {}, 0, {}, why, allowed=len(found) > 1)
+    n = len(islands_of(mechanics, loose_ropes(mechanics, hooked_later(plan))))
+    together = plan.fidelity.islands == "together"
+    groups = f"{n} groups of machines, {'together, as the scene says' if together else 'each by itself'}"
+    why = "all machines are tied together" if n == 1 else groups
+    return Choice("islands", "", {}, 0, {}, why, allowed=n > 1 and not together)
 
 
-ALWAYS: tuple[Callable[[Plan, System], Choice], ...] = (merged, reeving, wind, contact, islands)
+def unused(plan: Plan, mechanics: System) -> Choice:
+    """Ropes that nobody has hooked and pads far from their stools, as long as that lasts."""
+    dropped = plan.fidelity.unused_laws == "dropped"
+    laws = f"{len(mechanics.straight_ropes)} ropes and {len(mechanics.supports)} pads"
+    why = "while they pull or push nothing, if that pays" if dropped else "as the scene says"
+    return Choice("unused laws", "", {}, 0, {}, f"{laws}: {why}", allowed=dropped)
+
+
+ALWAYS: tuple[Callable[[Plan, System], Choice], ...] = (merged, reeving, wind, contact, islands, unused)

@@ -38,6 +38,8 @@ def build_fidelity(yard: Yard) -> plan.Fidelity:
         motion=given.motion,
         pads=given.pads,
         locked=tuple(locked),
+        islands=given.islands,
+        unused_laws=given.unused_laws,
     )
     return planar(made, yard.loaders, yard.cranes)
 

@@ -272,6 +272,8 @@ class Fidelity(Base):
     motion: Literal["spatial", "across", "along"] = "spatial"
     pads: Literal["all", "standing"] = "all"
     locked: tuple[str, ...] = ()
+    islands: Literal["apart", "together"] = "apart"
+    unused_laws: Literal["dropped", "kept"] = "dropped"
 
 
 class Scene(Base):
@@ -284,9 +286,7 @@ class Scene(Base):
     ask: Annotated[tuple[Asked, ...], AfterValidator(_once)] = ()  # model what these require, no more
     samples: Sampling = 2.0
     method: MethodName = "dopri5"  # of integration
-    tolerance: Annotated[float, Field(ge=1e-12, le=0.1)] | None = (
-        None  # of a step, instead of the one that accuracy asks for
-    )
+    tolerance: Annotated[float, Field(ge=1e-12, le=0.1)] | None = None  # of a step, instead of accuracy's
     step: Duration | None = None  # fixed steps instead of steps as long as the accuracy allows
     seed: Annotated[int, Field(ge=0)] = 0
     end: Duration | None = None

@@ -63,7 +63,7 @@ Made = Callable[[], tuple[float, float, np.ndarray]]  # seconds, operations, row
 def scene_run(scene: LoadedScene, lean: bool | None, apart: bool) -> Made:
     """A whole run of a scene in one process."""
 
-    def simulate(system, tolerance, sample_ns, subscribed, method, step, ties=(), cut=True):
+    def simulate(system, tolerance, sample_ns, subscribed, method, step, ties=(), *_):
         if apart:
             return Islands(system, tolerance, sample_ns, subscribed, ties=ties, method=method, step=step)
         return Metered(system, tolerance, sample_ns, subscribed, method=method, step=step, lean=lean)

@@ -1,21 +1,23 @@
-"""What is left out of every lift is told with its numbers: bodies that are held, sheaves, wind, pairs, islands."""
+"""What is left out of every lift is told with its numbers: held bodies, sheaves, wind, pairs, islands, unused laws."""
 
+from heavylift.coordinator.run.pause import configured
+from heavylift.coordinator.run.stages import required
 from heavylift.kernel.describe import Body, Joint, Point, System
 from heavylift.kernel.forces.describe import Signal, Wind
 from heavylift.nodes.fidelity import always
-from heavylift.nodes.models import system
+from heavylift.nodes.models import build, system
 from heavylift.nodes.scene import check, load
 
 TURNOVER = load("turnover").plan
 LIFT = load("lift").plan
+ALWAYS = ["merged bodies", "sheaves", "wind", "contact pairs", "islands", "unused laws"]
 
 
 def test_the_report_names_all():
     text = str(check(load("lift", ["ask=[rope tension]", "accuracy=1 %"])))
-    for name in ("merged bodies", "sheaves", "wind", "contact pairs", "islands"):
-        assert name in text
+    assert all(name in text for name in ALWAYS)
     told = load("lift", ["ask=[rope tension]", "accuracy=1 %"]).verdict.data()["always"]
-    assert [c["rule"] for c in told] == ["merged bodies", "sheaves", "wind", "contact pairs", "islands"]
+    assert [c["rule"] for c in told] == ALWAYS
 
 
 def test_the_lead_part_of_twenty_falls_carries_fifteen_percent_more():
@@ -53,6 +55,20 @@ def test_what_nothing_ties_together_is_an_island():
     bodies = tuple(Body(name, 1.0) for name in ("a", "b"))
     rails = tuple(Joint(f"{b}-rail", "prismatic", "world", b, q0=(0.0,), v0=(0.0,)) for b in ("a", "b"))
     assert always.islands(LIFT, System(bodies, rails)).reason == "2 groups of machines, each by itself"
+
+
+def test_what_a_scene_names_is_not_left_out():
+    named = load("turnover", ["fidelity={islands: together, unused laws: kept}"]).plan
+    unused = always.unused(named, system(named))
+    assert not unused.allowed
+    assert unused.reason == "18 ropes and 8 pads: as the scene says"
+    free = configured(TURNOVER, build(TURNOVER))
+    told = configured(named, build(named))
+    assert (free.apart, free.lean) == (True, None), "by the rules"
+    assert (told.apart, told.lean) == (False, False)
+    assert {(x.islands, x.ropes, x.pads) for x in required(load("turnover", ["fidelity={unused laws: kept}"]))} == {
+        (1, 18, 8)
+    }
 
 
 def test_machines_of_a_lift_are_one_island():

@@ -32,19 +32,19 @@ EMPTY = """
     working: [crane H1, crane H2, crane H3]"""
 
 
-def scene() -> LoadedScene:
+def scene(islands: str = "apart") -> LoadedScene:
     given = bundled()["lift"].read_text()
     assert given.count(CRANE) == given.count(LOADER) == 1
     given = given.replace(CRANE, f"{CRANE}\n{IDLE}").replace(LOADER, LOADER + EMPTY)
     given = given.replace("all hooks:", "working hooks:").replace("all slings", "all working slings")
     given = given.replace("    trolleys:", "    crane upper trolley:")
-    return parse(given, overrides=[f"end={END} s"])
+    return parse(given, overrides=[f"end={END} s", f"fidelity.islands={islands}"])
 
 
-def simulated(apart: bool = True) -> Simulation | Islands:
-    plan = scene().plan
+def simulated(islands: str = "apart") -> Simulation | Islands:
+    plan = scene(islands).plan
     models = build(plan)
-    kernel = KernelNode(configured(plan, models), lambda batch: None, apart)
+    kernel = KernelNode(configured(plan, models), lambda batch: None)
     kernel._flush = lambda least: None
     core = Coordinator([*models, KERNEL], couplings(plan), Tag(ns(END)), (COMMANDER, "finished"), lambda event: None)
     run_in_memory(core, [*(Node(n, Simulator(m)) for n, m in models.items()), Node(KERNEL, kernel)])
@@ -57,7 +57,7 @@ def cost(*parts: Simulation) -> float:
 
 
 def test_the_idle_crane_costs_nothing_and_changes_nothing() -> None:
-    two, whole = simulated(), simulated(apart=False)
+    two, whole = simulated(), simulated("together")
     assert isinstance(two, Islands)
     assert isinstance(whole, Simulation)
     working, idle = two.parts
