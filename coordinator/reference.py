@@ -156,14 +156,15 @@ def _entry(name: str, thing: Any) -> str:
 def _members(kind: type) -> Iterator[str]:
     if is_dataclass(kind):
         yield f"\n    {kind.__name__}({', '.join(field.name for field in fields(kind))})"
+    members = {k: v for base in reversed(kind.__mro__) if "heavylift" in base.__module__ for k, v in vars(base).items()}
     shown = [
         f"- `{name}{_signature(member)}` {_first(member)}"
-        for name, member in vars(kind).items()
+        for name, member in members.items()
         if not name.startswith("_") and inspect.isfunction(member) and member.__doc__
     ]
     shown += [
         f"- `{name}` {_first(member)}"
-        for name, member in vars(kind).items()
+        for name, member in members.items()
         if not name.startswith("_") and isinstance(member, property) and member.__doc__
     ]
     if shown:
