@@ -56,6 +56,8 @@ def told(found, row):
             ):
                 row(f"median gain at {accuracy:.1%}: {name}", median(gain), "", target=GAIN, most=False)
         row(f"median cost at {accuracy:.1%}", median(j.cost for j in at), "")
+        for j in sorted((j for j in at if j.worst > 1.0), key=lambda j: -j.worst):
+            row(f"lift {j.seed} at {accuracy:.1%}: {max(j.errors, key=j.errors.get)}", j.worst, "")
     costs = [median(j.cost for j in at) for at in zip(*found, strict=True)]
     rising = sum(map(lt, costs, costs[1:]))
     row("times that the median cost rises from an accuracy to the next", rising, "", target=3, most=False)

@@ -26,25 +26,26 @@ class Lift(Parts):
 
     def __call__(self, t: float, y: np.ndarray) -> np.ndarray:
         Y = y[:, None] if y.ndim == 1 else y
-        p, q, _, _, _, v, w, du, dd, ds = parts = self.split(Y)
+        *parts, bent = self.split(Y)
+        p, q, _, _, _, v, w, du, dd, ds = parts
         R = rotation(q / np.linalg.norm(q, axis=-1, keepdims=True))
         force, moment = np.zeros_like(v), np.zeros_like(w)
         force[..., 2] = -self.mass * self.g
         lumps, drives, girder = self._chains(t, R, parts, force, moment)
         self._hang(p, R, v, w, force, moment)
-        self._stand(p, R, v, w, force, moment)
+        bending = self._stand(p, R, v, w, bent, force, moment)
         I = R @ (self.moments[:, :, None] * np.swapaxes(R, -1, -2))
         inverse = R @ ((1.0 / self.moments)[:, :, None] * np.swapaxes(R, -1, -2))
         moment = moment - cross(w, (I @ w[..., None])[..., 0])
         a, alpha = self._hinged(p, R, v, w, force, moment, inverse)
         spin = np.concatenate([w, np.zeros_like(w[..., :1])], -1)
-        parts = [v, 0.5 * hamilton(spin, q), du, dd, ds, a, alpha, lumps, drives, girder]
+        parts = [v, 0.5 * hamilton(spin, q), du, dd, ds, a, alpha, lumps, drives, girder, bending]
         out = np.concatenate([x.reshape(len(x), -1) for x in parts], -1).T
         return out[:, 0] if y.ndim == 1 else out
 
     def tensions(self, t: float, y: np.ndarray) -> np.ndarray:
         """(B, n_hooks) of the ropes at their hooks at times (B,) and states (n, B) [N]."""
-        parts = self.split(y)
+        *parts, _ = self.split(y)
         R = rotation(parts[1] / np.linalg.norm(parts[1], axis=-1, keepdims=True))
         self._chains(t, R, parts, np.zeros_like(parts[5]), np.zeros_like(parts[6]))
         return self.tension
@@ -162,20 +163,22 @@ class Lift(Parts):
         force[:, -1] -= F.sum(1)
         moment[:, -1] -= cross(arm_b, F).sum(1)
 
-    def _stand(self, p, R, v, w, force, moment) -> None:
-        """Stools under the block."""
+    def _stand(self, p, R, v, w, bent, force, moment):
+        """Stools under the block, and how fast their tops bend: as the block moves, or as sliding lets them."""
         block = np.full(len(self.pad), self.n_bodies - 1)
         x, dx, arm = self._point(block, self.pad, p, R, v, w)
         depth = self.pad_z - x[..., 2]
         carried = self.pad_k * depth - self.pad_d * dx[..., 2]
         N = np.where(depth > 0.0, np.maximum(0.0, carried), 0.0)
         self.standing = np.where(depth > 0.0, carried, -1.0)
-        rub = -self.pad_kt[:, None] * (x - self.pad_at)[..., :2] - self.pad_dt[:, None] * dx[..., :2]
-        size = np.sqrt((rub * rub).sum(-1)) + TINY
-        rub = rub * np.minimum(1.0, self.pad_mu * N / size)[..., None]
-        F = np.concatenate([rub, N[..., None]], -1)
+        k, d = self.pad_kt[:, None], self.pad_dt[:, None]
+        held = k * bent + d * dx[..., :2]
+        size = np.sqrt((held * held).sum(-1)) + TINY
+        rub = held * np.minimum(1.0, self.pad_mu * N / size)[..., None]
+        F = np.concatenate([-rub, N[..., None]], -1)
         force[:, -1] += F.sum(1)
         moment[:, -1] += cross(arm, F).sum(1)
+        return (rub - k * bent) / d
 
     def _hinged(self, p, R, v, w, force, moment, inverse):
         """Accelerations with the five multipliers of every hinge."""

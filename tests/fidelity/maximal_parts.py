@@ -133,9 +133,6 @@ class Parts:
         self.pad_z, self.pad_k = np.array([s.height for s in pads]), np.array([s.k for s in pads])
         self.pad_d, self.pad_mu = np.array([s.d for s in pads]), np.array([s.mu for s in pads])
         self.pad_kt, self.pad_dt = np.array([s.kt for s in pads]), np.array([s.dt for s in pads])
-        block = self.plan.block
-        R = rotation(np.array(block.pose[3:]))
-        self.pad_at = np.array(block.pose[:3]) + self.pad @ R.T  # where friction holds them
 
     def _start(self) -> np.ndarray:
         n, m = self.n, self.n_lumps
@@ -154,6 +151,7 @@ class Parts:
         self.shapes = [
             (self.n_bodies, 3), (self.n_bodies, 4), (n, m, 4), (len(self.names),), (len(self.cranes),),
             (self.n_bodies, 3), (self.n_bodies, 3), (n, m, 4), (len(self.names),), (len(self.cranes),),
+            (len(self.pad), 2),
         ]  # fmt: skip
         start = [self.p0, self.q0, np.concatenate([lumps, yaw], -1), np.array([r.x0 for r in self.refs])]
         start += [np.zeros(len(self.cranes))]
