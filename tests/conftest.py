@@ -1,15 +1,45 @@
-"""Which tests share a worker: those of a file, since they share what a file prepares, and all of the founding lift."""
+"""Which tests run when, and which share a worker: those of a file, since they share what it prepares, and all of the
+founding lift.
+
+`pytest` runs in five minutes on two cores; `pytest --full tests tests/full` runs the large tests and matrices, too.
+"""
 
 from __future__ import annotations
+
+from collections import Counter
 
 import pytest
 
 ONE_RUN = "turnover"  # the folder whose tests read one and the same run
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--full", action="store_true", help="run what is marked large, too")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    told = "large(beyond=0): with --full only, or if it is named; of many cases all but the first so many"
+    config.addinivalue_line("markers", told)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     for item in items:
         if item.get_closest_marker("xdist_group"):
             continue  # large matrices say themselves how they are shared out
         group = ONE_RUN if item.path.parent.name == ONE_RUN else str(item.path)
         item.add_marker(pytest.mark.xdist_group(group))
+    if config.getoption("full") or any("::" in arg for arg in config.args):
+        return
+    cases: Counter[str] = Counter()
+    large = [item for item in items if _is_large(item, cases)]
+    items[:] = [item for item in items if item not in large]
+    config.hook.pytest_deselected(items=large)
+
+
+def _is_large(item: pytest.Item, cases: Counter[str]) -> bool:
+    """Whether a test waits for --full; `cases`: of each test so far."""
+    if not (mark := item.get_closest_marker("large")):
+        return False
+    test = item.nodeid.partition("[")[0]
+    cases[test] += 1
+    return cases[test] > int(mark.kwargs.get("beyond", 0))

@@ -99,6 +99,7 @@ def test_its_energy_closes_over_impact_snatch_and_lock(story: Simulation) -> Non
     assert np.abs(story.X[story.method.layout.at["gap"]]).max() < 1e-9
 
 
+@pytest.mark.large
 def test_bits_do_not_depend_on_grants(story: Simulation) -> None:
     cuts = tuple(int(t) for t in np.random.default_rng(3).integers(0, 60 * MS, 40))
     again = told(tuple(sorted(cuts)))
@@ -107,6 +108,7 @@ def test_bits_do_not_depend_on_grants(story: Simulation) -> None:
     assert [(t, row.tobytes()) for t, row in again.rows] == [(t, row.tobytes()) for t, row in story.rows]
 
 
+@pytest.mark.large
 def test_floats_take_the_same_way() -> None:
     """Through the impacts of the crate and the snatch of the sling, at a coarse tolerance: floats are slow."""
     native, oracle = (Simulation(system(), tolerance=1e-4, sample_ns=MS, native=n) for n in (True, False))
@@ -119,6 +121,7 @@ def test_floats_take_the_same_way() -> None:
     assert np.abs(oracle.state - native.state).max() < ALIKE
 
 
+@pytest.mark.large
 def test_processes_and_one_process_put_the_same_on_record(tmp_path: Path) -> None:
     one, many = (play(tmp_path, SCENE, in_process=here) for here in (True, False))
     assert one.result["digest"] == many.result["digest"]

@@ -101,6 +101,7 @@ def live(seed: int, order: int, known: Script | None = None, slices: bool = True
 
 
 @pytest.mark.parametrize("slices", [True, False], ids=["with horizons", "as fast as it goes"])
+@pytest.mark.large(beyond=1)
 def test_words_spoken_in_are_words_known_before(slices: bool) -> None:
     said = late = 0
     for seed in MODELS:

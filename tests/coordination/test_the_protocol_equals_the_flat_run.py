@@ -81,6 +81,7 @@ def told(seed: int) -> bool:
 
 
 @pytest.mark.parametrize("name", MUTANTS)
+@pytest.mark.large(beyond=8)
 def test_mutant(name: str, impatient: pytest.MonkeyPatch) -> None:
     MUTANTS[name](impatient)
     found = (seed for seed in MANY if told(seed))

@@ -112,6 +112,7 @@ def test_a_file_without_a_run_is_refused(tmp_path: Path) -> None:
         Beginning.of(tmp_path / "notes.mcap.part")
 
 
+@pytest.mark.large
 def test_what_an_operator_ordered_is_ordered_again(tmp_path: Path) -> None:
     """The scene extends another one and has a setting laid over it; both files are gone when the run is resumed."""
     (tmp_path / "sledge.yaml").write_text(SLEDGE)

@@ -21,6 +21,7 @@ def digest(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.mark.parametrize("often", [False, True], ids=["told in full", "from checkpoints"])
+@pytest.mark.large(beyond=1)
 def test_the_digest_is_that_of_the_undisturbed_run(tmp_path: Path, digest: str, often: bool) -> None:
     notes = Notes()
     keep = {"KEEP_s": 0.0, "KEEP_GRANTS": 3} if often else {}

@@ -48,6 +48,7 @@ def test_a_model_that_is_not_deterministic_is_caught(monkeypatch: pytest.MonkeyP
     )
 
 
+@pytest.mark.large
 def test_a_model_that_hangs_is_named_with_the_place(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DOOM", "hang")
     with pytest.raises(ProtocolError) as told:

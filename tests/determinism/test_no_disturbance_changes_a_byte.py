@@ -20,6 +20,7 @@ def test_the_cases_cover_all_pairs() -> None:
     assert len(cases) <= 16
 
 
+@pytest.mark.large
 def test_a_random_model_has_one_digest() -> None:
     assert len(set(digests(pairwise(MODEL)).values())) == 1
 
@@ -43,6 +44,7 @@ def test_a_scene_has_one_digest() -> None:
         ("sharing", {"processes": 2}, {"processes": 2, "start": 1}),  # other nodes share a process
     ],
 )
+@pytest.mark.large(beyond=1)
 def test_a_model_that_depends_on_it_is_found_out(kind: str, first: dict[str, int], second: dict[str, int]) -> None:
     what = f"sloppy:group({kind!r}) 200"
     one, other = Case(what, **first), Case(what, **second)

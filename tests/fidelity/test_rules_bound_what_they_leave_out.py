@@ -12,6 +12,7 @@ QUICK = [rule for rule in STEPS if rule is not lumps]  # four lumps are many: se
 
 @pytest.mark.parametrize("rule", QUICK, ids=lambda rule: rule.__name__)
 @pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.large(beyond=7)
 def test_a_rule_predicts_at_least_what_is_measured(seed, rule):
     found = measured(seed, rule)
     if found is None:

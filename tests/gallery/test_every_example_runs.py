@@ -52,6 +52,7 @@ def test_trolley_leaves_no_swing_after_a_ramp_as_long_as_one(tmp_path: Path) -> 
     assert 2 * pi * sqrt(24.0 / G) == pytest.approx(1.0 / 0.1017, abs=0.01)
 
 
+@pytest.mark.large
 def test_ramp_is_slid_down_and_left(tmp_path: Path) -> None:
     recording = played(tmp_path, "ramp")
     x = recording.signal("pose/crate")

@@ -6,6 +6,7 @@ import threading
 import time
 from pathlib import Path
 
+import pytest
 from heavylift.recordings import Recording
 from of_a_yard import ended, finish, free_port, start, until
 
@@ -46,6 +47,7 @@ class Line:
             end.close()
 
 
+@pytest.mark.large
 def test_a_line_that_holds_back_every_piece_changes_no_byte(tmp_path: Path, keys: Path, truth: str) -> None:
     port = free_port()
     listen = ["--listen", f"tls/127.0.0.1:{port}", "--certificates", keys]

@@ -107,6 +107,7 @@ def truth(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 
 @pytest.mark.parametrize("count", [1, 2, 4, 12])
+@pytest.mark.large(beyond=1)
 def test_the_number_of_processes_changes_no_byte(truth: str, tmp_path: Path, count: int) -> None:
     crew = Processes()
     placement = Placement.spread(LIFT, count, KERNEL)

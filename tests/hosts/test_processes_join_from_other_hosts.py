@@ -37,6 +37,7 @@ def coordinator(folder: Path, keys: Path, *arguments: str, scene: str = "lift") 
     return run, endpoint
 
 
+@pytest.mark.large
 def test_the_command_that_the_coordinator_asks_for_completes_the_run(tmp_path: Path, keys: Path, truth: str) -> None:
     run, endpoint = coordinator(tmp_path, keys, "--remote", "block")
     asked = until(run, "waiting for process block")
@@ -164,6 +165,7 @@ def test_the_name_in_a_certificate_guards_the_keys(keys: Path) -> None:
         assert hub.receive(0.2) is None
 
 
+@pytest.mark.large
 def test_a_lost_remote_process_is_named_with_its_host_and_a_successor_takes_its_place(
     tmp_path: Path, keys: Path
 ) -> None:
@@ -182,6 +184,7 @@ def test_a_lost_remote_process_is_named_with_its_host_and_a_successor_takes_its_
     assert Recording(tmp_path / "run.mcap").result["status"] == "finished"
 
 
+@pytest.mark.large
 def test_a_remote_process_does_not_outlive_its_coordinator(tmp_path: Path, keys: Path) -> None:
     run, endpoint = coordinator(tmp_path, keys, "--remote", "block", scene="turnover")
     node = start(tmp_path, "node", "block", "--connect", endpoint, "--certificates", keys)
@@ -213,6 +216,7 @@ def test_a_wrong_command_line_is_refused_before_anything_listens(
     assert str(error.value).startswith(told)
 
 
+@pytest.mark.large
 def test_a_scene_may_place_several_nodes_and_the_kernel_on_another_host(
     tmp_path: Path, keys: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -16,6 +16,7 @@ COMMANDS = [
 ]
 
 
+@pytest.mark.large
 def test_the_commands_of_one_host_have_one_digest(tmp_path: Path, truth: str) -> None:
     alone = COMMANDS[:3]
     assert [command[2] for command in alone] == ["--in-process", "--processes", "--place"]
@@ -24,6 +25,7 @@ def test_the_commands_of_one_host_have_one_digest(tmp_path: Path, truth: str) ->
         assert Recording(tmp_path / "lift.mcap").result["digest"] == truth
 
 
+@pytest.mark.large
 def test_the_commands_of_two_hosts_are_one_run(tmp_path: Path, truth: str) -> None:
     pytest.importorskip("cryptography", reason="no package 'cryptography': certificates cannot be made")
     port = str(free_port())

@@ -43,6 +43,7 @@ def pinned(tree: System) -> System:
     return replace(tree, joints=tuple(joints))
 
 
+@pytest.mark.large
 def test_thirty_six_redundant_rows_carry_what_the_tree_carries():
     whole = scene()
     tree = replace(
@@ -105,6 +106,7 @@ def block_acceleration(s: Simulation) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", range(3))
+@pytest.mark.large(beyond=1)
 def test_random_poses_carry_what_the_tree_carries(seed: int) -> None:
     tensions, accelerations = [], []
     for system in posed(seed):
@@ -118,6 +120,7 @@ def test_random_poses_carry_what_the_tree_carries(seed: int) -> None:
     assert np.abs(tensions[1] - tensions[0]).max() < AGREES * tensions[0].max()
 
 
+@pytest.mark.large
 def test_doubled_rows_change_nothing() -> None:
     """On floats: machine code of 72 rows takes long to compile."""
     _, once = posed(3)

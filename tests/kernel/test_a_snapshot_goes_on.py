@@ -67,6 +67,7 @@ def bits(s: Simulation) -> tuple[bytes, bytes, list[tuple[int, bytes]]]:
 
 
 @pytest.mark.parametrize("name", STORIES)
+@pytest.mark.large(beyond=3)
 def test_from_any_moment_of_its_life(name: str) -> None:
     whole = begun(name)
     play(whole, name, 0, END)

@@ -46,6 +46,7 @@ def difference(f, x, h):
 
 @pytest.mark.parametrize("slider", [False, True])
 @pytest.mark.parametrize("seed", range(3))
+@pytest.mark.large(beyond=2)
 def test_accelerations_solve_lagranges_equations_of_the_energies(seed, slider):
     program = Program(flexible_tree(seed, slider=slider))
     n = program.nv
@@ -66,6 +67,7 @@ def test_accelerations_solve_lagranges_equations_of_the_energies(seed, slider):
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.large(beyond=1)
 def test_a_floating_tree_keeps_energy_and_momentum(seed):
     system = replace(flexible_tree(seed, ("revolute", "spherical"), root="free"), gravity=0.0)
     s = Simulation(system, tolerance=1e-11, sample_ns=50_000_000, h_max=0.01, cache=False)
@@ -102,6 +104,7 @@ def test_inverse_dynamics_gives_back_the_forces(seed):
 
 
 @pytest.mark.parametrize("seed", range(3))
+@pytest.mark.large(beyond=1)
 def test_machine_code_and_floats_agree(seed):
     simulation = Simulation(flexible_tree(seed, ("revolute", "prismatic", "spherical")), cache=False)
     program = simulation.program

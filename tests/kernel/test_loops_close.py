@@ -84,6 +84,7 @@ def doubled(kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.large(beyond=3)
 def test_a_joint_of_any_kind_doubled_changes_nothing(kind):
     """The closing joint's rows hold along the whole motion of the same joint in the tree, and do no work on it."""
     one, two = (started(x, tolerance=1e-10, h_max=0.05) for x in doubled(kind))
@@ -112,6 +113,7 @@ def held(kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.large(beyond=3)
 def test_a_loop_of_any_kind_keeps_its_joint_and_its_energy(kind):
     system = held(kind)
     s = started(system, tolerance=1e-9, sample_ns=100_000_000, h_max=0.05)

@@ -11,6 +11,7 @@ CASES = 40
 
 
 @pytest.mark.parametrize("seed", range(CASES))
+@pytest.mark.large(beyond=20)
 def test_a_spoiled_scene_is_refused_in_a_sentence_or_runs(seed):
     random = Random(seed)
     system = random_system(seed, 4) if seed % 4 == 0 else yard()
@@ -22,6 +23,7 @@ def test_a_spoiled_scene_is_refused_in_a_sentence_or_runs(seed):
 
 
 @pytest.mark.parametrize("seed", range(CASES))
+@pytest.mark.large(beyond=20)
 def test_a_scene_of_other_types_and_shapes_is_refused_in_a_sentence_or_runs(seed):
     random = Random(seed)
     said = outcome(misfit(yard(), random))

@@ -16,6 +16,7 @@ def bar(size):
 
 
 @pytest.mark.parametrize("height", [0.3, 1.0, 1.7, 5.0])
+@pytest.mark.large
 def test_a_rod_falls_on_a_bar_across_it(height):
     along, across = (0.1, 4.0, 0.1), (4.0, 0.1, 0.1)
     body, post = bar(across)

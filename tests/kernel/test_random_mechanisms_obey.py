@@ -78,6 +78,7 @@ def test_inertias_over_twelve_decades_give_finite_motion_or_a_sentence(seed, n):
 
 @SOME
 @SEEDS
+@pytest.mark.large
 def test_at_rest_the_outermost_joints_and_ropes_carry_all_weight(seed, n):
     s = started(roped(seed, n, 2.0))
     sentence = attempted(lambda: equilibrium(s))

@@ -1,6 +1,7 @@
 """Whatever joints, loops, ropes and inertias are drawn: a finite run whose energy closes, or one sentence."""
 
 import numpy as np
+import pytest
 from heavylift.kernel.describe import WORLD, Body, Joint, Line, Point, RigidRope, System
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
@@ -28,6 +29,7 @@ def test_masses_of_two_decades(seed):
 
 @SOME
 @SEEDS
+@pytest.mark.large
 def test_masses_of_twelve_decades(seed):
     system = mechanism(seed, 12.0)
     sentence, error = outcome(system, SECOND // 200)
@@ -58,6 +60,7 @@ def test_a_rigid_rope_between_points_that_cannot_move_is_no_constraint():
     assert imbalance(s) < CLOSES
 
 
+@pytest.mark.large
 def test_a_heavy_body_is_stopped_by_a_rope_while_a_light_one_closes_its_loop():
     """8e11 kg on the rope, 1e4 kg in the loop: the impulse of each is found in its own size."""
     s = started(mechanism(105, 12.0), tolerance=1e-9, sample_ns=SECOND // 100)

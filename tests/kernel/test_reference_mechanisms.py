@@ -32,6 +32,7 @@ def coordinates(s, names):
 
 
 @methods
+@pytest.mark.large(beyond=1)
 def test_the_squeezing_mechanism(method, tolerance):
     """Seven bodies, three loops: nine redundant rows of fifteen, since everything stays in one plane."""
     reference = LINKAGES["A03"]

@@ -179,6 +179,7 @@ def lowest(pose):
 
 
 @pytest.mark.parametrize(("offset", "falls"), [(0.95, False), (1.05, True)])
+@pytest.mark.large
 def test_a_box_falls_off_another_when_its_centre_leaves_the_edge(offset, falls):
     s = started(stacked(offset), **FINE)
     s.run(SECOND)
@@ -187,6 +188,7 @@ def test_a_box_falls_off_another_when_its_centre_leaves_the_edge(offset, falls):
         assert s.state[2] == pytest.approx(1.5, abs=1e-9)
 
 
+@pytest.mark.large
 def test_a_beam_lies_across_another_on_four_crossings_of_edges():
     s = started(stacked(0.0, size=(4.0, 1.0, 1.0), yaw=0.0), **FINE)
     s.run(SECOND)
@@ -195,6 +197,7 @@ def test_a_beam_lies_across_another_on_four_crossings_of_edges():
 
 
 @pytest.mark.parametrize("seed", [0, 8])
+@pytest.mark.large(beyond=1)
 def test_a_cube_tumbles_over_the_edge_of_another(seed):
     """Vertices on faces and edges on edges, one after the other and together: the balance closes, nothing sinks in."""
     s = started(tumbling(seed), **FINE, sample_ns=5_000_000)
@@ -243,6 +246,7 @@ def test_a_ball_bounces_off_a_corner_along_the_line_of_centres():
 
 
 @pytest.mark.parametrize("seed", [9, 14, 30, 31])
+@pytest.mark.large(beyond=1)
 def test_states_settle_where_a_cube_catches_on_an_edge(seed):
     """Contacts that begin to slide do so from rest, whatever round-off has left of another motion."""
     s = started(tumbling(seed))

@@ -27,6 +27,7 @@ def test_the_tensions_of_ten_seconds_are_those_of_the_reference():
 
 
 @pytest.mark.parametrize("opt", [0, 3])
+@pytest.mark.large(beyond=1)
 def test_the_float_oracle_and_the_machine_code_agree_at_every_optimisation_level(opt):
     native, oracle = (Simulation(scene(), native=n, opt=opt, cache=False) for n in (True, False))
     random = np.random.default_rng(1)
@@ -41,6 +42,7 @@ def test_the_float_oracle_and_the_machine_code_agree_at_every_optimisation_level
         assert np.abs(f - want).max() < SAME * np.abs(want).max()
 
 
+@pytest.mark.large
 def test_strict_arithmetic_gives_the_same_bits_at_every_optimisation_level():
     ends = []
     for opt in (0, 1, 2, 3):

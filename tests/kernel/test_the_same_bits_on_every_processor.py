@@ -27,6 +27,7 @@ def digest(s: Simulation, code: Library) -> str:
     return hashlib.sha256(s.X.tobytes() + b"".join(row.tobytes() for _, row in s.rows)).hexdigest()
 
 
+@pytest.mark.large
 def test_levels_and_instruction_sets():
     def run(opt, cpu):
         s = Simulation(yard(), 1e-8, 20_000_000)

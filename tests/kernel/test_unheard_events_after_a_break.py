@@ -146,6 +146,7 @@ def cut(seed: int) -> list[Tag]:
 @pytest.mark.parametrize("heard", HEARD, ids=["unheard", "heard"])
 @pytest.mark.parametrize("event_s", [LATER, AT_ONCE], ids=["10 ms later", "at once"])
 @pytest.mark.parametrize("second", [BREAK, SECOND // 2], ids=["command at the break", "command later"])
+@pytest.mark.large(beyond=4)
 def test_however_grants_are_cut_events_and_samples_are_the_same_bytes(law, heard, event_s, second):
     whole = played(law, heard, [Tag(END)], event_s, second)
     for seed in range(6):

@@ -103,6 +103,7 @@ def test_events_are_told_when_their_time_has_come(tmp_path: Path) -> None:
     assert all(at >= t * 1e-9 - ROUNDING_s for at, t in told)
 
 
+@pytest.mark.large
 def test_the_command_tells_how_late_it_was(tmp_path: Path) -> None:
     (tmp_path / "sledge.yaml").write_text(SLEDGE)
     code, out, error = said(tmp_path, "run", "sledge.yaml", "--in-process", "--rate", "100")

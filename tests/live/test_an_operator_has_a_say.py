@@ -40,6 +40,7 @@ def wait_for(run_: Found, port: str, name: str = "") -> None:
             return
 
 
+@pytest.mark.large
 def test_what_an_operator_does_is_the_same_when_it_is_repeated(tmp_path: Path) -> None:
     """Paused in the first three seconds, while the pusher is busy; stepped into the rest, in which it is not."""
     recorded = tmp_path / "sledge.mcap"

@@ -19,6 +19,7 @@ WATCHERS = 20
 NAP_s = 0.002  # per event, of a slow observer
 
 
+@pytest.mark.large
 def test_each_observer_sees_every_event_once_and_in_order(tmp_path: Path) -> None:
     seen: dict[str, list[tuple[int, Event]]] = {}
 

@@ -21,6 +21,7 @@ ANSWERS = {
 }
 
 
+@pytest.mark.large
 def test_all_commands_of_the_page_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     head, _, _ = SLEDGE.partition("  - stage: out")

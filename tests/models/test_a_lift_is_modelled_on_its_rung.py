@@ -39,6 +39,7 @@ def lift(*fidelity: str, still: bool = False):
 
 
 @pytest.mark.parametrize("rung", RUNGS)
+@pytest.mark.large(beyond=1)
 def test_nothing_moves_before_it_is_ordered(rung):
     s = paused(lift(rung, still=True), at=3.0)
     speeds = s.state[s.program.graph.nq :][: s.program.graph.nv]

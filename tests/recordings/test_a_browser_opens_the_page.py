@@ -59,6 +59,7 @@ def coloured(hsv: NDArray[np.float64], hue: tuple[float, float]) -> NDArray[np.i
     return np.argwhere(strong & (hsv[:, :, 0] >= hue[0]) & (hsv[:, :, 0] <= hue[1]))
 
 
+@pytest.mark.large
 def test_the_same_instant_is_the_same_picture(browser: Chromium, lift: Path) -> None:
     pictures = []
     for _ in range(2):
@@ -86,6 +87,7 @@ def test_block_portal_trolleys_and_ropes_are_seen_and_move(browser: Chromium, li
     assert hues[1] < hues[0] - 0.02, "the ropes carry: from green towards yellow"
 
 
+@pytest.mark.large
 def test_light_dark_and_paper(browser: Chromium, lift: Path) -> None:
     values = {}
     for theme in ("light", "dark"):
@@ -104,6 +106,7 @@ def test_light_dark_and_paper(browser: Chromium, lift: Path) -> None:
     assert browser.run("document.getElementById('printed').src.length") > 10_000, "the scene is on it"
 
 
+@pytest.mark.large
 def test_each_chart_has_the_line_of_the_common_time(browser: Chromium, lift: Path) -> None:
     lines = "[...document.querySelectorAll('.now')].filter(x => !x.hidden).map(x => x.getBoundingClientRect().x)"
     browser.open(f"{lift.as_uri()}#t=40")

@@ -27,6 +27,7 @@ FILES, SHARDS = 300, 3
 
 
 @pytest.mark.parametrize("shard", range(SHARDS))
+@pytest.mark.large(beyond=1)
 def test_spoiled_files_end_in_a_sentence(recorded: Path, tmp_path: Path, shard: int) -> None:
     data, rng = recorded.read_bytes(), random.Random(shard)
     path, sentences = tmp_path / "spoiled.mcap", []

@@ -87,6 +87,7 @@ def test_what_a_scene_says_cannot_become_markup(page: Path) -> None:
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium to open the page with")
+@pytest.mark.large
 def test_a_browser_shows_the_instant_in_the_address(page: Path) -> None:
     dom = subprocess.run(
         [

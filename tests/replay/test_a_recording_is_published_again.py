@@ -120,6 +120,7 @@ def test_only_what_is_asked_for_is_played(recorded: RecordedRun) -> None:
         Replay(recorded, [], float("nan"))
 
 
+@pytest.mark.large
 def test_without_a_terminal_it_is_plain(lift: Path) -> None:
     arguments = [HEAVYLIFT, "replay", lift, "--rate", "1000", "--topics", "*/stage"]
     done = subprocess.run(arguments, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=60)

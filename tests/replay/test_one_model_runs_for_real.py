@@ -90,6 +90,7 @@ def build():
 """
 
 
+@pytest.mark.large
 def test_a_researchers_own_model_is_debugged_with_yesterdays_run(tmp_path: Path) -> None:
     def heavylift(*arguments: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run([HEAVYLIFT, *arguments], cwd=tmp_path, capture_output=True, text=True, timeout=60)

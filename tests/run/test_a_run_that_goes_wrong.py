@@ -75,6 +75,7 @@ Stools.notice = notice
 
 
 @pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
+@pytest.mark.large(beyond=1)
 def test_a_mistake_in_a_model_is_told_with_its_model_and_its_time(tmp_path, where):
     """Python imports `sitecustomize` before anything else: the stools of every process have the mistake."""
     (tmp_path / "mistake").mkdir()
@@ -102,6 +103,7 @@ def test_no_node_outlives_a_killed_coordinator(tmp_path):
     run.communicate()
 
 
+@pytest.mark.large
 def test_a_second_run_into_the_same_file_is_refused_and_the_first_goes_on(tmp_path):
     first = start(tmp_path, "run", "turnover", "-o", "both.mcap")
     until(first, "take up slack")

@@ -53,6 +53,7 @@ class Listening(Watch):
     [(MISSES, "step 0.2 s at 0.000 s: method 'radau5' is out of step"), (RATTLES, "it goes slack and taut at")],
     ids=["a mode that steps miss", "a rope that rattles"],
 )
+@pytest.mark.large(beyond=1)
 def test_a_note_stands_wherever_the_user_looks(text, word, tmp_path: Path):
     path, watch = tmp_path / "hung.mcap", Listening()
     result = run(parse(text), path, in_process=True, watch=watch)
@@ -75,6 +76,7 @@ def test_a_run_of_which_nothing_is_to_be_said_has_none(tmp_path: Path):
 
 
 @pytest.mark.parametrize("text", [MISSES, RATTLES], ids=["misses", "rattles"])
+@pytest.mark.large(beyond=1)
 def test_distributed_and_in_one_process_say_the_same_under_one_digest(text, tmp_path: Path):
     alone = run(parse(text), tmp_path / "alone.mcap", in_process=True)
     apart = run(parse(text), tmp_path / "apart.mcap")

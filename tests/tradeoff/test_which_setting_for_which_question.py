@@ -37,6 +37,7 @@ def test_what_no_setting_keeps_has_no_answer():
 
 
 @pytest.mark.parametrize("own", OWN)
+@pytest.mark.large(beyond=1)
 def test_what_is_typed_runs_what_was_measured(own, monkeypatch, tmp_path):
     """Whatever a scene asks or names itself: the same fidelity, method, tolerance and step for each rung."""
     path = tmp_path / "my lift.yaml"

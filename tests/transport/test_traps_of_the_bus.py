@@ -26,6 +26,7 @@ SLEEP_s = 0.6  # of a reader
 SHORT_us = 200_000  # in place of Zenoh's 5 s before a blocked transport is closed, so that the story is short
 
 
+@pytest.mark.large
 def test_a_burst_that_DROP_would_lose_arrives_whole(tmp_path: Path) -> None:
     assert len(heard_by_a_sleeper(tmp_path, BURST, DROP, SLEEP_s)) < BURST
     assert heard_by_a_sleeper(tmp_path, BURST, BLOCK, SLEEP_s) == list(range(BURST))

@@ -20,6 +20,7 @@ ONE_OF_EACH_KIND = ["commander", "west", "loader-1", "block", "kernel"]
 
 
 @pytest.mark.parametrize("node", ONE_OF_EACH_KIND)
+@pytest.mark.large(beyond=1)
 def test_a_node_that_cannot_live_ends_the_run_with_a_sentence_that_names_it(tmp_path: Path, node: str) -> None:
     command = [sys.executable, Path(__file__).with_name("killer.py"), node, "run", "turnover"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE_s)

@@ -41,12 +41,14 @@ def test_the_recording_tells_the_digest_of_the_run(lift: Lift, reading: Reading)
     assert reading.metadata["result"]["digest"] == lift.result.digest
 
 
+@pytest.mark.large
 def test_ten_repeats_have_one_digest(truth: str, tmp_path: Path) -> None:
     digests = [runner.run(load("lift"), tmp_path / f"{i}.mcap", in_process=True).digest for i in range(10)]
     assert set(digests) == {truth}
 
 
 @pytest.mark.parametrize("seed", [None, 1, 2])
+@pytest.mark.large(beyond=1)
 def test_the_order_in_which_processes_start_does_not_matter(truth: str, tmp_path: Path, seed: int | None) -> None:
     order = NODES if seed is None else Random(seed).sample(NODES, len(NODES))
     assert runner.run(load("lift"), tmp_path / "lift.mcap", order=order).digest == truth
@@ -59,6 +61,7 @@ def test_the_order_of_nodes_in_one_process_does_not_matter(truth: str, tmp_path:
 
 
 @pytest.mark.parametrize(("seed", "where"), [("0", []), ("1", []), ("4711", ["--in-process"])])
+@pytest.mark.large
 def test_hash_seeds_do_not_matter(truth: str, tmp_path: Path, seed: str, where: list[str]) -> None:
     environment = {**os.environ, "PYTHONHASHSEED": seed}
     subprocess.run(
