@@ -6,6 +6,7 @@ Joint types, branchings, ropes and inertias over twelve decades are drawn at ran
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from heavylift.kernel.analysis import equilibrium, momentum, reactions
 from heavylift.kernel.describe import JointSpring, Line, Point, Rope, System
 from heavylift.kernel.errors import KernelError
