@@ -6,6 +6,7 @@ contact without friction whose gap is its slack.  Their states are numbers of P,
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -28,7 +29,7 @@ Numbers = Callable[[str, str], np.ndarray]
 
 
 @dataclass(frozen=True)
-class Unilateral:
+class Unilateral(ABC):
     """`numbers` of P; `rows` among all, normal first; `guard` that falls with its force."""
 
     name: str
@@ -49,17 +50,17 @@ class Unilateral:
         return 0.0
 
     @property
+    @abstractmethod
     def on(self) -> bool:
         """Whether it may push."""
-        raise NotImplementedError
 
+    @abstractmethod
     def let_go(self) -> None:
         """From here on it does not push."""
-        raise NotImplementedError
 
+    @abstractmethod
     def keep(self, stick: bool, moves: bool, share: float, u: np.ndarray) -> None:
         """It pushes: sticking, or sliding along u (2,) and moving already or not; `share` of friction."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ shape and shared by all forces of that shape.  Discrete states are numbers in P:
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from typing import Any
@@ -36,7 +37,7 @@ class Answer:
     shown: list[Any] = field(default_factory=list)
 
 
-class ForceLaw:
+class ForceLaw(ABC):
     """One row of the force table; `works`: it brings work in from outside; `timed`: it looks at the clock."""
 
     works = False
@@ -44,6 +45,7 @@ class ForceLaw:
 
     def check(self, f: Any) -> None:
         """Raises KernelError for a description that cannot be."""
+        return  # of most kinds, all can
 
     def signal(self, f: Any) -> Signal | None:
         """What commands or histories change."""
@@ -53,14 +55,14 @@ class ForceLaw:
         """Everything that its text branches on."""
         return None
 
+    @abstractmethod
     def numbers(self, f: Any, poses: Poses) -> list[float]:
         """Its numbers in P, discrete states included."""
-        raise NotImplementedError
 
+    @abstractmethod
     def answer(self, f: Any, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
         """The law, of its numbers p, its ends' bodies (21,) (see `laws.attachment`), signal (value, rate), joint
         (q, v), time t [s] of the run if it is timed; from f it may take what `shape` tells."""
-        raise NotImplementedError
 
     def guards(self, f: Any) -> int:
         """How many guards it has."""
@@ -68,7 +70,7 @@ class ForceLaw:
 
     def switch(self, f: Any, p: np.ndarray, guard: int, shown: np.ndarray) -> tuple[str, float]:
         """Change its discrete states in p after a guard has fallen; what happened, with a value."""
-        raise NotImplementedError
+        raise KernelError(f"{type(f).__name__.lower()} '{f.name}': its law has guards and no 'switch'; give it one")
 
     def shows(self, f: Any) -> list[Shown]:
         """What samples show of it, in the order of `Answer.shown`."""

@@ -6,6 +6,7 @@ The laws themselves and their conventions: `heavylift.kernel.forces.describe`.
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -48,9 +49,9 @@ class _Force(Base):
         """The bodies that it names, with the keys that do so."""
         return [(("body",), body)] if (body := getattr(self, "body", None)) else _ends(self, "start", "end")
 
+    @abstractmethod
     def built(self, name: str, folder: Path) -> f.Force:
         """The kernel's description; `folder`: where files stand that it names."""
-        raise NotImplementedError
 
 
 class Load(_Force):
