@@ -62,8 +62,10 @@ class Parts:
         self.damping = np.array([r.damping for r in self.ropes])[:, None] / self.parts
         self.lump = np.array([r.line * r.L0 for r in self.ropes])[:, None] * self.weights
         self.half = np.array([max(abs(line.b.p[0]) for line in r.lines) for r in self.ropes])
-        self.hinge = np.array([x.hinge for x in self.loaders])
         self.friction = np.array([x.damping for x in self.loaders])
+        self.straight = np.array([0, 1, 2, 6, 7, 8])  # of velocity, spin of an upper, of a lower: what its mass holds
+        self.lightness = np.repeat(1.0 / self.mass[:-1].reshape(n, 2), 3, axis=1)
+        self._points_on_bodies()
         self.y0 = self._start()
         self._sagging()
 
@@ -80,6 +82,25 @@ class Parts:
         p.append(np.array(pose[:3]) + R @ self.plan.block.body.com)
         q.append(pose[3:])
         self.p0, self.q0 = np.array(p), np.array(q, float)
+
+    def _points_on_bodies(self) -> None:
+        """Eyes (of the lines on one side, then on the other), hinges (on uppers, then on lowers), beams, lugs, pads."""
+        n, block = self.n, self.n_bodies - 1
+        up, low = 2 * np.arange(n), 2 * np.arange(n) + 1
+        eyes = [side * self.half[:, None] * np.array([1.0, 0.0, 0.0]) for side in (-1.0, 1.0)]
+        groups = [
+            (up, eyes[0]),
+            (up, eyes[1]),
+            (up, np.array([x.hinge for x in self.loaders])),
+            (low, np.zeros((n, 3))),
+        ]
+        slings, pads = len(self.sling_of), len(self.pad)
+        groups += [(2 * self.sling_of + 1, self.beam), ([block] * slings, self.lug), ([block] * pads, self.pad)]
+        self.on = np.concatenate([bodies for bodies, _ in groups]).astype(int)
+        self.from_com = np.concatenate([places.reshape(-1, 3) for _, places in groups]) - self.com[self.on]
+        ends = np.cumsum([0, 2 * n, 2 * n, slings, slings, pads])
+        self.eyes, self.hinges, self.beams, self.lugs, self.pads = map(slice, ends[:-1], ends[1:])
+        self.onto = (np.arange(self.n_bodies)[:, None] == self.on).astype(float)
 
     def _drives(self) -> None:
         """Gantries, then trolleys: masses, servos, starts; of each hook its gantry and trolley."""
@@ -103,8 +124,14 @@ class Parts:
             exits.append(np.mean([line.a.p for line in r.lines], axis=0))
         self.exits = np.array(exits)
         self.on_gantry, self.on_trolley = np.array(self.on_gantry), np.array(self.on_trolley)
+        self.under = np.arange(2 * k) // 2  # girder of each trolley
+        self.to_gantry, self.to_trolley = (
+            (at[:, None] == np.arange(len(self.names))).astype(float) for at in (self.on_gantry, self.on_trolley)
+        )
+        self.to_girder = (self.under[:, None] == np.arange(k)).astype(float)
         g = [c.girder for c in self.cranes]
-        self.span, self.height = np.array([x.span for x in g]), np.array([x.height for x in g])
+        self.span = np.array([x.span for x in g])
+        self.lever = self.exits[:, 2] - np.array([x.height for x in g])[self.on_gantry]
         self.k_girder = pi**4 / 2.0 * np.array([x.stiffness for x in g]) / 48.0
         self.m_girder = np.array([x.mass for x in g]) / 2.0
         zeta = np.array([x.damping for x in g])
@@ -161,12 +188,9 @@ class Parts:
 
     def _sagging(self) -> None:
         """Girders at the start, bent by all that they carry: how far, and how steep under each hook's trolley."""
-        at = pi * self.refs0 / self.span[(np.arange(len(self.refs0)) - len(self.cranes)) // 2]
-        load = 4.0 / pi * self.m_girder * self.g
-        for j in range(len(self.cranes), len(self.names)):
-            load[(j - len(self.cranes)) // 2] += self.drive_mass[j] * self.g * np.sin(at[j])
-        for c, tr, tension in zip(self.on_gantry, self.on_trolley, self.still, strict=True):
-            load[c] += tension * np.sin(at[tr])
-        self.sag0 = load / self.k_girder
-        sag, at = self.sag0[self.on_gantry], at[self.on_trolley]
-        self.low0, self.steep0 = sag * np.sin(at), sag * pi / self.span[self.on_gantry] * np.cos(at)
+        k, phase = len(self.cranes), pi * self.refs0 / self.span[np.r_[np.arange(len(self.cranes)), self.under]]
+        weight = self.drive_mass[k:] * self.g * np.sin(phase[k:])
+        self.held = weight @ self.to_girder + (self.still * np.sin(phase[self.on_trolley])) @ self.to_gantry[:, :k]
+        self.sag0 = (4.0 / pi * self.m_girder * self.g + self.held) / self.k_girder
+        sag, phase = self.sag0[self.on_gantry], phase[self.on_trolley]
+        self.low0, self.steep0 = sag * np.sin(phase), sag * pi / self.span[self.on_gantry] * np.cos(phase)
