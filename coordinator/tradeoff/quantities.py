@@ -4,7 +4,7 @@ rope tension    |peak - true peak| / true peak, of every hook rope (or rope of a
                 peak counts as well: the interpolant of a long step can overshoot
 swing           while the load is left to itself: error of frequency and of amplitude of the sinusoid that fits best
 position        at equal times since each stage began, relative to the longest way; joints one by one
-lift-off time   |t - true t| / duration of the stage
+lift-off time   |t - true t| / duration of the stage, or half a second if that is shorter
 
 Rungs move the ends of stages by seconds, so places are compared stage by stage.
 """
@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity import ASKABLE
+from heavylift.nodes.fidelity.question import SHORTEST
 
 from .playing import Shown, Span
 
@@ -73,7 +74,7 @@ def _tension(run: Shown, true: Shown) -> Iterator[float]:
 def _lift_off(run: Shown, true: Shown) -> Iterator[float]:
     for mine, right in _pairs(run, true):
         if right.lifts:
-            yield abs(mine.end - right.end) / (right.end - right.start)
+            yield abs(mine.end - right.end) / max(SHORTEST, right.end - right.start)
 
 
 def _position(run: Shown, true: Shown) -> Iterator[float]:

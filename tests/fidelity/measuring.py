@@ -3,16 +3,16 @@
 rope tension    largest relative difference of a hook's peak
 swing           of the block about what it hangs from: largest excursion, and frequency after the last move, relative
 position        of the block when each stage begins, and at the end, relative to the longest way that it goes
-lift-off time   of the end of the stage that lifts it, relative to the duration of that stage
+lift-off time   of the end of the stage that lifts it, relative to its duration or half a second, whichever is longer
 """
 
 from __future__ import annotations
 
 import numpy as np
+from heavylift.nodes.fidelity.question import SHORTEST
 
 STANDS = "up"  # the first stage in which the block hangs
 LIFTS = "lift off"
-SHORTEST = 0.5  # a stage in which the block comes off at once is that long [s]
 
 
 class Seen:

@@ -37,6 +37,11 @@ def test_a_later_start_is_no_error_of_the_swing_but_one_of_the_lift_off():
     assert late["swing"] < FIT
 
 
+def test_a_stage_that_begins_lifted_counts_as_half_a_second_long():
+    error = errors(swinging(0.1, 0.5, lift_off=0.01), swinging(0.1, 0.5, lift_off=0.0), ("lift-off time",))
+    assert error["lift-off time"] == pytest.approx(0.02)
+
+
 def test_places_are_compared_since_each_stage_began_and_relative_to_the_way():
     assert errors(swinging(0.1, 0.45), TRUE, ("position",))["position"] == pytest.approx(0.1, rel=1e-3)
     assert farthest(swinging(0.1, 0.45), TRUE) == pytest.approx(0.05, rel=1e-3)
