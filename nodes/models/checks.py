@@ -1,7 +1,7 @@
-"""Orders that cannot be: no such actor, a sling that hangs already, a grounded block dragged along.
+"""Orders that cannot be: no such actor, a held joint, a sling that hangs already, a grounded block dragged along.
 
-Each ends the run with a sentence that begins with the line of the scene; the simulator puts path and time
-in front.
+Each is refused with a sentence that begins with the line of the scene.  One of the action list ends the run, with
+path and time from the simulator in front; one of an operator is answered so.
 """
 
 from __future__ import annotations
@@ -10,14 +10,21 @@ from collections.abc import Mapping
 from typing import NoReturn
 
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.scene.actions import Brake, Hookup, Move, Order, Unhook
+from heavylift.nodes.scene.actions import Brake, Hookup, Move, Order, Turn, Unhook
+from heavylift.nodes.scene.fidelity import held_by
 from heavylift.nodes.scene.plan import Plan
 
 from .picture import OFF, Picture
+from .turn import followers
+
+__all__ = ["check", "joints_moved"]
 
 
 def check(order: Order, plan: Plan, owners: Mapping[str, str], picture: Picture, lugs: Mapping[str, str]) -> None:
     """Refuse an order that contradicts the plan or what is known; `lugs` = lug of each hooked sling."""
+    for joint in joints_moved(order, plan, lugs):
+        if joint in plan.fidelity.locked:
+            _refuse(order, held_by(plan.fidelity, joint))
     match order:
         case Move():
             if owners.get(order.actuator) != order.model:
@@ -32,6 +39,16 @@ def check(order: Order, plan: Plan, owners: Mapping[str, str], picture: Picture,
         case Brake():
             if owners.get(order.brake) != order.model:
                 _refuse(order, f"{order.model} has no brake {order.brake}")
+
+
+def joints_moved(order: Order, plan: Plan, lugs: Mapping[str, str]) -> list[str]:
+    """Joints that an order moves by their drives; raises ModelError for a turn that no hook can follow."""
+    match order:
+        case Move(verb="travel" | "traverse"):
+            return [order.actuator.removesuffix(".drive")]
+        case Turn():
+            return [f.actuator.removesuffix(".drive") for f in followers(plan, order, lugs)]
+    return []
 
 
 def _check_ground(order: Move, plan: Plan, picture: Picture) -> None:

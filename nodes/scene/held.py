@@ -6,14 +6,12 @@ hooks that carry slings then.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 from heavylift.kernel.errors import ModelError
+from heavylift.nodes.models.checks import joints_moved
 from heavylift.nodes.models.roster import first_lugs
-from heavylift.nodes.models.turn import followers
 
 from . import plan
-from .actions import Hookup, Move, Order, Turn, Unhook
+from .actions import Hookup, Order, Unhook
 from .fidelity import held_by
 from .findings import Findings
 
@@ -30,7 +28,7 @@ def held_orders(built: plan.Plan) -> list[tuple[str, str]]:
                 lugs[order.sling] = order.lug
             elif isinstance(order, Unhook):
                 lugs.pop(order.sling, None)
-            ordered = [joint for joint in _moves(built, order, lugs) if joint in built.fidelity.locked]
+            ordered = [joint for joint in _moved(built, order, lugs) if joint in built.fidelity.locked]
             told = (
                 (joint, order.where, f"{held_by(built.fidelity, joint)}, or leave the order out") for joint in ordered
             )
@@ -38,13 +36,9 @@ def held_orders(built: plan.Plan) -> list[tuple[str, str]]:
     return found.list()
 
 
-def _moves(built: plan.Plan, order: Order, lugs: dict[str, str]) -> Iterator[str]:
-    """Joints that an order moves."""
-    if isinstance(order, Move) and order.verb in ("travel", "traverse"):
-        yield order.actuator.removesuffix(".drive")
-    elif isinstance(order, Turn):
-        try:
-            follow = followers(built, order, lugs)
-        except ModelError:
-            return  # a turn that no hook can follow is told when it is given
-        yield from (f.actuator.removesuffix(".drive") for f in follow)
+def _moved(built: plan.Plan, order: Order, lugs: dict[str, str]) -> list[str]:
+    """Joints that an order moves; none of a turn that no hook can follow: that is told when it is given."""
+    try:
+        return joints_moved(order, built, lugs)
+    except ModelError:
+        return []

@@ -105,6 +105,25 @@ def test_a_refused_command_changes_nothing() -> None:
     assert said[:-1] == commander()
 
 
+@pytest.mark.parametrize(
+    ("setting", "text", "sentence"),
+    [
+        ("motion=across", "crane: travel 5 m/min by 1 m", "crane.gantry cannot move, 'motion: across'"),
+        (
+            "locked=[trolleys]",
+            "crane upper trolley: traverse 5 m/min by 1 m",
+            "crane.upper-slide cannot move, 'locked'",
+        ),
+    ],
+)
+def test_a_command_to_a_joint_that_the_fidelity_holds_is_refused(setting: str, text: str, sentence: str) -> None:
+    scene = load("lift", [f"fidelity.{setting}", "actions=[{wait: 10 s}]"])
+    said = drive(build_one(scene.plan, "commander"), [(ns(3), "command", words(text))])
+    (answer,) = (message for _, _, message in said)
+    assert isinstance(answer, OperatorAnswer)
+    assert answer.refused.startswith(f"command: {sentence} of 'fidelity' holds it: name ")
+
+
 def test_an_empty_command_ends_the_run() -> None:
     said = commander((ns(3), OperatorCommand("stop")))
     assert said[-1] == (3.0, Finished())
