@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING
 
 from heavylift.nodes.models.conditions import terms
 from heavylift.nodes.models.girder import sag
-from heavylift.nodes.scene.actions import Action, Lifted, Move, Turn, Wait
+from heavylift.nodes.scene.actions import Action, Lifted, Move, Turn
 from heavylift.nodes.scene.plan import Axis, Crane, HookRope, Plan, drive_name
 
 from .hooks import Hook
-from .moving import by_ways, lifting
-from .swinging import Swing
+from .leaning import aside
+from .moving import Parting, by_ways, lasts, lifting, profile, turning
+from .swinging import Swing, away, farthest
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene.follow import Following, Step
@@ -36,6 +37,7 @@ class Case:
     gravity: float
     hooks: tuple[Hook, ...]
     swings: tuple[Swing, ...]
+    aside: tuple[float, float]  # along the rails and across: how far the load comes though nothing moves it there [m]
     ordered: frozenset[str]  # joints that an order moves
     drives: dict[str, tuple[float, float]]  # joint -> servo stiffness [N/m], load that hangs from it [kg]
     hinges: tuple[str, ...]
@@ -55,6 +57,16 @@ class Case:
         return max(hook.reach for hook in self.hooks)
 
     @property
+    def farthest(self) -> float:
+        """How far the load swings out at most [m]."""
+        return farthest(self.swings, self.omegas) + sum(self.aside)
+
+    @property
+    def away(self) -> float:
+        """Error of the load's place for a relative error of its frequency [m]."""
+        return away(self.swings, self.omegas) + sum(self.aside) * self.omegas[1] * self.lasts
+
+    @property
     def omegas(self) -> tuple[float, float]:
         """Of the slowest and of the fastest pendulum [rad/s]."""
         shortest = min(hook.reach for hook in self.hooks)
@@ -70,11 +82,12 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
     moves = [order for action in plan.actions for order in action.orders if isinstance(order, Move)]
     turns = any(isinstance(order, Turn) for action in plan.actions for order in action.orders)
     ropes = [rope for rope in plan.rig.hook_ropes if rope.name in loads]
-    bends = {rope.name: _bend(plan, rope) for rope in ropes}
+    places = {rope.name: _places(plan, rope, followed) for rope in ropes}
+    bends = {rope.name: max(_bend(plan, rope, y) for y in places[rope.name]) for rope in ropes}
     sags = {c.name: sum(loads[r.name][0] * bends[r.name] for r in ropes if r.crane == c.name) for c in plan.cranes}
     gives = (loads[r.name][0] * sum(_soft(plan, r, loads[r.name][1])) + bends[r.name] * sags[r.crane] for r in ropes)
-    lifts = lifting(plan, followed, plan.gravity * max(gives))
-    hooks = tuple(_hook(plan, r, *loads[r.name], moves, lifts, bends[r.name], sags[r.crane]) for r in ropes)
+    partings = lifting(plan, followed, plan.gravity * max(gives))
+    hooks = tuple(_hook(plan, r, *loads[r.name], moves, partings, places[r.name], sags[r.crane]) for r in ropes)
     ordered, drives = set[str](), dict[str, tuple[float, float]]()
     for crane in plan.cranes:
         for which, axis in (("gantry", crane.gantry), ("upper", crane.upper.axis), ("lower", crane.lower.axis)):
@@ -90,6 +103,7 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
         gravity=plan.gravity,
         hooks=hooks,
         swings=tuple(_swings(plan)),
+        aside=aside(plan, hooks, partings),
         ordered=frozenset(ordered),
         drives=drives,
         hinges=tuple(f"{x.name}.hinge" for x in plan.loaders),
@@ -100,7 +114,7 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
         mass=block.mass,
         tilts=block.moments[1] / block.mass if one else 0.0,
         way=max(ways, default=1.0),
-        lasts=min(sum(_lasts(action) for action in plan.actions) + _turning(plan), plan.end or inf),
+        lasts=min(sum(lasts(action) for action in plan.actions) + turning(plan), plan.end or inf),
         stages=len(plan.actions),
     )
 
@@ -119,26 +133,29 @@ def _loads(plan: Plan, followed: Following) -> dict[str, tuple[float, Step]]:
 
 
 def _hook(
-    plan: Plan, rope: HookRope, share: float, step: Step, moves: list[Move], lifts: list[Move], bend: float, sags: float
+    plan: Plan, rope: HookRope, share: float, step: Step, moves: list[Move], partings: list[Parting],
+    places: list[float], sags: float,
 ) -> Hook:  # fmt: skip
-    """`lifts`: moves that may lift the block; `bend`: of the girder here; `sags`: the crane's shares times bends."""
+    """`partings`: may lift the block; `places`: of its trolley then [m]; `sags`: the crane's shares times bends."""
     assert plan.block is not None
     crane = next(c for c in plan.cranes if c.name == rope.crane)
     loader = next(x for x in plan.loaders if x.name == rope.carries)
     slings = [s for s in plan.rig.slings if s.loader == rope.carries]
     mine = [m for m in moves if m.actuator == rope.name]
-    picking = [abs(m.speed) for m in lifts if m.actuator == rope.name]
+    picking = [abs(m.speed) for x in partings for m in x.moves if m.actuator == rope.name]
     length, load = step.state.ropes[rope.name], share + loader.upper.mass + loader.lower.mass
     pose, com = plan.block.pose, plan.block.body.com
     soft_rope, soft_slings = _soft(plan, rope, step)
     below = loader.pose[2] - pose[2] - com[2]  # of the hook, as it stands
     stools = sum(p.support.k for p in plan.block.pads if p.closed) / len(plan.rig.hook_ropes)
-    y, span = _on_girder(crane, rope)
     trolley, axis = _hangs_on(crane, rope)
+    bend = max(_bend(plan, rope, y) for y in places)
+    phases = [pi * y / crane.girder.span for y in places]
     traversed = max((abs(m.by) for m in moves if m.verb == "traverse" and m.by is not None), default=0.0)
     hangs = (share + loader.upper.mass + loader.lower.mass + trolley) * plan.gravity / axis.kp
     lever = abs(sum(line.a.p[2] for line in rope.lines) / len(rope.lines) - crane.girder.height)
-    steep = pi / span * abs(cos(pi * y / span))
+    per_way = pi / crane.girder.span
+    steep = per_way * max(abs(cos(x)) for x in phases)
     return Hook(
         rope=rope.name,
         crane=rope.crane,
@@ -155,9 +172,9 @@ def _hook(
         soft_slings=soft_slings,
         soft_girder=bend * sags / share,
         bend=bend,
-        aside=lever * steep / sin(pi * y / span),
+        aside=lever * per_way * max(abs(cos(x)) / sin(x) for x in phases),
         slides=2.0 * hangs * steep * (sag(plan, crane) + bend * sags * plan.gravity),
-        tilts=(sag(plan, crane) + bend * sags * plan.gravity) * (pi / span) ** 2 * (lever + hangs),
+        tilts=(sag(plan, crane) + bend * sags * plan.gravity) * per_way**2 * (lever + hangs),
         traverses=traversed,
         picks=max(CREEP, *picking) * _grip(stools, soft_rope + soft_slings),
         ramp=max((m.accel for m in mine), default=0.0),
@@ -175,9 +192,17 @@ def _grip(stools: float, soft: float) -> float:
     return stools * soft / (1.0 + stools * soft) if stools else 1.0
 
 
-def _on_girder(crane: Crane, rope: HookRope) -> tuple[float, float]:
-    """Where a hook hangs from its girder, and the girder's span [m]."""
-    return _hangs_on(crane, rope)[1].start, crane.girder.span
+def _places(plan: Plan, rope: HookRope, followed: Following) -> list[float]:
+    """Where the trolley of a hook stands on its girder as hoisting begins under a taut sling, or at the start [m]."""
+    crane = next(c for c in plan.cranes if c.name == rope.crane)
+    trolley = next(h.trolley for h in crane.hooks if h.rope == rope.name)
+    begun = zip(plan.actions, followed.acted, strict=False)
+    lifts = [at for action, at in begun if at.taut and at.before.grounded and _hoists(action, rope.name)]
+    return [at.before.trolleys[crane.name, trolley] for at in lifts] or [_hangs_on(crane, rope)[1].start]
+
+
+def _hoists(action: Action, rope: str) -> bool:
+    return any(isinstance(m, Move) and m.actuator == rope for m in action.orders)
 
 
 def _hangs_on(crane: Crane, rope: HookRope) -> tuple[float, Axis]:
@@ -187,11 +212,10 @@ def _hangs_on(crane: Crane, rope: HookRope) -> tuple[float, Axis]:
     return trolley.body.mass, trolley.axis
 
 
-def _bend(plan: Plan, rope: HookRope) -> float:
+def _bend(plan: Plan, rope: HookRope, y: float) -> float:
     """sin(pi y / L) / sqrt(k) of the girder's first mode, k = pi^4 EI / 2 L^3 [1 / sqrt(N/m)]."""
     crane = next(c for c in plan.cranes if c.name == rope.crane)
-    y, span = _on_girder(crane, rope)
-    return sin(pi * y / span) / sqrt(pi**4 / 2.0 * crane.girder.stiffness / 48.0)
+    return sin(pi * y / crane.girder.span) / sqrt(pi**4 / 2.0 * crane.girder.stiffness / 48.0)
 
 
 def _hangs_from(plan: Plan, rope: str, crane: Crane, which: str) -> bool:
@@ -199,42 +223,11 @@ def _hangs_from(plan: Plan, rope: str, crane: Crane, which: str) -> bool:
 
 
 def _swings(plan: Plan) -> Iterator[Swing]:
+    """Of each action those moves sideways that differ."""
     for i, action in enumerate(plan.actions):
-        left = sum(_lasts(a) for a in plan.actions[i:])
-        for m in action.orders:
-            if isinstance(m, Move) and m.verb in ("travel", "traverse"):
-                ramping, cruising = _profile(m)
-                yield Swing(m.accel, ramping, cruising, left, m.verb == "travel")
-                break  # all that an action moves sideways moves together
-
-
-def _lasts(action: Action) -> float:
-    """Duration of an action, about [s]."""
-    told = [_duration(order) for order in action.orders if isinstance(order, Move)]
-    return max([*told, *(order.seconds for order in action.orders if isinstance(order, Wait))], default=0.0)
-
-
-def _turning(plan: Plan) -> float:
-    """Of all turns of the block, about [s]."""
-    told = [order for action in plan.actions for order in action.orders if isinstance(order, Turn)]
-    angles = [plan.start, *(turn.to for turn in told)]
-    return sum(abs(turn.to - before) / turn.rate for before, turn in zip(angles, told, strict=False))
-
-
-def _duration(m: Move) -> float:
-    """Of a move whose way is known; of another its ramps [s]."""
-    ramping, cruising = _profile(m)
-    return 2.0 * ramping + cruising
-
-
-def _profile(m: Move) -> tuple[float, float]:
-    """Durations of a ramp and of the cruise between two [s]; no cruise where the way is not known."""
-    if not m.accel or not m.speed:
-        return 0.0, 0.0
-    if m.by is None:
-        return abs(m.speed) / m.accel, 0.0
-    speed = min(abs(m.speed), sqrt(m.accel * abs(m.by)))
-    return (speed / m.accel, abs(m.by) / speed - speed / m.accel) if speed else (0.0, 0.0)
+        left = sum(lasts(a) for a in plan.actions[i:])
+        sideways = (m for m in action.orders if isinstance(m, Move) and m.verb in ("travel", "traverse"))
+        yield from dict.fromkeys(Swing(m.accel, *profile(m), left, m.verb == "travel") for m in sideways)
 
 
 def _mirrored(plan: Plan, ordered: set[str], carrying: set[str]) -> bool:

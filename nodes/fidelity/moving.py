@@ -1,4 +1,4 @@
-"""What the action list does to a lift: how far moves go that name a place, and which of them may lift the block.
+"""What the action list does: how far moves go that name a place, which may lift the block, how long all of them last.
 
 Both need where everything stands as each action begins, which the static following knows; behind what it cannot follow,
 a move to a place has no known way, and any hoist may be the one that lifts.
@@ -6,18 +6,29 @@ a move to a place has no known way, and any hoist may be the one that lifts.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from math import sqrt
 from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.nodes.models.conditions import terms
-from heavylift.nodes.scene.actions import Action, Condition, Lifted, Move
+from heavylift.nodes.scene.actions import Action, Condition, Lifted, Move, Turn, Wait
 from heavylift.nodes.scene.plan import Plan, drive_name
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene.follow import Following
     from heavylift.nodes.scene.standing import State
 
-__all__ = ["by_ways", "lifting"]
+__all__ = ["Parting", "by_ways", "lasts", "lifting", "profile", "turning"]
+
+
+@dataclass(frozen=True)
+class Parting:
+    """Hoisting during which the block may part from its stools, and the state in which it begins, if that is known."""
+
+    action: int
+    moves: tuple[Move, ...]
+    before: State | None
 
 
 def by_ways(plan: Plan, followed: Following) -> Plan:
@@ -27,13 +38,13 @@ def by_ways(plan: Plan, followed: Following) -> Plan:
     return msgspec.structs.replace(plan, actions=actions + later)
 
 
-def lifting(plan: Plan, followed: Following, stretch: float) -> list[Move]:
+def lifting(plan: Plan, followed: Following, stretch: float) -> list[Parting]:
     """All hoisting during which the block may part from its stools; `stretch`: of what it hangs from [m].
 
     It hangs for sure once it was seen to be lifted, or was hoisted by more than the stretch; a move behind which no
     sling is taut does not lift it.
     """
-    found, hangs, stood = list[Move](), False, followed.steps[0].state.at[2]
+    found, hangs, stood = list[Parting](), False, followed.steps[0].state.at[2]
     for i, action in enumerate(plan.actions):
         here = followed.acted[i] if i < len(followed.acted) else None
         if here is None or here.before.grounded:
@@ -42,9 +53,9 @@ def lifting(plan: Plan, followed: Following, stretch: float) -> list[Move]:
         elif here.before.at[2] - stood > stretch:
             hangs = True
         hangs = hangs or _awaits_lifting(action.when)
-        hoists = [m for m in action.orders if isinstance(m, Move) and m.verb == "hoist"]
-        if not hangs and (here is None or here.taut):
-            found += hoists
+        hoists = tuple(m for m in action.orders if isinstance(m, Move) and m.verb == "hoist")
+        if hoists and not hangs and (here is None or here.taut):
+            found.append(Parting(i, hoists, here.before if here else None))
         hangs = hangs or any(_awaits_lifting(m.until) for m in hoists)
     return found
 
@@ -65,3 +76,32 @@ def _by_way(action: Action, before: State, plan: Plan) -> Action:
         for m in action.orders
     )
     return msgspec.structs.replace(action, orders=orders)
+
+
+def lasts(action: Action) -> float:
+    """Duration of an action, about [s]."""
+    told = [_duration(order) for order in action.orders if isinstance(order, Move)]
+    return max([*told, *(order.seconds for order in action.orders if isinstance(order, Wait))], default=0.0)
+
+
+def turning(plan: Plan) -> float:
+    """Of all turns of the block, about [s]."""
+    told = [order for action in plan.actions for order in action.orders if isinstance(order, Turn)]
+    angles = [plan.start, *(turn.to for turn in told)]
+    return sum(abs(turn.to - before) / turn.rate for before, turn in zip(angles, told, strict=False))
+
+
+def _duration(m: Move) -> float:
+    """Of a move whose way is known; of another its ramps [s]."""
+    ramping, cruising = profile(m)
+    return 2.0 * ramping + cruising
+
+
+def profile(m: Move) -> tuple[float, float]:
+    """Durations of a ramp and of the cruise between two [s]; no cruise where the way is not known."""
+    if not m.accel or not m.speed:
+        return 0.0, 0.0
+    if m.by is None:
+        return abs(m.speed) / m.accel, 0.0
+    speed = min(abs(m.speed), sqrt(m.accel * abs(m.by)))
+    return (speed / m.accel, abs(m.by) / speed - speed / m.accel) if speed else (0.0, 0.0)

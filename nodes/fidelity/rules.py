@@ -16,7 +16,7 @@ from heavylift.nodes.scene.plan import Fidelity
 from .case import Case
 from .hooks import Hook, coupling, leaning, redistribution
 from .question import Asked
-from .swinging import away, envelope, excursion, farthest
+from .swinging import envelope, excursion
 
 __all__ = ["RULES", "STATES", "Choice", "Errors", "Rule", "chance", "girder_states"]
 
@@ -59,7 +59,7 @@ def lumps(case: Case, at: Fidelity) -> Choice:
     """Two lumps a rope, which have its mass and its inertia already: what is lost is how the rope itself vibrates."""
     heavy = max(h.rope_mass / h.load for h in case.hooks)
     sways = heavy * VIBRATES
-    errors: Errors = {"swing": sways, "position": 2.0 * sways * farthest(case.swings, case.omegas) / case.way}
+    errors: Errors = {"swing": sways, "position": 2.0 * sways * case.farthest / case.way}
     errors["rope tension"] = max(_dynamic(case, h, girder=True) for h in case.hooks) * heavy / 8.0
     errors["lift-off time"] = _wave(case) / 20.0
     degrees = 4 if at.motion == "spatial" else 2
@@ -76,7 +76,7 @@ def rope_mass(case: Case, at: Fidelity) -> Choice:
     heavy = max(h.rope_mass / h.load for h in case.hooks)
     part = COUPLED * coupling(case.hooks) + heavy**2 / 4.0
     dynamic = max(_dynamic(case, h, girder=True) for h in case.hooks)
-    errors: Errors = {"swing": part, "position": part * farthest(case.swings, case.omegas) / case.way}
+    errors: Errors = {"swing": part, "position": part * case.farthest / case.way}
     errors["rope tension"] = dynamic * heavy / (2.0 if case.determinate else 1.0)
     errors["lift-off time"] = 0.3 * _wave(case)
     chains = at.lumps * len(case.hooks)
@@ -154,8 +154,8 @@ def hinges(case: Case, at: Fidelity) -> Choice:
         errors["position"] += hangs / case.way
         errors["rope tension"] = max(h.share * g * h.soft_slings / h.beam for h in case.hooks)
         why = "nothing turns a beam but slings that stretch"
-    if any(s.along for s in case.swings):
-        allowed, why = False, "a move along the rails turns the beams"
+    if any(s.along for s in case.swings) or case.aside[0]:
+        allowed, why = False, "what moves the load along the rails turns the beams"
     return Choice("locked hinges", "locked", {}, states, errors, why, allowed, case.hinges)
 
 
@@ -163,7 +163,7 @@ def idle_drives(case: Case, at: Fidelity) -> Choice:
     """Gantries and trolleys that no order moves stand still; their servos give way to what swings towards them: all of
     the swing, or, of a gantry in a move across, what a lift that is not mirrored leans."""
     idle = tuple(joint for joint in case.drives if joint not in case.ordered)
-    swings = any(s.along for s in case.swings)
+    swings = any(s.along for s in case.swings) or case.aside[0] > 0.0
     pulled = [j for j in idle if not j.endswith(".gantry") or swings]
     gives = max((m * case.gravity / case.reach / k for k, m in (case.drives[j] for j in pulled)), default=0.0)
     errors = _swung(case, gives / 2.0) if gives else Errors()
@@ -214,4 +214,4 @@ def _sooner(case: Case, h: Hook) -> float:
 def _swung(case: Case, shift: float) -> Errors:
     """Errors of the swing and of the place for a relative error of the frequency."""
     swing = shift * envelope(case.swings, case.omegas)
-    return {"swing": swing, "position": shift * away(case.swings, case.omegas) / case.way}
+    return {"swing": swing, "position": shift * case.away / case.way}
