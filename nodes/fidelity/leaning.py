@@ -25,9 +25,9 @@ Aside = tuple[float, float]  # along the rails, across them [m]
 
 def aside(plan: Plan, hooks: Sequence[Hook], partings: Sequence[Parting]) -> Aside:
     """Largest of all causes, added up."""
-    off = [_off_lead(plan, hooks, x.before) for x in partings if x.before]
+    off = [_unbalanced(hooks), *(_off_lead(plan, hooks, x.before) for x in partings if x.before)]
     apart, tilted = _apart(plan, hooks), _tilted(plan, hooks, partings)
-    ways = [max((x[i] for x in off), default=0.0) + apart[i] + tilted[i] + _unbalanced(hooks)[i] for i in (0, 1)]
+    ways = [max(x[i] for x in off) + apart[i] + tilted[i] for i in (0, 1)]
     along, across = (way if way > STRAIGHT else 0.0 for way in ways)
     return along, across
 
