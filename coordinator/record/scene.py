@@ -68,7 +68,7 @@ class Record(FileTape):
         facts = {
             "scene": plan.name,
             "seed": plan.seed,
-            "accuracy": f"{100 * scene.scene.accuracy:.6g} %",
+            "accuracy": f"{100 * scene.scene.wanted_accuracy:.6g} %",
             "tolerance": f"{plan.tolerance:.6g}",
             "method": plan.method,
             **({"step": f"{plan.step:.6g} s"} if plan.step else {}),

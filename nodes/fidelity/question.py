@@ -11,10 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, get_args
 
-__all__ = ["ASKABLE", "SHORTEST", "Asked", "Question"]
+__all__ = ["ASKABLE", "SHORTEST", "USUAL", "Asked", "Question"]
 
 Asked = Literal["rope tension", "swing", "position", "lift-off time"]
 ASKABLE: tuple[Asked, ...] = get_args(Asked)
+USUAL = 1e-2  # accuracy of what is asked without one
 SHORTEST = 0.5  # [s] so long counts a stage in which the block comes off sooner, or at once
 
 

@@ -113,7 +113,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
         plan.Plan(
             name=scene.name,
             gravity=scene.gravity,
-            tolerance=scene.tolerance or min(scene.accuracy * plan.TOLERANCE_OF_ACCURACY, plan.LOOSEST),
+            tolerance=scene.tolerance or min(scene.wanted_accuracy * plan.TOLERANCE_OF_ACCURACY, plan.LOOSEST),
             method=scene.method,
             step=scene.step,
             seed=scene.seed,
@@ -143,7 +143,7 @@ def _pruned(loaded: LoadedScene) -> LoadedScene:
     scene, built = loaded.scene, loaded.plan
     if not scene.ask:
         return loaded
-    question = Question(scene.ask, scene.accuracy)
+    question = Question(scene.ask, scene.wanted_accuracy)
     if loaded.followed is None:
         told = "a mechanism is modelled as it is written"
         return replace(loaded, verdict=unpromised(question, built.fidelity, told))

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from heavylift.kernel.describe import MethodName
-from heavylift.nodes.fidelity.question import Asked
+from heavylift.nodes.fidelity.question import USUAL, Asked
 from pydantic import (
     AfterValidator,
     BaseModel,
@@ -58,6 +58,7 @@ from .units import (
     TurnStiffness,
 )
 
+OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
 RESERVED = (  # no machine and no group has such a name: words of the language, nodes and topics of a run
     "world",
     "kernel",
@@ -282,7 +283,7 @@ class Scene(Base):
     heavylift: Literal[1]
     name: Name
     gravity: Gravity = 9.80665
-    accuracy: Accuracy = 1e-4  # of the rope tensions, or of what is asked
+    accuracy: Accuracy | None = None  # of what is asked, by default 1 %; if nothing is, of rope tensions, 0.01 %
     ask: Annotated[tuple[Asked, ...], AfterValidator(_once)] = ()  # model what these require, no more
     samples: Sampling = 2.0
     method: MethodName = "dopri5"  # of integration
@@ -297,3 +298,8 @@ class Scene(Base):
     mechanism: Mechanism | None = None
     placement: dict[Name, Process] = Field(default_factory=dict)  # which process hosts which nodes
     actions: list[Action] = Field(default_factory=list)
+
+    @property
+    def wanted_accuracy(self) -> float:
+        """Of each quantity that is asked, or of the rope tensions; as written or by default (0.01: 1 %)."""
+        return self.accuracy or (USUAL if self.ask else OF_TENSIONS)

@@ -13,6 +13,17 @@ def test_a_wrong_quantity_lists_all_that_can_be_asked():
     assert f"can be asked: {', '.join(ASKABLE)}" in str(told.value)
 
 
+def test_who_asks_without_an_accuracy_means_one_percent():
+    one = load("lift", ["ask=[swing]"])
+    assert one.verdict.question.accuracy == 0.01
+    assert one.verdict.notes == ()
+    assert one.plan == load("lift", ["ask=[swing]", "accuracy=1 %"]).plan
+
+
+def test_who_asks_nothing_gets_rope_tensions_to_a_hundredth_of_a_percent():
+    assert load("lift").plan.tolerance == load("lift", ["accuracy=0.01 %"]).plan.tolerance
+
+
 def test_a_quantity_is_asked_once():
     with pytest.raises(SceneError, match="'swing' is asked twice: once is enough"):
         load("lift", ["ask=[swing, position, swing]"])
