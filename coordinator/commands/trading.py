@@ -21,7 +21,9 @@ def tradeoff(
         typer.Option("-o", "--output", help="report: .html, .png, .svg, .csv, .json; default NAME-tradeoff.html"),
     ] = None,
     ask: Annotated[str, typer.Option("--ask", help="what must be right: --ask 'rope tension, swing'")] = "",
-    accuracy: Annotated[str, typer.Option("--accuracy", help="of each quantity asked")] = "1 %",
+    accuracy: Annotated[
+        str, typer.Option("--accuracy", help="of each quantity asked; default the scene's own if it asks, else 1 %")
+    ] = "",
     budget: Annotated[str, typer.Option("--budget", help="wall time for all runs")] = "5 min",
     coupling: Annotated[
         bool, typer.Option("--coupling", help="also what processes cost: held forces, messages")
@@ -41,7 +43,8 @@ def tradeoff(
 
     loaded = load(scene, sets or [])
     outputs = [checked(path) for path in output or ([] if as_json else [Path(f"{loaded.plan.name}-tradeoff.html")])]
-    limit, seconds = _read("--accuracy", accuracy, ACCURACY), _read("--budget", budget, DURATION)
+    limit = _read("--accuracy", accuracy, ACCURACY) if accuracy else None
+    seconds = _read("--budget", budget, DURATION)
     if coupling:
         hanging(loaded)
     measured = measure(loaded, ask, limit, seconds, lambda told: typer.echo(f"  {told}", err=True))

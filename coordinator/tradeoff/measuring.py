@@ -18,7 +18,7 @@ from heavylift.kernel.joints import JOINTS
 from .honesty import Machine, machine
 from .planning import Planner
 from .playing import CUT, Played, play
-from .quantities import askable, asked, errors, farthest
+from .quantities import askable, asked, default_limit, errors, farthest
 from .settings import METHODS, Rung, Setting, chosen, ladder
 from .verdict import Row, Verdict, judge
 
@@ -70,15 +70,17 @@ class Measured:
 
 
 def measure(
-    scene: LoadedScene, ask: str = "", limit: float = 0.01, budget: float = 300.0,
+    scene: LoadedScene, ask: str = "", limit: float | None = None, budget: float = 300.0,
     say: Callable[[str], None] = lambda told: None,
 ) -> Measured:  # fmt: skip
-    """Measure a scene within `budget` seconds; `ask`: quantities, by default the scene's own or all that it shows.
+    """Measure a scene within `budget` seconds; `ask`: quantities, by default the scene's own or all that it shows;
+    `limit` of their errors: by default the scene's accuracy if it asks, else 1 %.
 
     Raises SceneError for what cannot be asked of it, and for a budget that is too small for the reference.
     """
     began = time.perf_counter()
     wanted = asked(ask, scene.scene.ask)
+    limit = default_limit(scene) if limit is None else limit
     rungs, finer = ladder(scene)
     reference = Setting(rungs[-1], "dop853", TIGHT)
     say(f"reference: {reference}")

@@ -18,14 +18,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity import ASKABLE
-from heavylift.nodes.fidelity.question import SHORTEST
+from heavylift.nodes.fidelity.question import SHORTEST, USUAL
 
 from .playing import Shown, Span
 
 if TYPE_CHECKING:
     from heavylift.nodes.fidelity.question import Asked
+    from heavylift.nodes.scene import LoadedScene
 
-__all__ = ["askable", "asked", "errors", "farthest"]
+__all__ = ["askable", "asked", "default_limit", "errors", "farthest"]
 
 LOADED = 1.0  # [N] a peak below it is that of a rope that never carries
 STILL = 1e-6  # [m or rad] what moves or swings less does neither
@@ -39,6 +40,11 @@ def asked(words: str, known: tuple[str, ...]) -> tuple[Asked, ...]:
         if word not in ASKABLE:
             raise SceneError(f"--ask '{word}': a scene cannot be asked this; ask {', '.join(ASKABLE)}")
     return tuple(q for q in ASKABLE if q in (wanted or known))
+
+
+def default_limit(scene: LoadedScene) -> float:
+    """The largest error that a scene accepts of what it asks; 1 % if it asks nothing, whatever its accuracy."""
+    return scene.scene.wanted_accuracy if scene.scene.ask else USUAL
 
 
 def askable(shown: Shown) -> dict[Asked, str]:

@@ -3,7 +3,8 @@
 from math import inf
 
 import pytest
-from heavylift.coordinator.tradeoff.quantities import askable, errors, farthest
+from heavylift.coordinator.tradeoff.quantities import askable, default_limit, errors, farthest
+from heavylift.nodes.scene import load
 from measured_rows import swinging
 
 TRUE = swinging(0.1, 0.5)
@@ -51,6 +52,14 @@ def test_a_run_that_never_lifts_off_is_infinitely_wrong_about_it():
     stuck = swinging(0.1, 0.5)
     stuck.spans.clear()
     assert errors(stuck, TRUE, ("lift-off time",)) == {"lift-off time": inf}
+
+
+@pytest.mark.parametrize(
+    ("settings", "limit"),
+    [(["ask=[swing]", "accuracy=0.3 %"], 3e-3), (["ask=[swing]", "accuracy=null"], 1e-2), (["accuracy=0.3 %"], 1e-2)],
+)
+def test_the_limit_is_what_the_scene_asks_for(settings, limit):
+    assert default_limit(load("pendulum", settings)) == limit
 
 
 def test_a_scene_that_stands_still_cannot_be_asked_for_swing():
