@@ -69,7 +69,7 @@ def choose(
     costs = (ways[0].cost, dearest[0].cost) if ways else (cost(case, fidelity), cost(case, richest))
     return Verdict(
         question, fidelity, tuple(decided), spent, *costs, _always(pruned), ways, chance(case),
-        unpredicted=_unpredicted(decided, richest, named),
+        unpredicted=(*_unpredicted(decided, richest, named), *_own_steps(plan, steps)),
     )  # fmt: skip
 
 
@@ -150,10 +150,15 @@ def _outcome(choice: Choice, left_out: set[str], named: frozenset[str]) -> str:
 
 def _steps(case: Case, plan: Plan, left: Errors, named: frozenset[str]) -> tuple[Stepped, ...]:
     """Methods with their tolerances, the one to be used first; none where the scene names its steps."""
-    if "step" in named or ("method" in named and plan.method not in METHODS):
+    if _own_steps(plan, named):
         return ()
     methods = (plan.method,) if "method" in named else EXPLICIT if plan.mechanisms else tuple(METHODS)
     return tuple(stepped(case, plan.fidelity, left, methods, plan.tolerance if "tolerance" in named else None))
+
+
+def _own_steps(plan: Plan, named: frozenset[str]) -> tuple[str, ...]:
+    """What the scene names of its steps so that nothing is predicted of them."""
+    return ("step",) if "step" in named else ("method",) if "method" in named and plan.method not in METHODS else ()
 
 
 def _richest(given: Fidelity, named: frozenset[str]) -> Fidelity:

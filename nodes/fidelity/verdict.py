@@ -87,7 +87,8 @@ class Verdict:
         for choice in self.always:
             outcome = "left out" if choice.allowed else "as it is"
             lines.append(f"  {choice.rule:<16} {outcome:<9} {choice.saved:>4} states   {choice.reason}")
-        lines += [f"  predicted in all: {self._told(self.errors)}; the steps may add {self._told(self._left())}"]
+        rest = f"; the steps may add {self._told(self._left())}" if self.steps else ""
+        lines += [f"  predicted in all: {self._told(self.errors)}{rest}"]
         if self.chance:
             lines += [f"  by chance, whatever is modelled: {self._told(self.chance)}: which pad is the last to open"]
         if self.cost and self.richest:
