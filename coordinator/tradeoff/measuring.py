@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from math import ceil, floor, log10
 from typing import TYPE_CHECKING
 
 from heavylift.kernel.errors import HeavyliftError, SceneError
@@ -29,12 +30,13 @@ if TYPE_CHECKING:
     from .distributed import Distributed
     from .held import Held
 
-__all__ = ["Measured", "measure"]
+__all__ = ["Measured", "measure", "too_small"]
 
 TIGHT, TIGHTER = 1e-8, 1e-9  # tolerances of the reference and of what shows its convergence
 SCOUT = 1e-4
 MORE = 4.0  # times the scout's seconds that a tight run of high order takes
 SHARE = 0.6  # of the budget that the reference may take
+SPARE = 1.1  # what a budget has to spare that is asked for: the next scout may be slower by so much
 SHORT, RUNS = 0.5, 3  # [s] a run below it is repeated, so often
 PATIENCE, SLOWER = 0.03, 5.0  # of the budget, or times what was predicted, that a run may take before it is cut
 
@@ -124,32 +126,35 @@ def _reference(
     scene: LoadedScene, reference: Setting, finer: Rung | None, budget: float
 ) -> tuple[Played, dict[str, Played]]:
     """The reference and its refinements; a scout at a loose tolerance tells first whether they fit."""
-    allowed = SHARE * budget
-    scout = _played(scene, replace(reference, tolerance=SCOUT), allowed)
-    needed = (2.0 + 2.0 * (finer is not None)) * (scout.prepared_s + MORE * scout.wall_s)
+    allowed, runs = SHARE * budget, 2.0 + 2.0 * (finer is not None)
+    scout = _played(scene, replace(reference, tolerance=SCOUT), allowed, budget, runs * MORE)
+    needed = runs * (scout.prepared_s + MORE * scout.wall_s)
     if needed > allowed:
-        raise _too_small(budget, f"the reference alone takes about {needed:.3g} s", needed / SHARE)
+        raise too_small(budget, f"the reference alone takes about {needed:.3g} s", needed / SHARE)
     ends = time.perf_counter() + allowed
-    true = _played(scene, reference, allowed)
+    true = _played(scene, reference, allowed, budget)
     refined = {f"tolerance {TIGHTER:g}": replace(reference, tolerance=TIGHTER)}
     if finer is not None:
         refined[finer.name.removeprefix("+ ")] = replace(reference, rung=finer)
-    return true, {name: _played(scene, setting, ends - time.perf_counter()) for name, setting in refined.items()}
+    return true, {name: _played(scene, x, ends - time.perf_counter(), budget) for name, x in refined.items()}
 
 
-def _played(scene: LoadedScene, setting: Setting, allowed: float) -> Played:
-    """A run of the reference; SceneError if it does not fit."""
+def _played(scene: LoadedScene, setting: Setting, allowed: float, budget: float, times: float = 2.0) -> Played:
+    """A run of the reference; SceneError if it does not fit, then the budget should be so many times larger."""
     try:
         return play(setting.plan(scene.plan), max(allowed, 0.0))
     except HeavyliftError as error:
         if CUT in str(error):
-            raise _too_small(allowed / SHARE, "the reference does not come to its end", 2.0 * allowed / SHARE) from None
+            raise too_small(budget, "the reference does not come to its end", times * budget) from None
         raise
 
 
-def _too_small(budget: float, why: str, needed: float) -> SceneError:
+def too_small(budget: float, why: str, needed: float) -> SceneError:
+    """Why a budget [s] does not do, and one that should, to two digits and with some to spare."""
+    digit = 10.0 ** (floor(log10(needed)) - 1)
+    enough = ceil(SPARE * needed / digit) * digit
     return SceneError(
-        f"--budget {budget:.3g} s: too small, {why}; give it {needed:.2g} s or more, or a scene that ends earlier "
+        f"--budget {budget:.3g} s: too small, {why}; give it {enough:g} s or more, or a scene that ends earlier "
         "(--set end=...)"
     )
 

@@ -1,5 +1,9 @@
 """The cheapest run is next, its time is predicted from what was measured, and nothing is begun that does not fit."""
 
+import re
+
+import pytest
+from heavylift.coordinator.tradeoff.measuring import too_small
 from heavylift.coordinator.tradeoff.planning import Planner
 from heavylift.coordinator.tradeoff.settings import Rung
 
@@ -57,3 +61,12 @@ def test_an_unstable_step_is_followed_by_a_shorter_one_and_a_run_that_was_cut_is
     assert planner.next(100.0)[0].how == "20 ms"
     planner.tell(planner.next(100.0)[0], 0.0, 10.0, None, cut=True)
     assert planner.next(100.0) is None
+
+
+@pytest.mark.parametrize(
+    ("needed", "asked"), [(0.31, "0.35"), (1.0, "1.1"), (60.4, "67"), (99.5, "110"), (123.0, "140")]
+)
+def test_a_budget_that_is_asked_for_is_more_than_is_needed(needed, asked):
+    found = re.search(r"give it (\S+) s or more", str(too_small(0.1, "so it is", needed)))
+    assert found is not None
+    assert found[1] == asked
