@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from heavylift.nodes.models.conditions import terms
 from heavylift.nodes.models.girder import sag
 from heavylift.nodes.scene.actions import Action, Lifted, Move, Turn
-from heavylift.nodes.scene.plan import Axis, Crane, HookRope, Plan, drive_name
+from heavylift.nodes.scene.plan import Axis, Crane, HookRope, Loader, Plan, drive_name
 
 from .hooks import Hook
 from .leaning import aside
@@ -241,20 +241,33 @@ def _mirrored(plan: Plan, ordered: set[str], carrying: set[str]) -> bool:
         return False
     places = {lug.name: lug.p for lug in block.lugs}
     cranes = [c for c in plan.cranes if c.name in carrying]
-    hung: list[Sided] = [(c.gantry.start - middle, c.girder.span, c.girder.stiffness) for c in cranes]
+    hung: list[Sided] = [(c.gantry.start - middle, *_crane(c)) for c in cranes]
     sides: dict[str, float] = {drive: c.gantry.start - middle for c in cranes for drive in _trolleys(c)}
     for rope in (r for r in plan.rig.hook_ropes if r.crane in carrying):
         loader = next(x for x in plan.loaders if x.name == rope.carries)
         sides[rope.name] = loader.pose[0] - middle
-        hung.append((sides[rope.name], loader.pose[1], rope.L0, rope.EA, loader.upper.mass, loader.lower.mass))
+        hung.append((sides[rope.name], *loader.pose[1:3], rope.L0, rope.EA, *_loader(loader)))
         for s in plan.rig.slings:
             if s.loader == loader.name and s.lug:
                 x, *rest = places[s.lug]
                 hung.append((x - block.body.com[0], *rest, s.L0, s.EA))
+                hung.append((sides[rope.name] + s.beam.p[0], *s.beam.p[1:], s.L0))
     return _its_own_image(hung) and all(_its_own_image(_told(action, sides)) for action in plan.actions)
 
 
 Sided = tuple[float, ...]  # place along the rails from the plane [m], and what must be the same on the other side
+
+
+def _crane(c: Crane) -> Sided:
+    """What must be the same of two cranes."""
+    g, trolleys = c.girder, (c.upper, c.lower)
+    moved = (v for t in trolleys for v in (t.body.mass, t.axis.kp, t.axis.kv, t.axis.start))
+    return g.span, g.height, g.stiffness, g.mass, g.damping, c.main.mass, c.gantry.kp, c.gantry.kv, *moved
+
+
+def _loader(x: Loader) -> Sided:
+    """The same of two loaders."""
+    return x.upper.mass, x.lower.mass, *x.hinge[1:], *x.upper.com[1:], *x.lower.com[1:], x.damping
 
 
 def _its_own_image(things: list[Sided]) -> bool:

@@ -19,7 +19,7 @@ from heavylift.nodes.scene.plan import LOOSEST, Fidelity
 from .case import Case
 from .cost import LONGEST, Cost, attempts, duration, radau_algebra, rosenbrock_algebra, states
 from .question import Asked
-from .rules import Errors, _dynamic
+from .rules import Errors, overshoot
 
 __all__ = ["METHODS", "Stepped", "stepped"]
 
@@ -133,7 +133,7 @@ def _errors(
     if at.ropes == "rigid":
         errors["rope tension"] = RIGID * root
         return errors
-    missed = (_dynamic(case, h, bends) * min(1.0, (h.omega(bends) / often) ** 2 / 5.0) for h in case.hooks)
+    missed = (overshoot(case, h, bends) * min(1.0, (h.omega(bends) / often) ** 2 / 5.0) for h in case.hooks)
     stretch = min(h.stretch(case.gravity, bends) for h in case.hooks)
     errors["rope tension"] = max(missed) / max(1.0, resolved) + rattle / stretch
     return errors

@@ -18,7 +18,7 @@ from .hooks import Hook, coupling, leaning, redistribution
 from .question import Asked
 from .swinging import envelope, excursion
 
-__all__ = ["RULES", "STATES", "Choice", "Errors", "Rule", "chance", "girder_states"]
+__all__ = ["RULES", "STATES", "Choice", "Errors", "Rule", "chance", "girder_states", "overshoot"]
 
 Errors = dict[Asked, float]
 COUPLED = 1.1  # of a coupling from straight pendulums of the longest ropes
@@ -60,7 +60,7 @@ def lumps(case: Case, at: Fidelity) -> Choice:
     heavy = max(h.rope_mass / h.load for h in case.hooks)
     sways = heavy * VIBRATES
     errors: Errors = {"swing": sways, "position": 2.0 * sways * case.farthest / case.way}
-    errors["rope tension"] = max(_dynamic(case, h, girder=True) for h in case.hooks) * heavy / 8.0
+    errors["rope tension"] = max(overshoot(case, h, girder=True) for h in case.hooks) * heavy / 8.0
     errors["lift-off time"] = _wave(case) / 20.0
     degrees = 4 if at.motion == "spatial" else 2
     saved = STATES * degrees * max(0, at.lumps - 2) * len(case.hooks)
@@ -75,7 +75,7 @@ def rope_mass(case: Case, at: Fidelity) -> Choice:
     time of a wave to the hook, and how the waves of several ropes share a load that more than three carry."""
     heavy = max(h.rope_mass / h.load for h in case.hooks)
     part = COUPLED * coupling(case.hooks) + heavy**2 / 4.0
-    dynamic = max(_dynamic(case, h, girder=True) for h in case.hooks)
+    dynamic = max(overshoot(case, h, girder=True) for h in case.hooks)
     errors: Errors = {"swing": part, "position": part * case.farthest / case.way}
     errors["rope tension"] = dynamic * heavy / (2.0 if case.determinate else 1.0)
     errors["lift-off time"] = 0.3 * _wave(case)
@@ -92,7 +92,7 @@ def girder(case: Case, at: Fidelity) -> Choice:
     hooks than three share it otherwise."""
     g = case.gravity
     steady = min(h.ramp for h in case.hooks) / g  # any hook goes at least this far beyond its static load
-    dynamic = max(_dynamic(case, h, bends) for h in case.hooks for bends in (True, False)) - steady
+    dynamic = max(overshoot(case, h, bends) for h in case.hooks for bends in (True, False)) - steady
     spread = 0.0 if case.determinate else redistribution(case.hooks)
     sag = max(h.sag(g) for h in case.hooks)
     aside = max(2.0 * h.sag(g) * h.aside + h.slides + h.tilts * h.traverses for h in case.hooks)
@@ -126,7 +126,7 @@ def rope_elasticity(case: Case, at: Fidelity) -> Choice:
     errors = _swung(case, high / min(h.reach for h in case.hooks) / 2.0)
     errors["swing"] += leans / excursion(case.swings, case.omegas)
     errors["position"] += high / case.way
-    errors["rope tension"] = max(_dynamic(case, h, girder=False) for h in case.hooks)
+    errors["rope tension"] = max(overshoot(case, h, girder=False) for h in case.hooks)
     errors["lift-off time"] = 2.0  # neither the begin nor the end of its stage is right
     why = "" if case.mirrored else "; but the ends of a lift that is not mirrored come off one after the other"
     why = why if case.determinate else "; but more than three hooks share the load by their stiffness"
@@ -179,7 +179,7 @@ def pads(case: Case, at: Fidelity) -> Choice:
 RULES: tuple[Rule, ...] = (pads, lumps, rope_mass, girder, plane, idle_drives, hinges, rope_elasticity)
 
 
-def _dynamic(case: Case, h: Hook, girder: bool) -> float:
+def overshoot(case: Case, h: Hook, girder: bool) -> float:
     """Largest phi - 1: the block parts from its stools at the speed v, the winch halts and starts with a: of a linear
     oscillator at most k sqrt(v^2 + (a / w)^2) / w from the first, m a from the stop, 2 m a from the start; w: of the
     slowest hook, for a block on several pitches and rolls."""
