@@ -76,9 +76,10 @@ def parse(text: str, name: str = "scene.yaml", overrides: Sequence[str] = ()) ->
 
 
 def begun(name: str, like: str) -> str:
-    """The text of a scene of this name that begins as a copy of a bundled one."""
-    text = _text(_find(like), like)
-    return re.sub(r"^name: \S+", lambda _: f"name: {name}", text, count=1, flags=re.M)
+    """The text of a scene of this name that begins as a copy of a bundled one; its recording has that name, too."""
+    path = _find(like)
+    text = re.sub(r"^name: \S+", lambda _: f"name: {name}", _text(path, like), count=1, flags=re.M)
+    return re.sub(rf"(?<!\S){re.escape(path.stem)}\.mcap\b", lambda _: f"{name}.mcap", text)
 
 
 def restored(built: plan.Plan, text: str, merged: str, name: str) -> LoadedScene:

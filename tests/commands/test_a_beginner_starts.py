@@ -21,7 +21,9 @@ def test_a_new_scene_is_a_copy_that_runs_under_its_own_name(tmp_path: Path, monk
         assert mine.name == name
         assert len(mine.actions) == len(theirs.actions)
         text = (tmp_path / f"{name}.yaml").read_text()
-        assert text.replace(f"name: {name}", f"name: {like}", 1) == bundled()[like].read_text()
+        assert f"# See it: heavylift plot {name}.mcap " in text
+        renamed = text.replace(f"name: {name}", f"name: {like}", 1).replace(f"{name}.mcap", f"{like}.mcap")
+        assert renamed == bundled()[like].read_text()
 
 
 def test_nothing_is_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
