@@ -36,7 +36,6 @@ class Row:
     runs: int = 1
     spread: float = 0.0
     notes: tuple[str, ...] = ()
-    states: int = 0
 
     @property
     def speed(self) -> float:
