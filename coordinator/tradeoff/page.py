@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from .answers import answers
 from .figure import inline
+from .quantities import MEANT
 from .verdict import Row, percent
 
 if TYPE_CHECKING:
@@ -167,6 +168,7 @@ def _honesty(measured: Measured) -> str:
     if worst > measured.limit / 10:
         lines.append(f"So errors below {percent(worst)} say nothing: the reference itself is no better.")
     lines.append(f"Limit of every quantity asked: {percent(measured.limit)}.")
+    lines += [f"{quantity[0].upper()}{quantity[1:]}: {MEANT[quantity]}." for quantity in measured.ask]
     lines += [f"Not asked of this scene: {quantity} ({why})." for quantity, why in measured.not_asked.items()]
     lines.append(
         f"{m.processor}, {m.cores} core{'s' if m.cores > 1 else ''}, load {m.load:.2g} at the end; one run at a time "

@@ -7,6 +7,9 @@ position        at equal times since each stage began, relative to the longest w
 lift-off time   |t - true t| / duration of the stage, or half a second if that is shorter
 
 Rungs move the ends of stages by seconds, so places are compared stage by stage.
+
+Swing and position are not quite what `heavylift check` predicts (`nodes.fidelity.question`) but mostly stricter:
+`MEANT` says to the reader of a report where they differ.
 """
 
 from __future__ import annotations
@@ -26,8 +29,18 @@ if TYPE_CHECKING:
     from heavylift.nodes.fidelity.question import Asked
     from heavylift.nodes.scene import LoadedScene
 
-__all__ = ["askable", "asked", "default_limit", "errors", "farthest"]
+__all__ = ["MEANT", "askable", "asked", "default_limit", "errors", "farthest"]
 
+MEANT: dict[Asked, str] = {
+    "rope tension": "peak of each hook rope; a sample above the true peak counts as well",
+    "swing": "frequency and amplitude of the sinusoid that fits best, in each stage that only waits, relative to that "
+    "stage's own. `heavylift check` predicts the largest excursion of the whole run and the frequency after the last "
+    "move: this here is stricter after a swing that nearly cancels, and blind to what happens in moves",
+    "position": "largest difference at equal times since each stage began, relative to the longest way from the start. "
+    "`heavylift check` predicts it as stages begin and at the end only, relative to the longest way between two of "
+    "them: this here is stricter, unless moves add up to a longer way",
+    "lift-off time": "relative to the duration of the stage, or to half a second if that is shorter",
+}
 LOADED = 1.0  # [N] a peak below it is that of a rope that never carries
 STILL = 1e-6  # [m or rad] what moves or swings less does neither
 FEWEST = 16  # samples of a window in which a swing can be seen

@@ -50,6 +50,7 @@ def test_page_table_and_figure_tell_the_same(measured, tmp_path):
         write(measured, path)
     html = page.read_text()
     assert measured.verdict.sentence in html
+    assert "Position: largest difference at equal times since each stage began, relative to" in html
     assert "<script" not in html
     assert "http" not in html.replace("http-equiv", "").replace("http://www.w3.org", "")
     rows = list(csv.DictReader(table.open()))
