@@ -5,12 +5,17 @@ step of a stretch its rate stands for the third one.  If the hill may be the hig
 step is committed and looks for it: a step of the method from the start of the step in question to where the rate should
 vanish, and again from there, until nothing more is to be gained.  The state is not touched.  A parabola through three
 points of a sine sees at least a third of what is missing (steps of up to two radians).
+
+There is no end to the searches of a rope as long as its hills differ.  Where three that were looked for are the same,
+the next few are skipped: hills that lie on a parabola, at -1, 0 and 1 on it as high to SAME, gain no more than SLIGHT
+between two that are FEW + 1 apart.
 """
 
 from __future__ import annotations
 
+from functools import cached_property
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -23,13 +28,15 @@ if TYPE_CHECKING:
 
 __all__ = ["POINTS", "STATES", "begin", "climb", "last", "remember", "watch"]
 
-POINTS = ("Ta", "Tb", "top")  # (n_ropes,) at the starts of the last two steps; highest so far
+POINTS = ("Ta", "Tb", "top", "hill", "older", "skips")  # (n_ropes,) at the starts of the last two steps;
+# highest so far; the last two hills that were looked for in this stretch, and how many of the next ones are skipped
 STATES = ("ya", "fa")  # (ny,) state and derivative at the start of the step before the last one
-LAST = ("t0", "d0", "f0")  # start of the last one
+BEFORE, LAST, NOW = ("ta", "ya", "fa", "Ta"), ("t0", "d0", "f0", "Tb"), ("t", "y", "f", "T")  # ends of the two steps
 SLIGHT = 1e-4  # of the highest tension: what is not looked for
 SEEN = 3.0  # times what a parabola sees
+FEW = 7.0  # hills that are skipped after the same three
+SAME = SLIGHT / (0.5 * (FEW + 1.0)) ** 2  # of the tension: by how much those differ
 AHEAD = 1e-6  # [s] to where a rate is measured
-AT_ONCE, SEARCHES = 64.0, 1.0 / 2048.0  # searches that are free, and further ones per step
 ROUNDS = 6
 SETTLED = 1e-7  # of the tension: a gain that is none
 
@@ -40,7 +47,7 @@ def begin(s: SimpleNamespace, rate: Rate) -> None:
     s.ta, s.t0, s.Tb, s.Ta = s.t - AHEAD, s.t, s.T, 2.0 * s.T - ahead
     s.ya = s.d0 = s.y
     s.fa = s.f0 = s.f
-    s.peaking = 0.0
+    s.peaking, s.hill, s.older, s.skips = 0.0, 0.0 * s.T, 0.0 * s.T, 0.0 * s.T
 
 
 def remember(s: SimpleNamespace) -> None:
@@ -51,9 +58,11 @@ def remember(s: SimpleNamespace) -> None:
 
 
 def watch(s: SimpleNamespace, ok: Any) -> None:
-    """After an attempt: whether it shows a hill that may be the highest."""
-    allowed = s.searched < AT_ONCE + SEARCHES * s.accepted
-    s.peaking = select(ok & any_of(_higher(s, select(ok, s.t, s.t0 + 1.0))) & allowed, 1.0, 0.0)
+    """After an attempt: whether it shows a hill that may be the highest and is not skipped."""
+    higher = [ok & h for h in _higher(s, select(ok, s.t, s.t0 + 1.0))]
+    due = [h & (n <= 0.0) for h, n in zip(higher, s.skips, strict=True)]
+    s.skips = np.array([select(h, n - 1.0, n) for h, n in zip(higher, s.skips, strict=True)], dtype=object)
+    s.peaking = select(any_of(due), 1.0, 0.0)
 
 
 def _higher(s: SimpleNamespace, end: Any) -> list[Any]:
@@ -69,41 +78,52 @@ def _higher(s: SimpleNamespace, end: Any) -> list[Any]:
     return higher
 
 
+class _Point(NamedTuple):
+    """One end of a step, or a time within it: local time, and tensions of all ropes with their rates."""
+
+    t: float
+    T: np.ndarray
+    rate: np.ndarray
+
+
 class _Step:
-    """One accepted step: its start, and where it ends."""
+    """One accepted step between two ends, each given by the names of its time, state, derivative and tensions."""
 
-    def __init__(self, run: Stepper, start: tuple[str, str, str], end: str) -> None:
-        """`start`: names of its time, state and derivative in the block."""
-        t, y, f = (run._at[name] for name in start)
-        self._run, self.t, self.end = run, float(run.X[t]), run[end]
-        self._y, self._f = run.X[y].copy(), run.X[f].copy()
+    def __init__(self, run: Stepper, start: tuple[str, ...], end: tuple[str, ...]) -> None:
+        self._run, self._ends = run, tuple([run.X[run._at[name]].copy() for name in names] for names in (start, end))
+        self._among = 0.5 * float(self._ends[0][0] + self._ends[1][0])
 
-    def tensions(self, t: float) -> tuple[np.ndarray, np.ndarray]:
-        """At a time in the step, by a step of the method: tensions and their rates."""
+    @cached_property
+    def start(self) -> _Point:
+        """With rates, as `end`."""
+        return self._point(*self._ends[0])
+
+    @cached_property
+    def end(self) -> _Point:
+        """The state is the one that was committed."""
+        return self._point(*self._ends[1])
+
+    def at(self, t: float) -> _Point:
+        """At a time in the step, by a step of the method from its start."""
         run = self._run
-        if t > self.t:
-            for name, value in (("t", self.t), ("t0", self.t), ("y", self._y), ("f", self._f)):
-                run.X[run._at[name]] = value
-            run._set(tentative=0.0, **({"warm": 0.0} if "warm" in run._at else {}))
-            run._forced(t)
-            return self.rates(t, run.state.copy())
-        return self.rates(t, self._y)
+        start, y, f, _ = self._ends[0]
+        for name, value in (("ta", start - AHEAD), ("t0", start), ("t", start), ("y", y), ("f", f)):
+            run.X[run._at[name]] = value
+        run._set(tentative=0.0, **({"warm": 0.0} if "warm" in run._at else {}))
+        run._forced(t)
+        return self._point(*(run.X[run._at[name]].copy() for name in NOW))
 
-    def rates(self, t: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Of a state at a time in the step."""
-        among = 0.5 * (self.t + self.end)
-        f, T = self._run.rate_at(t, among, y)
-        _, ahead = self._run.rate_at(t + AHEAD, among, y + AHEAD * f)
-        return T, (ahead - T) / AHEAD
+    def _point(self, t: np.ndarray, y: np.ndarray, f: np.ndarray, T: np.ndarray) -> _Point:
+        _, ahead = self._run.rate_at(float(t) + AHEAD, self._among, y + AHEAD * f)
+        return _Point(float(t), T, (ahead - T) / AHEAD)
 
 
 def climb(run: Stepper) -> None:
     """Look for the hills that the last two steps, just committed, have shown; they count among the peaks."""
-    names = ("t", "t0", "ta", "Ta", "Tb", "T", "top")
+    names = ("t", "t0", "ta", "Ta", "Tb", "T", "top", "skips")
     seen = SimpleNamespace(**{name: run.X[run._at[name]] for name in names})
-    higher = np.array(_higher(seen, seen.t), dtype=bool)
-    first, second = _Step(run, ("ta", *STATES), "t0"), _Step(run, LAST, "t")
-    _search(run, np.flatnonzero(higher), second, first)
+    due = np.array(_higher(seen, seen.t), dtype=bool) & (seen.skips < 0.0)
+    _search(run, np.flatnonzero(due), _Step(run, LAST, NOW), _Step(run, BEFORE, LAST))
 
 
 def last(run: Stepper) -> None:
@@ -115,52 +135,52 @@ def last(run: Stepper) -> None:
     near = (Tb <= T) & (top < 2.0 * T)
     if not near.any():
         return
-    step = _Step(run, LAST, "t")
-    _, slope = step.rates(step.end, run.state.copy())
-    high = near & (slope < 0.0) & (T - 0.25 * slope * (step.end - step.t) > (1.0 + SLIGHT) * np.maximum(top, T))
+    step = _Step(run, LAST, NOW)
+    slope = step.end.rate
+    high = near & (slope < 0.0) & (T - 0.25 * slope * (run["t"] - run["t0"]) > (1.0 + SLIGHT) * np.maximum(top, T))
     if high.any():
         _search(run, np.flatnonzero(high), step)
 
 
 def _search(run: Stepper, hills: np.ndarray, step: _Step, first: _Step | None = None) -> None:
     """Raise the peaks of ropes to the tops of their hills, in `step` or in the one before it; all else stays."""
-    X, M, y = run.X.copy(), None if run.M is None else run.M.copy(), run.state.copy()
+    X, M = run.X.copy(), None if run.M is None else run.M.copy()
     found: list[tuple[int, float, float]] = []
     try:
-        low, end = step.tensions(step.t), step.rates(step.end, y)
         for i in hills:
-            if first and low[1][i] <= 0.0:
-                found.append((i, *_top(int(i), first, first.tensions(first.t), low)))
-            else:
-                found.append((i, *_top(int(i), step, low, end)))
+            where = first if first and step.start.rate[i] <= 0.0 else step
+            found.append((i, *_top(int(i), where)))
     except KernelError:
         pass  # an implicit step without a solution: the ends of the steps remain
     run.X[:] = X
     if run.M is not None:
         run.M[:] = M
-    top, peak, when = (run.X[run._at[name]] for name in ("top", "peak", "peak_time"))
+    names = ("top", "peak", "peak_time", "hill", "older", "skips")
+    top, peak, when, hill, older, skips = (run.X[run._at[name]] for name in names)
+    skips[hills] = 0.0
     for i, T, t in found:
+        three = (T, hill[i], older[i])
+        skips[i] = FEW * (max(three) - min(three) <= SAME * T)
+        hill[i], older[i] = T, hill[i]
         top[i] = max(top[i], T)
         if peak[i] < T:
             peak[i], when[i] = T, t
     run._set(peaking=0.0, searched=run["searched"] + 1.0)
 
 
-Ends = tuple[np.ndarray, np.ndarray]
-
-
-def _top(i: int, step: _Step, low: Ends, high: Ends) -> tuple[float, float]:
+def _top(i: int, step: _Step) -> tuple[float, float]:
     """Largest tension of rope i in a step, and when: cubics through tensions and rates say where to look next."""
-    (a, Ta, da), (b, Tb, db) = (step.t, low[0][i], low[1][i]), (step.end, high[0][i], high[1][i])
-    best = max((float(Ta), a), (float(Tb), b))
+    (a, Ta, da), (b, Tb, db) = ((p.t, float(p.T[i]), float(p.rate[i])) for p in (step.start, step.end))
+    best = max((Ta, a), (Tb, b))
     for _ in range(ROUNDS):
         if not da > 0.0 > db:
             break
         x, expected = _highest(a, Ta, da, b, Tb, db)
         if expected <= best[0] * (1.0 + SETTLED):
             break
-        T, rate = (values[i] for values in step.tensions(x))
-        best = max(best, (float(T), x))
+        p = step.at(x)
+        T, rate = float(p.T[i]), float(p.rate[i])
+        best = max(best, (T, x))
         a, Ta, da, b, Tb, db = (x, T, rate, b, Tb, db) if rate > 0.0 else (a, Ta, da, x, T, rate)
     return best
 
