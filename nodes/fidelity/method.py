@@ -2,7 +2,7 @@
 they add to the error of each quantity; `stepped` takes the cheapest of those that stay below what the rung has left.
 
     steps per second   explicit: what stability asks (`cost.attempts`); all: accuracy, c tol^(-1/p); at least 10
-    rope tension       phi' min(1, (w h)^2 / 5), w: of the load on its hook, whose peak a step h must follow;
+    rope tension       phi' min(1, (w h)^2 / 12), w: of the load on its hook, whose peak a step h must follow;
                        explicit methods at the edge of stability let stiff modes rattle: c tol^q over the stretch
     other quantities   0.03 sqrt(tol) of swing and position, 0.1 sqrt(tol) of the time of lift-off
 
@@ -133,7 +133,7 @@ def _errors(
     if at.ropes == "rigid":
         errors["rope tension"] = RIGID * root
         return errors
-    missed = (overshoot(case, h, bends) * min(1.0, (h.omega(bends) / often) ** 2 / 5.0) for h in case.hooks)
+    missed = (overshoot(case, h, bends) * min(1.0, (h.omega(bends) / often) ** 2 / 12.0) for h in case.hooks)
     stretch = min(h.stretch(case.gravity, bends) for h in case.hooks)
     errors["rope tension"] = max(missed) / max(1.0, resolved) + rattle / stretch
     return errors
