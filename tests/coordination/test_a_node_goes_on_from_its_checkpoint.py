@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from random import Random
 
+import pytest
 from heavylift.coordinator.protocol.core import Coordinator
 from heavylift.coordinator.protocol.memory import run_in_memory
 from heavylift.coordinator.protocol.messages import AnyMessage, Checkpoint, Done, Fail, Grant, Hello, decode, encode
@@ -39,6 +40,7 @@ class Mortal(Node):
         self.lives += 1
 
 
+@pytest.mark.large
 def test_every_log_and_event_is_that_of_the_undisturbed_run() -> None:
     lives = 0
     for seed in MODELS:

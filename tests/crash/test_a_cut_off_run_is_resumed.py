@@ -93,6 +93,7 @@ def test_it_is_the_whole_run(part: Path, whole: str) -> None:
     assert part.read_bytes() == before
 
 
+@pytest.mark.large
 def test_a_difference_is_told_with_time_and_port(part: Path, tmp_path: Path) -> None:
     begun = Beginning.of(part)
     events = list(begun.events)

@@ -62,6 +62,7 @@ def over(cable: tuple[str, str], folder: Path, keys: Path) -> str:
     return str(Recording(folder / "run.mcap").result["digest"])
 
 
+@pytest.mark.large
 def test_two_hosts_have_the_digest_of_one(cable: tuple[str, str], tmp_path: Path, keys: Path, truth: str) -> None:
     assert over(cable, tmp_path, keys) == truth
 

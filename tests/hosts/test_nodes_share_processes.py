@@ -115,6 +115,7 @@ def test_the_number_of_processes_changes_no_byte(truth: str, tmp_path: Path, cou
     assert set(crew.pids) == set(placement.processes)
 
 
+@pytest.mark.large
 def test_info_shows_who_shared_a_process(truth: str, tmp_path: Path) -> None:
     path = str(tmp_path / "lift.mcap")
     told = CliRunner().invoke(app, ["run", "lift", "--place", "crane,kernel=a", "--place", "block=b", "-o", path])

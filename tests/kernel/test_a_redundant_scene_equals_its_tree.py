@@ -106,7 +106,7 @@ def block_acceleration(s: Simulation) -> np.ndarray:
 
 
 @pytest.mark.parametrize("seed", range(3))
-@pytest.mark.large(beyond=1)
+@pytest.mark.large
 def test_random_poses_carry_what_the_tree_carries(seed: int) -> None:
     tensions, accelerations = [], []
     for system in posed(seed):

@@ -117,6 +117,7 @@ def test_the_story_has_winding_two_slack_intervals_and_an_unhooking(runs):
     assert s.row().tension[1] == 0.0
 
 
+@pytest.mark.large
 def test_events_happen_when_the_implicit_integrator_finds_them(runs):
     (log, _), s = runs
     for (t_ns, _), (t, name, what) in zip(s.log, log, strict=True):

@@ -25,7 +25,7 @@ def over_a_cube(p, size=CUBE, v=STILL, gravity=G, yaw=0.0):
 
 @pytest.mark.parametrize(("x", "yaw"), [(0.0, 0.0), (0.0, 0.4), (1e-9, 0.4), (0.4, 0.0)])
 @pytest.mark.parametrize("size", [CUBE, (0.5, 1.0, 1.0), (1.0, 2.0, 1.0)])
-@pytest.mark.large(beyond=2)
+@pytest.mark.large(beyond=1)
 def test_a_box_falls_on_a_cube_that_is_as_wide(size, x, yaw):
     place = tuple(Rotation.from_euler("z", yaw).apply([x, 0.0, 1.5]))
     s = started(over_a_cube(place, size, yaw=yaw))

@@ -92,6 +92,7 @@ def test_what_is_no_number_is_named():
 
 
 @pytest.mark.parametrize(("method", "step", "error"), [("semi-implicit-euler", 1e-3, 2e-3), ("rk4", 0.01, 1e-6)])
+@pytest.mark.large(beyond=1)
 def test_the_reference_scene_runs_at_fixed_steps(method, step, error):
     """As exact as their order allows, at steps that do not depend on how time is handed over."""
     whole, parts = (started(scene(), method=method, step=step, sample_ns=SECOND // 10) for _ in range(2))

@@ -42,7 +42,7 @@ def first_touch(witness, start, direction, far):
 
 
 @pytest.mark.parametrize("seed", range(12))
-@pytest.mark.large(beyond=3)
+@pytest.mark.large(beyond=1)
 def test_boxes_touch_when_their_distance_is_zero(seed):
     """Two boxes in random attitude approach on a random line: first witness = first touch, never earlier or later."""
     rng = np.random.default_rng(seed)

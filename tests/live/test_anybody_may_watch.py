@@ -76,6 +76,7 @@ def frozen_run(tmp_path_factory: pytest.TempPathFactory):  # type: ignore[no-unt
         yield run, process
 
 
+@pytest.mark.large
 def test_a_run_is_found_by_recording_id_and_scene(frozen_run) -> None:  # type: ignore[no-untyped-def]
     run, process = frozen_run
     notice = run.notice
@@ -100,6 +101,7 @@ def test_watch_prints_lines_with_stage_and_units_or_json(frozen_run) -> None:  #
     assert (first["source"], first["port"], first["stage"]) == ("crane", "input", "take up slack")
 
 
+@pytest.mark.large
 def test_a_killed_run_is_told_to_those_who_watch_it(frozen_run) -> None:  # type: ignore[no-untyped-def]
     run, process = frozen_run
     observer = observe(run)

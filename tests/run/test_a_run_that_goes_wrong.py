@@ -49,6 +49,7 @@ def test_ctrl_c_while_the_commands_are_still_being_imported_is_one_sentence():
     assert (done.returncode, done.stderr) == (130, "heavylift: stopped\n")
 
 
+@pytest.mark.large
 def test_a_node_whose_every_successor_is_killed_is_named(tmp_path):
     run = start(tmp_path, "run", "turnover")
     until(run, "load")

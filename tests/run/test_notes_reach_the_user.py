@@ -85,6 +85,7 @@ def test_distributed_and_in_one_process_say_the_same_under_one_digest(text, tmp_
     assert verify(RecordedRun(tmp_path / "apart.mcap")).digest == alone.digest
 
 
+@pytest.mark.large
 def test_the_terminal_tells_it_as_it_comes_and_at_the_end(tmp_path: Path):
     scene = tmp_path / "hung.yaml"
     scene.write_text(MISSES)
