@@ -1,0 +1,38 @@
+"""Findings about a scene or a run, and the verdict that they make together."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import msgspec
+
+__all__ = ["Finding", "Severity", "Verdict"]
+
+Severity = Literal["red", "warning", "note"]
+
+
+class Finding(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """What was found of a subject: a sentence in a planner's words, and the numbers behind it."""
+
+    severity: Severity
+    kind: str  # "overload", "off-lead", "clearance", "two-blocked", "geometry", "stage", "cut", ...
+    subject: str  # the element's name as the scene has it
+    sentence: str
+    where: str = ""  # file:line:column of what the planner would change
+    stage: str = ""
+    t: float | None = None  # [s] simulation time of the worst value
+    value: float | None = None
+    limit: float | None = None
+    unit: str = ""
+
+
+class Verdict(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """All findings, worst first."""
+
+    findings: tuple[Finding, ...] = ()
+    not_looked_at: tuple[str, ...] = ()  # what nobody judged, so that green does not mean it
+
+    @property
+    def red(self) -> bool:
+        """Whether anything is beyond a limit."""
+        return any(f.severity == "red" for f in self.findings)

@@ -1,0 +1,29 @@
+"""A point of the equilibrium path of a scene: where everything stands, and what every rope and support carries."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+__all__ = ["Pose", "StaticState"]
+
+Pose = tuple[tuple[float, float, float], tuple[tuple[float, float, float], ...]]  # p_WB [m], R_WB (3, 3)
+
+
+@dataclass(frozen=True)
+class StaticState:
+    """What a scene is at rest with its drives, winches and slings as they are commanded; names are the kernel's."""
+
+    t: float  # [s] of the action list, followed without inertia
+    action: int  # number of the action that led here, from 1; 0: the start
+    stage: str
+    event: str  # what happens here ("taut loader-1.sling-1", "lifted"), or nothing
+    tensions: Mapping[str, float]  # rope, hook rope or sling -> tension [N]
+    supports: Mapping[str, float]  # support -> normal force [N]
+    poses: Mapping[str, Pose]  # body -> its frame in the world
+    coordinates: Mapping[str, float]  # joint -> its first coordinate [m or rad]
+    references: Mapping[str, float]  # drive or winch -> commanded coordinate, or unstretched length [m]
+    speeds: Mapping[str, float]  # drive or winch -> commanded speed [m/s]; hoisting is negative
+    hooked: Mapping[str, str]  # sling -> lug
+    grounded: bool  # whether a support of the block is closed
+    stiffness: float  # smallest eigenvalue of the tangent stiffness over the inertia [1/s2]; negative: unstable
