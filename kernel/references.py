@@ -19,13 +19,15 @@ from .forces.table import signals
 from .parameters import Parameters
 from .profile import REST, Trapezoid, trapezoid
 
-__all__ = ["References"]
+__all__ = ["Actuator", "References"]
 
 AT_REST = 1e-12  # [m/s] a speed left over by round-off
 
 
 @dataclass
-class _Actuator:
+class Actuator:
+    """A profile from x0 at a start, and the masters that it follows with their coefficients."""
+
     start_ns: int
     x0: float
     move: Trapezoid
@@ -43,16 +45,16 @@ class References:
         self._placed = {d.name for d in system.drives if d.kind == "prescribed"}  # before anything is measured
         names = [name for kind, name in parameters.at if kind == "reference"]
         self.histories = Histories(signals(system.forces), parameters, P)
-        self.actuators = {n: _Actuator(0, float(P[self._at["reference", n]][1]), REST, {}) for n in names}
+        self.actuators = {n: Actuator(0, float(P[self._at["reference", n]][1]), REST, {}) for n in names}
 
-    def _actuator(self, name: str) -> _Actuator:
+    def _actuator(self, name: str) -> Actuator:
         if name not in self.actuators:
             raise KernelError(
                 f"'{name}': no drive, winch or master of this name; there are {', '.join(self.actuators)}"
             )
         return self.actuators[name]
 
-    def _driven(self, name: str) -> _Actuator:
+    def _driven(self, name: str) -> Actuator:
         a = self._actuator(name)
         if name in self._still:
             raise KernelError(f"rope '{name}': it has no winch; declare one to drive it")
@@ -64,6 +66,11 @@ class References:
         t = (t_ns - a.start_ns) * 1e-9
         speed = a.move.speed(t)
         return a.x0 + a.move.displacement(t), 0.0 if abs(speed) < AT_REST else speed
+
+    def value(self, name: str, t_ns: int) -> float:
+        """What an actuator asks for at a time: its own profile and what it follows of commanded masters."""
+        led = (_follow(k, self.own(self._masters[m], t_ns)[0]) for m, k in self._actuator(name).follows.items())
+        return self.own(name, t_ns)[0] + sum(led)
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
         """From its present value and speed, a trapezoid; raises KernelError for what cannot be driven."""
@@ -99,7 +106,7 @@ class References:
         for name in self.actuators.keys() & other.actuators.keys():
             a = other.actuators[name]
             follows = {self._masters.index(other._masters[m]): f for m, f in a.follows.items()}
-            self.actuators[name] = _Actuator(a.start_ns, a.x0, a.move, follows)
+            self.actuators[name] = Actuator(a.start_ns, a.x0, a.move, follows)
 
     def stop(self, t_ns: int) -> None:
         """Everything stays at its value of this instant; what follows goes on following."""

@@ -23,6 +23,7 @@ from .methods.peers import Peer
 from .peaks import POINTS, STATES
 from .rate import Program
 from .steps import SCALARS, Row, bisect, close, commit, complete, look, refresh, sample, step
+from .tangent import Tangent
 
 __all__ = ["Stepping"]
 
@@ -94,6 +95,8 @@ class Stepping:
             self.functions["survey"] = self._plain("survey", lambda s, P: survey(s, P, rows_of, inside(s)))
             self.functions["kick"] = self._plain("kick", lambda s, P: kick(s, P, kicked))
         self.functions["rate"] = self.f_rate
+        self.tangent = Tangent(nq, nv, sum(len(tree.free_dofs) for tree, _ in p.instances), self.rate_sizes)
+        self.functions |= {f.name: f for f in self.tangent.functions(self.f_rate)}
         at, f = self.layout.at, self.functions
         if p.locked:
             f["halt"] = self._halt(n_p)

@@ -20,10 +20,11 @@ from heavylift.kernel.islands import Islands, simulate
 from heavylift.kernel.samples import channels, published
 from heavylift.kernel.simulation import FOREVER_NS, Simulation
 from heavylift.kernel.switching import StateEvent as Switched
-from heavylift.nodes.devs import FOREVER, Delivery, Event, Message, Slack, Tag, encode, succ
+from heavylift.nodes.devs import FOREVER, Delivery, Event, Slack, Tag, encode, succ
 from heavylift.nodes.devs.canonical import frozen, thawed
 from heavylift.nodes.models import KERNEL
 from heavylift.nodes.models import messages as m
+from heavylift.nodes.models.inputs import obey
 
 from .parts import KernelConfig
 
@@ -131,8 +132,8 @@ class KernelNode:
         before = len(self.simulation.log)
         try:
             for delivery in bag:
-                self._apply(delivery.event.value, tag)
-        except KernelError as error:
+                obey(self.simulation, delivery.event.value)
+        except (KernelError, ModelError) as error:
             raise ModelError(f"{KERNEL} at {tag}: {error}") from error
         self._told = [e for _, e in self.simulation.log[before:] if e.name in self._subscriptions]
         if fires or bag:
@@ -171,28 +172,6 @@ class KernelNode:
     def _pause(self) -> None:
         self.pauses += 1
         self._flush(BATCH)
-
-    def _apply(self, x: Message, tag: Tag) -> None:
-        s = self.simulation
-        match x:
-            case m.SetProfile():
-                s.set_profile(x.actuator, x.start_ns, x.speed, x.accel, x.distance)
-            case m.SetFollow():
-                s.set_follow(x.actuator, x.master, (x.k1, x.kc, x.ks))
-            case m.SetBrake():
-                s.set_brake(x.brake, x.engaged)
-            case m.SetLock():
-                s.set_lock(x.lock, x.engaged)
-            case m.Hook():
-                s.hook(x.rope, x.a, x.b, x.L0)
-            case m.Unhook():
-                s.unhook(x.rope)
-            case m.Watch():
-                s.watch(x.threshold, x.value, x.rising)
-            case m.Unwatch():
-                s.unwatch(x.threshold)
-            case _:
-                raise ModelError(f"{KERNEL} at {tag}: it has no use for a {type(x).__name__}")
 
     def _flush(self, least: int) -> None:
         rows, notes = self.simulation.rows, self.simulation.notes

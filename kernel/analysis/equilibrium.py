@@ -14,13 +14,15 @@ import numpy as np
 
 from ..errors import KernelError
 from ..samples import channels, published
-from .linearise import stiffness
+from ..switching import StateEvent
+from ..tangent import SECOND
+from .active import switch
 from .poses import Poses
 
 if TYPE_CHECKING:
     from ..simulation import Simulation
 
-__all__ = ["Equilibrium", "equilibrium"]
+__all__ = ["Equilibrium", "equilibrium", "relaxed"]
 
 STILL = 1e-9  # [m/s2, rad/s2] acceleration that counts as none
 ROUNDING = 1e-6  # [m/s2, rad/s2] below which an acceleration that no longer falls is rounding of stiff laws
@@ -29,7 +31,6 @@ LONGEST = 0.3  # [m, rad] a step
 MOST = 300  # steps
 RELAXED = 1.0  # [s] of pseudo time from which a step is Newton's
 SHORT, LONG = 0.1, 100.0  # [s] of pseudo time; LONG leaves neutral directions alone
-SETTLED = 20  # rounds of switching at one pose after which laws contradict each other
 
 
 @dataclass(frozen=True)
@@ -47,22 +48,31 @@ def equilibrium(simulation: Simulation) -> Equilibrium:
 
     Raises KernelError, naming the body that finds no rest.
     """
-    poses = Poses(simulation)
-    q, h, before, last, stalled = poses.q, SHORT, np.inf, np.inf, 0
+    poses = Poses.stopped(simulation)
+    q, steps, _ = relaxed(poses, poses.q)
+    return Equilibrium(q, _shown(simulation, "tension"), _shown(simulation, "support/force"), steps)
+
+
+def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateEvent]]:
+    """The pose (nq,) at which what starts from q comes to rest, the steps to it, and the laws that have switched.
+
+    Raises KernelError, naming the body that finds no rest.
+    """
+    h, before, last, stalled = SHORT, np.inf, np.inf, 0
+    events: list[StateEvent] = []
     for steps in range(MOST):
-        switched = _switch(poses, q)
+        switched = switch(poses, q)
+        events += switched
         a = poses.accelerations(q)
         size = float(np.abs(a).max(initial=0.0))
         if not np.isfinite(size):
             break
         stalled = stalled + 1 if size > 0.5 * before and size < ROUNDING else 0
         if not switched and (size <= STILL or last <= NEAR or stalled >= 3):
-            return Equilibrium(q, _shown(simulation, "tension"), _shown(simulation, "support/force"), steps)
+            return q, steps, events
         h = min(LONG, max(SHORT, h * min(10.0, max(0.2, before / size if size else 10.0))))
         before = size
-        basis = poses.basis(q)
-        way, h = _step(stiffness(poses, q, basis), basis.T @ a, h)
-        step = basis @ way
+        step, h = _step(poses, poses.basis(q), poses.stiffness(q, SECOND), a, h)
         last = float(np.abs(step).max(initial=0.0)) if h > RELAXED else np.inf
         q = poses.moved(q, step * min(1.0, LONGEST / float(np.abs(step).max(initial=LONGEST))))
     raise _restless(poses, q)
@@ -76,32 +86,16 @@ def _shown(simulation: Simulation, topic: str) -> dict[str, float]:
     return {name: float(x) for c in shown for name, x in zip(c.names, values[c.start : c.stop], strict=True)}
 
 
-def _step(K: np.ndarray, a: np.ndarray, h: float) -> tuple[np.ndarray, float]:
+def _step(
+    poses: Poses, basis: np.ndarray | None, K: np.ndarray, a: np.ndarray, h: float
+) -> tuple[np.ndarray, float]:
     """A step that goes with the acceleration; h [s] shrinks where the pose is unstable."""
     while True:
-        step = np.linalg.solve(np.eye(len(a)) / h**2 - K, a)
-        if step @ a >= 0.0 or h <= SHORT:
+        poses.factorise(K, h, basis)
+        step = poses.solve(a)
+        if np.cumsum(step * a)[-1] >= 0.0 or h <= SHORT:
             return step, h
         h = max(SHORT, 0.25 * h)
-
-
-def _switch(poses: Poses, q: np.ndarray) -> bool:
-    """Switch every law whose guard has fallen; friction that slips holds on at its limit, since nothing moves."""
-    simulation = poses.simulation
-    kinds = [kind for kind, _ in simulation.program.guards]
-    any_switched = False
-    for _ in range(SETTLED):
-        poses.accelerations(q)
-        fallen = [i for i in np.flatnonzero(poses.guards() < 0.0) if kinds[i] != "threshold"]
-        if not fallen:
-            break
-        any_switched = True
-        switched = simulation._switch([int(i) for i in fallen], simulation.epoch)
-        slipped = {e.name for e in switched if e.what == "slip"}
-        for i in fallen:
-            if kinds[i] in ("rub", "brake") and simulation.program.guards[i][1] in slipped:
-                simulation.switches.fire(int(i), simulation.row())
-    return any_switched
 
 
 def _restless(poses: Poses, q: np.ndarray) -> KernelError:

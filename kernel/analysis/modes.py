@@ -62,9 +62,10 @@ class Modes:
 def modes(simulation: Simulation) -> Modes:
     """Modes of a simulation about the pose where it is, which should be at rest (see `equilibrium`); all drives are
     stopped and all speeds count as zero."""
-    poses = Poses(simulation)
+    poses = Poses.stopped(simulation)
     q = poses.q
-    basis = poses.basis(q)
+    allowed = poses.basis(q)
+    basis = np.eye(len(poses.free)) if allowed is None else allowed
     n = basis.shape[1]
     A = np.block([[np.zeros((n, n)), np.eye(n)], [stiffness(poses, q, basis), damping(poses, q, basis)]])
     s, vectors = np.linalg.eig(A)

@@ -1,4 +1,4 @@
-"""A simulation seen as a function of its pose: accelerations and guards with all speeds zero and all drives stopped.
+"""A simulation seen as a function of its pose: accelerations, guards, tangent stiffness, with all speeds zero.
 
 Poses are compared in the tangent space, one number per free degree of freedom, so that quaternions need no care.
 Where loops close, `basis` spans what they leave, and every pose is put back onto them.
@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..tangent import FOURTH
+
 if TYPE_CHECKING:
     from ..simulation import Simulation
 
@@ -17,21 +19,31 @@ __all__ = ["Poses"]
 
 CLOSINGS = 3  # Newton steps onto the loops, from a pose that is near
 HALF = 0.5
+STEP, SMALLEST = 1e-4, 1e-7  # [m, rad] between poses of differences; smaller where a guard falls
 
 
 class Poses:
-    """Evaluates one simulation at poses near its own; its drives, winches and masters are stopped where they are."""
+    """Evaluates one simulation at poses near its own, while its drives, winches and masters stand (see `stopped`)."""
 
     def __init__(self, simulation: Simulation) -> None:
         self.simulation = simulation
         p = simulation.program
-        now_ns = simulation.epoch + round(simulation["t"] * 1e9)
-        simulation.references.stop(now_ns)
-        simulation.references.write(simulation.epoch)
         fixed = {tree.v.start + k for tree, _ in p.instances for k in tree.prescribed_dofs}
         self.free = [k for k in range(p.nv) if k not in fixed]
         self._at = simulation.method.layout.at
         self._accounts = simulation.state[p.nq + p.nv :].copy()
+        self._tangent = simulation.method.tangent
+        self._rows = np.ix_(self.free, self.free)
+        self._quaternions = np.array(p.quaternions, dtype=int)
+        self._M = np.zeros(self._tangent.factors.stop)
+
+    @staticmethod
+    def stopped(simulation: Simulation) -> Poses:
+        """Of a simulation whose drives, winches and masters are stopped where they are, for good."""
+        now_ns = simulation.epoch + round(simulation["t"] * 1e9)
+        simulation.references.stop(now_ns)
+        simulation.references.write(simulation.epoch)
+        return Poses(simulation)
 
     @property
     def q(self) -> np.ndarray:
@@ -49,6 +61,53 @@ class Poses:
         G: np.ndarray = self.simulation.X[self._at["G"]].copy()
         return G
 
+    def stiffness(self, q: np.ndarray, order: tuple[float, float] = FOURTH) -> np.ndarray:
+        """(n_free, n_free) da/dq [1/s2] at pose q (nq,), at rest, discrete states frozen."""
+        self.accelerations(q)
+        s, n, nv = self.simulation, len(self.free), self.simulation.program.nv
+        y, G = s.state.copy(), self.guards()
+        J, work = np.zeros((nv, nv + 1)), np.zeros(self._tangent.work)
+        t, h = np.array([s["t"], s._among()]), STEP
+        s._code.call("tangent", t, y, s.P, G, np.array([h, *order]), work, J)
+        found = J[:, :nv].T[self._rows].copy()
+        fallen = [k for k, i in enumerate(self.free) if J[i, nv] > 0.0]
+        while fallen and h > SMALLEST:
+            h *= 0.1
+            s._code.call("tangent", t, y, s.P, G, np.array([h, *order]), work, J)
+            for k in fallen:
+                found[:, k] = J[self.free[k], self.free]
+            fallen = [k for k in fallen if J[self.free[k], nv] > 0.0]
+        assert found.shape == (n, n)
+        return found
+
+    def factorise(self, K: np.ndarray, h: float, basis: np.ndarray | None) -> None:
+        """Keep the LU factors of 1/h^2 - K (n_free, n_free) for `solve`, of the motions that a basis spans."""
+        self._B = basis
+        if basis is not None:
+            K = basis.T @ K @ basis
+        whole = np.eye(len(self.free))
+        n = len(K)
+        whole[:n, :n] = whole[:n, :n] / h**2 - K
+        self._tangent.factors.write(self._M, whole)
+        self.simulation._code.call("factorise_tangent", self._M)
+
+    def solve(self, a: np.ndarray) -> np.ndarray:
+        """(n_free,) step of the matrix factorised last, for accelerations a (n_free,)."""
+        whole, x = np.zeros(len(self.free)), np.zeros(len(self.free))
+        if self._B is None:
+            whole[:] = a
+        else:
+            whole[: self._B.shape[1]] = self._B.T @ a
+        self.simulation._code.call("solve_tangent", self._M, whole, np.zeros(1), x)
+        return x if self._B is None else self._B @ x[: self._B.shape[1]]
+
+    def sign(self) -> float:
+        """Of the determinant of the matrix factorised last."""
+        f, n = self._tangent.factors, len(self.free)
+        exchanges = self._M[f.exchanges : f.exchanges + n] != np.arange(n)
+        negative = self._M[f.inverses[0] : f.inverses[0] + n] < 0.0
+        return -1.0 if (int(exchanges.sum()) + int(negative.sum())) % 2 else 1.0
+
     def moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
         """(nq,) the pose a step (n_free,) [m, rad] away."""
         p = self.simulation.program
@@ -58,15 +117,21 @@ class Poses:
             for _ in range(CLOSINGS):
                 y = self.simulation._close(y)[0]
             new = y[: p.nq]
-        for i in p.quaternions:
-            new[i : i + 4] /= np.linalg.norm(new[i : i + 4])
-        return new
+        return self.unit(new)
 
-    def basis(self, q: np.ndarray) -> np.ndarray:
-        """(n_free, n) orthonormal motions that the loops allow at pose q; without loops all."""
+    def unit(self, q: np.ndarray) -> np.ndarray:
+        """A pose (nq,) with unit quaternions, made so in place."""
+        x, y, z, w = (q[self._quaternions + i] for i in range(4))
+        size = np.sqrt(x * x + y * y + z * z + w * w)  # in one order, as no library of linear algebra promises
+        for i, part in enumerate((x, y, z, w)):
+            q[self._quaternions + i] = part / size
+        return q
+
+    def basis(self, q: np.ndarray) -> np.ndarray | None:
+        """(n_free, n) orthonormal motions that the loops allow at pose q; None without loops: all."""
         n, p = len(self.free), self.simulation.program
         if not len(p.constraints):
-            return np.eye(n)
+            return None
         allowed = []
         for e in np.eye(n):
             y, *_ = self.simulation._close(self._state(q, e))

@@ -8,6 +8,7 @@ from math import isfinite
 
 from ..errors import KernelError
 from ..rate import Program
+from .at_rest import AtRest
 from .control import Control, ErrorControl, FixedStep
 from .explicit import DormandPrince5, DormandPrince8, Kutta4
 from .method import Method
@@ -37,6 +38,8 @@ SHORTEST = 1e-9  # [s] a fixed step: the resolution of event times
 
 def choose(name: str, program: Program) -> Method:
     """Raises KernelError for a name that no method has."""
+    if name == AtRest.name:
+        return AtRest()
     if name not in METHODS:
         raise KernelError(f"method '{name}': there is none of this name; choose one of {', '.join(METHODS)}")
     return METHODS[name](program)

@@ -6,7 +6,7 @@ registers.  Arithmetic is strict IEEE and runs over LANES doubles at once wherev
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from ..lanes import WIDEST as LANES
@@ -27,6 +27,7 @@ class Code:
     """The body of one function of pointers to blocks of doubles."""
 
     def __init__(self, name: str, pointers: list[str]) -> None:
+        self.name = name
         self._signature = f"define void @{name}({', '.join(f'ptr %{p}' for p in pointers)}) noinline nounwind"
         self._head: list[str] = []
         self._body: list[str] = []
@@ -61,6 +62,10 @@ class Code:
 
     def store(self, value: str, address: str, kind: str = "double") -> None:
         self._body.append(f"store {kind} {value}, ptr {address}, align 8")
+
+    def call(self, name: str, pointers: Sequence[str]) -> None:
+        """Call another function of pointers."""
+        self._body.append(f"call void @{name}({', '.join(f'ptr {p}' for p in pointers)})")
 
     def spread(self, x: str) -> str:
         """A scalar in all lanes."""

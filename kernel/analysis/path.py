@@ -1,0 +1,332 @@
+"""The equilibrium path: where a scene rests while its drives, winches and masters move as they are commanded.
+
+Continuation in the time of the commands (Allgower, Georg, Introduction to Numerical Continuation Methods, 2003,
+chapters 2 and 6), without inertia and without rates: the predictor is the tangent, the first step of Newton's method
+with the stiffness of the last point; the corrector keeps it while it converges; steps follow the curvature, which the
+second step of the corrector measures.  Events (guards that fall) are located on the path and switch the laws there.
+Where no equilibrium is near any more (a fold, a load let go), the scene falls to the next one, and that is told.
+
+    start()           the first rest; what has changed on the way there
+    run(until_ns)     along the path, until something has happened that somebody hears; returns it, [] at `until_ns`
+    command.set_...   commands at `epoch`, those of a `Simulation`
+    settle()          the rest after commands
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, inf, sqrt
+from types import SimpleNamespace
+
+import numpy as np
+
+from ..errors import KernelError
+from ..notes import Note
+from ..profile import REST
+from ..references import Actuator
+from ..simulation import FOREVER_NS, Simulation
+from ..stepper import NEVER
+from ..switching import StateEvent
+from ..tangent import SECOND
+from .active import RUBS, Sliding, net, switch
+from .equilibrium import ROUNDING, STILL, relaxed
+from .poses import Poses
+
+__all__ = ["EquilibriumPath", "Rest"]
+
+NEWTON = 12  # corrector steps of one point
+SLOW = 0.03  # contraction above which the stiffness is renewed
+CLOSE = 1e-9  # [m, rad] of a corrector step behind which the next one is none
+BEND = 0.05  # [m, rad] of the second corrector step: what curvature adds to the tangent in one step
+WIDEST = 1.0  # [m, rad] of a corrector step; a tangent may be longer
+FIRST_NS, LONGEST_NS, SHORTEST_NS = 10**9, 600 * 10**9, 10**5  # steps of the path
+LOCATED_NS = 1000  # an event is located to this
+LONG = 100.0  # [s] of pseudo time: leaves neutral directions alone
+GROWTH = 1e-4  # [1/s2] eigenvalue of the tangent stiffness that is instability, not rounding
+NUDGE = 1e-3  # [m, rad] along the unstable mode
+FAR = 1.0  # [m, rad] of a fall that is worth a note
+CHATTER = 50  # events at one instant after which the laws are settled together
+
+
+@dataclass(frozen=True)
+class Rest:
+    """A point of the path: its time, coordinates (nq,), what a sample shows, and what happened there."""
+
+    t_ns: int
+    q: np.ndarray
+    row: SimpleNamespace
+    events: tuple[StateEvent, ...]
+
+
+class EquilibriumPath:
+    """Follows the rest of a simulation that nobody else uses; `heard`: names of laws whose events stop `run`.
+
+    `points` are all rests so far, `notes` what a user must know of them.
+    """
+
+    def __init__(self, simulation: Simulation, heard: frozenset[str] = frozenset()) -> None:
+        self.command, self.heard = simulation, heard
+        self.epoch = 0
+        self.points: list[Rest] = []
+        self.notes: list[Note] = []
+        self.unstable_since: int | None = None
+        """Time from which the rest is unstable [ns]."""
+        self._dt = FIRST_NS
+        self._instant = 0
+        self._program: object = None
+
+    # ---- life ---------------------------------------------------------------------------------------------
+
+    def start(self) -> list[StateEvent]:
+        """Start the simulation and find its first rest.  Raises KernelError if there is none."""
+        self.command.start()
+        self._commanded()
+        self._q = self.command.state[: self.command.program.nq].copy()
+        return self._fall("")
+
+    def settle(self) -> list[StateEvent]:
+        """The rest after commands, near or far.  Raises KernelError if there is none."""
+        self._commanded()
+        self._renew()
+        q = self._corrected(self._place(self._q))
+        if q is None:
+            return self._fall("after a command")
+        happened = switch(self._poses, q, thresholds=True)
+        self._q = q
+        if happened:
+            return self._settled(happened)
+        self._keep([])
+        return []
+
+    def run(self, until_ns: int) -> list[StateEvent]:
+        """Go along the path to `until_ns`, or to the first event that is heard; what happened there.
+
+        Raises KernelError where the path ends.
+        """
+        while self.epoch < until_ns:
+            rest = self.command.references.rest(self.epoch)
+            if rest <= 0.0:
+                self._lead(until_ns)
+                return []
+            end = min(until_ns, self.epoch + ceil(min(rest, 1e9) * 1e9), self._break_ns())
+            happened = self._step(end)
+            if any(e.name in self.heard for e in happened):
+                return happened
+        return []
+
+    # ---- steps --------------------------------------------------------------------------------------------
+
+    def _break_ns(self) -> int:
+        """Where a history of loads or wind changes its slope next."""
+        following = self.command.references.histories.breaks(self.epoch, 0.0)
+        return self.epoch + round(min(following) * 1e9) if following else FOREVER_NS
+
+    def _step(self, end_ns: int) -> list[StateEvent]:
+        """One step of the path that ends by `end_ns`; what happened at its end."""
+        t0, q0 = self.epoch, self._q
+        G0 = self._guards(q0)
+        while True:
+            t1 = min(end_ns, t0 + self._dt)
+            self._lead(t1)
+            q, bend = self._predicted(q0)
+            if q is not None and (bend <= 2.0 * BEND or t1 - t0 <= SHORTEST_NS):
+                break
+            if t1 - t0 <= SHORTEST_NS:
+                self._q = q0
+                return self._fall("the equilibrium ends")
+            self._dt = max(SHORTEST_NS, (t1 - t0) // 2)
+        if t1 - t0 >= self._dt or bend > BEND:
+            grown = (t1 - t0) * min(4.0, max(0.3, 0.9 * sqrt(BEND / max(bend, 1e-12))))
+            self._dt = min(LONGEST_NS, max(SHORTEST_NS, int(grown)))
+        kinds = [kind for kind, _ in self.command.program.guards]
+        fell = np.flatnonzero((self._guards(q) < 0.0) & (G0 >= 0.0))
+        if any(kinds[i] not in RUBS for i in fell):
+            t1, q = self._located(t0, q0, G0, t1, q)
+        self._instant = self._instant + 1 if t1 - t0 <= LOCATED_NS else 0
+        self._lead(t1)
+        self._q = q
+        self._poses.accelerations(q0)
+        sliding = Sliding(self.command)
+        self._poses.accelerations(q)
+        happened = sliding.turned() + switch(self._poses, q, thresholds=True)
+        if happened:
+            return self._settled(happened)
+        self._renew()
+        self._keep([])
+        self._check_stability()
+        return []
+
+    def _settled(self, happened: list[StateEvent]) -> list[StateEvent]:
+        """The rest after laws have switched."""
+        for _ in range(CHATTER if self._instant < CHATTER else 0):
+            self._renew()
+            q = self._corrected(self._q)
+            if q is None:
+                break
+            self._q = q
+            more = switch(self._poses, q, thresholds=True)
+            if not more:
+                events = net(happened)
+                self._keep(events)
+                self._check_stability()
+                return events
+            happened += more
+        return net(happened + self._fall("", happened))
+
+    def _fall(self, why: str, before: list[StateEvent] | None = None) -> list[StateEvent]:
+        """To the rest into which the scene falls from where it is; told if that is far."""
+        self._use_program()
+        poses, start = self._poses, self._q
+        try:
+            q, _, events = relaxed(poses, poses.moved(start, np.zeros(len(poses.free))))
+        except KernelError as error:
+            told = f"{why}; " if why else ""
+            raise KernelError(f"statics at {self.epoch * 1e-9:.3f} s of the commands: {told}{error}") from error
+        events += switch(poses, q, thresholds=True)
+        self._q = q
+        self._renew()
+        far = self._distance(start, q)
+        if why and far > FAR:
+            told = f"{why}: the scene falls by {far:.2g} (m or rad) to its next rest"
+            self.notes.append(Note(self.epoch, told))
+        self._keep(net((before or []) + events))
+        self._check_stability()
+        return net(events)
+
+    def _located(self, t0: int, q0: np.ndarray, G0: np.ndarray, t1: int, q1: np.ndarray) -> tuple[int, np.ndarray]:
+        """The first instant of a step at which a guard has fallen, and the rest there (regula falsi, halved)."""
+        G1, halve = self._guards(q1), False
+        while t1 - t0 > LOCATED_NS:
+            fell = np.flatnonzero((G1 < 0.0) & (G0 >= 0.0))
+            part = 0.5 if halve else min(float(G0[i] / (G0[i] - G1[i])) for i in fell)
+            t = min(t1 - 1, max(t0 + 1, t0 + ceil(part * (t1 - t0)) + LOCATED_NS // 2))
+            self._lead(t)
+            q = self._corrected(self._place(q0 + (t - t0) / (t1 - t0) * (q1 - q0)))
+            if q is None:
+                break
+            G = self._guards(q)
+            if ((G < 0.0) & (G0 >= 0.0)).any():
+                halve = t - t0 > (t1 - t0) // 2
+                t1, q1, G1 = t, q, G
+            else:
+                halve = t1 - t > (t1 - t0) // 2
+                t0, q0, G0 = t, q, np.where(G0 >= 0.0, G, G0)
+        return t1, q1
+
+    # ---- points -------------------------------------------------------------------------------------------
+
+    def _lead(self, t_ns: int) -> None:
+        """What is driven stands where it is commanded to be at a time."""
+        s = self.command
+        self.epoch = s.epoch = t_ns
+        for place, a in self._driven:
+            s.P[place] = a.x0 + a.move.displacement((t_ns - a.start_ns) * 1e-9)
+        s.references.histories.write(t_ns)
+        if self._clock is not None:
+            s.P[self._clock] = t_ns * 1e-9
+
+    def _commanded(self) -> None:
+        """Take over what has been commanded at the epoch: everything stands, what moves is led from here on."""
+        s, at = self.command, self.command.program.parameters.at
+        s._set(t=0.0, t_stop=NEVER)
+        s.references.write(self.epoch)
+        self._driven: list[tuple[int, Actuator]] = []
+        for name, a in s.references.actuators.items():
+            place = at["reference", name]
+            s.P[place] = [0.0, s.references.own(name, self.epoch)[0], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+            if a.move is not REST:
+                self._driven.append((range(len(s.P))[place][1], a))
+        self._clock = at.get(("clock", ""))
+
+    def _place(self, q: np.ndarray) -> np.ndarray:
+        """A pose with its prescribed coordinates where they are commanded to be."""
+        s = self.command
+        q = q.copy()
+        for d in s.program.system.drives:
+            if d.kind == "prescribed":
+                q[s.program.graph.coordinate(d.name, d.joint, d.coordinate)[0]] = s.references.value(d.name, self.epoch)
+        return self._poses.unit(q)
+
+    def _guards(self, q: np.ndarray) -> np.ndarray:
+        self._poses.accelerations(q)
+        return self._poses.guards()
+
+    def _use_program(self) -> None:
+        if self._program is not self.command.program:
+            self._program = self.command.program
+            self._poses = Poses(self.command)
+
+    def _renew(self) -> None:
+        """The tangent stiffness at the present pose."""
+        self._use_program()
+        self._stiffen(self._q)
+
+    def _stiffen(self, q: np.ndarray) -> None:
+        self._K = self._poses.stiffness(q, SECOND)
+        self._poses.factorise(self._K, LONG, self._poses.basis(q))
+
+    def _predicted(self, q0: np.ndarray) -> tuple[np.ndarray | None, float]:
+        """The rest that the tangent leads to, None if there is none near; and how far the path bends from it."""
+        poses = self._poses
+        q = self._place(q0)
+        tangent = poses.solve(poses.accelerations(q))
+        if not np.isfinite(tangent).all():
+            return None, inf
+        q = poses.moved(q, tangent)
+        bend = float(np.abs(poses.solve(poses.accelerations(q))).max(initial=0.0))
+        if not bend <= WIDEST:
+            return None, bend
+        return self._corrected(q), bend
+
+    def _corrected(self, q: np.ndarray) -> np.ndarray | None:
+        """The rest near a pose, with the discrete states as they are; None if there is none."""
+        poses, last, fresh, stalled = self._poses, inf, 0, 0
+        before = inf
+        for _ in range(NEWTON):
+            a = poses.accelerations(q)
+            size = float(np.abs(a).max(initial=0.0))
+            if not np.isfinite(size):
+                return None
+            stalled = stalled + 1 if size > 0.5 * before and size < ROUNDING else 0
+            if size <= STILL or last <= CLOSE or stalled >= 3:
+                return q
+            step = poses.solve(a)
+            way = float(np.abs(step).max(initial=0.0))
+            if not way <= WIDEST:
+                return None
+            if way > SLOW * last or (last == inf and fresh == 0 and way > BEND):
+                if fresh >= 3 and way > last:
+                    return None
+                fresh += 1
+                self._stiffen(q)
+                step = poses.solve(a)
+                way = float(np.abs(step).max(initial=0.0))
+                if not way <= WIDEST:
+                    return None
+            q = poses.moved(q, step)
+            if last < inf and way * min(1.0, way / last) <= CLOSE:  # the next one would be no step any more
+                return q
+            last, before = way, size
+        return None
+
+    def _keep(self, events: list[StateEvent]) -> None:
+        self._poses.accelerations(self._q)
+        self.points.append(Rest(self.epoch, self._q.copy(), self.command.row(), tuple(events)))
+
+    # ---- stability ----------------------------------------------------------------------------------------
+
+    def stiffness(self) -> float:
+        """Smallest eigenvalue of the tangent stiffness over the inertia at the present rest [1/s2]."""
+        self._renew()
+        B = self._poses.basis(self._q)
+        K = self._K if B is None else B.T @ self._K @ B
+        return float(np.linalg.eigvals(-K).real.min(initial=inf))
+
+    def _check_stability(self) -> None:
+        """A rest is unstable where an eigenvalue of the tangent stiffness has gone through zero (Sylvester)."""
+        if self._poses.sign() < 0.0 and self.unstable_since is None and self.stiffness() < -GROWTH:
+            self.unstable_since = self.epoch
+            self.notes.append(Note(self.epoch, "the rest is unstable: the smallest push makes the scene leave it"))
+
+    def _distance(self, q0: np.ndarray, q: np.ndarray) -> float:
+        return float(np.abs(q - q0).max(initial=0.0))
