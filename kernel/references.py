@@ -69,8 +69,16 @@ class References:
 
     def value(self, name: str, t_ns: int) -> float:
         """What an actuator asks for at a time: its own profile and what it follows of commanded masters."""
-        led = (_follow(k, self.own(self._masters[m], t_ns)[0]) for m, k in self._actuator(name).follows.items())
+        led = [_follow(k, self.own(self._masters[m], t_ns)[0]) for m, k in self._actuator(name).follows.items()]
         return self.own(name, t_ns)[0] + sum(led)
+
+    def speed(self, name: str, t_ns: int) -> float:
+        """How fast that changes at a time."""
+        own = self.own(name, t_ns)[1]
+        for m, (k1, kc, ks) in self._actuator(name).follows.items():
+            s, ds = self.own(self._masters[m], t_ns)
+            own += float(k1 - kc * sin(s) + ks * cos(s)) * ds
+        return own
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
         """From its present value and speed, a trapezoid; raises KernelError for what cannot be driven."""

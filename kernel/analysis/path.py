@@ -15,7 +15,7 @@ Where no equilibrium is near any more (a fold, a load let go), the scene falls t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, inf, sqrt
+from math import ceil, inf, nan, sqrt
 from types import SimpleNamespace
 
 import numpy as np
@@ -50,12 +50,16 @@ CHATTER = 50  # events at one instant after which the laws are settled together
 
 @dataclass(frozen=True)
 class Rest:
-    """A point of the path: its time, coordinates (nq,), what a sample shows, and what happened there."""
+    """A point of the path: its time, coordinates (nq,), what a sample shows, and what happened there.
+
+    `stiffness`: smallest eigenvalue of the tangent stiffness over the inertia where it was looked for, else nan [1/s2].
+    """
 
     t_ns: int
     q: np.ndarray
     row: SimpleNamespace
     events: tuple[StateEvent, ...]
+    stiffness: float = nan
 
 
 class EquilibriumPath:

@@ -6,23 +6,26 @@ time goes on, but nothing swings.  So each verb, condition and switch means here
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from math import ceil, pi
 
-from heavylift.kernel.analysis.path import EquilibriumPath
+from heavylift.kernel.analysis.path import EquilibriumPath, Rest
+from heavylift.kernel.errors import HeavyliftError
 from heavylift.kernel.methods.at_rest import AtRest
-from heavylift.kernel.errors import HeavyliftError, KernelError
 from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.switching import StateEvent as Switched
-from heavylift.nodes.devs import Coupled, Event, Out, Simulator, Tag, ns, succ
+from heavylift.nodes.devs import Coupled, Out, Simulator, Tag, ns, succ
 from heavylift.nodes.models import COMMANDER, KERNEL, CommanderModel, build, couplings, subscriptions, system
 from heavylift.nodes.models import messages as m
 from heavylift.nodes.models.inputs import obey
+from heavylift.nodes.models.roster import TURN
 from heavylift.nodes.scene.plan import Plan
 
-__all__ = ["Rehearsal", "Stretch"]
+from .state import Pose, StaticState
+
+__all__ = ["Rehearsal"]
 
 LAST_NS = 100 * 3600 * 10**9  # simulated time after which a list that has not ended never does
+WAYPOINT = pi / 12.0  # [rad] a turn of the block stops to be looked at
 
 
 class Models(Coupled):
@@ -38,11 +41,11 @@ class Models(Coupled):
             self.add(model)
         for source, out, target, into in couplings(plan):
             if target == KERNEL:
-                self.connect(self.models[source].ports[out], self.add_out(into, m.KernelInput))
+                self.connect(self.models[source].ports[out], self.add_out(into, m.KernelInput))  # type: ignore[arg-type]
             elif source == KERNEL:
-                self.connect(self.add_in(out, m.StateEvent), self.models[target].ports[into])
+                self.connect(self.add_in(out, m.StateEvent), self.models[target].ports[into])  # type: ignore[arg-type]
             else:
-                self.connect(self.models[source].ports[out], self.models[target].ports[into])
+                self.connect(self.models[source].ports[out], self.models[target].ports[into])  # type: ignore[arg-type]
         self.connect(self.commander.stage, self.stage)
         self.connect(self.commander.finished, self.finished)
 
@@ -54,77 +57,145 @@ class Models(Coupled):
         return model
 
 
-@dataclass(frozen=True)
-class Stretch:
-    """New points of the path, from `first`, that an action (from 1; 0: none yet) has led to."""
-
-    action: int
-    first: int
-
-
 class Rehearsal:
-    """Carries out the action list of a plan along the path of its simulation; `why` it stopped, if not at the end."""
+    """Carries out the action list of a plan along its equilibrium path.
 
-    def __init__(self, plan: Plan, simulation: Simulation | None = None) -> None:
-        self.plan = plan
+    `states`: all points so far; `why`: what ended it before the list did, a sentence; `after`: name of a stage at whose
+    end it shall stop.
+    """
+
+    def __init__(self, plan: Plan, after: str = "") -> None:
+        self.plan, self.after, self.why = plan, after, ""
         self._hears = subscriptions(plan)
-        self.path = EquilibriumPath(simulation or Simulation(system(plan), method=AtRest.name), frozenset(self._hears))
+        self.path = EquilibriumPath(Simulation(system(plan), method=AtRest.name), frozenset(self._hears))
         self.models = Models(plan)
         self.simulator = Simulator(self.models)
-        self.why = ""
+        self.states: list[StaticState] = []
+        self.stages: list[str] = []
+        """Names of the stages that have begun."""
         self.over = False
         self._last = Tag(-1)
+        self._turned: list[int] = []
 
-    def walk(self) -> Iterator[Stretch]:
-        """Go on to the end of the list, or to where no rest is known; what each step of it has led to."""
+    def walk(self) -> None:
+        """Go to the end of the list, of the scene or of the stage, or to where no rest is known."""
         end = LAST_NS if self.plan.end is None else ns(self.plan.end)
         try:
             self.simulator.start()
             happened = self.path.start()
-            seen = 0
-            while True:
+            self._collect()
+            while not self.over:
                 while happened:
                     happened = self._tell(happened)
-                yield Stretch(self.models.commander.actions.index, seen)
-                seen = len(self.path.points)
                 due = self.simulator.next_time
-                if self.over:
+                while self._turned and self._turned[0] <= self.path.epoch:
+                    self._turned.pop(0)
+                happened = self.path.run(min(due.t, end, *self._turned[:1]))
+                self._collect()
+                if not happened and self.path.epoch >= end:
                     break
-                happened = self.path.run(min(due.t, end))
-                if happened:
-                    continue
-                if self.path.epoch >= end:
-                    break
-                happened = self._transit(due)
+                if not happened and self.path.epoch == due.t and not self.over:
+                    happened = self._transit(due)
         except HeavyliftError as error:
+            self._collect()
             self.why = str(error)
         if not self.why and not self.over and self.plan.end is None:
             self.why = self.models.commander.waiting_for()
 
+    # ---- models and path ----------------------------------------------------------------------------------
+
     def _transit(self, tag: Tag) -> list[Switched]:
         """Let the models speak at a tag; what that changes at rest."""
         said = self.simulator.outputs()
+        begun = [e.value.name for e in said if isinstance(e.value, m.Stage)]
+        if any(isinstance(e.value, m.Finished) for e in said) or (begun and self.after in self.stages):
+            self.over = True
+            return []
+        self.stages += begun
         self.simulator.advance(tag)
         self._last = tag
-        inputs = [e for e in said if isinstance(e.value, m.KernelInput)]
-        self.over = self.over or any(isinstance(e.value, m.Finished) for e in said)
+        inputs = [e.value for e in said if isinstance(e.value, m.KernelInput)]
         before = len(self.path.command.log)
-        for e in inputs:
-            obey(self.path.command, e.value)
+        for value in inputs:
+            obey(self.path.command, value)
+            if isinstance(value, m.SetProfile) and value.actuator == TURN:
+                self._turned = self._waypoints()
         changed = [x for _, x in self.path.command.log[before:] if x.name in self._hears]
-        return [*changed, *self.path.settle()] if inputs else []
+        if not inputs:
+            return []
+        settled = self.path.settle()
+        self._collect()
+        return [*changed, *settled]
 
     def _tell(self, happened: list[Switched]) -> list[Switched]:
         """Let the models hear what has happened; what they change by that."""
-        for e in happened:
-            for model in self._hears.get(e.name, ()):
-                self.simulator.inject(f"state_{model}", m.StateEvent(e.name, e.what, e.value))
-        tag = max(Tag(self.path.epoch), succ(self._last))
-        if not self.simulator._staged:
+        heard = [(model, e) for e in happened for model in self._hears.get(e.name, ())]
+        if not heard:
             return []
-        due = self.simulator.next_time
+        for model, e in heard:
+            self.simulator.inject(f"state_{model}", m.StateEvent(e.name, e.what, e.value))
+        tag, due = max(Tag(self.path.epoch), succ(self._last)), self.simulator.next_time
         if due <= tag:
             return self._transit(due)
         self.simulator.advance(tag)
         self._last = tag
         return []
+
+    def _waypoints(self) -> list[int]:
+        """Times at which the block is turned by whole steps [ns]."""
+        a = self.path.command.references.actuators[TURN]
+        if not a.move.duration < 1e9:
+            return []
+        start, way = a.start_ns, a.move.displacement(a.move.duration)
+        first, last = sorted((a.x0, a.x0 + way))
+        angles = [k * WAYPOINT for k in range(ceil(first / WAYPOINT), ceil(last / WAYPOINT))]
+        times = []
+        for part in sorted((angle - a.x0) / way for angle in angles if first < angle < last):
+            low, high = 0, ns(a.move.duration)
+            while high - low > 1:
+                middle = (low + high) // 2
+                behind = a.move.displacement(middle * 1e-9) / way < part
+                low, high = (middle, high) if behind else (low, middle)
+            times.append(start + high)
+        return times
+
+    # ---- points -------------------------------------------------------------------------------------------
+
+    def _collect(self) -> None:
+        """New points of the path as states of the action that the commander is at."""
+        commander = self.models.commander.actions
+        number = commander.index
+        action = self.plan.actions[number - 1] if number else None
+        stage = (action.stage or f"action {number}") if action else "at the start"
+        new, self.path.points[:] = list(self.path.points), []
+        self.states += [self._state(rest, number, stage, dict(commander.lugs)) for rest in new]
+
+    def _state(self, rest: Rest, number: int, stage: str, lugs: dict[str, str]) -> StaticState:
+        s, row = self.path.command, rest.row
+        system = s.program.system
+        tensions = dict(zip((r.name for r in system.ropes), map(float, row.tension), strict=True))
+        tensions |= zip((r.name for r in system.rigid_ropes), map(float, row.pull), strict=True)
+        supports = dict(zip((u.name for u in system.supports), map(float, row.normal), strict=True))
+        poses = row.poses.reshape(-1, 12).tolist()
+        block = {pad.support.name for pad in self.plan.block.pads} if self.plan.block else set()
+        names = [d.name for d in system.drives] + [r.name for r in system.straight_ropes if r.winch]
+        t = rest.t_ns
+        return StaticState(
+            t=t * 1e-9,
+            action=number,
+            stage=stage,
+            event=", ".join(f"{e.name} {e.what}" for e in rest.events if e.what not in ("stick", "slip")),
+            tensions=tensions,
+            supports=supports,
+            poses={k.body.name: _pose(x) for k, x in zip(s.program.graph.links, poses, strict=True)},
+            coordinates={k.joint.name: float(row.q[k.q.start]) for k in s.program.graph.links if k.q.stop > k.q.start},
+            references={name: s.references.value(name, t) for name in names},
+            speeds={name: s.references.speed(name, t) for name in names},
+            hooked=lugs,
+            grounded=any(force > 0.0 for name, force in supports.items() if name in block),
+            stiffness=rest.stiffness,
+        )
+
+
+def _pose(x: list[float]) -> Pose:
+    return (x[0], x[1], x[2]), ((x[3], x[4], x[5]), (x[6], x[7], x[8]), (x[9], x[10], x[11]))
