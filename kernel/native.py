@@ -18,7 +18,7 @@ import llvmlite
 import llvmlite.binding as llvm
 import numpy as np
 
-__all__ = ["Library", "cache_folder"]
+__all__ = ["Library", "cache_folder", "read_cached", "sources", "write_cached"]
 
 _MOST_BLOCKS = 8
 _CHECKSUM = 32  # bytes of a SHA-256
@@ -31,7 +31,8 @@ def cache_folder() -> Path:
     return Path(own).expanduser() if own else Path(base).expanduser() / "heavylift"
 
 
-def _sources() -> bytes:
+def sources() -> bytes:
+    """All of the kernel that machine code depends on."""
     here = Path(__file__).parent
     return b"".join(p.read_bytes() for p in sorted(here.rglob("*.py")))
 
@@ -57,14 +58,14 @@ class Library:
         target = llvm.Target.from_default_triple()
         self._machine = target.create_target_machine(opt=opt, cpu=cpu, features=features)
         parts = [structure, cpu, features, llvmlite.__version__, str(opt), sys.platform]
-        key = hashlib.sha256(_sources() + "|".join(parts).encode()).hexdigest()
+        key = hashlib.sha256(sources() + "|".join(parts).encode()).hexdigest()
         path = cache_folder() / f"{key}.o"
-        code = _read(path) if cache else b""
+        code = read_cached(path) if cache else b""
         self.cached = bool(code)
         if not code:
             code = self._compile(ir(), opt)
             if cache:
-                _write(path, code)
+                write_cached(path, code)
         self.size = len(code)
         self._objects: list[bytes] = [code, *(base._objects if base else [])]
         self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), self._machine)
@@ -113,7 +114,7 @@ class Library:
         self._calls[name](*pointers, *[0] * (_MOST_BLOCKS - len(pointers)))
 
 
-def _read(path: Path) -> bytes:
+def read_cached(path: Path) -> bytes:
     """The code of a cache file, empty if there is none or it is damaged."""
     try:
         whole = path.read_bytes()
@@ -123,7 +124,7 @@ def _read(path: Path) -> bytes:
     return code if checksum == hashlib.sha256(code).digest() else b""
 
 
-def _write(path: Path, code: bytes) -> None:
+def write_cached(path: Path, code: bytes) -> None:
     """Atomic; a cache that cannot be written is no error, only slower starts."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

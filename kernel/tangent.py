@@ -48,7 +48,8 @@ class Tangent:
         return self.sizes["dy"] + self.nq + sum(self.sizes.values())
 
     def functions(self, rate: Rate) -> list[Primitive]:
-        """`tangent`(t, y, P, G, step, work, J) with step = (h, two weights), `factorise_tangent`(M), `solve_tangent`(M, b, tail, x)."""
+        """`tangent`(t, y, P, G, step, work, J) with step = (h, two weights), `factorise_tangent`(M), and
+        `solve_tangent`(M, b, tail, x)."""
         c = Code("factorise_tangent", ["M"])
         self.factors.factorise(c)
 
@@ -84,6 +85,7 @@ class Tangent:
             copied(nq, out["dy"], along)
             with c.loop(0, width) as i:
                 c.store("0.0", c.at(row, i))
+
             def differ(reach: float, weight: str) -> None:
                 for side, part in ((reach, weight), (-reach, c.let(f"fneg double {weight}"))):
                     copied(ny, "%y", moved)

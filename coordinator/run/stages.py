@@ -22,7 +22,7 @@ from heavylift.nodes.models import system
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
-    from heavylift.nodes.scene.standing import State
+    from heavylift.nodes.statics.lift import State
 
 __all__ = ["Required", "page", "required"]
 

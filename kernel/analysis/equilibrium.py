@@ -86,9 +86,7 @@ def _shown(simulation: Simulation, topic: str) -> dict[str, float]:
     return {name: float(x) for c in shown for name, x in zip(c.names, values[c.start : c.stop], strict=True)}
 
 
-def _step(
-    poses: Poses, basis: np.ndarray | None, K: np.ndarray, a: np.ndarray, h: float
-) -> tuple[np.ndarray, float]:
+def _step(poses: Poses, basis: np.ndarray | None, K: np.ndarray, a: np.ndarray, h: float) -> tuple[np.ndarray, float]:
     """A step that goes with the acceleration; h [s] shrinks where the pose is unstable."""
     while True:
         poses.factorise(K, h, basis)

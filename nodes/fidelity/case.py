@@ -22,7 +22,7 @@ from .moving import Parting, by_ways, lasts, lifting, profile, turning
 from .swinging import Swing, away, farthest
 
 if TYPE_CHECKING:
-    from heavylift.nodes.scene.follow import Following, Step
+    from heavylift.nodes.statics.lift import Following, Step
 
 __all__ = ["Case", "case_of"]
 

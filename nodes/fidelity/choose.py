@@ -29,7 +29,7 @@ from .rules import RULES, Choice, Errors, chance
 from .verdict import INTEGRATION, Decided, Verdict, left
 
 if TYPE_CHECKING:
-    from heavylift.nodes.scene.follow import Following
+    from heavylift.nodes.statics.lift import Following
 
 __all__ = ["choose", "unpromised"]
 

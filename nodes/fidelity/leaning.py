@@ -12,7 +12,7 @@ from math import cos, dist, sin
 
 from heavylift.nodes.scene.actions import Move
 from heavylift.nodes.scene.plan import HookRope, Plan, drive_name
-from heavylift.nodes.scene.standing import State
+from heavylift.nodes.statics.lift import State
 
 from .hooks import Hook
 from .moving import Parting

@@ -16,8 +16,7 @@ from heavylift.nodes.scene.actions import Action, Condition, Lifted, Move, Turn,
 from heavylift.nodes.scene.plan import Plan, drive_name
 
 if TYPE_CHECKING:
-    from heavylift.nodes.scene.follow import Following
-    from heavylift.nodes.scene.standing import State
+    from heavylift.nodes.statics.lift import Following, State
 
 __all__ = ["Parting", "by_ways", "lasts", "lifting", "profile", "turning"]
 

@@ -7,18 +7,21 @@ tension.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from heavylift.nodes.statics.lift import Step
+
 from . import plan, schema
 from .findings import Findings, Told
-from .follow import Step
 from .yard import HOOKS
 
 
-def capacity_checks(scene: schema.Scene, built: plan.Plan, steps: list[Step]) -> list[tuple[str, str]]:
+def capacity_checks(scene: schema.Scene, built: plan.Plan, steps: Sequence[Step]) -> list[tuple[str, str]]:
     """All that would be overloaded, or that nothing could hold, told once per subject."""
     found = Findings()
     for step in steps:
-        for check in (_held, _hooks, _trolleys, _cranes, _slings, _ropes):
-            found.take(check.__name__, check(scene, built, step), step.stage, step.where)
+        for check in (_hooks, _trolleys, _cranes, _slings, _ropes):
+            found.take(check.__name__, check(scene, built, step), step.static.stage, step.where)
     return found.list()
 
 
@@ -42,16 +45,6 @@ def sling_tension(built: plan.Plan, step: Step, sling: plan.Sling) -> float:
     """Static tension of a hooked sling: half of its loader's share [N]."""
     pair = [s for s in built.rig.slings if s.loader == sling.loader and s.name in step.state.lugs]
     return (step.loads or {}).get(sling.loader, 0.0) * built.gravity / max(1, len(pair))
-
-
-def _held(scene: schema.Scene, built: plan.Plan, step: Step) -> Told:
-    """The centre of mass is inside the polygon of the lugs that carry."""
-    if not step.state.grounded and step.loads is None and built.block:
-        told = "no sling is taut: the block would fall"
-        if step.lean:
-            out = f"{step.lean:.2f} m outside the polygon of the lugs that carry"
-            told = f"the centre of mass is {out}: the block would tip"
-        yield "block", step.where or built.block.where, told
 
 
 def _hooks(scene: schema.Scene, built: plan.Plan, step: Step) -> Told:

@@ -7,37 +7,60 @@ action list, what stood before and after an action.  A subject is told once per 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import combinations, pairwise
+
+from heavylift.nodes.statics.lift import State, Step
 
 from . import plan, schema
 from .findings import Findings, Told
-from .follow import Step
-from .standing import Standing, State, reach
 from .yard import exit_height
 
 SAME_LEVEL = 5.0  # trolleys whose ropes leave closer together in height run into each other [m]
 TOUCH = 1e-6  # [m]
 
 
-def start_checks(scene: schema.Scene, built: plan.Plan, start: Step) -> list[tuple[str, str]]:
+def start_checks(scene: schema.Scene, built: plan.Plan) -> list[tuple[str, str]]:
     """What does not fit before anything moves; slings are judged where cranes and block stand well."""
     found = Findings()
     for fits in (_on_stools, _stools_below_mass, _lugs_outside, _under_hooks):
         found.take(fits.__name__, fits(scene, built))
-    for check in _ALWAYS:
-        found.take(check.__name__, check(scene, built, start.state, start))
+    start = _start(scene, built)
+    for check in _PLACES:
+        found.take(check.__name__, check(scene, built, start, start))
     if not found.sentences:
         found.take("slings", _slings_reach(scene, built))
     return found.list()
 
 
-def step_checks(scene: schema.Scene, built: plan.Plan, steps: list[Step]) -> list[tuple[str, str]]:
-    """What does not fit after an action."""
+def goal_checks(
+    found: Findings, scene: schema.Scene, built: plan.Plan, before: State, after: State, action: plan.Action
+) -> None:
+    """Where the moves of an action that have a known end must not lead to."""
+    for check in _PLACES:
+        found.take(check.__name__, check(scene, built, before, after), action.stage, action.where)
+
+
+def step_checks(scene: schema.Scene, built: plan.Plan, steps: Sequence[Step]) -> list[tuple[str, str]]:
+    """What does not fit on the way."""
     found = Findings()
-    for before, after in pairwise(steps):
-        for check in _ALWAYS:
-            found.take(check.__name__, check(scene, built, before.state, after), after.stage, after.where)
+    for step in steps:
+        found.take("ground", _block_clear(scene, built, step), step.static.stage, step.where)
     return found.list()
+
+
+def _start(scene: schema.Scene, built: plan.Plan) -> State:
+    """Where everything is written to stand at the start."""
+    assert scene.block is not None
+    return State(
+        cranes={c.name: c.gantry.start for c in built.cranes},
+        trolleys={(c.name, t.name): t.axis.start for c in built.cranes for t in (c.upper, c.lower)},
+        ropes={rope.name: rope.L0 for rope in built.rig.hook_ropes},
+        lugs={sling.name: sling.lug for sling in built.rig.slings if sling.lug},
+        at=scene.block.at,
+        theta=0.0,
+        grounded=True,
+    )
 
 
 # at the start
@@ -104,65 +127,72 @@ def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Told:
 
 def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Told:
     """Each sling that is hooked at the start reaches its lug."""
-    at = Standing(scene, built)
+    from .orders import reach  # which looks at geometry, too
+
+    assert built.block is not None
+    loaders, lugs = {x.name: x for x in built.loaders}, {lug.name: lug.p for lug in built.block.lugs}
     for sling in built.rig.slings:
-        told = reach(at, sling.name, sling.lug) if sling.lug else ""
-        if told:
+        if not sling.lug:
+            continue
+        loader = loaders[sling.loader]
+        beam = tuple(a + b + c for a, b, c in zip(loader.pose, loader.hinge, sling.beam.p, strict=False))
+        p = tuple(a + b for a, b in zip(built.block.pose, lugs[sling.lug], strict=False))
+        if told := reach(sling, sling.lug, beam, p):
             yield sling.loader, sling.where, told
 
 
 # at the start and after each action
 
 
-def _portals(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
+def _portals(scene: schema.Scene, built: plan.Plan, before: State, after: State) -> Told:
     """Cranes on the same rails neither overlap nor pass through each other."""
     for one, two in combinations(built.cranes, 2):
         least = (scene.cranes[one.name].width + scene.cranes[two.name].width) / 2
-        gap = after.state.cranes[two.name] - after.state.cranes[one.name]
+        gap = after.cranes[two.name] - after.cranes[one.name]
         was = before.cranes[two.name] - before.cranes[one.name]
         if abs(gap) < least - TOUCH or gap * was < 0:
             told = f"the portals of {one.name} and {two.name} overlap: {abs(gap):g} m from centre to centre"
             yield f"{one.name} {two.name}", two.where, f"{told}, but {least:g} m from buffer to buffer"
 
 
-def _rails(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
+def _rails(scene: schema.Scene, built: plan.Plan, before: State, after: State) -> Told:
     """No crane leaves its rails."""
     for crane in built.cranes:
-        x = after.state.cranes[crane.name]
+        x = after.cranes[crane.name]
         if not crane.gantry.lower - TOUCH <= x <= crane.gantry.upper + TOUCH:
             told = f"{crane.name} at x = {x:g} m is past the end of its rails"
             yield crane.name, crane.where, f"{told}, {crane.gantry.lower:g} to {crane.gantry.upper:g} m"
 
 
-def _girder_ends(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
+def _girder_ends(scene: schema.Scene, built: plan.Plan, before: State, after: State) -> Told:
     """No trolley leaves its girder."""
     for crane in built.cranes:
         for trolley in (crane.upper, crane.lower):
-            y = after.state.trolleys[crane.name, trolley.name]
+            y = after.trolleys[crane.name, trolley.name]
             if not trolley.axis.lower - TOUCH <= y <= trolley.axis.upper + TOUCH:
                 told = f"the {trolley.name} trolley of {crane.name} at y = {y:g} m is past the end of its girder"
                 ends = f"{trolley.axis.lower:g} to {trolley.axis.upper:g} m"
                 yield f"{crane.name} {trolley.name}", trolley.where, f"{told}, {ends}"
 
 
-def _trolleys_meet(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
+def _trolleys_meet(scene: schema.Scene, built: plan.Plan, before: State, after: State) -> Told:
     """Trolleys of one level neither touch nor pass; on two levels the lower one passes beneath the upper."""
     for crane in built.cranes:
         given = scene.cranes[crane.name]
         if abs(given.upper_exit - given.lower_exit) >= SAME_LEVEL:
             continue
-        gap, was = (s.trolleys[crane.name, "lower"] - s.trolleys[crane.name, "upper"] for s in (after.state, before))
+        gap, was = (s.trolleys[crane.name, "lower"] - s.trolleys[crane.name, "upper"] for s in (after, before))
         if abs(gap) < given.trolley_length - TOUCH or gap * was < 0:
             told = f"the trolleys of {crane.name} run on one level and would go through each other"
             least = f"{given.trolley_length:g} m from middle to middle, not {abs(gap):g} m"
             yield crane.name, crane.lower.where, f"{told}: they need {least}"
 
 
-def _rope_lengths(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
+def _rope_lengths(scene: schema.Scene, built: plan.Plan, before: State, after: State) -> Told:
     """Each rope is on its drum, and not wound up to the sheaves."""
     for crane in built.cranes:
         for hook in crane.hooks:
-            length = after.state.ropes[hook.rope]
+            length = after.ropes[hook.rope]
             if length < hook.shortest - TOUCH:
                 told = f"the rope {hook.rope} would be wound to {length:g} m, its minimum is {hook.shortest:g} m"
                 yield hook.rope, hook.where, told
@@ -171,32 +201,28 @@ def _rope_lengths(scene: schema.Scene, built: plan.Plan, before: State, after: S
                 yield hook.rope, hook.where, told
 
 
-def _hook_limits(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
+def _hook_limits(scene: schema.Scene, built: plan.Plan, before: State, after: State) -> Told:
     """No hook goes above its upper limit."""
     for crane in built.cranes:
         for hook in crane.hooks:
-            eye = exit_height(scene.cranes[crane.name], hook.name) - after.state.ropes[hook.rope]
+            eye = exit_height(scene.cranes[crane.name], hook.name) - after.ropes[hook.rope]
             if eye > hook.highest + SAME_LEVEL / 100:
                 told = f"the hook {hook.rope} would be at z = {eye:g} m, its upper limit is {hook.highest:g} m"
                 yield hook.rope, hook.where, told
 
 
-def _block_clear(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
+_PLACES = (_portals, _rails, _girder_ends, _trolleys_meet, _rope_lengths, _hook_limits)
+
+
+def _block_clear(scene: schema.Scene, built: plan.Plan, step: Step) -> Told:
     """The block does not sweep through the ground while it hangs."""
-    if scene.block is None or after.state.grounded:
+    if scene.block is None or step.state.grounded:
         return
-    _, b, c = (side / 2 for side in scene.block.size)
-    s = after.state
-    lowest = s.at[2] - abs(b * math.sin(s.theta)) - abs(c * math.cos(s.theta))
+    assert built.block is not None
+    p, R = step.static.poses[built.block.name]
+    lowest = p[2] - sum(abs(R[2][i]) * side / 2 for i, side in enumerate(scene.block.size))
     if lowest < -TOUCH:
-        yield (
-            "block",
-            after.where,
-            f"the block would sweep {-lowest:.2f} m into the ground: hoist it higher first",
-        )
-
-
-_ALWAYS = (_portals, _rails, _girder_ends, _trolleys_meet, _rope_lengths, _hook_limits, _block_clear)
+        yield "block", step.where, f"the block would sweep {-lowest:.2f} m into the ground: hoist it higher first"
 
 
 def _inside(p: tuple[float, float], points: list[tuple[float, float]]) -> bool:

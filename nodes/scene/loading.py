@@ -17,16 +17,17 @@ from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity import Question, Verdict, choose, unpromised
 from heavylift.nodes.models import node_names
 from heavylift.nodes.scenes import bundled
+from heavylift.nodes.statics import Followed, Following, follow, following
 
 from . import plan, schema
 from .assemble import build_mechanism
 from .capacity import capacity_checks
 from .faults import closest, raise_faults
-from .follow import Following, follow
 from .geometry import start_checks, step_checks
 from .held import held_orders
 from .machines import build_machines
 from .modelling import build_fidelity, planar
+from .orders import order_checks
 from .placing import placement_faults
 from .report import Report, report
 from .resolve import build_actions
@@ -58,9 +59,14 @@ class LoadedScene:
         return [process for process, hosting in self.scene.placement.items() if hosting.host == "remote"]
 
     @cached_property
+    def statics(self) -> Followed:
+        """The action list followed at rest, as far as that goes."""
+        return follow(self.plan)
+
+    @cached_property
     def followed(self) -> Following | None:
-        """The action list followed statically; None where no block is lifted."""
-        return follow(self.scene, self.plan) if self.scene.block else None
+        """The same as the states of a lift; None where no block is lifted."""
+        return following(self.plan, self.statics) if self.scene.block else None
 
 
 def load(scene: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
@@ -181,12 +187,14 @@ def _needs(source: Source, scene: schema.Scene) -> None:
 def _physics(source: Source, loaded: LoadedScene) -> list[Fault]:
     """What cannot be built or would be overloaded; loads are judged only where everything fits."""
     scene, built = loaded.scene, loaded.plan
-    if loaded.followed is None:
+    if scene.block is None:
         return []
-    steps = loaded.followed.steps
-    told = start_checks(scene, built, steps[0])
-    told = told or held_orders(built) + step_checks(scene, built, steps) + loaded.followed.findings.list()
-    told = told or capacity_checks(scene, built, steps)
+    told = start_checks(scene, built) or held_orders(built)
+    if not told:
+        assert loaded.followed is not None
+        steps = loaded.followed.steps
+        told = order_checks(scene, built, loaded.followed) or step_checks(scene, built, steps)
+        told = told or capacity_checks(scene, built, steps)
     return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in told]
 
 

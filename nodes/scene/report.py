@@ -8,9 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import groupby
 
+from heavylift.nodes.statics.lift import Following, Step
+
 from . import plan, schema
 from .capacity import below, crane_load, sling_tension
-from .follow import Following, Step
 
 
 @dataclass(frozen=True)
@@ -90,8 +91,8 @@ def _page(scene: schema.Scene, built: plan.Plan, followed: Following, rows: list
     lines = ["", _line("static sling load [t]", hooks)]
     shown: list[str] = []
     for stage, group in groupby(rows, key=lambda row: row.stage):
-        cells = [f"{row.sling_load / 1e3:.1f}" for row in group]
-        if cells != shown and stage in followed.told_stages:
+        cells = [f"{row.sling_load / 1e3:.1f}" for row in [*group][-len(hooks) :]]  # at its end
+        if cells != shown:
             lines.append(_line(stage, cells))
             shown = cells
     largest = {hook: max((r for r in rows if r.hook == hook), key=lambda r: r.on_rope) for hook in hooks}
@@ -104,7 +105,8 @@ def _page(scene: schema.Scene, built: plan.Plan, followed: Following, rows: list
         *_uses(scene, built, [step for step in followed.steps if step.loads is not None]),
     ]
     if not followed.known:
-        lines += ["", f"Followed up to {followed.steps[-1].stage}; what comes later depends on the motion."]
+        why = followed.path.why
+        lines += ["", f"Followed up to {followed.steps[-1].stage}; what comes later depends on the motion: {why}"]
     return lines
 
 

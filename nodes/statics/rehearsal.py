@@ -6,6 +6,7 @@ time goes on, but nothing swings.  So each verb, condition and switch means here
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import ceil, pi
 
 from heavylift.kernel.analysis.path import EquilibriumPath, Rest
@@ -17,10 +18,10 @@ from heavylift.nodes.devs import Coupled, Out, Simulator, Tag, ns, succ
 from heavylift.nodes.models import COMMANDER, KERNEL, CommanderModel, build, couplings, subscriptions, system
 from heavylift.nodes.models import messages as m
 from heavylift.nodes.models.inputs import obey
-from heavylift.nodes.models.roster import TURN
+from heavylift.nodes.models.roster import TURN, first_lugs
 from heavylift.nodes.scene.plan import Plan
 
-from .state import Pose, StaticState
+from .state import Acted, Pose, StaticState
 
 __all__ = ["Rehearsal"]
 
@@ -71,6 +72,7 @@ class Rehearsal:
         self.models = Models(plan)
         self.simulator = Simulator(self.models)
         self.states: list[StaticState] = []
+        self.acted: list[Acted] = []
         self.stages: list[str] = []
         """Names of the stages that have begun."""
         self.over = False
@@ -81,9 +83,11 @@ class Rehearsal:
         """Go to the end of the list, of the scene or of the stage, or to where no rest is known."""
         end = LAST_NS if self.plan.end is None else ns(self.plan.end)
         try:
-            self.simulator.start()
             happened = self.path.start()
             self._collect()
+            self.simulator.start()
+            first = self.models.commander.actions
+            self.acted += [self._begun()] * first.index
             while not self.over:
                 while happened:
                     happened = self._tell(happened)
@@ -112,8 +116,7 @@ class Rehearsal:
             self.over = True
             return []
         self.stages += begun
-        self.simulator.advance(tag)
-        self._last = tag
+        self._advance(tag)
         inputs = [e.value for e in said if isinstance(e.value, m.KernelInput)]
         before = len(self.path.command.log)
         for value in inputs:
@@ -137,9 +140,22 @@ class Rehearsal:
         tag, due = max(Tag(self.path.epoch), succ(self._last)), self.simulator.next_time
         if due <= tag:
             return self._transit(due)
+        self._advance(tag)
+        return []
+
+    def _advance(self, tag: Tag) -> None:
+        """Let the models do a tag; actions that begin there begin in the present state."""
+        commander = self.models.commander.actions
+        before = commander.index
         self.simulator.advance(tag)
         self._last = tag
-        return []
+        self.acted += [self._begun()] * (commander.index - before)
+
+    def _begun(self) -> Acted:
+        """The present state, in which an action begins."""
+        commander = self.models.commander.actions
+        taut = tuple(name for name, state in commander.picture.ropes.items() if state == "taut")
+        return Acted(replace(self.states[-1], hooked=dict(commander.lugs)), taut)
 
     def _waypoints(self) -> list[int]:
         """Times at which the block is turned by whole steps [ns]."""
@@ -164,11 +180,13 @@ class Rehearsal:
     def _collect(self) -> None:
         """New points of the path as states of the action that the commander is at."""
         commander = self.models.commander.actions
-        number = commander.index
+        number = getattr(commander, "index", 0)
         action = self.plan.actions[number - 1] if number else None
         stage = (action.stage or f"action {number}") if action else "at the start"
         new, self.path.points[:] = list(self.path.points), []
-        self.states += [self._state(rest, number, stage, dict(commander.lugs)) for rest in new]
+        self.states += [
+            self._state(rest, number, stage, dict(getattr(commander, "lugs", first_lugs(self.plan)))) for rest in new
+        ]
 
     def _state(self, rest: Rest, number: int, stage: str, lugs: dict[str, str]) -> StaticState:
         s, row = self.path.command, rest.row
@@ -179,6 +197,7 @@ class Rehearsal:
         poses = row.poses.reshape(-1, 12).tolist()
         block = {pad.support.name for pad in self.plan.block.pads} if self.plan.block else set()
         names = [d.name for d in system.drives] + [r.name for r in system.straight_ropes if r.winch]
+        names += [x.name for x in system.masters]
         t = rest.t_ns
         return StaticState(
             t=t * 1e-9,

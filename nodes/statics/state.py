@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-__all__ = ["Pose", "StaticState"]
+__all__ = ["Acted", "Pose", "StaticState"]
 
 Pose = tuple[tuple[float, float, float], tuple[tuple[float, float, float], ...]]  # p_WB [m], R_WB (3, 3)
 
@@ -27,3 +27,11 @@ class StaticState:
     hooked: Mapping[str, str]  # sling -> lug
     grounded: bool  # whether a support of the block is closed
     stiffness: float  # smallest eigenvalue of the tangent stiffness over the inertia [1/s2]; negative: unstable
+
+
+@dataclass(frozen=True)
+class Acted:
+    """The state in which an action began, and the ropes that were taut then."""
+
+    before: StaticState
+    taut: tuple[str, ...]

@@ -1,0 +1,69 @@
+"""The action list followed at rest, kept by structure and numbers of the plan.
+
+What comes back is plain data: a second load of the same scene reads it from the cache of compiled code.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+from heavylift.kernel.native import cache_folder, read_cached, sources, write_cached
+from heavylift.nodes.scene import plan
+
+from .state import Acted, StaticState
+
+__all__ = ["Followed", "follow"]
+
+
+@dataclass(frozen=True)
+class Followed:
+    """All states of the path; for each action that began the state then; notes with their times [s].
+
+    `why`: the sentence with which the following ended before the list did, "" if it came to its end.
+    `unstable`: time from which the rest is unstable [s].
+    """
+
+    states: tuple[StaticState, ...]
+    acted: tuple[Acted, ...]
+    notes: tuple[tuple[float, str], ...]
+    why: str
+    unstable: float | None
+
+    @property
+    def known(self) -> bool:
+        """Whether the whole list could be followed."""
+        return not self.why
+
+
+def follow(built: plan.Plan) -> Followed:
+    """Follow the action list of a plan, as it is modelled without simplifications; from the cache if it was before."""
+    whole = msgspec.structs.replace(built, fidelity=_whole(built.fidelity))
+    path = cache_folder() / f"{_key(whole)}.path"
+    if data := read_cached(path):
+        try:
+            return msgspec.msgpack.decode(data, type=Followed)
+        except msgspec.DecodeError:
+            pass
+    from .rehearsal import Rehearsal  # compiles, which what is kept does not need
+
+    r = Rehearsal(whole)
+    r.walk()
+    unstable = r.path.unstable_since
+    notes = tuple((note.t_ns * 1e-9, note.sentence) for note in r.path.notes)
+    found = Followed(tuple(r.states), tuple(r.acted), notes, r.why, None if unstable is None else unstable * 1e-9)
+    write_cached(path, msgspec.msgpack.encode(found))
+    return found
+
+
+def _whole(fidelity: plan.Fidelity) -> plan.Fidelity:
+    """At rest nothing is gained by leaving something out: elastic ropes without lumps, all joints, all pads."""
+    return plan.Fidelity(girder=fidelity.girder)
+
+
+def _key(built: plan.Plan) -> str:
+    here = Path(__file__).parent.parent
+    own = b"".join(p.read_bytes() for room in ("statics", "models", "devs") for p in sorted((here / room).glob("*.py")))
+    return hashlib.sha256(sources() + own + plan.encode(built)).hexdigest()

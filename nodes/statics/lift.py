@@ -1,0 +1,154 @@
+"""A static state as the rules of a lift see it: where cranes, trolleys and hooks stand, what every loader carries."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+
+from heavylift.kernel.elementary import atan2
+from heavylift.nodes.scene import plan
+from heavylift.nodes.scene.actions import Move, Turn
+
+from .follow import Followed
+from .state import StaticState
+
+__all__ = ["Begun", "Following", "State", "Step", "following", "goals", "loads_of", "world"]
+
+Place = tuple[float, float, float]
+SLACK = 1.0  # [N] of a sling that carries nothing
+SHOWN = pi / 6.0  # [rad] of a turn that has a row of its own in tables
+ROUND = 1e-6  # [rad]
+
+
+@dataclass(frozen=True)
+class State:
+    """Where everything of a lift stands; keys are the names of cranes, drives, ropes and slings."""
+
+    cranes: dict[str, float]  # x [m]
+    trolleys: dict[tuple[str, str], float]  # y [m]
+    ropes: dict[str, float]  # unstretched length [m]
+    lugs: dict[str, str]  # of hooked slings
+    at: Place  # middle of the block [m]
+    theta: float  # [rad]
+    grounded: bool
+
+
+@dataclass(frozen=True)
+class Step:
+    """A state, the action that led to it, and what the block weighs on each loader then."""
+
+    where: str
+    stage: str
+    state: State
+    static: StaticState
+    loads: dict[str, float] | None = None  # sling load by loader [kg]; None while the block stands on its stools
+
+
+@dataclass(frozen=True)
+class Begun:
+    """The state before an action, and whether a sling is taut behind it."""
+
+    before: State
+    taut: bool
+
+
+@dataclass(frozen=True)
+class Following:
+    """All states of a lift, and each action that could be followed."""
+
+    path: Followed
+    steps: tuple[Step, ...]
+    acted: tuple[Begun, ...]
+
+    @property
+    def known(self) -> bool:
+        """Whether the whole list could be followed."""
+        return self.path.known
+
+
+def following(built: plan.Plan, path: Followed) -> Following:
+    """A path as the states of a lift."""
+    steps = tuple(_step(built, x) for x in path.states)
+    after = [*(x.before for x in path.acted[1:]), *path.states[-1:]]
+    hung = {s.loader for s in built.rig.slings}
+    taut = [any(is_taut(built, x, loader) for loader in hung) for x in after]
+    acted = (Begun(lift_state(built, x.before), t) for x, t in zip(path.acted, taut, strict=False))
+    return Following(path, steps, tuple(acted))
+
+
+def _step(built: plan.Plan, x: StaticState) -> Step:
+    action = built.actions[x.action - 1] if x.action else None
+    stage = x.stage
+    if action and any(isinstance(order, Turn) for order in action.orders):
+        theta = x.references["turn"]
+        if abs(theta / SHOWN - round(theta / SHOWN)) < ROUND and abs(theta - built.start) > ROUND:
+            stage += f", {180.0 / pi * theta:.0f} deg"
+    return Step(
+        action.where if action else "", stage, lift_state(built, x), x, None if x.grounded else loads_of(built, x)
+    )
+
+
+def lift_state(built: plan.Plan, x: StaticState) -> State:
+    """Where a lift stands in a static state."""
+    assert built.block is not None
+    p, R = x.poses[built.block.name]
+    at = {c.name: c for c in built.cranes}
+    return State(
+        cranes={c: x.references[plan.drive_name(c, "gantry")] for c in at},
+        trolleys={(c, t): x.references[plan.drive_name(c, t)] for c in at for t in ("upper", "lower")},  # type: ignore[arg-type]
+        ropes={rope.name: x.references[rope.name] for rope in built.rig.hook_ropes},
+        lugs=dict(x.hooked),
+        at=p,
+        theta=atan2(R[1][2], R[2][2]),
+        grounded=x.grounded,
+    )
+
+
+def world(x: StaticState, body: str, p: Place) -> Place:
+    """World position of a point of a body [m]."""
+    o, R = x.poses[body]
+    a, b, c = (o[i] + R[i][0] * p[0] + R[i][1] * p[1] + R[i][2] * p[2] for i in range(3))
+    return a, b, c
+
+
+def loads_of(built: plan.Plan, x: StaticState) -> dict[str, float]:
+    """What the block weighs on each loader: the vertical part of its slings' tensions [kg]."""
+    assert built.block is not None
+    lugs = {lug.name: lug.p for lug in built.block.lugs}
+    found = {loader.name: 0.0 for loader in built.loaders}
+    for sling in built.rig.slings:
+        lug = x.hooked.get(sling.name)
+        tension = x.tensions[sling.name]
+        if lug is None or tension <= 0.0:
+            continue
+        a, b = world(x, sling.beam.body, sling.beam.p), world(x, built.block.name, lugs[lug])
+        dx, dy, dz = (p - q for p, q in zip(a, b, strict=True))
+        found[sling.loader] += tension * dz / (dx * dx + dy * dy + dz * dz) ** 0.5 / built.gravity
+    return found
+
+
+def is_taut(built: plan.Plan, x: StaticState, loader: str) -> bool:
+    """Whether a sling of a loader carries."""
+    return any(x.tensions[s.name] > SLACK for s in built.rig.slings if s.loader == loader and s.name in x.hooked)
+
+
+def goals(built: plan.Plan, action: plan.Action, before: State) -> State:
+    """Where the moves of an action are to lead whose ends are known."""
+    cranes, trolleys, ropes = dict(before.cranes), dict(before.trolleys), dict(before.ropes)
+    for m in action.orders:
+        if not isinstance(m, Move) or (m.to is None and m.by is None):
+            continue
+        if m.actuator in ropes:
+            ropes[m.actuator] = end_of(m, ropes[m.actuator])
+        for c in built.cranes:
+            if m.actuator == plan.drive_name(c.name, "gantry"):
+                cranes[c.name] = end_of(m, cranes[c.name])
+            for t in ("upper", "lower"):
+                if m.actuator == plan.drive_name(c.name, t):  # type: ignore[arg-type]
+                    trolleys[c.name, t] = end_of(m, trolleys[c.name, t])
+    return State(cranes, trolleys, ropes, before.lugs, before.at, before.theta, before.grounded)
+
+
+def end_of(m: Move, now: float) -> float:
+    """Where a move ends whose end is known."""
+    return m.to if m.to is not None else now + (m.by or 0.0)
