@@ -1,0 +1,80 @@
+"""What is judged, of a path or of a run alike: tensions, poses and rope lengths as columns over n instants."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+from heavylift.nodes.statics.state import StaticState
+from numpy.typing import NDArray
+
+__all__ = ["Signals", "signals_of"]
+
+Column: TypeAlias = NDArray[np.float64]
+Hooked: TypeAlias = tuple[float, Mapping[str, str]]  # from when [s], sling -> lug
+
+
+@dataclass(frozen=True)
+class Signals:
+    """Columns over n instants; names are the kernel's.
+
+    t (n,) [s]; tensions: rope -> (n,) [N]; poses: body -> p_WB (n, 3) [m] and R_WB (n, 3, 3); lengths: hook rope ->
+    (n,) unstretched length [m], where it is known.  `peaks`: rope -> (tension [N], when [s]), exact where a run was
+    integrated.  `stages`: (from when [s], name), `actions`: number of the action at each instant, of a path.
+    """
+
+    t: Column
+    tensions: Mapping[str, Column]
+    poses: Mapping[str, tuple[Column, Column]] = field(default_factory=dict)
+    lengths: Mapping[str, Column] = field(default_factory=dict)
+    hooked: Sequence[Hooked] = ()
+    stages: Sequence[tuple[float, str]] = ()
+    peaks: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    named: Sequence[str] = ()  # stage of each instant, of a path; of a run they follow from the times
+    actions: Sequence[int] = ()
+    dynamic: bool = False  # of a run, not of a path at rest
+
+    def stage_at(self, t: float, k: int | None = None) -> str:
+        """The stage of an instant, or of a time between instants."""
+        if k is not None and self.named:
+            return self.named[k]
+        return next((name for start, name in reversed(self.stages) if start <= t), "")
+
+    def lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:
+        """The lugs that a sling was on, each with the instants (n,) at which it was."""
+        found: dict[str, NDArray[np.bool_]] = {}
+        for i, (start, lugs) in enumerate(self.hooked):
+            if not lugs.get(sling):
+                continue
+            if self.named:
+                inside = np.arange(len(self.t)) == i
+            else:
+                end = self.hooked[i + 1][0] if i + 1 < len(self.hooked) else np.inf
+                inside = (self.t >= start) & (self.t < end)
+            found[lugs[sling]] = found.get(lugs[sling], np.zeros(len(self.t), dtype=bool)) | inside
+        return sorted(found.items())
+
+
+def signals_of(states: Sequence[StaticState]) -> Signals:
+    """The columns of a path; what a state does not name is 0 (a tension), or nan."""
+    ropes = sorted({name for state in states for name in state.tensions})
+    bodies = sorted({name for state in states for name in state.poses})
+    winches = sorted({name for state in states for name in state.references if name in ropes})
+    lost = (np.full(3, np.nan), np.full((3, 3), np.nan))
+    return Signals(
+        t=np.array([state.t for state in states]),
+        tensions={name: np.array([state.tensions.get(name, 0.0) for state in states]) for name in ropes},
+        poses={
+            name: (
+                np.array([state.poses[name][0] if name in state.poses else lost[0] for state in states]),
+                np.array([state.poses[name][1] if name in state.poses else lost[1] for state in states]),
+            )
+            for name in bodies
+        },
+        lengths={name: np.array([state.references.get(name, np.nan) for state in states]) for name in winches},
+        hooked=[(state.t, state.hooked) for state in states],
+        named=[state.stage for state in states],
+        actions=[state.action for state in states],
+    )
