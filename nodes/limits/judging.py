@@ -89,10 +89,9 @@ def _worst(limit: Limit, reading: Reading) -> tuple[int | None, float]:
     values = reading.values
     if not np.isfinite(values).any():
         return None, 0.0
+    how = -values if limit.least else values
     if limit.between is not None:
         how = np.abs(2.0 * values - sum(limit.between))
-    else:
-        how = -values if limit.least else values
     most = float(np.nanmax(np.where(np.isfinite(values), how, np.nan)))
     k = int(np.argmax(np.nan_to_num(how, nan=-np.inf, neginf=-np.inf) >= most - SAME * abs(most)))
     return k, float(values[k])

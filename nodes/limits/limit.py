@@ -44,9 +44,10 @@ class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     """A limit of a subject: what may be reached of a quantity, and who says so.
 
     `value` [unit] is a single limit, `between` has a lower and an upper one; `chart` holds (x, value) between which the
-    limit is interpolated, x being what `over` names; without any of them the limit is not known.  With `least` a value below the limit is beyond it.  Above `warning` a
-    value is told, although it is allowed.  `factor`: design factor, or product of partial factors, that the value
-    contains.  `elements`: ropes, slings or joints that the quantity is read from.
+    limit is interpolated, x being what `over` names; without any of them the limit is not known.  With `least` a value
+    below the limit is beyond it.  Above `warning` a value is told, although it is allowed.  `factor`: design factor, or
+    product of partial factors, that the value contains, of the force at which it breaks, `breaking` [N].  `elements`:
+    ropes, slings or bodies that the quantity is read from.
     """
 
     subject: str
@@ -59,6 +60,7 @@ class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     least: bool = False
     warning: float | None = None
     factor: float = 1.0
+    breaking: float = 0.0
     elements: tuple[str, ...] = ()
     source: str = ""
     note: str = ""  # what a planner must know to read the row: assumptions, what a value was reduced for

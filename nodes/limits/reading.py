@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .limit import Limit
-from .reeving import lead_factor, rope_pull
+from .reeving import lead_factor
 from .signals import Column, Signals
 
 if TYPE_CHECKING:
     from heavylift.kernel.describe import Point
-    from heavylift.nodes.scene.plan import HookRope, Plan, Sling
+    from heavylift.nodes.scene.plan import HookRope, Plan
 
 __all__ = ["READERS", "Reading", "axis_of", "read"]
 
@@ -44,7 +44,7 @@ def read(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
 def axis_of(plan: Plan, limit: Limit, signals: Signals) -> Column | None:
     """What the chart of a limit is over, at each instant: the trolley's place on its girder [m]."""
     rope = _rope(plan, limit.elements[0])
-    trolley = rope and _body(signals, rope.lines[0].a.body)
+    trolley = _body(signals, rope.lines[0].a.body) if rope else None
     return None if trolley is None else trolley[0][:, ACROSS]
 
 
@@ -77,17 +77,16 @@ def _tension(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
 
 
 def _pull(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
-    """The most loaded part of a hook rope, at its upper end [N]."""
+    """The most loaded part of a hook rope at its upper end, with the part's own weight [N]."""
     rope = _rope(plan, limit.elements[0])
     if rope is None or rope.name not in signals.tensions:
         return None
     lead = lead_factor(rope.falls, rope.drum_ends, rope.efficiency)
     own = (rope.line / rope.falls - _hung(plan, rope) / rope.falls) * plan.gravity * _length(signals, rope)
-    values = rope_pull(signals.tensions[rope.name], rope.falls, lead, own)
-    exact = None
+    values, exact = lead * signals.tensions[rope.name] / rope.falls + own, None
     if rope.name in signals.peaks:
         peak, when = signals.peaks[rope.name]
-        exact = rope_pull(peak, rope.falls, lead, _near(signals, own, when)), when
+        exact = lead * peak / rope.falls + _near(signals, own, when), when
     return Reading(values, exact)
 
 
@@ -97,7 +96,7 @@ def _factor(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     if rope is None or pull is None or not rope.breaking:
         return None
     with np.errstate(divide="ignore"):
-        values = rope.breaking / pull.values
+        values: Column = rope.breaking / pull.values
     return Reading(values, (rope.breaking / pull.exact[0], pull.exact[1]) if pull.exact else None)
 
 
@@ -108,7 +107,7 @@ def _off_lead(axis: int) -> Callable[[Plan, Limit, Signals], Reading | None]:
     def reader(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
         """Angle of a hook rope to the vertical, along the rails or across them, while it holds a load [rad]."""
         rope = _rope(plan, limit.elements[0])
-        d = rope and _direction(signals, rope)
+        d = _direction(signals, rope) if rope else None
         if rope is None or d is None:
             return None
         angle = np.arctan2(np.abs(d[:, axis]), np.abs(d[:, UP]))
@@ -141,7 +140,7 @@ def _side(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     total = np.zeros(len(signals.t))
     for name in limit.elements:
         rope = _rope(plan, name)
-        d = rope and _direction(signals, rope)
+        d = _direction(signals, rope) if rope else None
         if d is None or name not in signals.tensions:
             return None
         total = total + signals.tensions[name] * d[:, axis] / np.linalg.norm(d, axis=1)
@@ -210,7 +209,7 @@ def _hung(plan: Plan, rope: HookRope) -> float:
 
 
 def _length(signals: Signals, rope: HookRope) -> Column:
-    """Length of a hook rope from trolley to hook (n,) [m]; without poses that which is off its drum, or at the start."""
+    """Length of a hook rope from trolley to hook (n,) [m]; without poses its unstretched length."""
     d = _direction(signals, rope)
     if d is not None:
         return np.asarray(np.linalg.norm(d, axis=1))
@@ -250,7 +249,9 @@ def _place(signals: Signals, point: Point) -> Column | None:
 
 
 def _lug(plan: Plan, signals: Signals, name: str) -> Column | None:
-    lugs: Iterable[tuple[str, tuple[float, float, float]]] = ((x.name, x.p) for x in plan.block.lugs) if plan.block else ()
+    lugs: Iterable[tuple[str, tuple[float, float, float]]] = (
+        ((x.name, x.p) for x in plan.block.lugs) if plan.block else ()
+    )
     pose = plan.block and _body(signals, plan.block.name)
     p = next((p for lug, p in lugs if lug == name), None)
     return None if p is None or not pose else pose[0] + pose[1] @ np.array(p, dtype=float)

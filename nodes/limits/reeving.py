@@ -1,13 +1,13 @@
-"""What the parts of a reeved rope carry when its sheaves turn: the lead part when hoisting, the dead end when lowering.
+"""What the parts of a reeved rope carry while its sheaves turn: most the lead part in hoisting, the dead end in lowering.
 
-Each sheave passes on `efficiency` times the tension, so that n parts behind one drum end carry a geometric series; their
-sum is the load.  Two drum ends meet at an equaliser and carry half of the parts each.  Wire Rope Technical Board, Wire
+Each sheave passes on `efficiency` times the tension, so that n parts behind one drum end carry a geometric series;
+their sum is the load.  Two drum ends meet at an equaliser and carry half of the parts each.  Wire Rope Technical Board, Wire
 Rope Users Manual, 4th edition, "Wire rope efficiency over sheaves"; ISO 4308-1, efficiency of the rope reeving.
 """
 
 from __future__ import annotations
 
-__all__ = ["drum_end_factor", "drum_ends", "lead_factor", "rope_pull"]
+__all__ = ["drum_end_factor", "drum_ends", "lead_factor"]
 
 
 def drum_ends(falls: int, given: int | None = None) -> int:
@@ -23,16 +23,10 @@ def lead_factor(falls: int, ends: int, efficiency: float) -> float:
     n = falls / ends
     if efficiency == 1.0:
         return 1.0
-    return n * (1.0 - efficiency) / (1.0 - efficiency**n)
+    return n * (1.0 - efficiency) / (1.0 - float(efficiency**n))
 
 
 def drum_end_factor(falls: int, ends: int, efficiency: float, *, hoisting: bool) -> float:
     """Part at the drum over the mean one: the most loaded when hoisting, the least loaded when lowering."""
     lead = lead_factor(falls, ends, efficiency)
-    return lead if hoisting else lead * efficiency ** (falls / ends - 1.0)
-
-
-def rope_pull(load: float, falls: int, factor: float, own: float) -> float:
-    """Tension at the upper end of a part [N]: load at the hook [N] over the falls, times the factor of the part, and
-    the part's own weight [N]."""
-    return factor * load / falls + own
+    return lead if hoisting else lead * float(efficiency ** (falls / ends - 1.0))

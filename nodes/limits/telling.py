@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from math import degrees
 from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
 from .findings import Finding
 from .limit import Limit, Use
 
@@ -70,14 +72,7 @@ def likewise(findings: Iterable[Finding]) -> list[Finding]:
 def _together(group: list[Finding]) -> Finding:
     first = group[0]
     others = list(dict.fromkeys(f.subject for f in group[1:] if f.subject != first.subject))
-    return structs_replace(first, f"{first.sentence}; likewise {', '.join(others)}") if others else first
-
-
-def structs_replace(finding: Finding, sentence: str) -> Finding:
-    """The finding with another sentence."""
-    from msgspec.structs import replace
-
-    return replace(finding, sentence=sentence)
+    return replace(first, sentence=f"{first.sentence}; likewise {', '.join(others)}") if others else first
 
 
 def rows(uses: Sequence[Use], *, every: bool = False) -> list[tuple[str, ...]]:
@@ -86,31 +81,33 @@ def rows(uses: Sequence[Use], *, every: bool = False) -> list[tuple[str, ...]]:
     for number, use in enumerate(uses):
         if use.value is not None and use.use is not None:
             groups.setdefault((number,) if every else (use.limit.quantity, use.limit.over), []).append(use)
-    found = []
+    found: list[tuple[str, ...]] = []
     for group in groups.values():
         worst = max(group, key=lambda use: use.use or 0.0)
         limit = worst.limit
         many = "" if len(group) == 1 else f" (of {len(group)})"
         source = "; ".join(part for part in (limit.source, limit.note) if part)
         cells = (f"{limit.subject}{many}", shown(limit, worst.value), worst.stage, _allowed(worst))
-        found.append((limit.quantity, *cells, f"{100 * (worst.use or 0.0):.0f} %", source))
+        used = "" if limit.between is not None else f"{100 * (worst.use or 0.0):.0f} %"
+        found.append((limit.quantity, *cells, used, source))
     return found
 
 
 def unjudged(limits: Iterable[Limit], uses: Sequence[Use] = ()) -> list[str]:
     """What nobody judged, in sentences: limits that are not known, and what could not be read."""
-    unknown: dict[tuple[str, str], list[str]] = {}
+    unknown: dict[str, list[Limit]] = {}
     for limit in limits:
         if not limit.known:
-            unknown.setdefault((limit.quantity, limit.note), []).append(limit.subject)
-    found = [
-        f"{quantity} of {_few(names)}: not judged, {note or 'no limit is known'}" for (quantity, note), names in unknown.items()
-    ]
+            unknown.setdefault(limit.quantity, []).append(limit)
+    found = []
+    for quantity, group in unknown.items():
+        why = ", ".join(dict.fromkeys(limit.note for limit in group if limit.note)) or "no limit is known"
+        found.append(f"{quantity} of {_few([limit.subject for limit in group])}: not judged; {why}")
     unread: dict[str, list[str]] = {}
     for use in uses:
         if use.value is None and use.limit.known:
             unread.setdefault(use.limit.quantity, []).append(use.limit.subject)
-    return found + [f"{quantity} of {_few(names)}: never loaded, or not on record" for quantity, names in unread.items()]
+    return found + [f"{quantity} of {_few(names)}: nothing to judge" for quantity, names in unread.items()]
 
 
 def _few(names: Sequence[str]) -> str:
@@ -168,15 +165,15 @@ def _trolley(subject: str) -> str:
 
 def _sling(use: Use, ran: bool) -> str:
     limit, value = use.limit, use.value or 0.0
-    breaking = limit.at() * limit.factor
-    verb = "was" if ran else "would be"
-    told = f"the tension of the sling {limit.subject} {verb} {value / 1e3:.0f} kN, {100 * (use.use or 0.0):.0f} % of its limit"
-    return f"{told}: {breaking / value:.2f} times below its breaking force, {limit.factor:g} are needed ({limit.source})"
+    verb, much = "was" if ran else "would be", f"{100 * (use.use or 0.0):.0f} % of its limit"
+    told = f"the tension of the sling {limit.subject} {verb} {value / 1e3:.0f} kN, {much}"
+    told = f"{told}: {limit.breaking / value:.2f} times below its breaking force"
+    return f"{told}, {limit.factor:g} are needed ({limit.source})"
 
 
 def _rope(use: Use, ran: bool) -> str:
     limit, value = use.limit, use.value or 1.0
-    pull = limit.factor / value / 1e3  # the factor of a rope's row is the breaking force of a part
+    pull = limit.breaking / value / 1e3
     told = f"the rope {limit.subject} {'had' if ran else 'has'} too little safety: its most loaded part"
     told += f" {'carried' if ran else 'carries'} {pull:.1f} kN, {value:.2f} times below its breaking force"
     return f"{told}, {limit.at():g} are needed ({limit.note})"
@@ -191,7 +188,8 @@ def _peak(use: Use, ran: bool) -> str:
 def _drum(use: Use, ran: bool) -> str:
     limit = use.limit
     verb = "pulled" if ran else "would pull"
-    return f"the rope {limit.subject} {verb} {shown(limit, use.value)} at its drum, which may pull {shown(limit, _bound(use))}"
+    told = f"the rope {limit.subject} {verb} {shown(limit, use.value)} at its drum"
+    return f"{told}, which may pull {shown(limit, _bound(use))}"
 
 
 def _leads(way: str) -> Callable[[Use, bool], str]:
@@ -218,7 +216,7 @@ def _pushed(use: Use, ran: bool) -> str:
 
 
 def _high(use: Use, ran: bool) -> str:
-    told = f"the hook {use.limit.subject} {'was' if ran else 'would be'} at z = {use.value:.4g} m"
+    told = f"the hook {use.limit.subject} {'was' if ran else 'would be'} at z = {use.value:.2f} m"
     return f"{told}, its upper limit is {_bound(use):g} m"
 
 

@@ -5,14 +5,24 @@ A number that the scene gives is the scene's; one of a machine type is the type'
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from math import degrees
+from collections.abc import Callable, Iterator
+from math import prod
 
 from heavylift.nodes.limits.limit import Limit, Quantity
 from heavylift.nodes.limits.reeving import lead_factor
-from heavylift.nodes.limits.standards import ISO_4308, ND_0027, ROPE_FACTORS, SLINGS, SUCCESSOR, partial_factor
+from heavylift.nodes.limits.standards import (
+    ISO_4308,
+    ND_0027,
+    ROPE_FACTORS,
+    RUNNING,
+    RUNNING_SOURCE,
+    SLINGS,
+    SUCCESSOR,
+    partial_factor,
+)
 
 from . import plan, schema
+from .base import written
 from .source import Path
 from .yard import Yard
 
@@ -27,12 +37,26 @@ def build_limits(yard: Yard) -> tuple[Limit, ...]:
         return ()
     rows = [row for crane in yard.cranes for row in _crane(yard, crane, yard.scene.cranes[crane.name])]
     rows += _rig(yard)
-    written = yard.scene.limits
+    limits = yard.scene.limits
     where = yard.source.where(("limits",))
-    kind = "the scene" if "clearance" in written.model_fields_set else "assumed"
-    rows.append(Limit(subject="all", quantity="clearance", unit="m", value=written.clearance, least=True, source=kind, where=where))
-    told = "the scene" if written.wind else ""
-    rows.append(Limit(subject="all", quantity="wind", unit="m/s", value=written.wind, source=told, note="no wind is modelled", where=where))
+    kind = "the scene" if "clearance" in limits.model_fields_set else "assumed"
+    rows.append(
+        Limit(
+            subject="all", quantity="clearance", unit="m", value=limits.clearance, least=True, source=kind, where=where
+        )
+    )
+    told = "the scene" if limits.wind else ""
+    rows.append(
+        Limit(
+            subject="all",
+            quantity="wind",
+            unit="m/s",
+            value=limits.wind,
+            source=told,
+            note="no wind is modelled",
+            where=where,
+        )
+    )
     return tuple(rows)
 
 
@@ -59,7 +83,7 @@ def _crane(yard: Yard, crane: plan.Crane, given: schema.Crane) -> Iterator[Limit
 
     def row(subject: str, quantity: Quantity, unit: str, key: str, elements: tuple[str, ...], **more: object) -> Limit:
         source = "the scene" if key in given.model_fields_set else f"type {given.type}"
-        told = {"source": source, "where": yard.source.where((*path, key.replace("_", " "))), **more}
+        told = {"source": source, "where": yard.source.where((*path, written(key))), **more}
         return Limit(subject=subject, quantity=quantity, unit=unit, elements=elements, **told)  # type: ignore[arg-type]
 
     for hook in crane.hooks:
@@ -67,12 +91,16 @@ def _crane(yard: Yard, crane: plan.Crane, given: schema.Crane) -> Iterator[Limit
         key = "capacity_chart" if chart else "hook_capacity"
         value = None if chart else hook.capacity
         over = "trolley" if chart else ""
-        yield row(hook.rope, "hook load", "kg", key, (hook.rope,), value=value, chart=chart, over=over, where=hook.where)
+        yield row(
+            hook.rope, "hook load", "kg", key, (hook.rope,), value=value, chart=chart, over=over, where=hook.where
+        )
     for trolley in (crane.upper, crane.lower):
         ropes = tuple(hook.rope for hook in crane.hooks if hook.trolley == trolley.name)
         if ropes:
             key, where = f"{trolley.name}_capacity", trolley.where
-            yield row(f"{crane.name} {trolley.name}", "trolley load", "kg", key, ropes, value=trolley.capacity, where=where)
+            yield row(
+                f"{crane.name} {trolley.name}", "trolley load", "kg", key, ropes, value=trolley.capacity, where=where
+            )
     every = tuple(hook.rope for hook in crane.hooks)
     if every and crane.capacity < given.capacity:
         note = f"{given.tandem:.0%} of its {given.capacity / 1e3:g} t as two cranes lift together"
@@ -94,24 +122,23 @@ def _crane(yard: Yard, crane: plan.Crane, given: schema.Crane) -> Iterator[Limit
         yield row(f"{crane.name} {trolley.name}", "girder", "m", "girder", (body,), between=ends, where=trolley.where)
 
 
-def _hoists(crane: plan.Crane, given: schema.Crane, row) -> Iterator[Limit]:  # type: ignore[no-untyped-def]
+def _hoists(crane: plan.Crane, given: schema.Crane, row: Callable[..., Limit]) -> Iterator[Limit]:
     """Ropes and drums of the hooks."""
     factor, source = rope_factor(given)
     _, _, told = reeving(given)
     for hook in crane.hooks:
         at = {"where": hook.where, "note": told}
-        # the factor of the row is the breaking force of a part, so that its sentence tells the pull
         yield row(
-            hook.rope, "rope factor", "", "rope_factor", (hook.rope,), value=factor, least=True,
-            factor=given.fall_breaking, source=source, **at,
+            hook.rope, "rope factor", "", "rope_factor", (hook.rope,), value=factor, least=True, factor=factor,
+            breaking=given.fall_breaking, source=source, **at,
         )  # fmt: skip
-        if given.rope_partial_factor:
-            most = given.fall_breaking / given.rope_partial_factor
-            yield row(
-                hook.rope, "rope peak", "N", "rope_partial_factor", (hook.rope,), value=most,
-                factor=given.rope_partial_factor, **at,
-            )  # fmt: skip
-        pull = {"value": given.drum_pull} if given.drum_pull else {"note": "give the crane's 'drum pull'"}
+        partial = given.rope_partial_factor or prod(RUNNING.values())
+        by = "the scene" if given.rope_partial_factor else RUNNING_SOURCE
+        yield row(
+            hook.rope, "rope peak", "N", "rope_partial_factor", (hook.rope,), value=given.fall_breaking / partial,
+            factor=partial, breaking=given.fall_breaking, source=by, **at,
+        )  # fmt: skip
+        pull = {"value": given.drum_pull} if given.drum_pull else {"note": "give 'drum pull'"}
         yield row(hook.rope, "drum pull", "N", "drum_pull", (hook.rope,), **{**at, "source": "", **pull})
 
 
@@ -119,9 +146,9 @@ def _off_leads(yard: Yard, crane: plan.Crane, given: schema.Crane, way: str) -> 
     """How far the ropes of a crane may lead off the vertical: its own limit, or that of the scene."""
     limits, key = yard.scene.limits, f"off_lead_{way}"
     own, scene = getattr(given, key), getattr(limits, key)
-    path: Path = ("cranes", crane.name, key.replace("_", " ")) if own is not None else ("limits",)
+    path: Path = ("cranes", crane.name, written(key)) if own is not None else ("limits",)
     value = own if own is not None else scene if scene is not None else limits.off_lead
-    written = own is not None or scene is not None or "off_lead" in limits.model_fields_set
+    given_there = own is not None or scene is not None or "off_lead" in limits.model_fields_set
     quantity: Quantity = "off-lead along" if way == "along" else "off-lead across"
     for hook in crane.hooks:
         yield Limit(
@@ -130,13 +157,13 @@ def _off_leads(yard: Yard, crane: plan.Crane, given: schema.Crane, way: str) -> 
             unit="rad",
             value=None if value == "unknown" else value,
             elements=(hook.rope,),
-            source="the scene" if written else f"assumed, {degrees(limits.off_lead):g} degrees",
+            source="the scene" if given_there else "assumed",
             note="" if value != "unknown" else "the machine's limit is unknown",
             where=yard.source.where(path),
         )
 
 
-def _pushes(crane: plan.Crane, given: schema.Crane, row) -> Iterator[Limit]:  # type: ignore[no-untyped-def]
+def _pushes(crane: plan.Crane, given: schema.Crane, row: Callable[..., Limit]) -> Iterator[Limit]:
     """What ropes that lead off the vertical may pull on drives and brakes."""
     axes = [("gantry", crane.name, "along", tuple(hook.rope for hook in crane.hooks), crane.where)]
     for trolley in (crane.upper, crane.lower):
@@ -145,7 +172,7 @@ def _pushes(crane: plan.Crane, given: schema.Crane, row) -> Iterator[Limit]:  # 
     for axis, subject, way, ropes, where in axes:
         for what, does in (("drive", "moves"), ("brake", "holds")):
             force = getattr(given, f"{axis}_{what}")
-            note = f"its {what} {does}" if force else f"give the crane's '{axis} {what}'"
+            note = f"its {what} {does}" if force else f"give '{axis} {what}'"
             if ropes:
                 yield row(
                     subject, "side force", "N", f"{axis}_{what}", ropes, value=force, over=way, note=note, where=where,
@@ -158,7 +185,7 @@ def _rig(yard: Yard) -> Iterator[Limit]:
     rig, limits = yard.scene.rig, yard.scene.limits
     if rig is None:
         return
-    given, written = rig.sling, rig.sling.model_fields_set
+    given = rig.sling
     partial = given.partial_factor or partial_factor()
     by = "the scene" if given.partial_factor else f"{ND_0027}, 7.3.1, hand splice; {SUCCESSOR}"
     own = "the scene" if limits.model_fields_set & {"bridle", "bridle_warning"} else "EN 13414-1"
@@ -167,19 +194,19 @@ def _rig(yard: Yard) -> Iterator[Limit]:
         carried = rig.loaders[loader.name]
         told = "the scene" if "capacity" in carried.model_fields_set else "assumed"
         yield Limit(
-            subject=loader.name, quantity="loader load", unit="N", value=loader.capacity_N, elements=slings, source=told,
-            where=loader.where,
+            subject=loader.name, quantity="loader load", unit="N", value=loader.capacity_N, elements=slings,
+            source=told, where=loader.where,
         )  # fmt: skip
     for sling in yard.slings:
         name, where, one = sling.name, sling.where, (sling.name,)
-        source = "the scene" if "factor" in written else SLINGS
+        source = "the scene" if "factor" in given.model_fields_set else SLINGS
         yield Limit(
             subject=name, quantity="sling tension", unit="N", value=given.breaking / given.factor, factor=given.factor,
-            elements=one, source=source, where=where,
+            breaking=given.breaking, elements=one, source=source, where=where,
         )  # fmt: skip
         yield Limit(
-            subject=name, quantity="sling peak", unit="N", value=given.breaking / partial, factor=partial, elements=one,
-            source=by, where=where,
+            subject=name, quantity="sling peak", unit="N", value=given.breaking / partial, factor=partial,
+            breaking=given.breaking, elements=one, source=by, where=where,
         )  # fmt: skip
         yield Limit(
             subject=name, quantity="bridle angle", unit="rad", value=limits.bridle, warning=limits.bridle_warning,

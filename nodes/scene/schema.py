@@ -130,7 +130,9 @@ class Crane(Base):
     servo_frequency: Frequency = 1.0  # of the gantry and trolley drives
     servo_damping: Ratio = 0.7  # of critical, of the gantry and trolley drives; assumed
     hook_capacity: Mass = MASS.read("450 t")
-    capacity_chart: Annotated[list[tuple[Length, Mass]], Field(min_length=2)] | None = None  # of a hook by its trolley's y
+    capacity_chart: Annotated[list[tuple[Length, Mass]], Field(min_length=2)] | None = (
+        None  # of a hook by its trolley's y
+    )
     upper_capacity: Mass = MASS.read("900 t")
     lower_capacity: Mass = MASS.read("450 t")
     capacity: Mass = MASS.read("900 t")
@@ -152,7 +154,7 @@ class Crane(Base):
     rope_damping: Ratio = 0.03  # of critical, with what it carries at the start; assumed
     mechanism_group: MechanismGroup = "M6"  # of the hoists: gives the rope factor by ISO 4308-1
     rope_factor: Factor | None = None  # breaking force over its most loaded part; left out: that of the mechanism group
-    rope_partial_factor: Factor | None = None  # breaking force over the largest tension of a run; left out: not judged
+    rope_partial_factor: Factor | None = None  # breaking force over its largest tension; left out: 2.77, EN 13001-3-2
 
 
 class Supports(Base):
@@ -213,9 +215,9 @@ class Loader(Base):
 class Limits(Base):
     """What must not be exceeded, of all machines that say nothing else; `unknown`: told, and not judged."""
 
-    off_lead: OffLead = Field(ANGLE.read("3 deg"), alias="off-lead")  # of ropes that carry a load; assumed
-    off_lead_along: OffLead | None = Field(None, alias="off-lead along")  # along the rails, instead of off-lead
-    off_lead_across: OffLead | None = Field(None, alias="off-lead across")  # across the rails, instead of off-lead
+    off_lead: OffLead = ANGLE.read("3 deg")  # of ropes that carry a load; assumed
+    off_lead_along: OffLead | None = None  # along the rails, instead of off-lead
+    off_lead_across: OffLead | None = None  # across the rails, instead of off-lead
     clearance: Gap = LENGTH.read("0.5 m")  # between what can meet; assumed
     bridle_warning: Swing = ANGLE.read("45 deg")  # of slings to the vertical: beyond it they are told
     bridle: Swing = ANGLE.read("60 deg")  # of slings to the vertical; EN 13414-1
