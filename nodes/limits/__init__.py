@@ -23,7 +23,7 @@ from .limit import Limit, Use
 
 if TYPE_CHECKING:
     from .judging import judge_path, judge_run, limits_of, uses_of_run, uses_on_path
-    from .signals import Signals, signals_of
+    from .signals import Signals, signals_of, signals_of_peaks
     from .telling import rows
 
 __all__ = [
@@ -37,10 +37,16 @@ __all__ = [
     "limits_of",
     "rows",
     "signals_of",
+    "signals_of_peaks",
     "uses_of_run",
     "uses_on_path",
 ]
-PLACES = {"Signals": ".signals", "signals_of": ".signals", "rows": ".telling"}  # all others: .judging
+PLACES = {
+    "Signals": ".signals",
+    "signals_of": ".signals",
+    "signals_of_peaks": ".signals",
+    "rows": ".telling",
+}  # all others: .judging
 
 
 def __getattr__(name: str) -> Any:

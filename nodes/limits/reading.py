@@ -61,10 +61,18 @@ def _load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     total = np.sum([signals.tensions[rope.name] for rope in ropes], axis=0) / plan.gravity - dead
     values = np.maximum(total - np.sum(rope_mass, axis=0), 0.0)
     exact = None
-    if len(ropes) == 1 and ropes[0].name in signals.peaks:
-        peak, when = signals.peaks[ropes[0].name]
-        exact = peak / plan.gravity - dead - _near(signals, rope_mass[0], when), when
+    alone = signals.peaks.get(ropes[0].name) if len(ropes) == 1 else None
+    if found := alone or signals.crossings.get(_cell(limit)):
+        peak, when = found
+        exact = peak / plan.gravity - dead - _near(signals, np.sum(rope_mass, axis=0), when), when
     return Reading(values, exact)
+
+
+def _cell(limit: Limit) -> str:
+    """The load cell that watches over a load in a run."""
+    if limit.quantity in ("crane load", "tandem load"):
+        return f"{limit.subject}.main.load"
+    return f"{limit.subject.replace(' ', '.')}.load"
 
 
 def _tension(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
@@ -72,7 +80,8 @@ def _tension(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     found = [signals.tensions[name] for name in limit.elements if name in signals.tensions]
     if not found:
         return None
-    exact = signals.peaks.get(limit.elements[0]) if len(limit.elements) == 1 else None
+    alone = signals.peaks.get(limit.elements[0]) if len(limit.elements) == 1 else None
+    exact = alone or signals.crossings.get(_cell(limit))
     return Reading(np.sum(found, axis=0), exact)
 
 

@@ -1,8 +1,9 @@
-"""What the parts of a reeved rope carry while its sheaves turn: most the lead part in hoisting, the dead end in lowering.
+"""What the parts of a reeved rope carry while its sheaves turn: most the lead part in hoisting, the dead end in
+lowering.
 
 Each sheave passes on `efficiency` times the tension, so that n parts behind one drum end carry a geometric series;
-their sum is the load.  Two drum ends meet at an equaliser and carry half of the parts each.  Wire Rope Technical Board, Wire
-Rope Users Manual, 4th edition, "Wire rope efficiency over sheaves"; ISO 4308-1, efficiency of the rope reeving.
+their sum is the load.  Two drum ends meet at an equaliser and carry half of the parts each.  Wire Rope Technical Board,
+Wire Rope Users Manual, 4th edition, "Wire rope efficiency over sheaves"; ISO 4308-1, efficiency of the rope reeving.
 """
 
 from __future__ import annotations

@@ -8,12 +8,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .standards import SHARING, daf_onshore
+from heavylift.nodes.models.conditions import terms
+from heavylift.nodes.scene.actions import Lifted, Move
+
+from .standards import HOISTING, SHARING, daf_onshore, hoisting_factor
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene.plan import Plan
 
-__all__ = ["dynamics_foreseen", "indeterminate", "shared"]
+__all__ = ["dynamics_foreseen", "hoisting_foreseen", "indeterminate", "shared"]
 
 DETERMINATE = 3  # hangers of a rigid body whose shares follow from equilibrium alone
 
@@ -38,3 +41,17 @@ def shared(plan: Plan) -> list[str]:
 def dynamics_foreseen(plan: Plan) -> tuple[float, str] | None:
     """The dynamic amplification that a standard foresees for the block, and its source; None where none is lifted."""
     return daf_onshore(plan.block.body.mass) if plan.block else None
+
+
+def hoisting_foreseen(plan: Plan) -> list[str]:
+    """The factors that EN 13001-2 foresees at the fastest hook speed at which a load is taken up, in each class."""
+    speeds = [
+        abs(order.speed)
+        for action in plan.actions
+        for order in action.orders
+        if isinstance(order, Move) and order.verb == "hoist" and any(isinstance(x, Lifted) for x in terms(order.until))
+    ]
+    if not speeds:
+        return []
+    each = ", ".join(f"{name} {hoisting_factor(max(speeds), name):.3f}" for name in HOISTING)
+    return [f"EN 13001-2, 4.2.2.2, lifts off at {max(speeds) * 60:g} m/min: phi_2 = {each}"]

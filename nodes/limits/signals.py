@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
 from heavylift.nodes.statics.state import StaticState
 from numpy.typing import NDArray
 
-__all__ = ["Signals", "signals_of"]
+if TYPE_CHECKING:
+    from heavylift.nodes.scene.plan import Plan
+
+__all__ = ["Signals", "hooked_in", "rotations", "signals_of", "signals_of_peaks"]
 
 Column: TypeAlias = NDArray[np.float64]
 Hooked: TypeAlias = tuple[float, Mapping[str, str]]  # from when [s], sling -> lug
@@ -22,7 +25,8 @@ class Signals:
 
     t (n,) [s]; tensions: rope -> (n,) [N]; poses: body -> p_WB (n, 3) [m] and R_WB (n, 3, 3); lengths: hook rope ->
     (n,) unstretched length [m], where it is known.  `peaks`: rope -> (tension [N], when [s]), exact where a run was
-    integrated.  `stages`: (from when [s], name), `actions`: number of the action at each instant, of a path.
+    integrated; `crossings`: load cell -> (tension [N], when [s]) as it went beyond its rated one.  `stages`: (from when
+    [s], name); `actions`: number of the action at each instant, of a path.
     """
 
     t: Column
@@ -32,6 +36,7 @@ class Signals:
     hooked: Sequence[Hooked] = ()
     stages: Sequence[tuple[float, str]] = ()
     peaks: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    crossings: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     named: Sequence[str] = ()  # stage of each instant, of a path; of a run they follow from the times
     actions: Sequence[int] = ()
     dynamic: bool = False  # of a run, not of a path at rest
@@ -78,3 +83,42 @@ def signals_of(states: Sequence[StaticState]) -> Signals:
         named=[state.stage for state in states],
         actions=[state.action for state in states],
     )
+
+
+class _Line(Protocol):
+    """A rope line as recordings hold it."""
+
+    @property
+    def rope(self) -> str: ...
+    @property
+    def b_body(self) -> str: ...
+    @property
+    def b(self) -> tuple[float, float, float]: ...
+
+
+def signals_of_peaks(peaks: Mapping[str, tuple[float, float]]) -> Signals:
+    """What the exact peaks of ropes and slings alone tell [N] and when [s]: single hooks, ropes and slings."""
+    return Signals(t=np.zeros(1), tensions={name: np.zeros(1) for name in peaks}, peaks=peaks, dynamic=True)
+
+
+def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list[Hooked]:
+    """Which sling hangs on which lug from when on [s], told by the rope lines that hang then."""
+    slings = {sling.name for sling in plan.rig.slings}
+    block = plan.block
+    lugs = {(block.name, *lug.p): lug.name for lug in block.lugs} if block else {}
+    found: list[Hooked] = []
+    for start, lines in rigs:
+        ends = ((line.rope, lugs.get((line.b_body, *line.b))) for line in lines if line.rope in slings)
+        found.append((start, {rope: lug for rope, lug in ends if lug}))
+    return found
+
+
+def rotations(quaternions: Column) -> Column:
+    """(n, 3, 3) rotation matrices of quaternions (n, 4), x y z w."""
+    x, y, z, w = quaternions.T
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    )
+    return np.moveaxis(np.array(rows), 2, 0)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 __all__ = [
     "DAF_ONSHORE",
+    "HOISTING",
     "ISO_4308",
     "ND_0027",
     "RIGGING",
@@ -22,7 +23,6 @@ __all__ = [
     "Sharing",
     "daf_onshore",
     "hoisting_factor",
-    "hoisting_source",
     "partial_factor",
 ]
 
@@ -73,15 +73,9 @@ def daf_onshore(mass: float) -> tuple[float, str]:
 
 
 def hoisting_factor(speed: float, hoisting_class: str) -> float:
-    """phi_2 = phi_2,min + beta_2 v_h, of lifting a load off the ground at this hook speed [m/s] (EN 13001-2, 4.2.2.2)."""
+    """phi_2 = phi_2,min + beta_2 v_h of a load lifted off the ground at a hook speed [m/s] (EN 13001-2, 4.2.2.2)."""
     least, slope = HOISTING[hoisting_class]
     return least + slope * speed
-
-
-def hoisting_source(hoisting_class: str) -> str:
-    """Who says so."""
-    least, slope = HOISTING[hoisting_class]
-    return f"EN 13001-2, 4.2.2.2, {hoisting_class}: {least:g} + {slope:g} s/m x hook speed"
 
 
 def partial_factor(**given: float) -> float:

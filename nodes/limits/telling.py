@@ -87,7 +87,8 @@ def rows(uses: Sequence[Use], *, every: bool = False) -> list[tuple[str, ...]]:
         limit = worst.limit
         many = "" if len(group) == 1 else f" (of {len(group)})"
         source = "; ".join(part for part in (limit.source, limit.note) if part)
-        cells = (f"{limit.subject}{many}", shown(limit, worst.value), worst.stage, _allowed(worst))
+        at = ", ".join(part for part in (clock(worst.t), worst.stage) if part)
+        cells = (f"{limit.subject}{many}", shown(limit, worst.value), at, _allowed(worst))
         used = "" if limit.between is not None else f"{100 * (worst.use or 0.0):.0f} %"
         found.append((limit.quantity, *cells, used, source))
     return found
@@ -129,6 +130,12 @@ def shown(limit: Limit, value: float | None) -> str:
         case "m":
             return f"{value:.2f} m"
     return f"{value:.2f} {limit.unit}".strip()
+
+
+def clock(t: float | None) -> str:
+    """A time of a run, h:mm:ss.s; nothing for the start, or where there is none."""
+    minutes, seconds = divmod(round(t or 0.0, 1), 60.0)
+    return f"{int(minutes) // 60}:{int(minutes) % 60:02}:{seconds:04.1f}" if t else ""
 
 
 def _bound(use: Use) -> float:

@@ -11,7 +11,7 @@ from itertools import groupby
 
 from heavylift.nodes.limits.findings import Finding
 from heavylift.nodes.limits.limit import Use
-from heavylift.nodes.limits.sharing import shared
+from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.limits.telling import HEAD, likewise, unjudged
 from heavylift.nodes.limits.telling import rows as rows_of
 from heavylift.nodes.statics import StaticState
@@ -134,7 +134,8 @@ def _limits(built: plan.Plan, uses: Sequence[Use], findings: Sequence[Finding]) 
         lines.append(
             "  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(cells, widths, strict=False)) + f"  {cells[-1]}"
         )
-    lines += [f"  {told}" for told in unjudged(built.limits)]
-    lines += [f"  {sharing}" for sharing in shared(built)]
+    foreseen = dynamics_foreseen(built)
+    lines += [f"  dynamic amplification foreseen: {foreseen[0]:g} ({foreseen[1]})"] if foreseen else []
+    lines += [f"  {told}" for told in (*hoisting_foreseen(built), *shared(built), *unjudged(built.limits))]
     lines += [f"{f.severity}: {f.sentence}{f' ({f.stage})' if f.stage else ''}" for f in likewise(findings)]
     return [line.rstrip() for line in lines]
