@@ -6,18 +6,18 @@ An angle of a rope counts only while the rope holds a load: what hangs empty may
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from heavylift.kernel.describe import WORLD, Point
 
 from .limit import Limit
 from .reeving import lead_factor
 from .signals import Column, Signals
 
 if TYPE_CHECKING:
-    from heavylift.kernel.describe import Point
     from heavylift.nodes.scene.plan import HookRope, Plan
 
 __all__ = ["READERS", "Reading", "axis_of", "read"]
@@ -57,14 +57,14 @@ def _load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     if not ropes:
         return None
     dead = sum(_block_mass(plan, rope) for rope in ropes)
-    rope_mass = [_hung(plan, rope) * _length(signals, rope) for rope in ropes]
+    own = np.sum([_hung(plan, rope) * _length(signals, rope) for rope in ropes], axis=0)
     total = np.sum([signals.tensions[rope.name] for rope in ropes], axis=0) / plan.gravity - dead
-    values = np.maximum(total - np.sum(rope_mass, axis=0), 0.0)
+    values = np.maximum(total - own, 0.0)
     exact = None
     alone = signals.peaks.get(ropes[0].name) if len(ropes) == 1 else None
     if found := alone or signals.crossings.get(_cell(limit)):
         peak, when = found
-        exact = peak / plan.gravity - dead - _near(signals, np.sum(rope_mass, axis=0), when), when
+        exact = peak / plan.gravity - dead - _near(signals, own, when), when
     return Reading(values, exact)
 
 
@@ -150,9 +150,9 @@ def _side(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     for name in limit.elements:
         rope = _rope(plan, name)
         d = _direction(signals, rope) if rope else None
-        if d is None or name not in signals.tensions:
+        if rope is None or d is None or name not in signals.tensions:
             return None
-        total = total + signals.tensions[name] * d[:, axis] / np.linalg.norm(d, axis=1)
+        total = total + signals.tensions[name] * d[:, axis] / _length(signals, rope)
     return Reading(np.abs(total))
 
 
@@ -221,19 +221,20 @@ def _length(signals: Signals, rope: HookRope) -> Column:
     """Length of a hook rope from trolley to hook (n,) [m]; without poses its unstretched length."""
     d = _direction(signals, rope)
     if d is not None:
-        return np.asarray(np.linalg.norm(d, axis=1))
+        return signals.once(("length", rope.name), lambda: np.linalg.norm(d, axis=1))
     return signals.lengths.get(rope.name, np.full(len(signals.t), rope.L0))
 
 
 def _direction(signals: Signals, rope: HookRope) -> Column | None:
     """From a trolley to its hook (n, 3) [m]: the mean of the rope's lines."""
-    found = [(_place(signals, line.a), _place(signals, line.b), line.share) for line in rope.lines]
-    total = np.zeros((len(signals.t), 3))
-    for a, b, share in found:
-        if a is None or b is None:
-            return None
-        total = total + share * (b - a)
-    return total
+    if any(point.body not in (*signals.poses, WORLD) for line in rope.lines for point in (line.a, line.b)):
+        return None
+
+    def make() -> Column:
+        each = [line.share * (_placed(signals, line.b) - _placed(signals, line.a)) for line in rope.lines]
+        return np.asarray(np.sum(each, axis=0))
+
+    return signals.once(("direction", rope.name), make)
 
 
 def _carries(plan: Plan, rope: HookRope, signals: Signals) -> Column:
@@ -250,20 +251,20 @@ def _body(signals: Signals, name: str) -> tuple[Column, Column] | None:
 
 
 def _place(signals: Signals, point: Point) -> Column | None:
-    """Places (n, 3) of a point of a body [m]."""
-    if point.body == "world":
+    """Places (n, 3) of a point of a body [m]; None if the body is not on record."""
+    return _placed(signals, point) if point.body in signals.poses or point.body == WORLD else None
+
+
+def _placed(signals: Signals, point: Point) -> Column:
+    if point.body == WORLD:
         return np.tile(np.array(point.p, dtype=float), (len(signals.t), 1))
-    pose = _body(signals, point.body)
-    return None if pose is None else pose[0] + pose[1] @ np.array(point.p, dtype=float)
+    p, R = signals.poses[point.body]
+    return signals.once((point.body, point.p), lambda: p + R @ np.array(point.p, dtype=float))
 
 
 def _lug(plan: Plan, signals: Signals, name: str) -> Column | None:
-    lugs: Iterable[tuple[str, tuple[float, float, float]]] = (
-        ((x.name, x.p) for x in plan.block.lugs) if plan.block else ()
-    )
-    pose = plan.block and _body(signals, plan.block.name)
-    p = next((p for lug, p in lugs if lug == name), None)
-    return None if p is None or not pose else pose[0] + pose[1] @ np.array(p, dtype=float)
+    found = next((lug.p for lug in plan.block.lugs if lug.name == name), None) if plan.block else None
+    return None if plan.block is None or found is None else _place(signals, Point(plan.block.name, found))
 
 
 def _near(signals: Signals, values: Column, t: float) -> float:

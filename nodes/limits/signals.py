@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
@@ -40,6 +40,14 @@ class Signals:
     named: Sequence[str] = ()  # stage of each instant, of a path; of a run they follow from the times
     actions: Sequence[int] = ()
     dynamic: bool = False  # of a run, not of a path at rest
+    known: dict[object, Column] = field(default_factory=dict, compare=False, repr=False)  # what was read before
+
+    def once(self, key: object, make: Callable[[], Column]) -> Column:
+        """A column that is made when it is first asked for."""
+        found = self.known.get(key)
+        if found is None:
+            found = self.known[key] = make()
+        return found
 
     def stage_at(self, t: float, k: int | None = None) -> str:
         """The stage of an instant, or of a time between instants."""
