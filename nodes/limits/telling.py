@@ -170,6 +170,11 @@ def _trolley(subject: str) -> str:
     return f"the {which} trolley of {crane}"
 
 
+def _loader(use: Use, ran: bool) -> str:
+    verb = "carried" if ran else "would carry"
+    return f"the slings of {use.limit.subject} {verb} {shown(use.limit, use.value)} of {shown(use.limit, _bound(use))}"
+
+
 def _sling(use: Use, ran: bool) -> str:
     limit, value = use.limit, use.value or 0.0
     verb, much = "was" if ran else "would be", f"{100 * (use.use or 0.0):.0f} % of its limit"
@@ -249,7 +254,7 @@ WORDS: dict[str, Words] = {
     "trolley load": Words("overload", _carries(_trolley), refused=True),
     "crane load": Words("overload", _carries(str), refused=True),
     "tandem load": Words("overload", _carries(str), refused=True),
-    "loader load": Words("overload", lambda use, ran: _carries(lambda x: f"the slings of {x}")(use, ran), refused=True),
+    "loader load": Words("overload", _loader),
     "sling tension": Words("overload", _sling, refused=True),
     "sling peak": Words("overload", _peak),
     "rope factor": Words("overload", _rope, refused=True),

@@ -216,10 +216,9 @@ def _physics(source: Source, loaded: LoadedScene) -> list[Fault]:
 def _overloads(loaded: LoadedScene) -> list[tuple[str, str]]:
     """What a scene is refused for: all that its path at rest must not be beyond, each subject once."""
     found = Findings()
-    refused = {words.kind for words in WORDS.values() if words.refused}
-    for use in loaded.uses:
+    for use in (use for use in loaded.uses if WORDS[use.limit.quantity].refused):
         for told in judge(loaded.plan, [use], dynamic=False):
-            if told.severity == "red" and told.kind in refused:
+            if told.severity == "red":
                 where, stage = (told.where, told.stage) if use.action else ("", "")
                 found.take(use.limit.quantity, iter([(told.subject, told.where, told.sentence)]), stage, where)
     return found.list()

@@ -7,6 +7,7 @@ knows better.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 from heavylift.kernel.describe import MethodName
@@ -86,6 +87,13 @@ def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
     return pair
 
 
+def _rising(chart: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    for (one, _), (next_, _) in pairwise(chart):
+        if next_ <= one:
+            raise ValueError(f"the places of a chart rise, but {next_:g} m comes after {one:g} m")
+    return chart
+
+
 def _once(asked: tuple[Asked, ...]) -> tuple[Asked, ...]:
     twice = next((quantity for i, quantity in enumerate(asked) if quantity in asked[:i]), None)
     if twice:
@@ -95,6 +103,7 @@ def _once(asked: tuple[Asked, ...]) -> tuple[Asked, ...]:
 
 Range = Annotated[tuple[Length, Length], AfterValidator(_ordered)]
 MechanismGroup = Literal["M1", "M2", "M3", "M4", "M5", "M6", "M7", "M8"]
+Chart = Annotated[list[tuple[Length, Mass]], Field(min_length=2), AfterValidator(_rising)]
 OffLead = Swing | Literal["unknown"]
 
 
@@ -130,9 +139,7 @@ class Crane(Base):
     servo_frequency: Frequency = 1.0  # of the gantry and trolley drives
     servo_damping: Ratio = 0.7  # of critical, of the gantry and trolley drives; assumed
     hook_capacity: Mass = MASS.read("450 t")
-    capacity_chart: Annotated[list[tuple[Length, Mass]], Field(min_length=2)] | None = (
-        None  # of a hook by its trolley's y
-    )
+    capacity_chart: Chart | None = None  # of a hook by its trolley's y, instead of the hook capacity
     upper_capacity: Mass = MASS.read("900 t")
     lower_capacity: Mass = MASS.read("450 t")
     capacity: Mass = MASS.read("900 t")
@@ -212,7 +219,7 @@ class Loader(Base):
     capacity: Mass = MASS.read("300 t")  # of its slings
 
 
-class Limits(Base):
+class LiftLimits(Base):
     """What must not be exceeded, of all machines that say nothing else; `unknown`: told, and not judged."""
 
     off_lead: OffLead = ANGLE.read("3 deg")  # of ropes that carry a load; assumed
@@ -325,7 +332,7 @@ class Scene(Base):
     block: Block | None = None
     rig: Rig | None = None
     fidelity: Fidelity = Fidelity()
-    limits: Limits = Limits()
+    limits: LiftLimits = LiftLimits()
     mechanism: Mechanism | None = None
     placement: dict[Name, Process] = Field(default_factory=dict)  # which process hosts which nodes
     actions: list[Action] = Field(default_factory=list)
