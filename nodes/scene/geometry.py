@@ -14,7 +14,6 @@ from heavylift.nodes.statics.lift import State, Step
 
 from . import plan, schema
 from .findings import Findings, Told
-from .yard import exit_height
 
 SAME_LEVEL = 5.0  # trolleys whose ropes leave closer together in height run into each other [m]
 TOUCH = 1e-6  # [m]
@@ -155,26 +154,6 @@ def _portals(scene: schema.Scene, built: plan.Plan, before: State, after: State)
             yield f"{one.name} {two.name}", two.where, f"{told}, but {least:g} m from buffer to buffer"
 
 
-def _rails(scene: schema.Scene, built: plan.Plan, before: State, after: State) -> Told:
-    """No crane leaves its rails."""
-    for crane in built.cranes:
-        x = after.cranes[crane.name]
-        if not crane.gantry.lower - TOUCH <= x <= crane.gantry.upper + TOUCH:
-            told = f"{crane.name} at x = {x:g} m is past the end of its rails"
-            yield crane.name, crane.where, f"{told}, {crane.gantry.lower:g} to {crane.gantry.upper:g} m"
-
-
-def _girder_ends(scene: schema.Scene, built: plan.Plan, before: State, after: State) -> Told:
-    """No trolley leaves its girder."""
-    for crane in built.cranes:
-        for trolley in (crane.upper, crane.lower):
-            y = after.trolleys[crane.name, trolley.name]
-            if not trolley.axis.lower - TOUCH <= y <= trolley.axis.upper + TOUCH:
-                told = f"the {trolley.name} trolley of {crane.name} at y = {y:g} m is past the end of its girder"
-                ends = f"{trolley.axis.lower:g} to {trolley.axis.upper:g} m"
-                yield f"{crane.name} {trolley.name}", trolley.where, f"{told}, {ends}"
-
-
 def _trolleys_meet(scene: schema.Scene, built: plan.Plan, before: State, after: State) -> Told:
     """Trolleys of one level neither touch nor pass; on two levels the lower one passes beneath the upper."""
     for crane in built.cranes:
@@ -188,30 +167,7 @@ def _trolleys_meet(scene: schema.Scene, built: plan.Plan, before: State, after: 
             yield crane.name, crane.lower.where, f"{told}: they need {least}"
 
 
-def _rope_lengths(scene: schema.Scene, built: plan.Plan, before: State, after: State) -> Told:
-    """Each rope is on its drum, and not wound up to the sheaves."""
-    for crane in built.cranes:
-        for hook in crane.hooks:
-            length = after.ropes[hook.rope]
-            if length < hook.shortest - TOUCH:
-                told = f"the rope {hook.rope} would be wound to {length:g} m, its minimum is {hook.shortest:g} m"
-                yield hook.rope, hook.where, told
-            elif length > hook.drum + TOUCH:
-                told = f"the rope {hook.rope} would be {length:g} m long, its drum holds {hook.drum:g} m"
-                yield hook.rope, hook.where, told
-
-
-def _hook_limits(scene: schema.Scene, built: plan.Plan, before: State, after: State) -> Told:
-    """No hook goes above its upper limit."""
-    for crane in built.cranes:
-        for hook in crane.hooks:
-            eye = exit_height(scene.cranes[crane.name], hook.name) - after.ropes[hook.rope]
-            if eye > hook.highest + SAME_LEVEL / 100:
-                told = f"the hook {hook.rope} would be at z = {eye:g} m, its upper limit is {hook.highest:g} m"
-                yield hook.rope, hook.where, told
-
-
-_PLACES = (_portals, _rails, _girder_ends, _trolleys_meet, _rope_lengths, _hook_limits)
+_PLACES = (_portals, _trolleys_meet)
 
 
 def _block_clear(scene: schema.Scene, built: plan.Plan, step: Step) -> Told:

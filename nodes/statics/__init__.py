@@ -6,7 +6,7 @@ following(plan, path)       the same as the rules of a lift see it: cranes, trol
 """
 
 from .follow import Followed, follow
-from .lift import Following, State, Step, following
+from .lift import Following, State, Step, following, goal_states
 from .state import Acted, StaticState
 
-__all__ = ["Acted", "Followed", "Following", "State", "StaticState", "Step", "follow", "following"]
+__all__ = ["Acted", "Followed", "Following", "State", "StaticState", "Step", "follow", "following", "goal_states"]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import pi
 
 from heavylift.kernel.elementary import atan2
@@ -10,9 +11,9 @@ from heavylift.nodes.scene import plan
 from heavylift.nodes.scene.actions import Move, Turn
 
 from .follow import Followed
-from .state import StaticState
+from .state import Pose, StaticState
 
-__all__ = ["Begun", "Following", "State", "Step", "following", "goals", "loads_of", "world"]
+__all__ = ["Begun", "Following", "State", "Step", "following", "goal_states", "goals", "loads_of", "world"]
 
 Place = tuple[float, float, float]
 SLACK = 1.0  # [N] of a sling that carries nothing
@@ -41,6 +42,7 @@ class Step:
     stage: str
     state: State
     static: StaticState
+    told: bool  # whether tables have a row for it
     loads: dict[str, float] | None = None  # sling load by loader [kg]; None while the block stands on its stools
 
 
@@ -68,7 +70,8 @@ class Following:
 
 def following(built: plan.Plan, path: Followed) -> Following:
     """A path as the states of a lift."""
-    steps = tuple(_step(built, x) for x in path.states)
+    ends = [*(a.action != b.action for a, b in pairwise(path.states)), True]
+    steps = tuple(_step(built, x, end) for x, end in zip(path.states, ends, strict=True))
     after = [*(x.before for x in path.acted[1:]), *path.states[-1:]]
     hung = {s.loader for s in built.rig.slings}
     taut = [any(is_taut(built, x, loader) for loader in hung) for x in after]
@@ -76,16 +79,15 @@ def following(built: plan.Plan, path: Followed) -> Following:
     return Following(path, steps, tuple(acted))
 
 
-def _step(built: plan.Plan, x: StaticState) -> Step:
+def _step(built: plan.Plan, x: StaticState, told: bool) -> Step:
     action = built.actions[x.action - 1] if x.action else None
     stage = x.stage
     if action and any(isinstance(order, Turn) for order in action.orders):
         theta = x.references["turn"]
         if abs(theta / SHOWN - round(theta / SHOWN)) < ROUND and abs(theta - built.start) > ROUND:
-            stage += f", {180.0 / pi * theta:.0f} deg"
-    return Step(
-        action.where if action else "", stage, lift_state(built, x), x, None if x.grounded else loads_of(built, x)
-    )
+            stage, told = f"{stage}, {180.0 / pi * theta:.0f} deg", True
+    loads = None if x.grounded else loads_of(built, x)
+    return Step(action.where if action else "", stage, lift_state(built, x), x, told, loads)
 
 
 def lift_state(built: plan.Plan, x: StaticState) -> State:
@@ -152,3 +154,33 @@ def goals(built: plan.Plan, action: plan.Action, before: State) -> State:
 def end_of(m: Move, now: float) -> float:
     """Where a move ends whose end is known."""
     return m.to if m.to is not None else now + (m.by or 0.0)
+
+
+def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
+    """Where the moves of each action were to lead, though limits may have stopped them: places only, nothing hangs."""
+    found = []
+    for number, acted in enumerate(path.acted, 1):
+        action, before = built.actions[number - 1], acted.before
+        if not any(isinstance(m, Move) for m in action.orders):
+            continue
+        old = lift_state(built, before)
+        new = goals(built, action, old)
+        poses, references = {}, {**new.ropes}
+        for c in built.cranes:
+            dx = new.cranes[c.name] - old.cranes[c.name]
+            poses[f"{c.name}.main"] = _moved(before, f"{c.name}.main", (dx, 0.0, 0.0))
+            for hook in c.hooks:
+                rope = next(r for r in built.rig.hook_ropes if r.name == hook.rope)
+                dy = new.trolleys[c.name, hook.trolley] - old.trolleys[c.name, hook.trolley]
+                poses[f"{c.name}.{hook.trolley}"] = _moved(before, f"{c.name}.{hook.trolley}", (dx, dy, 0.0))
+                way = (dx, dy, old.ropes[rope.name] - new.ropes[rope.name])
+                poses[rope.eye.body] = _moved(before, rope.eye.body, way)
+        stage = action.stage or f"action {number}"
+        empty = replace(before, event="", tensions={}, supports={}, hooked={})
+        found.append(replace(empty, action=number, stage=stage, poses=poses, references=references))
+    return found
+
+
+def _moved(x: StaticState, body: str, way: Place) -> Pose:
+    p, R = x.poses[body]
+    return (p[0] + way[0], p[1] + way[1], p[2] + way[2]), R
