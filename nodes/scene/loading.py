@@ -219,10 +219,15 @@ def _physics(source: Source, loaded: LoadedScene) -> list[Fault]:
 
 
 def _overloads(loaded: LoadedScene) -> list[tuple[str, str]]:
-    """What a scene is refused for: all that its path at rest must not be beyond, each subject once."""
+    """What a scene is refused for: what it is led to or carries beyond its limits at rest, each subject once."""
+    led = uses_on_path(loaded.plan, goal_states(loaded.plan, loaded.statics))
+    return _refused(loaded.plan, led) or _refused(loaded.plan, loaded.uses)
+
+
+def _refused(built: plan.Plan, uses: Sequence[Use]) -> list[tuple[str, str]]:
     found = Findings()
-    for use in (use for use in loaded.uses if WORDS[use.limit.quantity].refused):
-        for told in judge(loaded.plan, [use], dynamic=False):
+    for use in (use for use in uses if WORDS[use.limit.quantity].refused):
+        for told in judge(built, [use], dynamic=False):
             if told.severity == "red":
                 where, stage = (told.where, told.stage) if use.action else ("", "")
                 found.take(use.limit.quantity, iter([(told.subject, told.where, told.sentence)]), stage, where)

@@ -29,16 +29,26 @@ TIPS = math.radians(10.0)  # of a block that leans as it is lifted
 
 
 class Order:
-    """One action with the state in which it begins, and the states that it leads through."""
+    """One action with the state in which it begins, and the states that it leads through.
+
+    `hooked`, `lugs`: slings and their lugs once the orders before it, and its own, are carried out.
+    """
 
     def __init__(
-        self, scene: schema.Scene, built: plan.Plan, action: plan.Action, acted: Acted, steps: list[Step]
+        self,
+        scene: schema.Scene,
+        built: plan.Plan,
+        action: plan.Action,
+        acted: Acted,
+        steps: list[Step],
+        hooked: dict[str, str],
     ) -> None:
         self.scene, self.plan, self.action, self.steps = scene, built, action, steps
         self.before: StaticState = acted.before
         self.state: State = lift_state(built, acted.before)
         self.taut = set(acted.taut)
-        self.lugs = dict(acted.before.hooked)
+        self.hooked = hooked
+        self.lugs = dict(hooked)
         for order in action.orders:
             if isinstance(order, actions.Hookup):
                 self.lugs[order.sling] = order.lug
@@ -66,10 +76,12 @@ class Order:
 def order_checks(scene: schema.Scene, built: plan.Plan, followed: Following) -> list[tuple[str, str]]:
     """What is wrong with the orders that could be followed."""
     found = Findings()
+    hooked = {sling.name: sling.lug for sling in built.rig.slings if sling.lug}
     for number, acted in enumerate(followed.path.acted, 1):
         action = built.actions[number - 1]
         steps = [step for step in followed.steps if step.static.action == number]
-        order = Order(scene, built, action, acted, steps)
+        order = Order(scene, built, action, acted, steps, hooked)
+        hooked = order.lugs
         for check in CHECKS:
             for each in check(order):
                 found.take(f"{each[1]} {check.__name__}", iter([each]), where=each[1])
@@ -85,7 +97,7 @@ def order_checks(scene: schema.Scene, built: plan.Plan, followed: Following) -> 
 def _spoken(x: Order) -> Told:
     """A condition on slings needs one that is hooked."""
     untils = [(o.until, x.lugs) for o in x.action.orders if isinstance(o, actions.Move | actions.Turn)]
-    for condition, lugs in [(x.action.when, dict(x.before.hooked)), *untils]:
+    for condition, lugs in [(x.action.when, x.hooked), *untils]:
         slings = {s.name for s in x.plan.rig.slings}
         for term in terms(condition):
             if isinstance(term, actions.Slings) and set(term.names) <= slings and not set(term.names) & set(lugs):

@@ -10,7 +10,7 @@ from dataclasses import replace
 from math import ceil, pi
 
 from heavylift.kernel.analysis.path import EquilibriumPath, Rest
-from heavylift.kernel.errors import HeavyliftError
+from heavylift.kernel.errors import HeavyliftError, ModelError
 from heavylift.kernel.methods.at_rest import AtRest
 from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.switching import StateEvent as Switched
@@ -102,6 +102,8 @@ class Rehearsal:
                     happened = self._transit(due)
         except HeavyliftError as error:
             self._collect()
+            if isinstance(error, ModelError) and len(self.acted) < len(self.plan.actions):
+                self.acted.append(self._begun())  # the action that was refused
             self.why = str(error)
         if not self.why and not self.over and self.plan.end is None:
             self.why = self.models.commander.waiting_for()
