@@ -19,7 +19,7 @@ from .moving import Parting
 
 __all__ = ["aside"]
 
-STRAIGHT = 5e-3  # [m] aside that counts as none: so exact are the shares of more than three hooks
+STRAIGHT = 0.02  # [m] aside that counts as none: ropes that stretch differently lean the block that much, see `hooks`
 Aside = tuple[float, float]  # along the rails, across them [m]
 
 

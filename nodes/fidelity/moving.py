@@ -31,10 +31,11 @@ class Parting:
 
 
 def by_ways(plan: Plan, followed: Following) -> Plan:
-    """The plan with its moves to a place as moves by a way, as far as it can be followed."""
+    """The plan with its moves to a place as moves by a way, as far as it can be followed; actions that begin after the
+    end of the scene are left out."""
     known, later = plan.actions[: len(followed.acted)], plan.actions[len(followed.acted) :]
     actions = tuple(_by_way(action, at.before, plan) for action, at in zip(known, followed.acted, strict=True))
-    return msgspec.structs.replace(plan, actions=actions + later)
+    return msgspec.structs.replace(plan, actions=actions if followed.known else actions + later)
 
 
 def lifting(plan: Plan, followed: Following, stretch: float) -> list[Parting]:

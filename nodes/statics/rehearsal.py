@@ -113,11 +113,12 @@ class Rehearsal:
     def _transit(self, tag: Tag) -> list[Switched]:
         """Let the models speak at a tag; what that changes at rest."""
         said = self.simulator.outputs()
-        begun = [e.value.name for e in said if isinstance(e.value, m.Stage)]
-        if any(isinstance(e.value, m.Finished) for e in said) or (begun and self.after in self.stages):
+        stages = [e.value.name for e in said if isinstance(e.value, m.Stage)]
+        if any(isinstance(e.value, m.Finished) for e in said) or (stages and self.after in self.stages):
             self.over = True
             return []
-        self.stages += begun
+        self.stages += stages
+        number, begun = self.models.commander.actions.index, len(self.acted)
         self._advance(tag)
         inputs = [e.value for e in said if isinstance(e.value, m.KernelInput)]
         before = len(self.path.command.log)
@@ -129,7 +130,8 @@ class Rehearsal:
         if not inputs:
             return []
         settled = self.path.settle()
-        self._collect()
+        self._collect(number)  # what is commanded now was ordered before
+        self.acted[begun:] = [self._begun()] * (len(self.acted) - begun)
         return [*changed, *settled]
 
     def _tell(self, happened: list[Switched]) -> list[Switched]:
@@ -179,10 +181,10 @@ class Rehearsal:
 
     # ---- points -------------------------------------------------------------------------------------------
 
-    def _collect(self) -> None:
-        """New points of the path as states of the action that the commander is at."""
+    def _collect(self, number: int | None = None) -> None:
+        """New points of the path as states of an action, or of that which the commander is at."""
         commander = self.models.commander.actions
-        number = getattr(commander, "index", 0)
+        number = getattr(commander, "index", 0) if number is None else number
         action = self.plan.actions[number - 1] if number else None
         stage = (action.stage or f"action {number}") if action else "at the start"
         new, self.path.points[:] = list(self.path.points), []
