@@ -73,10 +73,15 @@ def statics(scene: Scene, at: At = None, after: After = "", as_json: Json = Fals
     from heavylift.kernel.analysis.tables import statics_data, statics_text
     from heavylift.nodes.scene import load
 
-    from ..run.pause import paused
+    from ..run.pause import paused, resting
 
-    simulation = paused(load(scene, sets or []), at, after)
-    found = equilibrium(simulation)
+    loaded = load(scene, sets or [])
+    if at is None:
+        path = resting(loaded, after)
+        found, simulation = path.rest(), path.command
+    else:
+        simulation = paused(loaded, at, after)
+        found = equilibrium(simulation)
     shown = found, reactions(simulation), about(simulation).growth
     typer.echo(json.dumps(statics_data(*shown)) if as_json else statics_text(*shown))
 
@@ -91,9 +96,15 @@ def modes(scene: Scene, at: At = None, after: After = "", as_json: Json = False,
     from heavylift.kernel.analysis.tables import modes_data, modes_text
     from heavylift.nodes.scene import load
 
-    from ..run.pause import paused
+    from ..run.pause import paused, resting
 
-    simulation = paused(load(scene, sets or []), at, after)
-    equilibrium(simulation)
+    loaded = load(scene, sets or [])
+    if at is None:
+        path = resting(loaded, after)
+        path.rest()
+        simulation = path.command
+    else:
+        simulation = paused(loaded, at, after)
+        equilibrium(simulation)
     found = about(simulation)
     typer.echo(json.dumps(modes_data(found)) if as_json else modes_text(found))

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import msgspec
+from heavylift.kernel.analysis.path import EquilibriumPath
 from heavylift.kernel.errors import SceneError
 from heavylift.kernel.methods.choice import choose, control_of
 from heavylift.kernel.rate import Program
@@ -17,6 +18,7 @@ from heavylift.nodes.devs import Event, Simulator, Tag, ns
 from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings, system
 from heavylift.nodes.models.messages import Finished, Stage
 from heavylift.nodes.scene.plan import Plan
+from heavylift.nodes.statics.rehearsal import Rehearsal
 
 from ..participants.kernel_node import KernelNode
 from ..participants.parts import KernelConfig
@@ -28,7 +30,7 @@ from .configuration import kernel_config
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
 
-__all__ = ["check_steps", "configured", "paused"]
+__all__ = ["check_steps", "configured", "paused", "resting"]
 
 LAST = Tag(100 * 3600 * 10**9)  # simulated time after which a stage that has not ended never does
 
@@ -70,6 +72,25 @@ def check_steps(scene: LoadedScene) -> None:
     else:
         program = Program(system(plan))
         control_of(choose(plan.method, program), None, program)
+
+
+def resting(scene: LoadedScene, after: str = "") -> EquilibriumPath:
+    """The equilibrium path of a scene, followed to the end of the stage `after`, or no further than its start.
+
+    Raises SceneError if there is no such stage, or the sentence with which the following ended before.
+    """
+    rehearsal = Rehearsal(scene.plan, after)
+    if not after:
+        rehearsal.path.start()
+        return rehearsal.path
+    rehearsal.walk()
+    if after not in rehearsal.stages or not (rehearsal.over or rehearsal.ended):
+        told = rehearsal.why or "it is not over when the scene ends"
+        if after not in [action.stage for action in scene.plan.actions]:
+            told = "there is no such stage"
+        names = [action.stage for action in scene.plan.actions if action.stage]
+        raise SceneError(f"--after '{after}': {told}; stages are {', '.join(names) or 'none'}")
+    return rehearsal.path
 
 
 def paused(scene: LoadedScene, at: float | None = None, after: str = "") -> Simulation:

@@ -22,7 +22,7 @@ from .poses import Poses
 if TYPE_CHECKING:
     from ..simulation import Simulation
 
-__all__ = ["Equilibrium", "equilibrium", "relaxed"]
+__all__ = ["Equilibrium", "equilibrium", "equilibrium_at", "relaxed"]
 
 STILL = 1e-9  # [m/s2, rad/s2] acceleration that counts as none
 ROUNDING = 1e-6  # [m/s2, rad/s2] below which an acceleration that no longer falls is rounding of stiff laws
@@ -50,6 +50,11 @@ def equilibrium(simulation: Simulation) -> Equilibrium:
     """
     poses = Poses.stopped(simulation)
     q, steps, _ = relaxed(poses, poses.q)
+    return equilibrium_at(simulation, q, steps)
+
+
+def equilibrium_at(simulation: Simulation, q: np.ndarray, steps: int) -> Equilibrium:
+    """What a simulation that rests at q (nq,) shows there."""
     return Equilibrium(q, _shown(simulation, "tension"), _shown(simulation, "support/force"), steps)
 
 

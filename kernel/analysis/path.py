@@ -29,7 +29,7 @@ from ..stepper import NEVER
 from ..switching import StateEvent
 from ..tangent import SECOND
 from .active import RUBS, Sliding, net, switch
-from .equilibrium import ROUNDING, STILL, relaxed
+from .equilibrium import ROUNDING, STILL, Equilibrium, equilibrium_at, relaxed
 from .poses import Poses
 
 __all__ = ["EquilibriumPath", "Rest"]
@@ -75,7 +75,7 @@ class EquilibriumPath:
         self.notes: list[Note] = []
         self.unstable_since: int | None = None
         """Time from which the rest is unstable [ns]."""
-        self._dt = FIRST_NS
+        self._dt, self._steps = FIRST_NS, 0
         self._instant = 0
         self._program: object = None
 
@@ -117,6 +117,11 @@ class EquilibriumPath:
             if any(e.name in self.heard for e in happened):
                 return happened
         return []
+
+    def rest(self) -> Equilibrium:
+        """The present rest; the simulation stands there for what else is asked of it."""
+        self._poses.accelerations(self._q)
+        return equilibrium_at(self.command, self._q, self._steps)
 
     # ---- steps --------------------------------------------------------------------------------------------
 
@@ -182,10 +187,11 @@ class EquilibriumPath:
         self._use_program()
         poses, start = self._poses, self._q
         try:
-            q, _, events = relaxed(poses, poses.moved(start, np.zeros(len(poses.free))))
+            q, self._steps, events = relaxed(poses, poses.moved(start, np.zeros(len(poses.free))))
         except KernelError as error:
             told = f"{why}; " if why else ""
-            raise KernelError(f"statics at {self.epoch * 1e-9:.3f} s of the commands: {told}{error}") from error
+            when = f"at {self.epoch * 1e-9:.3f} s, followed at rest: " if self.epoch else ""
+            raise KernelError(f"{when}{told}{error}") from error
         events += switch(poses, q, thresholds=True)
         self._q = q
         self._renew()

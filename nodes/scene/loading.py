@@ -18,10 +18,11 @@ from heavylift.nodes.fidelity import Question, Verdict, choose, unpromised
 from heavylift.nodes.limits.findings import Finding
 from heavylift.nodes.limits.judging import judge, uses_on_path
 from heavylift.nodes.limits.limit import Use
-from heavylift.nodes.limits.telling import WORDS
+from heavylift.nodes.limits.telling import WORDS, sorted_findings
 from heavylift.nodes.models import node_names
 from heavylift.nodes.scenes import bundled
 from heavylift.nodes.statics import Followed, Following, StaticState, follow, following, goal_states
+from heavylift.nodes.statics.findings import path_findings
 
 from . import plan, schema
 from .assemble import build_mechanism
@@ -86,7 +87,7 @@ class LoadedScene:
     @cached_property
     def findings(self) -> list[Finding]:
         """What is beyond a limit on that path, or should be told."""
-        return judge(self.plan, self.uses, dynamic=False)
+        return sorted_findings([*judge(self.plan, self.uses, dynamic=False), *path_findings(self.plan, self.statics)])
 
 
 def load(scene: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:

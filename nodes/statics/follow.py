@@ -23,7 +23,7 @@ class Followed:
     """All states of the path; for each action that began the state then; notes with their times [s].
 
     `why`: the sentence with which the following ended before the list did, "" if it came to its end.
-    `unstable`: time from which the rest is unstable [s].
+    `unstable`: time from which the rest is unstable [s]; `cut`: what the list still waits for when the scene ends.
     """
 
     states: tuple[StaticState, ...]
@@ -31,6 +31,7 @@ class Followed:
     notes: tuple[tuple[float, str], ...]
     why: str
     unstable: float | None
+    cut: str
 
     @property
     def known(self) -> bool:
@@ -53,7 +54,8 @@ def follow(built: plan.Plan) -> Followed:
     r.walk()
     unstable = r.path.unstable_since
     notes = tuple((note.t_ns * 1e-9, note.sentence) for note in r.path.notes)
-    found = Followed(tuple(r.states), tuple(r.acted), notes, r.why, None if unstable is None else unstable * 1e-9)
+    since = None if unstable is None else unstable * 1e-9
+    found = Followed(tuple(r.states), tuple(r.acted), notes, r.why, since, r.cut)
     write_cached(path, msgspec.msgpack.encode(found))
     return found
 

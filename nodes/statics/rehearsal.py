@@ -61,12 +61,12 @@ class Models(Coupled):
 class Rehearsal:
     """Carries out the action list of a plan along its equilibrium path.
 
-    `states`: all points so far; `why`: what ended it before the list did, a sentence; `after`: name of a stage at whose
-    end it shall stop.
+    `states`: all points so far; `why`: what ended it before the list did, a sentence; `cut`: what the list lacks when the
+    scene ends; `after`: name of a stage at whose end it shall stop.
     """
 
     def __init__(self, plan: Plan, after: str = "") -> None:
-        self.plan, self.after, self.why = plan, after, ""
+        self.plan, self.after, self.why, self.cut = plan, after, "", ""
         self._hears = subscriptions(plan)
         self.path = EquilibriumPath(Simulation(system(plan), method=AtRest.name), frozenset(self._hears))
         self.models = Models(plan)
@@ -75,7 +75,7 @@ class Rehearsal:
         self.acted: list[Acted] = []
         self.stages: list[str] = []
         """Names of the stages that have begun."""
-        self.over = False
+        self.over = self.ended = False
         self._last = Tag(-1)
         self._turned: list[int] = []
 
@@ -97,6 +97,7 @@ class Rehearsal:
                 happened = self.path.run(min(due.t, end, *self._turned[:1]))
                 self._collect()
                 if not happened and self.path.epoch >= end:
+                    self.ended = True
                     break
                 if not happened and self.path.epoch == due.t and not self.over:
                     happened = self._transit(due)
@@ -105,8 +106,11 @@ class Rehearsal:
             if isinstance(error, ModelError) and len(self.acted) < len(self.plan.actions):
                 self.acted.append(self._begun())  # the action that was refused
             self.why = str(error)
-        if not self.why and not self.over and self.plan.end is None:
-            self.why = self.models.commander.waiting_for()
+        if self.states and not self.why:
+            self._judge_stability()
+        if not self.why and not self.over:
+            waits = self.models.commander.waiting_for()
+            self.cut, self.why = (waits, "") if self.ended else ("", waits)
 
     # ---- models and path ----------------------------------------------------------------------------------
 
@@ -153,7 +157,13 @@ class Rehearsal:
         before = commander.index
         self.simulator.advance(tag)
         self._last = tag
+        if commander.index > before:
+            self._judge_stability()
         self.acted += [self._begun()] * (commander.index - before)
+
+    def _judge_stability(self) -> None:
+        """At the end of an action it is looked whether the rest is stable."""
+        self.states[-1] = replace(self.states[-1], stiffness=self.path.stiffness())
 
     def _begun(self) -> Acted:
         """The present state, in which an action begins."""

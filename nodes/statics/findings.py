@@ -1,0 +1,87 @@
+"""What the equilibrium path tells of a scene besides its loads: instability, falls, stages of no length, an end too soon."""
+
+from __future__ import annotations
+
+from heavylift.nodes.limits.findings import Finding
+from heavylift.nodes.models.conditions import terms
+from heavylift.nodes.scene import plan
+from heavylift.nodes.scene.actions import Move, Turn
+
+from .follow import Followed
+
+__all__ = ["path_findings"]
+
+GROWTH = 1e-4  # [1/s2] of an eigenvalue of the tangent stiffness that is instability, not rounding
+
+
+def path_findings(built: plan.Plan, path: Followed) -> list[Finding]:
+    """Findings of the path, in the order in which they come about."""
+    return [*_unstable(built, path), *_falls(built, path), *_at_once(built, path), *_cut(built, path)]
+
+
+def _unstable(built: plan.Plan, path: Followed) -> list[Finding]:
+    found = next((x for x in path.states if x.stiffness < -GROWTH), None)
+    times = [t for t in (path.unstable, found.t if found else None) if t is not None]
+    if not times:
+        return []
+    state = next((x for x in path.states if x.t >= min(times)), path.states[-1])
+    value = min((x.stiffness for x in path.states if x.stiffness == x.stiffness), default=None)
+    sentence = "what hangs is not stable at rest: the smallest push would make it tip over"
+    return [_finding(built, state.action, "red", "unstable", "scene", sentence, state.t, value, 0.0, "1/s2")]
+
+
+def _falls(built: plan.Plan, path: Followed) -> list[Finding]:
+    found = []
+    for t, sentence in path.notes:
+        state = next((x for x in path.states if x.t >= t), path.states[-1])
+        found.append(_finding(built, state.action, "warning", "fall", "scene", sentence, t))
+    return found
+
+
+def _at_once(built: plan.Plan, path: Followed) -> list[Finding]:
+    """Stages whose moves end where they begin, since what they wait for holds already."""
+    found = []
+    times = [x.before.t for x in path.acted] + ([path.states[-1].t] if path.known and path.states else [])
+    for number, (begin, end) in enumerate(zip(times, times[1:], strict=False), 1):
+        action = built.actions[number - 1]
+        waits = [o.until for o in action.orders if isinstance(o, Move | Turn) and o.until is not None]
+        if waits and end == begin and len(waits) == len(action.orders):
+            words = " and ".join(dict.fromkeys(term.text for until in waits for term in terms(until)))
+            sentence = f"the stage '{action.stage or number}' ends at once: '{words}' holds already as it begins"
+            found.append(_finding(built, number, "red", "stage", action.stage or f"action {number}", sentence, begin))
+    return found
+
+
+def _cut(built: plan.Plan, path: Followed) -> list[Finding]:
+    if not path.cut or not path.states:
+        return []
+    last = path.states[-1]
+    sentence = f"the scene ends at {built.end:g} s before its action list is done: {path.cut}"
+    return [_finding(built, last.action, "red", "cut", "end", sentence, built.end)]
+
+
+def _finding(
+    built: plan.Plan,
+    action: int,
+    severity: str,
+    kind: str,
+    subject: str,
+    sentence: str,
+    t: float | None,
+    value: float | None = None,
+    limit: float | None = None,
+    unit: str = "",
+) -> Finding:
+    of = built.actions[action - 1] if action else None
+    return Finding(
+        severity=severity,  # type: ignore[arg-type]
+        kind=kind,
+        subject=subject,
+        sentence=sentence,
+        where=of.where if of else "",
+        stage=of.stage if of else "",
+        t=t,
+        value=value,
+        limit=limit,
+        unit=unit,
+    )
