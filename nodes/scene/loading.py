@@ -23,6 +23,7 @@ from heavylift.nodes.models import node_names
 from heavylift.nodes.scenes import bundled
 from heavylift.nodes.statics import Followed, Following, StaticState, follow, following, goal_states
 from heavylift.nodes.statics.findings import path_findings
+from heavylift.nodes.statics.lift import standing
 
 from . import plan, schema
 from .assemble import build_mechanism
@@ -120,7 +121,7 @@ def restored(built: plan.Plan, text: str, merged: str, name: str) -> LoadedScene
 
 def check(scene: LoadedScene) -> Report:
     """Sizes, static hook loads, use and safety factors of a scene that was loaded without errors."""
-    return report(scene.plan, scene.followed, scene.uses, scene.findings, str(scene.verdict or ""))
+    return report(scene.plan, scene.statics, scene.followed, scene.uses, scene.findings, str(scene.verdict or ""))
 
 
 def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedScene:
@@ -164,6 +165,10 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
     )
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
     raise_faults(source, _physics(source, loaded))
+    if loaded.followed is not None:
+        rests = replace(loaded, plan=standing(loaded.plan, loaded.statics))
+        rests.__dict__["statics"] = loaded.statics  # the same path: it begins at that rest
+        loaded = rests
     return _pruned(loaded)
 
 

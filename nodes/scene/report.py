@@ -7,16 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import groupby
+from itertools import groupby, pairwise
 
 from heavylift.nodes.limits.findings import Finding
 from heavylift.nodes.limits.limit import Use
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.limits.telling import HEAD, likewise, unjudged
 from heavylift.nodes.limits.telling import rows as rows_of
-from heavylift.nodes.statics.lift import Following
+from heavylift.nodes.statics import Followed, Following
 
 from . import plan
+
+COLUMNS = 6  # of a table of ropes
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,7 @@ class Report:
 
 def report(
     built: plan.Plan,
+    statics: Followed,
     followed: Following | None,
     uses: Sequence[Use],
     findings: Sequence[Finding],
@@ -73,6 +76,8 @@ def report(
     if followed:
         rows = _rows(built, followed)
         lines += _page(followed, rows) + _limits(built, uses, findings)
+    else:
+        lines += _ropes_at_rest(statics) + _told(findings)
     lines += ["", pruning] if pruning else []
     return Report(built.name, *counts, tuple(rows), tuple(lines), tuple(uses), tuple(findings))
 
@@ -137,5 +142,24 @@ def _limits(built: plan.Plan, uses: Sequence[Use], findings: Sequence[Finding]) 
     foreseen = dynamics_foreseen(built)
     lines += [f"  dynamic amplification foreseen: {foreseen[0]:g} ({foreseen[1]})"] if foreseen else []
     lines += [f"  {told}" for told in (*hoisting_foreseen(built), *shared(built), *unjudged(built.limits))]
-    lines += [f"{f.severity}: {f.sentence}{f' ({f.stage})' if f.stage else ''}" for f in likewise(findings)]
-    return [line.rstrip() for line in lines]
+    return [line.rstrip() for line in lines] + _told(findings)
+
+
+def _told(findings: Sequence[Finding]) -> list[str]:
+    return [f"{f.severity}: {f.sentence}{f' ({f.stage})' if f.stage else ''}" for f in likewise(findings)]
+
+
+def _ropes_at_rest(statics: Followed) -> list[str]:
+    """What the first ropes of a mechanism carry at rest, at the end of each action."""
+    ends = [a for a, b in pairwise(statics.states) if a.action != b.action] + list(statics.states[-1:])
+    ropes = list(ends[0].tensions)[:COLUMNS] if ends else []
+    lines = ["", _line("rope tension at rest [kN]", ropes)] if ropes else []
+    shown: list[str] = []
+    for state in ends if ropes else []:
+        cells = [f"{state.tensions[name] / 1e3:.1f}" for name in ropes]
+        if cells != shown:
+            lines.append(_line(state.stage, cells))
+            shown = cells
+    if statics.why:
+        lines += ["", f"No rest is known{f' after {ends[-1].stage}' if ends else ''}: {statics.why}"]
+    return lines

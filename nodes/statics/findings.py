@@ -1,6 +1,8 @@
-"""What the equilibrium path tells of a scene besides its loads: instability, falls, stages of no length, an end too soon."""
+"""What the equilibrium path tells besides loads: instability, falls, stages of no length, an end too soon."""
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 from heavylift.nodes.limits.findings import Finding
 from heavylift.nodes.models.conditions import terms
@@ -42,7 +44,7 @@ def _at_once(built: plan.Plan, path: Followed) -> list[Finding]:
     """Stages whose moves end where they begin, since what they wait for holds already."""
     found = []
     times = [x.before.t for x in path.acted] + ([path.states[-1].t] if path.known and path.states else [])
-    for number, (begin, end) in enumerate(zip(times, times[1:], strict=False), 1):
+    for number, (begin, end) in enumerate(pairwise(times), 1):
         action = built.actions[number - 1]
         waits = [o.until for o in action.orders if isinstance(o, Move | Turn) and o.until is not None]
         if waits and end == begin and len(waits) == len(action.orders):

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import pi
+from math import pi, sqrt
 
+import msgspec
 from heavylift.kernel.elementary import atan2
 from heavylift.nodes.scene import plan
 from heavylift.nodes.scene.actions import Move, Turn
@@ -13,12 +14,13 @@ from heavylift.nodes.scene.actions import Move, Turn
 from .follow import Followed
 from .state import Pose, StaticState
 
-__all__ = ["Begun", "Following", "State", "Step", "following", "goal_states", "goals", "loads_of", "world"]
+__all__ = ["Begun", "Following", "State", "Step", "following", "goal_states", "goals", "loads_of", "standing", "world"]
 
 Place = tuple[float, float, float]
 SLACK = 1.0  # [N] of a sling that carries nothing
 SHOWN = pi / 6.0  # [rad] of a turn that has a row of its own in tables
 ROUND = 1e-6  # [rad]
+WRITTEN = 1e-6  # [m, rad] by which a start may be off its rest: rounding of what is written
 
 
 @dataclass(frozen=True)
@@ -179,6 +181,19 @@ def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
         empty = replace(before, event="", tensions={}, supports={}, hooked={})
         found.append(replace(empty, action=number, stage=stage, poses=poses, references=references))
     return found
+
+
+def standing(built: plan.Plan, path: Followed) -> plan.Plan:
+    """The plan with its block as it rests on its stools at the start, where it is not written so to `WRITTEN`."""
+    if built.block is None or not path.states:
+        return built
+    p, R = path.states[0].poses[built.block.name]
+    turned = max(abs(R[i][j] - (i == j)) for i in range(3) for j in range(3))
+    if max(turned, *(abs(a - b) for a, b in zip(p, built.block.pose, strict=False))) <= WRITTEN:
+        return built
+    w = 0.5 * sqrt(1.0 + R[0][0] + R[1][1] + R[2][2])
+    x, y, z = ((R[i][j] - R[j][i]) / (4.0 * w) for i, j in ((2, 1), (0, 2), (1, 0)))
+    return msgspec.structs.replace(built, block=msgspec.structs.replace(built.block, pose=(*p, x, y, z, w)))
 
 
 def _moved(x: StaticState, body: str, way: Place) -> Pose:

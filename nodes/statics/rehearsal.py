@@ -61,8 +61,8 @@ class Models(Coupled):
 class Rehearsal:
     """Carries out the action list of a plan along its equilibrium path.
 
-    `states`: all points so far; `why`: what ended it before the list did, a sentence; `cut`: what the list lacks when the
-    scene ends; `after`: name of a stage at whose end it shall stop.
+    `states`: all points so far; `why`: what ended it before the list did, a sentence; `cut`: what the list lacks when
+    the scene ends; `after`: name of a stage at whose end it shall stop.
     """
 
     def __init__(self, plan: Plan, after: str = "") -> None:
