@@ -40,6 +40,7 @@ CLOSE = 1e-9  # [m, rad] of a corrector step behind which the next one is none
 BEND = 0.05  # [m, rad] of the second corrector step: what curvature adds to the tangent in one step
 WIDEST = 1.0  # [m, rad] of a corrector step; a tangent may be longer
 FIRST_NS, LONGEST_NS, SHORTEST_NS = 10**9, 600 * 10**9, 10**5  # steps of the path
+LONGEST_FALL_NS = 10**10  # of commands that go on while a scene falls from a fold
 LOCATED_NS = 1000  # an event is located to this
 LONG = 100.0  # [s] of pseudo time: leaves neutral directions alone
 GROWTH = 1e-4  # [1/s2] eigenvalue of the tangent stiffness that is instability, not rounding
@@ -142,7 +143,7 @@ class EquilibriumPath:
                 break
             if t1 - t0 <= SHORTEST_NS:
                 self._q = q0
-                return self._fall("the equilibrium ends")
+                return self._beyond(end_ns)
             self._dt = max(SHORTEST_NS, (t1 - t0) // 2)
         if t1 - t0 >= self._dt or bend > BEND:
             grown = (t1 - t0) * min(4.0, max(0.3, 0.9 * sqrt(BEND / max(bend, 1e-12))))
@@ -157,13 +158,24 @@ class EquilibriumPath:
         self._poses.accelerations(q0)
         sliding = Sliding(self.command)
         self._poses.accelerations(q)
-        happened = sliding.turned() + switch(self._poses, q, thresholds=True)
-        if happened:
+        if happened := sliding.turned() or switch(self._poses, q, thresholds=True):
             return self._settled(happened)
         self._renew()
         self._keep([])
         self._check_stability()
         return []
+
+    def _beyond(self, end_ns: int) -> list[StateEvent]:
+        """The rest to which the scene falls where the path ends; a fold is left slowly, so commands may go on."""
+        t0, later = self.epoch, SHORTEST_NS
+        while True:
+            self._lead(min(end_ns, t0 + later))
+            try:
+                return self._fall("the equilibrium ends", since_ns=t0)
+            except KernelError:
+                if later > LONGEST_FALL_NS or t0 + later >= end_ns:
+                    raise
+                later *= 10
 
     def _settled(self, happened: list[StateEvent]) -> list[StateEvent]:
         """The rest after laws have switched."""
@@ -182,7 +194,7 @@ class EquilibriumPath:
             happened += more
         return net(happened + self._fall("", happened))
 
-    def _fall(self, why: str, before: list[StateEvent] | None = None) -> list[StateEvent]:
+    def _fall(self, why: str, before: list[StateEvent] | None = None, since_ns: int | None = None) -> list[StateEvent]:
         """To the rest into which the scene falls from where it is; told if that is far."""
         self._use_program()
         poses, start = self._poses, self._q
@@ -198,7 +210,7 @@ class EquilibriumPath:
         far = self._distance(start, q)
         if why and far > FAR:
             told = f"{why}: the scene falls by {far:.2g} (m or rad) to its next rest"
-            self.notes.append(Note(self.epoch, told))
+            self.notes.append(Note(self.epoch if since_ns is None else since_ns, told))
         self._keep(net((before or []) + events))
         self._check_stability()
         return net(events)

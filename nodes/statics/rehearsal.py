@@ -6,10 +6,11 @@ time goes on, but nothing swings.  So each verb, condition and switch means here
 
 from __future__ import annotations
 
-from dataclasses import replace
+import dataclasses
 from math import ceil, pi
 
 from heavylift.kernel.analysis.path import EquilibriumPath, Rest
+from heavylift.kernel.describe import System
 from heavylift.kernel.errors import HeavyliftError, ModelError
 from heavylift.kernel.methods.at_rest import AtRest
 from heavylift.kernel.simulation import Simulation
@@ -68,7 +69,7 @@ class Rehearsal:
     def __init__(self, plan: Plan, after: str = "") -> None:
         self.plan, self.after, self.why, self.cut = plan, after, "", ""
         self._hears = subscriptions(plan)
-        self.path = EquilibriumPath(Simulation(system(plan), method=AtRest.name), frozenset(self._hears))
+        self.path = EquilibriumPath(Simulation(_placed(system(plan)), method=AtRest.name), frozenset(self._hears))
         self.models = Models(plan)
         self.simulator = Simulator(self.models)
         self.states: list[StaticState] = []
@@ -163,13 +164,13 @@ class Rehearsal:
 
     def _judge_stability(self) -> None:
         """At the end of an action it is looked whether the rest is stable."""
-        self.states[-1] = replace(self.states[-1], stiffness=self.path.stiffness())
+        self.states[-1] = dataclasses.replace(self.states[-1], stiffness=self.path.stiffness())
 
     def _begun(self) -> Acted:
         """The present state, in which an action begins."""
         commander = self.models.commander.actions
         taut = tuple(name for name, state in commander.picture.ropes.items() if state == "taut")
-        return Acted(replace(self.states[-1], hooked=dict(commander.lugs)), taut)
+        return Acted(dataclasses.replace(self.states[-1], hooked=dict(commander.lugs)), taut)
 
     def _waypoints(self) -> list[int]:
         """Times at which the block is turned by whole steps [ns]."""
@@ -232,3 +233,9 @@ class Rehearsal:
 
 def _pose(x: list[float]) -> Pose:
     return (x[0], x[1], x[2]), ((x[3], x[4], x[5]), (x[6], x[7], x[8]), (x[9], x[10], x[11]))
+
+
+def _placed(system: System) -> System:
+    """Drives that follow a speed alone hold nothing at rest: they go where their speed leads."""
+    drives = tuple(dataclasses.replace(d, kind="prescribed") if d.kind == "speed" else d for d in system.drives)
+    return dataclasses.replace(system, drives=drives)
