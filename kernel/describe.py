@@ -13,6 +13,7 @@ from typing import Literal
 from .contact.describe import Contact
 from .flexible.description import Flexible
 from .forces.describe import Force, Reeving
+from .naming import natural
 from .points import IDENTITY as IDENTITY
 from .points import WORLD as WORLD
 from .points import Line as Line
@@ -279,6 +280,7 @@ class System:
 
 
 def merge(parts: list[System], gravity: float) -> System:
-    """One system from the declarations of all nodes, in the order given."""
+    """One system from the declarations of all nodes, its elements in the order of their names."""
     groups = [f.name for f in fields(System) if f.name != "gravity"]
-    return System(**{g: tuple(x for p in parts for x in getattr(p, g)) for g in groups}, gravity=gravity)
+    found = {g: sorted((x for p in parts for x in getattr(p, g)), key=lambda x: natural(x.name)) for g in groups}
+    return System(**{g: tuple(elements) for g, elements in found.items()}, gravity=gravity)

@@ -99,7 +99,7 @@ def test_the_page_of_turnover_tells_its_uses() -> None:
 def test_the_page_of_turnover_tells_the_stages_that_change_its_loads() -> None:
     lines = str(check(load("turnover"))).splitlines()
     assert lines[2:11] == [
-        "  static sling load [t]          west.H1   west.H2   west.H3   east.H1   east.H2   east.H3",
+        "  static sling load [t]          east.H1   east.H2   east.H3   west.H1   west.H2   west.H3",
         "  load                             101.5     101.5     247.0     101.5     101.5     247.0",
         "  turn to 90 degrees, 30 deg       114.9     114.9     220.2     114.9     114.9     220.2",
         "  turn to 90 degrees, 60 deg       134.5     134.5     181.0     134.5     134.5     181.0",
