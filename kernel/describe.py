@@ -7,7 +7,7 @@ SI units; rotations are row-major 3x3 tuples; a point is (body, position in that
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Literal
 
 from .contact.describe import Contact
@@ -244,7 +244,7 @@ class Threshold:
 
 @dataclass(frozen=True)
 class System:
-    """Everything the kernel needs; declarations of several nodes are joined with `merge`."""
+    """Everything the kernel needs; declarations of several nodes are joined with `assembled`."""
 
     bodies: tuple[Body, ...] = ()
     joints: tuple[Joint, ...] = ()
@@ -280,7 +280,13 @@ class System:
 
 
 def merge(parts: list[System], gravity: float) -> System:
-    """One system from the declarations of all nodes, its elements in the order of their names."""
+    """One system from several, in the order given."""
     groups = [f.name for f in fields(System) if f.name != "gravity"]
-    found = {g: sorted((x for p in parts for x in getattr(p, g)), key=lambda x: natural(x.name)) for g in groups}
-    return System(**{g: tuple(elements) for g, elements in found.items()}, gravity=gravity)
+    return System(**{g: tuple(x for p in parts for x in getattr(p, g)) for g in groups}, gravity=gravity)
+
+
+def assembled(declared: list[System], gravity: float) -> System:
+    """The system of a run from the declarations of its nodes, its elements in the order of their names."""
+    whole = merge(declared, gravity)
+    groups = [f.name for f in fields(System) if f.name != "gravity"]
+    return replace(whole, **{g: tuple(sorted(getattr(whole, g), key=lambda x: natural(x.name))) for g in groups})

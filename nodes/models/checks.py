@@ -73,4 +73,3 @@ def _check_hookup(order: Hookup, plan: Plan, picture: Picture, lugs: Mapping[str
         raise Refused(f"sling {order.sling} hangs on {on} already, unhook it first")
     if order.lug and (plan.block is None or order.lug not in [lug.name for lug in plan.block.lugs]):
         raise Refused(f"there is no lug {order.lug}")
-

@@ -14,7 +14,7 @@ import msgspec
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, OutPort, ns
 from heavylift.nodes.scene import actions as scene
-from heavylift.nodes.scene.places import ASIDE, numbered, place, placed
+from heavylift.nodes.scene.places import ASIDE, located, numbered, place
 from heavylift.nodes.scene.plan import Plan
 
 from .checks import check
@@ -165,7 +165,7 @@ class Commander(Atomic):
             try:
                 self._give(order, at)
             except Refused as error:
-                raise ModelError(f"{place(plan, at)}: {placed(plan, str(error), error.by)}") from None
+                raise ModelError(f"{place(plan, at)}: {located(plan, str(error), error.by)}") from None
         self._expect()
         return True
 

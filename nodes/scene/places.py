@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from .plan import Plan
 
-__all__ = ["ASIDE", "numbered", "place", "placed"]
+__all__ = ["ASIDE", "located", "numbered", "place"]
 
 ASIDE = -2  # in place of the number of an action: a command of an operator
 COMMAND = "command"  # what stands in place of the line of a command
@@ -31,6 +31,6 @@ def numbered(at: tuple[int, ...]) -> str:
     return f"order {order[0] + 1} of action {action + 1}" if order else f"action {action + 1}"
 
 
-def placed(plan: Plan, sentence: str, at: tuple[int, ...]) -> str:
+def located(plan: Plan, sentence: str, at: tuple[int, ...]) -> str:
     """A sentence that speaks of an order by its numbers, with its line instead."""
     return sentence.replace(numbered(at), place(plan, at)) if at and at[0] != ASIDE else sentence
