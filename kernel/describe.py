@@ -7,7 +7,7 @@ SI units; rotations are row-major 3x3 tuples; a point is (body, position in that
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from typing import Literal
 
 from .contact.describe import Contact
@@ -289,4 +289,5 @@ def assembled(declared: list[System], gravity: float) -> System:
     """The system of a run from the declarations of its nodes, its elements in the order of their names."""
     whole = merge(declared, gravity)
     groups = [f.name for f in fields(System) if f.name != "gravity"]
-    return replace(whole, **{g: tuple(sorted(getattr(whole, g), key=lambda x: natural(x.name))) for g in groups})
+    named = {g: tuple(sorted(getattr(whole, g), key=lambda x: natural(x.name))) for g in groups}
+    return System(**named, gravity=gravity)

@@ -126,7 +126,7 @@ class Desk:
         def reply(said: Reply) -> None:
             query.reply(query.key_expr, msgspec.msgpack.encode(said))
             if said.last:
-                query.drop()
+                query.drop()  # type: ignore[no-untyped-call]
 
         self.ask(Asked(query.payload.to_bytes() if query.payload else b"", reply))
 

@@ -272,8 +272,10 @@ class OperatorCommand(Message, frozen=True):
 
 
 class OperatorAnswer(Message, frozen=True):
-    """To the command that came at `t_ns`: its orders are given, or why they are refused; `at` is the order of the action
-    list that is in the way, where one is."""
+    """To the command that came at `t_ns`: its orders are given, or why they are refused.
+
+    `at`: the order of the action list that is in the way, where one is.
+    """
 
     text: str
     t_ns: int

@@ -1,7 +1,7 @@
 """Digests of the bundled scenes, each run in this process; without arguments they become the ones that tests expect.
 
-    python tests/determinism/digests.py                              writes tests/data/digests.json
-    python tests/determinism/digests.py lift --processor haswell     prints those of some scenes, as JSON
+python tests/determinism/digests.py                              writes tests/data/digests.json
+python tests/determinism/digests.py lift --processor haswell     prints those of some scenes, as JSON
 """
 
 from __future__ import annotations
