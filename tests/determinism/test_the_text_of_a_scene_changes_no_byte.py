@@ -14,8 +14,10 @@ from typing import Any
 import msgspec
 import pytest
 from digests import digest, stored
+from heavylift.coordinator.run import run
 from heavylift.nodes.scene import LoadedScene, bundled, load, parse
-from heavylift.nodes.scene.plan import Plan, encode
+from heavylift.nodes.scene.plan import Plan, decode, encode
+from heavylift.recordings import Recording
 from rewritten import apart, block, commented, data, flow, other_units, shuffled
 
 LARGE = {"ramp", "turnover"}  # runs of many seconds
@@ -85,6 +87,19 @@ def everything(name: str, seed: int = 1) -> LoadedScene:
     random = Random(seed)
     given = shuffled(other_units(data(text(name))), random) | {"name": "another"}
     return parse(block(given, random), "elsewhere.yaml")
+
+
+def test_no_message_names_a_file_or_a_line(tmp_path: Path) -> None:
+    """Orders and stages tell their numbers, by which the plan tells their lines."""
+    run(load("lift"), tmp_path / "lift.mcap", in_process=True)
+    recording = Recording(tmp_path / "lift.mcap")
+    events = recording.events()
+    assert not [event for event in events if "yaml" in str(event.value)]
+    orders = [e.value for e in events if e.source == "commander" and e.port == "order_crane" and e.type == "Run"]
+    plan = decode(recording.attachments["resolved.json"])
+    listed = [plan.actions[action].orders[order] for action, order in (value["at"] for value in orders)]
+    assert [value["actor"] for value in orders] == [order.actuator for order in listed]  # type: ignore[union-attr]
+    assert all(order.where.startswith("lift.yaml:") for order in listed)
 
 
 def test_all_bundled_scenes_are_stored() -> None:
