@@ -14,7 +14,7 @@ import msgspec
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, OutPort, ns
 from heavylift.nodes.scene import actions as scene
-from heavylift.nodes.scene.places import ASIDE, located, numbered, place
+from heavylift.nodes.scene.places import ASIDE, WHEN, located, numbered, place
 from heavylift.nodes.scene.plan import Plan
 
 from .checks import check
@@ -156,7 +156,7 @@ class Commander(Atomic):
         aside = {job.actor for job in self.jobs if job.action == ASIDE and not job.halting and not job.limit}
         if any(aside if actor is None else actor in aside for actor in map(addressed, action.orders)):
             return False  # an operator's order comes first
-        self._forget(condition, (self.index, -1))
+        self._forget(condition, (self.index, WHEN))
         self.index, self.since = self.index + 1, self.now.t
         if action.stage:
             self.outbox.append((self.stage, Stage(action.stage, self.index - 1)))
@@ -263,7 +263,7 @@ class Commander(Atomic):
     def _expect(self) -> None:
         """Have the thresholds of the next action's condition watched."""
         if self.index < len(self.plan.actions):
-            self._watch(self.plan.actions[self.index].when, (self.index, -1))
+            self._watch(self.plan.actions[self.index].when, (self.index, WHEN))
 
     def _watch(self, condition: scene.Condition | None, at: tuple[int, int]) -> None:
         for i, c in crossings(condition):
