@@ -1,4 +1,4 @@
-"""The same scene in another text: keys in any order, comments, other units, another style, several files."""
+"""The same scene in another text: keys in any order, comments, anchors, other units, another style, several files."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ def flow(given: dict[str, Any]) -> str:
 
 
 def block(given: dict[str, Any], random: Random) -> str:
-    """Line by line, with comments and blank lines in between."""
+    """Line by line, with comments and blank lines in between; what is said again is an alias of its first place."""
     lines = []
-    for line in _lines(given, ""):
+    for line in _lines(given, "", {}):
         if random.random() < 0.3:
             lines.append(random.choice(["", "# a comment: of no meaning", "      # another"]))
         lines.append(line + random.choice(["", "", "   # said beside"]))
@@ -87,11 +87,15 @@ def _smaller(match: re.Match[str]) -> str:
     return f"{(Decimal(match[1]) * factor).normalize():f} {unit}"
 
 
-def _lines(given: Any, indent: str) -> list[str]:
+def _lines(given: Any, indent: str, anchors: dict[str, str]) -> list[str]:
     found = []
     for key, value in given.items():
+        said = json.dumps(value)
         if isinstance(value, dict) and value:
-            found += [f"{indent}{json.dumps(key)}:", *_lines(value, indent + "  ")]
+            found += [f"{indent}{json.dumps(key)}:", *_lines(value, indent + "  ", anchors)]
+        elif said in anchors:
+            found.append(f"{indent}{json.dumps(key)}: *{anchors[said]}")
         else:
-            found.append(f"{indent}{json.dumps(key)}: {json.dumps(value)}")
+            anchors[said] = f"first-{len(anchors)}"
+            found.append(f"{indent}{json.dumps(key)}: &{anchors[said]} {said}")
     return found
