@@ -207,8 +207,8 @@ class Commander(Atomic):
                 self._send(TURN, Run(TURN, job.id, at, order.rate, order.accel, to=order.to))
             case scene.Hookup():
                 job = self._job(at, "hook", order.sling)
-                place = self.lug_places.get(order.lug)
-                self._send(order.sling, HookOrder(order.sling, job.id, at, order.lug, place))
+                lug = self.lug_places.get(order.lug)
+                self._send(order.sling, HookOrder(order.sling, job.id, at, order.lug, lug))
             case scene.Unhook():
                 job = self._job(at, "unhook", order.sling)
                 self._send(order.sling, UnhookOrder(order.sling, job.id, at))
