@@ -13,6 +13,7 @@ from typing import Literal
 from .contact.describe import Contact
 from .flexible.description import Flexible
 from .forces.describe import Force, Reeving
+from .naming import natural
 from .points import IDENTITY as IDENTITY
 from .points import WORLD as WORLD
 from .points import Line as Line
@@ -243,7 +244,7 @@ class Threshold:
 
 @dataclass(frozen=True)
 class System:
-    """Everything the kernel needs; declarations of several nodes are joined with `merge`."""
+    """Everything the kernel needs; declarations of several nodes are joined with `assembled`."""
 
     bodies: tuple[Body, ...] = ()
     joints: tuple[Joint, ...] = ()
@@ -279,6 +280,14 @@ class System:
 
 
 def merge(parts: list[System], gravity: float) -> System:
-    """One system from the declarations of all nodes, in the order given."""
+    """One system from several, in the order given."""
     groups = [f.name for f in fields(System) if f.name != "gravity"]
     return System(**{g: tuple(x for p in parts for x in getattr(p, g)) for g in groups}, gravity=gravity)
+
+
+def assembled(declared: list[System], gravity: float) -> System:
+    """The system of a run from the declarations of its nodes, its elements in the order of their names."""
+    whole = merge(declared, gravity)
+    groups = [f.name for f in fields(System) if f.name != "gravity"]
+    named = {g: tuple(sorted(getattr(whole, g), key=lambda x: natural(x.name))) for g in groups}
+    return System(**named, gravity=gravity)

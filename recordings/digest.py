@@ -4,7 +4,8 @@ Events are the ones on the ports of coupled models, keyed (t, microstep, source 
 type and canonical bytes; rows are keyed by their number and are what stands in the file, the numbers of `/samples`
 and then those of `/poses`, notes are those of `/log`, so that a reader can compute the digest again.  The order in
 which they are added does not matter: events are kept and sorted at the end, a row is hashed at once and only its hash
-is kept.
+is kept.  Attachments, facts and whatever is derived from samples (verdicts, clearances, collisions) stay outside; no
+message holds a file name or a line (DIGEST.md has the table).
 """
 
 from __future__ import annotations

@@ -7,21 +7,21 @@ from typing import Annotated
 import typer
 
 from . import completing
-from .app import Run, app
+from .app import Json, Run, app
 
 __all__: list[str] = []
 
 
 @app.command()
-def pause(run: Run = "") -> None:
+def pause(run: Run = "", as_json: Json = False) -> None:
     """Pause a run: all before that time is done, nothing at it.    heavylift pause turnover.mcap"""
-    _order(run, "pause")
+    _order(run, "pause", as_json)
 
 
 @app.command("continue")
-def continue_(run: Run = "") -> None:
+def continue_(run: Run = "", as_json: Json = False) -> None:
     """Let a paused run go on.    heavylift continue turnover.mcap"""
-    _order(run, "continue")
+    _order(run, "continue", as_json)
 
 
 @app.command()
@@ -29,19 +29,16 @@ def step(
     run: Run = "",
     by: Annotated[str, typer.Option("--by", help="simulated time, such as '500 ms'")] = "1 s",
     event: Annotated[bool, typer.Option("--event", help="to the next event")] = False,
+    as_json: Json = False,
 ) -> None:
     """Let a run go on for a while and pause it again.    heavylift step turnover.mcap --by 1s"""
     from heavylift.kernel.errors import ProtocolError
     from heavylift.nodes.devs import ns
-    from heavylift.nodes.scene.units import DURATION
 
-    try:
-        length = DURATION.read(by)
-    except ValueError as error:
-        raise ProtocolError(f"--by: {error}") from None
+    length = _duration("--by", by)
     if length <= 0.0:
         raise ProtocolError(f"--by {by}: a step is longer than zero")
-    _order(run, "step", None if event else ns(length))
+    _order(run, "step", as_json, by_ns=None if event else ns(length))
 
 
 @app.command()
@@ -51,20 +48,53 @@ def command(
         typer.Argument(help="the recording that it writes, its run id, or its scene", autocompletion=completing.runs),
     ],
     words: Annotated[str, typer.Argument(help="target: what to do, as in the action list of a scene")],
+    wait: Annotated[
+        str, typer.Option("--wait", help="for the answer, at most; 0: not while the run is paused")
+    ] = "30 s",
+    as_json: Json = False,
 ) -> None:
-    """Give an order, as soon as may be.    heavylift command lift "crane H1: hoist 3 m/min by 1 m" """
-    _order(run, "command", text=words)
+    """Give an order and tell what becomes of it.    heavylift command lift "crane H1: hoist 3 m/min by 1 m" """
+    from ..live.orders import PATIENCE_s
+
+    patience = _duration("--wait", wait)
+    _order(run, "command", as_json, patience or PATIENCE_s, text=words, wait=patience > 0.0)
 
 
 @app.command()
-def stop(run: Run = "") -> None:
+def stop(run: Run = "", as_json: Json = False) -> None:
     """End a run in order; its recording is whole.    heavylift stop turnover.mcap"""
-    _order(run, "stop")
+    _order(run, "stop", as_json)
 
 
-def _order(run: str, do: str, by_ns: int | None = None, text: str = "") -> None:
+def _duration(option: str, text: str) -> float:
+    """A time as a user writes it, zero or more [s]."""
+    from heavylift.kernel.errors import ProtocolError
+    from heavylift.nodes.scene.units import TIME
+
+    try:
+        length = TIME.read(text)
+    except ValueError as error:
+        raise ProtocolError(f"{option}: {error}") from None
+    if length < 0.0:
+        raise ProtocolError(f"{option} {text}: a time is zero or more")
+    return length
+
+
+def _order(run: str, do: str, as_json: bool, patience: float | None = None, **told: object) -> None:
+    """Send an order; print what the run answers, a refusal as the sentence with which the command ends."""
+    import json
+
     import msgspec
+    from heavylift.kernel.errors import ProtocolError
 
-    from ..live.orders import Order, order
+    from ..live.orders import Order, PATIENCE_s, ask
 
-    typer.echo(order(run, msgspec.convert({"do": do, "by_ns": by_ns, "text": text}, Order)))
+    what = msgspec.convert({"do": do, **told}, Order)
+    answer = ask(run, what, patience or PATIENCE_s, lambda said: typer.echo(said, err=True))
+    if as_json:
+        at = {} if answer.t_ns is None else {"t_s": answer.t_ns / 1e9}
+        typer.echo(json.dumps({"done": answer.done, "said": answer.said, **at}))
+    if not answer.done:
+        raise ProtocolError(answer.said)
+    if not as_json:
+        typer.echo(answer.said)

@@ -3,13 +3,15 @@
 Orders arrive in a thread of the bus or of the terminal and wait; the conversation attends to them between two rounds.
 A command gets the first whole nanosecond at which nothing is decided yet (`OpenCoordinator.safe`), is journaled beside
 the recording, on the disk before anything can come of it, and enters the run as an event of the source "operator", in
-the total order and on record.  Its reply waits for what the model answers, unless the run is paused.
+the total order and on record.  Its reply waits for what the model answers; one who does not wait for a paused run
+is told when it will take effect.
 """
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple, Self
@@ -34,23 +36,33 @@ STOP = "stop"  # in place of the words of a command: the end of the run
 
 
 class Asked(NamedTuple):
-    """An encoded Order and who hears whether it was done, and one sentence."""
+    """An encoded Order and who hears the replies."""
 
     order: bytes
-    reply: Callable[[bool, str], None]
+    reply: Callable[[Reply], None]
 
 
 class Desk:
     """A context manager: at its end nobody is left without an answer, and a journal that is not needed goes."""
 
-    def __init__(self, recording: Path, tempo: Tempo, read: Callable[[str], OperatorCommand] | None = None) -> None:
-        """`read` makes a command of an operator's words or raises a HeavyliftError; None: nobody takes commands."""
-        self._recording, self._tempo, self._read = recording, tempo, read
+    def __init__(
+        self,
+        recording: Path,
+        tempo: Tempo,
+        read: Callable[[str], OperatorCommand] | None = None,
+        why: Callable[[OperatorAnswer], str] = lambda answer: answer.refused,
+    ) -> None:
+        """`read` makes a command of an operator's words or raises a HeavyliftError; None: nobody takes commands.
+
+        `why` says for people why a command is refused.
+        """
+        self._recording, self._tempo, self._read, self._why = recording, tempo, read, why
         self._journal: Journal | None = None
         self._asked: deque[Asked] = deque()
         self._unanswered: dict[int, Asked] = {}  # by the time of the command [ns]
         self._steps: list[Asked] = []
         self._taken: set[int] = set()  # times of commands [ns]
+        self._closed = False
 
     def repeat(self, commands: Iterable[Given], core: OpenCoordinator) -> None:
         """Order what was ordered in another run; what an earlier run into the same file left in its journal is past."""
@@ -71,10 +83,10 @@ class Desk:
             try:
                 said = self._obey(msgspec.msgpack.decode(asked.order, type=Order), core, asked)
             except (HeavyliftError, msgspec.MsgspecError) as error:
-                asked.reply(False, str(error))
+                asked.reply(Reply(False, str(error)))
             else:
-                if said:
-                    asked.reply(True, said)
+                if said is not None:
+                    asked.reply(said)
 
     def event(self, event: Event) -> None:
         """Pass the model's answer to a command on to who gave it."""
@@ -83,52 +95,82 @@ class Desk:
             assert isinstance(answer, OperatorAnswer)
             asked = self._unanswered.pop(answer.t_ns, None)
             if asked is not None:
-                at = f"{answer.text}: at {answer.t_ns * 1e-9:.9f} s"
-                asked.reply(not answer.refused, f"{at} refused: {answer.refused}" if answer.refused else at)
+                at = _seconds(Tag(answer.t_ns))
+                said = f"at {at} refused: command: {self._why(answer)}" if answer.refused else f"began at {at}"
+                asked.reply(Reply(not answer.refused, f"{answer.text}: {said}", answer.t_ns))
 
     def _stepped(self, said: str) -> None:
+        at = None if self._tempo.limit is None else self._tempo.limit.t
         for asked in self._steps:
-            asked.reply(True, said)
+            asked.reply(Reply(True, said, at))
         self._steps.clear()
 
     def ask(self, asked: Asked) -> None:
         """Lay an order on the desk, from any thread."""
         self._asked.append(asked)
         self._tempo.alarm.set()
+        if self._closed:
+            self.close()
+
+    def close(self) -> None:
+        """The run is over: nobody waits in vain, as long as the bus still carries an answer."""
+        self._closed = True
+        self._asked.extend([*self._steps, *self._unanswered.values()])
+        self._steps.clear()
+        self._unanswered.clear()
+        with suppress(IndexError):  # none is left; another thread may take one, too
+            while True:
+                self._asked.popleft().reply(Reply(False, "the run has ended"))
 
     def _arrived(self, query: zenoh.Query) -> None:
-        def reply(done: bool, said: str) -> None:
-            with query:
-                query.reply(query.key_expr, msgspec.msgpack.encode(Reply(done, said)))
+        def reply(said: Reply) -> None:
+            query.reply(query.key_expr, msgspec.msgpack.encode(said))
+            if said.last:
+                query.drop()  # type: ignore[no-untyped-call]
 
         self.ask(Asked(query.payload.to_bytes() if query.payload else b"", reply))
 
-    def _obey(self, order: Order, core: OpenCoordinator, asked: Asked) -> str:
-        """The answer to an order; "" if it comes later."""
+    def _obey(self, order: Order, core: OpenCoordinator, asked: Asked) -> Reply | None:
+        """The answer to an order; None if it comes later."""
         tempo = self._tempo
         match order.do:
             case "pause":
-                return f"paused at {_seconds(tempo.pause(core))}"
+                at = tempo.pause(core)
+                for t, waiting in self._unanswered.items():
+                    self._hold(t, waiting)
+                return Reply(True, f"paused at {_seconds(at)}", at.t)
             case "continue":
                 tempo.go_on()
                 self._stepped("goes on")
-                return "goes on"
+                return Reply(True, "goes on")
             case "step":
                 tempo.step(core, order.by_ns)
                 self._steps.append(asked)
-                return ""
+                return None
             case "stop":
                 t = self._give(STOP, core)
                 tempo.go_on()
-                return f"ends at {_seconds(Tag(t))}"
+                return Reply(True, f"ends at {_seconds(Tag(t))}", t)
             case "command":
                 t = self._give(order.text, core)
-                if tempo.limit is not None:
-                    return f"{order.text}: at {t * 1e-9:.9f} s, when the run goes on"
+                if self._paused(t) and not order.wait:
+                    return Reply(True, f"{order.text}: at {_seconds(Tag(t))}, when the run goes on", t)
+                self._hold(t, asked)
                 self._unanswered[t] = asked
-                return ""
+                return None
             case "rate":
-                return f"{tempo.pace.change(order.factor):g} x real time"
+                return Reply(True, f"{tempo.pace.change(order.factor):g} x real time")
+
+    def _paused(self, t: int) -> bool:
+        """Whether the run does not come to this time [ns] before it goes on."""
+        return self._tempo.limit is not None and Tag(t) >= self._tempo.limit
+
+    def _hold(self, t: int, asked: Asked) -> None:
+        """Tell who waits for the answer to a command that it comes later, if it does."""
+        if self._paused(t):
+            at = _seconds(Tag(t))
+            said = f"the run is paused at {at}; the command takes effect there when it goes on"
+            asked.reply(Reply(False, said, t, last=False))
 
     def _give(self, words: str, core: OpenCoordinator) -> int:
         """Let a command take effect as soon as may be; returns when [ns]."""
@@ -159,8 +201,7 @@ class Desk:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        for asked in (*self._asked, *self._steps, *self._unanswered.values()):
-            asked.reply(False, "the run has ended")
+        self.close()
         if self._journal is not None:
             self._journal.close()
             if self._recording.exists():  # it holds the commands

@@ -49,7 +49,7 @@ class Keys:
     def _listen(self) -> None:
         while self._keyboard.there and not self._over.is_set():
             if order := self._order(self._keyboard.wait(LOOK_s)):
-                self._desk.ask(Asked(msgspec.msgpack.encode(order), lambda done, said: self._say(said)))
+                self._desk.ask(Asked(msgspec.msgpack.encode(order), lambda reply: self._say(reply.said)))
 
     def _order(self, key: str) -> Order | None:
         match key:

@@ -1,50 +1,82 @@
-"""What an operator asks of a run, and what the run answers: one query on its control key, one reply."""
+"""What an operator asks of a run, and what the run answers: one query on its control key and its replies.
+
+A command that waits for a paused run hears of that at once, and of the commander's answer when the run goes on; every
+other order has one reply.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
 import msgspec
+import zenoh
 from heavylift.coordinator.transport.keys import key
 from heavylift.coordinator.transport.session import operator_session
 from heavylift.kernel.errors import ProtocolError
 
 from .announce import Found, find
 
-__all__ = ["Order", "Reply", "order"]
+__all__ = ["Order", "PATIENCE_s", "Reply", "ask", "order"]
 
-PATIENCE_s = 30.0  # for the reply: a command waits for the time at which it can be given
+PATIENCE_s = 30.0  # for the last reply: a command waits for the time at which it can be given
 STEP_s = 86400.0  # the same for a step, which takes as long as it takes
 
 
 class Order(msgspec.Struct, frozen=True, omit_defaults=True):
-    """Pause, go on, stop; step `by_ns` [ns] or (None) to the next event; give a command; go `factor` times as fast."""
+    """Pause, go on, stop; step `by_ns` [ns] or (None) to the next event; give a command; go `factor` times as fast.
+
+    `wait`: while the run is paused a command waits for its answer; otherwise it is told when it will take effect.
+    """
 
     do: Literal["pause", "continue", "stop", "step", "command", "rate"]
     by_ns: int | None = None
     text: str = ""
     factor: float = 1.0
+    wait: bool = False
 
 
 class Reply(msgspec.Struct, frozen=True):
-    """One sentence; whether it was done."""
+    """One sentence; whether it was done, and when [ns of the simulation]; whether no other reply follows."""
 
     done: bool
     said: str
+    t_ns: int | None = None
+    last: bool = True
 
 
 def order(run: str | Path | Found, what: Order) -> str:
     """Send an order to a run that goes on; returns what it answers, raises ProtocolError if it refuses."""
+    answer = ask(run, what)
+    if not answer.done:
+        raise ProtocolError(answer.said)
+    return answer.said
+
+
+def ask(
+    run: str | Path | Found, what: Order, patience: float = PATIENCE_s, hear: Callable[[str], None] | None = None
+) -> Reply:
+    """Send an order to a run that goes on; returns its last reply, `hear` gets the sentence of one before.
+
+    Raises ProtocolError if there is no last reply within `patience` [s], which a step does not need.
+    """
     found = run if isinstance(run, Found) else find(str(run))
-    patience = STEP_s if what.do == "step" else PATIENCE_s
+    timeout, said = STEP_s if what.do == "step" else patience, ""
     with operator_session(found.directory) as session:
         control = key(found.notice.run, "control")
-        replies = session.get(control, payload=msgspec.msgpack.encode(what), timeout=patience)
-        for reply in replies:
-            if reply.ok is not None:
-                answer = msgspec.msgpack.decode(reply.ok.payload.to_bytes(), type=Reply)
-                if not answer.done:
-                    raise ProtocolError(answer.said)
-                return answer.said
-    raise ProtocolError(f"run {found.notice.run} has not answered within {patience:.0f} s; it ended, or it hangs")
+        each = zenoh.ConsolidationMode.NONE  # not the latest reply alone
+        for reply in session.get(control, payload=msgspec.msgpack.encode(what), timeout=timeout, consolidation=each):
+            if reply.ok is None:
+                continue
+            answer = msgspec.msgpack.decode(reply.ok.payload.to_bytes(), type=Reply)
+            if answer.last:
+                return answer
+            said = answer.said
+            if hear is not None:
+                hear(said)
+    if said:
+        raise ProtocolError(f"{what.text}: no answer within {timeout:g} s: {said}")
+    told = f"run {found.notice.run} has not answered within {timeout:g} s; it ended, or it hangs"
+    late = ", or has not come so far: `heavylift watch` shows whether the commander answers" if what.text else ""
+    raise ProtocolError(told + late)

@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import msgspec
 import numpy as np
-from heavylift.kernel.describe import merge
+from heavylift.kernel.describe import assembled
 from heavylift.kernel.errors import KernelError, ModelError
 from heavylift.kernel.islands import Islands, simulate
 from heavylift.kernel.samples import channels, published
@@ -50,7 +50,7 @@ class KernelNode:
         self._offer: list[Switched] | None = None
         self._told: list[Switched] = []  # what the last commands have changed, for the next microstep
         self.simulation: Simulation | Islands = simulate(
-            merge(config.systems, config.gravity),
+            assembled(config.systems, config.gravity),
             config.tolerance,
             config.sample_ns,
             frozenset(config.subscriptions),

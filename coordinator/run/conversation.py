@@ -107,6 +107,7 @@ class Conversation:
 
     def dismiss(self, end: Tag) -> dict[str, m.Bye]:
         """The ordered end: STOP, the last samples, BYE of every node."""
+        self._close()
         for node in self._hub.nodes:
             self._send(node, m.Stop(end))
         left: dict[str, m.Bye] = {}
@@ -120,12 +121,18 @@ class Conversation:
 
     def abort(self, error: BaseException) -> BaseException:
         """Nodes may go, what they sampled so far is kept; returns what to raise in place of the error."""
+        self._close()
         self._hub.dismiss(m.encode(m.Stop(self.now, "aborted")))
         self._take_samples()
         if isinstance(error, KeyboardInterrupt):
             at = self.now.t * 1e-9
             return Stopped(f"stopped by the user at {at:.3f} s; the recording is complete up to there")
         return error
+
+    def _close(self) -> None:
+        """No orders any more."""
+        if self._desk is not None:
+            self._desk.close()
 
     def _send(self, node: str, message: m.AnyMessage) -> None:
         data = m.encode(message)

@@ -18,6 +18,7 @@ from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, ns
 from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings
 from heavylift.nodes.models.messages import OperatorCommand
+from heavylift.nodes.scene.places import located
 from heavylift.nodes.scene.plan import encode
 from heavylift.nodes.scene.spoken import spoken
 from heavylift.recordings import Spectator
@@ -87,7 +88,12 @@ def run(
     started = time.perf_counter()
     tempo = Tempo(pace or Pace(NEVER if in_process else AHEAD_ns))
     with (
-        Desk(output, tempo, lambda words: OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words)))) as desk,
+        Desk(
+            output,
+            tempo,
+            lambda words: OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words))),
+            lambda answer: located(scene.plan, answer.refused, answer.at),
+        ) as desk,
         Record(scene, models, output, placed, page or Spectator()) as record,
         joined(placed, in_process, processes, door, deadline) as hub,
         shown(hub, scene.plan.name, output, angles(m.declare() for m in models.values())) as audience,

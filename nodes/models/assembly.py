@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from heavylift.kernel.describe import WORLD, Master, Point, System, merge
+from heavylift.kernel.describe import WORLD, Master, Point, System, assembled
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Coupled, In, Model, Out
 from heavylift.nodes.scene.plan import Plan
@@ -110,7 +110,7 @@ def build_one(plan: Plan, name: str) -> NodeModel:
 
 def system(plan: Plan) -> System:
     """The mechanics that all models declare together."""
-    return merge([model.declare() for model in build(plan).values()], plan.gravity)
+    return assembled([model.declare() for model in build(plan).values()], plan.gravity)
 
 
 def couplings(plan: Plan) -> list[Coupling]:

@@ -1,53 +1,52 @@
 """Orders that cannot be: no such actor, a held joint, a sling that hangs already, a grounded block dragged along.
 
-Each is refused with a sentence that begins with the line of the scene.  One of the action list ends the run, with
-path and time from the simulator in front; one of an operator is answered so.
+Each is refused with a sentence.  One of the action list ends the run, with its line of the scene, path and time in
+front; one of an operator is answered so.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NoReturn
 
-from heavylift.kernel.errors import ModelError
 from heavylift.nodes.scene.actions import Brake, Hookup, Move, Order, Turn, Unhook
 from heavylift.nodes.scene.fidelity import held_by
 from heavylift.nodes.scene.plan import Plan
 
 from .picture import OFF, Picture
+from .refused import Refused
 from .turn import followers
 
 __all__ = ["check", "joints_moved"]
 
 
 def check(order: Order, plan: Plan, owners: Mapping[str, str], picture: Picture, lugs: Mapping[str, str]) -> None:
-    """Refuse an order that contradicts the plan or what is known; `lugs` = lug of each hooked sling."""
+    """Raise Refused for an order that contradicts the plan or what is known; `lugs` = lug of each hooked sling."""
     for joint in joints_moved(order, plan, lugs):
         if joint in plan.fidelity.locked:
-            _refuse(order, held_by(plan.fidelity, joint))
+            raise Refused(held_by(plan.fidelity, joint))
     match order:
         case Move():
             if owners.get(order.actuator) != order.model:
-                _refuse(order, f"{order.model} has no hook or drive {order.actuator}")
+                raise Refused(f"{order.model} has no hook or drive {order.actuator}")
             if order.verb in ("travel", "traverse"):
                 _check_ground(order, plan, picture)
         case Hookup():
             _check_hookup(order, plan, picture, lugs)
         case Unhook():
             if picture.ropes.get(order.sling, OFF) == OFF:
-                _refuse(order, f"sling {order.sling} is not hooked and cannot be unhooked")
+                raise Refused(f"sling {order.sling} is not hooked and cannot be unhooked")
         case Brake():
             if owners.get(order.brake) != order.model:
-                _refuse(order, f"{order.model} has no brake {order.brake}")
+                raise Refused(f"{order.model} has no brake {order.brake}")
 
 
 def joints_moved(order: Order, plan: Plan, lugs: Mapping[str, str]) -> list[str]:
-    """Joints that an order moves by their drives; raises ModelError for a turn that no hook can follow."""
+    """Joints that an order moves by their drives; raises Refused for a turn that no hook can follow."""
     match order:
         case Move(verb="travel" | "traverse"):
             return [order.actuator.removesuffix(".drive")]
         case Turn():
-            return [f.actuator.removesuffix(".drive") for f in followers(plan, order, lugs)]
+            return [f.actuator.removesuffix(".drive") for f in followers(plan, lugs)]
     return []
 
 
@@ -58,10 +57,9 @@ def _check_ground(order: Move, plan: Plan, picture: Picture) -> None:
     loaders = {rope.carries for rope in plan.rig.hook_ropes if rope.crane == order.model}
     for sling in plan.rig.slings:
         if sling.loader in loaders and picture.ropes[sling.name] == "taut":
-            _refuse(
-                order,
+            raise Refused(
                 f"{order.model} cannot {order.verb} while {plan.block.name} stands on its supports and "
-                f"{sling.name} is taut, wait until it is lifted or slacken the slings",
+                f"{sling.name} is taut, wait until it is lifted or slacken the slings"
             )
 
 
@@ -69,13 +67,9 @@ def _check_hookup(order: Hookup, plan: Plan, picture: Picture, lugs: Mapping[str
     """A sling is hooked once, to a lug that exists."""
     state = picture.ropes.get(order.sling)
     if state is None:
-        _refuse(order, f"there is no sling {order.sling}")
+        raise Refused(f"there is no sling {order.sling}")
     if state != OFF:
         on = f"lug {lugs[order.sling]}" if order.sling in lugs else "its place"
-        _refuse(order, f"sling {order.sling} hangs on {on} already, unhook it first")
+        raise Refused(f"sling {order.sling} hangs on {on} already, unhook it first")
     if order.lug and (plan.block is None or order.lug not in [lug.name for lug in plan.block.lugs]):
-        _refuse(order, f"there is no lug {order.lug}")
-
-
-def _refuse(order: Order, text: str) -> NoReturn:
-    raise ModelError(f"{order.where}: {text}")
+        raise Refused(f"there is no lug {order.lug}")

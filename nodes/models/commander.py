@@ -3,7 +3,7 @@
 It begins an action when its condition holds, sends each order to its actor once and in order, hears the
 reports, halts moves whose `until` holds, and says `stage` and at the end `finished`.  A move is closed by
 its Done report.  An action that contradicts what is going on ends the run with a sentence; `waiting_for`
-says what a run that stands still lacks.
+says what a run that stands still lacks.  Its messages number actions and orders; sentences name their lines.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import msgspec
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, OutPort, ns
 from heavylift.nodes.scene import actions as scene
+from heavylift.nodes.scene.places import ASIDE, WHEN, located, numbered, place
 from heavylift.nodes.scene.plan import Plan
 
 from .checks import check
@@ -39,10 +40,9 @@ from .messages import (
     UnwatchOrder,
     WatchOrder,
 )
+from .refused import Refused
 from .roster import TURN, first_lugs, first_picture, machines, owners, turns
 from .turn import Follower, followers
-
-ASIDE = -2  # in place of the number of an action: orders of an operator
 
 
 class Commander(Atomic):
@@ -136,7 +136,7 @@ class Commander(Atomic):
                     self.jobs.remove(job)
                     closed = True
                 else:
-                    self._send(job.actor, Halt(job.actor, job.id, job.order.where))
+                    self._send(job.actor, Halt(job.actor, job.id, job.at))
         return closed
 
     def _next_action(self) -> bool:
@@ -156,12 +156,16 @@ class Commander(Atomic):
         aside = {job.actor for job in self.jobs if job.action == ASIDE and not job.halting and not job.limit}
         if any(aside if actor is None else actor in aside for actor in map(addressed, action.orders)):
             return False  # an operator's order comes first
-        self._forget(condition)
+        self._forget(condition, (self.index, WHEN))
         self.index, self.since = self.index + 1, self.now.t
         if action.stage:
-            self.outbox.append((self.stage, Stage(action.stage, self.index - 1, action.where)))
-        for order in action.orders:
-            self._give(order, self.index - 1)
+            self.outbox.append((self.stage, Stage(action.stage, self.index - 1)))
+        for i, order in enumerate(action.orders):
+            at = self.index - 1, i
+            try:
+                self._give(order, at)
+            except Refused as error:
+                raise ModelError(f"{place(plan, at)}: {located(plan, str(error), error.by)}") from None
         self._expect()
         return True
 
@@ -172,51 +176,49 @@ class Commander(Atomic):
             self.outbox.append((self.finished, Finished()))
             return
         before = list(self.jobs), list(self.outbox), self.ids
-        refused = ""
+        answer = OperatorAnswer(command.text, self.now.t)
         try:
-            for order in msgspec.msgpack.decode(command.action, type=scene.Action).orders:
-                self._give(order, ASIDE)
-        except ModelError as error:
+            for i, order in enumerate(msgspec.msgpack.decode(command.action, type=scene.Action).orders):
+                self._give(order, (ASIDE, i))
+        except Refused as error:
             self.jobs, self.outbox, self.ids = before
-            refused = str(error)
-        self.outbox.append((self.answer, OperatorAnswer(command.text, self.now.t, refused)))
+            answer = OperatorAnswer(command.text, self.now.t, str(error), error.by)
+        self.outbox.append((self.answer, answer))
 
-    def _give(self, order: scene.Order, action: int) -> None:
-        """Turn an order of the scene into orders to actors; `action` is the number of the one that it belongs to."""
+    def _give(self, order: scene.Order, at: tuple[int, int]) -> None:
+        """Turn an order of the scene into orders to actors; `at` are the numbers of its action and of itself."""
         check(order, self.plan, self.owners, self.picture, self.lugs)
-        where = order.where
         match order:
             case scene.Wait():
-                self._job(action, order, "wait", "", ends_ns=self.now.t + ns(order.seconds))
+                self._job(at, "wait", "", ends_ns=self.now.t + ns(order.seconds))
             case scene.Move():
-                if order.until is None or not self._holds(order.until, action, self.now.t):
-                    job = self._job(action, order, order.verb, order.actuator, order.until)
-                    run = Run(job.actor, job.id, where, order.speed, order.accel, order.by, order.to)
+                if order.until is None or not self._holds(order.until, at[0], self.now.t):
+                    job = self._job(at, order.verb, order.actuator, order.until)
+                    run = Run(job.actor, job.id, at, order.speed, order.accel, order.by, order.to)
                     self._send(job.actor, run)
             case scene.Turn():
-                found = followers(self.plan, order, self.lugs)
+                found = followers(self.plan, self.lugs)
                 for f in found:
-                    make_way(self.jobs, f.actuator, where)
-                job = self._job(action, order, "turn", TURN, order.until, followers=tuple(found))
+                    make_way(self.jobs, f.actuator)
+                job = self._job(at, "turn", TURN, order.until, followers=tuple(found))
                 for f in found:
-                    follow = Follow(f.actuator, job.id, where, TURN, self.theta, f.kc, f.ks)
+                    follow = Follow(f.actuator, job.id, at, TURN, self.theta, f.kc, f.ks)
                     self._send(f.actuator, follow)
-                self._send(TURN, Run(TURN, job.id, where, order.rate, order.accel, to=order.to))
+                self._send(TURN, Run(TURN, job.id, at, order.rate, order.accel, to=order.to))
             case scene.Hookup():
-                job = self._job(action, order, "hook", order.sling)
-                place = self.lug_places.get(order.lug)
-                self._send(order.sling, HookOrder(order.sling, job.id, where, order.lug, place))
+                job = self._job(at, "hook", order.sling)
+                lug = self.lug_places.get(order.lug)
+                self._send(order.sling, HookOrder(order.sling, job.id, at, order.lug, lug))
             case scene.Unhook():
-                job = self._job(action, order, "unhook", order.sling)
-                self._send(order.sling, UnhookOrder(order.sling, job.id, where))
+                job = self._job(at, "unhook", order.sling)
+                self._send(order.sling, UnhookOrder(order.sling, job.id, at))
             case scene.Brake():
-                job = self._job(action, order, "brake", order.brake)
-                self._send(order.brake, BrakeOrder(order.brake, job.id, where, order.engaged))
+                job = self._job(at, "brake", order.brake)
+                self._send(order.brake, BrakeOrder(order.brake, job.id, at, order.engaged))
 
     def _job(
         self,
-        action: int,
-        order: scene.Order,
+        at: tuple[int, int],
         verb: str,
         actor: str,
         until: scene.Condition | None = None,
@@ -226,11 +228,11 @@ class Commander(Atomic):
     ) -> Job:
         """Open a job and have the thresholds of its `until` watched."""
         if actor:
-            make_way(self.jobs, actor, order.where)
+            make_way(self.jobs, actor)
         self.ids += 1
-        job = Job(self.ids, action, order, verb, actor, self.now.t, until, ends_ns, followers)
+        job = Job(self.ids, at, verb, actor, self.now.t, until, ends_ns, followers)
         self.jobs.append(job)
-        self._watch(until)
+        self._watch(until, at)
         return job
 
     def _hear(self, report: Report) -> None:
@@ -252,29 +254,33 @@ class Commander(Atomic):
         """An order is done; after a turn the followers hold their places."""
         self.jobs.remove(job)
         if job.until is not None:
-            self._forget(job.until)
+            self._forget(job.until, job.at)
         if job.actor == TURN:
             self.theta = position
         for f in job.followers:
-            self._send(f.actuator, Follow(f.actuator, job.id, job.order.where, "", position))
+            self._send(f.actuator, Follow(f.actuator, job.id, job.at, "", position))
 
     def _expect(self) -> None:
         """Have the thresholds of the next action's condition watched."""
         if self.index < len(self.plan.actions):
-            self._watch(self.plan.actions[self.index].when)
+            self._watch(self.plan.actions[self.index].when, (self.index, WHEN))
 
-    def _watch(self, condition: scene.Condition | None) -> None:
-        for c in crossings(condition):
-            name = c.threshold.name
-            self.outbox.append((self.to[c.model], WatchOrder(name, 0, c.where, c.value, c.rising)))
+    def _watch(self, condition: scene.Condition | None, at: tuple[int, int]) -> None:
+        for i, c in crossings(condition):
+            self.outbox.append((self.to[c.model], WatchOrder(c.threshold.name, 0, (*at, i), c.value, c.rising)))
 
-    def _forget(self, condition: scene.Condition) -> None:
-        for c in crossings(condition):
+    def _forget(self, condition: scene.Condition, at: tuple[int, int]) -> None:
+        for i, c in crossings(condition):
             if c.threshold.name not in self.picture.reached:
-                self.outbox.append((self.to[c.model], UnwatchOrder(c.threshold.name, 0, c.where)))
+                self.outbox.append((self.to[c.model], UnwatchOrder(c.threshold.name, 0, (*at, i))))
 
     def _send(self, actor: str, order: Order) -> None:
         self.outbox.append((self.to[TURN if actor == TURN else self.owners[actor]], order))
 
     def _holds(self, condition: scene.Condition, action: int, since_ns: int) -> bool:
-        return holds(condition, self.picture, Moment(self.now.t, since_ns, still_open(self.jobs, action - 1)))
+        try:
+            return holds(condition, self.picture, Moment(self.now.t, since_ns, still_open(self.jobs, action - 1)))
+        except Refused as error:
+            if action == ASIDE:
+                raise
+            raise ModelError(f"{condition.where or numbered((action,))}: {error}") from None

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from heavylift.kernel.describe import Threshold
-from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import ns
 from heavylift.nodes.scene.actions import (
     After,
@@ -27,6 +26,7 @@ from heavylift.nodes.scene.actions import (
 from heavylift.nodes.scene.plan import Plan
 
 from .picture import OFF, Picture
+from .refused import Refused
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ def terms(condition: Condition | None) -> Iterator[Condition]:
         yield condition
 
 
-def crossings(condition: Condition | None) -> list[Crossing]:
-    """The thresholds that a condition needs."""
-    return [term for term in terms(condition) if isinstance(term, Crossing)]
+def crossings(condition: Condition | None) -> list[tuple[int, Crossing]]:
+    """The thresholds that a condition needs, each with the number of its term."""
+    return [(i, term) for i, term in enumerate(terms(condition)) if isinstance(term, Crossing)]
 
 
 def watched(plan: Plan, model: str) -> tuple[Threshold, ...]:
@@ -57,7 +57,7 @@ def watched(plan: Plan, model: str) -> tuple[Threshold, ...]:
     found: dict[str, Threshold] = {}
     for action in plan.actions:
         untils = [order.until for order in action.orders if isinstance(order, (Move, Turn))]
-        for crossing in (c for condition in (action.when, *untils) for c in crossings(condition)):
+        for _, crossing in (c for condition in (action.when, *untils) for c in crossings(condition)):
             if crossing.model == model:
                 found[crossing.threshold.name] = crossing.threshold
     return tuple(found.values())
@@ -124,7 +124,7 @@ def _hooked(term: Slings, picture: Picture) -> list[str]:
     names = [name for name in term.names if picture.ropes.get(name, OFF) != OFF]
     if not names:
         what, whom = term.text or f"{term.each} slings {term.state}", _list(list(term.names))
-        raise ModelError(f"{term.where}: `{what}` speaks of no sling, none of {whom} is hooked")
+        raise Refused(f"`{what}` speaks of no sling, none of {whom} is hooked")
     return names
 
 

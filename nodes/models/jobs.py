@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from heavylift.kernel.errors import ModelError
 from heavylift.nodes.scene import actions as scene
+from heavylift.nodes.scene.places import numbered
 
+from .refused import Refused
 from .turn import Follower
 
 
@@ -15,8 +16,7 @@ class Job:
     """An order that is being carried out, until its Done (or, for a wait, its time) has come."""
 
     id: int
-    action: int
-    order: scene.Order
+    at: tuple[int, int]
     verb: str
     actor: str
     since_ns: int
@@ -25,6 +25,11 @@ class Job:
     followers: tuple[Follower, ...] = ()
     halting: bool = False
     limit: str = ""
+
+    @property
+    def action(self) -> int:
+        """Number of its action."""
+        return self.at[0]
 
 
 def addressed(order: scene.Order) -> str | None:
@@ -46,19 +51,19 @@ def still_open(jobs: list[Job], action: int) -> tuple[tuple[str, str], ...]:
     return tuple((job.verb, job.actor) for job in jobs if job.action == action)
 
 
-def make_way(jobs: list[Job], actor: str, where: str) -> None:
+def make_way(jobs: list[Job], actor: str) -> None:
     """Refuse a second order to an actor that is busy; one that is ramping down or at a limit is not."""
     for job in list(jobs):
         if job.actor == actor and job.limit:
             jobs.remove(job)
         elif actor == job.actor and not job.halting:
-            at = f" ({job.order.where})" if job.order.where else ""
-            raise ModelError(
-                f"{where}: {actor} gets an order while its {job.verb}{at} is not done, wait for "
-                f"`moves done` or end that order with `until`"
+            raise Refused(
+                f"{actor} gets an order while its {job.verb} ({numbered(job.at)}) is not done, wait for "
+                f"`moves done` or end that order with `until`",
+                job.at,
             )
         elif any(actor == f.actuator for f in job.followers):
-            raise ModelError(f"{where}: {actor} gets an order while it follows the turn, wait until it is done")
+            raise Refused(f"{actor} gets an order while it follows the turn, wait until it is done")
 
 
 def seconds(t_ns: int) -> str:

@@ -103,11 +103,15 @@ class StateEvent(Message, frozen=True):
 
 
 class Order(Message, frozen=True):
-    """To one actor; `where` is the line of the scene that asks for it."""
+    """To one actor; `at` says what asks for it: the numbers of an action and of one of its orders, from 0.
+
+    The action of an operator's command is -2.  An order to watch says (action, order, term): the term of a condition of
+    that order's `until`, or, as order -1, of the action's `when`.  The line in the scene stands in the plan (`places`).
+    """
 
     actor: str
     id: int
-    where: str
+    at: tuple[int, ...]
 
 
 class Run(Order, frozen=True):
@@ -268,11 +272,15 @@ class OperatorCommand(Message, frozen=True):
 
 
 class OperatorAnswer(Message, frozen=True):
-    """To the command that came at `t_ns`: its orders are given, or why they are refused."""
+    """To the command that came at `t_ns`: its orders are given, or why they are refused.
+
+    `at`: the order of the action list that is in the way, where one is.
+    """
 
     text: str
     t_ns: int
     refused: str = ""
+    at: tuple[int, ...] = ()
 
 
 # on record
@@ -283,7 +291,6 @@ class Stage(Message, frozen=True):
 
     name: str
     action: int
-    where: str
 
 
 class Finished(Message, frozen=True):

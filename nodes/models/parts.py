@@ -15,6 +15,7 @@ from typing import NoReturn, TypeVar
 from heavylift.kernel.describe import Body, Joint, Matrix, System, merge
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Model, Out
+from heavylift.nodes.scene.places import numbered
 from heavylift.nodes.scene.plan import Inertia
 
 from .messages import KernelInput, Order, Report, StateEvent
@@ -166,7 +167,7 @@ class LiveActor(Actor):
 
     def refuse(self, order: Order, text: str) -> NoReturn:
         """End the run with a sentence about an order; the simulator puts path and time in front."""
-        raise ModelError(f"{order.where}: {text}")
+        raise ModelError(f"{numbered(order.at)}: {text}")
 
     def answers(self, element: str) -> bool:
         """Whether orders to this element are for this actor."""

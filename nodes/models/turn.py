@@ -12,9 +12,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from heavylift.kernel.errors import ModelError
-from heavylift.nodes.scene.actions import Turn
 from heavylift.nodes.scene.plan import HookRope, Plan, drive_name
+
+from .refused import Refused
 
 SAME = 1e-9  # [m]
 
@@ -29,8 +29,8 @@ class Follower:
     ks: float
 
 
-def followers(plan: Plan, order: Turn, lugs: Mapping[str, str]) -> list[Follower]:
-    """All trolleys and winches that carry slings; `lugs` = lug of each hooked sling."""
+def followers(plan: Plan, lugs: Mapping[str, str]) -> list[Follower]:
+    """All trolleys and winches that carry slings; `lugs` = lug of each hooked sling.  Raises Refused if none can."""
     found: dict[str, Follower] = {}
     for rope in plan.rig.hook_ropes:
         mean = _mean(plan, rope, lugs)
@@ -41,14 +41,14 @@ def followers(plan: Plan, order: Turn, lugs: Mapping[str, str]) -> list[Follower
         trolley = Follower(rope.crane, drive_name(rope.crane, hook.trolley), v, w)
         other = found.setdefault(trolley.actuator, trolley)
         if abs(other.kc - v) > SAME or abs(other.ks - w) > SAME:
-            raise ModelError(
-                f"{order.where}: the hooks of {rope.crane} {hook.trolley} trolley carry lugs at "
+            raise Refused(
+                f"the hooks of {rope.crane} {hook.trolley} trolley carry lugs at "
                 f"different places, v, w = {other.kc:g}, {other.ks:g} m and {v:g}, {w:g} m, "
                 f"and one trolley cannot follow both in a turn"
             )
         found[rope.name] = Follower(rope.crane, rope.name, -w, v)
     if not found:
-        raise ModelError(f"{order.where}: the block cannot turn, no sling is hooked")
+        raise Refused("the block cannot turn, no sling is hooked")
     return list(found.values())
 
 

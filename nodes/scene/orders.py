@@ -149,9 +149,9 @@ def _turns(x: Order) -> Told:
             yield "block", order.where, "the block stands on its stools and cannot turn: hoist it first"
             continue
         try:
-            followers(x.plan, order, x.lugs)
+            followers(x.plan, x.lugs)
         except ModelError as error:
-            yield "block", order.where, str(error).removeprefix(f"{order.where}: ")
+            yield "block", order.where, str(error)
 
 
 def _drags(x: Order) -> Told:

@@ -3,7 +3,7 @@
 YAML 1.2 through ruamel's composer: the nodes are walked once into plain data, and each path of that data
 gets the mark (file, line, column) of its key and of its value, so that any later error can point at what
 the user wrote. `extends: other.yaml` merges mappings key by key (lists and values replace); marks keep
-their own file.
+their own file. A mapping has no order: `ordered` puts its keys into that of their names.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
+from heavylift.kernel.naming import natural
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
@@ -63,8 +64,10 @@ class Source:
         return self.values.get((), Mark(self.name, 1, 1, ""))
 
     def where(self, path: Path) -> str:
-        """`file:line:column` of a path, the file without its folder; `path_of` finds it again."""
+        """`file:line:column` of a path, the file without its folder; `path_of` finds it again; "" outside of files."""
         mark = self.mark(path, on_key=True)
+        if not mark.file:
+            return ""
         text = f"{mark.file.replace(chr(92), '/').rsplit('/', 1)[-1]}:{mark.line}:{mark.column}"
         self.places.setdefault(text, path)
         return text
@@ -189,6 +192,13 @@ def override(source: Source, setting: str) -> None:
     for below_path in inner.values:
         if below_path:
             source.values[(*path, *below_path[1:])] = mark
+
+
+def ordered(data: Any) -> Any:
+    """The same data, the keys of each mapping in the order of their names, so that the text's order means nothing."""
+    if isinstance(data, dict):
+        return {key: ordered(data[key]) for key in sorted(data, key=natural)}
+    return [ordered(each) for each in data] if isinstance(data, list) else data
 
 
 def shown(path: Path) -> str:

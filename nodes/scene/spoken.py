@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import msgspec
 from heavylift.kernel.errors import SceneError
 
 from . import actions
@@ -24,6 +23,7 @@ __all__ = ["spoken"]
 
 NAME = "command"
 PLACE: Path = (NAME,)
+NOWHERE = ""  # a command stands in no file, and its orders, which are on record, on no line
 
 
 def spoken(scene: LoadedScene, words: str) -> actions.Action:
@@ -38,9 +38,9 @@ def spoken(scene: LoadedScene, words: str) -> actions.Action:
         meant = read_order(phrase)
     except PhraseError as error:
         raise _wrong(words, at + error.column, str(error), error.hint) from None
-    source = Source(NAME)
+    source = Source(NOWHERE)
     yard = build_machines(source, scene.scene)
-    source.keys[PLACE], source.values[PLACE] = Mark(NAME, 1, 1, words), Mark(NAME, 1, at + 1, words)
+    source.keys[PLACE], source.values[PLACE] = Mark(NOWHERE, 1, 1, words), Mark(NOWHERE, 1, at + 1, words)
     mechanism = next(iter(scene.plan.mechanisms), None)
     orders = build_orders(yard, mechanism, PLACE, target.strip(), meant)
     for fault in source.faults:
@@ -49,8 +49,7 @@ def spoken(scene: LoadedScene, words: str) -> actions.Action:
     for order in orders:
         if told := _refused(scene, order):
             raise _wrong(words, at, told)
-    given = tuple(msgspec.structs.replace(order, where=NAME) for order in orders)
-    return actions.Action(orders=given, where=NAME)
+    return actions.Action(orders=orders)
 
 
 def _refused(scene: LoadedScene, order: actions.Order) -> str:

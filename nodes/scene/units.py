@@ -2,7 +2,8 @@
 
 A number without a unit is refused where a unit is needed (0 needs none), and a unit of another kind is
 named as what it is.  `Dimension.read` raises ValueError with one sentence, in scene values and in action
-phrases alike.
+phrases alike.  Factors are exact and a quantity is rounded once, so that equal ones are equal numbers in any unit:
+`300 t` and `300000 kg`, `0.3 m/min` and `5 mm/s`.
 """
 
 from __future__ import annotations
@@ -11,12 +12,15 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, WithJsonSchema
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_DEGREE = math.pi / 180
+_DEGREE = Fraction(math.pi / 180)  # as `math.radians` has it
+_MINUTE, _KILO, _MILLI = Fraction(60), Fraction(1000), Fraction(1, 1000)
+_ONE, _MEGA, _GIGA = Fraction(1), _KILO**2, _KILO**3
 
 
 @dataclass(frozen=True)
@@ -24,7 +28,7 @@ class Dimension:
     """A kind of quantity: its units with their factors to SI; the first two units stand in its messages."""
 
     name: str
-    units: dict[str, float]
+    units: dict[str, Fraction]
 
     def read(self, value: object) -> float:
         """The value in SI units, from '900 t' or a number that needs no unit."""
@@ -50,12 +54,12 @@ class Dimension:
             other = next((d.name for d in DIMENSIONS if unit in d.units), "")
             told = f"'{match[2]}' is a unit of {other}" if other else f"'{match[2]}' is not a unit that is known here"
             raise ValueError(f"'{value}' is no {self.name}: {told}; use {', '.join(self.units)}")
-        return number * self.units[unit]
+        return _product(match[1], self.units[unit])
 
     def show(self, si: float) -> str:
         """A value in the dimension's first unit, as a user writes it."""
         unit, factor = next(iter(self.units.items()))
-        return f"{si / factor:.10g} {unit}".strip()
+        return f"{si / float(factor):.10g} {unit}".strip()
 
     def _bare(self, number: float, text: str) -> float:
         if number == 0 or not math.isfinite(number) or "" in self.units:
@@ -72,7 +76,7 @@ class Dimension:
         if len(units) == 1 or units[0][0] == "":
             return f"'{text or format(number, '.10g')} {units[0][0] or units[1][0]}'"
         first, second = units[0], units[1]
-        other = number * first[1] / second[1]
+        other = number * float(first[1] / second[1])
         return f"'{text or format(number, '.10g')} {first[0]}' or '{other:.10g} {second[0]}'"
 
 
@@ -92,6 +96,17 @@ class Limited(Dimension):
         return number
 
 
+def _product(text: str, factor: Fraction) -> float:
+    """The float nearest to a decimal number times a factor; infinite or nan where the number is."""
+    number = float(text)
+    if number == 0.0 or not math.isfinite(number):
+        return number
+    try:
+        return float(Fraction(text) * factor)
+    except OverflowError:
+        return math.copysign(math.inf, number)
+
+
 def tidy(unit: str) -> str:
     """A unit in the spelling of the tables: no superscripts, dots or doubled blanks."""
     for old, new in (("²", "2"), ("³", "3"), ("·", " "), ("*", " "), ("^", ""), ("°", "deg")):
@@ -99,30 +114,30 @@ def tidy(unit: str) -> str:
     return " ".join(unit.split())
 
 
-LENGTH = Dimension("length", {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3})
-MASS = Dimension("mass", {"t": 1e3, "kg": 1.0})
-FORCE = Dimension("force", {"kN": 1e3, "N": 1.0, "MN": 1e6})
-MOMENT = Dimension("moment", {"kN m": 1e3, "N m": 1.0, "MN m": 1e6})
-SPEED = Dimension("speed", {"m/min": 1 / 60, "m/s": 1.0, "mm/s": 1e-3})
-ACCELERATION = Dimension("acceleration", {"m/s2": 1.0, "mm/s2": 1e-3})
-ANGLE = Dimension("angle", {"deg": _DEGREE, "rad": 1.0})
-RATE = Dimension("angular rate", {"deg/s": _DEGREE, "rad/s": 1.0, "deg/min": _DEGREE / 60})
-ANGULAR_ACCELERATION = Dimension("angular acceleration", {"deg/s2": _DEGREE, "rad/s2": 1.0})
-TIME = Dimension("time", {"s": 1.0, "min": 60.0, "h": 3600.0, "ms": 1e-3, "days": 86400.0})
-FREQUENCY = Dimension("frequency", {"Hz": 1.0, "/s": 1.0, "/min": 1 / 60, "kHz": 1e3})
-INERTIA = Dimension("moment of inertia", {"kg m2": 1.0, "t m2": 1e3})
-STIFFNESS = Dimension("stiffness", {"kN/m": 1e3, "N/m": 1.0, "MN/m": 1e6, "N/mm": 1e3})
-TURN_STIFFNESS = Dimension("torsional stiffness", {"kN m/rad": 1e3, "N m/rad": 1.0, "MN m/rad": 1e6})
-DAMPING = Dimension("damping", {"kN s/m": 1e3, "N s/m": 1.0, "MN s/m": 1e6})
-TURN_DAMPING = Dimension("torsional damping", {"kN m s/rad": 1e3, "N m s/rad": 1.0, "MN m s/rad": 1e6})
-AREA = Dimension("area", {"m2": 1.0, "cm2": 1e-4})
-DENSITY = Dimension("density", {"kg/m3": 1.0, "t/m3": 1e3})
-MASS_PER_LENGTH = Dimension("mass per length", {"t/m": 1e3, "kg/m": 1.0})
-ROTARY_INERTIA = Dimension("moment of inertia per length", {"kg m": 1.0, "t m": 1e3})
-RIGIDITY = Dimension("bending stiffness", {"MN m2": 1e6, "N m2": 1.0, "kN m2": 1e3, "GN m2": 1e9})
-MODULUS = Dimension("modulus", {"GPa": 1e9, "MPa": 1e6, "Pa": 1.0, "N/mm2": 1e6})
-SECOND_MOMENT = Dimension("second moment of area", {"m4": 1.0, "cm4": 1e-8})
-RATIO = Dimension("ratio", {"": 1.0, "%": 1e-2})
+LENGTH = Dimension("length", {"m": _ONE, "mm": _MILLI, "cm": Fraction(1, 100), "km": _KILO})
+MASS = Dimension("mass", {"t": _KILO, "kg": _ONE})
+FORCE = Dimension("force", {"kN": _KILO, "N": _ONE, "MN": _MEGA})
+MOMENT = Dimension("moment", {"kN m": _KILO, "N m": _ONE, "MN m": _MEGA})
+SPEED = Dimension("speed", {"m/min": 1 / _MINUTE, "m/s": _ONE, "mm/s": _MILLI})
+ACCELERATION = Dimension("acceleration", {"m/s2": _ONE, "mm/s2": _MILLI})
+ANGLE = Dimension("angle", {"deg": _DEGREE, "rad": _ONE})
+RATE = Dimension("angular rate", {"deg/s": _DEGREE, "rad/s": _ONE, "deg/min": _DEGREE / _MINUTE})
+ANGULAR_ACCELERATION = Dimension("angular acceleration", {"deg/s2": _DEGREE, "rad/s2": _ONE})
+TIME = Dimension("time", {"s": _ONE, "min": _MINUTE, "h": 60 * _MINUTE, "ms": _MILLI, "days": 1440 * _MINUTE})
+FREQUENCY = Dimension("frequency", {"Hz": _ONE, "/s": _ONE, "/min": 1 / _MINUTE, "kHz": _KILO})
+INERTIA = Dimension("moment of inertia", {"kg m2": _ONE, "t m2": _KILO})
+STIFFNESS = Dimension("stiffness", {"kN/m": _KILO, "N/m": _ONE, "MN/m": _MEGA, "N/mm": _KILO})
+TURN_STIFFNESS = Dimension("torsional stiffness", {"kN m/rad": _KILO, "N m/rad": _ONE, "MN m/rad": _MEGA})
+DAMPING = Dimension("damping", {"kN s/m": _KILO, "N s/m": _ONE, "MN s/m": _MEGA})
+TURN_DAMPING = Dimension("torsional damping", {"kN m s/rad": _KILO, "N m s/rad": _ONE, "MN m s/rad": _MEGA})
+AREA = Dimension("area", {"m2": _ONE, "cm2": Fraction(1, 100) ** 2})
+DENSITY = Dimension("density", {"kg/m3": _ONE, "t/m3": _KILO})
+MASS_PER_LENGTH = Dimension("mass per length", {"t/m": _KILO, "kg/m": _ONE})
+ROTARY_INERTIA = Dimension("moment of inertia per length", {"kg m": _ONE, "t m": _KILO})
+RIGIDITY = Dimension("bending stiffness", {"MN m2": _MEGA, "N m2": _ONE, "kN m2": _KILO, "GN m2": _GIGA})
+MODULUS = Dimension("modulus", {"GPa": _GIGA, "MPa": _MEGA, "Pa": _ONE, "N/mm2": _MEGA})
+SECOND_MOMENT = Dimension("second moment of area", {"m4": _ONE, "cm4": Fraction(1, 100) ** 4})
+RATIO = Dimension("ratio", {"": _ONE, "%": Fraction(1, 100)})
 
 DURATION = Limited(TIME.name, TIME.units, "0.001 ms", "100 days")
 SAMPLING = Limited(FREQUENCY.name, FREQUENCY.units, "0.001 Hz", "10 kHz")

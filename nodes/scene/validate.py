@@ -16,7 +16,7 @@ from .faults import closest
 from .forces import FORCE_TYPES
 from .joints import JOINT_TYPES
 from .schema import RESERVED, Scene
-from .source import Fault, Path, Source
+from .source import Fault, Path, Source, ordered
 
 _PLAIN = {
     "string_type": "a word or text is needed here",
@@ -37,7 +37,7 @@ _PLAIN = {
 def validate(source: Source) -> Scene | None:
     """The scene, or None with its errors added to the faults of the source."""
     try:
-        scene = Scene.model_validate(source.data)
+        scene = Scene.model_validate(ordered(source.data))
     except ValidationError as error:
         for told in error.errors(include_url=False):
             source.faults.append(_fault(source.data, dict(told)))

@@ -18,6 +18,7 @@ OF_DATA = {  # what a machine would read has --json; all others write files, ser
     *("check", "tree", "statics", "modes", "doctor"),
     *("run", "resume", "devs", "watch"),
     *("info", "compare", "replay", "trace"),
+    *("pause", "step", "continue", "command", "stop"),
 }
 OF_FILES = ("info", "plot", "view", "report", "export", "recover", "replay", "layout", "resume", "trace")
 HARMLESS = {"check", "tree", "statics", "modes", "equations", "schema"}  # of which a test runs the example

@@ -16,7 +16,7 @@ from heavylift.nodes.zoo.queue import Generator, Job, Processor
 
 def test_the_west_crane_travels_10_m_in_30_s() -> None:
     west, gantry = build_one(load("turnover").plan, "west"), "west.gantry.drive"
-    said = drive(west, [(ns(1), "order", Run(gantry, 1, "", speed=0.5, accel=0.05, by=10.0))])
+    said = drive(west, [(ns(1), "order", Run(gantry, 1, (0, 0), speed=0.5, accel=0.05, by=10.0))])
     assert said[-2:] == [
         (Tag(ns(1), 1), "input", SetProfile(gantry, ns(1), 0.5, 0.05, 10.0)),
         (Tag(ns(31)), "report", Done(gantry, 1, 50.0)),

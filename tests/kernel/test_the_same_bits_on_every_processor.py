@@ -1,6 +1,11 @@
 """Strict IEEE arithmetic: optimisation levels, instruction sets and equal calls side by side change no bit."""
 
 import hashlib
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
 
 import llvmlite.binding as llvm
 import numpy as np
@@ -15,6 +20,10 @@ from heavylift.kernel.simulation import Simulation
 
 PROCESSORS = {"x86-64": "sse2", "x86-64-v2": "sse4.2", "haswell": "avx2", "skylake-avx512": "avx512f"}
 HAS = llvm.get_host_cpu_features()
+TESTS = Path(__file__).parents[1]
+SCRIPT, STORED = TESTS / "determinism" / "digests.py", TESTS / "data" / "digests.json"
+FEW = ["lift", "linkage"]  # a block on ropes and supports; joints that close a loop
+PLAIN = {"OPENBLAS_CORETYPE": "Prescott", "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4"}  # libraries without AVX
 
 
 def digest(s: Simulation, code: Library) -> str:
@@ -39,6 +48,20 @@ def test_levels_and_instruction_sets():
     for cpu, feature in PROCESSORS.items():
         if HAS.get(feature):
             assert run(1, cpu) == want, cpu
+
+
+@pytest.mark.parametrize("environment", [PLAIN, {}], ids=["plain libraries", "own libraries"])
+@pytest.mark.parametrize("cpu", PROCESSORS)
+@pytest.mark.large(beyond=1)
+def test_stored_digests_hold(cpu, environment, request):
+    """Of whole runs of bundled scenes, a few or, with --full, all of them."""
+    if not HAS.get(PROCESSORS[cpu]):
+        pytest.skip(f"this processor is no {cpu}")
+    stored = json.loads(STORED.read_text())
+    names = sorted(stored) if request.config.getoption("full") else FEW
+    command = [sys.executable, SCRIPT, *names, "--processor", cpu]
+    out = subprocess.run(command, env={**os.environ, **environment}, check=True, capture_output=True, text=True).stdout
+    assert json.loads(out) == {name: stored[name] for name in names}
 
 
 def small(k):

@@ -66,7 +66,7 @@ def test_what_an_operator_does_is_the_same_when_it_is_repeated(tmp_path: Path) -
     commands = recording.events("operator", "command")
     first, second = recording.events("commander", "answer")
     assert [event.t_ns for event in commands] == [ns(paused), ns(REST_s)] == [first.value["t_ns"], second.value["t_ns"]]
-    busy = "command: pusher gets an order while its drive (sledge.yaml:13:5) is not done, wait for `moves done`"
+    busy = "pusher gets an order while its drive (order 1 of action 1) is not done, wait for `moves done`"
     assert first.value["refused"].startswith(busy)
     assert second.value["refused"] == ""
     assert recording.signal("joint/position").values[-1, 0] == pytest.approx(0.05, abs=SERVO_m)
@@ -81,7 +81,8 @@ def test_a_command_gets_its_answer_and_a_stop_its_recording(tmp_path: Path) -> N
         run_ = found(tmp_path / "sledge.mcap")
         wait_for(run_, "stage", "rest")
         given = order(run_, Order("command", text="pusher: drive 6 m/min by 1 m"))
-        with pytest.raises(ProtocolError, match=r"refused: command: pusher gets an order while its drive "):
+        busy = r"refused: command: pusher gets an order while its drive \(an operator's command\) is not done"
+        with pytest.raises(ProtocolError, match=busy):
             order(run_, Order("command", text="pusher: drive 6 m/min by 1 m"))
         code, out, _ = said(tmp_path, "stop", "sledge.mcap")
         assert (code, out.split(" at ")[0]) == (0, "ends")
@@ -90,7 +91,7 @@ def test_a_command_gets_its_answer_and_a_stop_its_recording(tmp_path: Path) -> N
     assert "at its end the run was still waiting for moves done (wait" in " ".join(output.split())
     recording = Recording(tmp_path / "sledge.mcap")
     assert recording.result["status"] == "finished"
-    assert given == f"pusher: drive 6 m/min by 1 m: at {operator_commands(recording.path)[0].tag.t * 1e-9:.9f} s"
+    assert given == f"pusher: drive 6 m/min by 1 m: began at {operator_commands(recording.path)[0].tag.t * 1e-9:.9f} s"
     assert [event.value["text"] for event in recording.events("operator")][-1] == "stop"
     assert recording.events("commander", "finished")[0].t_ns == pytest.approx(ns(seconds(out)), abs=2)
 

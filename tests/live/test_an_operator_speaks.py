@@ -19,6 +19,7 @@ from heavylift.nodes.models.messages import (
 )
 from heavylift.nodes.scene import load, parse
 from heavylift.nodes.scene.actions import Brake, Move
+from heavylift.nodes.scene.places import located
 from heavylift.nodes.scene.spoken import spoken
 from heavylift.nodes.testing import drive
 from sledge import SLEDGE
@@ -32,13 +33,11 @@ def words(text: str) -> OperatorCommand:
 
 def test_a_command_means_what_the_same_words_mean_in_a_scene() -> None:
     (hoist,) = spoken(LIFT, "crane.H1: hoist 3 m/min by 0.5 m").orders
-    assert hoist == Move(
-        verb="hoist", model="crane", actuator="crane.H1", speed=0.05, accel=0.05, by=-0.5, where="command"
-    )
+    assert hoist == Move(verb="hoist", model="crane", actuator="crane.H1", speed=0.05, accel=0.05, by=-0.5)
     hooks = spoken(LIFT, "all hooks:  lower 3 m/min until all slings slack").orders
     assert [order.actuator for order in hooks if isinstance(order, Move)] == ["crane.H1", "crane.H2", "crane.H3"]
     (lock,) = spoken(LIFT, "loader-1: lock").orders
-    assert lock == Brake(model="loader-1", brake="loader-1.hinge.lock", engaged=True, where="command")
+    assert lock == Brake(model="loader-1", brake="loader-1.hinge.lock", engaged=True)
     (push,) = spoken(parse(SLEDGE), "pusher: drive 6 m/min to 3 m").orders
     assert isinstance(push, Move)
     assert (push.actuator, push.to) == ("pusher", 3.0)
@@ -89,7 +88,7 @@ def test_a_command_is_given_beside_the_action_list() -> None:
     said = commander((ns(3), words("loader-2: lock")))
     assert [message for t, message in said if t == 3.0] == [
         OperatorAnswer("loader-2: lock", ns(3)),
-        BrakeOrder("loader-2.hinge.lock", 4, "command", True),
+        BrakeOrder("loader-2.hinge.lock", 4, (-2, 0), True),
     ]
     assert [message.name for _, message in said if isinstance(message, Stage)] == ["take up slack"]
 
@@ -100,8 +99,10 @@ def test_a_refused_command_changes_nothing() -> None:
     said = commander((ns(3), words(text)))
     (answer,) = (message for t, message in said if t == 3.0)
     assert isinstance(answer, OperatorAnswer)
-    busy = r"command: crane\.H1 gets an order while its hoist \(lift\.yaml:\d+:5\) is not done"
-    assert re.match(busy, answer.refused)
+    assert answer.refused.startswith("crane.H1 gets an order while its hoist (order 1 of action 1) is not done")
+    assert answer.at == (0, 0)
+    told = located(LIFT.plan, answer.refused, answer.at)
+    assert re.match(r"crane\.H1 gets an order while its hoist \(lift\.yaml:\d+:5\) is not done", told)
     assert said[:-1] == commander()
 
 
@@ -121,7 +122,7 @@ def test_a_command_to_a_joint_that_the_fidelity_holds_is_refused(setting: str, t
     said = drive(build_one(scene.plan, "commander"), [(ns(3), "command", words(text))])
     (answer,) = (message for _, _, message in said)
     assert isinstance(answer, OperatorAnswer)
-    assert answer.refused.startswith(f"command: {sentence} of 'fidelity' holds it: name ")
+    assert answer.refused.startswith(f"{sentence} of 'fidelity' holds it: name ")
 
 
 def test_an_empty_command_ends_the_run() -> None:

@@ -42,7 +42,9 @@ def line(order: Order) -> Order:
 
 def test_two_orders_for_one_actor_in_one_action() -> None:
     both = Action(orders=(hoist("west.H1", -2.0), line(hoist("west.H1", 2.0))))
-    assert fails(turnover(both)) == (f"(0 s, 0): {LINE}: west.H1 gets an order while its hoist is not done, {DONE}")
+    assert fails(turnover(both)) == (
+        f"(0 s, 0): {LINE}: west.H1 gets an order while its hoist (order 1 of action 1) is not done, {DONE}"
+    )
 
 
 def test_an_order_for_an_actor_that_is_still_moving() -> None:

@@ -44,7 +44,7 @@ def test_ten_coupled_models_of_nineteen_bodies_and_54_degrees_of_freedom() -> No
     kinds = [joint.kind for joint in mechanics.joints]
     assert (kinds.count("prismatic"), kinds.count("free"), kinds.count("revolute")) == (6, 7, 6)
     assert [rope.name for rope in mechanics.ropes if rope.winch] == [
-        f"{c}.H{i}" for c in ("west", "east") for i in (1, 2, 3)
+        f"{c}.H{i}" for c in ("east", "west") for i in (1, 2, 3)
     ]
     assert len([rope for rope in mechanics.ropes if not rope.winch]) == 12
     assert (len(mechanics.supports), len(mechanics.drives), len(mechanics.masters)) == (8, 6, 1)

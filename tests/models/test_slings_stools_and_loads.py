@@ -34,8 +34,8 @@ def loader(hooked: str = "AB") -> Bench:
 
 
 def test_a_sling_is_hooked_at_its_new_lug_and_the_hinge_is_freed() -> None:
-    bench = loader(hooked="A").put(1.0, "order", HookOrder(ONE, 7, "", "B'+16", (16.0, 12.0, -5.6)))
-    bench.put(2.0, "order", HookOrder(TWO, 8, "", "B'+20", (20.0, 12.0, -5.6)))
+    bench = loader(hooked="A").put(1.0, "order", HookOrder(ONE, 7, (0, 0), "B'+16", (16.0, 12.0, -5.6)))
+    bench.put(2.0, "order", HookOrder(TWO, 8, (0, 0), "B'+20", (20.0, 12.0, -5.6)))
     assert bench.said() == [
         (0.0, "input", RATED),
         (1.0, "input", Hook(ONE, b=(16.0, 12.0, -5.6))),
@@ -50,7 +50,7 @@ def test_a_sling_is_hooked_at_its_new_lug_and_the_hinge_is_freed() -> None:
 
 
 def test_the_hinge_locks_when_the_last_sling_is_off() -> None:
-    bench = loader().put(1.0, "order", UnhookOrder(ONE, 1, "")).put(2.0, "order", UnhookOrder(TWO, 2, ""))
+    bench = loader().put(1.0, "order", UnhookOrder(ONE, 1, (0, 0))).put(2.0, "order", UnhookOrder(TWO, 2, (0, 0)))
     assert bench.said()[1:] == [
         (1.0, "input", Unhook(ONE)),
         (1.0, "report", Unhooked(ONE)),
@@ -64,7 +64,11 @@ def test_the_hinge_locks_when_the_last_sling_is_off() -> None:
 
 
 def test_the_hinge_is_locked_by_order_once() -> None:
-    bench = loader().put(1.0, "order", BrakeOrder(LOCK, 4, "", True)).put(2.0, "order", BrakeOrder(LOCK, 5, "", True))
+    bench = (
+        loader()
+        .put(1.0, "order", BrakeOrder(LOCK, 4, (0, 0), True))
+        .put(2.0, "order", BrakeOrder(LOCK, 5, (0, 0), True))
+    )
     assert bench.said()[1:] == [
         (1.0, "input", SetBrake(LOCK, True)),
         (1.0, "report", BrakeState(LOCK, True)),

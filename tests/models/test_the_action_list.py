@@ -68,15 +68,15 @@ def runs(yard: Yard) -> list[tuple[float, str]]:
 
 def test_actions_follow_each_other_when_moves_are_done() -> None:
     hooks = [f"{crane}.{hook}" for crane in CRANES for hook in HOOKS]
-    lift = Action(stage="hoist", where="t:1", orders=tuple(hoist(hook, -9.5) for hook in hooks))
-    shift = Action(stage="travel", where="t:2", orders=tuple(travel(crane, 120.0) for crane in CRANES))
+    lift = Action(stage="hoist", orders=tuple(hoist(hook, -9.5) for hook in hooks))
+    shift = Action(stage="travel", orders=tuple(travel(crane, 120.0) for crane in CRANES))
     yard = Yard(turnover(lift, shift), *events("open", 3.0, *(f"block.lower-{i}" for i in (1, 2, 3, 4)))).run()
     in_order = [f"{crane}.{hook}" for crane in ("east", "west") for hook in ("H3", "H1", "H2")]  # by path
     assert yard.inputs(SetProfile) == [
         *((0.0, SetProfile(hook, 0, -0.5, 0.5, -9.5)) for hook in in_order),
         *((20.0, SetProfile(f"{c}.gantry.drive", ns(20.0), 0.5, 0.05, 120.0)) for c in ("east", "west")),
     ]
-    assert yard.said(COMMANDER, Stage) == [(0.0, Stage("hoist", 0, "t:1")), (20.0, Stage("travel", 1, "t:2"))]
+    assert yard.said(COMMANDER, Stage) == [(0.0, Stage("hoist", 0)), (20.0, Stage("travel", 1))]
     assert yard.said(COMMANDER, Finished) == [(270.0, Finished())]
     for hook in hooks:
         crane, name = hook.split(".")

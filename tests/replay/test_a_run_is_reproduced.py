@@ -39,7 +39,7 @@ def hurried(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def faster(order: Run) -> Run:
-    return Run(order.actor, order.id, order.where, 2.0 * order.speed, order.accel, order.by, order.to)
+    return Run(order.actor, order.id, order.at, 2.0 * order.speed, order.accel, order.by, order.to)
 
 
 def test_every_event_and_sample_comes_again(recorded: RecordedRun) -> None:

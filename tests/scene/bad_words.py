@@ -41,9 +41,9 @@ WORDS = {
     "portals overlap": (
         "turnover",
         [("at: 76 m", "at: 70 m")],
-        "east: {type:",
+        "west: {type:",
         (
-            "cranes.east: the portals of west and east overlap: 30 m from centre to centre, but 34 m "
+            "cranes.west: the portals of east and west overlap: 30 m from centre to centre, but 34 m "
             "from buffer to buffer"
         ),
     ),

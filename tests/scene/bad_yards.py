@@ -9,7 +9,7 @@ YARDS = {
         [("cranes: travel 30 m/min ramp 0.03234 m/s2 by 120 m", "west: travel 30 m/min by 3 m")],
         "stage: travel",
         (
-            "actions[3]: the portals of west and east overlap: 33 m from centre to centre, but 34 m "
+            "actions[3]: the portals of east and west overlap: 33 m from centre to centre, but 34 m "
             "from buffer to buffer (travel)"
         ),
     ),
@@ -17,7 +17,7 @@ YARDS = {
         "turnover",
         [("by 120 m", "by 400 m")],
         "stage: travel",
-        ("actions[3]: west at x = 440 m is past the end of its rails, 0 to 400 m; likewise east (travel)"),
+        ("actions[3]: east at x = 476 m is past the end of its rails, 0 to 400 m; likewise west (travel)"),
     ),
     "block under no hook": (
         "lift",

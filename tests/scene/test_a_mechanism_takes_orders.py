@@ -48,7 +48,7 @@ actions:
 def test_orders_reach_their_actuators() -> None:
     built = parse(SCENE).plan
     first, second, third, last = built.actions
-    hoist, release = first.orders
+    release, hoist = first.orders  # parking before rope, whatever the file says first
     assert isinstance(hoist, Move)
     assert (hoist.model, hoist.actuator, hoist.speed, hoist.accel, hoist.by) == ("portal", "rope", -0.05, 1.0, None)
     assert isinstance(hoist.until, Lifted)

@@ -32,7 +32,7 @@ def test_what_stands_there_is_what_the_kernel_gets() -> None:
     system = parse(SCENE).plan.mechanisms[0].system
     assert system.bodies[0].flexible == Flexible(4, Beam(30.0, 200.0, 9e8, 4e8), loads=(30.0,))
     assert (system.bodies[0].mass, system.bodies[1].flexible) == (0.0, None)
-    tip, rail = system.joints[1:]
+    rail, tip = system.joints[1:]
     assert (tip.p_PJ, rail.kind, rail.q0, rail.v0) == ((30.0, 0.0, 0.0), "slider", (10.0,), (0.1,))
     assert system.ropes[0].lines[0].a.p == (25.0, 0.0, 0.0)
 

@@ -60,12 +60,12 @@ def written(tmp_path):
 
 
 def test_every_kind_becomes_its_description(written, tmp_path):
-    forces = load(str(written())).plan.mechanisms[0].system.forces
+    forces = {force.name: force for force in load(str(written())).plan.mechanisms[0].system.forces}
     jib, cart, k6 = Point("jib"), Point("cart"), (1e3, 1e3, 5e3, 0.0, 0.0, 7.0)
     K, D = (
         tuple(tuple(x if i == j else 0.0 for j in range(6)) for i, x in enumerate(d)) for d in (k6, (1.0, *(0.0,) * 5))
     )
-    assert forces == (
+    described = (
         Load("tug", Point("jib", (5.0, 0.0, 0.0)), (0.0, 3e3, 0.0), (0.0, 0.0, -2e3), "body", Signal(0.5)),
         Wind("gale", jib, 12.0, 1.2, (0.0, -1.0, 0.0), Signal(0.0, (0.0, 2.0), (5.0, 1.0))),
         Spring("stay", Point("world", (0.0, 9.0, 0.0)), cart, 9.0, 2e3),
@@ -76,6 +76,8 @@ def test_every_kind_becomes_its_description(written, tmp_path):
             "own", f"{tmp_path / 'mine.py'}:push", "rail", parameters=(3.0,), signal=Signal(1.0, (0.0, 1.0), (0.0, 1.0))
         ),
     )
+    assert forces == {force.name: force for force in described}
+    assert list(forces) == ["bar", "gale", "motor", "mount", "own", "stay", "tug"]
 
 
 def test_forces_cross_processes_as_they_are(written):

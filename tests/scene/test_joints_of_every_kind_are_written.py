@@ -84,10 +84,10 @@ def test_a_scene_with_every_type_of_joint():
         JointSpring("ram.angle.viscous", "ram", d=2e3, coordinate="angle"),
     )
     assert s.locks == (Lock("bolt", "cross"), Lock("pin", "loose", True))
-    assert s.drives[0] == Drive("slew", "ram", "prescribed", coordinate="angle")
+    assert s.drives[1] == Drive("slew", "ram", "prescribed", coordinate="angle")
     assert [round(x.start, 12) for x in mechanism.actuators] == [
-        round(math.radians(30), 12),
         0.2,
+        round(math.radians(30), 12),
         round(math.radians(1), 12),
     ]
     Program(s)

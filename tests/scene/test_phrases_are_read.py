@@ -1,6 +1,7 @@
 """The phrase language: what each phrase means, and where a phrase that means nothing goes wrong."""
 
 import math
+from fractions import Fraction
 
 import pytest
 from heavylift.nodes.scene.grammar import read_condition, read_order
@@ -25,7 +26,7 @@ ORDERS = {
     "lower 3 m/min to 61 m of rope": Motion("lower", 0.05, False, to=61.0, of_rope=True),
     "traverse 20 m/min by -11.2 m": Motion("traverse", 1 / 3, False, by=-11.2),
     "drive 2 deg/s by 10 deg": Motion("drive", math.radians(2), True, by=math.radians(10)),
-    "turn 0.15 deg/s to 90 deg": Turning(math.radians(0.15), math.pi / 2),
+    "turn 0.15 deg/s to 90 deg": Turning(float(Fraction("0.15") * Fraction(math.radians(1))), math.pi / 2),
     "hook [C1, C2]": Hooking(("C1", "C2")),
     "unhook": Simple("unhook"),
     "wait 1.5 min": Waiting(90.0),

@@ -1,6 +1,9 @@
 """Quantities carry their units: every unit reads into SI, and what is missing or of another kind is said."""
 
 import math
+from decimal import Context, Decimal
+from fractions import Fraction
+from random import Random
 
 import pytest
 from heavylift.nodes.scene import units
@@ -66,3 +69,31 @@ def test_what_is_no_quantity_is_said(dimension: units.Dimension, text: object, t
     with pytest.raises(ValueError) as refusal:  # noqa: PT011
         dimension.read(text)
     assert str(refusal.value) == told
+
+
+@pytest.mark.parametrize("dimension", units.DIMENSIONS, ids=lambda dimension: dimension.name)
+def test_equal_quantities_are_equal_numbers_in_any_unit(dimension: units.Dimension) -> None:
+    """Random decimals, said in each other unit that can say them exactly."""
+    random = Random(dimension.name)
+    for unit, factor in dimension.units.items():
+        for other, size in dimension.units.items():
+            for _ in range(50):
+                decimal = Decimal(random.randrange(1, 10**6)).scaleb(-random.randrange(6))
+                same = Fraction(decimal) * factor / size
+                if said := exactly(same):
+                    assert dimension.read(f"{said} {other}") == dimension.read(f"{decimal:f} {unit}"), (decimal, unit)
+
+
+def exactly(x: Fraction) -> str:
+    """A fraction as a decimal number, "" if it is none."""
+    digits = 60
+    scaled = x * 10**digits
+    return f"{Decimal(scaled.numerator).scaleb(-digits, Context(prec=200)):f}" if scaled.denominator == 1 else ""
+
+
+def test_a_number_too_large_is_no_number() -> None:
+    with pytest.raises(ValueError, match="is no finite number"):
+        units.MASS.read("1e307 t")
+    with pytest.raises(ValueError, match="is no finite number"):
+        units.MASS.read(f"1{'0' * 400} t")
+    assert units.LENGTH.read("1e-400 mm") == 0.0

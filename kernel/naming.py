@@ -1,0 +1,18 @@
+"""The order of names where an order means nothing: that in which people count, "H2" before "H10".
+
+Elements are put into it once, where a description is assembled, so that nothing depends on who wrote what first.
+"""
+
+from __future__ import annotations
+
+import re
+
+__all__ = ["natural"]
+
+Key = tuple[tuple[str | int, ...], str]
+
+
+def natural(name: str) -> Key:
+    """Sort key of a name: its words and its numbers in turn; equal ones, such as "1" and "01", by their letters."""
+    parts = re.split(r"([0-9]+)", name)
+    return tuple(int(part) if i % 2 else part for i, part in enumerate(parts)), name

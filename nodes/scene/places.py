@@ -1,0 +1,41 @@
+"""Where in a scene an action or an order stands, for sentences: messages carry numbers, the plan has the lines.
+
+So a file name or a line number is in no message, and what a run says to itself does not depend on them.
+"""
+
+from __future__ import annotations
+
+from .plan import Plan
+
+__all__ = ["ASIDE", "located", "numbered", "place"]
+
+ASIDE = -2  # in place of the number of an action: a command of an operator
+WHEN = -1  # in place of the number of an order: the condition of the action
+COMMAND = "command"  # what stands in place of the line of a command
+
+
+def place(plan: Plan, at: tuple[int, ...]) -> str:
+    """`file:line:column` of an order at (action, order) or of an action; its numbers if it has none."""
+    action, order = _split(at)
+    if action == ASIDE:
+        return COMMAND
+    listed = plan.actions[action]
+    return (listed.where if order is None else listed.orders[order].where) or numbered(at)
+
+
+def numbered(at: tuple[int, ...]) -> str:
+    """The same in numbers from 1: "order 2 of action 5"."""
+    action, order = _split(at)
+    if action == ASIDE:
+        return "an operator's command"
+    return f"action {action + 1}" if order is None else f"order {order + 1} of action {action + 1}"
+
+
+def located(plan: Plan, sentence: str, at: tuple[int, ...]) -> str:
+    """A sentence that speaks of an order by its numbers, with its line instead."""
+    return sentence.replace(numbered(at), place(plan, at)) if at and at[0] != ASIDE else sentence
+
+
+def _split(at: tuple[int, ...]) -> tuple[int, int | None]:
+    """Action and order; of an action's own condition no order."""
+    return at[0], at[1] if len(at) > 1 and at[1] != WHEN else None

@@ -1,0 +1,110 @@
+"""The digest depends on what a scene means: not on how it is written, what its file is called, or its `name:`.
+
+Plans of random texts are compared without their places, and runs of some by their digests, which are test data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import msgspec
+import pytest
+from digests import digest, stored
+from heavylift.coordinator.run import run
+from heavylift.nodes.scene import LoadedScene, bundled, load, parse
+from heavylift.nodes.scene.plan import Plan, decode, encode
+from heavylift.recordings import Recording
+from rewritten import apart, block, commented, data, flow, other_units, shuffled
+
+LARGE = {"ramp", "turnover"}  # runs of many seconds
+SCENES = [pytest.param(name, marks=[pytest.mark.large] if name in LARGE else []) for name in sorted(bundled())]
+TEXTS = 5  # of each kind
+
+
+def text(name: str) -> str:
+    return bundled()[name].read_text(encoding="utf-8")
+
+
+@cache
+def own(name: str) -> str:
+    """The digest of a bundled scene as it is written."""
+    return digest(load(name))
+
+
+def placeless(plan: Plan) -> Any:
+    """The plan without its name, without places, and without the words of conditions, which are quoted in sentences."""
+
+    def without(x: Any) -> Any:
+        if isinstance(x, dict):
+            return {key: without(value) for key, value in x.items() if key not in ("where", "text")}
+        return [without(each) for each in x] if isinstance(x, list) else x
+
+    return without(msgspec.json.decode(encode(plan)) | {"name": ""})
+
+
+REWRITTEN: dict[str, Callable[[str, Random], str]] = {
+    "keys in another order": lambda given, random: block(shuffled(data(given), random), random),
+    "in one line": lambda given, random: flow(shuffled(data(given), random)),
+    "with comments": commented,
+    "in other units": lambda given, random: flow(other_units(data(given))),
+    "under another name": lambda given, random: flow(data(given) | {"name": f"lift-{random.randrange(99)}"}),
+}
+
+
+@pytest.mark.parametrize("name", sorted(bundled()))
+@pytest.mark.parametrize("kind", REWRITTEN)
+def test_every_text_of_a_scene_has_one_plan(name: str, kind: str) -> None:
+    want = placeless(load(name).plan)
+    for seed in range(TEXTS if kind != "in other units" else 1):
+        found = placeless(parse(REWRITTEN[kind](text(name), Random(seed)), f"text-{seed}.yaml").plan)
+        assert found == want, f"seed {seed}"
+
+
+@pytest.mark.parametrize("name", sorted(bundled()))
+def test_a_scene_in_two_files_has_the_plan_of_the_whole(name: str, tmp_path: Path) -> None:
+    for seed in range(TEXTS):
+        found = load(apart(data(text(name)), Random(seed), tmp_path))
+        assert placeless(found.plan) == placeless(load(name).plan), f"seed {seed}"
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_scene_has_the_digest_that_is_stored(name: str) -> None:
+    """After a change that is meant: python tests/determinism/digests.py."""
+    assert own(name) == stored()[name]
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_another_text_has_the_same_digest(name: str) -> None:
+    assert digest(everything(name)) == own(name)
+
+
+def everything(name: str, seed: int = 1) -> LoadedScene:
+    """A bundled scene in another order, with comments, in other units, under another name, in another file."""
+    random = Random(seed)
+    given = shuffled(other_units(data(text(name))), random) | {"name": "another"}
+    return parse(block(given, random), "elsewhere.yaml")
+
+
+def test_no_message_names_a_file_or_a_line(tmp_path: Path) -> None:
+    """Orders and stages tell their numbers, by which the plan tells their lines."""
+    run(load("lift"), tmp_path / "lift.mcap", in_process=True)
+    recording = Recording(tmp_path / "lift.mcap")
+    events = recording.events()
+    assert not [event for event in events if "yaml" in str(event.value)]
+    orders = [e.value for e in events if e.source == "commander" and e.port == "order_crane" and e.type == "Run"]
+    plan = decode(recording.attachments["resolved.json"])
+    listed = [plan.actions[action].orders[order] for action, order in (value["at"] for value in orders)]
+    assert [value["actor"] for value in orders] == [order.actuator for order in listed]  # type: ignore[union-attr]
+    assert all(order.where.startswith("lift.yaml:") for order in listed)
+
+
+def test_all_bundled_scenes_are_stored() -> None:
+    assert sorted(stored()) == sorted(bundled())
+
+
+def test_another_meaning_has_another_digest() -> None:
+    assert digest(load("pendulum", ["gravity=9.8 m/s2"])) != own("pendulum")
