@@ -97,13 +97,14 @@ def lift_state(built: plan.Plan, x: StaticState) -> State:
     assert built.block is not None
     p, R = x.poses[built.block.name]
     at = {c.name: c for c in built.cranes}
+    theta, led = atan2(R[1][2], R[2][2]), x.references.get("turn", built.start)
     return State(
         cranes={c: x.references[plan.drive_name(c, "gantry")] for c in at},
         trolleys={(c, t): x.references[plan.drive_name(c, t)] for c in at for t in ("upper", "lower")},  # type: ignore[arg-type]
         ropes={rope.name: x.references[rope.name] for rope in built.rig.hook_ropes},
         lugs=dict(x.hooked),
         at=p,
-        theta=atan2(R[1][2], R[2][2]),
+        theta=theta + 2.0 * pi * round((led - theta) / (2.0 * pi)),
         grounded=x.grounded,
     )
 
