@@ -62,10 +62,10 @@ def sorted_findings(findings: Iterable[Finding]) -> list[Finding]:
 
 
 def likewise(findings: Iterable[Finding]) -> list[Finding]:
-    """Findings of one kind at one place as one, which tells the first in full and names the others."""
-    groups: dict[tuple[str, str, str, str], list[Finding]] = {}
-    for finding in findings:
-        groups.setdefault((finding.severity, finding.kind, finding.where, finding.stage), []).append(finding)
+    """Findings of one kind, limit and stage as one, which tells the first in full and names the others."""
+    groups: dict[object, list[Finding]] = {}
+    for f in findings:
+        groups.setdefault((f.severity, f.kind, f.limit, f.unit, f.stage), []).append(f)
     return [_together(group) for group in groups.values()]
 
 
