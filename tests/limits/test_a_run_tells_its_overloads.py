@@ -33,8 +33,8 @@ def test_the_summary_is_red(
     told = capsys.readouterr().out
     (line,) = [line for line in told.splitlines() if "red: " in line]
     assert (
-        "the tension of the sling loader-3.sling-1 was 743 kN, 101 % of its limit: 4.95 times below its breaking force, "
-        "5 are needed (EN 13414-1, working coefficient 5); likewise loader-3.sling-2 at 0:00:25"
+        "the tension of the sling loader-3.sling-1 was 743 kN, 101 % of its limit: 4.95 times below its breaking "
+        "force, 5 are needed (EN 13414-1, working coefficient 5); likewise loader-3.sling-2 at 0:00:25"
     ) in line
     assert line.startswith("\x1b[1;31m"), "bold red"
 
@@ -84,18 +84,19 @@ def test_the_report_shows_each_row_and_no_raw_message(overloaded: Path, tmp_path
     assert (tmp_path / "by-command.html").read_text() == text
 
 
-def test_what_stopped_itself_is_told_in_words(tmp_path: Path) -> None:
-    """A hook that runs into its upper limit switch."""
-    settings = ["cranes.crane.highest hook=24.4 m", "end=40 s"]
-    text = 'actions=["all hooks: hoist 0.3 m/min until all slings taut", "all hooks: hoist 0.3 m/min until lifted"'
-    settings.append(f'{text}, "all hooks: hoist 3 m/min until after 25 s"]')
-    try:
-        scene = load("lift", settings)
-    except Exception:
-        pytest.skip("what cannot be followed at rest is refused")
+def test_what_stopped_itself_is_told_in_words_and_standing_at_an_end_is_no_fault(tmp_path: Path) -> None:
+    """A trolley that runs on to the end of its girder, against which its servo presses."""
+    run_on = 'actions=[{lower trolleys: "traverse 20 m/min until tension of crane.H1 >= 5 MN"}]'
+    scene = load("lift", [run_on, "cranes.crane.girder=[60 m, 81.2 m]", "rig.slack=0.4 m", "end=30 s"])
     run(scene, tmp_path / "limit.mcap", in_process=True)
-    told = [w.what for w in facts(Recording(tmp_path / "limit.mcap")).warnings]
-    assert any("stopped by its upper limit" in what for what in told)
+    rec = Recording(tmp_path / "limit.mcap")
+    (told,) = facts(rec).warnings
+    assert told.what == "crane.lower-slide.drive stopped by its travel limit"
+    found = judged_recording(rec)
+    assert found is not None
+    assert found.findings == []
+    end = next(u for u in found.uses if (u.limit.quantity, u.limit.subject) == ("girder", "crane lower"))
+    assert end.value == pytest.approx(81.2, abs=0.05)
 
 
 def test_a_lift_within_its_limits_says_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -142,3 +142,12 @@ def test_a_path_is_judged_as_the_scene_is() -> None:
     assert red.where == "lift.yaml:36:5", "the action that lifts"
     assert "red: the slings of loader-3 would carry 1471 kN of 1373 kN (lift off)" in str(check(scene))
     assert judge_path(load("lift").plan, load("lift").states) == []
+
+
+def test_a_place_may_yield_a_little_at_its_end() -> None:
+    built = load("lift").plan
+    for beyond, red in ((0.0, False), (0.04, False), (0.06, True)):
+        at = np.array([[400.0 + beyond, 0.0, 0.0]])
+        signals = Signals(t=np.zeros(1), tensions={}, poses={"crane.main": (at, np.eye(3)[None])}, dynamic=True)
+        told = [f.sentence for f in judge_run(built, signals)]
+        assert told == (["crane at x = 400.06 m is past the end of its rails, 0 to 400 m"] if red else [])
