@@ -24,6 +24,7 @@ Quantity: TypeAlias = Literal[
     "loader load",
     "sling tension",
     "sling peak",
+    "rope tension",
     "rope factor",
     "rope peak",
     "drum pull",

@@ -183,6 +183,12 @@ def _sling(use: Use, ran: bool) -> str:
     return f"{told}, {limit.factor:g} are needed ({limit.source})"
 
 
+def _line(use: Use, ran: bool) -> str:
+    verb, limit = "carried" if ran else "would carry", use.limit
+    told = f"the rope {limit.subject} {verb} {shown(limit, use.value)}, {100 * (use.use or 0.0):.0f} % of its limit"
+    return f"{told} of {shown(limit, _bound(use))} ({limit.source})"
+
+
 def _rope(use: Use, ran: bool) -> str:
     limit, value = use.limit, use.value or 1.0
     pull = limit.breaking / value / 1e3
@@ -257,6 +263,7 @@ WORDS: dict[str, Words] = {
     "loader load": Words("overload", _loader),
     "sling tension": Words("overload", _sling, refused=True),
     "sling peak": Words("overload", _peak),
+    "rope tension": Words("overload", _line, refused=True),
     "rope factor": Words("overload", _rope, refused=True),
     "rope peak": Words("overload", _peak),
     "drum pull": Words("overload", _drum, refused=True),

@@ -148,7 +148,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
             mechanisms=(mechanism,) if mechanism else (),
             rig=plan.Rig(hook_ropes=tuple(yard.ropes), slings=tuple(yard.slings)),
             fidelity=build_fidelity(yard),
-            limits=build_limits(yard),
+            limits=build_limits(yard, mechanism),
             actions=build_actions(yard, mechanism),
         ),
         text,

@@ -24,6 +24,7 @@ from .scene import scene_table
 
 __all__ = ["CraneUse", "Excess", "Facts", "RopeUse", "StageUse", "facts"]
 
+EMPTY = 1.1  # times its loaders and hook blocks: with less a crane carries nothing
 SETTLED = 0.05  # last part of a stage over which its resting load is taken
 WORDS: dict[str, Callable[[dict[str, Any]], str]] = {  # reports that a planner must see
     "Limit": lambda x: f"{x.get('actor', '')} stopped by its {x.get('limit', 'limit')}",
@@ -119,7 +120,8 @@ def facts(rec: Recording, limits: LimitTable | None = None) -> Facts:
     if len(cranes) > 1:
         cranes.append(_together(plan, loads, tension, cranes, gravity))
     heights = lowest(rec, plan)
-    stages = [_stage(span, tension, rated, loads)._replace(lowest=_lowest(span, heights)) for span in spans]
+    dead = {c["name"]: _dead(plan, c["name"]) * gravity for c in plan.get("cranes", [])}
+    stages = [_stage(span, tension, rated, loads, dead)._replace(lowest=_lowest(span, heights)) for span in spans]
     tables = stages, ropes, cranes, _warnings(rec, ropes, cranes, limits), _hook_uses(plan, tension, gravity)
     lifted = plan["block"]["body"]["mass"] if plan.get("block") else max((c.load for c in cranes), default=0.0)
     return Facts(*tables, clearances(rec, plan), scene_table(rec, plan), float(lifted), rec.notes())
@@ -171,9 +173,20 @@ def _hooks(plan: dict[str, Any], crane: str, names: list[str]) -> list[int]:
     return [names.index(r["name"]) for r in ropes if r["crane"] == crane and r["name"] in names]
 
 
+def _dead(plan: dict[str, Any], crane: str) -> float:
+    """Mass of a crane's loaders and hook blocks, which hang on its ropes always [kg]."""
+    on = {rope.get("carries") for rope in plan.get("rig", {}).get("hook_ropes", []) if rope["crane"] == crane}
+    return float(sum(x["upper"]["mass"] + x["lower"]["mass"] for x in plan.get("loaders", []) if x["name"] in on))
+
+
 def _stage(
-    span: tuple[str, float, float], tension: Signal, rated: dict[str, float], loads: dict[str, Floats]
+    span: tuple[str, float, float],
+    tension: Signal,
+    rated: dict[str, float],
+    loads: dict[str, Floats],
+    dead: dict[str, float],
 ) -> StageUse:
+    """What a stage asked for; a crane whose hooks are empty has no dynamic factor."""
     name, start, end = span
     inside = (tension.t >= start) & (tension.t <= end)
     uses = {r: float(np.max(tension.values[inside, tension.names.index(r)], initial=0.0)) / x for r, x in rated.items()}
@@ -183,7 +196,8 @@ def _stage(
     for crane, load in loads.items():
         if late.any():
             rest = max(float(load[inside][0]), float(np.mean(load[late])))
-            dynamic[crane] = float(np.max(load[inside])) / rest if rest > 0.0 else 1.0
+            if rest > EMPTY * dead.get(crane, 0.0):
+                dynamic[crane] = float(np.max(load[inside])) / rest if rest > 0.0 else 1.0
     return StageUse(name, start, end, rope, uses.get(rope, 0.0), dynamic)
 
 

@@ -61,6 +61,7 @@ def test_the_keys_are_written_as_planners_write_them() -> None:
     keys = json_schema()["$defs"]["LiftLimits"]["properties"]
     assert [*keys] == [
         "off-lead", "off-lead along", "off-lead across", "clearance", "bridle warning", "bridle", "wind",
+        "ropes",
     ]  # fmt: skip
     assert keys["off-lead"]["default"] == "3 deg"
     with pytest.raises(SceneError, match="unknown key 'off led'"):
@@ -151,3 +152,18 @@ def test_a_place_may_yield_a_little_at_its_end() -> None:
         signals = Signals(t=np.zeros(1), tensions={}, poses={"crane.main": (at, np.eye(3)[None])}, dynamic=True)
         told = [f.sentence for f in judge_run(built, signals)]
         assert told == (["crane at x = 400.06 m is past the end of its rails, 0 to 400 m"] if red else [])
+
+
+def test_a_scene_limits_the_ropes_of_a_mechanism_too() -> None:
+    given = "limits={ropes: {fall-1: {tension: 400 kN}, fall-2: {breaking: 2 MN, factor: 4, source: certificate 7}}}"
+    built = load("trolley", [given]).plan
+    assert [(x.subject, x.value, x.factor, x.source) for x in built.limits] == [
+        ("fall-1", 400e3, 1.0, "the scene"),
+        ("fall-2", 500e3, 4.0, "certificate 7"),
+    ]
+    found = judge_run(built, signals_of_peaks({"fall-1": (480e3, 3.0), "fall-2": (480e3, 3.0)}))
+    assert [f.sentence for f in found] == ["the rope fall-1 carried 480 kN, 120 % of its limit of 400 kN (the scene)"]
+    with pytest.raises(SceneError, match=r"limits.ropes.fall-3: there is no rope 'fall-3'"):
+        load("trolley", ["limits={ropes: {fall-3: {tension: 1 kN}}}"])
+    with pytest.raises(SceneError, match="give a rope either a 'tension' or a 'breaking' force"):
+        load("trolley", ["limits={ropes: {fall-1: {factor: 5}}}"])
