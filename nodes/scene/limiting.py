@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from math import prod
 
 from heavylift.nodes.limits.limit import Limit, Quantity
-from heavylift.nodes.limits.reeving import lead_factor
+from heavylift.nodes.limits.reeving import drum_ends, lead_factor
 from heavylift.nodes.limits.standards import (
     ISO_4308,
     ND_0027,
@@ -71,7 +71,7 @@ def _ropes(yard: Yard, mechanism: plan.Mechanism | None) -> Iterator[Limit]:
 
 def reeving(crane: schema.Crane) -> tuple[int, float, str]:
     """Drum ends and sheave efficiency of a crane's hoists, and how they are told, with what is assumed of them."""
-    ends = crane.drum_ends or (2 if crane.falls % 2 == 0 else 1)
+    ends = drum_ends(crane.falls, crane.drum_ends)
     efficiency = crane.sheave_efficiency or ROLLING
     lead = lead_factor(crane.falls, ends, efficiency)
     ways = f"{ends} drum end{'s' if ends > 1 else ''}{'' if crane.drum_ends else ' (assumed)'}"

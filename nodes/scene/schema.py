@@ -122,7 +122,7 @@ class Crane(Base):
     main_mass: Mass = MASS.read("4200 t")  # with the girder
     girder_mass: Mass = MASS.read("2500 t")
     girder_stiffness: Stiffness = STIFFNESS.read("58.8 MN/m")  # at midspan, between the legs
-    girder_damping: Ratio = 0.01  # of critical, of its first mode; assumed, as of welded steel in EN 1991-1-4 table F.2
+    girder_damping: Ratio = 0.01  # of critical, of its first mode; assumed
     upper_mass: Mass = MASS.read("300 t")
     lower_mass: Mass = MASS.read("150 t")
     upper_exit: Extent = LENGTH.read("102 m")  # z where the ropes leave

@@ -1,11 +1,13 @@
 """One table says what must not be exceeded, who says so, and what is not known; path and run are judged by it."""
 
+import json
 import random
 import re
 from math import radians
 
 import numpy as np
 import pytest
+from heavylift.coordinator.commands.app import app
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.limits import Limit, Signals, judge_path, judge_run, limits_of, signals_of_peaks, uses_of_run
 from heavylift.nodes.limits.telling import likewise
@@ -167,3 +169,13 @@ def test_a_scene_limits_the_ropes_of_a_mechanism_too() -> None:
         load("trolley", ["limits={ropes: {fall-3: {tension: 1 kN}}}"])
     with pytest.raises(SceneError, match="give a rope either a 'tension' or a 'breaking' force"):
         load("trolley", ["limits={ropes: {fall-1: {factor: 5}}}"])
+
+
+def test_the_rows_leave_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    app(["check", "lift", "--json", "--set", "rig.loaders.loader-3.capacity=140 t"], standalone_mode=False)
+    told = json.loads(capsys.readouterr().out)
+    rows = {(row["limit"]["subject"], row["limit"]["quantity"]): row for row in told["uses"]}
+    row = rows["crane.H3", "rope factor"]
+    assert (row["limit"]["value"], row["limit"]["breaking"], row["stage"]) == (5.6, 1351e3, "lift off")
+    assert row["value"] == pytest.approx(12.33, abs=0.005)
+    assert [(f["severity"], f["kind"], f["subject"]) for f in told["findings"]] == [("red", "overload", "loader-3")]

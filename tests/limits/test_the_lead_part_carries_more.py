@@ -76,7 +76,7 @@ def test_the_mechanism_group_asks_for_its_factor_by_name() -> None:
     scene = load("lift", crane(mechanism_group="M4"))
     rows = [limit for limit in scene.plan.limits if limit.quantity == "rope factor"]
     assert {(limit.value, limit.source) for limit in rows} == {
-        (4.0, "ISO 4308-1, table 1 (withdrawn for ISO 16625), M4")
+        (4.0, "ISO 4308-1 (withdrawn for ISO 16625), Zp of running ropes, M4")
     }
     with pytest.raises(SceneError, match=r"carries 71\.9 kN, 18\.78 times below its breaking force, 20 are needed"):
         load("lift", crane(rope_factor="20", drum_ends="1", sheave_efficiency="98.8 %"))
