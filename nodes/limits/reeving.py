@@ -17,7 +17,7 @@ def drum_ends(falls: int, given: int | None = None) -> int:
 
 
 def lead_factor(falls: int, ends: int, efficiency: float) -> float:
-    """Most loaded part over the mean one, n (1 - eta) / (1 - eta^n) with n = falls / ends parts per drum end (a whole number).
+    """Most loaded part over the mean one, n (1 - eta) / (1 - eta^n) with n = falls / ends parts per drum end.
 
     That is the lead part when hoisting, and the dead end (or the equaliser's part) when lowering.
     """
