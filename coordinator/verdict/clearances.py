@@ -6,7 +6,7 @@ or must only not go through each other (`nodes.limits.shapes.relation`).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import msgspec
 import numpy as np
@@ -56,9 +56,8 @@ def clearances(plan: Plan, history: History, limit: float = LIMIT) -> list[Clear
     if not pairs:
         return []
     start = whole(shapes, pairs, _common(plan, history))
-    groups = _groups(shapes, start)
     found: list[tuple[float, Minimum]] = []
-    for least, names, stretches in groups:
+    for least, names, stretches in _groups(shapes, pairs, start):
         bar = limits[names]
         margins = sorted(m.least for limit, m in found if limit > 0.0)
         enough = margins[SMALLEST - 1] if len(margins) >= SMALLEST else np.inf
@@ -140,17 +139,24 @@ def _names(a: Moving, b: Moving) -> tuple[str, str]:
     return (two, one) if one == GROUND else (one, two)
 
 
-def _groups(shapes: list[Moving], start: Stretches) -> list[tuple[float, tuple[str, str], Stretches]]:
+def _groups(
+    shapes: list[Moving], pairs: list[tuple[int, int]], start: Stretches
+) -> Iterator[tuple[float, tuple[str, str], Stretches]]:
     """Stretches by the two things that they are of, the nearest first."""
-    names = [_names(shapes[a], shapes[b]) for a, b in zip(start.a.tolist(), start.b.tolist(), strict=True)]
-    places: dict[tuple[str, str], list[int]] = {}
-    for i, name in enumerate(names):
-        places.setdefault(name, []).append(i)
-    groups = []
-    for name, where in places.items():
-        part = start.of(np.array(where, np.intp))
-        groups.append((float(part.least.min()), name, part))
-    return sorted(groups, key=lambda g: (g[0], g[1]))
+    if not len(start.a):
+        return
+    numbers: dict[tuple[str, str], int] = {}
+    table = np.zeros((len(shapes), len(shapes)), np.intp)
+    for a, b in pairs:
+        table[a, b] = numbers.setdefault(_names(shapes[a], shapes[b]), len(numbers))
+    group = table[start.a, start.b]
+    least = np.full(len(numbers), np.inf)
+    np.minimum.at(least, group, start.least)
+    order = np.argsort(group, kind="stable")
+    begins = np.searchsorted(group[order], np.arange(len(numbers) + 1))
+    for bound, names, number in sorted((float(least[i]), names, i) for names, i in numbers.items()):
+        if np.isfinite(bound):
+            yield bound, names, start.of(order[begins[number] : begins[number + 1]])
 
 
 def _told(limit: float, m: Minimum) -> Clearance:

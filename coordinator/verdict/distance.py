@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .moving import cross
+
 __all__ = ["Near", "Placed", "bounds", "bounds_along", "bounds_between", "exactly"]
 
 Floats = NDArray[np.float64]
@@ -91,7 +93,7 @@ def _gaps(n: Floats, a: Placed, b: Placed, d: Floats) -> Floats:
 
 def _candidates(d: Floats, u: Floats, v: Floats) -> Floats:
     """(m, 3, 4) unit columns: between the middles, also square to each third axis, and square to both of them."""
-    across = np.cross(u, v)
+    across = cross(u, v)
     rows = [d, d - (d * u).sum(axis=1)[:, None] * u, d - (d * v).sum(axis=1)[:, None] * v, across]
     n = np.stack(rows, axis=2)
     length = np.linalg.norm(n, axis=1, keepdims=True)

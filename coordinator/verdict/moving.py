@@ -82,7 +82,7 @@ class Moving:
             w = np.minimum(1.0, np.abs((a * b).sum(axis=1)))
             chord: Floats = 2.0 * np.sqrt(1.0 - w * w) * self.reach
             return chord
-        half: Floats = np.linalg.norm(a - b, axis=1) / 2
+        half: Floats = lengths(a - b) / 2
         return half
 
     def turned_by(self, k: Indices, r: Indices) -> Floats:
@@ -171,8 +171,19 @@ def turned(q: Floats, p: tuple[float, float, float]) -> Floats:
     u, w, x = q[:, :3], q[:, 3:], np.array(p)
     if not x.any():
         return np.zeros((len(q), 3))
-    place: Floats = x + 2.0 * np.cross(u, np.cross(u, x) + w * x)
-    return place
+    return x + 2.0 * cross(u, cross(u, np.broadcast_to(x, u.shape)) + w * x)
+
+
+def cross(a: Floats, b: Floats) -> Floats:
+    """(n, 3) cross products; NumPy's own takes four times as long."""
+    (x, y, z), (u, v, w) = a.T, b.T
+    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=1)
+
+
+def lengths(x: Floats) -> Floats:
+    """(n,) norms of n vectors; NumPy's own takes three times as long."""
+    found: Floats = np.sqrt(np.einsum("ij,ij->i", x, x))
+    return found
 
 
 def matrices(q: Floats) -> Floats:
@@ -208,7 +219,7 @@ def _bend(t: Floats, x: Floats) -> Floats:
     h = np.diff(t)
     step = np.maximum(h, 1e-9)[:, None]
     slope = np.where(h[:, None] > 0.0, np.diff(x, axis=0) / step, 0.0)
-    jump = np.linalg.norm(np.diff(slope, axis=0), axis=1)
+    jump = lengths(np.diff(slope, axis=0))
     accel = np.zeros(n)
     accel[1:-1] = 2.0 * jump / np.maximum(h[1:] + h[:-1], 1e-9)
     accel[0], accel[-1] = accel[1], accel[-2]

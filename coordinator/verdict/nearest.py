@@ -11,10 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from heavylift.nodes.limits.shapes import Solid
 from numpy.typing import NDArray
 
 from .distance import Near, Placed, bounds, bounds_along, bounds_between, exactly
-from .moving import Moving
+from .moving import Moving, lengths
 
 __all__ = ["SIZES", "Minimum", "Stretches", "nearest", "whole"]
 
@@ -71,7 +72,8 @@ def whole(shapes: list[Moving], pairs: list[tuple[int, int]], common: Floats) ->
     starts = np.arange(0, max(1, n - 1), SIZES[0])
     ends = np.minimum(starts + SIZES[0], n - 1)
     middles = (starts + ends) // 2
-    moved = np.array([_excursions(s, starts, ends, middles, common) for s in shapes])
+    known: dict[str, Floats] = {}  # of bodies that never turn, whose shapes move alike
+    moved = np.array([_excursions(s, starts, ends, middles, common, known) for s in shapes])
     centre = np.array([s.centre[middles] for s in shapes])
     reach = np.array([_reach(s, middles) for s in shapes])
     a, b = (np.array(x, np.intp) for x in zip(*pairs, strict=True))
@@ -96,16 +98,23 @@ def _there(s: Moving, starts: Indices, ends: Indices) -> NDArray[np.bool_]:
     return np.array([s.there[i : j + 1].any() for i, j in zip(starts, ends, strict=True)])
 
 
-def _excursions(s: Moving, starts: Indices, ends: Indices, middles: Indices, common: Floats) -> Floats:
+def _excursions(
+    s: Moving, starts: Indices, ends: Indices, middles: Indices, common: Floats, known: dict[str, Floats]
+) -> Floats:
     """(m,) by how much points of a shape leave their places at the middle of each stretch, against a common motion."""
+    straight = s.shape.body if isinstance(s.shape, Solid) and len(s.turn) == 1 else ""
+    if straight in known:
+        return known[straight]
     path = s.centre - common
     k = np.arange(len(path))
     r = middles[np.minimum(k // SIZES[0], len(starts) - 1)]
-    moved = np.linalg.norm(path - path[r], axis=1) + s.spun(k, r)
+    moved = lengths(path - path[r]) + s.spun(k, r)
     if len(s.stray):
         moved += np.maximum(np.append(s.stray, 0.0), np.append(0.0, s.stray))
-    last = np.linalg.norm(path[ends] - path[middles], axis=1) + s.spun(ends, middles)  # the first of the next
+    last = lengths(path[ends] - path[middles]) + s.spun(ends, middles)  # the first of the next
     found: Floats = np.maximum(np.maximum.reduceat(moved, starts), last)
+    if straight:
+        known[straight] = found
     return found
 
 
@@ -176,7 +185,7 @@ def _cut(shapes: list[Moving], now: Stretches, size: int) -> Stretches:
         span = np.minimum(first[here, None] + np.arange(size + 1), last[here, None])
         k, r = span.ravel(), np.repeat(middle[here], size + 1)
         apart = one.centre[k] - two.centre[k] - (one.centre[r] - two.centre[r])
-        way = np.linalg.norm(apart, axis=1) + one.spun(k, r) + two.spun(k, r)
+        way = lengths(apart) + one.spun(k, r) + two.spun(k, r)
         if len(one.stray):
             j = np.minimum(k, len(one.stray) - 1)
             way += one.stray[j] + two.stray[j]
@@ -251,9 +260,9 @@ def _astray(a: Moving, b: Moving, k: Indices, r: Indices) -> Floats:
     """(m,) how far points of one shape leave, seen from the other, the straight way from samples k to samples r [m], at
     most: h^2 / 8 times the accelerations w^2 y and 2 w v of a frame that turns, and what samples do not show."""
     d = b.centre[k] - a.centre[k]
-    v = np.linalg.norm(b.centre[r] - a.centre[r] - d, axis=1) + a.spun(r, k) + b.spun(r, k)
+    v = lengths(b.centre[r] - a.centre[r] - d) + a.spun(r, k) + b.spun(r, k)
     w = a.turned_by(r, k) + b.turned_by(r, k)
-    y = np.linalg.norm(d, axis=1) + a.reach + b.reach
+    y = lengths(d) + a.reach + b.reach
     found: Floats = w * w * y / 8.0 + w * v / 4.0
     return found + _stray(a, b, k)
 
