@@ -21,6 +21,7 @@ __all__ = ["page"]
 
 MODULES = (
     "heavylift.nodes.scene",
+    "heavylift.nodes.limits",
     "heavylift.coordinator.run",
     "heavylift.coordinator",
     "heavylift.coordinator.live",

@@ -65,10 +65,15 @@ def report(
     ] = None,
 ) -> None:
     """Write the planner's document: ropes, cranes, stages, warnings.    heavylift report turnover.mcap"""
+    from heavylift.recordings import Recording
     from heavylift.recordings import report as write
     from heavylift.recordings.partfile import beside
 
-    typer.echo(f"wrote {write(file, output or beside(file, '-report.html'))}; open it in a browser")
+    from ..record.limits import judged_recording, table
+
+    found = judged_recording(Recording(file))
+    out = write(file, output or beside(file, "-report.html"), table(found) if found else None)
+    typer.echo(f"wrote {out}; open it in a browser")
 
 
 @app.command()

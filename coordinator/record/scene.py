@@ -78,7 +78,6 @@ class Record(FileTape):
             "nodes": [*models, KERNEL],
             "placement": {process: list(nodes) for process, nodes in placement.processes.items()},
             "rated": rated(plan),
-            "design_factors": design_factors(scene),
             "tandem": {name: crane.tandem for name, crane in scene.scene.cranes.items() if len(scene.scene.cranes) > 1},
             "supports": supports(plan),
             "loaders": {x.name: carried[x.name] for x in plan.loaders if x.name in carried},
@@ -169,15 +168,6 @@ def supports(plan: Plan) -> list[dict[str, object]]:
     found = [pad.support for pad in plan.block.pads] if plan.block else []
     found += [support for mechanism in plan.mechanisms for support in mechanism.system.supports]
     return [{"name": s.name, "body": s.point.body, "p": s.point.p, "height": s.height} for s in found]
-
-
-def design_factors(scene: LoadedScene) -> dict[str, float]:
-    """Breaking force over rated tension that each rope and sling was designed with."""
-    given, rig = scene.scene, scene.plan.rig
-    found = {rope.name: given.cranes[rope.crane].rope_factor for rope in rig.hook_ropes}
-    if given.rig is not None:
-        found |= {sling.name: given.rig.sling.factor for sling in rig.slings}
-    return found
 
 
 def rated(plan: Plan) -> dict[str, float]:

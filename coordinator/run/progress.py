@@ -15,6 +15,8 @@ from types import TracebackType
 from typing import Self
 
 from heavylift.nodes.devs import Event
+from heavylift.nodes.limits import judge_run, signals_of_peaks
+from heavylift.nodes.limits.telling import likewise
 from heavylift.nodes.scene.plan import Plan
 from rich.console import Console
 from rich.live import Live
@@ -106,8 +108,13 @@ def summary(plan: Plan, result: Result, path: Path, as_json: bool = False) -> No
         for name, (tension, when) in result.peaks.items():
             limit = limits.get(name)
             rest = [f"{limit / 1e3:.0f}", f"{100 * tension / limit:.1f}"] if limit else ["-", "-"]
-            table.add_row(name, f"{tension / 1e3:.1f}", clock(when), *rest)
+            beyond = "bold red" if limit and tension > limit else None
+            table.add_row(name, f"{tension / 1e3:.1f}", clock(when), *rest, style=beyond)
         console.print(table)
+        for found in likewise(judge_run(plan, signals_of_peaks(result.peaks))):
+            style = "bold red" if found.severity == "red" else "yellow"
+            at = f" at {clock(found.t)}" if found.t is not None else ""
+            console.print(f"{found.severity}: {found.sentence}{at}", style=style, markup=False, soft_wrap=True)
     factor = result.sim_s / result.wall_s if result.wall_s else 0.0
     console.print(
         f"\n{clock(result.sim_s)} simulated in {result.wall_s:.1f} s, {factor:.0f} x real time, {result.grants} grants"

@@ -1,9 +1,58 @@
 """What a lift must not exceed, and the findings of those who looked: `check` on the path, `run` on what happened.
 
+Limit     one row of the table of limits: subject, quantity, value or chart, design factor, source
+Use       the worst that was met of a limit, with time, stage and use
+Signals   what is judged, as columns over the instants of a path or of a run
 Finding   one thing that was found, with its place, time, value and limit
 Verdict   all findings of a scene or a run; red if one of them is
+
+    limits_of(plan)             -> the table
+    uses_on_path(plan, states)  -> a Use of each limit, on the equilibrium path; uses_of_run(plan, signals) in a run
+    judge_path(plan, states)    -> the findings, worst first; judge_run(plan, signals) of a run
+    rows(uses)                  -> cells of the table that people read
+
+Node processes import the table alone; what judges (and needs NumPy) is imported when it is first used.
 """
 
-from .findings import Finding, Verdict
+from __future__ import annotations
 
-__all__ = ["Finding", "Verdict"]
+from typing import TYPE_CHECKING, Any
+
+from .findings import Finding, Verdict
+from .limit import Limit, Use
+
+if TYPE_CHECKING:
+    from .judging import judge_path, judge_run, limits_of, uses_of_run, uses_on_path
+    from .signals import Signals, signals_of, signals_of_peaks
+    from .telling import rows
+
+__all__ = [
+    "Finding",
+    "Limit",
+    "Signals",
+    "Use",
+    "Verdict",
+    "judge_path",
+    "judge_run",
+    "limits_of",
+    "rows",
+    "signals_of",
+    "signals_of_peaks",
+    "uses_of_run",
+    "uses_on_path",
+]
+PLACES = {
+    "Signals": ".signals",
+    "signals_of": ".signals",
+    "signals_of_peaks": ".signals",
+    "rows": ".telling",
+}  # all others: .judging
+
+
+def __getattr__(name: str) -> Any:
+    """What judges, imported when it is first used."""
+    if name not in __all__:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    from importlib import import_module
+
+    return getattr(import_module(PLACES.get(name, ".judging"), __name__), name)

@@ -8,7 +8,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict
 
 from .units import Length, Number
 
-__all__ = ["Base", "Direction", "End", "Name", "Place", "Quaternion", "Station"]
+__all__ = ["Base", "Direction", "End", "Name", "Place", "Quaternion", "Station", "written"]
 
 
 def _named(word: str) -> str:
@@ -28,6 +28,11 @@ Direction = tuple[Number, Number, Number]
 Quaternion = tuple[Number, Number, Number, Number]
 
 
+def written(name: str) -> str:
+    """A key as it stands in YAML."""
+    return name.replace("off_lead", "off-lead").replace("_", " ")
+
+
 class Base(BaseModel):
     """Frozen; unknown keys are errors; underscores of Python are blanks in YAML."""
 
@@ -35,7 +40,7 @@ class Base(BaseModel):
         frozen=True,
         extra="forbid",
         populate_by_name=True,
-        alias_generator=lambda name: name.replace("_", " "),
+        alias_generator=written,
     )
 
 

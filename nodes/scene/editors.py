@@ -68,7 +68,8 @@ def _models(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
 def _comments(model: type[BaseModel]) -> dict[str, str]:
     """What the comments behind the fields of a model say, by key."""
     found = re.findall(r"^    (\w+): .*?  # (.*)$", inspect.getsource(model), re.M)
-    return {name.replace("_", " "): comment for name, comment in found}
+    fields = model.model_fields
+    return {(fields[name].alias if name in fields else None) or name: comment for name, comment in found}
 
 
 def _readable(key: Schema, meaning: str) -> Schema:

@@ -13,7 +13,6 @@ from . import plan, schema
 from .findings import Findings, Told
 from .follow import Step
 from .standing import Standing, State, reach
-from .yard import exit_height
 
 SAME_LEVEL = 5.0  # trolleys whose ropes leave closer together in height run into each other [m]
 TOUCH = 1e-6  # [m]
@@ -125,26 +124,6 @@ def _portals(scene: schema.Scene, built: plan.Plan, before: State, after: Step) 
             yield f"{one.name} {two.name}", two.where, f"{told}, but {least:g} m from buffer to buffer"
 
 
-def _rails(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
-    """No crane leaves its rails."""
-    for crane in built.cranes:
-        x = after.state.cranes[crane.name]
-        if not crane.gantry.lower - TOUCH <= x <= crane.gantry.upper + TOUCH:
-            told = f"{crane.name} at x = {x:g} m is past the end of its rails"
-            yield crane.name, crane.where, f"{told}, {crane.gantry.lower:g} to {crane.gantry.upper:g} m"
-
-
-def _girder_ends(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
-    """No trolley leaves its girder."""
-    for crane in built.cranes:
-        for trolley in (crane.upper, crane.lower):
-            y = after.state.trolleys[crane.name, trolley.name]
-            if not trolley.axis.lower - TOUCH <= y <= trolley.axis.upper + TOUCH:
-                told = f"the {trolley.name} trolley of {crane.name} at y = {y:g} m is past the end of its girder"
-                ends = f"{trolley.axis.lower:g} to {trolley.axis.upper:g} m"
-                yield f"{crane.name} {trolley.name}", trolley.where, f"{told}, {ends}"
-
-
 def _trolleys_meet(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
     """Trolleys of one level neither touch nor pass; on two levels the lower one passes beneath the upper."""
     for crane in built.cranes:
@@ -156,29 +135,6 @@ def _trolleys_meet(scene: schema.Scene, built: plan.Plan, before: State, after: 
             told = f"the trolleys of {crane.name} run on one level and would go through each other"
             least = f"{given.trolley_length:g} m from middle to middle, not {abs(gap):g} m"
             yield crane.name, crane.lower.where, f"{told}: they need {least}"
-
-
-def _rope_lengths(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
-    """Each rope is on its drum, and not wound up to the sheaves."""
-    for crane in built.cranes:
-        for hook in crane.hooks:
-            length = after.state.ropes[hook.rope]
-            if length < hook.shortest - TOUCH:
-                told = f"the rope {hook.rope} would be wound to {length:g} m, its minimum is {hook.shortest:g} m"
-                yield hook.rope, hook.where, told
-            elif length > hook.drum + TOUCH:
-                told = f"the rope {hook.rope} would be {length:g} m long, its drum holds {hook.drum:g} m"
-                yield hook.rope, hook.where, told
-
-
-def _hook_limits(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
-    """No hook goes above its upper limit."""
-    for crane in built.cranes:
-        for hook in crane.hooks:
-            eye = exit_height(scene.cranes[crane.name], hook.name) - after.state.ropes[hook.rope]
-            if eye > hook.highest + SAME_LEVEL / 100:
-                told = f"the hook {hook.rope} would be at z = {eye:g} m, its upper limit is {hook.highest:g} m"
-                yield hook.rope, hook.where, told
 
 
 def _block_clear(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
@@ -196,7 +152,17 @@ def _block_clear(scene: schema.Scene, built: plan.Plan, before: State, after: St
         )
 
 
-_ALWAYS = (_portals, _rails, _girder_ends, _trolleys_meet, _rope_lengths, _hook_limits, _block_clear)
+def _held(scene: schema.Scene, built: plan.Plan, before: State, after: Step) -> Told:
+    """The centre of mass is inside the polygon of the lugs that carry."""
+    if not after.state.grounded and after.loads is None and built.block:
+        told = "no sling is taut: the block would fall"
+        if after.lean:
+            out = f"{after.lean:.2f} m outside the polygon of the lugs that carry"
+            told = f"the centre of mass is {out}: the block would tip"
+        yield "block", after.where or built.block.where, told
+
+
+_ALWAYS = (_portals, _trolleys_meet, _block_clear, _held)
 
 
 def _inside(p: tuple[float, float], points: list[tuple[float, float]]) -> bool:

@@ -8,8 +8,10 @@ from __future__ import annotations
 import math
 
 from heavylift.kernel.describe import Line, Point
+from heavylift.nodes.limits.reeving import lead_factor
 
 from . import plan, schema
+from .limiting import reeving, rope_factor
 from .source import Path
 from .yard import HOOKS, Yard, box, by_beam, exit_height, trolley_start
 
@@ -77,6 +79,8 @@ def _rope(yard: Yard, name: str, loader: schema.Loader, L0: float) -> None:
     carried = crane.hook_block + loader.upper_mass + loader.lower_mass
     carried += block.mass / len(yard.hooks) if block else 0.0
     EA = crane.falls * crane.fall_EA
+    ends, efficiency, _ = reeving(crane)
+    part = crane.fall_breaking / rope_factor(crane)[0] - crane.fall_mass * yard.scene.gravity * L0
     yard.ropes.append(
         plan.HookRope(
             name=f"{crane_name}.{hook}",
@@ -90,7 +94,10 @@ def _rope(yard: Yard, name: str, loader: schema.Loader, L0: float) -> None:
             damping=2 * crane.rope_damping * math.sqrt(EA / max(L0, 1e-3) * carried),
             falls=crane.falls,
             line=crane.falls * crane.fall_mass,
-            rated=crane.falls * crane.fall_breaking / crane.rope_factor,
+            rated=max(crane.falls * part / lead_factor(crane.falls, ends, efficiency), 0.0),
+            drum_ends=ends,
+            efficiency=efficiency,
+            breaking=crane.fall_breaking,
             where=yard.source.where(("rig", "loaders", name, "hook")),
         )
     )

@@ -15,16 +15,23 @@ from pathlib import Path
 import msgspec
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity import Question, Verdict, choose, unpromised
+from heavylift.nodes.limits.findings import Finding
+from heavylift.nodes.limits.judging import judge, uses_on_path
+from heavylift.nodes.limits.limit import Use
+from heavylift.nodes.limits.telling import WORDS
 from heavylift.nodes.models import node_names
 from heavylift.nodes.scenes import bundled
+from heavylift.nodes.statics import StaticState
 
 from . import plan, schema
 from .assemble import build_mechanism
-from .capacity import capacity_checks
 from .faults import closest, raise_faults
+from .findings import Findings
 from .follow import Following, follow
+from .followed_states import states_of
 from .geometry import start_checks, step_checks
 from .held import held_orders
+from .limiting import build_limits
 from .machines import build_machines
 from .modelling import build_fidelity, planar
 from .placing import placement_faults
@@ -62,6 +69,21 @@ class LoadedScene:
         """The action list followed statically; None where no block is lifted."""
         return follow(self.scene, self.plan) if self.scene.block else None
 
+    @cached_property
+    def states(self) -> list[StaticState]:
+        """The points of the path at rest along the action list; none where no block is lifted."""
+        return states_of(self.scene, self.plan, self.followed) if self.followed else []
+
+    @cached_property
+    def uses(self) -> list[Use]:
+        """The worst of each limit on that path."""
+        return uses_on_path(self.plan, self.states) if self.states else []
+
+    @cached_property
+    def findings(self) -> list[Finding]:
+        """What is beyond a limit on that path, or should be told."""
+        return judge(self.plan, self.uses, dynamic=False)
+
 
 def load(scene: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
     """The scene of a path, or a bundled one by name, with `key=value` settings laid over it."""
@@ -93,7 +115,7 @@ def restored(built: plan.Plan, text: str, merged: str, name: str) -> LoadedScene
 
 def check(scene: LoadedScene) -> Report:
     """Sizes, static hook loads, use and safety factors of a scene that was loaded without errors."""
-    return report(scene.scene, scene.plan, scene.followed, str(scene.verdict or ""))
+    return report(scene.plan, scene.followed, scene.states, scene.uses, scene.findings, str(scene.verdict or ""))
 
 
 def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedScene:
@@ -126,6 +148,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
             mechanisms=(mechanism,) if mechanism else (),
             rig=plan.Rig(hook_ropes=tuple(yard.ropes), slings=tuple(yard.slings)),
             fidelity=build_fidelity(yard),
+            limits=build_limits(yard),
             actions=build_actions(yard, mechanism),
         ),
         text,
@@ -186,8 +209,19 @@ def _physics(source: Source, loaded: LoadedScene) -> list[Fault]:
     steps = loaded.followed.steps
     told = start_checks(scene, built, steps[0])
     told = told or held_orders(built) + step_checks(scene, built, steps) + loaded.followed.findings.list()
-    told = told or capacity_checks(scene, built, steps)
+    told = told or _overloads(loaded)
     return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in told]
+
+
+def _overloads(loaded: LoadedScene) -> list[tuple[str, str]]:
+    """What a scene is refused for: all that its path at rest must not be beyond, each subject once."""
+    found = Findings()
+    for use in (use for use in loaded.uses if WORDS[use.limit.quantity].refused):
+        for told in judge(loaded.plan, [use], dynamic=False):
+            if told.severity == "red":
+                where, stage = (told.where, told.stage) if use.action else ("", "")
+                found.take(use.limit.quantity, iter([(told.subject, told.where, told.sentence)]), stage, where)
+    return found.list()
 
 
 def _source(path: Path, name: str, text: str, above: tuple[Path, ...]) -> Source:

@@ -81,6 +81,9 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
         kind: Literal["upper", "lower"] = "upper" if which == UPPER else "lower"
         return plan.Trolley(name=kind, body=body, axis=slide, capacity=capacity, where=place)
 
+    if crane.drum_ends and crane.falls % crane.drum_ends:
+        told = f"{crane.falls} falls cannot be shared by {crane.drum_ends} drum ends: give an even number of falls"
+        yard.fault(("cranes", name, "drum ends"), f"{told}, or 'drum ends: 1'", on_key=True)
     hooks = []
     for loader, (owner, hook) in yard.hooks.items():
         if owner == name:

@@ -21,6 +21,7 @@ from typing import Literal
 
 import msgspec
 from heavylift.kernel.describe import Line, MethodName, Point, Support, System, Vector
+from heavylift.nodes.limits.limit import Limit
 
 from .actions import Action as Action
 from .actions import Item
@@ -197,6 +198,9 @@ class HookRope(Item, frozen=True, kw_only=True):
     falls: int = 1
     line: float = 0.0  # mass per length of all falls together [kg/m]
     rated: float = 0.0  # tension that counts as 100 % of use [N]; 0: none given
+    drum_ends: int = 1  # of the rope; the others end at a dead end, or at an equaliser
+    efficiency: float = 1.0  # of each sheave: tension behind over tension before
+    breaking: float = 0.0  # of one fall [N]; 0: none given
 
 
 class Sling(Item, frozen=True, kw_only=True):
@@ -241,6 +245,7 @@ class Plan(Item, frozen=True, kw_only=True):
     mechanisms: tuple[Mechanism, ...] = ()
     rig: Rig = Rig()
     fidelity: Fidelity = Fidelity()
+    limits: tuple[Limit, ...] = ()
     actions: tuple[Action, ...] = ()
 
 

@@ -5,12 +5,19 @@ Shares are those of the plumb equilibrium; "on the rope" counts the hook block, 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from . import plan, schema
-from .capacity import below, crane_load, sling_tension
-from .follow import Following, Step
+from heavylift.nodes.limits.findings import Finding
+from heavylift.nodes.limits.limit import Use
+from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
+from heavylift.nodes.limits.telling import HEAD, likewise, unjudged
+from heavylift.nodes.limits.telling import rows as rows_of
+from heavylift.nodes.statics import StaticState
+
+from . import plan
+from .follow import Following
 
 
 @dataclass(frozen=True)
@@ -38,12 +45,21 @@ class Report:
     actions: int
     rows: tuple[Row, ...]
     lines: tuple[str, ...]
+    uses: tuple[Use, ...] = ()  # of each limit, the worst on the path at rest
+    findings: tuple[Finding, ...] = ()  # what is beyond a limit there, or should be told
 
     def __str__(self) -> str:
         return "\n".join(self.lines)
 
 
-def report(scene: schema.Scene, built: plan.Plan, followed: Following | None, pruning: str = "") -> Report:
+def report(
+    built: plan.Plan,
+    followed: Following | None,
+    states: Sequence[StaticState],
+    uses: Sequence[Use],
+    findings: Sequence[Finding],
+    pruning: str = "",
+) -> Report:
     """The report of a scene whose action list was followed; `pruning`: what of it is modelled."""
     bodies = 3 * len(built.cranes) + 2 * len(built.loaders) + (built.block is not None)
     bodies += sum(len(m.system.bodies) for m in built.mechanisms)
@@ -57,10 +73,10 @@ def report(scene: schema.Scene, built: plan.Plan, followed: Following | None, pr
     lines = [f"{built.name}: " + ", ".join(f"{n} {_many(n, word)}" for n, word in zip(counts, words, strict=True))]
     rows: list[Row] = []
     if followed:
-        rows = _rows(scene, built, followed)
-        lines += _page(scene, built, followed, rows)
+        rows = _rows(built, followed, states)
+        lines += _page(followed, rows) + _limits(built, uses, findings)
     lines += ["", pruning] if pruning else []
-    return Report(built.name, *counts, rows=tuple(rows), lines=tuple(lines))
+    return Report(built.name, *counts, tuple(rows), tuple(lines), tuple(uses), tuple(findings))
 
 
 def _many(n: int, word: str) -> str:
@@ -68,22 +84,21 @@ def _many(n: int, word: str) -> str:
     return word if n != 1 else one.get(word, word[:-1])
 
 
-def _rows(scene: schema.Scene, built: plan.Plan, followed: Following) -> list[Row]:
+def _rows(built: plan.Plan, followed: Following, states: Sequence[StaticState]) -> list[Row]:
     found = []
-    for step in followed.steps:
+    for step, state in zip(followed.steps, states, strict=True):
         if step.loads is None:
             continue
-        loads = below(scene, built, step)
         for crane in built.cranes:
             for hook in crane.hooks:
                 rope = next(r for r in built.rig.hook_ropes if r.name == hook.rope)
-                load, lower = step.loads.get(rope.carries, 0.0), loads[rope.name]
-                used = lower / hook.capacity
-                found.append(Row(step.stage, hook.rope, load, lower, lower + hook.block_mass, used))
+                load, on_rope = step.loads.get(rope.carries, 0.0), state.tensions[rope.name] / built.gravity
+                below = on_rope - hook.block_mass
+                found.append(Row(state.stage, hook.rope, load, below, on_rope, below / hook.capacity))
     return found
 
 
-def _page(scene: schema.Scene, built: plan.Plan, followed: Following, rows: list[Row]) -> list[str]:
+def _page(followed: Following, rows: list[Row]) -> list[str]:
     hooks = list(dict.fromkeys(row.hook for row in rows))
     if not hooks:
         return ["", "Nothing is lifted as far as the action list can be followed without its dynamics."]
@@ -100,8 +115,6 @@ def _page(scene: schema.Scene, built: plan.Plan, followed: Following, rows: list
         _line("largest load of the rope [t]", [f"{largest[h].on_rope / 1e3:.1f}" for h in hooks]),
         _line("without the hook block [t]", [f"{largest[h].below_hook / 1e3:.1f}" for h in hooks]),
         _line("use of the hook's capacity", [f"{largest[h].use:.0%}" for h in hooks]),
-        "",
-        *_uses(scene, built, [step for step in followed.steps if step.loads is not None]),
     ]
     if not followed.known:
         lines += ["", f"Followed up to {followed.steps[-1].stage}; what comes later depends on the motion."]
@@ -112,28 +125,17 @@ def _line(label: str, cells: list[str]) -> str:
     return f"  {label:<28}" + "".join(f" {cell:>{max(9, len(cell))}}" for cell in cells)
 
 
-def _uses(scene: schema.Scene, built: plan.Plan, steps: list[Step]) -> list[str]:
-    """The largest use of each crane, and the smallest factors of ropes and slings."""
-    lines = []
-    for crane in built.cranes:
-        load = max(crane_load(built, below(scene, built, step), crane.name) for step in steps)
-        use = f"{load / crane.capacity:.0%}"
-        lines.append(f"  {crane.name:<28} at most {load / 1e3:.1f} t of {crane.capacity / 1e3:g} t ({use})")
-    assert scene.rig is not None
-    rope_factors, sling_factors = [], []
-    for step in steps:
-        loads = below(scene, built, step)
-        for rope in built.rig.hook_ropes:
-            given = scene.cranes[rope.crane]
-            tension = (loads[rope.name] + given.hook_block) * built.gravity
-            rope_factors.append((given.falls * given.fall_breaking / tension, rope.name, given.rope_factor))
-        for sling in built.rig.slings:
-            tension = sling_tension(built, step, sling)
-            if tension > 0:
-                breaking = scene.rig.sling.breaking
-                sling_factors.append((breaking / tension, sling.name, scene.rig.sling.factor))
-    for what, factors in (("hook ropes", rope_factors), ("slings", sling_factors)):
-        if factors:
-            factor, name, needed = min(factors)
-            lines.append(f"  {what:<28} safety factor at least {factor:.1f} ({name}), {needed:g} needed")
-    return lines
+def _limits(built: plan.Plan, uses: Sequence[Use], findings: Sequence[Finding]) -> list[str]:
+    """What is used of each limit, where it comes from, and what nobody judges."""
+    table = [HEAD, *rows_of(uses)]
+    widths = [max(len(cells[i]) for cells in table) for i in range(len(HEAD) - 1)]
+    lines = ["", "Limits on the path at rest:"]
+    for cells in table:
+        lines.append(
+            "  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(cells, widths, strict=False)) + f"  {cells[-1]}"
+        )
+    foreseen = dynamics_foreseen(built)
+    lines += [f"  dynamic amplification foreseen: {foreseen[0]:g} ({foreseen[1]})"] if foreseen else []
+    lines += [f"  {told}" for told in (*hoisting_foreseen(built), *shared(built), *unjudged(built.limits))]
+    lines += [f"{f.severity}: {f.sentence}{f' ({f.stage})' if f.stage else ''}" for f in likewise(findings)]
+    return [line.rstrip() for line in lines]

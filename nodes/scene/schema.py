@@ -7,6 +7,7 @@ knows better.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 from heavylift.kernel.describe import MethodName
@@ -37,6 +38,7 @@ from .units import (
     STIFFNESS,
     Accuracy,
     Duration,
+    Efficiency,
     Extent,
     Factor,
     Force,
@@ -85,6 +87,13 @@ def _ordered(pair: tuple[float, float]) -> tuple[float, float]:
     return pair
 
 
+def _rising(chart: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    for (one, _), (next_, _) in pairwise(chart):
+        if next_ <= one:
+            raise ValueError(f"the places of a chart rise, but {next_:g} m comes after {one:g} m")
+    return chart
+
+
 def _once(asked: tuple[Asked, ...]) -> tuple[Asked, ...]:
     twice = next((quantity for i, quantity in enumerate(asked) if quantity in asked[:i]), None)
     if twice:
@@ -93,6 +102,9 @@ def _once(asked: tuple[Asked, ...]) -> tuple[Asked, ...]:
 
 
 Range = Annotated[tuple[Length, Length], AfterValidator(_ordered)]
+MechanismGroup = Literal["M1", "M2", "M3", "M4", "M5", "M6", "M7", "M8"]
+Chart = Annotated[list[tuple[Length, Mass]], Field(min_length=2), AfterValidator(_rising)]
+OffLead = Swing | Literal["unknown"]
 
 
 class Crane(Base):
@@ -110,7 +122,7 @@ class Crane(Base):
     main_mass: Mass = MASS.read("4200 t")  # with the girder
     girder_mass: Mass = MASS.read("2500 t")
     girder_stiffness: Stiffness = STIFFNESS.read("58.8 MN/m")  # at midspan, between the legs
-    girder_damping: Ratio = 0.01  # of critical
+    girder_damping: Ratio = 0.01  # of critical, of its first mode; assumed, as of welded steel in EN 1991-1-4 table F.2
     upper_mass: Mass = MASS.read("300 t")
     lower_mass: Mass = MASS.read("150 t")
     upper_exit: Extent = LENGTH.read("102 m")  # z where the ropes leave
@@ -125,19 +137,31 @@ class Crane(Base):
     empty_hoist_speed: Speed = SPEED.read("10 m/min")
     ramp: Ramp = ACCELERATION.read("0.05 m/s2")
     servo_frequency: Frequency = 1.0  # of the gantry and trolley drives
-    servo_damping: Ratio = 0.7
+    servo_damping: Ratio = 0.7  # of critical, of the gantry and trolley drives; assumed
     hook_capacity: Mass = MASS.read("450 t")
+    capacity_chart: Chart | None = None  # of a hook by its trolley's y, instead of the hook capacity
     upper_capacity: Mass = MASS.read("900 t")
     lower_capacity: Mass = MASS.read("450 t")
     capacity: Mass = MASS.read("900 t")
     tandem: Ratio = 0.75  # of the capacity, where two cranes lift together
     hook_block: Mass = MASS.read("25 t")
     falls: Annotated[int, Field(ge=1)] = 20
+    drum_ends: Literal[1, 2] | None = None  # of the hook's rope; left out: two where the falls can be halved, assumed
+    sheave_efficiency: Efficiency | None = None  # of each sheave; left out: 0.98 with rolling bearings, assumed
+    drum_pull: Force | None = None  # that a drum end may pull; left out: not judged
+    gantry_drive: Force | None = None  # that moves the crane; left out: not judged
+    gantry_brake: Force | None = None  # that holds the crane; left out: not judged
+    trolley_drive: Force | None = None  # that moves a trolley; left out: not judged
+    trolley_brake: Force | None = None  # that holds a trolley; left out: not judged
+    off_lead_along: OffLead | None = None  # of its ropes along the rails; left out: that of the scene's limits
+    off_lead_across: OffLead | None = None  # of its ropes across the rails; left out: that of the scene's limits
     fall_EA: Force = FORCE.read("93.5088 MN")  # 44 mm 6x36: 890.6 mm2, 105 GPa
     fall_mass: MassPerLength = MASS_PER_LENGTH.read("7.92 kg/m")
     fall_breaking: Force = FORCE.read("1351 kN")
-    rope_damping: Ratio = 0.03  # of critical, with what it carries at the start
-    rope_factor: Factor = 5.6  # design factor, mechanism group M6
+    rope_damping: Ratio = 0.03  # of critical, with what it carries at the start; assumed
+    mechanism_group: MechanismGroup = "M6"  # of the hoists: gives the rope factor by ISO 4308-1
+    rope_factor: Factor | None = None  # breaking force over its most loaded part; left out: that of the mechanism group
+    rope_partial_factor: Factor | None = None  # breaking force over its largest tension; left out: 2.77, EN 13001-3-2
 
 
 class Supports(Base):
@@ -146,8 +170,8 @@ class Supports(Base):
     height: Length
     at: Annotated[list[tuple[Length, Length]], Field(min_length=3)]
     settlement: Extent = LENGTH.read("5 mm")  # under its share of the weight
-    damping: Ratio = 0.3
-    friction: Ratio = 0.4
+    damping: Ratio = 0.3  # of critical, with its share of the weight; assumed
+    friction: Ratio = 0.4  # assumed
 
 
 class Block(Base):
@@ -167,8 +191,9 @@ class SlingType(Base):
 
     EA: Force = FORCE.read("445 MN")
     breaking: Force = FORCE.read("6.43 MN")
-    factor: Factor = 5.0
-    damping: Ratio = 0.05
+    factor: Factor = 5.0  # breaking force over its tension at rest, EN 13414-1
+    partial_factor: Factor | None = None  # breaking force over its largest tension; left out: 3.17 by 0027/ND 7.3.1
+    damping: Ratio = 0.05  # of critical, with half of its loader; assumed
 
 
 class Loader(Base):
@@ -184,14 +209,26 @@ class Loader(Base):
     hinge: Extent = LENGTH.read("2 m")  # below the hook eye
     beam: Extent = LENGTH.read("4 m")  # between the slings
     falls_apart: Extent = LENGTH.read("2 m")  # gives the yaw stiffness T b2 / 4L
-    hinge_damping: TurnDamping = 1e5
+    hinge_damping: TurnDamping = 1e5  # assumed
     stop: Swing = ANGLE.read("30 deg")  # +- this
     stop_stiffness: TurnStiffness = 1e7
-    stop_damping: TurnDamping = 1e5
+    stop_damping: TurnDamping = 1e5  # assumed
     lock_moment: Moment = 2e5
     lock_stiffness: TurnStiffness = 1e7
-    lock_damping: TurnDamping = 2e5
+    lock_damping: TurnDamping = 2e5  # assumed
     capacity: Mass = MASS.read("300 t")  # of its slings
+
+
+class LiftLimits(Base):
+    """What must not be exceeded, of all machines that say nothing else; `unknown`: told, and not judged."""
+
+    off_lead: OffLead = ANGLE.read("3 deg")  # of ropes that carry a load; assumed
+    off_lead_along: OffLead | None = None  # along the rails, instead of off-lead
+    off_lead_across: OffLead | None = None  # across the rails, instead of off-lead
+    clearance: Gap = LENGTH.read("0.5 m")  # between what can meet; assumed
+    bridle_warning: Swing = ANGLE.read("45 deg")  # of slings to the vertical: beyond it they are told
+    bridle: Swing = ANGLE.read("60 deg")  # of slings to the vertical; EN 13414-1
+    wind: Speed | None = None  # in which is lifted; left out: not judged
 
 
 class Rig(Base):
@@ -295,6 +332,7 @@ class Scene(Base):
     block: Block | None = None
     rig: Rig | None = None
     fidelity: Fidelity = Fidelity()
+    limits: LiftLimits = LiftLimits()
     mechanism: Mechanism | None = None
     placement: dict[Name, Process] = Field(default_factory=dict)  # which process hosts which nodes
     actions: list[Action] = Field(default_factory=list)

@@ -126,6 +126,7 @@ RATIO = Dimension("ratio", {"": 1.0, "%": 1e-2})
 
 DURATION = Limited(TIME.name, TIME.units, "0.001 ms", "100 days")
 SAMPLING = Limited(FREQUENCY.name, FREQUENCY.units, "0.001 Hz", "10 kHz")
+EFFICIENCY = Limited("efficiency", RATIO.units, "50 %", "100 %")
 ACCURACY = Limited("accuracy", RATIO.units, "1e-10 %", "10 %")
 
 DIMENSIONS: tuple[Dimension, ...] = (
@@ -182,6 +183,7 @@ Rate = Annotated[float, BeforeValidator(RATE.read), _schema(RATE)]
 Duration = Annotated[float, BeforeValidator(DURATION.read), _schema(DURATION)]
 Sampling = Annotated[float, BeforeValidator(SAMPLING.read), _schema(SAMPLING)]
 Accuracy = Annotated[float, BeforeValidator(ACCURACY.read), _schema(ACCURACY)]
+Efficiency = Annotated[float, BeforeValidator(EFFICIENCY.read), _schema(EFFICIENCY)]
 Frequency = Annotated[float, BeforeValidator(_positive(FREQUENCY, "positive")), _schema(FREQUENCY)]
 Inertia = Annotated[float, BeforeValidator(_positive(INERTIA, "zero")), _schema(INERTIA)]
 Product = Annotated[float, BeforeValidator(INERTIA.read), _schema(INERTIA)]

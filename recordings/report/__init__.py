@@ -6,5 +6,6 @@ document  the same as one self-contained page
 
 from .document import report
 from .facts import Facts, facts
+from .limits import LimitTable
 
-__all__ = ["Facts", "facts", "report"]
+__all__ = ["Facts", "LimitTable", "facts", "report"]

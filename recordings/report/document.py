@@ -10,7 +10,6 @@ import base64
 import tempfile
 from collections.abc import Callable, Sequence
 from html import escape
-from math import degrees
 from pathlib import Path
 
 from heavylift.kernel.errors import RecordingError
@@ -21,12 +20,11 @@ from ..plot import plot
 from ..reader import Recording
 from ..storyboard import storyboard
 from .browser import print_page
-from .facts import OFF_LEAD, CraneUse, Facts, HookUse, RopeUse, StageUse, facts
+from .facts import CraneUse, Facts, HookUse, RopeUse, StageUse, facts
+from .limits import LimitTable
 
 __all__ = ["report"]
 
-BAND = 1.05  # dynamic factor that standards foresee onshore
-BAND_FROM, BAND_TO = 100e3, 1000e3  # for lifts between these masses [kg]
 RULE = "Two cranes together may carry at most 75 % of what they may carry one by one: what 'may carry' says holds that."
 STYLE = """
 body { font: 14px/1.5 system-ui, sans-serif; color: #1d2733; max-width: 1000px; margin: 24px auto; padding: 0 16px; }
@@ -41,11 +39,14 @@ img { max-width: 100%; } .verdict { padding: 8px 12px; border-radius: 4px; backg
 Cell = str | tuple[str, bool]  # text, and whether it is beyond what it should be
 
 
-def report(path: str | Path, out: str | Path) -> Path:
-    """Write the document of a recording to a .html or .pdf file; RecordingError if one of them cannot be used."""
+def report(path: str | Path, out: str | Path, limits: LimitTable | None = None) -> Path:
+    """Write the document of a recording to a .html or .pdf file; RecordingError if one of them cannot be used.
+
+    `limits`: the table of limits, judged by who knows the scene (`heavylift report` does).
+    """
     out = output_path(out, "a report", (".html", ".pdf"))
     rec = Recording(path)
-    page = _page(rec, facts(rec), _pictures(rec))
+    page = _page(rec, facts(rec, limits), _pictures(rec), limits)
     if out.suffix.lower() == ".pdf":
         print_page(page, out)
         return out
@@ -54,27 +55,27 @@ def report(path: str | Path, out: str | Path) -> Path:
     return out
 
 
-def _page(rec: Recording, found: Facts, pictures: list[str]) -> str:
+def _page(rec: Recording, found: Facts, pictures: list[str], limits: LimitTable | None) -> str:
     title = f"Lift report: {rec.run.get('scene', rec.path.stem)}"
     parts = [
         f"<h1>{escape(title)}</h1>",
         f'<p class="quiet">{escape(_origin(rec))}</p>',
         _verdict(rec, found),
         _warnings(found),
+        *(_limits(limits) if limits else ()),
         _section("Notes of the kernel", ["what", "at"], [[(told, True), _clock(t)] for t, told in found.notes]),
         _section("Scene", ["what", ""], [list(row) for row in found.scene]),
         _section("Cranes", ["crane", "largest load", "at", "may carry", "use"], [_load(c) for c in found.cranes]),
         f'<p class="quiet">{RULE}</p>' if len(found.cranes) > 1 else "",
         _section("Hooks", ["hook", "largest load", "at", "may carry", "use"], [_load(h) for h in found.hooks]),
         _section(
-            "Ropes", ["rope", "peak", "at", "stage", "rated", "use", "safety factor", "off-lead"],
-            [_rope(r) for r in found.ropes],
+            "Ropes", ["rope", "peak", "at", "stage", "rated", "use"], [_rope(r) for r in found.ropes]
         ),
         _section(
             "Stages", ["stage", "from", "lasts", "rope used most", "use", "dynamic factor", "block above ground"],
-            [_stage(s, _band(found)) for s in found.stages],
+            [_stage(s, limits.dynamic[0] if limits and limits.dynamic else None) for s in found.stages],
         ),
-        f'<p class="quiet">{_told_band(found)}</p>' if any(s.dynamic for s in found.stages) else "",
+        f'<p class="quiet">{escape(_amplified(found, limits))}</p>' if any(s.dynamic for s in found.stages) else "",
         _section(
             "Clearances", ["between", "at least", "at"],
             [[c.between, f"{c.distance:.2f} m", _clock(c.when)] for c in found.clearances],
@@ -112,16 +113,14 @@ def _warnings(found: Facts) -> str:
     )
 
 
-def _band(found: Facts) -> float | None:
-    """The dynamic factor that standards foresee for this lift."""
-    return BAND if BAND_FROM <= found.lifted <= BAND_TO else None
-
-
-def _told_band(found: Facts) -> str:
-    masses = f"onshore lifts of {BAND_FROM / 1e3:g} t to {BAND_TO / 1e3:g} t"
-    if _band(found) is None:
-        return f"Standards foresee a dynamic factor of {BAND} for {masses}; this lift is none of them."
-    return f"Standards foresee a dynamic factor of {BAND} for {masses}; what is beyond it is marked."
+def _amplified(found: Facts, limits: LimitTable | None) -> str:
+    """The largest dynamic factor of the run beside that which a standard foresees."""
+    each = [(factor, crane, s.name) for s in found.stages for crane, factor in s.dynamic.items()]
+    factor, crane, stage = max(each)
+    told = f"Dynamic factor: {factor:.3f} simulated ({crane}, {stage})"
+    if limits is None or limits.dynamic is None:
+        return f"{told}."
+    return f"{told}, {limits.dynamic[0]:g} foreseen ({limits.dynamic[1]}); what is beyond it is marked."
 
 
 def _load(c: CraneUse | HookUse) -> list[Cell]:
@@ -136,13 +135,24 @@ def _load(c: CraneUse | HookUse) -> list[Cell]:
 
 
 def _rope(r: RopeUse) -> list[Cell]:
-    rated: list[Cell] = ["", "", ""]
+    rated: list[Cell] = ["", ""]
     if r.rated:
         use = r.peak / r.rated
-        margin = f"{r.safety:.2f}" if r.safety else ""
-        rated = [f"{r.rated / 1e3:.0f} kN", (f"{100 * use:.0f} %", use > 1), margin]
-    lead: Cell = "" if r.off_lead is None else (f"{degrees(r.off_lead):.2f}°", r.off_lead > OFF_LEAD)
-    return [r.name, f"{r.peak / 1e3:.1f} kN", _clock(r.when), r.stage, *rated, lead]
+        rated = [f"{r.rated / 1e3:.0f} kN", (f"{100 * use:.0f} %", use > 1)]
+    return [r.name, f"{r.peak / 1e3:.1f} kN", _clock(r.when), r.stage, *rated]
+
+
+def _limits(limits: LimitTable) -> list[str]:
+    """The table of limits, and what was assumed or not judged."""
+    rows: list[list[Cell]] = [[(cell, _beyond(cell)) for cell in row] for row in limits.rows]
+    told = "".join(f"<li>{escape(sentence)}</li>" for sentence in limits.told)
+    return [_section("Limits", limits.head, rows), f'<ul class="quiet">{told}</ul>' if told else ""]
+
+
+def _beyond(cell: str) -> bool:
+    """Whether a cell is a use of more than everything."""
+    number = cell.removesuffix(" %")
+    return number != cell and number.isdigit() and int(number) > 100
 
 
 def _stage(s: StageUse, band: float | None) -> list[Cell]:

@@ -1,13 +1,13 @@
 """What a planner asks of a run, computed from its recording alone: samples, rope lines, stages and the resolved scene.
 
-Use is peak tension over rated tension.  Off-lead is the largest angle of a rope's line against the vertical while it
-carries.  A crane's load is the sum of its hook tensions over gravity, less the hook blocks, which belong to the crane.
-The dynamic factor of a stage is the largest sum of a crane's hook tensions over the larger one of the sums at rest
-before and at the end of the stage.
+Use is peak tension over rated tension.  A crane's load is the sum of its hook tensions over gravity, less the hook
+blocks, which belong to the crane.  The dynamic factor of a stage is the largest sum of a crane's hook tensions over the
+larger one of the sums at rest before and at the end of the stage.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -17,32 +17,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..reader import Recording, guarded
-from ..samples import POSE
 from ..signal import Signal
 from .clearances import Clearance, clearances, lowest
+from .limits import LimitTable
 from .scene import scene_table
 
 __all__ = ["CraneUse", "Excess", "Facts", "RopeUse", "StageUse", "facts"]
 
-OFF_LEAD = np.radians(3.0)  # beyond this a rope is flagged
 SETTLED = 0.05  # last part of a stage over which its resting load is taken
-CARRIES = 0.02  # of the rated tension, below which a rope's direction says nothing
-FAULTS = ("Overload", "Limit", "Refused")  # reports that a planner must see
+WORDS: dict[str, Callable[[dict[str, Any]], str]] = {  # reports that a planner must see
+    "Limit": lambda x: f"{x.get('actor', '')} stopped by its {x.get('limit', 'limit')}",
+}
 Floats = NDArray[np.float64]
 
 
 class RopeUse(NamedTuple):
-    """Peak [N] and when [s], in which stage; rated [N] or None; largest off-lead [rad] or None and when [s]; breaking
-    force over peak, or None."""
+    """Peak [N] and when [s], in which stage; rated [N] or None."""
 
     name: str
     peak: float
     when: float
     stage: str
     rated: float | None
-    off_lead: float | None
-    off_lead_when: float
-    safety: float | None = None
 
 
 class HookUse(NamedTuple):
@@ -100,24 +96,19 @@ class Facts:
 
 
 @guarded
-def facts(rec: Recording) -> Facts:
-    """The tables of a recording; whatever it has no samples of stays empty."""
+def facts(rec: Recording, limits: LimitTable | None = None) -> Facts:
+    """The tables of a recording; whatever it has no samples of stays empty.  `limits`: as they were judged."""
     plan = _plan(rec)
     empty = Signal(np.zeros(0), np.zeros((0, 0)), [], "N")
     tension = rec.signal("rope/tension") if "rope/tension" in rec.signals() else empty
     rated: dict[str, float] = rec.fact("rated", {})
-    factors: dict[str, float] = rec.fact("design_factors", {})
     spans = _stages(rec, tension.t[-1] if len(tension.t) else 0.0)
     hooks = {c["name"]: _hooks(plan, c["name"], tension.names) for c in plan.get("cranes", [])}
     loads = {crane: tension.values[:, columns].sum(axis=1) for crane, columns in hooks.items() if columns}
-    leads = _off_leads(rec, tension, rated)
     ropes = []
     for name, peak in rec.fact("peaks", {}).items():
-        angle, when = leads.get(name, (None, 0.0))
         stage = next((s for s, a, b in spans if a <= peak["time"] <= b), "")
-        breaking = rated.get(name, 0.0) * factors.get(name, 0.0)
-        safety = breaking / peak["tension"] if breaking and peak["tension"] else None
-        ropes.append(RopeUse(name, peak["tension"], peak["time"], stage, rated.get(name), angle, when, safety))
+        ropes.append(RopeUse(name, peak["tension"], peak["time"], stage, rated.get(name)))
     gravity = float(plan.get("gravity", 9.80665))
     cranes = []
     for crane in plan.get("cranes", []):
@@ -129,7 +120,7 @@ def facts(rec: Recording) -> Facts:
         cranes.append(_together(plan, loads, tension, cranes, gravity))
     heights = lowest(rec, plan)
     stages = [_stage(span, tension, rated, loads)._replace(lowest=_lowest(span, heights)) for span in spans]
-    tables = stages, ropes, cranes, _warnings(rec, ropes, cranes), _hook_uses(plan, tension, gravity)
+    tables = stages, ropes, cranes, _warnings(rec, ropes, cranes, limits), _hook_uses(plan, tension, gravity)
     lifted = plan["block"]["body"]["mass"] if plan.get("block") else max((c.load for c in cranes), default=0.0)
     return Facts(*tables, clearances(rec, plan), scene_table(rec, plan), float(lifted), rec.notes())
 
@@ -196,50 +187,18 @@ def _stage(
     return StageUse(name, start, end, rope, uses.get(rope, 0.0), dynamic)
 
 
-def _off_leads(rec: Recording, tension: Signal, rated: dict[str, float]) -> dict[str, tuple[float, float]]:
-    """Largest angle against the vertical of each rope's lines while it carries [rad], and when [s]."""
-    poses = {name.removeprefix(POSE): rec.signal(name).values for name in rec.signals() if name.startswith(POSE)}
-    out: dict[str, tuple[float, float]] = {}
-    rigs = rec.rigs()
-    for i, rig in enumerate(rigs):
-        end = rigs[i + 1].t_ns * 1e-9 if i + 1 < len(rigs) else np.inf
-        inside = (tension.t >= rig.t_ns * 1e-9) & (tension.t < end)
-        for line in rig.lines:
-            if line.rope not in tension.names or not inside.any():
-                continue
-            T = tension.values[inside, tension.names.index(line.rope)]
-            ends = (_points(poses, line.a_body, line.a, inside), _points(poses, line.b_body, line.b, inside))
-            d = ends[1] - ends[0]
-            angle = np.arctan2(np.hypot(d[:, 0], d[:, 1]), np.abs(d[:, 2]))
-            angle[CARRIES * rated.get(line.rope, 0.0) > T] = 0.0
-            k = int(np.argmax(angle))
-            if angle[k] >= out.get(line.rope, (0.0, 0.0))[0]:
-                out[line.rope] = float(angle[k]), float(tension.t[inside][k])
-    return out
-
-
-def _points(poses: dict[str, Floats], body: str, p: tuple[float, float, float], inside: NDArray[np.bool_]) -> Floats:
-    """(n, 3) places of a point of a body in the world."""
-    if body not in poses:
-        return np.tile(np.array(p), (int(inside.sum()), 1))
-    pose = poses[body][inside]
-    u, w, x = pose[:, 3:6], pose[:, 6:], np.array(p)
-    place: Floats = pose[:, :3] + x + 2.0 * np.cross(u, np.cross(u, x) + w * x)
-    return place
-
-
-def _warnings(rec: Recording, ropes: list[RopeUse], cranes: list[CraneUse]) -> list[Excess]:
+def _warnings(rec: Recording, ropes: list[RopeUse], cranes: list[CraneUse], limits: LimitTable | None) -> list[Excess]:
+    """What went beyond its limits: as it was judged, else as peaks and samples alone tell; and what stopped itself."""
     found = [
-        Excess(e.t_ns * 1e-9, e.source, f"{e.type} {msgspec.json.encode(e.value).decode()}")
+        Excess(e.t_ns * 1e-9, e.source, WORDS[e.type](e.value))
         for e in rec.events(port="report")
-        if e.type in FAULTS
+        if e.type in WORDS and isinstance(e.value, dict)
     ]
+    if limits is not None:
+        return sorted([*found, *(Excess(t or 0.0, who, told) for _, who, told, t in limits.findings)])
     for r in ropes:
         if r.rated and r.peak > r.rated:
             found.append(Excess(r.when, r.name, f"tension {100 * r.peak / r.rated:.0f} % of the rated one"))
-        if r.off_lead is not None and r.off_lead > OFF_LEAD:
-            angle = np.degrees(r.off_lead)
-            found.append(Excess(r.off_lead_when, r.name, f"off-lead {angle:.1f} degrees, more than 3"))
     for c in cranes:
         if c.load > c.capacity:
             found.append(Excess(c.when, c.name, f"{100 * c.load / c.capacity:.0f} % of the load that it may carry"))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from math import atan2, degrees, radians
 from pathlib import Path
 
 import msgspec
@@ -24,12 +23,11 @@ PLAN = {
     "rig": {"hook_ropes": [{"name": "west.H1", "crane": "west"}]},
 }
 TENSION = np.array([1e5, 3e5, 4.4e5, 4e5, 4e5, 4e5, 4.2e5, 4e5])  # [N] each second; rated 4.3e5
-SHIFT = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.4, 0.0])  # [m] of the load under its rope of 5 m
 
 
 @pytest.fixture
 def recorded(tmp_path: Path) -> Path:
-    """A load on one rope: taken up for 3 s, held for 5 s, once aside by 0.4 m."""
+    """A load on one rope: taken up for 3 s, held for 5 s."""
     layout = SampleLayout(
         [
             SampleChannel("rope/tension", ["west.H1"], "N", 0, 1),
@@ -39,7 +37,7 @@ def recorded(tmp_path: Path) -> Path:
     )
     n = len(TENSION)
     poses = np.zeros((n, 7))
-    poses[:, 1], poses[:, 2], poses[:, 6] = SHIFT, 4.0, 1.0
+    poses[:, 2], poses[:, 6] = 4.0, 1.0
     rows = np.ascontiguousarray(np.column_stack([TENSION, TENSION, poses]))
     facts_ = {"scene": "<b>lift</b>", "rated": {"west.H1": 4.3e5}}
     attachments = {"resolved.json": msgspec.json.encode(PLAN)}
@@ -58,8 +56,6 @@ def test_every_number_is_that_of_the_samples(recorded: Path) -> None:
     found = facts(Recording(recorded))
     (rope,) = found.ropes
     assert (rope.name, rope.peak, rope.when, rope.stage, rope.rated) == ("west.H1", 4.4e5, 2.0, "take up", 4.3e5)
-    assert rope.off_lead == pytest.approx(atan2(0.4, 5.0))
-    assert rope.off_lead_when == 6.0
     (crane,) = found.cranes
     assert crane.load == pytest.approx(4.4e5 / G - 2e3), "the hook block belongs to the crane"
     assert (crane.when, crane.capacity) == (2.0, 40e3)
@@ -70,11 +66,9 @@ def test_every_number_is_that_of_the_samples(recorded: Path) -> None:
 
 
 def test_what_went_beyond_its_limits_is_listed_in_order_of_time(recorded: Path) -> None:
-    assert atan2(0.4, 5.0) > radians(3.0)
     assert [(w.when, w.who, w.what) for w in facts(Recording(recorded)).warnings] == [
         (2.0, "west", "107 % of the load that it may carry"),
         (2.0, "west.H1", "tension 102 % of the rated one"),
-        (6.0, "west.H1", f"off-lead {degrees(atan2(0.4, 5.0)):.1f} degrees, more than 3"),
     ]
 
 
@@ -82,8 +76,8 @@ def test_the_page_says_the_worst_first_and_escapes_what_scenes_say(recorded: Pat
     text = report(recorded, tmp_path / "report.html").read_text()
     assert "<b>lift</b>" not in text
     assert "&lt;b&gt;lift" in text
-    assert "The rope used most is west.H1: 102 % of its rated tension. 3 warnings, listed below." in text
-    assert re.findall(r'<td class="bad">(.*?)</td>', text)[-4:] == ["107 %", "102 %", "4.57°", "102 %"]
+    assert "The rope used most is west.H1: 102 % of its rated tension. 2 warnings, listed below." in text
+    assert re.findall(r'<td class="bad">(.*?)</td>', text)[-3:] == ["107 %", "102 %", "102 %"]
     assert text.count("data:image/png;base64,") == 2
     with pytest.raises(RecordingError, match=r"a report is written as \.html or \.pdf; give it one of these endings"):
         report(recorded, tmp_path / "report.doc")
@@ -118,8 +112,6 @@ def test_hooks_safety_and_clearances_of_a_whole_lift(tmp_path: Path) -> None:
         assert hook.load == pytest.approx(rope.peak / scene.plan.gravity - block_mass, rel=0.02), (
             "samples miss the peak"
         )
-        crane = scene.scene.cranes["crane"]
-        assert rope.safety == pytest.approx(crane.falls * crane.fall_breaking / rope.peak)
     up = {s.name: s.lowest for s in found.stages}
     assert up["take up slack"] == pytest.approx(2.0, abs=0.02), "on its stools"
     assert up["sideways"] == pytest.approx(3.0, abs=0.15), "hoisted by 1 m"

@@ -90,8 +90,11 @@ def test_the_page_of_turnover_tells_its_uses() -> None:
     for line in (
         "load                             101.5     101.5     247.0     101.5     101.5     247.0",
         "largest load of the rope [t]     270.0     270.0     292.0",
-        "west                         at most 510.0 t of 675 t (76%)",
-        "slings                       safety factor at least 5.3 (loader-3.sling-1), 5 needed",
+        "tandem load      west (of 2)               510.0 t   load                        675.0 t        76 %",
+        "rope factor      west.H3 (of 6)            8.45      load                        at least 5.60  66 %",
+        "sling tension    loader-3.sling-1 (of 12)  1211 kN   load                        1286 kN        94 %",
+        "drum pull of west.H1, west.H2, west.H3 and 3 more: not judged; give 'drum pull'",
+        "6 hooks carry the block: their shares are statically indeterminate",
     ):
         assert line in page
 

@@ -1,0 +1,127 @@
+"""The limits of a recorded run: their worst values and what was beyond them, as a table for the report and the summary.
+
+A recording that was cut off is judged as far as it goes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+from heavylift.nodes.limits.findings import Finding
+from heavylift.nodes.limits.judging import judge, uses_of_run
+from heavylift.nodes.limits.limit import Use
+from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
+from heavylift.nodes.limits.signals import Signals, hooked_in, rotations
+from heavylift.nodes.limits.telling import HEAD, rows, unjudged
+from heavylift.nodes.scene.plan import Plan, decode
+from heavylift.recordings import Recording
+from heavylift.recordings.report import LimitTable
+from heavylift.recordings.samples import POSE
+from numpy.typing import NDArray
+
+__all__ = ["Judged", "judged", "judged_recording", "signals_of_run", "table"]
+
+RESOLVED = "resolved.json"
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """The worst of each limit in a run, and what was found: red ones first."""
+
+    plan: Plan
+    uses: Sequence[Use]
+    findings: Sequence[Finding]
+
+
+def judged_recording(rec: Recording) -> Judged | None:
+    """The limits of a recording; None if it has no plan, or one of another version."""
+    text = rec.attachments.get(RESOLVED)
+    try:
+        plan = decode(text) if text else None
+    except msgspec.ValidationError:
+        return None
+    if plan is None or not plan.limits or "rope/tension" not in rec.signals():
+        return None
+    return judged(plan, _signals(rec, plan))
+
+
+def judged(plan: Plan, signals: Signals) -> Judged:
+    """The limits of a run."""
+    uses = uses_of_run(plan, signals)
+    return Judged(plan, uses, judge(plan, uses, dynamic=True))
+
+
+def table(found: Judged) -> LimitTable:
+    """The rows as the report shows them."""
+    plan = found.plan
+    red = {f.subject + f.kind for f in found.findings if f.severity == "red"}
+    foreseen = dynamics_foreseen(plan)
+    return LimitTable(
+        head=HEAD,
+        rows=tuple(rows(found.uses)),
+        red=bool(red),
+        findings=tuple((f.severity, f.subject, f.sentence, f.t) for f in found.findings),
+        told=(*hoisting_foreseen(plan), *shared(plan), *unjudged(plan.limits, found.uses)),
+        dynamic=foreseen,
+    )
+
+
+def signals_of_run(
+    plan: Plan,
+    t: Floats,
+    tensions: Mapping[str, Floats],
+    poses: Mapping[str, Floats],
+    rigs: Sequence[object],
+    *,
+    stages: Sequence[tuple[float, str]] = (),
+    peaks: Mapping[str, tuple[float, float]] | None = None,
+    crossings: Mapping[str, tuple[float, float]] | None = None,
+    lengths: Mapping[str, Floats] | None = None,
+) -> Signals:
+    """The columns of a run.
+
+    t (n,) [s], tensions (n,) [N], poses (n, 7) [m, quaternion x y z w], the rope lines that hang from when on (`Rig`),
+    exact peaks [N] and when [s], overloads that load cells told [N] and when [s], unstretched lengths (n,) [m].
+    """
+    return Signals(
+        t=t,
+        tensions=tensions,
+        poses={name: (pose[:, :3], rotations(pose[:, 3:])) for name, pose in poses.items()},
+        lengths=lengths or {},
+        hooked=hooked_in(plan, [(rig.t_ns * 1e-9, rig.lines) for rig in rigs]),  # type: ignore[attr-defined]
+        stages=stages,
+        peaks=peaks or {},
+        crossings=crossings or {},
+        dynamic=True,
+    )
+
+
+def _signals(rec: Recording, plan: Plan) -> Signals:
+    tension = rec.signal("rope/tension")
+    bodies = [name for name in rec.signals() if name.startswith(POSE)]
+    rec.load(bodies)
+    long = rec.signal("rope/length") if "rope/length" in rec.signals() else None
+    return signals_of_run(
+        plan,
+        tension.t,
+        {name: tension.values[:, i] for i, name in enumerate(tension.names)},
+        {name.removeprefix(POSE): rec.signal(name).values for name in bodies},
+        rec.rigs(),
+        stages=rec.stages(),
+        peaks={name: (peak["tension"], peak["time"]) for name, peak in rec.fact("peaks", {}).items()},
+        crossings=_crossings(rec),
+        lengths={name: long.values[:, i] for i, name in enumerate(long.names)} if long else {},
+    )
+
+
+def _crossings(rec: Recording) -> dict[str, tuple[float, float]]:
+    """The first overload that each load cell told."""
+    found: dict[str, tuple[float, float]] = {}
+    for e in rec.events(port="report"):
+        if e.type == "Overload" and isinstance(e.value, dict) and e.value.get("over"):
+            found.setdefault(str(e.value["actor"]), (float(e.value["tension"]), e.t_ns * 1e-9))
+    return found

@@ -1,0 +1,123 @@
+"""What must not be exceeded: one row per subject and quantity, part of the plan, with where the number comes from.
+
+`check` judges the rows on the equilibrium path, `run` on what happened, the report shows them with their worst value.
+A row without a value is unknown: it is told and not judged.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Literal, TypeAlias
+
+import msgspec
+
+__all__ = ["Limit", "Quantity", "Use"]
+
+ROUNDING = 1e-9  # a use so little above 1 is 1
+
+Quantity: TypeAlias = Literal[
+    "hook load",
+    "trolley load",
+    "crane load",
+    "tandem load",
+    "loader load",
+    "sling tension",
+    "sling peak",
+    "rope factor",
+    "rope peak",
+    "drum pull",
+    "off-lead along",
+    "off-lead across",
+    "bridle angle",
+    "side force",
+    "hook height",
+    "rope length",
+    "rails",
+    "girder",
+    "clearance",
+    "wind",
+]
+
+
+class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
+    """A limit of a subject: what may be reached of a quantity, and who says so.
+
+    `value` [unit] is a single limit, `between` has a lower and an upper one; `chart` holds (x, value) between which the
+    limit is interpolated, x being what `over` names; without any of them the limit is not known.  With `least` a value
+    below the limit is beyond it.  Above `warning` a value is told, although it is allowed.  `factor`: design factor, or
+    product of partial factors, that the value contains, of the force at which it breaks, `breaking` [N].  `elements`:
+    ropes, slings or bodies that the quantity is read from.
+    """
+
+    subject: str
+    quantity: Quantity
+    unit: str
+    value: float | None = None
+    between: tuple[float, float] | None = None
+    chart: tuple[tuple[float, float], ...] = ()
+    over: str = ""
+    least: bool = False
+    warning: float | None = None
+    factor: float = 1.0
+    breaking: float = 0.0
+    elements: tuple[str, ...] = ()
+    source: str = ""
+    note: str = ""  # what a planner must know to read the row: assumptions, what a value was reduced for
+    where: str = ""
+
+    @property
+    def known(self) -> bool:
+        """Whether there is anything to judge by."""
+        return self.value is not None or self.between is not None or bool(self.chart)
+
+    def at(self, x: float = 0.0) -> float:
+        """The limit at x of its chart, beyond its ends that of the nearest end; raises ValueError if there is none."""
+        if not self.chart:
+            if self.value is None:
+                raise ValueError(f"the {self.quantity} of {self.subject} has no limit")
+            return self.value
+        if x <= self.chart[0][0]:
+            return self.chart[0][1]
+        for (a, low), (b, high) in pairwise(self.chart):
+            if x <= b:
+                return low + (high - low) * (x - a) / (b - a)
+        return self.chart[-1][1]
+
+    def excess(self, value: float, x: float = 0.0) -> float:
+        """How far a value is beyond the limit, in its unit; negative within it."""
+        if self.between is not None:
+            return max(value - self.between[1], self.between[0] - value)
+        return self.at(x) - value if self.least else value - self.at(x)
+
+    def use(self, value: float, x: float = 0.0) -> float:
+        """How much of the limit a value uses: 1 at the limit, more beyond it."""
+        if self.between is not None:
+            low, high = self.between
+            return abs(2.0 * value - low - high) / (high - low)
+        bound = self.at(x)
+        return bound / value if self.least else value / bound
+
+
+@dataclass(frozen=True)
+class Use:
+    """The worst that was met of a limit: value [unit of the limit], when [s], in which stage; None: nothing to read.
+
+    `use` is 1 at the limit and greater beyond it; None if the limit is unknown.
+    """
+
+    limit: Limit
+    value: float | None
+    t: float | None = None
+    stage: str = ""
+    use: float | None = None
+    action: int = 0  # number of the action that led there, from 1; 0: the start, or not known
+    bound: float | None = None  # the limit there, of a chart
+    tolerance: float = 0.0  # so much beyond the limit is still at it [unit]
+
+    @property
+    def beyond(self) -> bool:
+        """Whether the limit is exceeded."""
+        if self.use is None or self.value is None or self.use <= 1.0 + ROUNDING:
+            return False
+        return not self.tolerance or self.limit.excess(self.value) > self.tolerance

@@ -1,0 +1,272 @@
+"""How each quantity of the table of limits is read from signals: one function per quantity, one row in `READERS`.
+
+A reading is the quantity at each instant and, where a run kept the exact peak of a tension, the largest with its time.
+An angle of a rope counts only while the rope holds a load: what hangs empty may swing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from heavylift.kernel.describe import WORLD, Point
+
+from .limit import Limit
+from .reeving import lead_factor
+from .signals import Column, Signals
+
+if TYPE_CHECKING:
+    from heavylift.nodes.scene.plan import HookRope, Plan
+
+__all__ = ["READERS", "Reading", "axis_of", "read"]
+
+CARRIES = 0.02  # of the capacity of its hook: with less below its loader a hook is empty
+TIGHT = 0.02  # of its rated tension: with less a sling holds nothing
+ALONG, ACROSS, UP = 0, 1, 2  # world axes: rails, girders, height
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Values (n,) in the unit of the limit, nan where there is none; the exact largest and when [s], where known."""
+
+    values: Column
+    exact: tuple[float, float] | None = None
+
+
+def read(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """The quantity of a limit; None if nothing of it can be read."""
+    reader = READERS.get(limit.quantity)
+    return reader(plan, limit, signals) if reader else None
+
+
+def axis_of(plan: Plan, limit: Limit, signals: Signals) -> Column | None:
+    """What the chart of a limit is over, at each instant: the trolley's place on its girder [m]."""
+    rope = _rope(plan, limit.elements[0])
+    trolley = _body(signals, rope.lines[0].a.body) if rope else None
+    return None if trolley is None else trolley[0][:, ACROSS]
+
+
+# loads
+
+
+def _load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """What hangs below the hook blocks of some ropes [kg]."""
+    ropes = [rope for name in limit.elements if (rope := _rope(plan, name)) and name in signals.tensions]
+    if not ropes:
+        return None
+    dead = sum(_block_mass(plan, rope) for rope in ropes)
+    own = np.sum([_hung(plan, rope) * _length(signals, rope) for rope in ropes], axis=0)
+    total = np.sum([signals.tensions[rope.name] for rope in ropes], axis=0) / plan.gravity - dead
+    values = np.maximum(total - own, 0.0)
+    exact = None
+    alone = signals.peaks.get(ropes[0].name) if len(ropes) == 1 else None
+    if found := alone or signals.crossings.get(_cell(limit)):
+        peak, when = found
+        exact = peak / plan.gravity - dead - _near(signals, own, when), when
+    return Reading(values, exact)
+
+
+def _cell(limit: Limit) -> str:
+    """The load cell that watches over a load in a run."""
+    if limit.quantity in ("crane load", "tandem load"):
+        return f"{limit.subject}.main.load"
+    return f"{limit.subject.replace(' ', '.')}.load"
+
+
+def _tension(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """The tension of one sling, or of several together [N]."""
+    found = [signals.tensions[name] for name in limit.elements if name in signals.tensions]
+    if not found:
+        return None
+    alone = signals.peaks.get(limit.elements[0]) if len(limit.elements) == 1 else None
+    exact = alone or signals.crossings.get(_cell(limit))
+    return Reading(np.sum(found, axis=0), exact)
+
+
+def _pull(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """The most loaded part of a hook rope at its upper end, with the part's own weight [N]."""
+    rope = _rope(plan, limit.elements[0])
+    if rope is None or rope.name not in signals.tensions:
+        return None
+    lead = lead_factor(rope.falls, rope.drum_ends, rope.efficiency)
+    own = (rope.line / rope.falls - _hung(plan, rope) / rope.falls) * plan.gravity * _length(signals, rope)
+    values, exact = lead * signals.tensions[rope.name] / rope.falls + own, None
+    if rope.name in signals.peaks:
+        peak, when = signals.peaks[rope.name]
+        exact = lead * peak / rope.falls + _near(signals, own, when), when
+    return Reading(values, exact)
+
+
+def _factor(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """Breaking force of a part of a hook rope over what its most loaded part carries."""
+    rope, pull = _rope(plan, limit.elements[0]), _pull(plan, limit, signals)
+    if rope is None or pull is None or not rope.breaking:
+        return None
+    with np.errstate(divide="ignore"):
+        values: Column = rope.breaking / pull.values
+    return Reading(values, (rope.breaking / pull.exact[0], pull.exact[1]) if pull.exact else None)
+
+
+# directions
+
+
+def _off_lead(axis: int) -> Callable[[Plan, Limit, Signals], Reading | None]:
+    def reader(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+        """Angle of a hook rope to the vertical, along the rails or across them, while it holds a load [rad]."""
+        rope = _rope(plan, limit.elements[0])
+        d = _direction(signals, rope) if rope else None
+        if rope is None or d is None:
+            return None
+        angle = np.arctan2(np.abs(d[:, axis]), np.abs(d[:, UP]))
+        return Reading(np.where(_carries(plan, rope, signals), angle, np.nan))
+
+    return reader
+
+
+def _bridle(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """Angle of a sling to the vertical while it is tight [rad]."""
+    sling = next((s for s in plan.rig.slings if s.name == limit.elements[0]), None)
+    if sling is None or sling.name not in signals.tensions:
+        return None
+    values = np.full(len(signals.t), np.nan)
+    tight = signals.tensions[sling.name] > TIGHT * sling.rated
+    beam = _place(signals, sling.beam)
+    for lug, inside in signals.lugs(sling.name):
+        end = _lug(plan, signals, lug)
+        if beam is None or end is None:
+            return None
+        d = end - beam
+        angle = np.arctan2(np.hypot(d[:, ALONG], d[:, ACROSS]), np.abs(d[:, UP]))
+        values = np.where(inside & tight, angle, values)
+    return Reading(values)
+
+
+def _side(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """Horizontal pull of hook ropes on the axis that holds their trolley or crane [N]."""
+    axis = ALONG if limit.over == "along" else ACROSS
+    total = np.zeros(len(signals.t))
+    for name in limit.elements:
+        rope = _rope(plan, name)
+        d = _direction(signals, rope) if rope else None
+        if rope is None or d is None or name not in signals.tensions:
+            return None
+        total = total + signals.tensions[name] * d[:, axis] / _length(signals, rope)
+    return Reading(np.abs(total))
+
+
+# places
+
+
+def _eye(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """Height of a hook eye [m]."""
+    rope = _rope(plan, limit.elements[0])
+    eye = _place(signals, rope.eye) if rope else None
+    return None if eye is None else Reading(eye[:, UP])
+
+
+def _unwound(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """Unstretched length of a hook rope that is off its drum [m]."""
+    lengths = signals.lengths.get(limit.elements[0])
+    return None if lengths is None else Reading(lengths)
+
+
+def _coordinate(axis: int) -> Callable[[Plan, Limit, Signals], Reading | None]:
+    def reader(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+        """Where a crane stands on its rails, or a trolley on its girder [m]."""
+        body = _body(signals, limit.elements[0])
+        return None if body is None else Reading(body[0][:, axis])
+
+    return reader
+
+
+READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
+    "hook load": _load,
+    "trolley load": _load,
+    "crane load": _load,
+    "tandem load": _load,
+    "loader load": _tension,
+    "sling tension": _tension,
+    "sling peak": _tension,
+    "rope factor": _factor,
+    "rope peak": _pull,
+    "drum pull": _pull,
+    "off-lead along": _off_lead(ALONG),
+    "off-lead across": _off_lead(ACROSS),
+    "bridle angle": _bridle,
+    "side force": _side,
+    "hook height": _eye,
+    "rope length": _unwound,
+    "rails": _coordinate(ALONG),
+    "girder": _coordinate(ACROSS),
+}
+
+
+def _rope(plan: Plan, name: str) -> HookRope | None:
+    return next((rope for rope in plan.rig.hook_ropes if rope.name == name), None)
+
+
+def _block_mass(plan: Plan, rope: HookRope) -> float:
+    hooks = (hook for crane in plan.cranes for hook in crane.hooks)
+    return next((hook.block_mass for hook in hooks if hook.rope == rope.name), 0.0)
+
+
+def _hung(plan: Plan, rope: HookRope) -> float:
+    """Mass per length of a rope's own that its tension contains: of lumped masses the half at its hook [kg/m]."""
+    return rope.line / 2.0 if plan.fidelity.rope_mass == "lumped" and plan.fidelity.ropes != "massive" else 0.0
+
+
+def _length(signals: Signals, rope: HookRope) -> Column:
+    """Length of a hook rope from trolley to hook (n,) [m]; without poses its unstretched length."""
+    d = _direction(signals, rope)
+    if d is not None:
+        return signals.once(("length", rope.name), lambda: np.linalg.norm(d, axis=1))
+    return signals.lengths.get(rope.name, np.full(len(signals.t), rope.L0))
+
+
+def _direction(signals: Signals, rope: HookRope) -> Column | None:
+    """From a trolley to its hook (n, 3) [m]: the mean of the rope's lines."""
+    if any(point.body not in (*signals.poses, WORLD) for line in rope.lines for point in (line.a, line.b)):
+        return None
+
+    def make() -> Column:
+        each = [line.share * (_placed(signals, line.b) - _placed(signals, line.a)) for line in rope.lines]
+        return np.asarray(np.sum(each, axis=0))
+
+    return signals.once(("direction", rope.name), make)
+
+
+def _carries(plan: Plan, rope: HookRope, signals: Signals) -> Column:
+    """Whether a load hangs below the loader of a rope, at each instant (n,)."""
+    slings = [s.name for s in plan.rig.slings if s.loader == rope.carries and s.name in signals.tensions]
+    if not slings:
+        return np.ones(len(signals.t), dtype=bool)
+    capacity = next(hook.capacity for crane in plan.cranes for hook in crane.hooks if hook.rope == rope.name)
+    return np.asarray(np.sum([signals.tensions[s] for s in slings], axis=0) > CARRIES * capacity * plan.gravity)
+
+
+def _body(signals: Signals, name: str) -> tuple[Column, Column] | None:
+    return signals.poses.get(name)
+
+
+def _place(signals: Signals, point: Point) -> Column | None:
+    """Places (n, 3) of a point of a body [m]; None if the body is not on record."""
+    return _placed(signals, point) if point.body in signals.poses or point.body == WORLD else None
+
+
+def _placed(signals: Signals, point: Point) -> Column:
+    if point.body == WORLD:
+        return np.tile(np.array(point.p, dtype=float), (len(signals.t), 1))
+    p, R = signals.poses[point.body]
+    return signals.once((point.body, point.p), lambda: p + R @ np.array(point.p, dtype=float))
+
+
+def _lug(plan: Plan, signals: Signals, name: str) -> Column | None:
+    found = next((lug.p for lug in plan.block.lugs if lug.name == name), None) if plan.block else None
+    return None if plan.block is None or found is None else _place(signals, Point(plan.block.name, found))
+
+
+def _near(signals: Signals, values: Column, t: float) -> float:
+    """A slowly changing value at a time between instants."""
+    return float(np.interp(t, signals.t, values)) if len(signals.t) else 0.0

@@ -1,0 +1,33 @@
+"""What the parts of a reeved rope carry while its sheaves turn: most the lead part in hoisting, the dead end in
+lowering.
+
+Each sheave passes on `efficiency` times the tension, so that n parts behind one drum end carry a geometric series;
+their sum is the load.  Two drum ends meet at an equaliser and carry half of the parts each.  Wire Rope Technical Board,
+Wire Rope Users Manual, 4th edition, "Wire rope efficiency over sheaves"; ISO 4308-1, efficiency of the rope reeving.
+"""
+
+from __future__ import annotations
+
+__all__ = ["drum_end_factor", "drum_ends", "lead_factor"]
+
+
+def drum_ends(falls: int, given: int | None = None) -> int:
+    """Ends of the rope on the drum: as given, or two where the falls can be halved."""
+    return given or (2 if falls % 2 == 0 else 1)
+
+
+def lead_factor(falls: int, ends: int, efficiency: float) -> float:
+    """Most loaded part over the mean one, n (1 - eta) / (1 - eta^n) with n = falls / ends parts per drum end.
+
+    That is the lead part when hoisting, and the dead end (or the equaliser's part) when lowering.
+    """
+    n = falls / ends
+    if efficiency == 1.0:
+        return 1.0
+    return n * (1.0 - efficiency) / (1.0 - float(efficiency**n))
+
+
+def drum_end_factor(falls: int, ends: int, efficiency: float, *, hoisting: bool) -> float:
+    """Part at the drum over the mean one: the most loaded when hoisting, the least loaded when lowering."""
+    lead = lead_factor(falls, ends, efficiency)
+    return lead if hoisting else lead * float(efficiency ** (falls / ends - 1.0))

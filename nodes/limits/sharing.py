@@ -1,0 +1,57 @@
+"""Where the shares of a lift are statically indeterminate, and what standards take them to be.
+
+A block on more than three hooks or slings of its own shares its weight by their stiffness: a millimetre of length
+decides.  The printed shares are those of the lengths as they are written.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from heavylift.nodes.models.conditions import terms
+from heavylift.nodes.scene.actions import Lifted, Move
+
+from .standards import HOISTING, SHARING, daf_onshore, hoisting_factor
+
+if TYPE_CHECKING:
+    from heavylift.nodes.scene.plan import Plan
+
+__all__ = ["dynamics_foreseen", "hoisting_foreseen", "indeterminate", "shared"]
+
+DETERMINATE = 3  # hangers of a rigid body whose shares follow from equilibrium alone
+
+
+def indeterminate(plan: Plan) -> int:
+    """How many hooks carry the block, if they are too many for their shares to follow from equilibrium; else 0."""
+    hung = {sling.loader for sling in plan.rig.slings if sling.lug}
+    return len(hung) if len(hung) > DETERMINATE else 0
+
+
+def shared(plan: Plan) -> list[str]:
+    """Sentences on how the load is shared, and by which factors standards allow for it."""
+    many = indeterminate(plan)
+    if not many:
+        return []
+    told = f"{many} hooks carry the block: their shares are statically indeterminate"
+    told += ", shown as lengths and stiffness make them"
+    foreseen = "; ".join(f"{s.when}: {s.told} ({s.source})" for s in SHARING.values())
+    return [told, f"standards allow for it where parts should carry alike: {foreseen}"]
+
+
+def dynamics_foreseen(plan: Plan) -> tuple[float, str] | None:
+    """The dynamic amplification that a standard foresees for the block, and its source; None where none is lifted."""
+    return daf_onshore(plan.block.body.mass) if plan.block else None
+
+
+def hoisting_foreseen(plan: Plan) -> list[str]:
+    """The factors that EN 13001-2 foresees at the fastest hook speed at which a load is taken up, in each class."""
+    speeds = [
+        abs(order.speed)
+        for action in plan.actions
+        for order in action.orders
+        if isinstance(order, Move) and order.verb == "hoist" and any(isinstance(x, Lifted) for x in terms(order.until))
+    ]
+    if not speeds:
+        return []
+    each = ", ".join(f"{name} {hoisting_factor(max(speeds), name):.3f}" for name in HOISTING)
+    return [f"EN 13001-2, 4.2.2.2, lifts off at {max(speeds) * 60:g} m/min: phi_2 = {each}"]

@@ -1,0 +1,132 @@
+"""What is judged, of a path or of a run alike: tensions, poses and rope lengths as columns over n instants."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+import numpy as np
+from heavylift.nodes.statics.state import StaticState
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from heavylift.nodes.scene.plan import Plan
+
+__all__ = ["Signals", "hooked_in", "rotations", "signals_of", "signals_of_peaks"]
+
+Column: TypeAlias = NDArray[np.float64]
+Hooked: TypeAlias = tuple[float, Mapping[str, str]]  # from when [s], sling -> lug
+
+
+@dataclass(frozen=True)
+class Signals:
+    """Columns over n instants; names are the kernel's.
+
+    t (n,) [s]; tensions: rope -> (n,) [N]; poses: body -> p_WB (n, 3) [m] and R_WB (n, 3, 3); lengths: hook rope ->
+    (n,) unstretched length [m], where it is known.  `peaks`: rope -> (tension [N], when [s]), exact where a run was
+    integrated; `crossings`: load cell -> (tension [N], when [s]) as it went beyond its rated one.  `stages`: (from when
+    [s], name); `actions`: number of the action at each instant, of a path.
+    """
+
+    t: Column
+    tensions: Mapping[str, Column]
+    poses: Mapping[str, tuple[Column, Column]] = field(default_factory=dict)
+    lengths: Mapping[str, Column] = field(default_factory=dict)
+    hooked: Sequence[Hooked] = ()
+    stages: Sequence[tuple[float, str]] = ()
+    peaks: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    crossings: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    named: Sequence[str] = ()  # stage of each instant, of a path; of a run they follow from the times
+    actions: Sequence[int] = ()
+    dynamic: bool = False  # of a run, not of a path at rest
+    known: dict[object, Column] = field(default_factory=dict, compare=False, repr=False)  # what was read before
+
+    def once(self, key: object, make: Callable[[], Column]) -> Column:
+        """A column that is made when it is first asked for."""
+        found = self.known.get(key)
+        if found is None:
+            found = self.known[key] = make()
+        return found
+
+    def stage_at(self, t: float, k: int | None = None) -> str:
+        """The stage of an instant, or of a time between instants."""
+        if k is not None and self.named:
+            return self.named[k]
+        return next((name for start, name in reversed(self.stages) if start <= t), "")
+
+    def lugs(self, sling: str) -> list[tuple[str, NDArray[np.bool_]]]:
+        """The lugs that a sling was on, each with the instants (n,) at which it was."""
+        found: dict[str, NDArray[np.bool_]] = {}
+        for i, (start, lugs) in enumerate(self.hooked):
+            if not lugs.get(sling):
+                continue
+            if self.named:
+                inside = np.arange(len(self.t)) == i
+            else:
+                end = self.hooked[i + 1][0] if i + 1 < len(self.hooked) else np.inf
+                inside = (self.t >= start) & (self.t < end)
+            found[lugs[sling]] = found.get(lugs[sling], np.zeros(len(self.t), dtype=bool)) | inside
+        return sorted(found.items())
+
+
+def signals_of(states: Sequence[StaticState]) -> Signals:
+    """The columns of a path; what a state does not name is 0 (a tension), or nan."""
+    ropes = sorted({name for state in states for name in state.tensions})
+    bodies = sorted({name for state in states for name in state.poses})
+    winches = sorted({name for state in states for name in state.references if name in ropes})
+    lost = (np.full(3, np.nan), np.full((3, 3), np.nan))
+    return Signals(
+        t=np.array([state.t for state in states]),
+        tensions={name: np.array([state.tensions.get(name, 0.0) for state in states]) for name in ropes},
+        poses={
+            name: (
+                np.array([state.poses[name][0] if name in state.poses else lost[0] for state in states]),
+                np.array([state.poses[name][1] if name in state.poses else lost[1] for state in states]),
+            )
+            for name in bodies
+        },
+        lengths={name: np.array([state.references.get(name, np.nan) for state in states]) for name in winches},
+        hooked=[(state.t, state.hooked) for state in states],
+        named=[state.stage for state in states],
+        actions=[state.action for state in states],
+    )
+
+
+class _Line(Protocol):
+    """A rope line as recordings hold it."""
+
+    @property
+    def rope(self) -> str: ...
+    @property
+    def b_body(self) -> str: ...
+    @property
+    def b(self) -> tuple[float, float, float]: ...
+
+
+def signals_of_peaks(peaks: Mapping[str, tuple[float, float]]) -> Signals:
+    """What the exact peaks of ropes and slings alone tell [N] and when [s]: single hooks, ropes and slings."""
+    return Signals(t=np.zeros(1), tensions={name: np.zeros(1) for name in peaks}, peaks=peaks, dynamic=True)
+
+
+def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list[Hooked]:
+    """Which sling hangs on which lug from when on [s], told by the rope lines that hang then."""
+    slings = {sling.name for sling in plan.rig.slings}
+    block = plan.block
+    lugs = {(block.name, *lug.p): lug.name for lug in block.lugs} if block else {}
+    found: list[Hooked] = []
+    for start, lines in rigs:
+        ends = ((line.rope, lugs.get((line.b_body, *line.b))) for line in lines if line.rope in slings)
+        found.append((start, {rope: lug for rope, lug in ends if lug}))
+    return found
+
+
+def rotations(quaternions: Column) -> Column:
+    """(n, 3, 3) rotation matrices of quaternions (n, 4), x y z w."""
+    x, y, z, w = quaternions.T
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    )
+    return np.moveaxis(np.array(rows), 2, 0)

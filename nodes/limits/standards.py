@@ -1,0 +1,85 @@
+"""Factors of published standards, each by name and clause.
+
+ISO 4308-1 is withdrawn, ISO 16625 follows it; its factors are those that ropes of cranes are still chosen by.  0027/ND
+(GL Noble Denton) rev 11.2 of 2016 went on as DNVGL-ST-N001 and DNV-ST-N001.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = [
+    "DAF_ONSHORE",
+    "HOISTING",
+    "ISO_4308",
+    "ND_0027",
+    "RIGGING",
+    "ROPE_FACTORS",
+    "RUNNING",
+    "RUNNING_SOURCE",
+    "SHARING",
+    "SLINGS",
+    "SUCCESSOR",
+    "Sharing",
+    "daf_onshore",
+    "hoisting_factor",
+    "partial_factor",
+]
+
+ISO_4308 = "ISO 4308-1, table 1 (withdrawn for ISO 16625)"
+ND_0027 = "0027/ND rev 11.2"
+SUCCESSOR = "its successor is DNV-ST-N001"
+ROPE_FACTORS = {"M1": 3.15, "M2": 3.35, "M3": 3.55, "M4": 4.0, "M5": 4.5, "M6": 5.6, "M7": 7.1, "M8": 9.0}  # running
+SLINGS = "EN 13414-1, working coefficient 5"
+
+DAF_ONSHORE = ((100e3, 1.10), (300e3, 1.05), (1000e3, 1.05), (2500e3, 1.03), (float("inf"), 1.03))  # up to [kg]
+DAF_SOURCE = f"{ND_0027}, table 5-1, onshore"
+
+# 7.4 to 7.10: load, consequence, hand splice of a wire rope, wear, material of a certified wire rope, twist
+RIGGING = {"load": 1.3, "consequence": 1.3, "termination": 1.25, "wear": 1.0, "material": 1.5, "twist": 1.0}
+LEAST = 2.3  # 7.3.1: the product is not below this times termination, wear and twist
+
+# EN 13001-2, table of partial safety factors: hoist load in combinations A; EN 13001-3-2, 5.2: rope resistance factor
+# 1.35 + 5 / ((D/d)^0.8 - 4), 2.07 at least, which it is from D/d = 20 on
+RUNNING = {"load": 1.34, "rope resistance": 2.07}
+RUNNING_SOURCE = "EN 13001-2 (1.34) and EN 13001-3-2, 5.2 (2.07), sheaves of D/d >= 20 assumed"
+
+HOISTING = {"HC1": (1.05, 0.17), "HC2": (1.10, 0.34), "HC3": (1.15, 0.51), "HC4": (1.20, 0.68)}  # least, per m/s
+
+
+@dataclass(frozen=True)
+class Sharing:
+    """How unequally parts that should carry alike are taken to carry, where rigging is indeterminate."""
+
+    when: str
+    told: str
+    factor: float  # most loaded over the mean
+    source: str
+
+
+SHARING = {
+    "four slings": Sharing(
+        "four matched slings to one rigid load", "1.25 on each diagonal in turn", 1.25, f"{ND_0027}, 5.6.12"
+    ),
+    "over a hook": Sharing("a sling doubled over a hook", "45:55", 1.1, f"{ND_0027}, 5.8.1"),
+    "sliding": Sharing("a doubled sling that slides while upending", "32.5:67.5", 1.35, f"{ND_0027}, 5.8.2"),
+    "greased sheave": Sharing("a doubled sling over a greased sheave", "49:51", 1.02, f"{ND_0027}, 5.8.3"),
+}
+
+
+def daf_onshore(mass: float) -> tuple[float, str]:
+    """Dynamic amplification factor for lifting this mass [kg] onshore, and its source."""
+    return next(factor for most, factor in DAF_ONSHORE if mass <= most), DAF_SOURCE
+
+
+def hoisting_factor(speed: float, hoisting_class: str) -> float:
+    """phi_2 = phi_2,min + beta_2 v_h of a load lifted off the ground at a hook speed [m/s] (EN 13001-2, 4.2.2.2)."""
+    least, slope = HOISTING[hoisting_class]
+    return least + slope * speed
+
+
+def partial_factor(**given: float) -> float:
+    """Product of the partial factors of a sling, breaking force over the largest dynamic tension (0027/ND 7.3.1)."""
+    each = RIGGING | given
+    reduced = each["termination"] * each["wear"] * each["twist"]
+    return max(each["load"] * each["consequence"] * each["material"] * reduced, LEAST * reduced)
