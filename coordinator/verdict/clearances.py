@@ -8,42 +8,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-import msgspec
 import numpy as np
 from heavylift.nodes.limits.findings import Finding
 from heavylift.nodes.limits.shapes import GROUND, Solid, Strand, relation
 from heavylift.nodes.scene.plan import Plan
+from heavylift.recordings.verdict import Clearance
 from numpy.typing import NDArray
 
 from .history import History
 from .moving import Moving, matrices, moving
 from .nearest import Minimum, Stretches, nearest, whole
 
-__all__ = ["LIMIT", "Clearance", "clearances", "findings"]
+__all__ = ["LIMIT", "clearances", "findings"]
 
 SMALLEST = 10  # clearances that are told
 LIMIT = 0.5  # clearance of a scene that says nothing [m]
 TOUCH = 0.01  # depth of a penetration that is only numbers, such as of a pad that yields [m]
 THINNEST = 1e-3  # time between samples that are looked at, at least [s]
-
-
-class Clearance(msgspec.Struct, frozen=True, kw_only=True):
-    """Two things, the parts of them that came nearest, how near at least [m], when [s]; both nearest points in the world
-    [m]; `limit` [m], 0 where only going through each other is red."""
-
-    a: str
-    b: str
-    distance: float
-    t: float
-    limit: float
-    p_WA: tuple[float, float, float]
-    p_WB: tuple[float, float, float]
-    place: str
-
-    @property
-    def red(self) -> bool:
-        """Whether it is below its limit."""
-        return self.distance < (self.limit if self.limit > 0.0 else -TOUCH)
 
 
 def clearances(plan: Plan, history: History, limit: float = LIMIT) -> list[Clearance]:
@@ -67,12 +48,16 @@ def clearances(plan: Plan, history: History, limit: float = LIMIT) -> list[Clear
         if minimum is not None:
             found.append((bar, minimum))
     told = sorted((_told(bar, m) for bar, m in found), key=lambda c: (c.distance, c.a, c.b))
-    return [c for i, c in enumerate(told) if i < SMALLEST or c.red]
+    return [c for i, c in enumerate(told) if i < SMALLEST or _red(c)]
 
 
 def findings(found: Sequence[Clearance]) -> list[Finding]:
     """What is too near, as findings."""
-    return [_finding(c) for c in found if c.red]
+    return [_finding(c) for c in found if _red(c)]
+
+
+def _red(c: Clearance) -> bool:
+    return c.distance < (c.limit if c.limit > 0.0 else -TOUCH)
 
 
 def _finding(c: Clearance) -> Finding:
@@ -103,6 +88,7 @@ def thinned(history: History) -> History:
         history.t[kept],
         {name: x[kept] for name, x in history.poses.items()},
         {name: x[kept] for name, x in history.tensions.items()},
+        {name: x[kept] for name, x in history.lengths.items()},
         history.rigs,
     )
 
