@@ -10,9 +10,8 @@ from typing import Literal
 import msgspec
 
 from .reader import Recording
-from .report.limits import LimitTable
 
-__all__ = ["Clearance", "Found", "Judged", "recorded_verdict"]
+__all__ = ["Clearance", "Found", "Judged", "LimitTable", "recorded_verdict"]
 
 Vector = tuple[float, float, float]
 
@@ -44,6 +43,21 @@ class Clearance(msgspec.Struct, frozen=True, kw_only=True):
     p_WA: Vector
     p_WB: Vector
     place: str
+
+
+class LimitTable(msgspec.Struct, frozen=True, kw_only=True):
+    """Rows of cells under `head`, whether anything is beyond its limit, and what is to be said.
+
+    `findings`: (severity, subject, sentence, when [s] or None), red ones first.  `told`: what was foreseen,
+    assumed or not judged.  `dynamic`: the amplification that a standard foresees for this lift, and its source.
+    """
+
+    head: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    red: bool
+    findings: tuple[tuple[str, str, str, float | None], ...] = ()
+    told: tuple[str, ...] = ()
+    dynamic: tuple[float, str] | None = None
 
 
 class Judged(msgspec.Struct, frozen=True, kw_only=True):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import msgspec
 from heavylift.kernel.describe import System
 from heavylift.nodes.devs import Event, OutPort
+from heavylift.nodes.fidelity.own import modelled_as
 from heavylift.nodes.models import KERNEL, NodeModel, system
 from heavylift.nodes.models.messages import OperatorCommand, StateEvent
 from heavylift.nodes.scene.plan import HookRope, Plan, Sling, encode
@@ -74,7 +75,8 @@ class Record(FileTape):
         facts = {
             "scene": plan.name,
             "seed": plan.seed,
-            "accuracy": f"{100 * scene.scene.wanted_accuracy:.6g} %",
+            **_asked(scene),
+            "modelled": str(modelled_as(plan, scene.followed)),
             "tolerance": f"{plan.tolerance:.6g}",
             "method": plan.method,
             **({"step": f"{plan.step:.6g} s"} if plan.step else {}),
@@ -187,6 +189,13 @@ class Record(FileTape):
             for name, p in self.recorder.peaks.items()
         ]
         self._page.end(status, told, peaks, str(self._output))
+
+
+def _asked(scene: LoadedScene) -> dict[str, object]:
+    """What a scene asks and how accurately; nothing of one that asks nothing."""
+    if not scene.scene.ask:
+        return {}
+    return {"asked": ", ".join(scene.scene.ask), "accuracy": f"{100 * scene.scene.wanted_accuracy:.6g} %"}
 
 
 def supports(plan: Plan) -> list[dict[str, object]]:

@@ -11,8 +11,7 @@ from heavylift.nodes.limits.shapes import untouched
 from heavylift.nodes.limits.telling import likewise
 from heavylift.nodes.scene.plan import Plan, decode
 from heavylift.recordings import Recording
-from heavylift.recordings.report.limits import LimitTable
-from heavylift.recordings.verdict import Clearance, Found, Judged, recorded_verdict
+from heavylift.recordings.verdict import Clearance, Found, Judged, LimitTable, recorded_verdict
 
 from ..record.limits import judged, signals_of_run, table
 from .clearances import LIMIT, clearances
