@@ -7,7 +7,6 @@ larger one of the sums at rest before and at the end of the stage.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -18,17 +17,14 @@ from numpy.typing import NDArray
 
 from ..reader import Recording, guarded
 from ..signal import Signal
-from .clearances import Clearance, clearances, lowest
-from .limits import LimitTable
+from ..verdict import Judged, recorded_verdict
+from .heights import lowest
 from .scene import scene_table
 
 __all__ = ["CraneUse", "Excess", "Facts", "RopeUse", "StageUse", "facts"]
 
 EMPTY = 1.1  # times its loaders and hook blocks: with less a crane carries nothing
 SETTLED = 0.05  # last part of a stage over which its resting load is taken
-WORDS: dict[str, Callable[[dict[str, Any]], str]] = {  # reports that a planner must see
-    "Limit": lambda x: f"{x.get('actor', '')} stopped by its {x.get('limit', 'limit')}",
-}
 Floats = NDArray[np.float64]
 
 
@@ -90,15 +86,14 @@ class Facts:
     cranes: list[CraneUse]
     warnings: list[Excess]
     hooks: list[HookUse]
-    clearances: list[Clearance]
     scene: list[tuple[str, str]]
     lifted: float  # mass of the block, else the largest load of a crane [kg]
     notes: list[tuple[float, str]]  # when [s], what the kernel had to say
 
 
 @guarded
-def facts(rec: Recording, limits: LimitTable | None = None) -> Facts:
-    """The tables of a recording; whatever it has no samples of stays empty.  `limits`: as they were judged."""
+def facts(rec: Recording, verdict: Judged | None = None) -> Facts:
+    """The tables of a recording; whatever it has no samples of stays empty.  `verdict`: else the recorded one."""
     plan = _plan(rec)
     empty = Signal(np.zeros(0), np.zeros((0, 0)), [], "N")
     tension = rec.signal("rope/tension") if "rope/tension" in rec.signals() else empty
@@ -122,9 +117,10 @@ def facts(rec: Recording, limits: LimitTable | None = None) -> Facts:
     heights = lowest(rec, plan)
     dead = {c["name"]: _dead(plan, c["name"]) * gravity for c in plan.get("cranes", [])}
     stages = [_stage(span, tension, rated, loads, dead)._replace(lowest=_lowest(span, heights)) for span in spans]
-    tables = stages, ropes, cranes, _warnings(rec, ropes, cranes, limits), _hook_uses(plan, tension, gravity)
+    found = _warnings(rec, ropes, cranes, verdict or recorded_verdict(rec))
+    tables = stages, ropes, cranes, found, _hook_uses(plan, tension, gravity)
     lifted = plan["block"]["body"]["mass"] if plan.get("block") else max((c.load for c in cranes), default=0.0)
-    return Facts(*tables, clearances(rec, plan), scene_table(rec, plan), float(lifted), rec.notes())
+    return Facts(*tables, scene_table(rec, plan), float(lifted), rec.notes())
 
 
 def _hook_uses(plan: dict[str, Any], tension: Signal, gravity: float) -> list[HookUse]:
@@ -201,15 +197,11 @@ def _stage(
     return StageUse(name, start, end, rope, uses.get(rope, 0.0), dynamic)
 
 
-def _warnings(rec: Recording, ropes: list[RopeUse], cranes: list[CraneUse], limits: LimitTable | None) -> list[Excess]:
-    """What went beyond its limits: as it was judged, else as peaks and samples alone tell; and what stopped itself."""
-    found = [
-        Excess(e.t_ns * 1e-9, e.source, WORDS[e.type](e.value))
-        for e in rec.events(port="report")
-        if e.type in WORDS and isinstance(e.value, dict)
-    ]
-    if limits is not None:
-        return sorted([*found, *(Excess(t or 0.0, who, told) for _, who, told, t in limits.findings)])
+def _warnings(rec: Recording, ropes: list[RopeUse], cranes: list[CraneUse], verdict: Judged | None) -> list[Excess]:
+    """What went beyond its limits: as it was judged, else as peaks and samples alone tell."""
+    if verdict is not None:
+        return [Excess(f.t or 0.0, f.subject, f.sentence) for f in verdict.findings if f.severity != "note"]
+    found = []
     for r in ropes:
         if r.rated and r.peak > r.rated:
             found.append(Excess(r.when, r.name, f"tension {100 * r.peak / r.rated:.0f} % of the rated one"))
