@@ -178,7 +178,10 @@ def relation(plan: Plan, a: Solid | Strand, b: Solid | Strand) -> Relation:
         case ("block", "ground" | "sling") | ("ground", "loader" | "sling") | ("sling", "sling" | "stools"):
             joined = isinstance(one, Strand) and isinstance(two, Strand) and one.ends == two.ends
             return "joined" if joined else "through"
-        case ("portal", "trolley") | ("portal" | "rope", "rope" | "trolley") if same_crane and kinds != ("rope", "rope"):
+        case ("portal", "trolley") | ("portal" | "rope", "rope" | "trolley") if same_crane and kinds != (
+            "rope",
+            "rope",
+        ):
             return "joined"
         case ("loader", "sling" | "rope") | ("rope", "sling"):
             return "joined" if _carried(one) & _carried(two) else "apart"

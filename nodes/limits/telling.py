@@ -89,9 +89,14 @@ def rows(uses: Sequence[Use], *, every: bool = False) -> list[tuple[str, ...]]:
         source = "; ".join(part for part in (limit.source, limit.note) if part)
         at = ", ".join(part for part in (clock(worst.t), worst.stage) if part)
         cells = (f"{limit.subject}{many}", shown(limit, worst.value), at, _allowed(worst))
-        used = "" if limit.between is not None else f"{100 * (worst.use or 0.0):.0f} %"
+        used = "" if limit.between is not None else percent(worst.use or 0.0)
         found.append((limit.quantity, *cells, used, source))
     return found
+
+
+def percent(use: float) -> str:
+    """A use; so close to the limit that it would be rounded to it, with a digit that tells on which side."""
+    return f"{100 * use:.0f} %" if abs(use - 1.0) >= 5e-3 else f"{100 * use:.2f} %"
 
 
 def unjudged(limits: Iterable[Limit], uses: Sequence[Use] = ()) -> list[str]:
@@ -177,7 +182,7 @@ def _loader(use: Use, ran: bool) -> str:
 
 def _sling(use: Use, ran: bool) -> str:
     limit, value = use.limit, use.value or 0.0
-    verb, much = "was" if ran else "would be", f"{100 * (use.use or 0.0):.0f} % of its limit"
+    verb, much = "was" if ran else "would be", f"{percent(use.use or 0.0)} of its limit"
     told = f"the tension of the sling {limit.subject} {verb} {value / 1e3:.0f} kN, {much}"
     told = f"{told}: {limit.breaking / value:.2f} times below its breaking force"
     return f"{told}, {limit.factor:g} are needed ({limit.source})"
@@ -185,7 +190,7 @@ def _sling(use: Use, ran: bool) -> str:
 
 def _line(use: Use, ran: bool) -> str:
     verb, limit = "carried" if ran else "would carry", use.limit
-    told = f"the rope {limit.subject} {verb} {shown(limit, use.value)}, {100 * (use.use or 0.0):.0f} % of its limit"
+    told = f"the rope {limit.subject} {verb} {shown(limit, use.value)}, {percent(use.use or 0.0)} of its limit"
     return f"{told} of {shown(limit, _bound(use))} ({limit.source})"
 
 

@@ -10,7 +10,7 @@ import pytest
 from heavylift.coordinator.commands.app import app
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.limits import Limit, Signals, judge_path, judge_run, limits_of, signals_of_peaks, uses_of_run
-from heavylift.nodes.limits.telling import likewise
+from heavylift.nodes.limits.telling import likewise, percent
 from heavylift.nodes.scene import check, json_schema, load, plan
 from heavylift.nodes.scene.editors import _comments
 from heavylift.nodes.scene.schema import Block, Crane, Loader, SlingType, Supports
@@ -179,3 +179,8 @@ def test_the_rows_leave_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert (row["limit"]["value"], row["limit"]["breaking"], row["stage"]) == (5.6, 1351e3, "lift off")
     assert row["value"] == pytest.approx(12.33, abs=0.005)
     assert [(f["severity"], f["kind"], f["subject"]) for f in told["findings"]] == [("red", "overload", "loader-3")]
+
+
+def test_a_use_is_not_rounded_to_its_limit() -> None:
+    uses = (0.123, 0.9949, 0.9951, 0.9999, 1.0001, 1.004, 1.006)
+    assert [percent(use) for use in uses] == ["12 %", "99 %", "99.51 %", "99.99 %", "100.01 %", "100.40 %", "101 %"]
