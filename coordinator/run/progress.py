@@ -104,6 +104,7 @@ def summary(plan: Plan, result: Result, path: Path, as_json: bool = False) -> No
     console = Console(highlight=False)
     if result.peaks:
         limits = rated(plan)
+        red = {f.subject for f in result.verdict.findings if f.severity == "red"} if result.verdict else set()
         table = Table(box=None, pad_edge=False, header_style="bold")
         table.add_column("rope")
         for title in ("peak kN", "at", "rated kN", "use %"):
@@ -111,7 +112,7 @@ def summary(plan: Plan, result: Result, path: Path, as_json: bool = False) -> No
         for name, (tension, when) in result.peaks.items():
             limit = limits.get(name)
             rest = [f"{limit / 1e3:.0f}", f"{100 * tension / limit:.1f}"] if limit else ["-", "-"]
-            beyond = "bold red" if limit and tension > limit else None
+            beyond = "bold red" if name in red else None
             table.add_row(name, f"{tension / 1e3:.1f}", clock(when), *rest, style=beyond)
         console.print(table)
     factor = result.sim_s / result.wall_s if result.wall_s else 0.0

@@ -59,6 +59,7 @@ def report(path: str | Path, out: str | Path, verdict: Judged | None = None) -> 
 
 def _page(rec: Recording, found: Facts, pictures: list[str], verdict: Judged | None) -> str:
     limits = verdict.limits if verdict else None
+    judged = limits is not None
     title = f"Lift report: {rec.run.get('scene', rec.path.stem)}"
     parts = [
         f"<h1>{escape(title)}</h1>",
@@ -73,11 +74,11 @@ def _page(rec: Recording, found: Facts, pictures: list[str], verdict: Judged | N
         f'<p class="quiet">{RULE}</p>' if len(found.cranes) > 1 else "",
         _section("Hooks", ["hook", "largest load", "at", "may carry", "use"], [_load(h) for h in found.hooks]),
         _section(
-            "Ropes", ["rope", "peak", "at", "stage", "rated", "use"], [_rope(r) for r in found.ropes]
+            "Ropes", ["rope", "peak", "at", "stage", "rated", "use"], [_rope(r, judged) for r in found.ropes]
         ),
         _section(
             "Stages", ["stage", "from", "lasts", "rope used most", "use", "dynamic factor", "block above ground"],
-            [_stage(s, limits.dynamic[0] if limits and limits.dynamic else None) for s in found.stages],
+            [_stage(s, limits.dynamic[0] if limits and limits.dynamic else None, judged) for s in found.stages],
         ),
         f'<p class="quiet">{escape(_amplified(found, limits))}</p>' if any(s.dynamic for s in found.stages) else "",
         *(f'<p><img src="data:image/png;base64,{data}" alt=""></p>' for data in pictures),
@@ -166,11 +167,12 @@ def _load(c: CraneUse | HookUse) -> list[Cell]:
     ]
 
 
-def _rope(r: RopeUse) -> list[Cell]:
+def _rope(r: RopeUse, judged: bool) -> list[Cell]:
+    """A rope; its rating holds at its longest, so that what is beyond is told by the table of limits where there is one."""
     rated: list[Cell] = ["", ""]
     if r.rated:
         use = r.peak / r.rated
-        rated = [f"{r.rated / 1e3:.0f} kN", (f"{100 * use:.0f} %", use > 1)]
+        rated = [f"{r.rated / 1e3:.0f} kN", (f"{100 * use:.0f} %", use > 1 and not judged)]
     return [r.name, f"{r.peak / 1e3:.1f} kN", _clock(r.when), r.stage, *rated]
 
 
@@ -187,11 +189,11 @@ def _beyond(cell: str) -> bool:
     return number != cell and number.replace(".", "", 1).isdigit() and float(number) > 100.0
 
 
-def _stage(s: StageUse, band: float | None) -> list[Cell]:
+def _stage(s: StageUse, band: float | None, judged: bool) -> list[Cell]:
     factors = ", ".join(f"{crane} {factor:.3f}" for crane, factor in s.dynamic.items())
     beyond = band is not None and any(factor > band for factor in s.dynamic.values())
     low = "" if s.lowest is None else f"{s.lowest:.2f} m"
-    use = (f"{100 * s.use:.0f} %", s.use > 1)
+    use = (f"{100 * s.use:.0f} %", s.use > 1 and not judged)
     return [s.name, _clock(s.start), duration(s.end - s.start), s.rope, use, (factors, beyond), low]
 
 
