@@ -168,7 +168,7 @@ def _load(c: CraneUse | HookUse) -> list[Cell]:
 
 
 def _rope(r: RopeUse, judged: bool) -> list[Cell]:
-    """A rope; its rating holds at its longest, so that what is beyond is told by the table of limits where there is one."""
+    """A rope; its rating is that at its longest, so the table of limits tells what is beyond, if there is one."""
     rated: list[Cell] = ["", ""]
     if r.rated:
         use = r.peak / r.rated
