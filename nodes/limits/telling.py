@@ -96,7 +96,7 @@ def rows(uses: Sequence[Use], *, every: bool = False) -> list[tuple[str, ...]]:
 
 def percent(use: float) -> str:
     """A use; so close to the limit that it would be rounded to it, with a digit that tells on which side."""
-    return f"{100 * use:.0f} %" if abs(use - 1.0) >= 5e-3 else f"{100 * use:.2f} %"
+    return f"{100 * use:.0f} %" if abs(use - 1.0) >= 5e-3 or abs(use - 1.0) < 5e-5 else f"{100 * use:.2f} %"
 
 
 def unjudged(limits: Iterable[Limit], uses: Sequence[Use] = ()) -> list[str]:

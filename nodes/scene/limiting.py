@@ -53,9 +53,13 @@ def _scene(yard: Yard) -> Iterator[Limit]:
 
 
 def _ropes(yard: Yard, mechanism: plan.Mechanism | None) -> Iterator[Limit]:
-    """Ropes that the scene itself limits."""
-    known = [rope.name for rope in yard.ropes] + [sling.name for sling in yard.slings]
-    known += [rope.name for rope in mechanism.system.all_ropes] if mechanism else []
+    """Ropes that the scene itself limits; those of a mechanism that nobody limits are not known."""
+    free = [rope.name for rope in mechanism.system.all_ropes] if mechanism else []
+    for name in (name for name in free if name not in yard.scene.limits.ropes):
+        where = yard.source.where(("mechanism", "ropes", name))
+        note = "give it under 'limits: {ropes: ...}'"
+        yield Limit(subject=name, quantity="rope tension", unit="N", note=note, where=where)
+    known = [rope.name for rope in yard.ropes] + [sling.name for sling in yard.slings] + free
     for name, given in yard.scene.limits.ropes.items():
         path: Path = ("limits", "ropes", name)
         if name not in known:

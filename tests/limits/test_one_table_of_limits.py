@@ -10,7 +10,7 @@ import pytest
 from heavylift.coordinator.commands.app import app
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.limits import Limit, Signals, judge_path, judge_run, limits_of, signals_of_peaks, uses_of_run
-from heavylift.nodes.limits.telling import likewise, percent
+from heavylift.nodes.limits.telling import likewise, percent, unjudged
 from heavylift.nodes.scene import check, json_schema, load, plan
 from heavylift.nodes.scene.editors import _comments
 from heavylift.nodes.scene.schema import Block, Crane, Loader, SlingType, Supports
@@ -165,6 +165,9 @@ def test_a_scene_limits_the_ropes_of_a_mechanism_too() -> None:
     ]
     found = judge_run(built, signals_of_peaks({"fall-1": (480e3, 3.0), "fall-2": (480e3, 3.0)}))
     assert [f.sentence for f in found] == ["the rope fall-1 carried 480 kN, 120 % of its limit of 400 kN (the scene)"]
+    assert unjudged(load("trolley", ["limits={ropes: {fall-1: {tension: 400 kN}}}"]).plan.limits) == [
+        "rope tension of fall-2: not judged; give it under 'limits: {ropes: ...}'"
+    ]
     with pytest.raises(SceneError, match=r"limits.ropes.fall-3: there is no rope 'fall-3'"):
         load("trolley", ["limits={ropes: {fall-3: {tension: 1 kN}}}"])
     with pytest.raises(SceneError, match="give a rope either a 'tension' or a 'breaking' force"):
@@ -182,5 +185,6 @@ def test_the_rows_leave_as_json(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_a_use_is_not_rounded_to_its_limit() -> None:
-    uses = (0.123, 0.9949, 0.9951, 0.9999, 1.0001, 1.004, 1.006)
-    assert [percent(use) for use in uses] == ["12 %", "99 %", "99.51 %", "99.99 %", "100.01 %", "100.40 %", "101 %"]
+    uses = (0.123, 0.9949, 0.9951, 0.9999, 1.0, 1.0001, 1.004, 1.006)
+    told = ["12 %", "99 %", "99.51 %", "99.99 %", "100 %", "100.01 %", "100.40 %", "101 %"]
+    assert [percent(use) for use in uses] == told
