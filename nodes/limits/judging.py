@@ -69,7 +69,7 @@ def uses_of(plan: Plan, signals: Signals) -> list[Use]:
 
 
 def _use(plan: Plan, limit: Limit, signals: Signals) -> Use:
-    reading = read(plan, limit, signals) if limit.known else None
+    reading = read(plan, limit, signals)
     if reading is None or not (len(reading.values) or reading.exact):
         return Use(limit, None)
     bounds = axis_of(plan, limit, signals) if limit.chart else None

@@ -79,19 +79,21 @@ def rows(uses: Sequence[Use], *, every: bool = False) -> list[tuple[str, ...]]:
     """Cells under `HEAD`: per quantity and limit the subject that uses it most; `every`: all subjects."""
     groups: dict[object, list[Use]] = {}
     for number, use in enumerate(uses):
-        if use.value is not None and use.use is not None:
-            groups.setdefault((number,) if every else (use.limit.quantity, use.limit.over), []).append(use)
-    found: list[tuple[str, ...]] = []
-    for group in groups.values():
-        worst = max(group, key=lambda use: use.use or 0.0)
-        limit = worst.limit
-        many = "" if len(group) == 1 else f" (of {len(group)})"
-        source = "; ".join(part for part in (limit.source, limit.note) if part)
-        at = ", ".join(part for part in (clock(worst.t), worst.stage) if part)
-        cells = (f"{limit.subject}{many}", shown(limit, worst.value), at, _allowed(worst))
-        used = "" if limit.between is not None else percent(worst.use or 0.0)
-        found.append((limit.quantity, *cells, used, source))
-    return found
+        if use.value is not None:
+            key = (number,) if every else (use.limit.quantity, use.limit.over, use.limit.known)
+            groups.setdefault(key, []).append(use)
+    return [_row(group) for group in groups.values()]
+
+
+def _row(group: list[Use]) -> tuple[str, ...]:
+    worst = max(group, key=lambda use: use.use if use.use is not None else use.value or 0.0)
+    limit = worst.limit
+    many = len({use.limit.subject for use in group})
+    subject = limit.subject if many == 1 else f"{limit.subject} (of {many})"
+    at = ", ".join(part for part in (clock(worst.t), worst.stage) if part)
+    source = "; ".join(part for part in (limit.source, limit.note) if part)
+    used = "" if worst.use is None or limit.between is not None else percent(worst.use)
+    return (limit.quantity, subject, shown(limit, worst.value), at, _allowed(worst), used, source)
 
 
 def percent(use: float) -> str:
@@ -153,6 +155,8 @@ def _bound(use: Use) -> float:
 
 def _allowed(use: Use) -> str:
     limit = use.limit
+    if not limit.known:
+        return "not known"
     if limit.between is not None:
         return f"{limit.between[0]:g} to {limit.between[1]:g} {limit.unit}"
     return ("at least " if limit.least else "") + shown(limit, _bound(use))
