@@ -8,10 +8,11 @@ from math import atan, degrees, radians, sin, tan
 
 import numpy as np
 import pytest
-from heavylift.nodes.limits import Signals, Use, judge_run, rows, uses_of_run
+from heavylift.nodes.limits import Signals, Use, judge_path, judge_run, rows, uses_of_run
 from heavylift.nodes.limits.telling import unjudged
 from heavylift.nodes.scene import check, load
 from heavylift.nodes.scene.plan import Plan
+from heavylift.nodes.statics import StaticState
 
 EXACT = 1e-12  # relative: the same triangle by other functions
 LEVEL = np.eye(3)
@@ -132,3 +133,37 @@ def test_the_row_names_the_worst_of_all_with_time_and_stage() -> None:
     uses = uses_of_run(built, hung(built, 1.0, 0.0))
     row = next(row for row in rows(uses) if row[0] == "off-lead along")
     assert row == ("off-lead along", HOOK, "1.43 deg", "0:00:07.0, swing", "3.00 deg", "48 %", "assumed")
+
+
+def test_a_path_at_rest_is_judged_state_by_state() -> None:
+    """A bridle that opens as its hook comes down, under a rope that leads off: the worst is told."""
+    built = plan()
+    sling = next(s for s in built.rig.slings if s.name == "loader-3.sling-1")
+    states = []
+    for number, angle in enumerate((10.0, 50.0, 65.0, 40.0), 1):
+        seen = hung(built, LENGTH * tan(radians(angle / 10)), 0.0)
+        spreads = spread(built, radians(angle))
+        poses = {name: (tuple(p[0]), tuple(map(tuple, R[0]))) for name, (p, R) in (seen.poses | spreads.poses).items()}
+        tensions = {name: float(T[0]) for name, T in seen.tensions.items()}
+        states.append(
+            StaticState(
+                t=0.0, action=number, stage=f"stage {number}", event="", tensions=tensions, supports={}, poses=poses,
+                coordinates={}, references={}, speeds={}, hooked={sling.name: sling.lug} if number < 4 else {},
+                grounded=False, stiffness=1.0,
+            )
+        )  # fmt: skip
+    found = judge_path(built, states)
+    assert [(f.severity, f.kind, f.stage) for f in found] == [
+        ("red", "off-lead", "stage 3"),
+        ("red", "bridle", "stage 3"),
+    ]
+    assert found[1].sentence.startswith("the sling loader-3.sling-1 would stand 65.0 degrees off the vertical")
+    assert {f.where for f in found} == {built.actions[2].where}
+
+
+def test_what_has_no_known_limit_is_shown_all_the_same() -> None:
+    built = plan()
+    table = {(row[0], row[1]): row for row in rows(uses_of_run(built, hung(built, 0.0, LENGTH * tan(radians(2.0)))))}
+    row = table["side force", "crane lower"]
+    assert row[2:6] == (f"{LOADED * sin(radians(2.0)) / 1e3:.4g} kN", "0:00:07.0, swing", "not known", "")
+    assert row[6] == "give 'trolley drive'"
