@@ -31,7 +31,16 @@ def info(path: str | Path, verdict: Judged | None = None) -> str:
     rec = Recording(path)
     verdict = verdict or recorded_verdict(rec)
     with rec.reading():
-        parts = [_head(rec, verdict), _findings(verdict), _clearances(verdict), _peaks(rec), _events(rec), _signals(rec), _channels(rec), _attachments(rec)]
+        parts = [
+            _head(rec, verdict),
+            _findings(verdict),
+            _clearances(verdict),
+            _peaks(rec),
+            _events(rec),
+            _signals(rec),
+            _channels(rec),
+            _attachments(rec),
+        ]
     return "\n\n".join(part for part in parts if part)
 
 
@@ -82,12 +91,15 @@ def _head(rec: Recording, verdict: Judged | None) -> str:
 
 def _findings(verdict: Judged | None) -> str:
     found = verdict.findings if verdict else ()
-    return "\n".join(f"  {f.severity}: {f.sentence}" + (f", at {duration(f.t)}" if f.t is not None else "") for f in found)
+    return "\n".join(
+        f"  {f.severity}: {f.sentence}" + (f", at {duration(f.t)}" if f.t is not None else "") for f in found
+    )
 
 
 def _clearances(verdict: Judged | None) -> str:
     rows = [
-        [f"{c.a} and {c.b}", f"{c.distance:.2f} m", duration(c.t), c.place] for c in (verdict.clearances if verdict else ())
+        [f"{c.a} and {c.b}", f"{c.distance:.2f} m", duration(c.t), c.place]
+        for c in (verdict.clearances if verdict else ())
     ]
     return table(["between", "at least", "at", "where"], rows)
 

@@ -120,7 +120,9 @@ def _at_once(plan: Plan, said: Conduct) -> Iterator[Finding]:
     for t, number, _ in said.skipped:
         if number < len(plan.actions):
             until = next((_until(x) for x in plan.actions[number].orders if _until(x)), "")
-            found.setdefault(number, (t, f"'{until}' held already, so it moved nothing" if until else "it moved nothing"))
+            found.setdefault(
+                number, (t, f"'{until}' held already, so it moved nothing" if until else "it moved nothing")
+            )
     for (t, number, _), (after, following, _) in pairwise(said.stages):
         action = plan.actions[number] if number < len(plan.actions) else None
         if action and after == t and following == number + 1 and _moves(action) and not plan.actions[following].when:

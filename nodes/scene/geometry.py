@@ -7,15 +7,21 @@ action list, what stood before and after an action.  A subject is told once per 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import combinations, pairwise
+
+from heavylift.kernel.describe import Vector
+from heavylift.nodes.limits.geometry import passes_through
 
 from . import plan, schema
 from .findings import Findings, Told
 from .follow import Step
 from .standing import Standing, State, reach
+from .yard import exit_height
 
 SAME_LEVEL = 5.0  # trolleys whose ropes leave closer together in height run into each other [m]
 TOUCH = 1e-6  # [m]
+SURFACE = 0.01  # so deep below a face a sling still lies on it [m]
 
 
 def start_checks(scene: schema.Scene, built: plan.Plan, start: Step) -> list[tuple[str, str]]:
@@ -102,12 +108,50 @@ def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Told:
 
 
 def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Told:
-    """Each sling that is hooked at the start reaches its lug."""
+    """Each sling that is hooked at the start reaches its lug, not overstretched and not through the block."""
     at = Standing(scene, built)
+    loaders = {loader.name: loader for loader in built.loaders}
+    stretched = {
+        r.name: exit_height(scene.cranes[r.crane], r.hook) - loaders[r.carries].pose[2] for r in built.rig.hook_ropes
+    }
+    at.state = replace(at.state, ropes=stretched)
+    u, v, w = (max(0.0, side / 2 - SURFACE) for side in at.block.size)
     for sling in built.rig.slings:
-        told = reach(at, sling.name, sling.lug) if sling.lug else ""
+        if not sling.lug:
+            continue
+        told = reach(at, sling.name, sling.lug) or _overstretched(at, sling)
         if told:
             yield sling.loader, sling.where, told
+            continue
+        beam, lug = _ends(at, sling)
+        middle = at.state.at
+        inside = passes_through(_from(middle, beam), _from(middle, lug), (u, v, w))
+        if inside > 0.0:
+            told = (
+                f"{sling.name} would go through {inside:.2g} m of the block on its straight way to the lug {sling.lug}"
+            )
+            yield sling.name, sling.where, f"{told}: put the lug on a face that the hook reaches"
+
+
+def _ends(at: Standing, sling: plan.Sling) -> tuple[Vector, Vector]:
+    """Where a sling leaves its beam, and its lug, in the world [m]."""
+    x, y, z = at.eye(sling.loader)
+    u, v, _ = sling.beam.p
+    return (x + u, y + v, z - at.loader(sling.loader).height), at.place(sling.lug)
+
+
+def _from(origin: Vector, p: Vector) -> Vector:
+    return (p[0] - origin[0], p[1] - origin[1], p[2] - origin[2])
+
+
+def _overstretched(at: Standing, sling: plan.Sling) -> str:
+    """A sentence if a sling begins with more than its rated tension, else nothing."""
+    gap = math.dist(*_ends(at, sling)) - sling.L0
+    tension = sling.EA * gap / sling.L0
+    if not sling.rated or tension <= sling.rated:
+        return ""
+    told = f"{sling.name} begins stretched by {gap * 1e3:.3g} mm with {tension / 1e3:.0f} kN, rated for"
+    return f"{told} {sling.rated / 1e3:.0f} kN: lower the hook or take a longer sling than {sling.L0:g} m"
 
 
 # at the start and after each action

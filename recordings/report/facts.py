@@ -115,7 +115,13 @@ def facts(rec: Recording, verdict: Judged | None = None) -> Facts:
         cranes.append(_together(plan, loads, tension, cranes, gravity))
     heights = lowest(rec, plan)
     stages = [_stage(span, tension, rated, loads)._replace(lowest=_lowest(span, heights)) for span in spans]
-    tables = stages, ropes, cranes, _warnings(rec, ropes, cranes, verdict or recorded_verdict(rec)), _hook_uses(plan, tension, gravity)
+    tables = (
+        stages,
+        ropes,
+        cranes,
+        _warnings(rec, ropes, cranes, verdict or recorded_verdict(rec)),
+        _hook_uses(plan, tension, gravity),
+    )
     lifted = plan["block"]["body"]["mass"] if plan.get("block") else max((c.load for c in cranes), default=0.0)
     return Facts(*tables, scene_table(rec, plan), float(lifted), rec.notes())
 
