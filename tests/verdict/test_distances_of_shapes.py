@@ -35,7 +35,11 @@ def capsule(a: Floats, b: Floats, radius: float) -> Placed:
         (box([0, 0, 0], [1, 1, 1]), box([3, 0, 0], [1, 1, 1], Rotation.from_euler("z", 45, degrees=True)), 2 - 2**0.5),
         (box([0, 0, 0], [1, 1, 1]), box([1.5, 0, 0], [1, 1, 1]), -0.5),
         (box([0, 0, 0], [27, 14, 5]), capsule(np.array([0.0, -14.6, 0.0]), np.array([0.0, -14.6, 8.0]), 0.048), 0.552),
-        (capsule(np.zeros(3), np.array([0.0, 0, 9]), 0.1), capsule(np.array([1.0, -2, 4]), np.array([1.0, 2, 4]), 0.2), 0.7),
+        (
+            capsule(np.zeros(3), np.array([0.0, 0, 9]), 0.1),
+            capsule(np.array([1.0, -2, 4]), np.array([1.0, 2, 4]), 0.2),
+            0.7,
+        ),
     ],
 )  # fmt: skip
 def test_closed_forms(a: Placed, b: Placed, distance: float) -> None:
