@@ -68,6 +68,7 @@ def info_data(path: str | Path, verdict: Judged | None = None) -> dict[str, Any]
 def _head(rec: Recording, verdict: Judged | None) -> str:
     run = rec.run
     lines = [("scene", run.get("scene", "without a name"))]
+    lines += [("settings", f"seed {run['seed']}")] if run.get("seed") else []
     lines += settings(run).items()
     reason = rec.result.get("reason")
     status = rec.result.get("status", "cut off")
@@ -86,7 +87,7 @@ def _head(rec: Recording, verdict: Judged | None) -> str:
     else:
         lines += [("note", sentence) for _, sentence in rec.notes()]
     lines.append(("file", f"{_size(rec.size)}, {sum(t.messages for t in rec.topics.values())} messages, {rec.library}"))
-    return "\n".join([str(rec.path), *(f"  {name:<11} {text}" for name, text in lines)])
+    return "\n".join([str(rec.path), *(f"  {name:<9} {text}" for name, text in lines)])
 
 
 def _findings(verdict: Judged | None) -> str:

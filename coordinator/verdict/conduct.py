@@ -13,7 +13,7 @@ from heavylift.nodes.devs import Event
 from heavylift.nodes.limits.findings import Finding
 from heavylift.nodes.models.messages import Limit, OperatorCommand, Overload, Skipped, Stage
 from heavylift.nodes.scene.actions import Action, Move, Turn
-from heavylift.nodes.scene.plan import Plan
+from heavylift.nodes.scene.plan import Plan, drive_name
 from heavylift.recordings import Recording
 
 __all__ = ["Conduct", "conduct_findings", "conduct_of"]
@@ -99,19 +99,22 @@ def conduct_findings(plan: Plan, said: Conduct) -> Iterator[Finding]:
 
 def _stops(plan: Plan, said: Conduct) -> Iterator[Finding]:
     """Hooks that were two-blocked, and drives that came to the end of their way; each once."""
-    names = {h.rope: f"{h.name} of {c.name}" for c in plan.cranes for h in c.hooks}
+    names = {h.rope: f"the hook {h.name} of {c.name}" for c in plan.cranes for h in c.hooks}
+    for crane in plan.cranes:
+        names[drive_name(crane.name, "gantry")] = crane.name
+        names[drive_name(crane.name, "upper")] = f"the upper trolley of {crane.name}"
+        names[drive_name(crane.name, "lower")] = f"the lower trolley of {crane.name}"
     seen = set()
     for t, actor, limit in said.stopped:
         if (actor, limit) in seen:
             continue
         seen.add((actor, limit))
         if limit == UPPER:
-            told = f"the hook {names.get(actor, actor)} was two-blocked: its upper limit switch stopped it"
+            told = f"{names.get(actor, actor)} was two-blocked: its upper limit switch stopped it"
             yield Finding(severity="red", kind="two-blocked", subject=actor, sentence=told, t=t)
         else:
-            what = "the end of its way" if limit == "travel limit" else f"its limit ({limit})"
-            told = f"{actor.removesuffix('.drive')} was stopped at {what} before it came to where it was ordered"
-            yield Finding(severity="red" if plan.cranes else "warning", kind="limit", subject=actor, sentence=told, t=t)
+            told = f"{names.get(actor, actor)} was stopped by its limit '{limit}'"
+            yield Finding(severity="warning", kind="limit", subject=actor, sentence=told, t=t)
 
 
 def _at_once(plan: Plan, said: Conduct) -> Iterator[Finding]:

@@ -26,7 +26,7 @@ from .ropes import reeving_of, rope_of, span
 from .source import Path, Source
 
 TOO_SHORT = 1e-6  # [m] that a rigid rope may lack at the start by rounding
-WIRE = 1e6  # stiffness from which a rope can only be a wire rope [N]
+WIRE = 1e7  # stiffness from which a rope can only be a wire rope, of 16 mm or more [N]
 BREAKS = 0.02  # strain at which steel wire has broken: 1770 MPa over 105 GPa is 1.7 %
 TOUCH = 1e-9  # a rope or support this close carries [m]
 

@@ -27,7 +27,7 @@ SURFACE = 0.01  # so deep below a face a sling still lies on it [m]
 def start_checks(scene: schema.Scene, built: plan.Plan, start: Step) -> list[tuple[str, str]]:
     """What does not fit before anything moves; slings are judged where cranes and block stand well."""
     found = Findings()
-    for fits in (_on_stools, _stools_below_mass, _lugs_outside, _under_hooks):
+    for fits in (_on_stools, _stools_below_mass, _lugs_outside, _under_hooks, _ropes_overloaded):
         found.take(fits.__name__, fits(scene, built))
     for check in _ALWAYS:
         found.take(check.__name__, check(scene, built, start.state, start))
@@ -105,6 +105,18 @@ def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Told:
             built.block.where,
             f"{told}: hooks hang at {hooks or 'no place, the rig has no loaders'}",
         )
+
+
+def _ropes_overloaded(scene: schema.Scene, built: plan.Plan) -> Told:
+    """No hook rope begins with more than its rated tension, from what hangs on it alone."""
+    loaders = {loader.name: loader for loader in built.loaders}
+    for rope in built.rig.hook_ropes:
+        loader = loaders[rope.carries]  # whose upper body holds the hook block
+        tension = (loader.upper.mass + loader.lower.mass) * built.gravity
+        if rope.rated and tension > rope.rated:
+            told = f"the rope {rope.name} begins stretched with {tension / 1e3:.0f} kN"
+            told += f", rated for {rope.rated / 1e3:.0f} kN"
+            yield rope.name, rope.where, f"{told}: {loader.name} and the hook block alone are too heavy for it"
 
 
 def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Told:
