@@ -31,7 +31,16 @@ def info(path: str | Path, verdict: Judged | None = None) -> str:
     rec = Recording(path)
     verdict = verdict or recorded_verdict(rec)
     with rec.reading():
-        parts = [_head(rec, verdict), _findings(verdict), _clearances(verdict), _peaks(rec), _events(rec), _signals(rec), _channels(rec), _attachments(rec)]
+        parts = [
+            _head(rec, verdict),
+            _findings(verdict),
+            _clearances(verdict),
+            _peaks(rec),
+            _events(rec),
+            _signals(rec),
+            _channels(rec),
+            _attachments(rec),
+        ]
     return "\n\n".join(part for part in parts if part)
 
 
@@ -59,6 +68,7 @@ def info_data(path: str | Path, verdict: Judged | None = None) -> dict[str, Any]
 def _head(rec: Recording, verdict: Judged | None) -> str:
     run = rec.run
     lines = [("scene", run.get("scene", "without a name"))]
+    lines += [("settings", f"seed {run['seed']}")] if run.get("seed") else []
     lines += settings(run).items()
     reason = rec.result.get("reason")
     status = rec.result.get("status", "cut off")
@@ -77,17 +87,20 @@ def _head(rec: Recording, verdict: Judged | None) -> str:
     else:
         lines += [("note", sentence) for _, sentence in rec.notes()]
     lines.append(("file", f"{_size(rec.size)}, {sum(t.messages for t in rec.topics.values())} messages, {rec.library}"))
-    return "\n".join([str(rec.path), *(f"  {name:<11} {text}" for name, text in lines)])
+    return "\n".join([str(rec.path), *(f"  {name:<9} {text}" for name, text in lines)])
 
 
 def _findings(verdict: Judged | None) -> str:
     found = verdict.findings if verdict else ()
-    return "\n".join(f"  {f.severity}: {f.sentence}" + (f", at {duration(f.t)}" if f.t is not None else "") for f in found)
+    return "\n".join(
+        f"  {f.severity}: {f.sentence}" + (f", at {duration(f.t)}" if f.t is not None else "") for f in found
+    )
 
 
 def _clearances(verdict: Judged | None) -> str:
     rows = [
-        [f"{c.a} and {c.b}", f"{c.distance:.2f} m", duration(c.t), c.place] for c in (verdict.clearances if verdict else ())
+        [f"{c.a} and {c.b}", f"{c.distance:.2f} m", duration(c.t), c.place]
+        for c in (verdict.clearances if verdict else ())
     ]
     return table(["between", "at least", "at", "where"], rows)
 

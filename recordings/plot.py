@@ -136,7 +136,7 @@ def _heading(figure: Figure, rec: Recording, curves: Curves) -> None:
     what = curves.quantity.partition(" [")[0]
     facts = [rec.run.get("scene", rec.path.stem), f"{duration(float(rec.fact('sim_s', 0.0)))} simulated"]
     told = settings(rec.run)
-    facts += [told[name] for name in ("asked", "integration") if name in told]
+    facts += [told[name] for name in ("asked", "steps") if name in told]
     if rec.result.get("status") != "finished":
         facts.append(rec.result.get("status", "cut off"))
     y = 1 - 24 / (72 * HEIGHT)

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 __all__ = ["FACTS", "settings"]
 
-FACTS = ("asked", "modelled", "integration")  # names of the lines
+FACTS = ("asked", "modelled", "steps")  # names of the lines
 
 
 def settings(run: Mapping[str, str]) -> dict[str, str]:
@@ -23,5 +23,5 @@ def settings(run: Mapping[str, str]) -> dict[str, str]:
         found["modelled"] = run["modelled"]
     steps = f"steps of {run['step']}" if run.get("step") else f"integrator's tolerance {run.get('tolerance', '')}"
     if run.get("step") or run.get("tolerance"):
-        found["integration"] = ", ".join(part for part in (run.get("method", ""), steps) if part)
+        found["steps"] = ", ".join(part for part in (run.get("method", ""), steps) if part)
     return found

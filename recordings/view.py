@@ -122,7 +122,8 @@ def _judged(verdict: Judged | None) -> list[tuple[str, str]]:
     rows = [("verdict", verdict.line)]
     rows += [(f.severity, f.sentence + (f", at {duration(f.t)}" if f.t is not None else "")) for f in verdict.findings]
     rows += [
-        ("clearance", f"{c.distance:.2f} m, {c.a} and {c.b}, at {duration(c.t)}") for c in verdict.clearances[:CLEARANCES]
+        ("clearance", f"{c.distance:.2f} m, {c.a} and {c.b}, at {duration(c.t)}")
+        for c in verdict.clearances[:CLEARANCES]
     ]
     return rows + [("not looked at", sentence) for sentence in verdict.not_looked_at]
 

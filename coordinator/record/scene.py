@@ -81,7 +81,7 @@ class Record(FileTape):
             "method": plan.method,
             **({"step": f"{plan.step:.6g} s"} if plan.step else {}),
             "samples_hz": plan.samples_hz,
-            "fidelity": msgspec.to_builtins(plan.fidelity),
+            "fidelity": {key: getattr(plan.fidelity, key) for key in plan.fidelity.__struct_fields__ if key != "where"},
             **({"predicted_errors": dict(scene.verdict.errors)} if scene.verdict and scene.verdict.errors else {}),
             "nodes": [*models, KERNEL],
             "placement": {process: list(nodes) for process, nodes in placement.processes.items()},
@@ -109,7 +109,7 @@ class Record(FileTape):
         self._layout = msgspec.msgpack.decode(data, type=SampleLayout)
         self._energy = EnergyAudit(self._layout)
         self.recorder.layout(self._layout)
-        drawn = boxes(self._plan, systems)
+        drawn = boxes(self._plan)
         self.recorder.boxes(drawn)
         self._ropes = RopeLines(systems)
         self.recorder.ropes(0, self._ropes.drawn())
@@ -161,7 +161,9 @@ class Record(FileTape):
         if lateness is not None:
             facts["lateness"] = lateness._asdict()
         self.close(facts)
-        self._end_for_all("finished", {"digest": result.digest, "verdict": result.verdict.line if result.verdict else ""})
+        self._end_for_all(
+            "finished", {"digest": result.digest, "verdict": result.verdict.line if result.verdict else ""}
+        )
         return result
 
     def _judged(self, result: Result) -> Judged:

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 from heavylift.nodes.limits.findings import Finding
-from heavylift.nodes.limits.shapes import GROUND, Solid, Strand, relation
+from heavylift.nodes.limits.shapes import Kind, Solid, Strand, relation
 from heavylift.nodes.scene.plan import Plan
 from heavylift.recordings.verdict import Clearance
 from numpy.typing import NDArray
@@ -24,6 +24,9 @@ __all__ = ["LIMIT", "clearances", "findings"]
 SMALLEST = 10  # clearances that are told
 LIMIT = 0.5  # clearance of a scene that says nothing [m]
 TOUCH = 0.01  # depth of a penetration that is only numbers, such as of a pad that yields [m]
+ORDER: tuple[Kind, ...] = (
+    "rope", "sling", "loader", "mechanism", "block", "trolley", "portal", "stools", "ground",
+)  # fmt: skip
 THINNEST = 1e-3  # time between samples that are looked at, at least [s]
 
 
@@ -60,13 +63,20 @@ def _red(c: Clearance) -> bool:
     return c.distance < (c.limit if c.limit > 0.0 else -TOUCH)
 
 
+def _the(thing: str) -> str:
+    """A thing with its article, unless it has a name of its own."""
+    common = thing in ("block", "ground", "stools") or thing.partition(" ")[0] in ("rope", "portal", "upper", "lower")
+    return f"the {thing}" if common else thing
+
+
 def _finding(c: Clearance) -> Finding:
+    a, b = _the(c.a), _the(c.b)
     if c.distance < -TOUCH:
-        told = f"{c.a} went {-c.distance:.2f} m into {c.b}"
+        told = f"{a} went {-c.distance:.2f} m into {b}"
     elif c.distance < TOUCH:
-        told = f"{c.a} touched {c.b}"
+        told = f"{a} touched {b}"
     else:
-        told = f"{c.a} came within {c.distance:.2f} m of {c.b}, {c.limit:g} m are to be kept"
+        told = f"{a} came within {c.distance:.2f} m of {b}, {c.limit:g} m are to be kept"
     return Finding(
         severity="red",
         kind="clearance",
@@ -121,8 +131,9 @@ def _moves(s: Moving) -> bool:
 
 
 def _names(a: Moving, b: Moving) -> tuple[str, str]:
-    one, two = a.shape.thing, b.shape.thing
-    return (two, one) if one == GROUND else (one, two)
+    """Both things, first the one that is told to have come to the other."""
+    one, two = sorted((a, b), key=lambda s: (ORDER.index(s.shape.kind), s.shape.thing))
+    return one.shape.thing, two.shape.thing
 
 
 def _groups(
@@ -147,7 +158,7 @@ def _groups(
 
 def _told(limit: float, m: Minimum) -> Clearance:
     a, b, p, q = m.a, m.b, m.near.a, m.near.b
-    if a.shape.thing == GROUND:
+    if (a.shape.thing, b.shape.thing) != _names(a, b):
         a, b, p, q = b, a, q, p
     place = f"at x, y, z = {p[0]:.1f}, {p[1]:.1f}, {p[2]:.1f} m"
     parts = [x for x in (_part(a, p, m.t), _part(b, q, m.t)) if x]

@@ -13,7 +13,7 @@ from heavylift.nodes.devs import Event
 from heavylift.nodes.limits.findings import Finding
 from heavylift.nodes.models.messages import Limit, OperatorCommand, Overload, Skipped, Stage
 from heavylift.nodes.scene.actions import Action, Move, Turn
-from heavylift.nodes.scene.plan import Plan
+from heavylift.nodes.scene.plan import Plan, drive_name
 from heavylift.recordings import Recording
 
 __all__ = ["Conduct", "conduct_findings", "conduct_of"]
@@ -88,7 +88,7 @@ def conduct_findings(plan: Plan, said: Conduct) -> Iterator[Finding]:
     if said.status != FINISHED:
         told = f"the run {said.status}: {said.reason}" if said.reason else "the recording is cut off"
         yield Finding(severity="red", kind="cut", subject="run", sentence=told, t=said.end)
-    elif said.unfinished:
+    elif said.unfinished and not any(ends for _, _, ends in said.words):
         bound = f"the end of the scene at {plan.end:g} s" if plan.end is not None else "its end"
         told = f"{bound} cut the {'lift' if lift else 'run'}: {said.unfinished}"
         severity = "red" if lift else "note"
@@ -99,19 +99,22 @@ def conduct_findings(plan: Plan, said: Conduct) -> Iterator[Finding]:
 
 def _stops(plan: Plan, said: Conduct) -> Iterator[Finding]:
     """Hooks that were two-blocked, and drives that came to the end of their way; each once."""
-    names = {h.rope: f"{h.name} of {c.name}" for c in plan.cranes for h in c.hooks}
+    names = {h.rope: f"the hook {h.name} of {c.name}" for c in plan.cranes for h in c.hooks}
+    for crane in plan.cranes:
+        names[drive_name(crane.name, "gantry")] = crane.name
+        names[drive_name(crane.name, "upper")] = f"the upper trolley of {crane.name}"
+        names[drive_name(crane.name, "lower")] = f"the lower trolley of {crane.name}"
     seen = set()
     for t, actor, limit in said.stopped:
         if (actor, limit) in seen:
             continue
         seen.add((actor, limit))
         if limit == UPPER:
-            told = f"the hook {names.get(actor, actor)} was two-blocked: its upper limit switch stopped it"
+            told = f"{names.get(actor, actor)} was two-blocked: its upper limit switch stopped it"
             yield Finding(severity="red", kind="two-blocked", subject=actor, sentence=told, t=t)
         else:
-            what = "the end of its way" if limit == "travel limit" else f"its limit ({limit})"
-            told = f"{actor.removesuffix('.drive')} was stopped at {what} before it came to where it was ordered"
-            yield Finding(severity="red" if plan.cranes else "warning", kind="limit", subject=actor, sentence=told, t=t)
+            told = f"{names.get(actor, actor)} was stopped by its limit '{limit}'"
+            yield Finding(severity="warning", kind="limit", subject=actor, sentence=told, t=t)
 
 
 def _at_once(plan: Plan, said: Conduct) -> Iterator[Finding]:
@@ -120,7 +123,9 @@ def _at_once(plan: Plan, said: Conduct) -> Iterator[Finding]:
     for t, number, _ in said.skipped:
         if number < len(plan.actions):
             until = next((_until(x) for x in plan.actions[number].orders if _until(x)), "")
-            found.setdefault(number, (t, f"'{until}' held already, so it moved nothing" if until else "it moved nothing"))
+            found.setdefault(
+                number, (t, f"'{until}' held already, so it moved nothing" if until else "it moved nothing")
+            )
     for (t, number, _), (after, following, _) in pairwise(said.stages):
         action = plan.actions[number] if number < len(plan.actions) else None
         if action and after == t and following == number + 1 and _moves(action) and not plan.actions[following].when:

@@ -1,9 +1,9 @@
 """The distance of two shapes: bounds for many poses at once by separating axes, and exactly by Coal for one pose.
 
 Shapes are rounded boxes, so along a unit vector n they are apart by |n d| - sum h_i |n a_i| - r of both (Gottschalk et
-al. 1996, OBBTree); the largest over any directions bounds the distance, penetrations too, which are negative.  Coal (Pan
-et al. 2012, FCL; Montaut et al. 2022) gives the distance itself with the nearest points.  Where shapes touch to its
-tolerance its penetration algorithm may fail; the bound, which is exact for boxes, then stands for it.
+al. 1996, OBBTree); the largest over any directions bounds the distance, penetrations too, which are negative.  Coal
+(Pan et al. 2012, FCL; Montaut et al. 2022) gives the distance itself with the nearest points.  Where shapes touch to
+its tolerance its penetration algorithm may fail; the bound, which is exact for boxes, then stands for it.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Placed(NamedTuple):
 
 
 class Near(NamedTuple):
-    """Distance [m], negative in a penetration, the nearest or deepest points in the world, the direction from a to b."""
+    """Distance [m], negative in a penetration; the nearest or deepest points in the world; direction from a to b."""
 
     distance: float
     a: Floats
@@ -43,7 +43,8 @@ class Near(NamedTuple):
 def bounds(a: Placed, b: Placed) -> Floats:
     """(m,) what the distances are at least."""
     d = b.centre - a.centre
-    return _gaps(_directions(a, b, d), a, b, d).max(axis=1)
+    found: Floats = _gaps(_directions(a, b, d), a, b, d).max(axis=1)
+    return found
 
 
 def bounds_between(a: tuple[Placed, Placed], b: tuple[Placed, Placed]) -> Floats:
@@ -55,18 +56,19 @@ def bounds_between(a: tuple[Placed, Placed], b: tuple[Placed, Placed]) -> Floats
     d = b[0].centre - a[0].centre
     first = _directions(a[0], b[0], d)
     second = np.concatenate([a[1].R.transpose(0, 2, 1), b[1].R.transpose(0, 2, 1), first[:, 6:]], axis=1)
-    second[:, :6] *= np.where((first[:, :6] * np.concatenate([a[0].R, b[0].R], 2).transpose(0, 2, 1)).sum(2) < 0, -1, 1)[
-        :, :, None
-    ]
+    second[:, :6] *= np.where(
+        (first[:, :6] * np.concatenate([a[0].R, b[0].R], 2).transpose(0, 2, 1)).sum(2) < 0, -1, 1
+    )[:, :, None]
     return _at_both(first, second, a, b)
 
 
 def bounds_along(a: tuple[Placed, Placed], b: tuple[Placed, Placed], n: Floats, n_A: Floats, n_B: Floats) -> Floats:
     """(m,) the same along one direction from a to b alone: as it is in the world, in the first or the second shape."""
-    ends = []
-    for x, y in zip(a, b, strict=True):
-        ends.append(np.stack([np.broadcast_to(n, (len(x.centre), 3)), x.R @ n_A, y.R @ n_B], axis=1))
-    return _at_both(*ends, a, b)
+    first, second = (
+        np.stack([np.broadcast_to(n, (len(x.centre), 3)), x.R @ n_A, y.R @ n_B], axis=1)
+        for x, y in zip(a, b, strict=True)
+    )
+    return _at_both(first, second, a, b)
 
 
 def _at_both(first: Floats, second: Floats, a: tuple[Placed, Placed], b: tuple[Placed, Placed]) -> Floats:

@@ -73,10 +73,12 @@ def history_of(rec: Recording) -> History:
     """What a recording holds of it."""
     bodies = [name for name in rec.signals() if name.startswith(POSE)]
     rec.load([*bodies, *(name for name in NUMBERS if name in rec.signals())])
-    t, found = np.zeros(0), []
-    for name in NUMBERS:
-        signal = rec.signal(name) if name in rec.signals() else None
-        found.append({x: signal.values[:, i] for i, x in enumerate(signal.names)} if signal else {})
-        t = signal.t if signal else t
-    t = rec.signal(bodies[0]).t if bodies else t
-    return History(t, {name.removeprefix(POSE): rec.signal(name).values for name in bodies}, *found, rec.rigs())
+    t = np.zeros(0)
+    numbers: dict[str, dict[str, Floats]] = {name: {} for name in NUMBERS}
+    for name in (x for x in NUMBERS if x in rec.signals()):
+        signal = rec.signal(name)
+        numbers[name] = {x: signal.values[:, i] for i, x in enumerate(signal.names)}
+        t = signal.t
+    poses = {name.removeprefix(POSE): rec.signal(name).values for name in bodies}
+    tensions, lengths = numbers.values()
+    return History(rec.signal(bodies[0]).t if bodies else t, poses, tensions, lengths, rec.rigs())

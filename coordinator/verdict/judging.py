@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import msgspec
 from heavylift.nodes.limits.findings import Finding
+from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.shapes import untouched
 from heavylift.nodes.limits.telling import likewise
 from heavylift.nodes.scene.plan import Plan, decode
@@ -38,6 +39,11 @@ class Bench:
     limits: LimitTable | None = None
 
 
+def _geometry(bench: Bench) -> None:
+    """Whether the block can be what the scene says."""
+    bench.findings += geometry_findings(bench.plan)
+
+
 def _limits(bench: Bench) -> None:
     """The table of limits, on tensions, poses and lengths."""
     plan, shown, said = bench.plan, bench.history, bench.conduct
@@ -67,7 +73,7 @@ def _conduct(bench: Bench) -> None:
 
 
 Judge = Callable[[Bench], None]
-JUDGES: tuple[Judge, ...] = (_limits, _clearances, _conduct)
+JUDGES: tuple[Judge, ...] = (_geometry, _limits, _clearances, _conduct)
 
 
 def judge(plan: Plan, history: History, conduct: Conduct) -> Judged:

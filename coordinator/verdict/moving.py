@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from heavylift.kernel.describe import Vector
 from heavylift.nodes.limits.shapes import Solid, Strand, solids, strands
 from heavylift.nodes.scene.plan import Plan
 from numpy.typing import NDArray
@@ -129,7 +130,8 @@ def moving(plan: Plan, history: History) -> list[Moving]:
 
 def _ropes(plan: Plan, history: History) -> list[Moving]:
     """Each straight line of a rope while it hangs and carries."""
-    known, found = strands(plan), {}
+    known = strands(plan)
+    found: dict[tuple[str, str, Vector, str, Vector], NDArray[np.bool_]] = {}
     for i, rig in enumerate(history.rigs):
         end = history.rigs[i + 1].t_ns * 1e-9 if i + 1 < len(history.rigs) else np.inf
         inside = (history.t >= rig.t_ns * 1e-9) & (history.t <= end)

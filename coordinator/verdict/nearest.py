@@ -1,9 +1,9 @@
 """When two things come nearest: branch and bound over time, so that nothing is missed between samples.
 
 A stretch of samples is bounded by the gap at one of them less how far the two shapes move against each other within it;
-stretches that cannot hold anything nearer than what is known are dropped, the others cut, down to steps from a sample to
-the next.  In a step shapes go straight, so the gap along a direction is least at an end of it; how far they may stray
-from that (see `moving`) lowers the bound.  The minimum that is found is at most `SHARP` above the true one.
+stretches that cannot hold anything nearer than what is known are dropped, the others cut, down to steps from a sample
+to the next.  In a step shapes go straight, so the gap along a direction is least at an end of it; how far they may
+stray from that (see `moving`) lowers the bound.  The minimum that is found is at most `SHARP` above the true one.
 """
 
 from __future__ import annotations
@@ -61,8 +61,8 @@ class Stretches:
 
     def of(self, kept: NDArray[np.bool_] | Indices) -> Stretches:
         """Some of them."""
-        columns = (self.a, self.b, self.first, self.last, self.moved, self.least)
-        return Stretches(*(x[kept] for x in columns))
+        a, b, first, last = self.a[kept], self.b[kept], self.first[kept], self.last[kept]
+        return Stretches(a, b, first, last, self.moved[kept], self.least[kept])
 
 
 def whole(shapes: list[Moving], pairs: list[tuple[int, int]], common: Floats) -> Stretches:

@@ -33,7 +33,7 @@ E_STEEL, FILL = 105e9, 0.586  # of a wire rope [Pa], and its metal over the circ
 
 @dataclass(frozen=True)
 class Solid:
-    """A box (edges `size` along the columns of R) or a ball of diameter size[0] on a body; `centre` in its frame [m]."""
+    """A box, edges `size` along the columns of R, or a ball of diameter size[0]; `centre` in its frame [m]."""
 
     thing: str
     part: str
@@ -90,7 +90,7 @@ def wire_radius(EA: float) -> float:
 
 def _portal(crane: Crane, plan: Plan) -> Iterator[Solid]:
     """Girder between the two levels of rope exits (about its axis if nothing hangs from it), two pairs of legs on the
-    rails, each on a sill as long as the portal is wide over its buffers."""
+    rails under cross beams, each on a sill as long as the portal is wide over its buffers."""
     exits = [line.a.p[2] for r in plan.rig.hook_ropes if r.crane == crane.name for line in r.lines]
     axis = crane.girder.height
     low, high = (min(exits) + DECK, max(exits) - DECK) if exits else (axis - LEG, axis + LEG)
@@ -102,7 +102,8 @@ def _portal(crane: Crane, plan: Plan) -> Iterator[Solid]:
         for y in (0.0, span):
             yield Solid(thing, "leg", "portal", body, (x, y, low / 2), (LEG, LEG, low))
     for y in (0.0, span):
-        yield Solid(thing, "sill", "portal", body, (0.0, y, LEG / 2 + LEG), (crane.width, LEG, LEG))
+        yield Solid(thing, "sill", "portal", body, (0.0, y, LEG / 4), (crane.width, LEG, LEG / 2))
+        yield Solid(thing, "cross beam", "portal", body, (0.0, y, low + LEG / 2), (crane.width - LEG, LEG, LEG))
 
 
 def _trolleys(crane: Crane) -> Iterator[Solid]:

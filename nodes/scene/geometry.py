@@ -7,21 +7,27 @@ action list, what stood before and after an action.  A subject is told once per 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import combinations, pairwise
+
+from heavylift.kernel.describe import Vector
+from heavylift.nodes.limits.geometry import passes_through
 
 from . import plan, schema
 from .findings import Findings, Told
 from .follow import Step
 from .standing import Standing, State, reach
+from .yard import exit_height
 
 SAME_LEVEL = 5.0  # trolleys whose ropes leave closer together in height run into each other [m]
 TOUCH = 1e-6  # [m]
+SURFACE = 0.01  # so deep below a face a sling still lies on it [m]
 
 
 def start_checks(scene: schema.Scene, built: plan.Plan, start: Step) -> list[tuple[str, str]]:
     """What does not fit before anything moves; slings are judged where cranes and block stand well."""
     found = Findings()
-    for fits in (_on_stools, _stools_below_mass, _lugs_outside, _under_hooks):
+    for fits in (_on_stools, _stools_below_mass, _lugs_outside, _under_hooks, _ropes_overloaded):
         found.take(fits.__name__, fits(scene, built))
     for check in _ALWAYS:
         found.take(check.__name__, check(scene, built, start.state, start))
@@ -101,13 +107,63 @@ def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Told:
         )
 
 
+def _ropes_overloaded(scene: schema.Scene, built: plan.Plan) -> Told:
+    """No hook rope begins with more than its rated tension, from what hangs on it alone."""
+    loaders = {loader.name: loader for loader in built.loaders}
+    for rope in built.rig.hook_ropes:
+        loader = loaders[rope.carries]  # whose upper body holds the hook block
+        tension = (loader.upper.mass + loader.lower.mass) * built.gravity
+        if rope.rated and tension > rope.rated:
+            told = f"the rope {rope.name} begins stretched with {tension / 1e3:.0f} kN"
+            told += f", rated for {rope.rated / 1e3:.0f} kN"
+            yield rope.name, rope.where, f"{told}: {loader.name} and the hook block alone are too heavy for it"
+
+
 def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Told:
-    """Each sling that is hooked at the start reaches its lug."""
+    """Each sling that is hooked at the start reaches its lug, not overstretched and not through the block."""
     at = Standing(scene, built)
+    loaders = {loader.name: loader for loader in built.loaders}
+    stretched = {
+        r.name: exit_height(scene.cranes[r.crane], r.hook) - loaders[r.carries].pose[2] for r in built.rig.hook_ropes
+    }
+    at.state = replace(at.state, ropes=stretched)
+    u, v, w = (max(0.0, side / 2 - SURFACE) for side in at.block.size)
     for sling in built.rig.slings:
-        told = reach(at, sling.name, sling.lug) if sling.lug else ""
+        if not sling.lug:
+            continue
+        told = reach(at, sling.name, sling.lug) or _overstretched(at, sling)
         if told:
             yield sling.loader, sling.where, told
+            continue
+        beam, lug = _ends(at, sling)
+        middle = at.state.at
+        inside = passes_through(_from(middle, beam), _from(middle, lug), (u, v, w))
+        if inside > 0.0:
+            told = (
+                f"{sling.name} would go through {inside:.2g} m of the block on its straight way to the lug {sling.lug}"
+            )
+            yield sling.name, sling.where, f"{told}: put the lug on a face that the hook reaches"
+
+
+def _ends(at: Standing, sling: plan.Sling) -> tuple[Vector, Vector]:
+    """Where a sling leaves its beam, and its lug, in the world [m]."""
+    x, y, z = at.eye(sling.loader)
+    u, v, _ = sling.beam.p
+    return (x + u, y + v, z - at.loader(sling.loader).height), at.place(sling.lug)
+
+
+def _from(origin: Vector, p: Vector) -> Vector:
+    return (p[0] - origin[0], p[1] - origin[1], p[2] - origin[2])
+
+
+def _overstretched(at: Standing, sling: plan.Sling) -> str:
+    """A sentence if a sling begins with more than its rated tension, else nothing."""
+    gap = math.dist(*_ends(at, sling)) - sling.L0
+    tension = sling.EA * gap / sling.L0
+    if not sling.rated or tension <= sling.rated:
+        return ""
+    told = f"{sling.name} begins stretched by {gap * 1e3:.3g} mm with {tension / 1e3:.0f} kN, rated for"
+    return f"{told} {sling.rated / 1e3:.0f} kN: lower the hook or take a longer sling than {sling.L0:g} m"
 
 
 # at the start and after each action

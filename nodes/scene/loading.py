@@ -15,7 +15,9 @@ from pathlib import Path
 import msgspec
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity import Question, Verdict, choose, unpromised
+from heavylift.nodes.limits.ending import cut_by_end
 from heavylift.nodes.limits.findings import Finding
+from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge, uses_on_path
 from heavylift.nodes.limits.limit import Use
 from heavylift.nodes.limits.telling import WORDS
@@ -82,7 +84,7 @@ class LoadedScene:
     @cached_property
     def findings(self) -> list[Finding]:
         """What is beyond a limit on that path, or should be told."""
-        return judge(self.plan, self.uses, dynamic=False)
+        return [*geometry_findings(self.plan), *cut_by_end(self.plan), *judge(self.plan, self.uses, dynamic=False)]
 
 
 def load(scene: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:

@@ -146,7 +146,7 @@ class Pad(Item, frozen=True, kw_only=True):
 
 
 class Block(Item, frozen=True, kw_only=True):
-    """The block: a body on a free joint, frame in the middle of its box of edges `size` [m]; theta turns +w towards +y."""
+    """The block: a body on a free joint, frame in the middle of its box (`size` [m]); theta turns +w towards +y."""
 
     name: str = "block"
     body: Inertia

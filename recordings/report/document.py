@@ -202,7 +202,10 @@ def _section(title: str, head: Sequence[str], rows: Sequence[Sequence[Cell]], ki
         return ""
     top = "".join(f"<th>{escape(name)}</th>" for name in head)
     body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in rows)
-    return f'<h2>{escape(title)}</h2><table class="{kind}">' + f"<thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+    return (
+        f'<h2>{escape(title)}</h2><table class="{kind}">'
+        + f"<thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+    )
 
 
 def _cell(cell: Cell) -> str:
