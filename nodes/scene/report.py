@@ -73,7 +73,7 @@ def report(
     lines = [f"{built.name}: " + ", ".join(f"{n} {_many(n, word)}" for n, word in zip(counts, words, strict=True))]
     rows: list[Row] = []
     if followed:
-        rows = _rows(built, states)
+        rows = _rows(built, followed, states)
         lines += _page(followed, rows) + _limits(built, uses, findings)
     lines += ["", pruning] if pruning else []
     return Report(built.name, *counts, tuple(rows), tuple(lines), tuple(uses), tuple(findings))
@@ -84,18 +84,17 @@ def _many(n: int, word: str) -> str:
     return word if n != 1 else one.get(word, word[:-1])
 
 
-def _rows(built: plan.Plan, states: Sequence[StaticState]) -> list[Row]:
-    """A row for each hook in each state in which the block hangs."""
-    loaders = {loader.name: loader.upper.mass + loader.lower.mass for loader in built.loaders}  # with the hook block
-    ropes = {rope.name: loaders[rope.carries] for rope in built.rig.hook_ropes}
+def _rows(built: plan.Plan, followed: Following, states: Sequence[StaticState]) -> list[Row]:
     found = []
-    for state in states:
-        if state.grounded or not any(state.tensions.get(sling, 0.0) > 0.0 for sling in state.hooked):
+    for step, state in zip(followed.steps, states, strict=True):
+        if step.loads is None:
             continue
-        for hook in (hook for crane in built.cranes for hook in crane.hooks):
-            on_rope = state.tensions[hook.rope] / built.gravity
-            load, below = max(on_rope - ropes[hook.rope], 0.0), on_rope - hook.block_mass
-            found.append(Row(state.stage, hook.rope, load, below, on_rope, below / hook.capacity))
+        for crane in built.cranes:
+            for hook in crane.hooks:
+                rope = next(r for r in built.rig.hook_ropes if r.name == hook.rope)
+                load, on_rope = step.loads.get(rope.carries, 0.0), state.tensions[rope.name] / built.gravity
+                below = on_rope - hook.block_mass
+                found.append(Row(state.stage, hook.rope, load, below, on_rope, below / hook.capacity))
     return found
 
 
