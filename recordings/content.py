@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .samples import POSE, POSE_COLUMNS, SampleLayout
+from .settings import settings
 
 __all__ = [
     "Shown", "event_text", "facts_shown", "inert", "is_inner", "load_of", "packed", "shown", "stage_name", "thinned",
@@ -25,7 +26,7 @@ Floats = NDArray[np.float64]
 LEFT_OUT = ("account", "rope/peak_time", "rope/length_rate")  # for tables, not for the eye
 FLOATING = {*POSE_COLUMNS, "vx", "vy", "vz", "wx", "wy", "wz"}  # of free joints: the scene shows these
 INNER = ("order", "input", "state")  # ports on which models talk among themselves
-FACTS = ("scene", "model", "accuracy", "method", "seed", "samples_hz", "python", "platform")
+FACTS = ("scene", "model", "seed", "samples_hz", "python", "platform")
 
 
 class Shown(NamedTuple):
@@ -87,7 +88,7 @@ def event_text(port: str, type_: str, value: object) -> str:
 
 def facts_shown(run: Mapping[str, str], more: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
     """Facts of a run by name."""
-    return [(name.replace("_", " "), run[name]) for name in FACTS if name in run] + list(more)
+    return [(name.replace("_", " "), run[name]) for name in FACTS if name in run] + [*settings(run).items(), *more]
 
 
 def stage_name(port: str, value: object) -> str | None:

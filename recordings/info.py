@@ -6,9 +6,13 @@ from collections import Counter
 from pathlib import Path
 from typing import Any
 
+import msgspec
+
 from .reader import Recording
 from .samples import POSE
+from .settings import settings
 from .text import table
+from .verdict import Judged, recorded_verdict
 
 __all__ = ["duration", "info", "info_data"]
 
@@ -22,24 +26,37 @@ def duration(seconds: float) -> str:
     return f"{hours} h {minutes:02} min {rest:02} s" if hours else f"{minutes} min {rest:02} s"
 
 
-def info(path: str | Path) -> str:
-    """The recording at `path` described in lines of text."""
+def info(path: str | Path, verdict: Judged | None = None) -> str:
+    """The recording at `path` described in lines of text; `verdict`: where the recording has none of its own."""
     rec = Recording(path)
+    verdict = verdict or recorded_verdict(rec)
     with rec.reading():
-        parts = [_head(rec), _peaks(rec), _events(rec), _signals(rec), _channels(rec), _attachments(rec)]
+        parts = [
+            _head(rec, verdict),
+            _findings(verdict),
+            _clearances(verdict),
+            _peaks(rec),
+            _events(rec),
+            _signals(rec),
+            _channels(rec),
+            _attachments(rec),
+        ]
     return "\n\n".join(part for part in parts if part)
 
 
-def info_data(path: str | Path) -> dict[str, Any]:
-    """The same as plain data: facts of run and result, file, signals, channels, attachments; SI units."""
+def info_data(path: str | Path, verdict: Judged | None = None) -> dict[str, Any]:
+    """The same as plain data: facts of run and result, verdict, file, signals, channels, attachments; SI units."""
     rec = Recording(path)
+    verdict = verdict or recorded_verdict(rec)
     with rec.reading():
         return {
             "path": str(rec.path),
             "bytes": rec.size,
             "library": rec.library,
             "run": {name: rec.fact(name) for name in rec.run},
-            "result": {name: rec.fact(name) for name in rec.result},
+            "result": {name: rec.fact(name) for name in rec.result if name != "verdict"},
+            "settings": settings(rec.run),
+            "verdict": msgspec.to_builtins(verdict),
             "signals": [{"name": s, "unit": rec.unit(s), "columns": rec.columns(s)} for s in rec.signals()],
             "notes": [{"t": t, "sentence": sentence} for t, sentence in rec.notes()],
             "stages": [{"t": t, "name": name} for t, name in rec.stages()],
@@ -48,12 +65,11 @@ def info_data(path: str | Path) -> dict[str, Any]:
         }
 
 
-def _head(rec: Recording) -> str:
+def _head(rec: Recording, verdict: Judged | None) -> str:
     run = rec.run
     lines = [("scene", run.get("scene", "without a name"))]
-    settings = [f"{name} {run[name]}" for name in ("seed", "accuracy") if run.get(name)]
-    if settings:
-        lines.append(("settings", ", ".join(settings)))
+    lines += [("settings", f"seed {run['seed']}")] if run.get("seed") else []
+    lines += settings(run).items()
     reason = rec.result.get("reason")
     status = rec.result.get("status", "cut off")
     lines.append(("status", f"{status}: {reason}" if reason else status))
@@ -66,9 +82,27 @@ def _head(rec: Recording) -> str:
         factor = f", {sim / wall:.3g} x real time" if wall > 0 else ""
         lines.append(("time", f"{duration(sim)} simulated in {duration(wall)}{factor}"))
         lines.append(("digest", rec.result.get("digest", "none")))
-    lines += [("note", sentence) for _, sentence in rec.notes()]
+    if verdict is not None:
+        lines.append(("verdict", verdict.line))
+    else:
+        lines += [("note", sentence) for _, sentence in rec.notes()]
     lines.append(("file", f"{_size(rec.size)}, {sum(t.messages for t in rec.topics.values())} messages, {rec.library}"))
     return "\n".join([str(rec.path), *(f"  {name:<9} {text}" for name, text in lines)])
+
+
+def _findings(verdict: Judged | None) -> str:
+    found = verdict.findings if verdict else ()
+    return "\n".join(
+        f"  {f.severity}: {f.sentence}" + (f", at {duration(f.t)}" if f.t is not None else "") for f in found
+    )
+
+
+def _clearances(verdict: Judged | None) -> str:
+    rows = [
+        [f"{c.a} and {c.b}", f"{c.distance:.2f} m", duration(c.t), c.place]
+        for c in (verdict.clearances if verdict else ())
+    ]
+    return table(["between", "at least", "at", "where"], rows)
 
 
 def _peaks(rec: Recording) -> str:

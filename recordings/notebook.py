@@ -11,6 +11,7 @@ import numpy as np
 from .info import duration
 from .reader import Recording, guarded
 from .samples import POSE
+from .settings import settings
 from .signal import Signal
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ __all__ = ["part_html", "recording_html", "signal_html"]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 WIDTH, HEIGHT, POINTS = 460, 110, 300
-FACTS = ("scene", "accuracy", "method", "seed", "samples_hz")
+FACTS = ("scene", "seed", "samples_hz")
 
 
 def signal_html(signal: Signal) -> str:
@@ -39,6 +40,7 @@ def signal_html(signal: Signal) -> str:
 def recording_html(rec: Recording) -> str:
     """Facts, the tensions, peaks of the ropes, and which signals there are."""
     facts = [[name.replace("_", " "), rec.run[name]] for name in FACTS if name in rec.run]
+    facts += [[name, text] for name, text in settings(rec.run).items()]
     facts += [["status", rec.result.get("status", "cut off")], ["digest", rec.result.get("digest", "none")]]
     if "sim_s" in rec.result:
         facts.append(["simulated", duration(float(rec.fact("sim_s")))])

@@ -20,6 +20,7 @@ from .info import duration
 from .paper import BAND, FORMATS, INK, LIMIT, QUIET, on_paper, save
 from .partfile import output_path
 from .reader import Recording
+from .settings import settings
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -134,12 +135,15 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
 def _heading(figure: Figure, rec: Recording, curves: Curves) -> None:
     what = curves.quantity.partition(" [")[0]
     facts = [rec.run.get("scene", rec.path.stem), f"{duration(float(rec.fact('sim_s', 0.0)))} simulated"]
-    facts += [f"{name} {rec.run[name]}" for name in ("accuracy", "seed") if rec.run.get(name)]
+    told = settings(rec.run)
+    facts += [told[name] for name in ("asked", "steps") if name in told]
     if rec.result.get("status") != "finished":
         facts.append(rec.result.get("status", "cut off"))
     y = 1 - 24 / (72 * HEIGHT)
     figure.text(LEFT, y, f"{what} of {curves.names[0]}", size=14, weight="bold", color=INK)
     figure.text(RIGHT, y, ", ".join(facts), size=9.5, color=QUIET, ha="right")
+    if told.get("modelled"):
+        figure.text(RIGHT, y - 14 / (72 * HEIGHT), told["modelled"], size=8.5, color=QUIET, ha="right")
 
 
 def _panel(axes: Axes, curves: Curves, columns: Sequence[int], stages: Sequence[tuple[float, str]]) -> None:

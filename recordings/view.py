@@ -20,17 +20,22 @@ from .info import duration
 from .partfile import output_path, writing
 from .reader import Recording, guarded
 from .samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout
+from .verdict import Judged, recorded_verdict
 
 __all__ = ["content", "drawn_boxes", "page", "sample_rows", "view"]
 
 NUMBERS = 2_000_000  # most numbers in a page: 4 bytes each, as base64 10.7 MB
+CLEARANCES = 3  # that the page tells
 EVENTS = 5000  # most events in a page
 
 
-def view(path: str | Path, out: str | Path) -> Path:
-    """Write the page of a recording to a .html file; RecordingError if one of them cannot be used."""
+def view(path: str | Path, out: str | Path, verdict: Judged | None = None) -> Path:
+    """Write the page of a recording to a .html file; RecordingError if one of them cannot be used.
+
+    `verdict`: where the recording has none of its own.
+    """
     out = output_path(out, "a page", (".html",))
-    text = page(content(Recording(path)))
+    text = page(content(Recording(path), verdict))
     with writing(out):
         out.write_text(text)
     return out
@@ -42,8 +47,9 @@ def page(run: dict[str, Any]) -> str:
 
 
 @guarded
-def content(rec: Recording) -> dict[str, Any]:
+def content(rec: Recording, verdict: Judged | None = None) -> dict[str, Any]:
     """All that the page shows of a recording."""
+    verdict = verdict or recorded_verdict(rec)
     layout, t, rows = sample_rows(rec)
     columns = shown(layout)
     rows = rows[:, columns.columns]
@@ -56,8 +62,8 @@ def content(rec: Recording) -> dict[str, Any]:
     more += [("samples shown", f"{len(kept)} of {len(t)}, peaks kept")] if len(kept) < len(t) else []
     return {
         "title": rec.run.get("scene", rec.run.get("model", rec.path.stem)),
-        "status": _status(rec),
-        "facts": facts_shown(rec.run, [*more, *told, ("recording", rec.path.name), ("made by", rec.library)]),
+        "status": _status(rec, verdict),
+        "facts": facts_shown(rec.run, [*_judged(verdict), *more, *told, *_origin(rec)]),
         **columns.head(),
         "rows": {"t": packed(t[kept], "<f8"), "x": packed(rows[kept])},
         "boxes": drawn_boxes(rec),
@@ -99,9 +105,27 @@ def _events(rec: Recording) -> tuple[list[dict[str, Any]], list[tuple[str, str]]
     return kept, [("events shown", f"the first {len(kept)} of {len(found)}, without orders and inputs")]
 
 
-def _status(rec: Recording) -> str:
+def _status(rec: Recording, verdict: Judged | None) -> str:
     status = rec.result.get("status", "cut off")
-    return f"{status}, {duration(float(rec.fact('sim_s', 0.0)))} simulated"
+    colour = f", verdict {'red' if verdict.red else 'green'}" if verdict else ""
+    return f"{status}, {duration(float(rec.fact('sim_s', 0.0)))} simulated{colour}"
+
+
+def _origin(rec: Recording) -> list[tuple[str, str]]:
+    return [("recording", rec.path.name), ("made by", rec.library)]
+
+
+def _judged(verdict: Judged | None) -> list[tuple[str, str]]:
+    """The verdict, what was found, and the smallest clearances, among the facts."""
+    if verdict is None:
+        return []
+    rows = [("verdict", verdict.line)]
+    rows += [(f.severity, f.sentence + (f", at {duration(f.t)}" if f.t is not None else "")) for f in verdict.findings]
+    rows += [
+        ("clearance", f"{c.distance:.2f} m, {c.a} and {c.b}, at {duration(c.t)}")
+        for c in verdict.clearances[:CLEARANCES]
+    ]
+    return rows + [("not looked at", sentence) for sentence in verdict.not_looked_at]
 
 
 def drawn_boxes(rec: Recording) -> list[Box]:

@@ -11,7 +11,7 @@ import typer
 from . import completing
 from .helping import Command, Commands
 
-__all__ = ["After", "At", "File", "Json", "Run", "Scene", "Sets", "app"]
+__all__ = ["After", "At", "File", "Json", "Run", "Scene", "Sets", "Strict", "app"]
 
 EXIT_CODES = """Exit codes: 0 done; 1 the scene, the run or the file is at fault, or two runs differ; 2 the command line
 is wrong; 86 a process on this host has lost its run; 130 stopped by Ctrl-C. One sentence says what is wrong."""
@@ -52,4 +52,5 @@ Run = Annotated[
 At = Annotated[float | None, typer.Option("--at", help="time of the run [s]; default its start")]
 After = Annotated[str, typer.Option("--after", help="at the end of this stage of the run")]
 Json = Annotated[bool, typer.Option("--json", help="one JSON object, SI units")]
+Strict = Annotated[bool, typer.Option("--strict", help="exit code 1 if the verdict is red")]
 Sets = Annotated[list[str] | None, typer.Option("--set", help="override a key: --set accuracy=0.5%")]

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from . import completing
 from .app import File, Json, app
+
+if TYPE_CHECKING:
+    from heavylift.recordings.verdict import Judged
 
 
 @app.command()
@@ -18,7 +21,8 @@ def info(file: File, as_json: Json = False) -> None:
     from heavylift.recordings import info as describe
     from heavylift.recordings import info_data
 
-    typer.echo(msgspec.json.encode(info_data(file)).decode() if as_json else describe(file))
+    found = _verdict(file)
+    typer.echo(msgspec.json.encode(info_data(file, found)).decode() if as_json else describe(file, found))
 
 
 @app.command()
@@ -54,7 +58,7 @@ def view(
     from heavylift.recordings import view as write
     from heavylift.recordings.partfile import beside
 
-    typer.echo(f"wrote {write(file, output or beside(file, '.html'))}; open it in a browser")
+    typer.echo(f"wrote {write(file, output or beside(file, '.html'), _verdict(file))}; open it in a browser")
 
 
 @app.command()
@@ -63,17 +67,31 @@ def report(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="document, .html or .pdf; default NAME-report.html")
     ] = None,
+    as_json: Json = False,
 ) -> None:
-    """Write the planner's document: ropes, cranes, stages, warnings.    heavylift report turnover.mcap"""
+    """Write the planner's document: verdict, limits, clearances, stages.    heavylift report turnover.mcap"""
+    import msgspec
     from heavylift.recordings import Recording
     from heavylift.recordings import report as write
     from heavylift.recordings.partfile import beside
+    from heavylift.recordings.report import facts
 
-    from ..record.limits import judged_recording, table
+    found = _verdict(file)
+    if as_json:
+        told = msgspec.to_builtins(facts(Recording(file), found), enc_hook=str)
+        typer.echo(msgspec.json.encode({"verdict": found, **told}).decode())
+    if output is not None or not as_json:
+        out = write(file, output or beside(file, "-report.html"), found)
+        typer.echo(f"wrote {out}; open it in a browser", err=as_json)
 
-    found = judged_recording(Recording(file))
-    out = write(file, output or beside(file, "-report.html"), table(found) if found else None)
-    typer.echo(f"wrote {out}; open it in a browser")
+
+def _verdict(file: Path) -> Judged | None:
+    """The verdict that a recording has, or made again of what it holds."""
+    from heavylift.recordings import Recording
+
+    from ..verdict import verdict_of
+
+    return verdict_of(Recording(file))
 
 
 @app.command()

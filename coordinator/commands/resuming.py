@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from . import completing
-from .app import Json, app
+from .app import Json, Strict, app
 
 
 @app.command()
@@ -17,6 +17,7 @@ def resume(
         Path, typer.Argument(help="a cut-off recording (.mcap.part)", autocompletion=completing.recordings)
     ],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="default NAME-resumed.mcap")] = None,
+    strict: Strict = False,
     as_json: Json = False,
 ) -> None:
     """Run to its end what was cut off, checked against what was recorded.    heavylift resume lift.mcap.part"""
@@ -32,3 +33,5 @@ def resume(
         with Progress(begun.scene.plan) as watch:
             result, path = go_on(file, begun, output, watch, crew)
     summary(begun.scene.plan, result, path, as_json)
+    if strict and result.verdict is not None and result.verdict.red:
+        raise typer.Exit(1)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .app import Json, Scene, Sets, app
+from .app import Json, Scene, Sets, Strict, app
 from .hosts import Certificates, open_door
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ def run(
     rate: Annotated[
         float | None, typer.Option("--rate", help="by the clock: 1 is real time, 10 ten times as fast")
     ] = None,
+    strict: Strict = False,
     as_json: Json = False,
 ) -> None:
     """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
@@ -82,6 +83,8 @@ def run(
         if crew is not None:
             crew.end()
     summary(loaded.plan, result, path, as_json)
+    if strict and result.verdict is not None and result.verdict.red:
+        raise typer.Exit(1)
 
 
 @contextmanager

@@ -15,6 +15,7 @@ def check(scene: Scene, as_json: Json = False, sets: Sets = None) -> None:
     import json
     from dataclasses import asdict
 
+    import msgspec
     from heavylift.nodes.scene import check as examine
     from heavylift.nodes.scene import load
 
@@ -27,7 +28,7 @@ def check(scene: Scene, as_json: Json = False, sets: Sets = None) -> None:
     if not as_json:
         typer.echo(str(found) + (f"\n\n{page(stages)}" if stages else ""))
         return
-    told: dict[str, object] = {k: v for k, v in asdict(found).items() if k != "lines"}
+    told: dict[str, object] = {k: v for k, v in msgspec.to_builtins(found).items() if k != "lines"}
     told |= {"modelled": loaded.verdict.data() if loaded.verdict else None, "stages": [asdict(x) for x in stages]}
     typer.echo(json.dumps(told))
 

@@ -1,14 +1,10 @@
-"""The limits of a recorded run: their worst values and what was beyond them, as a table for the report and the summary.
-
-A recording that was cut off is judged as far as it goes.
-"""
+"""The limits of a run: their worst values and what was beyond them, as a table for the report."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import msgspec
 import numpy as np
 from heavylift.nodes.limits.findings import Finding
 from heavylift.nodes.limits.judging import judge, uses_of_run
@@ -16,15 +12,12 @@ from heavylift.nodes.limits.limit import Use
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.limits.signals import Signals, hooked_in, rotations
 from heavylift.nodes.limits.telling import HEAD, rows, unjudged
-from heavylift.nodes.scene.plan import Plan, decode
-from heavylift.recordings import Recording
+from heavylift.nodes.scene.plan import Plan
 from heavylift.recordings.report import LimitTable
-from heavylift.recordings.samples import POSE
 from numpy.typing import NDArray
 
-__all__ = ["Judged", "judged", "judged_recording", "signals_of_run", "table"]
+__all__ = ["Judged", "judged", "signals_of_run", "table"]
 
-RESOLVED = "resolved.json"
 Floats = NDArray[np.float64]
 
 
@@ -35,18 +28,6 @@ class Judged:
     plan: Plan
     uses: Sequence[Use]
     findings: Sequence[Finding]
-
-
-def judged_recording(rec: Recording) -> Judged | None:
-    """The limits of a recording; None if it has no plan, or one of another version."""
-    text = rec.attachments.get(RESOLVED)
-    try:
-        plan = decode(text) if text else None
-    except msgspec.ValidationError:
-        return None
-    if plan is None or not plan.limits or "rope/tension" not in rec.signals():
-        return None
-    return judged(plan, _signals(rec, plan))
 
 
 def judged(plan: Plan, signals: Signals) -> Judged:
@@ -98,30 +79,3 @@ def signals_of_run(
         crossings=crossings or {},
         dynamic=True,
     )
-
-
-def _signals(rec: Recording, plan: Plan) -> Signals:
-    tension = rec.signal("rope/tension")
-    bodies = [name for name in rec.signals() if name.startswith(POSE)]
-    rec.load(bodies)
-    long = rec.signal("rope/length") if "rope/length" in rec.signals() else None
-    return signals_of_run(
-        plan,
-        tension.t,
-        {name: tension.values[:, i] for i, name in enumerate(tension.names)},
-        {name.removeprefix(POSE): rec.signal(name).values for name in bodies},
-        rec.rigs(),
-        stages=rec.stages(),
-        peaks={name: (peak["tension"], peak["time"]) for name, peak in rec.fact("peaks", {}).items()},
-        crossings=_crossings(rec),
-        lengths={name: long.values[:, i] for i, name in enumerate(long.names)} if long else {},
-    )
-
-
-def _crossings(rec: Recording) -> dict[str, tuple[float, float]]:
-    """The first overload that each load cell told."""
-    found: dict[str, tuple[float, float]] = {}
-    for e in rec.events(port="report"):
-        if e.type == "Overload" and isinstance(e.value, dict) and e.value.get("over"):
-            found.setdefault(str(e.value["actor"]), (float(e.value["tension"]), e.t_ns * 1e-9))
-    return found

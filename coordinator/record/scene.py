@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
@@ -10,16 +10,21 @@ from typing import TYPE_CHECKING
 import msgspec
 from heavylift.kernel.describe import System
 from heavylift.nodes.devs import Event, OutPort
+from heavylift.nodes.fidelity.own import modelled_as
 from heavylift.nodes.models import KERNEL, NodeModel, system
 from heavylift.nodes.models.messages import OperatorCommand, StateEvent
 from heavylift.nodes.scene.plan import HookRope, Plan, Sling, encode
 from heavylift.recordings import SampleLayout, Spectator
 from heavylift.recordings.lichtblick import LAYOUT, layout
 from heavylift.recordings.samples import decode_batch
+from heavylift.recordings.verdict import Judged
 
 from ..hosts.placement import Placement
 from ..live.commands import COMMAND, OPERATOR
 from ..live.pace import Lateness
+from ..verdict import judge
+from ..verdict.conduct import Conduct
+from ..verdict.history import Collector
 from .budget import Budget, clocked
 from .drawing import RopeLines, boxes, surroundings
 from .energy import EnergyAudit
@@ -38,7 +43,8 @@ MERGED = "merged.json"  # the whole scene, where its own text is not all of it
 class Result:
     """How a run ended: times and what they went into (`budget`, known when all nodes are gone), digest, per rope (peak
     tension [N], when [s]), how well the energy closes, what the action list still waited for when a time bound
-    ended the run ("" = nothing), how late it was where it was paced by the clock, and what the kernel has to say."""
+    ended the run ("" = nothing), how late it was where it was paced by the clock, what the kernel has to say, and the
+    verdict."""
 
     sim_s: float
     wall_s: float
@@ -51,6 +57,7 @@ class Result:
     budget: Budget = field(default_factory=Budget)
     lateness: Lateness | None = None
     notes: tuple[str, ...] = ()
+    verdict: Judged | None = None
 
 
 class Record(FileTape):
@@ -68,12 +75,13 @@ class Record(FileTape):
         facts = {
             "scene": plan.name,
             "seed": plan.seed,
-            "accuracy": f"{100 * scene.scene.wanted_accuracy:.6g} %",
+            **_asked(scene),
+            "modelled": str(modelled_as(plan, scene.followed)),
             "tolerance": f"{plan.tolerance:.6g}",
             "method": plan.method,
             **({"step": f"{plan.step:.6g} s"} if plan.step else {}),
             "samples_hz": plan.samples_hz,
-            "fidelity": msgspec.to_builtins(plan.fidelity),
+            "fidelity": {key: getattr(plan.fidelity, key) for key in plan.fidelity.__struct_fields__ if key != "where"},
             **({"predicted_errors": dict(scene.verdict.errors)} if scene.verdict and scene.verdict.errors else {}),
             "nodes": [*models, KERNEL],
             "placement": {process: list(nodes) for process, nodes in placement.processes.items()},
@@ -86,6 +94,8 @@ class Record(FileTape):
         attachments |= {MERGED: scene.merged.encode()} if scene.merged else {}
         attachments[LAYOUT] = layout([r.name for r in system(plan).all_ropes], *surroundings(plan))
         self._facts: dict[str, object] = facts
+        self._conduct = Conduct()
+        self._collector = Collector(self._layout)
         super().__init__(output, facts, attachments)
         for name, model in models.items():
             for port in model.ports.values():
@@ -99,18 +109,22 @@ class Record(FileTape):
         self._layout = msgspec.msgpack.decode(data, type=SampleLayout)
         self._energy = EnergyAudit(self._layout)
         self.recorder.layout(self._layout)
-        drawn = boxes(self._plan, systems)
+        drawn = boxes(self._plan)
         self.recorder.boxes(drawn)
         self._ropes = RopeLines(systems)
         self.recorder.ropes(0, self._ropes.drawn())
+        self._collector = Collector(self._layout)
+        self._collector.ropes(0, self._ropes.drawn())
         self._page.begin(self._facts, self._layout, drawn, self._ropes.drawn())
 
     def event(self, e: Event) -> None:
         """A committed event, in total order."""
         super().event(e)
         self._page.event(e.t, e.source, e.port, e.type, e.payload)
+        self._conduct.event(e)
         if self._ropes.change(e):
             self.recorder.ropes(e.t, self._ropes.drawn())
+            self._collector.ropes(e.t, self._ropes.drawn())
             self._page.ropes(e.t, self._ropes.drawn())
 
     @clocked
@@ -120,6 +134,7 @@ class Record(FileTape):
         rows = decode_batch(batch, self._layout.width)
         if self._energy is not None:
             self._energy.add(rows.rows)
+        self._collector.samples(rows.first, rows.times, rows.rows)
         self._page.samples(rows.times, rows.rows)
         self.last_ns = max(self.last_ns, rows.times[-1])
         return rows.times[-1]
@@ -139,13 +154,28 @@ class Record(FileTape):
             lateness=lateness,
             notes=tuple(self.notes),
         )
+        result = replace(result, verdict=self._judged(result))
         facts: dict[str, object] = {"sim_s": result.sim_s, "wall_s": wall_s, "grants": grants, "unfinished": unfinished}
         facts |= {"energy_error": result.energy_error, "energy_turned_over": result.energy_turned_over}
+        facts["verdict"] = msgspec.to_builtins(result.verdict)
         if lateness is not None:
             facts["lateness"] = lateness._asdict()
         self.close(facts)
-        self._end_for_all("finished", {"digest": result.digest})
+        self._end_for_all(
+            "finished", {"digest": result.digest, "verdict": result.verdict.line if result.verdict else ""}
+        )
         return result
+
+    def _judged(self, result: Result) -> Judged:
+        """The verdict; the recording is finished even if none can be made."""
+        said = self._conduct
+        said.notes = [(note.t_ns * 1e-9, note.sentence) for note in self.recorder.notes]
+        said.peaks, said.end, said.unfinished = result.peaks, result.sim_s, result.unfinished
+        try:
+            return judge(self._plan, self._collector.history(), said)
+        except Exception as error:
+            told = f"red: no verdict could be made, which is a defect of heavylift ({type(error).__name__}: {error})"
+            return Judged(red=True, line=told)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -161,6 +191,13 @@ class Record(FileTape):
             for name, p in self.recorder.peaks.items()
         ]
         self._page.end(status, told, peaks, str(self._output))
+
+
+def _asked(scene: LoadedScene) -> dict[str, object]:
+    """What a scene asks and how accurately; nothing of one that asks nothing."""
+    if not scene.scene.ask:
+        return {}
+    return {"asked": ", ".join(scene.scene.ask), "accuracy": f"{100 * scene.scene.wanted_accuracy:.6g} %"}
 
 
 def supports(plan: Plan) -> list[dict[str, object]]:

@@ -9,15 +9,17 @@ import json
 import shutil
 import sys
 import time
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+import msgspec
 from heavylift.nodes.devs import Event
-from heavylift.nodes.limits import judge_run, signals_of_peaks
+from heavylift.nodes.limits.findings import Finding
 from heavylift.nodes.limits.telling import likewise
 from heavylift.nodes.scene.plan import Plan
+from heavylift.recordings.verdict import Judged
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
@@ -26,7 +28,7 @@ from rich.text import Text
 from ..record.scene import Result, rated
 from .watch import Watch
 
-__all__ = ["Progress", "summary"]
+__all__ = ["Progress", "summary", "tell_verdict"]
 
 
 class Progress(Watch):
@@ -96,11 +98,13 @@ def clock(seconds: float) -> str:
 def summary(plan: Plan, result: Result, path: Path, as_json: bool = False) -> None:
     """Print how the run ended and what each rope saw; as JSON, in SI units."""
     if as_json:
-        print(json.dumps({"recording": str(path), **asdict(result)}))
+        verdict = msgspec.to_builtins(result.verdict)
+        print(json.dumps({"recording": str(path), **asdict(replace(result, verdict=None)), "verdict": verdict}))
         return
     console = Console(highlight=False)
     if result.peaks:
         limits = rated(plan)
+        red = {f.subject for f in result.verdict.findings if f.severity == "red"} if result.verdict else set()
         table = Table(box=None, pad_edge=False, header_style="bold")
         table.add_column("rope")
         for title in ("peak kN", "at", "rated kN", "use %"):
@@ -108,13 +112,9 @@ def summary(plan: Plan, result: Result, path: Path, as_json: bool = False) -> No
         for name, (tension, when) in result.peaks.items():
             limit = limits.get(name)
             rest = [f"{limit / 1e3:.0f}", f"{100 * tension / limit:.1f}"] if limit else ["-", "-"]
-            beyond = "bold red" if limit and tension > limit else None
+            beyond = "bold red" if name in red else None
             table.add_row(name, f"{tension / 1e3:.1f}", clock(when), *rest, style=beyond)
         console.print(table)
-        for found in likewise(judge_run(plan, signals_of_peaks(result.peaks))):
-            style = "bold red" if found.severity == "red" else "yellow"
-            at = f" at {clock(found.t)}" if found.t is not None else ""
-            console.print(f"{found.severity}: {found.sentence}{at}", style=style, markup=False, soft_wrap=True)
     factor = result.sim_s / result.wall_s if result.wall_s else 0.0
     console.print(
         f"\n{clock(result.sim_s)} simulated in {result.wall_s:.1f} s, {factor:.0f} x real time, {result.grants} grants"
@@ -125,12 +125,28 @@ def summary(plan: Plan, result: Result, path: Path, as_json: bool = False) -> No
         console.print(f"energy balance closes to {result.energy_error:.1e} of the {moved}")
     if result.lateness is not None:
         console.print(f"by the clock: {result.lateness}")
-    for note in result.notes:
-        console.print(f"note: {note}", markup=False, soft_wrap=True)
     console.print(f"digest {result.digest}\nwrote {path}")
-    if result.unfinished:
-        console.print(f"at its end the run was {result.unfinished}", style="bold")
     console.print(f"\nnext: {command()} plot {path}")
+    if result.verdict is not None:
+        tell_verdict(console, result.verdict)
+
+
+def tell_verdict(console: Console, verdict: Judged) -> None:
+    """What was found, the smallest clearance, and the verdict as the last line."""
+    styles = {"red": "bold red", "warning": "yellow", "note": None}
+    grouped = likewise(msgspec.convert(msgspec.to_builtins(f), Finding) for f in verdict.findings)
+    if grouped:
+        console.print()
+    for f in grouped:
+        at = f", at {clock(f.t)}" if f.t is not None else ""
+        stage = f" ({f.stage})" if f.stage else ""
+        told = f"{f.severity}: {f.sentence}{at}{stage}" + (f" [{f.where}]" if f.where else "")
+        console.print(told, style=styles[f.severity], markup=False, soft_wrap=True)
+    if verdict.clearances and not verdict.red:
+        c = verdict.clearances[0]
+        console.print(f"smallest clearance: {c.distance:.2f} m, {c.a} and {c.b}, at {clock(c.t)}", markup=False)
+    style = "bold red" if verdict.red else "bold green"
+    console.print(f"verdict: {verdict.line}", style=style, markup=False, soft_wrap=True)
 
 
 def command() -> str:

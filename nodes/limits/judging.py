@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["judge", "judge_path", "judge_run", "limits_of", "uses_of", "uses_of_run", "uses_on_path"]
 
 SAME = 1e-6  # of the worst value: what comes so close to it came to it first
+YIELDS = dict.fromkeys(("hook height", "rope length", "rails", "girder"), 0.05)  # [m] of servos, stretch and bounces
 ELSEWHERE = ("clearance", "wind")  # judged by who looks at shapes, or by nobody
 
 
@@ -68,7 +69,7 @@ def uses_of(plan: Plan, signals: Signals) -> list[Use]:
 
 
 def _use(plan: Plan, limit: Limit, signals: Signals) -> Use:
-    reading = read(plan, limit, signals) if limit.known else None
+    reading = read(plan, limit, signals)
     if reading is None or not (len(reading.values) or reading.exact):
         return Use(limit, None)
     bounds = axis_of(plan, limit, signals) if limit.chart else None
@@ -81,7 +82,8 @@ def _use(plan: Plan, limit: Limit, signals: Signals) -> Use:
     if reading.exact and (k is None or _worse(limit, reading.exact[0], value)):
         value, t, k = *reading.exact, None
     use = limit.use(value) if limit.known else None
-    return Use(limit, value, t, signals.stage_at(t, k), use, _action(signals, k))
+    tolerance = YIELDS.get(limit.quantity, 0.0) if signals.dynamic or limit.quantity == "hook height" else 0.0
+    return Use(limit, value, t, signals.stage_at(t, k), use, _action(signals, k), tolerance=tolerance)
 
 
 def _worst(limit: Limit, reading: Reading) -> tuple[int | None, float]:

@@ -24,6 +24,7 @@ Quantity: TypeAlias = Literal[
     "loader load",
     "sling tension",
     "sling peak",
+    "rope tension",
     "rope factor",
     "rope peak",
     "drum pull",
@@ -84,6 +85,12 @@ class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
                 return low + (high - low) * (x - a) / (b - a)
         return self.chart[-1][1]
 
+    def excess(self, value: float, x: float = 0.0) -> float:
+        """How far a value is beyond the limit, in its unit; negative within it."""
+        if self.between is not None:
+            return max(value - self.between[1], self.between[0] - value)
+        return self.at(x) - value if self.least else value - self.at(x)
+
     def use(self, value: float, x: float = 0.0) -> float:
         """How much of the limit a value uses: 1 at the limit, more beyond it."""
         if self.between is not None:
@@ -107,8 +114,11 @@ class Use:
     use: float | None = None
     action: int = 0  # number of the action that led there, from 1; 0: the start, or not known
     bound: float | None = None  # the limit there, of a chart
+    tolerance: float = 0.0  # so much beyond the limit is still at it [unit]
 
     @property
     def beyond(self) -> bool:
         """Whether the limit is exceeded."""
-        return self.use is not None and self.use > 1.0 + ROUNDING
+        if self.use is None or self.value is None or self.use <= 1.0 + ROUNDING:
+            return False
+        return not self.tolerance or self.limit.excess(self.value) > self.tolerance

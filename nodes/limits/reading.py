@@ -189,6 +189,7 @@ READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
     "loader load": _tension,
     "sling tension": _tension,
     "sling peak": _tension,
+    "rope tension": _tension,
     "rope factor": _factor,
     "rope peak": _pull,
     "drum pull": _pull,

@@ -21,13 +21,21 @@ def lead_factor(falls: int, ends: int, efficiency: float) -> float:
 
     That is the lead part when hoisting, and the dead end (or the equaliser's part) when lowering.
     """
-    n = falls / ends
+    n = falls // ends
     if efficiency == 1.0:
         return 1.0
-    return n * (1.0 - efficiency) / (1.0 - float(efficiency**n))
+    return n * (1.0 - efficiency) / (1.0 - _power(efficiency, n))
 
 
 def drum_end_factor(falls: int, ends: int, efficiency: float, *, hoisting: bool) -> float:
     """Part at the drum over the mean one: the most loaded when hoisting, the least loaded when lowering."""
     lead = lead_factor(falls, ends, efficiency)
-    return lead if hoisting else lead * float(efficiency ** (falls / ends - 1.0))
+    return lead if hoisting else lead * _power(efficiency, falls // ends - 1)
+
+
+def _power(x: float, n: int) -> float:
+    """x to the n by products alone: the same bits on every processor."""
+    found = 1.0
+    for _ in range(n):
+        found *= x
+    return found

@@ -26,7 +26,7 @@ __all__ = [
     "partial_factor",
 ]
 
-ISO_4308 = "ISO 4308-1, table 1 (withdrawn for ISO 16625)"
+ISO_4308 = "ISO 4308-1 (withdrawn for ISO 16625), Zp of running ropes"
 ND_0027 = "0027/ND rev 11.2"
 SUCCESSOR = "its successor is DNV-ST-N001"
 ROPE_FACTORS = {"M1": 3.15, "M2": 3.35, "M3": 3.55, "M4": 4.0, "M5": 4.5, "M6": 5.6, "M7": 7.1, "M8": 9.0}  # running
@@ -39,10 +39,10 @@ DAF_SOURCE = f"{ND_0027}, table 5-1, onshore"
 RIGGING = {"load": 1.3, "consequence": 1.3, "termination": 1.25, "wear": 1.0, "material": 1.5, "twist": 1.0}
 LEAST = 2.3  # 7.3.1: the product is not below this times termination, wear and twist
 
-# EN 13001-2, table of partial safety factors: hoist load in combinations A; EN 13001-3-2, 5.2: rope resistance factor
+# EN 13001-2, partial safety factors: hoist load in combinations A; EN 13001-3-2, clause 5: rope resistance factor
 # 1.35 + 5 / ((D/d)^0.8 - 4), 2.07 at least, which it is from D/d = 20 on
 RUNNING = {"load": 1.34, "rope resistance": 2.07}
-RUNNING_SOURCE = "EN 13001-2 (1.34) and EN 13001-3-2, 5.2 (2.07), sheaves of D/d >= 20 assumed"
+RUNNING_SOURCE = "EN 13001-2 (1.34) and EN 13001-3-2, clause 5 (2.07), sheaves of D/d >= 20 assumed"
 
 HOISTING = {"HC1": (1.05, 0.17), "HC2": (1.10, 0.34), "HC3": (1.15, 0.51), "HC4": (1.20, 0.68)}  # least, per m/s
 

@@ -62,10 +62,10 @@ def sorted_findings(findings: Iterable[Finding]) -> list[Finding]:
 
 
 def likewise(findings: Iterable[Finding]) -> list[Finding]:
-    """Findings of one kind at one place as one, which tells the first in full and names the others."""
-    groups: dict[tuple[str, str, str, str], list[Finding]] = {}
-    for finding in findings:
-        groups.setdefault((finding.severity, finding.kind, finding.where, finding.stage), []).append(finding)
+    """Findings of one kind, limit and stage as one, which tells the first in full and names the others."""
+    groups: dict[object, list[Finding]] = {}
+    for f in findings:
+        groups.setdefault((f.severity, f.kind, f.limit, f.unit, f.stage), []).append(f)
     return [_together(group) for group in groups.values()]
 
 
@@ -79,19 +79,26 @@ def rows(uses: Sequence[Use], *, every: bool = False) -> list[tuple[str, ...]]:
     """Cells under `HEAD`: per quantity and limit the subject that uses it most; `every`: all subjects."""
     groups: dict[object, list[Use]] = {}
     for number, use in enumerate(uses):
-        if use.value is not None and use.use is not None:
-            groups.setdefault((number,) if every else (use.limit.quantity, use.limit.over), []).append(use)
-    found: list[tuple[str, ...]] = []
-    for group in groups.values():
-        worst = max(group, key=lambda use: use.use or 0.0)
-        limit = worst.limit
-        many = "" if len(group) == 1 else f" (of {len(group)})"
-        source = "; ".join(part for part in (limit.source, limit.note) if part)
-        at = ", ".join(part for part in (clock(worst.t), worst.stage) if part)
-        cells = (f"{limit.subject}{many}", shown(limit, worst.value), at, _allowed(worst))
-        used = "" if limit.between is not None else f"{100 * (worst.use or 0.0):.0f} %"
-        found.append((limit.quantity, *cells, used, source))
-    return found
+        if use.value is not None:
+            key = (number,) if every else (use.limit.quantity, use.limit.over, use.limit.known)
+            groups.setdefault(key, []).append(use)
+    return [_row(group) for group in groups.values()]
+
+
+def _row(group: list[Use]) -> tuple[str, ...]:
+    worst = max(group, key=lambda use: use.use if use.use is not None else use.value or 0.0)
+    limit = worst.limit
+    many = len({use.limit.subject for use in group})
+    subject = limit.subject if many == 1 else f"{limit.subject} (of {many})"
+    at = ", ".join(part for part in (clock(worst.t), worst.stage) if part)
+    source = "; ".join(part for part in (limit.source, limit.note) if part)
+    used = "" if worst.use is None or limit.between is not None else percent(worst.use)
+    return (limit.quantity, subject, shown(limit, worst.value), at, _allowed(worst), used, source)
+
+
+def percent(use: float) -> str:
+    """A use; so close to the limit that it would be rounded to it, with a digit that tells on which side."""
+    return f"{100 * use:.0f} %" if abs(use - 1.0) >= 5e-3 or abs(use - 1.0) < 5e-5 else f"{100 * use:.2f} %"
 
 
 def unjudged(limits: Iterable[Limit], uses: Sequence[Use] = ()) -> list[str]:
@@ -148,6 +155,8 @@ def _bound(use: Use) -> float:
 
 def _allowed(use: Use) -> str:
     limit = use.limit
+    if not limit.known:
+        return "not known"
     if limit.between is not None:
         return f"{limit.between[0]:g} to {limit.between[1]:g} {limit.unit}"
     return ("at least " if limit.least else "") + shown(limit, _bound(use))
@@ -177,10 +186,16 @@ def _loader(use: Use, ran: bool) -> str:
 
 def _sling(use: Use, ran: bool) -> str:
     limit, value = use.limit, use.value or 0.0
-    verb, much = "was" if ran else "would be", f"{100 * (use.use or 0.0):.0f} % of its limit"
+    verb, much = "was" if ran else "would be", f"{percent(use.use or 0.0)} of its limit"
     told = f"the tension of the sling {limit.subject} {verb} {value / 1e3:.0f} kN, {much}"
     told = f"{told}: {limit.breaking / value:.2f} times below its breaking force"
     return f"{told}, {limit.factor:g} are needed ({limit.source})"
+
+
+def _line(use: Use, ran: bool) -> str:
+    verb, limit = "carried" if ran else "would carry", use.limit
+    told = f"the rope {limit.subject} {verb} {shown(limit, use.value)}, {percent(use.use or 0.0)} of its limit"
+    return f"{told} of {shown(limit, _bound(use))} ({limit.source})"
 
 
 def _rope(use: Use, ran: bool) -> str:
@@ -257,6 +272,7 @@ WORDS: dict[str, Words] = {
     "loader load": Words("overload", _loader),
     "sling tension": Words("overload", _sling, refused=True),
     "sling peak": Words("overload", _peak),
+    "rope tension": Words("overload", _line, refused=True),
     "rope factor": Words("overload", _rope, refused=True),
     "rope peak": Words("overload", _peak),
     "drum pull": Words("overload", _drum, refused=True),

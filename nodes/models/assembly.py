@@ -20,7 +20,7 @@ from .crane import CraneModel
 from .drive import DriveActor
 from .loader import LoaderModel
 from .mechanism import MechanismModel
-from .messages import Finished, KernelInput, OperatorAnswer, OperatorCommand, Order, Report, Stage
+from .messages import Finished, KernelInput, OperatorAnswer, OperatorCommand, Order, Report, Skipped, Stage
 from .parts import LiveActor, Machine, RopeAtomic, declared
 from .roster import TURN, machines, turns
 from .rungs import hook_rope, sling
@@ -47,6 +47,7 @@ class CommanderModel(Coupled):
 
     report, command = In(Report), In(OperatorCommand)
     stage = Out(Stage)
+    skipped = Out(Skipped)
     finished = Out(Finished)
     answer = Out(OperatorAnswer)
 
@@ -56,6 +57,7 @@ class CommanderModel(Coupled):
         self.connect(self.report, self.actions.report)
         self.connect(self.command, self.actions.command)
         self.connect(self.actions.stage, self.stage)
+        self.connect(self.actions.skipped, self.skipped)
         self.connect(self.actions.finished, self.finished)
         self.connect(self.actions.answer, self.answer)
         for name in machines(plan):

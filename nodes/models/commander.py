@@ -34,6 +34,7 @@ from .messages import (
     Order,
     Report,
     Run,
+    Skipped,
     Stage,
     Unhooked,
     UnhookOrder,
@@ -50,6 +51,7 @@ class Commander(Atomic):
 
     report, command = In(Report), In(OperatorCommand)
     stage = Out(Stage)
+    skipped = Out(Skipped)
     finished = Out(Finished)
     answer = Out(OperatorAnswer)
 
@@ -196,6 +198,8 @@ class Commander(Atomic):
                     job = self._job(at, order.verb, order.actuator, order.until)
                     run = Run(job.actor, job.id, at, order.speed, order.accel, order.by, order.to)
                     self._send(job.actor, run)
+                elif action != ASIDE:
+                    self.outbox.append((self.skipped, Skipped(action, order.actuator)))
             case scene.Turn():
                 found = followers(self.plan, self.lugs)
                 for f in found:

@@ -293,5 +293,12 @@ class Stage(Message, frozen=True):
     action: int
 
 
+class Skipped(Message, frozen=True):
+    """An order of this action to this actor was not begun: what it would go on until held already."""
+
+    action: int
+    actor: str
+
+
 class Finished(Message, frozen=True):
     """The last action is done; the run ends at this tag."""

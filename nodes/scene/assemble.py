@@ -26,6 +26,8 @@ from .ropes import reeving_of, rope_of, span
 from .source import Path, Source
 
 TOO_SHORT = 1e-6  # [m] that a rigid rope may lack at the start by rounding
+WIRE = 1e7  # stiffness from which a rope can only be a wire rope, of 16 mm or more [N]
+BREAKS = 0.02  # strain at which steel wire has broken: 1770 MPa over 105 GPa is 1.7 %
 TOUCH = 1e-9  # a rope or support this close carries [m]
 
 
@@ -94,11 +96,26 @@ class _Assembly(Checking):
             if stretched.get(rigid.name, 0.0) > TOO_SHORT:
                 told = f"the rope is rigid and {stretched[rigid.name] * 1e3:.3g} mm too short for its ends at the start"
                 self.fault(("mechanism", "ropes", rigid.name, "length"), told)
+        for rope in system.ropes:
+            self._overstretched(rope, stretched.get(rope.name, 0.0))
+        for reeving in system.reevings:
+            self._overstretched(reeving, (spans[reeving.name] or 0.0) - reeving.L0)
         taut = [r.name for r in system.ropes if stretched.get(r.name, 0.0) > TOUCH]
         taut += [r.name for r in system.rigid_ropes if stretched.get(r.name, -1.0) > -TOUCH]
         closed = (s.name for s in system.supports if kinematics.place(s.point, at)[2] < s.height - TOUCH)
         touching = (c.name for c in system.contacts if contacts.touches(c, at, TOUCH))
         return (*taut, *reeved), (*closed, *touching)
+
+    def _overstretched(self, rope: k.Rope | forces.Reeving, stretch: float) -> None:
+        """No wire rope begins beyond the strain at which it breaks; softer ones may be of anything."""
+        if rope.EA >= WIRE and stretch > BREAKS * rope.L0:
+            told = (
+                f"the rope begins stretched by {stretch / rope.L0:.1%} with {rope.EA * stretch / rope.L0 / 1e3:.4g} kN"
+            )
+            told += (
+                f", where wire ropes break at {BREAKS:.0%}: its ends are {rope.L0 + stretch:.6g} m apart at the start"
+            )
+            self.fault(("mechanism", "ropes", rope.name, "length"), told)
 
     def _tree(self) -> None:
         """Joints hold bodies that there are, and all hang together with the world."""

@@ -10,6 +10,8 @@ import math
 from collections.abc import Sequence
 from itertools import combinations, pairwise
 
+from heavylift.kernel.describe import Vector
+from heavylift.nodes.limits.geometry import passes_through
 from heavylift.nodes.statics.lift import State, Step
 
 from . import plan, schema
@@ -17,12 +19,13 @@ from .findings import Findings, Told
 
 SAME_LEVEL = 5.0  # trolleys whose ropes leave closer together in height run into each other [m]
 TOUCH = 1e-6  # [m]
+SURFACE = 0.01  # so deep below a face a sling still lies on it [m]
 
 
 def start_checks(scene: schema.Scene, built: plan.Plan) -> list[tuple[str, str]]:
     """What does not fit before anything moves; slings are judged where cranes and block stand well."""
     found = Findings()
-    for fits in (_on_stools, _stools_below_mass, _lugs_outside, _under_hooks):
+    for fits in (_on_stools, _stools_below_mass, _lugs_outside, _under_hooks, _ropes_overloaded):
         found.take(fits.__name__, fits(scene, built))
     start = _start(scene, built)
     for check in _PLACES:
@@ -124,20 +127,57 @@ def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Told:
         )
 
 
+def _ropes_overloaded(scene: schema.Scene, built: plan.Plan) -> Told:
+    """No hook rope begins with more than its rated tension, from what hangs on it alone."""
+    loaders = {loader.name: loader for loader in built.loaders}
+    for rope in built.rig.hook_ropes:
+        loader = loaders[rope.carries]  # whose upper body holds the hook block
+        tension = (loader.upper.mass + loader.lower.mass) * built.gravity
+        if rope.rated and tension > rope.rated:
+            told = f"the rope {rope.name} begins stretched with {tension / 1e3:.0f} kN"
+            told += f", rated for {rope.rated / 1e3:.0f} kN"
+            yield rope.name, rope.where, f"{told}: {loader.name} and the hook block alone are too heavy for it"
+
+
 def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Told:
-    """Each sling that is hooked at the start reaches its lug."""
+    """Each sling that is hooked at the start reaches its lug, not overstretched and not through the block."""
     from .orders import reach  # which looks at geometry, too
 
     assert built.block is not None
+    assert scene.block is not None
     loaders, lugs = {x.name: x for x in built.loaders}, {lug.name: lug.p for lug in built.block.lugs}
+    u, v, w = (max(0.0, side / 2 - SURFACE) for side in scene.block.size)
+    x, y, z = built.block.pose[:3]
     for sling in built.rig.slings:
         if not sling.lug:
             continue
-        loader = loaders[sling.loader]
-        beam = tuple(a + b + c for a, b, c in zip(loader.pose, loader.hinge, sling.beam.p, strict=False))
-        p = tuple(a + b for a, b in zip(built.block.pose, lugs[sling.lug], strict=False))
-        if told := reach(sling, sling.lug, beam, p):
+        eye, hinge, own, lug = loaders[sling.loader].pose, loaders[sling.loader].hinge, sling.beam.p, lugs[sling.lug]
+        beam = (eye[0] + hinge[0] + own[0], eye[1] + hinge[1] + own[1], eye[2] + hinge[2] + own[2])
+        place = (x + lug[0], y + lug[1], z + lug[2])
+        told = reach(sling, sling.lug, beam, place) or _overstretched(sling, beam, place)
+        if told:
             yield sling.loader, sling.where, told
+            continue
+        inside = passes_through(_from((x, y, z), beam), lug, (u, v, w))
+        if inside > 0.0:
+            told = (
+                f"{sling.name} would go through {inside:.2g} m of the block on its straight way to the lug {sling.lug}"
+            )
+            yield sling.name, sling.where, f"{told}: put the lug on a face that the hook reaches"
+
+
+def _from(origin: Vector, p: Vector) -> Vector:
+    return (p[0] - origin[0], p[1] - origin[1], p[2] - origin[2])
+
+
+def _overstretched(sling: plan.Sling, beam: Vector, lug: Vector) -> str:
+    """A sentence if a sling begins with more than its rated tension, else nothing."""
+    gap = math.dist(beam, lug) - sling.L0
+    tension = sling.EA * gap / sling.L0
+    if not sling.rated or tension <= sling.rated:
+        return ""
+    told = f"{sling.name} begins stretched by {gap * 1e3:.3g} mm with {tension / 1e3:.0f} kN, rated for"
+    return f"{told} {sling.rated / 1e3:.0f} kN: lower the hook or take a longer sling than {sling.L0:g} m"
 
 
 # at the start and after each action

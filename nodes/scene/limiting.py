@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from math import prod
 
 from heavylift.nodes.limits.limit import Limit, Quantity
-from heavylift.nodes.limits.reeving import lead_factor
+from heavylift.nodes.limits.reeving import drum_ends, lead_factor
 from heavylift.nodes.limits.standards import (
     ISO_4308,
     ND_0027,
@@ -23,6 +23,7 @@ from heavylift.nodes.limits.standards import (
 
 from . import plan, schema
 from .base import written
+from .faults import closest
 from .source import Path
 from .yard import Yard
 
@@ -31,38 +32,50 @@ __all__ = ["build_limits", "reeving", "rope_factor"]
 ROLLING = 0.98  # efficiency of a sheave on rolling bearings
 
 
-def build_limits(yard: Yard) -> tuple[Limit, ...]:
+def build_limits(yard: Yard, mechanism: plan.Mechanism | None) -> tuple[Limit, ...]:
     """All rows, crane by crane, then the rig's and the scene's."""
-    if not yard.cranes:
-        return ()
     rows = [row for crane in yard.cranes for row in _crane(yard, crane, yard.scene.cranes[crane.name])]
-    rows += _rig(yard)
-    limits = yard.scene.limits
-    where = yard.source.where(("limits",))
-    kind = "the scene" if "clearance" in limits.model_fields_set else "assumed"
-    rows.append(
-        Limit(
-            subject="all", quantity="clearance", unit="m", value=limits.clearance, least=True, source=kind, where=where
-        )
+    return (*rows, *_rig(yard), *_ropes(yard, mechanism), *_scene(yard))
+
+
+def _scene(yard: Yard) -> Iterator[Limit]:
+    """What counts for everything that is lifted."""
+    if not yard.cranes:
+        return
+    limits, written_ = yard.scene.limits, "limits" in yard.scene.model_fields_set
+    where = yard.source.where(("limits",)) if written_ else yard.cranes[0].where
+    by = "the scene" if "clearance" in limits.model_fields_set else "assumed"
+    yield Limit(
+        subject="all", quantity="clearance", unit="m", value=limits.clearance, least=True, source=by, where=where
     )
-    told = "the scene" if limits.wind else ""
-    rows.append(
-        Limit(
-            subject="all",
-            quantity="wind",
-            unit="m/s",
-            value=limits.wind,
-            source=told,
-            note="no wind is modelled",
-            where=where,
-        )
-    )
-    return tuple(rows)
+    by, note = ("the scene" if limits.wind else ""), "no wind is modelled"
+    yield Limit(subject="all", quantity="wind", unit="m/s", value=limits.wind, source=by, note=note, where=where)
+
+
+def _ropes(yard: Yard, mechanism: plan.Mechanism | None) -> Iterator[Limit]:
+    """Ropes that the scene itself limits; those of a mechanism that nobody limits are not known."""
+    free = [rope.name for rope in mechanism.system.all_ropes] if mechanism else []
+    for name in (name for name in free if name not in yard.scene.limits.ropes):
+        where = yard.source.where(("mechanism", "ropes", name))
+        note = "give it under 'limits: {ropes: ...}'"
+        yield Limit(subject=name, quantity="rope tension", unit="N", note=note, where=where)
+    known = [rope.name for rope in yard.ropes] + [sling.name for sling in yard.slings] + free
+    for name, given in yard.scene.limits.ropes.items():
+        path: Path = ("limits", "ropes", name)
+        if name not in known:
+            yard.fault(path, f"there is no rope '{name}'", closest(name, known), on_key=True)
+        where, breaking = yard.source.where(path), given.breaking or 0.0
+        told = {"subject": name, "unit": "N", "elements": (name,), "source": given.source, "where": where}
+        most, factor = given.tension or breaking / given.factor, given.factor if breaking else 1.0
+        yield Limit(quantity="rope tension", value=most, factor=factor, breaking=breaking, **told)  # type: ignore[arg-type]
+        if given.partial_factor and breaking:
+            most, factor = breaking / given.partial_factor, given.partial_factor
+            yield Limit(quantity="sling peak", value=most, factor=factor, breaking=breaking, **told)  # type: ignore[arg-type]
 
 
 def reeving(crane: schema.Crane) -> tuple[int, float, str]:
     """Drum ends and sheave efficiency of a crane's hoists, and how they are told, with what is assumed of them."""
-    ends = crane.drum_ends or (2 if crane.falls % 2 == 0 else 1)
+    ends = drum_ends(crane.falls, crane.drum_ends)
     efficiency = crane.sheave_efficiency or ROLLING
     lead = lead_factor(crane.falls, ends, efficiency)
     ways = f"{ends} drum end{'s' if ends > 1 else ''}{'' if crane.drum_ends else ' (assumed)'}"
@@ -82,8 +95,9 @@ def _crane(yard: Yard, crane: plan.Crane, given: schema.Crane) -> Iterator[Limit
     path: Path = ("cranes", crane.name)
 
     def row(subject: str, quantity: Quantity, unit: str, key: str, elements: tuple[str, ...], **more: object) -> Limit:
-        source = "the scene" if key in given.model_fields_set else f"type {given.type}"
-        told = {"source": source, "where": yard.source.where((*path, written(key))), **more}
+        own = key in given.model_fields_set
+        where = yard.source.where((*path, written(key))) if own else crane.where
+        told = {"source": "the scene" if own else f"type {given.type}", "where": where, **more}
         return Limit(subject=subject, quantity=quantity, unit=unit, elements=elements, **told)  # type: ignore[arg-type]
 
     for hook in crane.hooks:
@@ -159,7 +173,7 @@ def _off_leads(yard: Yard, crane: plan.Crane, given: schema.Crane, way: str) -> 
             elements=(hook.rope,),
             source="the scene" if given_there else "assumed",
             note="" if value != "unknown" else "the machine's limit is unknown",
-            where=yard.source.where(path),
+            where=yard.source.where(path) if given_there else crane.where,
         )
 
 

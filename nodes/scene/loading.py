@@ -16,6 +16,7 @@ import msgspec
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity import Question, Verdict, choose, unpromised
 from heavylift.nodes.limits.findings import Finding
+from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge, uses_on_path
 from heavylift.nodes.limits.limit import Use
 from heavylift.nodes.limits.telling import WORDS, sorted_findings
@@ -88,7 +89,8 @@ class LoadedScene:
     @cached_property
     def findings(self) -> list[Finding]:
         """What is beyond a limit on that path, or should be told."""
-        return sorted_findings([*judge(self.plan, self.uses, dynamic=False), *path_findings(self.plan, self.statics)])
+        judged = judge(self.plan, self.uses, dynamic=False)
+        return sorted_findings([*geometry_findings(self.plan), *judged, *path_findings(self.plan, self.statics)])
 
 
 def load(scene: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
@@ -154,7 +156,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
             mechanisms=(mechanism,) if mechanism else (),
             rig=plan.Rig(hook_ropes=tuple(yard.ropes), slings=tuple(yard.slings)),
             fidelity=build_fidelity(yard),
-            limits=build_limits(yard),
+            limits=build_limits(yard, mechanism),
             actions=build_actions(yard, mechanism),
         ),
         text,

@@ -121,6 +121,7 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
             height=(crane.upper_exit + crane.lower_exit) / 2,
             damping=crane.girder_damping,
         ),
+        width=crane.width,
         where=where,
     )
 

@@ -104,6 +104,7 @@ class Crane(Item, frozen=True, kw_only=True):
     hooks: tuple[Hook, ...]
     capacity: float
     girder: Girder = Girder()
+    width: float = 34.0  # of the portal along x, over the buffers [m]
 
 
 class Loader(Item, frozen=True, kw_only=True):
@@ -145,10 +146,11 @@ class Pad(Item, frozen=True, kw_only=True):
 
 
 class Block(Item, frozen=True, kw_only=True):
-    """The block: a body on a free joint, frame in the middle of its box; theta turns +w towards +y."""
+    """The block: a body on a free joint, frame in the middle of its box (`size` [m]); theta turns +w towards +y."""
 
     name: str = "block"
     body: Inertia
+    size: Vector = (0.0, 0.0, 0.0)  # zeros: not given
     pose: tuple[float, float, float, float, float, float, float]
     lugs: tuple[Lug, ...]
     pads: tuple[Pad, ...]

@@ -122,7 +122,7 @@ class Crane(Base):
     main_mass: Mass = MASS.read("4200 t")  # with the girder
     girder_mass: Mass = MASS.read("2500 t")
     girder_stiffness: Stiffness = STIFFNESS.read("58.8 MN/m")  # at midspan, between the legs
-    girder_damping: Ratio = 0.01  # of critical, of its first mode; assumed, as of welded steel in EN 1991-1-4 table F.2
+    girder_damping: Ratio = 0.01  # of critical, of its first mode; assumed
     upper_mass: Mass = MASS.read("300 t")
     lower_mass: Mass = MASS.read("150 t")
     upper_exit: Extent = LENGTH.read("102 m")  # z where the ropes leave
@@ -219,6 +219,22 @@ class Loader(Base):
     capacity: Mass = MASS.read("300 t")  # of its slings
 
 
+class RopeLimit(Base):
+    """What a rope may carry at rest: a tension, or its breaking force over a design factor."""
+
+    tension: Force | None = None
+    breaking: Force | None = None
+    factor: Factor = 5.0  # breaking force over the tension at rest
+    partial_factor: Factor | None = None  # breaking force over the largest tension; left out: not judged
+    source: str = "the scene"
+
+    @model_validator(mode="after")
+    def _one(self) -> RopeLimit:
+        if (self.tension is None) == (self.breaking is None):
+            raise ValueError("give a rope either a 'tension' or a 'breaking' force")
+        return self
+
+
 class LiftLimits(Base):
     """What must not be exceeded, of all machines that say nothing else; `unknown`: told, and not judged."""
 
@@ -229,6 +245,7 @@ class LiftLimits(Base):
     bridle_warning: Swing = ANGLE.read("45 deg")  # of slings to the vertical: beyond it they are told
     bridle: Swing = ANGLE.read("60 deg")  # of slings to the vertical; EN 13414-1
     wind: Speed | None = None  # in which is lifted; left out: not judged
+    ropes: dict[str, RopeLimit] = Field(default_factory=dict)  # of any ropes, those of a mechanism too
 
 
 class Rig(Base):

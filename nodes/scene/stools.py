@@ -36,6 +36,7 @@ def build_block(yard: Yard, block: schema.Block) -> plan.Block:
             pads.append(plan.Pad(support=support, face=face, closed=face == LOWER, where=where))
     return plan.Block(
         body=plan.Inertia(mass=block.mass, com=block.com, moments=block.inertia or box(block.mass, block.size)),
+        size=block.size,
         pose=_resting(block),
         lugs=tuple(
             plan.Lug(name=lug, p=p, where=yard.source.where(("block", "lugs", lug))) for lug, p in block.lugs.items()

@@ -4,8 +4,8 @@ facts     numbers of a recording, as frozen tables
 document  the same as one self-contained page
 """
 
+from ..verdict import LimitTable
 from .document import report
 from .facts import Facts, facts
-from .limits import LimitTable
 
 __all__ = ["Facts", "LimitTable", "facts", "report"]

@@ -18,10 +18,11 @@ from ..info import duration
 from ..partfile import output_path, writing
 from ..plot import plot
 from ..reader import Recording
+from ..settings import settings
 from ..storyboard import storyboard
+from ..verdict import Judged, LimitTable, recorded_verdict
 from .browser import print_page
 from .facts import CraneUse, Facts, HookUse, RopeUse, StageUse, facts
-from .limits import LimitTable
 
 __all__ = ["report"]
 
@@ -32,21 +33,22 @@ h1 { font-size: 22px; margin: 0 0 4px; } h2 { font-size: 16px; margin: 28px 0 6p
 p.quiet { color: #66727e; overflow-wrap: anywhere; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
 th, td { text-align: right; padding: 3px 8px; border-bottom: 1px solid #eceff2; } th { font-weight: 600; }
-th:first-child, td:first-child { text-align: left; } td.bad { color: #a3182b; font-weight: 600; }
+th:first-child, td:first-child, .told th, .told td { text-align: left; } td.bad { color: #a3182b; font-weight: 600; }
 img { max-width: 100%; } .verdict { padding: 8px 12px; border-radius: 4px; background: #e9f4ec; }
 .verdict.bad { background: #fbe9ea; } @media print { body { margin: 0; } h2, tr, img { break-inside: avoid; } }
 """
 Cell = str | tuple[str, bool]  # text, and whether it is beyond what it should be
 
 
-def report(path: str | Path, out: str | Path, limits: LimitTable | None = None) -> Path:
+def report(path: str | Path, out: str | Path, verdict: Judged | None = None) -> Path:
     """Write the document of a recording to a .html or .pdf file; RecordingError if one of them cannot be used.
 
-    `limits`: the table of limits, judged by who knows the scene (`heavylift report` does).
+    `verdict`: of who knows the scene, where the recording has none of its own (`heavylift report` gives it).
     """
     out = output_path(out, "a report", (".html", ".pdf"))
     rec = Recording(path)
-    page = _page(rec, facts(rec, limits), _pictures(rec), limits)
+    verdict = verdict or recorded_verdict(rec)
+    page = _page(rec, facts(rec, verdict), _pictures(rec), verdict)
     if out.suffix.lower() == ".pdf":
         print_page(page, out)
         return out
@@ -55,31 +57,30 @@ def report(path: str | Path, out: str | Path, limits: LimitTable | None = None) 
     return out
 
 
-def _page(rec: Recording, found: Facts, pictures: list[str], limits: LimitTable | None) -> str:
+def _page(rec: Recording, found: Facts, pictures: list[str], verdict: Judged | None) -> str:
+    limits = verdict.limits if verdict else None
+    judged = limits is not None
     title = f"Lift report: {rec.run.get('scene', rec.path.stem)}"
     parts = [
         f"<h1>{escape(title)}</h1>",
         f'<p class="quiet">{escape(_origin(rec))}</p>',
-        _verdict(rec, found),
-        _warnings(found),
+        _verdict(rec, found, verdict),
+        _findings(verdict) if verdict else _warnings(found),
         *(_limits(limits) if limits else ()),
-        _section("Notes of the kernel", ["what", "at"], [[(told, True), _clock(t)] for t, told in found.notes]),
+        *(_clearances(verdict) if verdict else ()),
+        "" if verdict else _notes(found),
         _section("Scene", ["what", ""], [list(row) for row in found.scene]),
         _section("Cranes", ["crane", "largest load", "at", "may carry", "use"], [_load(c) for c in found.cranes]),
         f'<p class="quiet">{RULE}</p>' if len(found.cranes) > 1 else "",
         _section("Hooks", ["hook", "largest load", "at", "may carry", "use"], [_load(h) for h in found.hooks]),
         _section(
-            "Ropes", ["rope", "peak", "at", "stage", "rated", "use"], [_rope(r) for r in found.ropes]
+            "Ropes", ["rope", "peak", "at", "stage", "rated", "use"], [_rope(r, judged) for r in found.ropes]
         ),
         _section(
             "Stages", ["stage", "from", "lasts", "rope used most", "use", "dynamic factor", "block above ground"],
-            [_stage(s, limits.dynamic[0] if limits and limits.dynamic else None) for s in found.stages],
+            [_stage(s, limits.dynamic[0] if limits and limits.dynamic else None, judged) for s in found.stages],
         ),
         f'<p class="quiet">{escape(_amplified(found, limits))}</p>' if any(s.dynamic for s in found.stages) else "",
-        _section(
-            "Clearances", ["between", "at least", "at"],
-            [[c.between, f"{c.distance:.2f} m", _clock(c.when)] for c in found.clearances],
-        ),
         *(f'<p><img src="data:image/png;base64,{data}" alt=""></p>' for data in pictures),
     ]  # fmt: skip
     head = f'<meta charset="utf-8"><title>{escape(title)}</title><style>{STYLE}</style>'
@@ -87,24 +88,56 @@ def _page(rec: Recording, found: Facts, pictures: list[str], limits: LimitTable 
 
 
 def _origin(rec: Recording) -> str:
-    facts_ = [f"{duration(float(rec.fact('sim_s', 0.0)))} simulated", f"accuracy {rec.run.get('accuracy', 'unknown')}"]
+    facts_ = [f"{duration(float(rec.fact('sim_s', 0.0)))} simulated", *settings(rec.run).values()]
     facts_ += [f"digest {rec.result['digest']}"] if rec.result.get("digest") else []
     versions = [rec.library, f"python {rec.run.get('python', 'unknown')}", rec.run.get("platform", "")]
     return ", ".join([*facts_, *filter(None, versions), f"from {rec.path.name}"])
 
 
-def _verdict(rec: Recording, found: Facts) -> str:
+def _verdict(rec: Recording, found: Facts, verdict: Judged | None) -> str:
     status = rec.result.get("status", "cut off")
     used = [r for r in found.ropes if r.rated]
     most = max(used, key=lambda r: r.peak / (r.rated or 1.0), default=None)
     told = f"The run {status}." if status == "finished" else f"The run is {status}: {rec.result.get('reason', '')}"
+    bad = status != "finished"
+    if verdict is not None:
+        told, bad = f"Verdict: {verdict.line}. {told}", bad or verdict.red
+    else:
+        n = len(found.warnings)
+        told += f" {n} warning{'s' if n > 1 else ''}, listed below." if n else " It has no verdict."
+        told += " The kernel has notes on how it was computed, listed below." if found.notes else ""
+        bad = bad or bool(n or found.notes)
     if most and most.rated:
         told += f" The rope used most is {most.name}: {100 * most.peak / most.rated:.0f} % of its rated tension."
-    n = len(found.warnings)
-    told += " Nothing went beyond its limits." if not n else f" {n} warning{'s' if n > 1 else ''}, listed below."
-    told += " The kernel has notes on how it was computed, listed below." if found.notes else ""
-    bad = " bad" if n or found.notes or status != "finished" else ""
-    return f'<p class="verdict{bad}">{escape(told)}</p>'
+    return f'<p class="verdict{" bad" * bad}">{escape(told)}</p>'
+
+
+def _findings(verdict: Judged) -> str:
+    """What was found, red ones first."""
+    rows: list[list[Cell]] = []
+    for f in verdict.findings:
+        where = f" [{f.where}]" if f.where else ""
+        told = f"{f.sentence}{where}"
+        rows.append([f.severity, (told, f.severity == "red"), "" if f.t is None else _clock(f.t), f.stage])
+    return _section("Findings", ["", "what", "at", "stage"], rows, "told")
+
+
+def _clearances(verdict: Judged) -> list[str]:
+    """The smallest ones, and what nobody looked at."""
+    rows: list[list[Cell]] = []
+    for c in verdict.clearances:
+        red = any(f.kind == "clearance" and f.subject == f"{c.a} and {c.b}" for f in verdict.findings)
+        kept = f"{c.limit:g} m" if c.limit else "not touched"
+        rows.append([f"{c.a} and {c.b}", (f"{c.distance:.2f} m", red), kept, _clock(c.t), c.place])
+    unseen = "".join(f"<li>{escape(sentence)}</li>" for sentence in verdict.not_looked_at)
+    return [
+        _section("Smallest clearances", ["between", "at least", "to be kept", "at", "where"], rows),
+        f'<p class="quiet">Not looked at:</p><ul class="quiet">{unseen}</ul>' if unseen else "",
+    ]
+
+
+def _notes(found: Facts) -> str:
+    return _section("Notes of the kernel", ["what", "at"], [[(told, True), _clock(t)] for t, told in found.notes])
 
 
 def _warnings(found: Facts) -> str:
@@ -134,11 +167,12 @@ def _load(c: CraneUse | HookUse) -> list[Cell]:
     ]
 
 
-def _rope(r: RopeUse) -> list[Cell]:
+def _rope(r: RopeUse, judged: bool) -> list[Cell]:
+    """A rope; its rating is that at its longest, so the table of limits tells what is beyond, if there is one."""
     rated: list[Cell] = ["", ""]
     if r.rated:
         use = r.peak / r.rated
-        rated = [f"{r.rated / 1e3:.0f} kN", (f"{100 * use:.0f} %", use > 1)]
+        rated = [f"{r.rated / 1e3:.0f} kN", (f"{100 * use:.0f} %", use > 1 and not judged)]
     return [r.name, f"{r.peak / 1e3:.1f} kN", _clock(r.when), r.stage, *rated]
 
 
@@ -152,23 +186,26 @@ def _limits(limits: LimitTable) -> list[str]:
 def _beyond(cell: str) -> bool:
     """Whether a cell is a use of more than everything."""
     number = cell.removesuffix(" %")
-    return number != cell and number.isdigit() and int(number) > 100
+    return number != cell and number.replace(".", "", 1).isdigit() and float(number) > 100.0
 
 
-def _stage(s: StageUse, band: float | None) -> list[Cell]:
+def _stage(s: StageUse, band: float | None, judged: bool) -> list[Cell]:
     factors = ", ".join(f"{crane} {factor:.3f}" for crane, factor in s.dynamic.items())
     beyond = band is not None and any(factor > band for factor in s.dynamic.values())
     low = "" if s.lowest is None else f"{s.lowest:.2f} m"
-    use = (f"{100 * s.use:.0f} %", s.use > 1)
+    use = (f"{100 * s.use:.0f} %", s.use > 1 and not judged)
     return [s.name, _clock(s.start), duration(s.end - s.start), s.rope, use, (factors, beyond), low]
 
 
-def _section(title: str, head: Sequence[str], rows: Sequence[Sequence[Cell]]) -> str:
+def _section(title: str, head: Sequence[str], rows: Sequence[Sequence[Cell]], kind: str = "") -> str:
     if not rows:
         return ""
     top = "".join(f"<th>{escape(name)}</th>" for name in head)
     body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in rows)
-    return f"<h2>{escape(title)}</h2><table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+    return (
+        f'<h2>{escape(title)}</h2><table class="{kind}">'
+        + f"<thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
+    )
 
 
 def _cell(cell: Cell) -> str:

@@ -7,7 +7,6 @@ larger one of the sums at rest before and at the end of the stage.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -18,16 +17,14 @@ from numpy.typing import NDArray
 
 from ..reader import Recording, guarded
 from ..signal import Signal
-from .clearances import Clearance, clearances, lowest
-from .limits import LimitTable
+from ..verdict import Judged, recorded_verdict
+from .heights import lowest
 from .scene import scene_table
 
 __all__ = ["CraneUse", "Excess", "Facts", "RopeUse", "StageUse", "facts"]
 
+EMPTY = 1.1  # times its loaders and hook blocks: with less a crane carries nothing
 SETTLED = 0.05  # last part of a stage over which its resting load is taken
-WORDS: dict[str, Callable[[dict[str, Any]], str]] = {  # reports that a planner must see
-    "Limit": lambda x: f"{x.get('actor', '')} stopped by its {x.get('limit', 'limit')}",
-}
 Floats = NDArray[np.float64]
 
 
@@ -89,15 +86,14 @@ class Facts:
     cranes: list[CraneUse]
     warnings: list[Excess]
     hooks: list[HookUse]
-    clearances: list[Clearance]
     scene: list[tuple[str, str]]
     lifted: float  # mass of the block, else the largest load of a crane [kg]
     notes: list[tuple[float, str]]  # when [s], what the kernel had to say
 
 
 @guarded
-def facts(rec: Recording, limits: LimitTable | None = None) -> Facts:
-    """The tables of a recording; whatever it has no samples of stays empty.  `limits`: as they were judged."""
+def facts(rec: Recording, verdict: Judged | None = None) -> Facts:
+    """The tables of a recording; whatever it has no samples of stays empty.  `verdict`: else the recorded one."""
     plan = _plan(rec)
     empty = Signal(np.zeros(0), np.zeros((0, 0)), [], "N")
     tension = rec.signal("rope/tension") if "rope/tension" in rec.signals() else empty
@@ -119,10 +115,12 @@ def facts(rec: Recording, limits: LimitTable | None = None) -> Facts:
     if len(cranes) > 1:
         cranes.append(_together(plan, loads, tension, cranes, gravity))
     heights = lowest(rec, plan)
-    stages = [_stage(span, tension, rated, loads)._replace(lowest=_lowest(span, heights)) for span in spans]
-    tables = stages, ropes, cranes, _warnings(rec, ropes, cranes, limits), _hook_uses(plan, tension, gravity)
+    dead = {c["name"]: _dead(plan, c["name"]) * gravity for c in plan.get("cranes", [])}
+    stages = [_stage(span, tension, rated, loads, dead)._replace(lowest=_lowest(span, heights)) for span in spans]
+    found = _warnings(rec, ropes, cranes, verdict or recorded_verdict(rec))
+    tables = stages, ropes, cranes, found, _hook_uses(plan, tension, gravity)
     lifted = plan["block"]["body"]["mass"] if plan.get("block") else max((c.load for c in cranes), default=0.0)
-    return Facts(*tables, clearances(rec, plan), scene_table(rec, plan), float(lifted), rec.notes())
+    return Facts(*tables, scene_table(rec, plan), float(lifted), rec.notes())
 
 
 def _hook_uses(plan: dict[str, Any], tension: Signal, gravity: float) -> list[HookUse]:
@@ -171,9 +169,20 @@ def _hooks(plan: dict[str, Any], crane: str, names: list[str]) -> list[int]:
     return [names.index(r["name"]) for r in ropes if r["crane"] == crane and r["name"] in names]
 
 
+def _dead(plan: dict[str, Any], crane: str) -> float:
+    """Mass of a crane's loaders and hook blocks, which hang on its ropes always [kg]."""
+    on = {rope.get("carries") for rope in plan.get("rig", {}).get("hook_ropes", []) if rope["crane"] == crane}
+    return float(sum(x["upper"]["mass"] + x["lower"]["mass"] for x in plan.get("loaders", []) if x["name"] in on))
+
+
 def _stage(
-    span: tuple[str, float, float], tension: Signal, rated: dict[str, float], loads: dict[str, Floats]
+    span: tuple[str, float, float],
+    tension: Signal,
+    rated: dict[str, float],
+    loads: dict[str, Floats],
+    dead: dict[str, float],
 ) -> StageUse:
+    """What a stage asked for; a crane whose hooks are empty has no dynamic factor."""
     name, start, end = span
     inside = (tension.t >= start) & (tension.t <= end)
     uses = {r: float(np.max(tension.values[inside, tension.names.index(r)], initial=0.0)) / x for r, x in rated.items()}
@@ -183,19 +192,16 @@ def _stage(
     for crane, load in loads.items():
         if late.any():
             rest = max(float(load[inside][0]), float(np.mean(load[late])))
-            dynamic[crane] = float(np.max(load[inside])) / rest if rest > 0.0 else 1.0
+            if rest > EMPTY * dead.get(crane, 0.0):
+                dynamic[crane] = float(np.max(load[inside])) / rest if rest > 0.0 else 1.0
     return StageUse(name, start, end, rope, uses.get(rope, 0.0), dynamic)
 
 
-def _warnings(rec: Recording, ropes: list[RopeUse], cranes: list[CraneUse], limits: LimitTable | None) -> list[Excess]:
-    """What went beyond its limits: as it was judged, else as peaks and samples alone tell; and what stopped itself."""
-    found = [
-        Excess(e.t_ns * 1e-9, e.source, WORDS[e.type](e.value))
-        for e in rec.events(port="report")
-        if e.type in WORDS and isinstance(e.value, dict)
-    ]
-    if limits is not None:
-        return sorted([*found, *(Excess(t or 0.0, who, told) for _, who, told, t in limits.findings)])
+def _warnings(rec: Recording, ropes: list[RopeUse], cranes: list[CraneUse], verdict: Judged | None) -> list[Excess]:
+    """What went beyond its limits: as it was judged, else as peaks and samples alone tell."""
+    if verdict is not None:
+        return [Excess(f.t or 0.0, f.subject, f.sentence) for f in verdict.findings if f.severity != "note"]
+    found = []
     for r in ropes:
         if r.rated and r.peak > r.rated:
             found.append(Excess(r.when, r.name, f"tension {100 * r.peak / r.rated:.0f} % of the rated one"))

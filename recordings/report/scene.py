@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from ..reader import Recording
+from ..settings import settings
 
 __all__ = ["scene_table"]
 
-COMPUTED = ("accuracy", "method", "step", "samples_hz", "seed")
+COMPUTED = ("samples_hz", "seed")
 
 
 def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
@@ -40,4 +41,12 @@ def scene_table(rec: Recording, plan: dict[str, Any]) -> list[tuple[str, str]]:
         rows.append((f"mechanism {mechanism['name']}", told))
     if plan:
         rows.append(("gravity", f"{plan.get('gravity', 9.80665):g} m/s2"))
+    rows += settings(rec.run).items()
+    fidelity = rec.fact("fidelity", {})
+    if plan.get("block") and isinstance(fidelity, dict):
+        rows.append(("fidelity", ", ".join(f"{k.replace('_', ' ')} {_told(v)}" for k, v in fidelity.items())))
     return rows + [(name.replace("_", " "), rec.run[name]) for name in COMPUTED if name in rec.run]
+
+
+def _told(value: object) -> str:
+    return ", ".join(map(str, value)) or "none" if isinstance(value, list) else str(value)

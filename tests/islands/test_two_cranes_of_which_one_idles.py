@@ -16,7 +16,6 @@ from heavylift.kernel.islands import Islands
 from heavylift.kernel.simulation import Simulation
 from heavylift.nodes.devs import Simulator, Tag, ns
 from heavylift.nodes.models import COMMANDER, KERNEL, build, couplings
-from heavylift.nodes.models.parts import declared
 from heavylift.nodes.scene import LoadedScene, bundled, parse
 
 END = 45.0  # [s] the block is in the air by then
@@ -82,5 +81,5 @@ def test_it_is_one_run_in_one_process_or_in_ten(tmp_path: Path) -> None:
 
 def test_a_crane_from_which_nothing_hangs_is_drawn_all_the_same() -> None:
     plan = parse(bundled()["lift"].read_text().replace(CRANE, f"{CRANE}\n{IDLE}")).plan
-    drawn = boxes(plan, [declared(list(build(plan).values()))])
+    drawn = boxes(plan)
     assert {"idle.main", "idle.upper", "idle.lower"} <= {box.body for box in drawn}

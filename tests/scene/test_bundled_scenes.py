@@ -127,7 +127,6 @@ def test_a_centre_of_mass_off_the_middle_shifts_the_loads() -> None:
     assert tonnes == pytest.approx([93, 97, 241, 106, 110, 253], abs=1.0)
 
 
-
 def test_the_arm_stands_as_in_the_paper() -> None:
     system = load("arm").plan.mechanisms[0].system
     at = poses(system)

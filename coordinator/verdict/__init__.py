@@ -1,0 +1,39 @@
+"""The verdict of a run: everything that was found, and one line that is green or red.
+
+history     what was shown: poses, tensions, rope lines over time
+conduct     what was said: stages, limits, an operator's words, the end
+clearances  how near things came to one another (moving, nearest, distance)
+judging     all judges in one table, and the line
+
+    judge(plan, history, conduct)  at the end of a run
+    verdict_of(recording)          as it stands there, or made again where it is missing
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from heavylift.recordings import Recording
+from heavylift.recordings.verdict import Judged
+
+if TYPE_CHECKING:
+    from heavylift.nodes.scene.plan import Plan
+
+    from .conduct import Conduct
+    from .history import History
+
+__all__ = ["judge", "verdict_of"]
+
+
+def judge(plan: Plan, history: History, conduct: Conduct) -> Judged:
+    """The verdict of a run."""
+    from .judging import judge as made  # with the library of collisions: not before it is needed
+
+    return made(plan, history, conduct)
+
+
+def verdict_of(rec: Recording) -> Judged | None:
+    """The verdict that a recording has, or made of what it holds; None if it is not of a scene of this version."""
+    from .judging import verdict_of as found
+
+    return found(rec)

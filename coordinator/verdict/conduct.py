@@ -1,0 +1,155 @@
+"""What went otherwise than the action list means it: hooks run into their limit switches, orders that moved nothing,
+an end that cuts the lift, an operator who stops it, and what the kernel has to say of its numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+from heavylift.nodes.devs import Event
+from heavylift.nodes.limits.findings import Finding
+from heavylift.nodes.models.messages import Limit, OperatorCommand, Overload, Skipped, Stage
+from heavylift.nodes.scene.actions import Action, Move, Turn
+from heavylift.nodes.scene.plan import Plan, drive_name
+from heavylift.recordings import Recording
+
+__all__ = ["Conduct", "conduct_findings", "conduct_of"]
+
+UPPER = "upper limit"
+FINISHED = "finished"
+
+
+@dataclass
+class Conduct:
+    """What was said in a run: stages (when [s], number of the action, name), orders that were not begun, end positions,
+    overloads of load cells, an operator's words; how it ended."""
+
+    stages: list[tuple[float, int, str]] = field(default_factory=list)
+    skipped: list[tuple[float, int, str]] = field(default_factory=list)
+    stopped: list[tuple[float, str, str]] = field(default_factory=list)  # actor, limit
+    overloads: dict[str, tuple[float, float]] = field(default_factory=dict)  # actor -> tension [N], when [s]
+    words: list[tuple[float, str, bool]] = field(default_factory=list)  # an operator's, and whether they end the run
+    notes: Sequence[tuple[float, str]] = ()
+    peaks: dict[str, tuple[float, float]] = field(default_factory=dict)
+    end: float = 0.0
+    unfinished: str = ""
+    status: str = FINISHED
+    reason: str = ""
+
+    def hear(self, t_ns: int, kind: str, value: dict[str, Any]) -> None:
+        """An event, its message as plain data."""
+        t = t_ns * 1e-9
+        match kind:
+            case Stage.__name__:
+                self.stages.append((t, int(value["action"]), str(value["name"])))
+            case Skipped.__name__:
+                self.skipped.append((t, int(value["action"]), str(value["actor"])))
+            case Limit.__name__:
+                self.stopped.append((t, str(value["actor"]), str(value["limit"])))
+            case Overload.__name__ if value["over"]:
+                self.overloads.setdefault(str(value["actor"]), (float(value["tension"]), t))
+            case OperatorCommand.__name__:
+                self.words.append((t, str(value["text"]), not value["action"]))
+
+    def event(self, e: Event) -> None:
+        """An event while the run goes on."""
+        if e.type in HEARD:
+            value = e.value
+            self.hear(e.t, e.type, {name: getattr(value, name) for name in HEARD[e.type]})
+
+
+HEARD = {kind.__name__: kind.__struct_fields__ for kind in (Stage, Skipped, Limit, Overload, OperatorCommand)}
+
+
+def conduct_of(rec: Recording) -> Conduct:
+    """The same of a recording, as far as it goes."""
+    found = Conduct(notes=rec.notes(), status=rec.result.get("status", "cut off"), reason=rec.result.get("reason", ""))
+    for e in rec.events():
+        if e.type in HEARD and isinstance(e.value, dict):
+            found.hear(e.t_ns, e.type, e.value)
+        found.end = max(found.end, e.t_ns * 1e-9)
+    found.end = float(rec.fact("sim_s", found.end))
+    found.unfinished = str(rec.result.get("unfinished", ""))
+    found.peaks = {name: (peak["tension"], peak["time"]) for name, peak in rec.fact("peaks", {}).items()}
+    return found
+
+
+def conduct_findings(plan: Plan, said: Conduct) -> Iterator[Finding]:
+    """All of it, in no order."""
+    lift = plan.block is not None
+    yield from _stops(plan, said)
+    yield from _at_once(plan, said)
+    for t, words, ends in said.words:
+        told = "an operator stopped the run" if ends else f"an operator ordered '{words}'"
+        yield Finding(severity="red" if ends else "note", kind="operator", subject="operator", sentence=told, t=t)
+    if said.status != FINISHED:
+        told = f"the run {said.status}: {said.reason}" if said.reason else "the recording is cut off"
+        yield Finding(severity="red", kind="cut", subject="run", sentence=told, t=said.end)
+    elif said.unfinished and not any(ends for _, _, ends in said.words):
+        bound = f"the end of the scene at {plan.end:g} s" if plan.end is not None else "its end"
+        told = f"{bound} cut the {'lift' if lift else 'run'}: {said.unfinished}"
+        severity = "red" if lift else "note"
+        yield Finding(severity=severity, kind="cut", subject="run", sentence=told, t=said.end)  # type: ignore[arg-type]
+    for t, note in said.notes:
+        yield Finding(severity="warning", kind="computation", subject="kernel", sentence=note, t=t)
+
+
+def _stops(plan: Plan, said: Conduct) -> Iterator[Finding]:
+    """Hooks that were two-blocked, and drives that came to the end of their way; each once."""
+    names = {h.rope: f"the hook {h.name} of {c.name}" for c in plan.cranes for h in c.hooks}
+    for crane in plan.cranes:
+        names[drive_name(crane.name, "gantry")] = crane.name
+        names[drive_name(crane.name, "upper")] = f"the upper trolley of {crane.name}"
+        names[drive_name(crane.name, "lower")] = f"the lower trolley of {crane.name}"
+    seen = set()
+    for t, actor, limit in said.stopped:
+        if (actor, limit) in seen:
+            continue
+        seen.add((actor, limit))
+        if limit == UPPER:
+            told = f"{names.get(actor, actor)} was two-blocked: its upper limit switch stopped it"
+            yield Finding(severity="red", kind="two-blocked", subject=actor, sentence=told, t=t)
+        else:
+            told = f"{names.get(actor, actor)} was stopped by its limit '{limit}'"
+            yield Finding(severity="warning", kind="limit", subject=actor, sentence=told, t=t)
+
+
+def _at_once(plan: Plan, said: Conduct) -> Iterator[Finding]:
+    """Stages that ended in the instant in which they began although they had something to move."""
+    found: dict[int, tuple[float, str]] = {}
+    for t, number, _ in said.skipped:
+        if number < len(plan.actions):
+            until = next((_until(x) for x in plan.actions[number].orders if _until(x)), "")
+            found.setdefault(
+                number, (t, f"'{until}' held already, so it moved nothing" if until else "it moved nothing")
+            )
+    for (t, number, _), (after, following, _) in pairwise(said.stages):
+        action = plan.actions[number] if number < len(plan.actions) else None
+        if action and after == t and following == number + 1 and _moves(action) and not plan.actions[following].when:
+            found.setdefault(number, (t, "it took 0 s, for everything stood already where it was ordered"))
+    names = {number: name for _, number, name in said.stages}
+    for number, (t, why) in sorted(found.items()):
+        name = f"the stage '{names[number]}'" if number in names else f"action {number + 1}"
+        yield Finding(
+            severity="red",
+            kind="stage",
+            subject=names.get(number, f"action {number + 1}"),
+            sentence=f"{name} ended at once: {why}",
+            where=plan.actions[number].where,
+            stage=names.get(number, ""),
+            t=t,
+        )
+
+
+def _moves(action: Action) -> bool:
+    return any(isinstance(order, Move | Turn) for order in action.orders)
+
+
+def _until(order: object) -> str:
+    """The words of the condition that an order goes on until."""
+    if not isinstance(order, Move) or order.until is None:
+        return ""
+    return order.until.text or type(order.until).__name__.lower()

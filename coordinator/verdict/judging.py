@@ -1,0 +1,129 @@
+"""All judges of a run in one table, and the line that comes of what they find."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+import msgspec
+from heavylift.nodes.limits.findings import Finding
+from heavylift.nodes.limits.geometry import geometry_findings
+from heavylift.nodes.limits.shapes import untouched
+from heavylift.nodes.limits.telling import likewise
+from heavylift.nodes.scene.plan import Plan, decode
+from heavylift.recordings import Recording
+from heavylift.recordings.verdict import Clearance, Found, Judged, LimitTable, recorded_verdict
+
+from ..record.limits import judged, signals_of_run, table
+from .clearances import LIMIT, clearances
+from .clearances import findings as too_near
+from .conduct import Conduct, conduct_findings, conduct_of
+from .history import History, history_of
+
+__all__ = ["JUDGES", "judge", "verdict_of"]
+
+RESOLVED = "resolved.json"  # the plan in a recording
+SEVERITIES = ("red", "warning", "note")
+
+
+@dataclass
+class Bench:
+    """What all judges have found so far, and what they could not look at."""
+
+    plan: Plan
+    history: History
+    conduct: Conduct
+    findings: list[Finding] = field(default_factory=list)
+    not_looked_at: list[str] = field(default_factory=list)
+    clearances: list[Clearance] = field(default_factory=list)
+    limits: LimitTable | None = None
+
+
+def _geometry(bench: Bench) -> None:
+    """Whether the block can be what the scene says."""
+    bench.findings += geometry_findings(bench.plan)
+
+
+def _limits(bench: Bench) -> None:
+    """The table of limits, on tensions, poses and lengths."""
+    plan, shown, said = bench.plan, bench.history, bench.conduct
+    if not plan.limits or not shown.tensions:
+        return
+    signals = signals_of_run(
+        plan, shown.t, shown.tensions, shown.poses, shown.rigs,
+        stages=[(t, name) for t, _, name in said.stages if name], peaks=said.peaks, crossings=said.overloads,
+        lengths=shown.lengths,
+    )  # fmt: skip
+    found = judged(plan, signals)
+    bench.findings += found.findings
+    bench.limits = table(found)
+
+
+def _clearances(bench: Bench) -> None:
+    """What came too near to what."""
+    limit = next((x.value for x in bench.plan.limits if x.quantity == "clearance" and x.value is not None), LIMIT)
+    bench.clearances += clearances(bench.plan, bench.history, limit)
+    bench.findings += too_near(bench.clearances)
+    bench.not_looked_at += untouched(bench.plan)
+
+
+def _conduct(bench: Bench) -> None:
+    """Whether it went as the action list means it."""
+    bench.findings += conduct_findings(bench.plan, bench.conduct)
+
+
+Judge = Callable[[Bench], None]
+JUDGES: tuple[Judge, ...] = (_geometry, _limits, _clearances, _conduct)
+
+
+def judge(plan: Plan, history: History, conduct: Conduct) -> Judged:
+    """The verdict of a run."""
+    bench = Bench(plan, history, conduct)
+    for one in JUDGES:
+        one(bench)
+    findings = [_placed(f, conduct) for f in _in_order(bench.findings)]
+    return Judged(
+        red=any(f.severity == "red" for f in findings),
+        line=_line(findings),
+        findings=tuple(msgspec.convert(msgspec.to_builtins(f), Found) for f in findings),
+        not_looked_at=tuple(bench.not_looked_at),
+        clearances=tuple(bench.clearances),
+        limits=bench.limits,
+    )
+
+
+def verdict_of(rec: Recording) -> Judged | None:
+    """The verdict that a recording has, or made of what it holds; None if it is not of a scene of this version."""
+    found = recorded_verdict(rec)
+    if found is not None or RESOLVED not in rec.attachments:
+        return found
+    try:
+        plan = decode(rec.attachments[RESOLVED])
+    except msgspec.DecodeError:
+        return None
+    with rec.reading():
+        return judge(plan, history_of(rec), conduct_of(rec))
+
+
+def _in_order(findings: Iterable[Finding]) -> list[Finding]:
+    return sorted(findings, key=lambda f: (SEVERITIES.index(f.severity), f.t or 0.0, f.kind, f.subject))
+
+
+def _placed(f: Finding, conduct: Conduct) -> Finding:
+    """With the stage in which it was, if it is not said."""
+    if f.stage or f.t is None:
+        return f
+    stage = next((name for t, _, name in reversed(conduct.stages) if name and t <= f.t), "")
+    return msgspec.structs.replace(f, stage=stage)
+
+
+def _line(findings: list[Finding]) -> str:
+    """The verdict in one line: what is worst, and how much more there is."""
+    reds = [f for f in findings if f.severity == "red"]
+    warnings = sum(f.severity == "warning" for f in findings)
+    rest = f"; {warnings} warning{'s' * (warnings > 1)}" if warnings else ""
+    if not reds:
+        return f"green: nothing is beyond its limits{rest}"
+    grouped = likewise(reds)
+    more = f", and {len(grouped) - 1} more" if len(grouped) > 1 else ""
+    return f"red: {grouped[0].sentence}{more}{rest}"

@@ -1,0 +1,63 @@
+"""Whether a block can be what the scene says: lugs that are on it, and a centre of mass that is in it."""
+
+from __future__ import annotations
+
+from math import dist, hypot
+from typing import TYPE_CHECKING
+
+from .findings import Finding
+
+if TYPE_CHECKING:
+    from heavylift.kernel.points import Vector
+    from heavylift.nodes.scene.plan import Plan
+
+__all__ = ["geometry_findings", "outside", "passes_through"]
+
+REACH = 1.0  # of a lug from the plates of its block [m]
+ROUNDING = 1e-9
+
+
+def outside(half: Vector, p: Vector) -> float:
+    """How far a point is outside a box of these half edges around the origin [m]; 0 inside."""
+    return hypot(*(max(0.0, abs(x) - h) for x, h in zip(p, half, strict=True)))
+
+
+def geometry_findings(plan: Plan) -> list[Finding]:
+    """Lugs that stand far off the box of the block, and a centre of mass outside it: red, each with its line."""
+    block = plan.block
+    if block is None or not any(block.size):
+        return []
+    u, v, w = (side / 2 for side in block.size)
+    half, found = (u, v, w), []
+    for lug in block.lugs:
+        off = outside(half, lug.p)
+        if off > REACH + ROUNDING:
+            told = f"the lug {lug.name} is {off:.4g} m off the block, no lug of it can be more than {REACH:g} m off"
+            found.append(_finding(lug.name, told, lug.where, off, REACH))
+    off = outside(half, block.body.com)
+    if off > ROUNDING:
+        com = ", ".join(f"{x:g}" for x in block.body.com)
+        told = f"the centre of mass at u, v, w = {com} m is {off:.4g} m outside the block"
+        found.append(_finding(block.name, told, block.where, off, 0.0))
+    return found
+
+
+def _finding(subject: str, told: str, where: str, value: float, limit: float) -> Finding:
+    return Finding(
+        severity="red", kind="geometry", subject=subject, sentence=told, where=where, value=value, limit=limit, unit="m"
+    )
+
+
+def passes_through(a: Vector, b: Vector, half: Vector) -> float:
+    """Length of the part of a straight line from a to b that is inside a box of these half edges around the origin [m]
+    (the slab method: Kay and Kajiya 1986, Ray tracing complex scenes)."""
+    first, last = 0.0, 1.0
+    for p, q, h in zip(a, b, half, strict=True):
+        d = q - p
+        if abs(d) < ROUNDING:
+            if abs(p) >= h:
+                return 0.0
+            continue
+        low, high = sorted(((-h - p) / d, (h - p) / d))
+        first, last = max(first, low), min(last, high)
+    return max(0.0, last - first) * dist(a, b)
