@@ -14,7 +14,7 @@ import numpy as np
 from heavylift.kernel.describe import WORLD, Point
 
 from .limit import Limit
-from .reeving import lead_factor
+from .reeving import drum_end_factor, lead_factor
 from .signals import Column, Signals
 
 if TYPE_CHECKING:
@@ -86,11 +86,13 @@ def _tension(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
 
 
 def _pull(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
-    """The most loaded part of a hook rope at its upper end, with the part's own weight [N]."""
+    """A part of a hook rope at its upper end, with its own weight [N]: the one at the drum in hoisting, or the most
+    loaded one, which is the same in hoisting and the dead end in lowering."""
     rope = _rope(plan, limit.elements[0])
     if rope is None or rope.name not in signals.tensions:
         return None
-    lead = lead_factor(rope.falls, rope.drum_ends, rope.efficiency)
+    reeved = rope.falls, rope.drum_ends, rope.efficiency
+    lead = drum_end_factor(*reeved, hoisting=True) if limit.quantity == "drum pull" else lead_factor(*reeved)
     own = (rope.line / rope.falls - _hung(plan, rope) / rope.falls) * plan.gravity * _length(signals, rope)
     values, exact = lead * signals.tensions[rope.name] / rope.falls + own, None
     if rope.name in signals.peaks:
