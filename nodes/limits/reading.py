@@ -14,7 +14,7 @@ import numpy as np
 from heavylift.kernel.describe import WORLD, Point
 
 from .limit import Limit
-from .reeving import lead_factor
+from .reeving import drum_end_factor, lead_factor
 from .signals import Column, Signals
 
 if TYPE_CHECKING:
@@ -57,14 +57,13 @@ def _load(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
     if not ropes:
         return None
     dead = sum(_block_mass(plan, rope) for rope in ropes)
-    own = np.sum([_hung(plan, rope) * _length(signals, rope) for rope in ropes], axis=0)
     total = np.sum([signals.tensions[rope.name] for rope in ropes], axis=0) / plan.gravity - dead
-    values = np.maximum(total - own, 0.0)
+    values = np.maximum(total, 0.0)
     exact = None
     alone = signals.peaks.get(ropes[0].name) if len(ropes) == 1 else None
     if found := alone or signals.crossings.get(_cell(limit)):
         peak, when = found
-        exact = peak / plan.gravity - dead - _near(signals, own, when), when
+        exact = peak / plan.gravity - dead, when
     return Reading(values, exact)
 
 
@@ -86,12 +85,14 @@ def _tension(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
 
 
 def _pull(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
-    """The most loaded part of a hook rope at its upper end, with the part's own weight [N]."""
+    """A part of a hook rope at its upper end, with its own weight [N]: the one at the drum in hoisting, or the most
+    loaded one, which is the same in hoisting and the dead end in lowering."""
     rope = _rope(plan, limit.elements[0])
     if rope is None or rope.name not in signals.tensions:
         return None
-    lead = lead_factor(rope.falls, rope.drum_ends, rope.efficiency)
-    own = (rope.line / rope.falls - _hung(plan, rope) / rope.falls) * plan.gravity * _length(signals, rope)
+    reeved = rope.falls, rope.drum_ends, rope.efficiency
+    lead = drum_end_factor(*reeved, hoisting=True) if limit.quantity == "drum pull" else lead_factor(*reeved)
+    own = rope.line / rope.falls * plan.gravity * _length(signals, rope)
     values, exact = lead * signals.tensions[rope.name] / rope.falls + own, None
     if rope.name in signals.peaks:
         peak, when = signals.peaks[rope.name]
@@ -211,11 +212,6 @@ def _rope(plan: Plan, name: str) -> HookRope | None:
 def _block_mass(plan: Plan, rope: HookRope) -> float:
     hooks = (hook for crane in plan.cranes for hook in crane.hooks)
     return next((hook.block_mass for hook in hooks if hook.rope == rope.name), 0.0)
-
-
-def _hung(plan: Plan, rope: HookRope) -> float:
-    """Mass per length of a rope's own that its tension contains: of lumped masses the half at its hook [kg/m]."""
-    return rope.line / 2.0 if plan.fidelity.rope_mass == "lumped" and plan.fidelity.ropes != "massive" else 0.0
 
 
 def _length(signals: Signals, rope: HookRope) -> Column:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.run import run
+from heavylift.coordinator.verdict import verdict_of
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.limits.reeving import drum_end_factor, lead_factor
 from heavylift.nodes.scene import check, load
@@ -107,3 +108,18 @@ def test_the_drum_end_bears_the_weight_of_its_rope(tmp_path: Path) -> None:
 def test_a_drum_that_cannot_pull_so_much_refuses_the_lift() -> None:
     with pytest.raises(SceneError, match=r"the rope crane.H3 would pull 109.6 kN at its drum, which may pull 100 kN"):
         load("lift", crane(drum_pull="100 kN"))
+
+
+@pytest.mark.parametrize("ropes", ["ropes: rigid", "rope mass: lumped", "ropes: massive, lumps: 2"])
+def test_however_a_rope_is_modelled_its_rows_are_the_same(ropes: str, tmp_path: Path) -> None:
+    """A tension is that at the hook, whatever the rope weighs in the model: its weight is reckoned once."""
+    rows = []
+    for model in ("ropes: elastic", ropes):
+        run(load("lift", ["end=5 s", f"fidelity={{{model}}}"]), tmp_path / "lift.mcap", in_process=True)
+        found = verdict_of(Recording(tmp_path / "lift.mcap"))
+        assert found is not None
+        assert found.limits is not None
+        cells = {row[0]: row[2].split()[0] for row in found.limits.rows}
+        rows.append([float(cells[quantity]) for quantity in ("hook load", "rope factor", "drum pull")])
+    assert rows[0] == pytest.approx(rows[1], rel=0.01), "the ramp of the winch adds a little more where ropes stretch"
+    assert rows[0][0] == pytest.approx(20.3, abs=0.2), "[t] of the loader below its hook block"
