@@ -13,7 +13,7 @@ from .rules import Errors, girder, hinges, idle_drives, lumps, rope_elasticity, 
 from .verdict import EXACT, percent
 
 if TYPE_CHECKING:
-    from heavylift.nodes.scene.follow import Following
+    from heavylift.nodes.statics.lift import Following
 
 __all__ = ["Modelled", "modelled_as"]
 

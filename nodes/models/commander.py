@@ -198,8 +198,8 @@ class Commander(Atomic):
                     job = self._job(at, order.verb, order.actuator, order.until)
                     run = Run(job.actor, job.id, at, order.speed, order.accel, order.by, order.to)
                     self._send(job.actor, run)
-                elif action != ASIDE:
-                    self.outbox.append((self.skipped, Skipped(action, order.actuator)))
+                elif at[0] != ASIDE:
+                    self.outbox.append((self.skipped, Skipped(at[0], order.actuator)))
             case scene.Turn():
                 found = followers(self.plan, self.lugs)
                 for f in found:
