@@ -23,7 +23,8 @@ def damping(poses: Poses, q: np.ndarray, basis: np.ndarray) -> np.ndarray:
 
     def along(e: np.ndarray) -> np.ndarray:
         a = [poses.accelerations(q, x * h * e) for x in (1.0, -1.0, 2.0, -2.0)]
-        return (8.0 * (a[0] - a[1]) - (a[2] - a[3])) / (12.0 * h)
+        difference: np.ndarray = 8.0 * (a[0] - a[1]) - (a[2] - a[3])
+        return difference / (12.0 * h)
 
     n = basis.shape[1]
     matrix: np.ndarray = basis.T @ np.array([along(e) for e in basis.T]).reshape(n, len(basis)).T

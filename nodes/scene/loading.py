@@ -76,15 +76,15 @@ class LoadedScene:
         """The same as the states of a lift; None where no block is lifted."""
         return following(self.plan, self.statics) if self.scene.block else None
 
-    @cached_property
-    def states(self) -> list[StaticState]:
-        """The points of the path at rest, and where the moves of the list were to lead; none without a block."""
-        return [*self.statics.states, *goal_states(self.plan, self.statics)] if self.scene.block else []
+    @property
+    def states(self) -> Sequence[StaticState]:
+        """The points of the path at rest along the action list; none without a block."""
+        return self.statics.states if self.scene.block else ()
 
     @cached_property
     def uses(self) -> list[Use]:
         """The worst of each limit on that path."""
-        return uses_on_path(self.plan, self.states) if self.states else []
+        return uses_on_path(self.plan, [*self.states, *goal_states(self.plan, self.statics)]) if self.states else []
 
     @cached_property
     def findings(self) -> list[Finding]:

@@ -100,7 +100,7 @@ def lift_state(built: plan.Plan, x: StaticState) -> State:
     theta, led = atan2(R[1][2], R[2][2]), x.references.get("turn", built.start)
     return State(
         cranes={c: x.references[plan.drive_name(c, "gantry")] for c in at},
-        trolleys={(c, t): x.references[plan.drive_name(c, t)] for c in at for t in ("upper", "lower")},  # type: ignore[arg-type]
+        trolleys={(c, t): x.references[plan.drive_name(c, t)] for c in at for t in ("upper", "lower")},
         ropes={rope.name: x.references[rope.name] for rope in built.rig.hook_ropes},
         lugs=dict(x.hooked),
         at=p,
@@ -149,7 +149,7 @@ def goals(built: plan.Plan, action: plan.Action, before: State) -> State:
             if m.actuator == plan.drive_name(c.name, "gantry"):
                 cranes[c.name] = end_of(m, cranes[c.name])
             for t in ("upper", "lower"):
-                if m.actuator == plan.drive_name(c.name, t):  # type: ignore[arg-type]
+                if m.actuator == plan.drive_name(c.name, t):
                     trolleys[c.name, t] = end_of(m, trolleys[c.name, t])
     return State(cranes, trolleys, ropes, before.lugs, before.at, before.theta, before.grounded)
 

@@ -43,11 +43,11 @@ class Models(Coupled):
             self.add(model)
         for source, out, target, into in couplings(plan):
             if target == KERNEL:
-                self.connect(self.models[source].ports[out], self.add_out(into, m.KernelInput))  # type: ignore[arg-type]
+                self.connect(self.models[source].ports[out], self.add_out(into, m.KernelInput))
             elif source == KERNEL:
-                self.connect(self.add_in(out, m.StateEvent), self.models[target].ports[into])  # type: ignore[arg-type]
+                self.connect(self.add_in(out, m.StateEvent), self.models[target].ports[into])
             else:
-                self.connect(self.models[source].ports[out], self.models[target].ports[into])  # type: ignore[arg-type]
+                self.connect(self.models[source].ports[out], self.models[target].ports[into])
         self.connect(self.commander.stage, self.stage)
         self.connect(self.commander.finished, self.finished)
 

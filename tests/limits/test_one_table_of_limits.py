@@ -87,10 +87,10 @@ def test_a_chart_is_read_between_its_points() -> None:
 def test_a_hook_is_judged_by_its_chart_where_its_trolley_stands() -> None:
     scene = load("lift", [CHART])
     use = next(x for x in scene.uses if x.limit.quantity == "hook load" and x.limit.subject == "crane.H3")
-    assert use.value == pytest.approx(170e3)
+    assert use.value == pytest.approx(170e3, rel=2e-3), "the block leans a little as ropes of two lengths give way"
     assert use.bound == pytest.approx(400e3 - 100e3 * 23 / 30), "at y = 83 m, where it goes at last"
-    assert use.use == pytest.approx(170 / (400 - 100 * 23 / 30))
-    with pytest.raises(SceneError, match=r"the hook crane\.H3 would carry 170\.0 t of 169\.\d+ t \(sideways\)"):
+    assert use.use == pytest.approx(170 / (400 - 100 * 23 / 30), rel=2e-3)
+    with pytest.raises(SceneError, match=r"the hook crane\.H3 would carry 169\.8 t of 169\.\d+ t \(sideways\)"):
         load("lift", ["cranes.crane.capacity chart=[[0 m, 175.8 t], [81 m, 175.8 t], [141 m, 0.01 t]]"])
     with pytest.raises(SceneError, match="the places of a chart rise, but 10 m comes after 60 m"):
         load("lift", ["cranes.crane.capacity chart=[[60 m, 100 t], [10 m, 400 t]]"])
@@ -141,9 +141,9 @@ def test_what_a_load_cell_tells_between_samples_is_red() -> None:
 def test_a_path_is_judged_as_the_scene_is() -> None:
     scene = load("lift", ["rig.loaders.loader-3.capacity=140 t"])
     (red,) = judge_path(scene.plan, scene.states)
-    assert (red.severity, red.subject, red.stage, red.t) == ("red", "loader-3", "lift off", None)
-    assert red.where == "lift.yaml:36:5", "the action that lifts"
-    assert "red: the slings of loader-3 would carry 1471 kN of 1373 kN (lift off)" in str(check(scene))
+    assert (red.severity, red.subject, red.stage, red.t) == ("red", "loader-3", "up", None)
+    assert red.where == "lift.yaml:38:5", "where it carries most"
+    assert "red: the slings of loader-3 would carry 1469 kN of 1373 kN (up)" in str(check(scene))
     assert judge_path(load("lift").plan, load("lift").states) == []
 
 
@@ -180,7 +180,7 @@ def test_the_rows_leave_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     rows = {(row["limit"]["subject"], row["limit"]["quantity"]): row for row in told["uses"]}
     row = rows["crane.H3", "rope factor"]
     assert (row["limit"]["value"], row["limit"]["breaking"], row["stage"]) == (5.6, 1351e3, "lift off")
-    assert row["value"] == pytest.approx(12.33, abs=0.005)
+    assert row["value"] == pytest.approx(12.35, abs=0.005)
     assert [(f["severity"], f["kind"], f["subject"]) for f in told["findings"]] == [("red", "overload", "loader-3")]
 
 
