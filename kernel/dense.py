@@ -14,7 +14,8 @@ from math import copysign, fsum, sqrt
 from operator import mul
 
 __all__ = [
-    "decomposed", "dot", "eigenvalues", "least_norm", "norm", "null_space", "product", "singular_values", "solve",
+    "combinations", "decomposed", "dot", "eigenvalues", "least_norm", "norm", "null_space", "product",
+    "singular_values", "solve",
 ]  # fmt: skip
 
 Row = Sequence[float]
@@ -99,6 +100,34 @@ def null_space(A: Matrix, n: int, least: float) -> list[list[float]]:
     """Orthonormal vectors of n elements that A, of n columns, maps to less than `least` of their length."""
     found, rest = decomposed(A, n)
     return [direction for size, direction in found if not size > least] + rest
+
+
+def combinations(A: Matrix, least: float) -> list[dict[int, float]]:
+    """By row number, the factors of combinations of the rows of A that vanish: a basis of the left null space.
+
+    By elimination with complete pivoting that keeps zeros, so that what hangs together locally stays local; what is
+    left below `least` of the largest element counts as zero.
+    """
+    rows = [{j: x for j, x in enumerate(row) if x} for row in A]
+    made: list[dict[int, float]] = [{i: 1.0} for i in range(len(rows))]
+    waiting = list(range(len(rows)))
+    smallest = least * max((abs(x) for row in rows for x in row.values()), default=0.0)
+    while waiting:
+        size, s, c = max(
+            ((abs(x), -i, -j) for i in waiting for j, x in rows[i].items()), default=(0.0, 0, 0)
+        )  # fmt: skip
+        if not size > smallest:
+            break
+        s, c = -s, -c
+        waiting.remove(s)
+        for i in waiting:
+            if c in rows[i]:
+                x = rows[i].pop(c) / rows[s][c]
+                for into, what in ((rows[i], rows[s]), (made[i], made[s])):
+                    for j, y in what.items():
+                        if into is made[i] or j != c:
+                            into[j] = into.get(j, 0.0) - x * y
+    return [made[i] for i in waiting]
 
 
 def least_norm(A: Matrix, b: Row, least: float = 0.0) -> list[float]:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..constraints.rows import Row, held_rows
-from ..dense import decomposed, dot, norm, null_space, product, solve
+from ..dense import combinations, decomposed, dot, norm, product, solve
 from ..evaluation import Evaluation
 from ..joints import JOINTS
 from ..kinematics import Kinematics, kinematics, seen_from
@@ -25,7 +25,7 @@ from ..motion import rates
 from ..rate import Program
 from ..trees import Tree
 
-__all__ = ["RANK", "Group", "Pose", "State", "pose_of"]
+__all__ = ["NOISE", "RANK", "Group", "Pose", "State", "pose_of"]
 
 RANK = 1e-6  # singular value, relative to the largest of its group, that counts as zero
 TAUT = 1e-6  # [m] slack up to which a rigid rope counts as taut
@@ -47,6 +47,7 @@ class Group:
     G: list[list[float]]
     rows_by: list[float]
     columns_by: list[float]
+    lever: float  # [m] the longest
 
     @cached_property
     def _parts(self) -> tuple[list[tuple[float, list[float]]], list[list[float]]]:
@@ -77,9 +78,9 @@ class Group:
         return [r for r, x in zip(self.rows, left, strict=True) if x > PART]
 
     @property
-    def redundancies(self) -> list[list[float]]:
-        """Orthonormal scaled multipliers that push no free column: what statics cannot tell."""
-        return null_space([list(c) for c in zip(*self.G, strict=True)], len(self.rows), self._least)
+    def redundancies(self) -> list[dict[int, float]]:
+        """By row, scaled multipliers that push no free column: what statics cannot tell; as local as they can be."""
+        return [{self.rows[n]: x for n, x in way.items()} for way in combinations(self.G, RANK)]
 
     def towards(self, residuals: Sequence[float]) -> list[float]:
         """Scaled step of Levenberg and Marquardt that lessens the scaled residuals."""
@@ -94,14 +95,20 @@ class Group:
 
 
 class Pose:
-    """Where the bodies of a scene are, and what its rows say there.  Parameters are those of the start of a run."""
+    """Where the bodies of a scene are, and what its rows say there.
 
-    def __init__(self, program: Program, state: State) -> None:
-        self.program, (self.t, self.y, self.P) = program, state
+    `running`: the state of a run, whose parameters say which ropes are taut and which contacts push; otherwise ropes
+    are taut that have no slack, and contacts do not count.
+    """
+
+    def __init__(self, program: Program, state: State, running: bool = False) -> None:
+        self.program, (self.t, self.y, self.P), self.running = program, state, running
         x = Evaluation(program, self.t, np.array(self.y, dtype=object), np.array(self.P, dtype=object), self.t, False)
-        self.q, self.v = x.q, x.v
+        self.q, self.v, self.ends = x.q, x.v, x.ends
         lengths = {r.name: x.length_of(r) for r in program.constraints.ropes}
         self.rows: list[Row] = held_rows(program, x.ends, x.numbers, lengths)
+        if running:
+            self.rows += program.constraints.contacts.rows(program.constraints.contacts.slots(x.numbers, x.ends))
         names, units = program.constraints.names, program.constraints.units
         self.names, self.units = names[: len(self.rows)], units[: len(self.rows)]
         self._K: dict[int, Kinematics] = {}
@@ -119,13 +126,31 @@ class Pose:
         return self._K[i]
 
     def holds(self, r: int) -> bool:
-        """Whether a row is there: that of a rope only while it is hooked and taut."""
-        first = len(self.program.constraints.of)
+        """Whether a row is there: of a rope only while it is hooked and taut, of a contact while it pushes."""
+        c = self.program.constraints
+        first = len(c.of)
         if r < first:
             return True
-        rope = self.program.constraints.ropes[r - first]
-        hooked = self.P[self.program.parameters.at["rigid", rope.name]][0] > 0.0
+        if r >= first + len(c.ropes):
+            return any(x != 0.0 for _, w in self.pushes(r) for x in w)
+        if self.running:
+            return bool(self.rows[r].on > 0.0)
+        hooked = self.P[self.program.parameters.at["rigid", c.ropes[r - first].name]][0] > 0.0
         return bool(hooked) and bool(float(self.rows[r].gap) < TAUT)
+
+    def pushes(self, r: int) -> list[tuple[int, Any]]:
+        """Bodies and wrenches of a unit multiplier."""
+        return self.rows[r].push or self.rows[r].wrenches
+
+    def normal(self, r: int) -> bool:
+        """Whether a row of a contact is that of a normal force."""
+        c = self.program.constraints.contacts
+        first = len(self.rows) - len(c.held)
+        sizes = [s.per_slot for s in c.present for _ in range(s.pair.slots)]
+        starts = [first]
+        for n in sizes:
+            starts.append(starts[-1] + n)
+        return r in starts
 
     @property
     def groups(self) -> list[Group]:
@@ -155,13 +180,13 @@ class Pose:
                 columns_by[n] /= size
                 for row in G:
                     row[n] /= size
-        return Group(rows, columns, G, rows_by, columns_by)
+        return Group(rows, columns, G, rows_by, columns_by, L)
 
     def row(self, r: int) -> dict[tuple[int, int], float]:
         """What a unit velocity in each degree of freedom, free or not, does to a row."""
         found: dict[tuple[int, int], float] = {}
         sizes: dict[tuple[int, int], float] = {}
-        for body, w in self.rows[r].wrenches:
+        for body, w in self.pushes(r):
             if body < 0:
                 continue
             i, b = self.program.constraints.instance[body]
@@ -220,11 +245,12 @@ class Pose:
                 for n, k in zip(range(b.q_modes.start, b.q_modes.stop), range(b.v_modes.start, b.v_modes.stop),
                                 strict=True):  # fmt: skip
                     y[tree.q.start + n] = self.q[tree.q.start + n] + change.get((i, k), 0.0)
-        return Pose(p, (self.t, y, self.P))
+        return Pose(p, (self.t, y, self.P), self.running)
 
 
 def pose_of(program: Program, y: Any = None, P: Any = None, t: float = 0.0) -> Pose:
-    """The pose of a state, or that of the start."""
+    """The pose of a state of a run, or that of the start if no parameters are given."""
+    running = P is not None
     y = program.initial_state() if y is None else y
     P = program.parameters.initial if P is None else P
-    return Pose(program, (float(t), [float(x) for x in y], [float(x) for x in P]))
+    return Pose(program, (float(t), [float(x) for x in y], [float(x) for x in P]), running)
