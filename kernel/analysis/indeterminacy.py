@@ -14,12 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..constraints.jacobian import NOISE, Group, Pose
 from ..constraints.rows import Row
 from ..dense import dot, norm, solve
 from ..describe import Joint
 from ..laws import attachment
 from ..spatial import cross
-from .jacobian import NOISE, Group, Pose
 
 __all__ = ["COMPONENTS", "Indeterminacy", "Key", "indeterminacies"]
 

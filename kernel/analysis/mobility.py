@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from math import sqrt
 from typing import Any
 
+from ..constraints.jacobian import Group, Pose, pose_of
 from ..dense import dot, norm
 from ..graph import Link
 from ..rate import Program
-from .jacobian import Group, Pose, pose_of
 
 __all__ = ["Mobility", "Redundant", "mobility"]
 

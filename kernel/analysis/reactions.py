@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..constraints.jacobian import pose_of
 from ..dynamics import composites
 from ..spatial import cross
 from .indeterminacy import COMPONENTS, Indeterminacy, Key, indeterminacies
 from .inverse import accelerated
-from .jacobian import pose_of
 
 if TYPE_CHECKING:
     from ..stepper import Stepper

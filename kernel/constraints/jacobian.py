@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 
-from ..constraints.rows import Row, held_rows
 from ..dense import combinations, decomposed, dot, norm, product, solve
 from ..evaluation import Evaluation
 from ..joints import JOINTS
@@ -24,6 +23,7 @@ from ..kinematics import Kinematics, kinematics, seen_from
 from ..motion import rates
 from ..rate import Program
 from ..trees import Tree
+from .rows import Row, held_rows
 
 __all__ = ["NOISE", "RANK", "Group", "Pose", "State", "pose_of"]
 
