@@ -8,7 +8,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from heavylift.kernel.describe import Point, Support
+from heavylift.kernel.checks import check_inertia
+from heavylift.kernel.describe import Body, Point, Support
+from heavylift.kernel.errors import KernelError
 
 from . import plan, schema
 from .yard import LOWER, UPPER, Yard, box
@@ -34,6 +36,8 @@ def build_block(yard: Yard, block: schema.Block) -> plan.Block:
             )
             where = yard.source.where(("block", "supports", "at", i))
             pads.append(plan.Pad(support=support, face=face, closed=face == LOWER, where=where))
+    if block.inertia:
+        _check_moments(yard, block)
     return plan.Block(
         body=plan.Inertia(mass=block.mass, com=block.com, moments=block.inertia or box(block.mass, block.size)),
         pose=_resting(block),
@@ -43,6 +47,16 @@ def build_block(yard: Yard, block: schema.Block) -> plan.Block:
         pads=tuple(pads),
         where=yard.source.where(("block",)),
     )
+
+
+def _check_moments(yard: Yard, block: schema.Block) -> None:
+    """Some body must be able to have them."""
+    assert block.inertia is not None
+    x, y, z = block.inertia
+    try:
+        check_inertia(Body("block", block.mass, inertia=((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))))
+    except KernelError as error:
+        yard.fault(("block", "inertia"), str(error))
 
 
 def _resting(block: schema.Block) -> tuple[float, float, float, float, float, float, float]:
