@@ -36,7 +36,7 @@ def check_resistance(program: Program, y: np.ndarray) -> None:
 
 def _full(body: object) -> bool:
     moments = eigenvalues(body.inertia.tolist())  # type: ignore[attr-defined]
-    return body.mass > 0.0 and moments[0] > FULL * moments[2]  # type: ignore[attr-defined, no-any-return]
+    return body.mass > 0.0 and moments[0] > FULL * moments[2]  # type: ignore[attr-defined]
 
 
 def _check(program: Program, tree: Tree, q: np.ndarray) -> None:

@@ -183,7 +183,7 @@ def test_an_impossible_inertia_is_told_at_its_body():
         str(e.value)
         .splitlines()[0]
         .startswith(
-            "scene.yaml:7:22: error: mechanism.bodies.top.inertia: body 'top': its principal moments of inertia are 1, 1, "
-            "3 kg m2; no body has one that is larger than the sum of the others"
+            "scene.yaml:7:22: error: mechanism.bodies.top.inertia: body 'top': its principal moments of inertia are 1, "
+            "1, 3 kg m2; no body has one that is larger than the sum of the others"
         )
     )
