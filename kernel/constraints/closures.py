@@ -14,12 +14,13 @@ from typing import Any
 
 import numpy as np
 
+from ..dense import norm
 from ..describe import Joint
 from ..elementary import cos, sin
 from ..function import Function
 from ..joints import JOINTS
 from ..laws import BODY
-from ..spatial import cross, join
+from ..spatial import cross, exact, join
 
 __all__ = ["CLOSURES", "closure_function", "closure_numbers", "residual_unit"]
 
@@ -105,18 +106,18 @@ def residual_unit(kind: str, i: int) -> str:
 
 def closure_numbers(joint: Joint) -> list[float]:
     """(25,) what `closure_function` takes: p_PJ and the joint's directions in the parent, the same in the child."""
-    axis = np.array(joint.axis)
-    second = np.array(joint.second) if JOINTS[joint.kind].axes > 1 else _perpendicular(axis)
-    basis = np.array([axis, second, np.cross(axis, second)])
-    sides = [(joint.p_PJ, basis @ np.array(joint.R_PJ).T), (joint.p_CJ, basis @ np.array(joint.R_CJ).T)]
+    axis = exact(joint.axis)
+    second = exact(joint.second) if JOINTS[joint.kind].axes > 1 else _perpendicular(axis)
+    basis = np.array([axis, second, cross(axis, second)])
+    sides = [(joint.p_PJ, basis @ exact(joint.R_PJ).T), (joint.p_CJ, basis @ exact(joint.R_CJ).T)]
     return [*(float(x) for p, rows in sides for x in (*p, *rows.ravel())), joint.pitch]
 
 
 def _perpendicular(axis: np.ndarray) -> np.ndarray:
-    e = np.zeros(3)
-    e[int(np.argmin(abs(axis)))] = 1.0
-    e -= (e @ axis) * axis
-    unit: np.ndarray = e / np.linalg.norm(e)
+    e = exact(np.zeros(3))
+    e[int(np.argmin(abs(axis.astype(float))))] = 1.0
+    e = e - (e @ axis) * axis
+    unit: np.ndarray = e / norm(e.tolist())
     return unit
 
 

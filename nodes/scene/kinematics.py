@@ -13,6 +13,7 @@ from heavylift.kernel.describe import WORLD, Point, RigidRope, Rope, System
 from heavylift.kernel.joints import JOINTS
 from heavylift.kernel.motion import axes_of, placement
 from heavylift.kernel.spanning import spanning_tree
+from heavylift.kernel.spatial import exact
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -39,11 +40,6 @@ def poses(system: System) -> Poses:
             found[joint.child] = (p + R @ exact(joint.p_PJ) + frame @ d - own, turned)
             waiting.remove(joint)
     return {body: (p.astype(float), R.astype(float)) for body, (p, R) in found.items()}
-
-
-def exact(x: Any) -> Any:
-    """As an array of Python floats, whose products are summed in order: the same bits on every processor."""
-    return np.array(np.asarray(x, dtype=float).tolist(), dtype=object)
 
 
 def length(rope: Rope | RigidRope, at: Poses) -> float:
