@@ -7,15 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
-from math import isfinite
+from math import degrees, isfinite, sqrt
 from typing import Any
 
 import numpy as np
 from msgspec import Struct
 
 from .contact.pairs import check_contact
-from .dense import eigenvalues
+from .dense import dot, eigenvalues, norm
 from .describe import WORLD, Body, Joint, System
+from .elementary import atan2
 from .errors import KernelError
 from .flexible.checks import check_flexible
 from .forces.table import check_force
@@ -165,16 +166,18 @@ def check_joint(j: Joint) -> None:
         raise KernelError(f"joint '{j.name}': there is no kind '{j.kind}'; kinds are {', '.join(JOINTS)}")
     joint = JOINTS[j.kind]
     for name in ("R_PJ", "R_CJ"):
-        R = np.array(getattr(j, name))
-        if np.abs(R @ R.T - np.eye(3)).max() > UNIT or np.linalg.det(R) < 0.0:
+        x, y, z = R = getattr(j, name)
+        skewed = max(abs(dot(R[a], R[b]) - (a == b)) for a in range(3) for b in range(3))
+        handed = dot(x, (y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0]))
+        if skewed > UNIT or handed < 0.0:
             raise KernelError(f"joint '{j.name}': {name} is not a rotation; its rows must be right-handed unit vectors")
     for which, axis in (("axis", j.axis), ("second axis", j.second)):
-        length = float(np.linalg.norm(axis))
+        length = norm(axis)
         if abs(length - 1.0) > UNIT:
             raise KernelError(f"joint '{j.name}': its {which} has length {length:g}; it must be a unit vector")
-    aligned = float(np.dot(j.axis, j.second))
+    aligned = dot(j.axis, j.second)
     if joint.axes > 1 and abs(aligned) > UNIT:
-        angle = np.degrees(np.arccos(np.clip(aligned, -1.0, 1.0)))
+        angle = degrees(atan2(sqrt(max(0.0, 1.0 - aligned * aligned)), aligned))
         raise KernelError(
             f"joint '{j.name}': its axes stand at {angle:.4g} deg; the second axis of a {j.kind} joint is "
             "perpendicular to the first"

@@ -10,11 +10,11 @@ matrices (section 8.5.3).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import copysign, fsum, sqrt
+from math import copysign, fsum, inf, nan, sqrt
 from operator import mul
 
 __all__ = [
-    "combinations", "decomposed", "dot", "eigenvalues", "least_norm", "norm", "null_space", "product",
+    "combinations", "decomposed", "dot", "eigenvalues", "inverse", "least_norm", "norm", "null_space", "product",
     "singular_values", "solve",
 ]  # fmt: skip
 
@@ -26,8 +26,13 @@ SWEEPS = 60  # far more than any matrix needs
 
 
 def dot(a: Row, b: Row) -> float:
-    """Exactly rounded sum of rounded products."""
-    return fsum(map(mul, a, b))
+    """Exactly rounded sum of rounded products; inf or nan where that overflows."""
+    try:
+        return fsum(map(mul, a, b))
+    except OverflowError:
+        return inf
+    except ValueError:
+        return nan
 
 
 def norm(a: Row) -> float:
@@ -55,6 +60,13 @@ def solve(A: Matrix, b: Row) -> list[float]:
     for s in reversed(range(n)):
         out[s] = (M[s][n] - dot(M[s][s + 1 : n], out[s + 1 :])) / M[s][s]
     return out
+
+
+def inverse(A: Matrix) -> list[list[float]]:
+    """Of a square matrix; raises ZeroDivisionError for a singular one."""
+    n = len(A)
+    columns = [solve(A, [1.0 if i == j else 0.0 for i in range(n)]) for j in range(n)]
+    return [list(row) for row in zip(*columns, strict=True)]
 
 
 def eigenvalues(A: Matrix) -> list[float]:

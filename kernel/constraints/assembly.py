@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from ..dense import norm
 from ..errors import KernelError
 from ..rate import Program
 from .starting import fitting_speeds, keeping, told_changes
@@ -62,7 +63,7 @@ def _closed(program: Program, y: np.ndarray, step: Step) -> np.ndarray:
         while size > 1e-4:
             part = y + size * (nearer - y)
             after, left, *_ = step(part)
-            if float(np.linalg.norm(left)) < float(np.linalg.norm(gap)):
+            if norm(left.tolist()) < norm(gap.tolist()):
                 break
             size *= 0.5
         else:

@@ -137,7 +137,7 @@ def _turn(c: Contacts, f: Friction, turns: np.ndarray, u: np.ndarray) -> float:
     for i in np.flatnonzero(f.push):
         n, t = 3 * i, slice(3 * i + 1, 3 * i + 3)
         rows.append(np.eye(len(c.b))[n])
-        columns.append(c.A[:, n] if f.stick[i] else c.A[:, n] - c.mu[i] * _across(c, i, u[i]))
+        columns.append(c.A[:, n] if f.stick[i] else c.A[:, n] - c.mu[i] * _across(c, int(i), u[i]))
         right.append(0.0)
         if f.stick[i]:
             rows += list(np.eye(len(c.b))[t])
@@ -149,7 +149,7 @@ def _turn(c: Contacts, f: Friction, turns: np.ndarray, u: np.ndarray) -> float:
         row = np.zeros(len(c.b))
         row[t] = across
         rows.append(row)
-        columns.append(-c.mu[i] * f.x[3 * i] * _across(c, i, across))
+        columns.append(-c.mu[i] * f.x[3 * i] * _across(c, int(i), across))
         right.append(-float(across[0] * f.w[t][0] + across[1] * f.w[t][1]))
     J = np.array([[dot(r.tolist(), k.tolist()) for k in columns] for r in rows])
     for a, i in enumerate(np.flatnonzero(turns)):

@@ -27,10 +27,42 @@ PLAIN = {
     "rint", "round", "shape", "sign", "sqrt", "stack", "transpose", "tril", "triu", "unique", "where", "zeros",
     "zeros_like",
 }  # fmt: skip
-# files in which matrices are products of Python floats, summed in order (object arrays), or in which nothing is told
-ALLOWED = {
-    "nodes/scene/kinematics.py": {"@": "its arrays hold Python floats"},
-    "nodes/devs/canonical.py": {},
+ALLOWED = {"nodes/scene/kinematics.py": {"@": "its arrays hold Python floats, whose products are summed in order"}}
+# of the kernel, whose text of equations is full of products of symbols and of exact arrays: matrices aside
+ELEMENTS = {
+    "outer",
+    "cross",
+    "diag",
+    "pad",
+    "cumsum",
+    "split",
+    "linspace",
+    "ndindex",
+    "column_stack",
+    "argsort",
+    "real",
+}
+PRINTS = "what it finds is printed, and nothing follows from it"
+TELLS_STEPS = "judges fixed steps by margins of a tenth and tells three digits"
+ROUNDS = "what it finds is rounded to twelve digits before it is used"
+KERNEL = {
+    "kernel/analysis/equilibrium.py": PRINTS,
+    "kernel/analysis/modes.py": PRINTS,
+    "kernel/analysis/poses.py": PRINTS,
+    "kernel/analysis/tables.py": PRINTS,
+    "kernel/equations/coordinates.py": PRINTS,
+    "kernel/fastest.py": TELLS_STEPS,
+    "kernel/methods/stability.py": TELLS_STEPS,
+    "kernel/unfollowed.py": TELLS_STEPS,
+    "kernel/flexible/modes.py": ROUNDS,
+    "kernel/flexible/reduction.py": ROUNDS,
+    "kernel/flexible/numbers.py": ROUNDS,
+    "kernel/forces/reeving.py": "where a rope runs at the start: the middle of an arc, and what cannot be",
+    "kernel/forces/springs.py": "whether the matrices of a bushing can be",
+    "kernel/methods/peers.py": "methods of SciPy, which tests compare with",
+    "kernel/methods/radau.py": "its amplification on floats, which judges fixed steps",
+    "kernel/methods/rosenbrock.py": "its amplification on floats, which judges fixed steps",
+    "kernel/straight.py": "writes code",
 }
 # being replaced by the path of equilibria, with limits and statics of their own
 ELSEWHERE = {f"nodes/scene/{name}.py" for name in ("follow", "standing", "statics", "capacity", "geometry")}
@@ -70,6 +102,17 @@ def test_nothing_that_a_library_decides(path):
     found = sorted({(line, name) for line, name in used(tree) if name not in allowed})
     found = [(line, name) for line, name in found if name not in {"NDArray"}]
     assert found == [], f"{path}: use kernel.elementary or kernel.dense"
+
+
+@pytest.mark.parametrize("path", [p.relative_to(ROOT).as_posix() for p in sorted((ROOT / "kernel").rglob("*.py"))])
+def test_the_kernel_leaves_decisions_to_its_own_algebra(path):
+    tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
+    found = sorted({(line, name) for line, name in used(tree) if name not in {"@", "**"}})
+    found = [(line, name) for line, name in found if name.removeprefix("np.") not in ELEMENTS]
+    if path in KERNEL:
+        assert found, f"{path} needs no exception any more"
+    else:
+        assert found == [], f"{path}: use kernel.elementary or kernel.dense"
 
 
 def test_the_search_finds_what_it_looks_for():
