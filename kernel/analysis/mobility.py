@@ -86,7 +86,10 @@ class Mobility:
         taken = [
             (self.driven, "prescribed by drives"),
             (self.locked, "locked"),
-            (self.rank, f"taken by {self.conditions} {_many(self.conditions, 'condition')} of loops and rigid ropes"),
+            (
+                self.rank,
+                f"taken by {self.conditions} {_many(self.conditions, 'condition')} of loops and taut rigid ropes",
+            ),
         ]
         if self.modes or any(n for n, _ in taken) or self.conditions:
             joints = f"{self.joint_freedoms - self.modes} of joints"

@@ -36,15 +36,16 @@ def assemble(program: Program, y: np.ndarray, P: np.ndarray, step: Step) -> tupl
     Raises KernelError naming the joint.
     """
     _, gap, slip, pivot = step(y)
+    asked = y
     told: list[str] = []
     if max(_widest(gap), _widest(slip)) > CLOSED:
-        asked = y
         if _widest(gap) > CLOSED:
             y = keeping(program, y, P, lambda: _closed(program, asked, step))
         y = fitting_speeds(program, y, P)
         y = np.concatenate([y[: program.nq], step(y)[0][program.nq :]])
         pivot = step(y)[3]
-        told = told_changes(program, asked, y)
+    if len(program.constraints.of):
+        told = told_changes(program, asked, y, P)
     _check_mobility(program, pivot > INDEPENDENT)
     return y, told
 

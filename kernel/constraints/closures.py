@@ -16,13 +16,13 @@ import numpy as np
 
 from ..dense import norm
 from ..describe import Joint
-from ..elementary import cos, sin
+from ..elementary import atan2, cos, sin
 from ..function import Function
 from ..joints import JOINTS
 from ..laws import BODY
 from ..spatial import cross, exact, join
 
-__all__ = ["CLOSURES", "closure_function", "closure_numbers", "residual_unit"]
+__all__ = ["CLOSURES", "closed_coordinates", "closure_function", "closure_numbers", "residual_unit"]
 
 SIDES = 25  # per side the joint's point and the rows axis, second, third of its frame; then the pitch
 AXIS, SECOND, THIRD = range(3)
@@ -111,6 +111,16 @@ def closure_numbers(joint: Joint) -> list[float]:
     basis = np.array([axis, second, cross(axis, second)])
     sides = [(joint.p_PJ, basis @ exact(joint.R_PJ).T), (joint.p_CJ, basis @ exact(joint.R_CJ).T)]
     return [*(float(x) for p, rows in sides for x in (*p, *rows.ravel())), joint.pitch]
+
+
+def closed_coordinates(joint: Joint, A: Any, B: Any) -> dict[str, float]:
+    """Coordinates of a joint that closes a loop, where its sides are at A and B; {} where they are not told apart."""
+    if joint.kind not in ("revolute", "prismatic", "cylindrical"):
+        return {}
+    pair = _pair(exact(closure_numbers(joint)), exact(A), exact(B))[0]
+    turn = atan2(float(pair.a[THIRD] @ pair.b[SECOND]), float(pair.a[SECOND] @ pair.b[SECOND]))
+    found = {"angle": turn, "travel": float(pair.a[AXIS] @ pair.d)}
+    return {name: float(found[name]) for name in JOINTS[joint.kind].coordinates}
 
 
 def _perpendicular(axis: np.ndarray) -> np.ndarray:

@@ -18,6 +18,7 @@ import numpy as np
 from ..dense import dot, least_norm, norm, singular_values
 from ..errors import KernelError
 from ..joints import JOINTS
+from .closures import closed_coordinates
 from .jacobian import RANK, Group, Pose, pose_of
 
 if TYPE_CHECKING:
@@ -158,7 +159,7 @@ def fitting_speeds(program: Program, y: np.ndarray, P: np.ndarray) -> np.ndarray
 # ---- what is told ------------------------------------------------------------------------------------------------
 
 
-def told_changes(program: Program, before: np.ndarray, after: np.ndarray) -> list[str]:
+def told_changes(program: Program, before: np.ndarray, after: np.ndarray, P: np.ndarray) -> list[str]:
     """What of asked coordinates and speeds was changed beyond the rounding of their digits, one sentence for each."""
     links, nq = program.graph.links, program.nq
     names = ", ".join(dict.fromkeys(n for n, _ in zip(program.constraints.names, program.constraints.of, strict=False)))
@@ -170,6 +171,7 @@ def told_changes(program: Program, before: np.ndarray, after: np.ndarray) -> lis
                 for where, x, z, turns in _coordinates(k, before, after)
                 if abs(z - x) > ROUNDED * max(1.0, abs(x) if not turns else 1.0)
             ]
+    moved += _closing(program, after, P)
     asked = [k for k in links if k.joint.v0]
     fastest = max((abs(float(before[nq + i])) for k in asked for i in range(k.v.start, k.v.stop)), default=0.0)
     sped = []
@@ -183,6 +185,22 @@ def told_changes(program: Program, before: np.ndarray, after: np.ndarray) -> lis
         out.append(f"the start pose was changed so that the loops of {names} close: {'; '.join(moved)}")
     if sped:
         out.append(f"the start speeds were changed to what the loops of {names} allow: {'; '.join(sped)}")
+    return out
+
+
+def _closing(program: Program, after: np.ndarray, P: np.ndarray) -> list[str]:
+    """Joints that close loops and start elsewhere than was asked: their coordinates follow from all others."""
+    out = []
+    ends = pose_of(program, after, P).ends if any(j.q0 for j in program.constraints.loops) else {}
+    for j in program.constraints.loops:
+        if not j.q0:
+            continue
+        found = closed_coordinates(j, *(ends[program.graph.number(body)] for body in (j.parent, j.child)))
+        for x, (name, z) in zip(j.q0, found.items(), strict=False):
+            turns = name == "angle"
+            near = x + (z - x + pi) % (2.0 * pi) - pi if turns else z
+            if abs(near - x) > ROUNDED * (1.0 if turns else max(1.0, abs(x))):
+                out.append(f"joint '{j.name}' from {_told(x, turns)} to {_told(near, turns)}")
     return out
 
 

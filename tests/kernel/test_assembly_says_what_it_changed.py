@@ -141,6 +141,19 @@ def test_a_prescribed_crank_stays_where_its_drive_is():
     assert "joint 'b' from -45.8366 degrees to -51.5662 degrees" in told
 
 
+@pytest.mark.parametrize("asked", [0.9, 0.9 + 2.0 * np.pi, 0.5])
+def test_what_the_closing_joint_is_asked_is_looked_at_too(asked):
+    """Level coupler: the rocker stands at the crank's angle from it."""
+    level = parallelogram((0.9,), (-0.9,), (0.9,))
+    closing = replace(level.joints[3], q0=(asked,))
+    _, _, told = begun(replace(level, joints=(*level.joints[:3], closing)))
+    if asked == 0.5:
+        (sentence,) = told
+        assert "joint 'x' from 28.6479 degrees to 51.5662 degrees" in sentence
+    else:
+        assert told == []
+
+
 def test_a_pose_that_cannot_close_at_all_is_refused_as_before():
     short = parallelogram()
     short = replace(short, joints=(*short.joints[:3], replace(short.joints[3], p_CJ=(9.0, 0.0, 0.0))))
