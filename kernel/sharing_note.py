@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 __all__ = ["note_shared_loads"]
 
 LOADED = 1e-6  # part of the largest reaction from which something is carried
-MOST = 150  # repeated rows whose loads are looked at: it takes seconds beyond
 NAMED = 6
 
 
@@ -38,7 +37,7 @@ def note_shared_loads(simulation: Stepper, looked: set[frozenset[str]]) -> None:
     pivots = simulation._close(simulation.state.copy())[3][:n]
     simulation.X[:] = now
     repeated = np.flatnonzero(pivots <= INDEPENDENT)
-    names = _sharing(simulation) if 0 < len(repeated) <= MOST else list(dict.fromkeys(c.names[r] for r in repeated))
+    names = _sharing(simulation) if len(repeated) else []
     if not names:
         return
     told = (
@@ -51,19 +50,15 @@ def note_shared_loads(simulation: Stepper, looked: set[frozenset[str]]) -> None:
 
 
 def _sharing(simulation: Stepper) -> list[str]:
-    """Joints and ropes that carry what is not determined."""
+    """Joints and ropes of groups in which something carries what is not determined."""
     from .analysis.reactions import reactions
 
-    found = reactions(simulation)
+    found = reactions(simulation, least=False)
     lever = found.lever or 1.0
-    loads = {
-        (name, f"{what} {axis}"): abs(x) / by
-        for name, r in found.items()
-        for what, values, by in (("force", r.force, 1.0), ("moment", r.moment, lever))
-        for axis, x in zip("xyz", values, strict=True)
-    }
-    least = LOADED * max([*loads.values(), *found.tensions.values()], default=0.0)
-    joints = [
-        f"joint '{name}'" for name, r in found.items() if any(loads[name, part] > least for part in r.indeterminate)
-    ]
-    return joints + [f"rope '{name}'" for name, T in found.tensions.items() if least < T]
+    loads: dict[tuple[str, str, int], float] = {("rope", name, 0): T for name, T in found.tensions.items()}
+    for name, r in found.items():
+        parts = (*r.force.tolist(), *(x / lever for x in r.moment.tolist()))
+        loads |= {("joint", name, i): abs(x) for i, x in enumerate(parts)}
+    least = LOADED * max(loads.values(), default=0.0)
+    loaded = [keys for keys in found.groups if any(loads.get(key, 0.0) > least for key in keys)]
+    return list(dict.fromkeys(f"{kind} '{name}'" for keys in loaded for kind, name, _ in keys if kind != "contact"))

@@ -82,7 +82,7 @@ def _carried(pose: Pose, group: Group, multipliers: Mapping[int, float]) -> dict
             if body >= 0:
                 wrenches[body] = wrenches.get(body, np.zeros(6, dtype=object)) + x * np.array(w, dtype=object)
     found: dict[Key, float] = {}
-    for i in sorted({i for i, _ in group.columns} | {pose.program.constraints.instance[b][0] for b in wrenches}):
+    for i in sorted({pose.program.constraints.instance[b][0] for b in wrenches}):
         _in_tree(pose, i, wrenches, found)
     _between(pose, values, found)
     return found

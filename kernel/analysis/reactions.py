@@ -48,6 +48,7 @@ class Reactions(dict[str, Reaction]):
 
     tensions: dict[str, float] = field(default_factory=dict)
     contacts: tuple[str, ...] = ()
+    groups: list[tuple[Key, ...]] = field(default_factory=list)  # components that share one thing
     lever: float = 0.0
     least: bool = True
 
@@ -57,8 +58,11 @@ class Reactions(dict[str, Reaction]):
         return bool(self.tensions or self.contacts or any(r.indeterminate for r in self.values()))
 
 
-def reactions(simulation: Stepper) -> Reactions:
-    """Reaction of every joint by name, at the present instant of a simulation; those that close loops come last."""
+def reactions(simulation: Stepper, least: bool = True) -> Reactions:
+    """Reaction of every joint by name, at the present instant of a simulation; those that close loops come last.
+
+    `least`: whether what rigid bodies do not determine is of least norm, not what the solver of the motion found.
+    """
     program, x = simulation.program, simulation.instant()
     dv = x.dy[program.nq : program.nq + program.nv]
     found = Reactions()
@@ -84,7 +88,7 @@ def reactions(simulation: Stepper) -> Reactions:
         ropes = [r.name for r in program.system.rigid_ropes]
         pulls = dict(zip(ropes, x.pulls[len(program.system.ropes) :], strict=True))
         for part in indeterminacies(pose):
-            _choose(found, part, pulls)
+            _choose(found, part, pulls, least)
     return found
 
 
@@ -92,7 +96,7 @@ def _in_axes(R_WJ: np.ndarray, force: np.ndarray, moment: np.ndarray) -> Reactio
     return Reaction(np.array(R_WJ.T @ force, dtype=float), np.array(R_WJ.T @ moment, dtype=float))
 
 
-def _choose(found: Reactions, part: Indeterminacy, pulls: Mapping[str, Any]) -> None:
+def _choose(found: Reactions, part: Indeterminacy, pulls: Mapping[str, Any], least: bool) -> None:
     """Put the values of least norm in place of those that the solver happened to find."""
     given: dict[Key, float] = {}
     for key in part.patterns:
@@ -101,9 +105,9 @@ def _choose(found: Reactions, part: Indeterminacy, pulls: Mapping[str, Any]) -> 
             given[key] = float((found[name].force, found[name].moment)[i // 3][i % 3])
         else:
             given[key] = float(pulls[name]) if kind == "rope" else 0.0
-    chosen = part.least(given)
+    chosen = part.least(given) if least else given
     if any(x < 0.0 for (kind, *_), x in chosen.items() if kind == "rope"):
-        chosen, found.least = given, False
+        chosen, least = given, False
     for (kind, name, i), x in chosen.items():
         if kind == "joint":
             old = found[name]
@@ -113,4 +117,6 @@ def _choose(found: Reactions, part: Indeterminacy, pulls: Mapping[str, Any]) -> 
             found.tensions[name] = x
         else:
             found.contacts += (name,)
+    found.groups.append(tuple(part.patterns))
+    found.least = found.least and least
     found.lever = max(found.lever, part.lever)
