@@ -27,6 +27,7 @@ How it runs
     switching, samples, failures      discrete states; channels with units; why a run cannot go on
     notes                             what a user must know of one that goes on
 What can be asked
-    analysis, formulations            statics, modes, reactions, inverse dynamics; other formulations to compare
+    dense                             small linear algebra on Python floats, the same bits on every processor
+    analysis, formulations            statics, modes, mobility, reactions, inverse dynamics; formulations to compare
     equations, errors                 the equations in print, as text and LaTeX; the exception tree of heavylift
 """

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from .describe import WORLD, Body, Point, RigidRope, Rope, System
-from .spatial import join
+from .spatial import exact, join
 from .symbol import maximum
 
 __all__ = ["at_the_hook", "burdened", "not_weighed", "pulls_down"]
@@ -68,7 +68,7 @@ def _with(body: Body, borne: list[tuple[float, Point]]) -> Body:
     com = sum((m * x for m, x in parts), np.zeros(3)) / mass
     inertia = np.array(body.inertia)
     for m, x in parts:
-        d = x - com
+        d = exact(x - com)
         inertia = inertia + m * ((d @ d) * np.eye(3) - np.outer(d, d))
     px, py, pz = com.tolist()
     a, b, c = ((u, v, w) for u, v, w in inertia.tolist())

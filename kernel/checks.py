@@ -7,14 +7,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
-from math import isfinite
+from math import degrees, isfinite, sqrt
 from typing import Any
 
 import numpy as np
 from msgspec import Struct
 
 from .contact.pairs import check_contact
+from .dense import dot, eigenvalues, norm
 from .describe import WORLD, Body, Joint, System
+from .elementary import atan2
 from .errors import KernelError
 from .flexible.checks import check_flexible
 from .forces.table import check_force
@@ -29,6 +31,7 @@ FINEST = 1e-14  # of a step: below is rounding, and steps shrink without end
 SHORTEST_SAMPLE = 100_000  # [ns]
 MOST_SAMPLES = 1_000_000  # within one step: their rows must find room
 SHARED = 1e-9  # by which shares may miss their sum
+PRINTED = 3e-3  # by which moments of a thin body may exceed their sum: three printed digits each
 UNIT = 1e-6  # how far an axis or a rotation may be off by rounding
 # groups within which a command or an event is addressed by name alone
 ADDRESSED = (
@@ -120,14 +123,42 @@ def _numbers(x: Any, field: str = "") -> Iterator[tuple[str, float]]:
 
 def check_inertia(b: Body) -> None:
     """Symmetric, and principal moments that some distribution of mass can have (without mass: a rotor's gear)."""
-    if not np.allclose(b.inertia, np.transpose(b.inertia), rtol=UNIT, atol=0.0):
-        raise KernelError(f"body '{b.name}': its inertia must be a symmetric matrix")
-    moments = np.linalg.eigvalsh(np.array(b.inertia, float))
+    I = b.inertia
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        if abs(I[i][j] - I[j][i]) > UNIT * max(abs(I[i][j]), abs(I[j][i])):
+            xy, yx = f"I{'xyz'[i]}{'xyz'[j]}", f"I{'xyz'[j]}{'xyz'[i]}"
+            raise KernelError(
+                f"body '{b.name}': its inertia must be a symmetric matrix, but {xy} is {I[i][j]:g} and {yx} is "
+                f"{I[j][i]:g} kg m2; give both the same value"
+            )
+    for i, axis in enumerate("xyz"):
+        if I[i][i] < 0.0:
+            raise KernelError(
+                f"body '{b.name}': its moment of inertia I{axis}{axis} is {I[i][i]:g} kg m2; none can be negative"
+            )
+    moments = eigenvalues(I)
     told = f"body '{b.name}': its principal moments of inertia are {', '.join(f'{x:g}' for x in moments)} kg m2"
     if moments[0] < -UNIT * moments[2]:
-        raise KernelError(f"{told}; none can be negative")
-    if b.mass > 0.0 and moments[2] > (1.0 + UNIT) * (moments[0] + moments[1]):
-        raise KernelError(f"{told}; no body has one that is larger than the sum of the others")
+        raise KernelError(
+            f"{told}, and none can be negative: the products of inertia Ixy {I[0][1]:g}, Ixz {I[0][2]:g}, "
+            f"Iyz {I[1][2]:g} are too large for the moments; make them smaller"
+        )
+    if b.mass > 0.0 and moments[2] > (1.0 + PRINTED) * (moments[0] + moments[1]):
+        raise KernelError(
+            f"{told}; no body has one that is larger than the sum of the others (a flat plate has Ixx + Iyy = Izz): "
+            f"{_remedy(b, moments)}"
+        )
+
+
+def _remedy(b: Body, moments: list[float]) -> str:
+    """The least change that makes moments possible, where there are no products."""
+    if any(b.inertia[i][j] for i, j in ((0, 1), (0, 2), (1, 2))):
+        return "make the largest smaller or the others larger"
+    own = [b.inertia[i][i] for i in range(3)]
+    largest = own.index(max(own))
+    missing = (moments[2] - moments[1] - moments[0]) / 2.0
+    least = ", ".join(f"{x if i == largest else x + missing:g}" for i, x in enumerate(own))
+    return f"where the other two do not matter, as in plane motion, write [{least}] kg m2"
 
 
 def check_joint(j: Joint) -> None:
@@ -135,16 +166,18 @@ def check_joint(j: Joint) -> None:
         raise KernelError(f"joint '{j.name}': there is no kind '{j.kind}'; kinds are {', '.join(JOINTS)}")
     joint = JOINTS[j.kind]
     for name in ("R_PJ", "R_CJ"):
-        R = np.array(getattr(j, name))
-        if np.abs(R @ R.T - np.eye(3)).max() > UNIT or np.linalg.det(R) < 0.0:
+        x, y, z = R = getattr(j, name)
+        skewed = max(abs(dot(R[a], R[b]) - (a == b)) for a in range(3) for b in range(3))
+        handed = dot(x, (y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0]))
+        if skewed > UNIT or handed < 0.0:
             raise KernelError(f"joint '{j.name}': {name} is not a rotation; its rows must be right-handed unit vectors")
     for which, axis in (("axis", j.axis), ("second axis", j.second)):
-        length = float(np.linalg.norm(axis))
+        length = norm(axis)
         if abs(length - 1.0) > UNIT:
             raise KernelError(f"joint '{j.name}': its {which} has length {length:g}; it must be a unit vector")
-    aligned = float(np.dot(j.axis, j.second))
+    aligned = dot(j.axis, j.second)
     if joint.axes > 1 and abs(aligned) > UNIT:
-        angle = np.degrees(np.arccos(np.clip(aligned, -1.0, 1.0)))
+        angle = degrees(atan2(sqrt(max(0.0, 1.0 - aligned * aligned)), aligned))
         raise KernelError(
             f"joint '{j.name}': its axes stand at {angle:.4g} deg; the second axis of a {j.kind} joint is "
             "perpendicular to the first"

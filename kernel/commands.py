@@ -6,6 +6,7 @@ that a law gives up by a command becomes its heat, so that the balance stays clo
 
 from __future__ import annotations
 
+from math import fsum
 from types import SimpleNamespace
 from typing import Any
 
@@ -114,7 +115,7 @@ class Commanded(Stepper):
     def _kept(self, row: SimpleNamespace) -> float:
         """Kinetic energy with what went into heat and without what came from work: no impulse changes it."""
         signs = [1.0 if what == "heat" else -1.0 for what, _ in self.program.accounts]
-        return float(row.kinetic + row.accounts @ np.array(signs))
+        return fsum([float(row.kinetic), *(s * float(x) for s, x in zip(signs, row.accounts, strict=True))])
 
     def unhook(self, rope: str) -> None:
         """Take a rope off; the energy that it held is lost."""

@@ -1,7 +1,8 @@
 """sin, cos, atan2 and powers from additions, multiplications and divisions alone: no libm decides a bit.
 
 The text runs on floats and on symbols like everything else, so machine code, float oracle and commands agree to the
-last bit, on every processor and at every optimisation level.  At most 1 ulp of error (the tests compare with 40
+last bit, on every processor and at every optimisation level.  On floats it needs no NumPy: what plans, chooses or
+tells computes with these functions, too.  At most 1 ulp of error (the tests compare with 40
 digits): sin and cos up to |x| = 1.6e6 rad (2.6e5 turns), beyond that 1 ulp of the argument is lost; atan2 for
 coordinates between 2^-300 and 2^300; power(x, p) for x > 0, |p| <= 1, and for as large p as |p log x| <= 64.
 Sources: argument reduction after Cody and Waite in the form of fdlibm's `e_rem_pio2.c`, kernels `k_sin.c`, `k_cos.c`,
@@ -10,11 +11,14 @@ Sources: argument reduction after Cody and Waite in the form of fdlibm's `e_rem_
 
 from __future__ import annotations
 
+from functools import cache
 from math import pi
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from .function import Function
 from .symbol import exponent, is_sym, maximum, minimum, node, power_of_two, printing, select
+
+if TYPE_CHECKING:
+    from .function import Function
 
 __all__ = ["atan2", "cos", "power", "sin"]
 
@@ -196,11 +200,15 @@ def _power(x: Any, p: Any) -> dict[str, Any]:
     return {"y": [_exp(_times(log, (p[0], 0.0)))]}
 
 
-_POWER = Function("power", _power, {"x": 1, "p": 1})
+@cache
+def _traced_power() -> Function:
+    from .function import Function  # with NumPy, which floats do without
+
+    return Function("power", _power, {"x": 1, "p": 1})
 
 
 def power(x: Any, p: Any) -> Any:
     """x^p for x > 0; x counts as 2^-1022 below and as 2^1022 above those."""
     if printing(x) or printing(p):
         return node("power", x, p)
-    return _POWER(x=[x], p=[p]).y[0] if is_sym(x) or is_sym(p) else _power([x], [p])["y"][0]
+    return _traced_power()(x=[x], p=[p]).y[0] if is_sym(x) or is_sym(p) else _power([x], [p])["y"][0]

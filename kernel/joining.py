@@ -15,9 +15,11 @@ import numpy as np
 
 from .columns import row_layout
 from .constraints.ropes import RigidAt
+from .dense import norm
 from .describe import RigidRope, Rope
 from .parameters import ROPE_HEAD, ROPE_LINE
 from .rate import Program
+from .spatial import exact
 
 if TYPE_CHECKING:
     from .simulation import Simulation
@@ -72,10 +74,10 @@ class _Loose:
         out = 0.0
         for line, ends in zip(self.lines.reshape(-1, ROPE_LINE), self.ends, strict=True):
             places = [
-                p if i < 0 else frames[i, :3] + frames[i, 3:].reshape(3, 3) @ p
+                p if i < 0 else (exact(frames[i, :3]) + exact(frames[i, 3:].reshape(3, 3)) @ exact(p)).astype(float)
                 for i, p in zip(ends, (line[:3], line[3:6]), strict=True)
             ]
-            out += float(line[6] * np.linalg.norm(places[0] - places[1]))
+            out += float(line[6]) * norm((places[0] - places[1]).tolist())
         return out
 
 

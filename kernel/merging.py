@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from .spatial import exact
 from .trees import Tree, TreeBody
 
 __all__ = ["merged"]
@@ -33,12 +34,13 @@ def _has_inertia(b: TreeBody) -> bool:
 
 def _with(parent: TreeBody, child: TreeBody) -> TreeBody:
     """The parent with the mass of its child, in the parent's frame."""
-    R_PB = child.R_PJ @ child.R_CJ.T
-    com = child.p_PJ - R_PB @ child.p_CJ + R_PB @ child.com
+    R_PB = exact(child.R_PJ) @ exact(child.R_CJ).T
+    com = exact(child.p_PJ) - R_PB @ exact(child.p_CJ) + R_PB @ exact(child.com)
     mass = parent.mass + child.mass
     middle = (parent.mass * parent.com + child.mass * com) / mass if mass else np.zeros(3)
-    inertia = parent.inertia + R_PB @ child.inertia @ R_PB.T
+    inertia = exact(parent.inertia) + R_PB @ exact(child.inertia) @ R_PB.T
     for m, p in ((parent.mass, parent.com), (child.mass, com)):
-        d = p - middle
+        d = exact(p - middle)
         inertia = inertia + m * ((d @ d) * np.eye(3) - np.outer(d, d))
-    return replace(parent, mass=mass, com=middle, inertia=(inertia + inertia.T) / 2.0)
+    symmetric = (inertia + inertia.T) / 2.0
+    return replace(parent, mass=mass, com=np.asarray(middle, float), inertia=symmetric.astype(float))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .dense import eigenvalues
 from .dynamics import composites, joint_space_inertia
 from .errors import KernelError
 from .kinematics import kinematics
@@ -34,8 +35,8 @@ def check_resistance(program: Program, y: np.ndarray) -> None:
 
 
 def _full(body: object) -> bool:
-    moments = np.linalg.eigvalsh(body.inertia)  # type: ignore[attr-defined]
-    return body.mass > 0.0 and bool(moments[0] > FULL * moments[2])  # type: ignore[attr-defined]
+    moments = eigenvalues(body.inertia.tolist())  # type: ignore[attr-defined]
+    return body.mass > 0.0 and moments[0] > FULL * moments[2]  # type: ignore[attr-defined]
 
 
 def _check(program: Program, tree: Tree, q: np.ndarray) -> None:

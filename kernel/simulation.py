@@ -26,6 +26,7 @@ from .failures import too_slow
 from .methods.peers import Peer
 from .peaks import last
 from .presence import dispensable
+from .sharing_note import note_shared_loads
 from .snapshots import go_on, kept
 from .stepper import FOREVER_NS, NEVER
 from .steps import EVENT, FAILED, RUNNING, STILL
@@ -63,6 +64,7 @@ class Simulation(Eventful):
         options = (tolerance, sample_ns, h_max, native, opt, cache, method, step, formulation, fused)
         super().__init__(subscribed, system, *options)
         self._still = False
+        self._sets_of_ropes: set[frozenset[str]] = set()  # whose loads were looked at
         never = lean is False or isinstance(self.method.method, Peer)
         self.thrift = None if never else Thrift(bool(lean))
 
@@ -232,6 +234,7 @@ class Simulation(Eventful):
             self._check_step(self.epoch, row)
         self._keep(self.epoch, row)
         self.X[self._at["peak"]] = 0.0
+        note_shared_loads(self, self._sets_of_ropes)
         fallen = np.flatnonzero(self.X[self._at["G"]] < 0.0)
         self._fallen = [int(i) for i in fallen]
         self._event_ns = self.epoch if len(fallen) else FOREVER_NS

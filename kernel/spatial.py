@@ -15,9 +15,15 @@ from .elementary import cos, sin
 Array = Any  # (n,) or (n, m) of float or of Sym
 
 __all__ = [
-    "axis_rotation", "cross", "force_cross", "join", "mirror", "motion_cross", "quaternion_matrix",
+    "axis_rotation", "cross", "exact", "force_cross", "join", "mirror", "motion_cross", "quaternion_matrix",
     "quaternion_rate", "skew", "spatial_inertia",
 ]  # fmt: skip
+
+
+def exact(x: Any) -> Array:
+    """As an array of Python floats, whose products are summed in order: NumPy hands those of its own floats to BLAS,
+    which gives other last bits on other processors."""
+    return np.array(np.asarray(x, dtype=float).tolist(), dtype=object)
 
 
 def join(*parts: Any) -> Array:

@@ -34,7 +34,8 @@ class Stepper(Blocks):
         """Close the loops of the initial pose; raises KernelError if they cannot be closed or leave no freedom."""
         if len(self.program.constraints):
             y = self.state.copy()
-            self.X[self._at["y"]] = assemble(self.program, y, self._close)
+            self.X[self._at["y"]], told = assemble(self.program, y, self.P, self._close)
+            self.notes += [Note(0, sentence) for sentence in told]
             self._pivots = self.X[self._at["pivot"]].copy()
             self.X[self._at["gap"]] = 0.0
 

@@ -7,13 +7,14 @@ slackens under damping, a sling unhooked, a pad that opens) counts as heat of th
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import hypot, isfinite
+from math import isfinite
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from .constraints.ropes import RigidAt
+from .dense import norm
 from .elementary import cos, sin
 from .errors import KernelError
 from .laws import SLIP_BLEND
@@ -77,13 +78,13 @@ class Switches:
         if p[at.STICK] > 0.0:
             s = place - p[at.ANCHOR]
             held = p[at.KT] * s + p[at.DT] * velocity
-            if float(held @ velocity) > 0.0 or p[at.KT] == 0.0:
-                p[at.STICK], p[at.DIRECTION] = 0.0, held / max(hypot(*held), 1e-300)
+            if float(held[0] * velocity[0] + held[1] * velocity[1]) > 0.0 or p[at.KT] == 0.0:
+                p[at.STICK], p[at.DIRECTION] = 0.0, held / max(norm(held.tolist()), 1e-300)
             else:  # the limit has fallen faster than the spring relaxes: it gives way and holds on
                 p[at.ANCHOR] = place - _deflection(GIVEN_WAY * held, velocity, p[at.KT], p[at.DT])
             return StateEvent(name, "slip", float(row.normal[i]))
         direction = velocity + SLIP_BLEND * p[at.DIRECTION]
-        force = JUST_BELOW * p[at.MU] * row.normal[i] * direction / max(hypot(*direction), 1e-300)
+        force = JUST_BELOW * p[at.MU] * row.normal[i] * direction / max(norm(direction.tolist()), 1e-300)
         p[at.STICK], p[at.ANCHOR] = (
             1.0,
             place - _deflection(force, velocity, p[at.KT], p[at.DT]),

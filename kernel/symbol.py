@@ -12,17 +12,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from numbers import Real
 from typing import Any
-
-import numpy as np
 
 __all__ = [
     "GRAPHS", "Graph", "Sym", "any_of", "exponent", "is_sym", "maximum", "minimum", "named", "node", "power_of_two",
     "printing", "scope", "select", "sqrt",
 ]  # fmt: skip
 
-_NUMBERS = (float, int, np.number)
+_NUMBERS = (float, int, Real)  # among the latter NumPy's, which this file starts without
 GRAPHS: list[Graph] = []  # the graphs being recorded, innermost last
+
+
+def _is_array(x: Any) -> bool:
+    return getattr(x, "ndim", 0) > 0
 
 
 class Graph:
@@ -56,16 +59,16 @@ class Sym:
         return neg(self)
 
     def __add__(self, o: Any) -> Any:
-        return NotImplemented if isinstance(o, np.ndarray) else add(self, o)
+        return NotImplemented if _is_array(o) else add(self, o)
 
     def __sub__(self, o: Any) -> Any:
-        return NotImplemented if isinstance(o, np.ndarray) else add(self, neg(o))
+        return NotImplemented if _is_array(o) else add(self, neg(o))
 
     def __mul__(self, o: Any) -> Any:
-        return NotImplemented if isinstance(o, np.ndarray) else mul(self, o)
+        return NotImplemented if _is_array(o) else mul(self, o)
 
     def __truediv__(self, o: Any) -> Any:
-        return NotImplemented if isinstance(o, np.ndarray) else div(self, o)
+        return NotImplemented if _is_array(o) else div(self, o)
 
     __radd__, __rmul__ = __add__, __mul__
 
@@ -137,7 +140,7 @@ def node(op: str, *args: Any, width: int | None = None) -> Sym:
         if type(x) is Sym:
             widest = max(widest, x.width)
         elif isinstance(x, _NUMBERS):
-            x = number(x)
+            x = number(x)  # type: ignore[arg-type]
         plain.append(x)
     n = Sym()
     n.op, n.args, n.id = op, tuple(plain), len(graph.nodes)
@@ -225,8 +228,10 @@ def _elementwise(f: Callable[..., Any]) -> Callable[..., Any]:
     """Let a function of scalars (or of vector symbols) take arrays, too."""
 
     def apply(*args: Any) -> Any:
-        if not any(isinstance(x, np.ndarray) for x in args):
+        if not any(_is_array(x) for x in args):
             return f(*args)
+        import numpy as np
+
         spread = np.broadcast_arrays(*args)
         flat = [f(*x) for x in zip(*(x.ravel().tolist() for x in spread), strict=True)]
         return np.array(flat).reshape(spread[0].shape)
@@ -271,6 +276,8 @@ def named(label: str, x: Any) -> Any:
         return x
     if GRAPHS[-1].scope:
         label = f"{label}({GRAPHS[-1].scope})"
+    import numpy as np
+
     flat = np.ravel(np.asarray(x, dtype=object)).tolist()
     suffix = {1: [""], 3: [".x", ".y", ".z"], 6: [".rx", ".ry", ".rz", ".x", ".y", ".z"]}
     suffix[9] = [f".{a}{b}" for a in "xyz" for b in "xyz"]

@@ -9,13 +9,15 @@ from typing import Any
 import numpy as np
 
 from .equilibrium import Equilibrium
+from .indeterminacy import COMPONENTS
 from .modes import Mode, Modes
-from .reactions import Reaction
+from .reactions import Reactions
 
 __all__ = ["modes_data", "modes_text", "statics_data", "statics_text"]
 
 MOVED = 0.05  # share of the energy from which a part is named
 NAMED = 3  # parts of a mode
+UNDETERMINED = "~"
 CARRIED = 1e-6  # part of the largest force that counts as none
 
 
@@ -62,31 +64,66 @@ def modes_data(found: Modes) -> dict[str, Any]:
     }
 
 
-def statics_text(found: Equilibrium, reactions: dict[str, Reaction], growth: float) -> str:
-    """Tensions, pads and what the joints carry; `growth` of a small push [1/s]."""
+def statics_text(found: Equilibrium, reactions: Reactions, growth: float) -> str:
+    """Tensions, pads and what the joints carry; `growth` of a small push [1/s].
+
+    "~" stands before what rigid bodies do not determine.
+    """
     lines = [f"at rest after {found.steps} step{'s' * (found.steps != 1)}"]
     if growth:
         lines.append(f"unstable: a small push grows e-fold in {1.0 / growth:.3g} s")
-    for title, values, empty in (("rope", found.tensions, "slack"), ("support", found.supports, "open")):
+    tensions = found.tensions | reactions.tensions
+    for title, values, empty in (("rope", tensions, "slack"), ("support", found.supports, "open")):
         if values:
-            forces = [(n, f"{x / 1e3:.3f} kN" if x > 0.0 else empty) for n, x in values.items()]
+            shared = [UNDETERMINED * (title == "rope" and n in reactions.tensions) for n in values]
+            told = (f"{x / 1e3:.3f} kN" if x > 0.0 else empty for x in values.values())
+            forces = [(n, mark + x) for n, mark, x in zip(values, shared, told, strict=True)]
             lines += ["", *_columns([(title, "force"), *forces], "lr")]
     rows: list[tuple[str, ...]] = [("joint", "force x", "y", "z  [kN]", "moment x", "y", "z  [kN m]")]
     largest = max((float(np.abs(f).max()) for r in reactions.values() for f in (r.force, r.moment)), default=inf)
     for name, r in reactions.items():
         shown = [0.0 if abs(x) < CARRIED * largest else x / 1e3 for x in (*r.force, *r.moment)]
-        rows.append((name, *(f"{x:.3f}" for x in shown)))
-    return "\n".join([*lines, "", *_columns(rows, "lrrrrrr")])
+        marks = (UNDETERMINED * (c in r.indeterminate) for c in COMPONENTS)
+        rows.append((name, *(f"{mark}{x:.3f}" for mark, x in zip(marks, shown, strict=True))))
+    lines += ["", *_columns(rows, "lrrrrrr")]
+    if reactions.shared:
+        lines += ["", f"{UNDETERMINED} {_choice(reactions)}"]
+    return "\n".join(lines)
 
 
-def statics_data(found: Equilibrium, reactions: dict[str, Reaction], growth: float) -> dict[str, Any]:
-    """Coordinates, tensions and normal forces [N], reactions in the joints' axes [N, N m], growth of a push [1/s]."""
+def _choice(reactions: Reactions) -> str:
+    """What is not determined, and what is shown instead."""
+    contacts = f"; nor do they determine the forces of the contacts {', '.join(reactions.contacts)}"
+    shown = (
+        "shown is the share with the smallest sum of squared forces and of squared moments over "
+        f"{reactions.lever:.3g} m"
+        if reactions.least
+        else "shown is one of the possible shares"
+    )
+    return (
+        "not determined by rigid bodies, since joints or ropes hold the same directions several times: stiffness and "
+        f"clearances decide; {shown}{contacts * bool(reactions.contacts)}"
+    )
+
+
+def statics_data(found: Equilibrium, reactions: Reactions, growth: float) -> dict[str, Any]:
+    """Coordinates, tensions and normal forces [N], reactions in the joints' axes [N, N m], growth of a push [1/s], and
+    what rigid bodies do not determine."""
     return {
         "growth": growth,
         "coordinates": found.q.tolist(),
-        "tensions": found.tensions,
+        "tensions": found.tensions | reactions.tensions,
         "supports": found.supports,
-        "reactions": {n: {"force": r.force.tolist(), "moment": r.moment.tolist()} for n, r in reactions.items()},
+        "reactions": {
+            n: {"force": r.force.tolist(), "moment": r.moment.tolist(), "indeterminate": list(r.indeterminate)}
+            for n, r in reactions.items()
+        },
+        "indeterminate": {
+            "joints": [n for n, r in reactions.items() if r.indeterminate],
+            "ropes": list(reactions.tensions),
+            "contacts": list(reactions.contacts),
+            "shown": _choice(reactions) if reactions.shared else None,
+        },
     }
 
 

@@ -1,8 +1,9 @@
 """Closing the loops of an initial pose, or saying how wide they gape.
 
-A pose whose loops are closed to `CLOSED` stays as it is, bit for bit.  Any other is closed by Newton's method on the
-rows, weighted with the inertia (light bodies move first); a step that widens the gaps is halved.  Then the rows that
-are independent are counted: a linkage whose loops leave no freedom is refused.
+A pose whose loops are closed to `CLOSED` stays as it is, bit for bit.  Any other is closed near what was asked (see
+`starting`).  Then the rows that are independent are counted: a linkage whose loops leave no freedom is refused.  Where
+a pose would be that was not asked is found by Newton's method on the rows, weighted with the inertia (light bodies
+move first); a step that widens the gaps is halved.
 """
 
 from __future__ import annotations
@@ -11,8 +12,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from ..dense import norm
 from ..errors import KernelError
 from ..rate import Program
+from .starting import fitting_speeds, keeping, told_changes
 
 __all__ = ["Step", "assemble", "locked", "lost"]
 
@@ -27,15 +30,24 @@ BEYOND = "the linkage has reached the end of its range, or a drive asks for what
 Step = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]  # y -> place, gap, slip, pivot
 
 
-def assemble(program: Program, y: np.ndarray, step: Step) -> np.ndarray:
-    """(ny,) the initial state with all loops closed, in places and speeds.  Raises KernelError naming the joint."""
-    nearer, gap, slip, pivot = step(y)
+def assemble(program: Program, y: np.ndarray, P: np.ndarray, step: Step) -> tuple[np.ndarray, list[str]]:
+    """(ny,) the initial state with all loops closed, in places and speeds, and sentences that say what was changed.
+
+    Raises KernelError naming the joint.
+    """
+    _, gap, slip, pivot = step(y)
+    asked = y
+    told: list[str] = []
     if max(_widest(gap), _widest(slip)) > CLOSED:
-        y = _closed(program, y, step)
-        nearer, gap, slip, pivot = step(y)
-        y = nearer
+        if _widest(gap) > CLOSED:
+            y = keeping(program, y, P, lambda: _closed(program, asked, step))
+        y = fitting_speeds(program, y, P)
+        y = np.concatenate([y[: program.nq], step(y)[0][program.nq :]])
+        pivot = step(y)[3]
+    if len(program.constraints.of):
+        told = told_changes(program, asked, y, P)
     _check_mobility(program, pivot > INDEPENDENT)
-    return y
+    return y, told
 
 
 def _widest(gap: np.ndarray) -> float:
@@ -52,7 +64,7 @@ def _closed(program: Program, y: np.ndarray, step: Step) -> np.ndarray:
         while size > 1e-4:
             part = y + size * (nearer - y)
             after, left, *_ = step(part)
-            if float(np.linalg.norm(left)) < float(np.linalg.norm(gap)):
+            if norm(left.tolist()) < norm(gap.tolist()):
                 break
             size *= 0.5
         else:

@@ -14,14 +14,15 @@ from typing import Any
 
 import numpy as np
 
+from ..dense import norm
 from ..describe import Joint
-from ..elementary import cos, sin
+from ..elementary import atan2, cos, sin
 from ..function import Function
 from ..joints import JOINTS
 from ..laws import BODY
-from ..spatial import cross, join
+from ..spatial import cross, exact, join
 
-__all__ = ["CLOSURES", "closure_function", "closure_numbers", "residual_unit"]
+__all__ = ["CLOSURES", "closed_coordinates", "closure_function", "closure_numbers", "residual_unit"]
 
 SIDES = 25  # per side the joint's point and the rows axis, second, third of its frame; then the pitch
 AXIS, SECOND, THIRD = range(3)
@@ -105,18 +106,28 @@ def residual_unit(kind: str, i: int) -> str:
 
 def closure_numbers(joint: Joint) -> list[float]:
     """(25,) what `closure_function` takes: p_PJ and the joint's directions in the parent, the same in the child."""
-    axis = np.array(joint.axis)
-    second = np.array(joint.second) if JOINTS[joint.kind].axes > 1 else _perpendicular(axis)
-    basis = np.array([axis, second, np.cross(axis, second)])
-    sides = [(joint.p_PJ, basis @ np.array(joint.R_PJ).T), (joint.p_CJ, basis @ np.array(joint.R_CJ).T)]
+    axis = exact(joint.axis)
+    second = exact(joint.second) if JOINTS[joint.kind].axes > 1 else _perpendicular(axis)
+    basis = np.array([axis, second, cross(axis, second)])
+    sides = [(joint.p_PJ, basis @ exact(joint.R_PJ).T), (joint.p_CJ, basis @ exact(joint.R_CJ).T)]
     return [*(float(x) for p, rows in sides for x in (*p, *rows.ravel())), joint.pitch]
 
 
+def closed_coordinates(joint: Joint, A: Any, B: Any) -> dict[str, float]:
+    """Coordinates of a joint that closes a loop, where its sides are at A and B; {} where they are not told apart."""
+    if joint.kind not in ("revolute", "prismatic", "cylindrical"):
+        return {}
+    pair = _pair(exact(closure_numbers(joint)), exact(A), exact(B))[0]
+    turn = atan2(float(pair.a[THIRD] @ pair.b[SECOND]), float(pair.a[SECOND] @ pair.b[SECOND]))
+    found = {"angle": turn, "travel": float(pair.a[AXIS] @ pair.d)}
+    return {name: float(found[name]) for name in JOINTS[joint.kind].coordinates}
+
+
 def _perpendicular(axis: np.ndarray) -> np.ndarray:
-    e = np.zeros(3)
-    e[int(np.argmin(abs(axis)))] = 1.0
-    e -= (e @ axis) * axis
-    unit: np.ndarray = e / np.linalg.norm(e)
+    e = exact(np.zeros(3))
+    e[int(np.argmin(abs(axis.astype(float))))] = 1.0
+    e = e - (e @ axis) * axis
+    unit: np.ndarray = e / norm(e.tolist())
     return unit
 
 

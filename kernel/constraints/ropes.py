@@ -11,11 +11,13 @@ the nanometre that events may be late feeds them: the other's motion is ended, t
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import fsum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..contact.complementarity import solve
+from ..contact.rounds import product
 from ..errors import KernelError
 from ..function import Function
 from ..laws import BODY, attachment
@@ -126,7 +128,7 @@ def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarr
     if back.any():
         still |= back
         x = x + _ended(A, after, first, still)
-        after = A @ x + before
+        after = product(A, x, before)
         tension, _ = forces(still)
     mean = 0.5 * (before + after)
     speeds = [float(e.lengths_of[r.name][1]) for r in ropes]
@@ -153,13 +155,13 @@ def _complementary(
     scale = _scale(np.diag(A))
     lo = np.concatenate([np.full(first, -np.inf), np.zeros(len(may))])
     hi = np.concatenate([np.full(first, np.inf), np.where(may, np.inf, 0.0)])
-    found = solve(A * np.outer(scale, scale), b * scale, lo, hi)
+    found = solve(A * (scale[:, None] * scale), b * scale, lo, hi)
     if not found.found:
         raise KernelError(
             f"rigid ropes at {t:.6f} s: no set of taut ropes fits the forces; let some of them be elastic"
         )
-    left = float(np.abs(found.x * found.w)[:first].sum())
-    if scale.min() < scale.max() and left > LEFT * float(np.abs(found.x * b * scale).sum()):
+    left = fsum(np.abs(found.x * found.w)[:first].tolist())
+    if scale.min() < scale.max() and left > LEFT * fsum(np.abs(found.x * b * scale).tolist()):
         raise KernelError(
             f"rigid ropes at {t:.6f} s: the masses that they and the loops move differ too much to find their "
             "impulses; make the heavy bodies lighter, or let the ropes be elastic"

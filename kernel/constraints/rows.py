@@ -29,7 +29,7 @@ from .ropes import SLACK, RigidAt
 if TYPE_CHECKING:
     from ..rate import Program
 
-__all__ = ["Row", "Rows"]
+__all__ = ["Row", "Rows", "held_rows"]
 
 ROUNDED = 1e-12  # part of a row that is round-off
 _Parts = dict[tuple[int, int], Any]  # per tree and degree of freedom
@@ -46,6 +46,36 @@ class Row:
     on: Any = 1.0  # 0: absent, as of a slack rope
     push: list[tuple[int, Any]] | None = None  # what it does to the bodies where it senses otherwise: sliding friction
     soft: Any = 1.0  # factor of its regularisation: of redundant rows, a soft one carries less
+
+
+def held_rows(
+    program: Program,
+    ends: Mapping[int, Any],
+    numbers: Callable[[str, str], Any],
+    lengths: Mapping[str, tuple[Any, Any, Any]],
+) -> list[Row]:
+    """The rows of loops, then of rigid ropes, where bodies are at `ends`; arguments as of `Rows`."""
+    rows = [row for j in program.constraints.loops for row in _loop(program, j, ends, numbers("loop", j.name))]
+    ropes = program.constraints.ropes
+    return rows + [_rope(program, r, ends, numbers("rigid", r.name), lengths[r.name]) for r in ropes]
+
+
+def _loop(program: Program, j: Joint, ends: Mapping[int, Any], p: Any) -> list[Row]:
+    a, b = (program.graph.number(x) for x in (j.parent, j.child))
+    x = program.constraints.closures[j.kind](p=p, A=ends[a], B=ends[b])
+    return [
+        Row([(a, -x.wa[6 * i : 6 * i + 6]), (b, x.wb[6 * i : 6 * i + 6])], x.gap[i], x.rate[i], x.bias[i])
+        for i in range(len(CLOSURES[j.kind]))
+    ]
+
+
+def _rope(program: Program, r: RigidRope, ends: Mapping[int, Any], p: Any, L: tuple[Any, Any, Any]) -> Row:
+    bodies = [(program.graph.number(line.a.body), program.graph.number(line.b.body)) for line in r.lines]
+    at = {f"{e}{n}": ends[i] for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)}
+    x = program.constraints.pulls[len(r.lines)](L=list(L), p=p, **at)
+    wrenches = [(i, getattr(x, f"w{e}{n}")) for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)]
+    on = select(p[RigidAt.HOOKED] > 0.0, p[RigidAt.TAUT], 0.0)
+    return Row(wrenches, x.gap[0], x.rate[0], x.bias[0], on)
 
 
 class Rows:
@@ -65,8 +95,7 @@ class Rows:
         self._arguments, self._ends, self._numbers = arguments, ends, numbers
         self._graph, self._lengths = program.graph, lengths
         self._trees = {i: self._opened(i).factor(**x) for i, x in arguments.items()}
-        self.rows = [row for j in self.constraints.loops for row in self._loop(j)]
-        self.rows += [self._rope(r, lengths[r.name]) for r in self.constraints.ropes]
+        self.rows = held_rows(program, ends, numbers, lengths)
         self.slots = self.constraints.contacts.slots(numbers, ends)
         self.rows += self.constraints.contacts.rows(self.slots)
         self._project()
@@ -98,23 +127,6 @@ class Rows:
 
     def _free(self, i: int) -> list[int]:
         return self._instances[i][0].free_dofs
-
-    def _loop(self, j: Joint) -> list[Row]:
-        a, b = (self._graph.number(x) for x in (j.parent, j.child))
-        x = self.constraints.closures[j.kind](p=self._numbers("loop", j.name), A=self._ends[a], B=self._ends[b])
-        return [
-            Row([(a, -x.wa[6 * i : 6 * i + 6]), (b, x.wb[6 * i : 6 * i + 6])], x.gap[i], x.rate[i], x.bias[i])
-            for i in range(len(CLOSURES[j.kind]))
-        ]
-
-    def _rope(self, r: RigidRope, L: tuple[Any, Any, Any]) -> Row:
-        p = self._numbers("rigid", r.name)
-        bodies = [(self._graph.number(line.a.body), self._graph.number(line.b.body)) for line in r.lines]
-        ends = {f"{e}{n}": self._ends[i] for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)}
-        x = self.constraints.pulls[len(r.lines)](L=list(L), p=p, **ends)
-        wrenches = [(i, getattr(x, f"w{e}{n}")) for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)]
-        on = select(p[RigidAt.HOOKED] > 0.0, p[RigidAt.TAUT], 0.0)
-        return Row(wrenches, x.gap[0], x.rate[0], x.bias[0], on)
 
     def held(self, values: list[Any]) -> list[Any]:
         """Values of the rows that are there, 0 of the others."""

@@ -10,9 +10,12 @@ Signorini and Coulomb as in Glocker, Set-Valued Force Laws (2001), ch. 5-7; no s
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 
+from ..dense import dot
+from ..elementary import cos, sin
 from .complementarity import solve
 from .rounds import eliminate
 from .sweeps import sweep
@@ -75,10 +78,10 @@ def settle(c: Contacts) -> Friction:
             if given[i] or c.mu[i] == 0.0 or not (f.push[i] or stick[i]):
                 continue
             t, v = f.x[3 * i + 1 : 3 * i + 3], f.w[3 * i + 1 : 3 * i + 3]
-            held = np.hypot(*t)
+            held = sqrt(t[0] * t[0] + t[1] * t[1])
             if stick[i] and held > c.mu[i] * f.x[3 * i] + size_x:
                 stick[i], u[i], changed = False, -t / held, True
-            elif not stick[i] and v @ u[i] < -size_w:
+            elif not stick[i] and v[0] * u[i, 0] + v[1] * u[i, 1] < -size_w:
                 stick[i], changed = True, True
             if changed and n >= TOGETHER:
                 break
@@ -99,7 +102,7 @@ def _swept(c: Contacts) -> Friction:
     size = SMALL * most
     # at the very limit of friction sweeps creep; which contacts push, stick and slide is clear long before
     found = found or bool(np.isfinite(x).all() and w[::3].min() > -CLEAR * most)
-    speed = np.hypot(w[1::3], w[2::3])
+    speed = np.sqrt(w[1::3] * w[1::3] + w[2::3] * w[2::3])
     u = np.where(speed[:, None] > size, w.reshape(m, 3)[:, 1:] / np.maximum(speed, size)[:, None], 0.0)
     u = np.where(c.moving != 0.0, c.moving, u)
     return Friction(x, w, x[::3] > 0.0, (np.abs(u).sum(axis=1) == 0.0) & (c.mu > 0.0), u, _share(x), found)
@@ -119,6 +122,12 @@ def _velocities(c: Contacts, x: np.ndarray) -> np.ndarray:
     return w
 
 
+def _across(c: Contacts, i: int, u: np.ndarray) -> np.ndarray:
+    """What a unit of friction of contact i along u does to all rows."""
+    out: np.ndarray = c.A[:, 3 * i + 1] * u[0] + c.A[:, 3 * i + 2] * u[1]
+    return out
+
+
 def _turn(c: Contacts, f: Friction, turns: np.ndarray, u: np.ndarray) -> float:
     """One Newton step for the directions of contacts that begin to slide, u x w_t = 0; returns the largest angle.
 
@@ -128,7 +137,7 @@ def _turn(c: Contacts, f: Friction, turns: np.ndarray, u: np.ndarray) -> float:
     for i in np.flatnonzero(f.push):
         n, t = 3 * i, slice(3 * i + 1, 3 * i + 3)
         rows.append(np.eye(len(c.b))[n])
-        columns.append(c.A[:, n] if f.stick[i] else c.A[:, n] - c.mu[i] * (c.A[:, t] * u[i]).sum(axis=1))
+        columns.append(c.A[:, n] if f.stick[i] else c.A[:, n] - c.mu[i] * _across(c, int(i), u[i]))
         right.append(0.0)
         if f.stick[i]:
             rows += list(np.eye(len(c.b))[t])
@@ -140,15 +149,15 @@ def _turn(c: Contacts, f: Friction, turns: np.ndarray, u: np.ndarray) -> float:
         row = np.zeros(len(c.b))
         row[t] = across
         rows.append(row)
-        columns.append(-c.mu[i] * f.x[3 * i] * (c.A[:, t] * across).sum(axis=1))
-        right.append(float(-across @ f.w[t]))
-    J = np.array([[float((r * k).sum()) for k in columns] for r in rows])
+        columns.append(-c.mu[i] * f.x[3 * i] * _across(c, int(i), across))
+        right.append(-float(across[0] * f.w[t][0] + across[1] * f.w[t][1]))
+    J = np.array([[dot(r.tolist(), k.tolist()) for k in columns] for r in rows])
     for a, i in enumerate(np.flatnonzero(turns)):
-        J[first + a, first + a] -= u[i] @ f.w[3 * i + 1 : 3 * i + 3]
+        J[first + a, first + a] -= u[i, 0] * f.w[3 * i + 1] + u[i, 1] * f.w[3 * i + 2]
     soft = 1e-9 * np.abs(np.diag(J)).max()
     angle = eliminate(J + soft * np.diag(np.sign(np.diag(J))), np.array(right), np.ones(len(right)))[first:]
     for i, e in zip(np.flatnonzero(turns), np.clip(angle, -FARTHEST, FARTHEST), strict=True):
-        a, b = np.cos(e), np.sin(e)
+        a, b = cos(float(e)), sin(float(e))
         u[i] = [a * u[i, 0] - b * u[i, 1], b * u[i, 0] + a * u[i, 1]]
     return float(np.abs(angle).max())
 

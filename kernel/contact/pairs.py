@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ..dense import norm
 from ..errors import KernelError
 from ..symbol import select
 from . import candidates, frames
@@ -49,13 +50,13 @@ def shape_numbers(s: Shape) -> list[float]:
         return [*s.p, s.radius]
     if isinstance(s, Box):
         return [*s.p, *(s.R[i][j] for j in range(3) for i in range(3)), *(0.5 * e for e in s.size)]
-    return [*s.p, *(e / float(np.linalg.norm(s.normal)) for e in s.normal)]
+    return [*s.p, *(e / norm(s.normal) for e in s.normal)]
 
 
 def _axes(n: np.ndarray) -> np.ndarray:
     """n and two directions across it, the first across the axis that n leans to least."""
     t = np.cross(np.eye(3)[int(np.argmin(np.abs(n)))], n)
-    t = t / np.linalg.norm(t)
+    t = t / norm(t.tolist())
     return np.array([n, t, np.cross(n, t)])
 
 
@@ -200,7 +201,7 @@ def check_contact(c: Contact) -> None:
             raise KernelError(f"{where}: the edges of the box of '{shape.body}' are {shape.size} m; make them positive")
         if isinstance(shape, Box) and np.abs(np.array(shape.R) @ np.transpose(shape.R) - np.eye(3)).max() > UNIT:
             raise KernelError(f"{where}: R of the box of '{shape.body}' is not a rotation")
-        if isinstance(shape, Plane) and not np.linalg.norm(shape.normal) > 0.0:
+        if isinstance(shape, Plane) and not norm(shape.normal) > 0.0:
             raise KernelError(f"{where}: the normal of its plane is zero; give it a direction")
 
 

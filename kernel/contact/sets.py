@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from math import fsum
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -124,7 +125,7 @@ class ContactSets:
             bounce = np.array([x.restitution for x in on]) * np.maximum(-u[::3], 0.0)
             bounce[bounce < CAPTURE] = 0.0
             p = self._impulses(problem, on, bounce, t)
-            if bounce.any() and _work(problem, u, p) > SMALL * float(np.abs(p * u).sum()):
+            if bounce.any() and _work(problem, u, p) > SMALL * fsum(np.abs(p * u).tolist()):
                 p = self._impulses(problem, on, 0.0 * bounce, t)
             slow = {i for i, w in enumerate(problem.after(p)[::3]) if RESTING < w < CAPTURE and on[i].label != "rope"}
             p = p + self._held(problem, on, p, slow)
@@ -173,7 +174,7 @@ class ContactSets:
             after = problem.after(x)
             rows = []
             for i, s in enumerate(on):
-                sticks = s.mu > 0.0 and float(np.hypot(*after[3 * i + 1 : 3 * i + 3])) < CAPTURE
+                sticks = s.mu > 0.0 and float(_length(*after[3 * i + 1 : 3 * i + 3])) < CAPTURE
                 if i in slow or x[3 * i] > 0.0:
                     rows += [3 * i, 3 * i + 1, 3 * i + 2] if sticks else [3 * i]
             free = np.full(len(rows), np.inf)
@@ -208,7 +209,7 @@ class ContactSets:
     def _forces(self, A: np.ndarray, speed: np.ndarray, free: np.ndarray, on: list[Unilateral], t: float) -> Friction:
         rows = _rows(on)
         v = part(speed, rows).reshape(-1, 3)[:, 1:]
-        size = np.hypot(v[:, 0], v[:, 1])
+        size = _length(v[:, 0], v[:, 1])
         moving = np.where(size[:, None] > RESTING, v / np.maximum(size, RESTING)[:, None], 0.0)
         problem = Condensed(A, free, rows, self._loops)
         return self._settled(Contacts(problem.A, problem.b, _friction(on), moving), on, t)
@@ -241,9 +242,14 @@ def _holds(
     return bool(problem.after(x)[::3].min() > -LIGHT * np.abs(free).max())
 
 
+def _length(x: Any, y: Any) -> Any:
+    """Of a vector (x, y), or of many."""
+    return np.sqrt(x * x + y * y)
+
+
 def _moves(speed: np.ndarray, x: Unilateral) -> bool:
     """Whether it has friction and slides at an event."""
-    return bool(x.rows[1] >= 0 and np.hypot(*speed[x.rows[1:]]) > RESTING)
+    return bool(x.rows[1] >= 0 and _length(*speed[x.rows[1:]]) > RESTING)
 
 
 def _rows(on: list[Unilateral]) -> list[int]:

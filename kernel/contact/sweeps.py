@@ -7,7 +7,7 @@ solutions whenever there is one in practice, more slowly.  Plain floats in a fix
 
 from __future__ import annotations
 
-from math import hypot
+from math import sqrt
 
 import numpy as np
 
@@ -39,7 +39,7 @@ def sweep(A: np.ndarray, b: np.ndarray, mu: np.ndarray, moving: np.ndarray) -> t
             else:
                 change = max(change, _move(a, w, x, n, [push, x[n + 1], x[n + 2]]))
                 s, t = x[n + 1] - rate * w[n + 1], x[n + 2] - rate * w[n + 2]
-                size, limit = hypot(s, t), friction * push
+                size, limit = sqrt(s * s + t * t), friction * push
                 part = limit / size if size > limit else 1.0
                 new = [push, part * s, part * t]
             change = max(change, _move(a, w, x, n, new))
@@ -51,7 +51,7 @@ def sweep(A: np.ndarray, b: np.ndarray, mu: np.ndarray, moving: np.ndarray) -> t
 def _rate(block: np.ndarray) -> float:
     """1 / largest eigenvalue of the (2, 2) tangential block."""
     (p, q), (_, r) = block.tolist()
-    return 2.0 / (p + r + hypot(p - r, 2.0 * q)) if p + r > 0.0 else 0.0
+    return 2.0 / (p + r + sqrt((p - r) * (p - r) + 4.0 * q * q)) if p + r > 0.0 else 0.0
 
 
 def _move(a: list[list[float]], w: list[float], x: list[float], n: int, new: list[float]) -> float:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import KernelError
+from ..spatial import exact
 from .frames import Frame
 from .pairs import HELD
 from .slots import LEAVE, RESTING, Site
@@ -56,7 +57,7 @@ def touch(sites: list[Site], slots: list[Slot], numbers: Numbers, ends: Ends, fe
         nearing = sorted((rate, i) for i, (gap, rate) in found if gap <= TOUCH or first + i in fell)
         first += s.pair.candidates
         for rate, i in nearing:
-            h = s.pair.hold(i, *shapes)
+            h = [float(x) for x in s.pair.hold(i, *shapes)]
             f = _frame(s, np.array(h), ends)
             if held[i] > 0.0 or not _within(f, np.array(h)) or not _adds(f, places):
                 continue
@@ -74,13 +75,13 @@ def touch(sites: list[Site], slots: list[Slot], numbers: Numbers, ends: Ends, fe
 
 def _shapes(s: Site, numbers: Numbers, ends: Ends) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     p = numbers("shapes", s.contact.name)
-    A, B = (np.array(ends[i], float) for i in s.bodies)
-    return p[: s.first], p[s.first :], A, B
+    A, B = (exact(ends[i]) for i in s.bodies)
+    return exact(p[: s.first]), exact(p[s.first :]), A, B
 
 
 def _frame(s: Site, h: np.ndarray, ends: Ends) -> Frame:
-    A, B = (np.array(ends[i], float) for i in s.bodies)
-    return s.pair.frame(h[:HELD], A, B)
+    A, B = (exact(ends[i]) for i in s.bodies)
+    return s.pair.frame(exact(h[:HELD]), A, B)
 
 
 def _within(f: Frame, h: np.ndarray) -> bool:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..dense import norm
 from ..laws import attachment
 from ..symbol import sqrt
 from .describe import Load, Signal, Wind
@@ -53,7 +54,7 @@ class WindLaw(ForceLaw):
     def check(self, f: Wind) -> None:
         for field in ("area", "drag", "density"):
             self.demand(f, field, getattr(f, field) >= 0.0, f"is {getattr(f, field):g}; it cannot be negative")
-        size = float(np.linalg.norm(f.direction))
+        size = norm(f.direction)
         self.demand(f, "direction", abs(size - 1.0) < UNIT, f"has length {size:g}; it must be a unit vector")
 
     def signal(self, f: Wind) -> Signal:

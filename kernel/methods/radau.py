@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from ..dense import inverse
+from ..elementary import power
 from ..emit import Parts, While
 from ..function import OPAQUE, Function, Primitive
 from ..rate import Program
@@ -24,7 +26,7 @@ from .method import Attempt, Build, Exponents, Method, Rate, combine, fallen_in,
 
 __all__ = ["Radau5"]
 
-R6, R3 = 6.0**0.5, 3.0 ** (1.0 / 3.0)
+R6, R3 = sqrt(6.0), power(3.0, 1.0 / 3.0)
 C = ((4.0 - R6) / 10.0, (4.0 + R6) / 10.0, 1.0)
 A = np.array(
     [
@@ -35,7 +37,7 @@ A = np.array(
 )
 # eigenvalues of A^-1: one real, one complex pair; T^-1 A^-1 T is block diagonal with them, (IV.8.5)
 GAMMA = 3.0 + R3 * R3 - R3
-ALPHA, BETA = 3.0 + 0.5 * (R3 - R3 * R3), 0.5 * (3.0 ** (5.0 / 6.0) + 3.0 ** (7.0 / 6.0))
+ALPHA, BETA = 3.0 + 0.5 * (R3 - R3 * R3), 0.5 * (power(3.0, 5.0 / 6.0) + 3.0 * power(3.0, 1.0 / 6.0))
 T = np.array(
     [
         [0.09443876248897524, -0.14125529502095421, 0.03002919410514742],
@@ -43,7 +45,7 @@ T = np.array(
         [1.0, 1.0, 0.0],
     ]
 )
-T_INVERSE = np.linalg.inv(T)
+T_INVERSE = np.array(inverse(T.tolist()))
 ERROR = [(-13.0 - 7.0 * R6) / 3.0, (-13.0 + 7.0 * R6) / 3.0, -1.0 / 3.0]
 # the collocation polynomial: columns are the weights of x, x^2, x^3
 DENSE = [

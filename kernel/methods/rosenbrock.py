@@ -14,12 +14,13 @@ from typing import Any
 
 import numpy as np
 
+from ..dense import inverse, least_norm
 from ..emit import Parts, While
 from ..errors import KernelError
 from ..function import OPAQUE, Function, Primitive
 from ..motion import rates
 from ..rate import Program
-from ..spatial import join
+from ..spatial import exact, join
 from .linear_algebra import Factors, product, solver
 from .loops import Code
 from .method import Attempt, Build, Exponents, Method, Rate, combine, fallen_in, length
@@ -54,16 +55,16 @@ def _dense() -> tuple[np.ndarray, np.ndarray]:
     sum p = 1, sum p alpha = sum p gamma = 0; the weights of x^2 are b - p.
     """
     conditions = np.array([np.ones(4), ALPHA.sum(axis=1), GAMMAS.sum(axis=1)])
-    p = np.linalg.lstsq(conditions, np.array([1.0, 0.0, 0.0]), rcond=None)[0]
+    p = np.array(least_norm(conditions.tolist(), [1.0, 0.0, 0.0]))
     return p, B - p
 
 
 # in terms of u = Gamma k, which needs no products with the Jacobian (Hairer, Wanner II, (IV.7.25))
-INVERSE = np.linalg.inv(GAMMAS)
-STAGES = (ALPHA @ INVERSE).tolist()
+INVERSE = exact(inverse(GAMMAS.tolist()))
+STAGES = (exact(ALPHA) @ INVERSE).tolist()
 COUPLING = (np.diag(1.0 / np.diag(GAMMAS)) - INVERSE).tolist()
-WEIGHTS = (B @ INVERSE).tolist()
-ERROR = ((B - B_SECOND) @ INVERSE).tolist()
+WEIGHTS = (exact(B) @ INVERSE).tolist()
+ERROR = (exact(B - B_SECOND) @ INVERSE).tolist()
 LINEAR, SQUARE = ((w @ INVERSE).tolist() for w in _dense())
 NODES = ALPHA.sum(axis=1).tolist()
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from heavylift.kernel.describe import System
+from heavylift.kernel.elementary import power
 from heavylift.kernel.forces.describe import Wind
 from heavylift.nodes.scene.plan import Plan
 
@@ -35,7 +36,7 @@ def reeving(plan: Plan, mechanics: System) -> Choice:
     """
     falls = [rope.falls for rope in plan.rig.hook_ropes]
     n = max(falls, default=1)
-    lead = n * (1.0 - EFFICIENCY) / (1.0 - EFFICIENCY**n) - 1.0
+    lead = n * (1.0 - EFFICIENCY) / (1.0 - power(EFFICIENCY, n)) - 1.0
     over = [r.name for r in mechanics.reevings]
     named = f"; {', '.join(over)}: sheave by sheave, as the scene says" if over else ""
     why = f"no friction is asked: {n} falls are one spring, of which the lead part carries {lead:.0%} more{named}"
@@ -50,7 +51,8 @@ def wind(plan: Plan, mechanics: System) -> Choice:
     told = []
     for w in winds:
         speed = max((abs(v) for v in (*w.signal.values, w.signal.value)), default=0.0)
-        told.append(f"'{w.name}' pushes with {w.density * w.drag * w.area * speed**2 / 2e3:.3g} kN at {speed:.3g} m/s")
+        force = w.density * w.drag * w.area * speed * speed / 2.0
+        told.append(f"'{w.name}' pushes with {force / 1e3:.3g} kN at {speed:.3g} m/s")
     return Choice("wind", "", {}, 0, {}, ", ".join(told), allowed=False)
 
 

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from math import cos, inf, pi, sin, sqrt
+from math import inf, pi, sqrt
 from typing import TYPE_CHECKING
 
+from heavylift.kernel.elementary import cos, sin
 from heavylift.nodes.models.conditions import terms
 from heavylift.nodes.models.girder import sag
 from heavylift.nodes.scene.actions import Action, Lifted, Move, Turn
@@ -174,7 +175,7 @@ def _hook(
         bend=bend,
         aside=lever * per_way * max(abs(cos(x)) / sin(x) for x in phases),
         slides=2.0 * hangs * steep * (sag(plan, crane) + bend * sags * plan.gravity),
-        tilts=(sag(plan, crane) + bend * sags * plan.gravity) * per_way**2 * (lever + hangs),
+        tilts=(sag(plan, crane) + bend * sags * plan.gravity) * per_way * per_way * (lever + hangs),
         traverses=traversed,
         picks=max(CREEP, *picking) * _grip(stools, soft_rope + soft_slings),
         ramp=max((m.accel for m in mine), default=0.0),
@@ -215,7 +216,7 @@ def _hangs_on(crane: Crane, rope: HookRope) -> tuple[float, Axis]:
 def _bend(plan: Plan, rope: HookRope, y: float) -> float:
     """sin(pi y / L) / sqrt(k) of the girder's first mode, k = pi^4 EI / 2 L^3 [1 / sqrt(N/m)]."""
     crane = next(c for c in plan.cranes if c.name == rope.crane)
-    return sin(pi * y / crane.girder.span) / sqrt(pi**4 / 2.0 * crane.girder.stiffness / 48.0)
+    return float(sin(pi * y / crane.girder.span)) / sqrt(pi * pi * pi * pi / 2.0 * crane.girder.stiffness / 48.0)
 
 
 def _hangs_from(plan: Plan, rope: str, crane: Crane, which: str) -> bool:

@@ -15,9 +15,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from itertools import pairwise
 from math import sqrt
 
-import numpy as np
+from heavylift.kernel.dense import eigenvalues
 from heavylift.nodes.models.chains import gauss
 from heavylift.nodes.scene.plan import Fidelity
 
@@ -64,12 +65,12 @@ def attempts(case: Case, at: Fidelity) -> float:
 
 def radau_algebra(n: int, factorisations: float, iterations: float, attempted: float) -> float:
     """Evaluations of n states that take as long as the linear algebra of Radau IIA."""
-    return 0.0063 * factorisations * n**2 + 0.052 * iterations * n + 3.3 * attempted
+    return 0.0063 * factorisations * n * n + 0.052 * iterations * n + 3.3 * attempted
 
 
 def rosenbrock_algebra(n: int, attempted: float) -> float:
     """The same of a W-method, which makes its matrix from the equations once a step."""
-    return (3.5 + 0.0014 * n**2) * attempted
+    return (3.5 + 0.0014 * n * n) * attempted
 
 
 def states(case: Case, at: Fidelity) -> int:
@@ -87,9 +88,13 @@ def states(case: Case, at: Fidelity) -> int:
 def stiffest(lumps: int) -> float:
     """Frequency of the fastest mode of a chain between two walls, times sqrt(m / k) of the rope."""
     places, weights = zip(*gauss(lumps), strict=True)
-    k = 1.0 / np.diff([0.0, *places, 1.0])
-    K = np.diag(k[:-1] + k[1:]) - np.diag(k[1:-1], 1) - np.diag(k[1:-1], -1)
-    return float(np.sqrt(np.linalg.eigvalsh(K / np.sqrt(np.outer(weights, weights))).max()))
+    k = [1.0 / (b - a) for a, b in pairwise([0.0, *places, 1.0])]
+    K = [[0.0] * lumps for _ in weights]
+    for i, m in enumerate(weights):
+        K[i][i] = (k[i] + k[i + 1]) / m
+        for j in range(i):
+            K[i][j] = K[j][i] = -k[i] / sqrt(m * weights[j]) if j == i - 1 else 0.0
+    return sqrt(eigenvalues(K)[-1])
 
 
 def _bounds(case: Case, at: Fidelity) -> list[float]:
@@ -101,5 +106,5 @@ def _bounds(case: Case, at: Fidelity) -> list[float]:
         if at.ropes == "massive":
             w = stiffest(at.lumps) / sqrt(h.soft_rope * h.rope_mass)
             zeta = max(1.0, w * h.rubs / 2.0)
-            bounds.append(w * (zeta + sqrt(zeta**2 - 1.0)) / DAMPED)
+            bounds.append(w * (zeta + sqrt(zeta * zeta - 1.0)) / DAMPED)
     return bounds

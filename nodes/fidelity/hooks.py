@@ -9,11 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from math import dist, sqrt
+from math import fsum, sqrt
 
-import numpy as np
+from heavylift.kernel.dense import dot, least_norm, norm, singular_values, solve
 
 __all__ = ["Hook", "coupling", "leaning", "redistribution"]
+
+SINGULAR = 1e-9  # singular value, relative, of hooks in one line
 
 
 @dataclass(frozen=True)
@@ -61,10 +63,11 @@ class Hook:
 
 def redistribution(hooks: Sequence[Hook]) -> float:
     """Largest relative change of a hook's load if girders do not bend."""
-    rigid = np.diag([h.soft_rope + h.soft_slings for h in hooks])
-    bent = np.array([[a.bend * b.bend * (a.crane == b.crane) for b in hooks] for a in hooks])
-    before, after = (_shares(hooks, C) for C in (rigid + bent, rigid))
-    return max(float(abs(b - a)) * h.share / h.load for a, b, h in zip(before, after, hooks, strict=True))
+    rigid = [[(a.soft_rope + a.soft_slings) * (a is b) for b in hooks] for a in hooks]
+    bent = [[x + a.bend * b.bend * (a.crane == b.crane) for x, b in zip(row, hooks, strict=True)]
+            for row, a in zip(rigid, hooks, strict=True)]  # fmt: skip
+    before, after = (_shares(hooks, C) for C in (bent, rigid))
+    return max(abs(b - a) * h.share / h.load for a, b, h in zip(before, after, hooks, strict=True))
 
 
 def coupling(hooks: Sequence[Hook]) -> float:
@@ -76,18 +79,23 @@ def coupling(hooks: Sequence[Hook]) -> float:
 
 def leaning(hooks: Sequence[Hook], g: float) -> float:
     """How far the centre of mass moves aside as ropes and slings of different hooks stretch differently [m]."""
-    pairs = ((a, b, dist(a.place, b.place)) for a, b in combinations(hooks, 2))
+    pairs = ((a, b, _apart(a, b)) for a, b in combinations(hooks, 2))
     return max(
         (abs(a.stretch(g, False) - b.stretch(g, False)) / d * (a.reach - a.length) for a, b, d in pairs if d > 0.0),
         default=0.0,
     )
 
 
-def _shares(hooks: Sequence[Hook], C: np.ndarray) -> np.ndarray:
-    """(n_hooks,) relative to the shares that statics found; of hooks in one line, without leaning off it."""
-    A = np.array([(1.0, *h.place) for h in hooks])
-    W = np.array([sum(h.share for h in hooks), 0.0, 0.0])
-    K = np.linalg.inv(C)
-    tensions: np.ndarray = K @ A @ np.linalg.lstsq(A.T @ K @ A, W, rcond=1e-9)[0]
-    relative: np.ndarray = tensions / np.array([h.share for h in hooks])
-    return relative
+def _apart(a: Hook, b: Hook) -> float:
+    return norm([p - q for p, q in zip(a.place, b.place, strict=True)])
+
+
+def _shares(hooks: Sequence[Hook], C: Sequence[Sequence[float]]) -> list[float]:
+    """Per hook, relative to the shares that statics found; of hooks in one line, without leaning off it."""
+    A = [(1.0, *h.place) for h in hooks]
+    columns = [solve(C, list(column)) for column in zip(*A, strict=True)]  # of C^-1 A
+    N = [[dot(a, column) for column in columns] for a in zip(*A, strict=True)]
+    W = [fsum(h.share for h in hooks), 0.0, 0.0]
+    tilt = least_norm(N, W, SINGULAR * max(singular_values(N)))
+    tensions = [dot(row, tilt) for row in zip(*columns, strict=True)]
+    return [T / h.share for T, h in zip(tensions, hooks, strict=True)]

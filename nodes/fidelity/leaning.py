@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import combinations
-from math import cos, dist, sin
 
+from heavylift.kernel.dense import norm
+from heavylift.kernel.elementary import cos, sin
 from heavylift.nodes.scene.actions import Move
 from heavylift.nodes.scene.plan import HookRope, Plan, drive_name
 from heavylift.nodes.statics.lift import State
@@ -81,7 +82,7 @@ def _tilted(plan: Plan, hooks: Sequence[Hook], partings: Sequence[Parting]) -> A
             if isinstance(m, Move) and m.actuator in ways:
                 ways[m.actuator] += m.by or 0.0
         for a, b in combinations(hooks, 2):
-            if (apart := dist(a.place, b.place)) > 0.0:
+            if (apart := norm([p - q for p, q in zip(a.place, b.place, strict=True)])) > 0.0:
                 leans = abs(ways[a.rope] - ways[b.rope]) / apart * (a.reach - a.length) / apart
                 along = max(along, leans * abs(a.place[0] - b.place[0]))
                 across = max(across, leans * abs(a.place[1] - b.place[1]))

@@ -13,7 +13,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import sqrt
 
+from heavylift.kernel.elementary import power
 from heavylift.nodes.scene.plan import LOOSEST, Fidelity
 
 from .case import Case
@@ -23,7 +25,7 @@ from .rules import Errors, overshoot
 
 __all__ = ["METHODS", "Stepped", "stepped"]
 
-TOLERANCES = tuple(10.0 ** (-k / 2) for k in range(4, 25))  # 1e-2 to 1e-12
+TOLERANCES = tuple(float(f"1e-{(k + 1) // 2}") * (sqrt(10.0) if k % 2 else 1.0) for k in range(4, 25))  # 1e-2 to 1e-12
 SMOOTH, EVENT, RIGID = 0.03, 0.1, 0.01  # errors over sqrt(tol): of swing and place, of lift-off, of rigid ropes' peaks
 
 LOSSY = 1e-3  # tolerance above which `ros34pw2` can lose more energy than the kernel lets pass without a word
@@ -55,8 +57,8 @@ Method = Callable[[Case, Fidelity, float], Stepped]
 def dopri5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     """Bound by the stability of the stiffest mode: 6 evaluations a step."""
     stable = attempts(case, at)
-    often = max(stable, 133.0 * (1e-10 / tolerance) ** 0.2)
-    errors = _errors(case, at, tolerance, often, rattle=1600.0 * tolerance**2)
+    often = max(stable, 133.0 * power(1e-10 / tolerance, 0.2))
+    errors = _errors(case, at, tolerance, often, rattle=1600.0 * tolerance * tolerance)
     why = f"explicit: the stiffest mode asks for {stable:.0f} steps a second"
     return Stepped("dopri5", tolerance, errors, _cost(case, at, 6.0 * often), why, tolerance <= LOOSEST)
 
@@ -64,15 +66,15 @@ def dopri5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
 def dop853(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     """The same with steps two and a third times as long and 12 evaluations."""
     stable = max(1.0 / LONGEST, 0.43 * attempts(case, at))
-    often = max(stable, 25.0 * (1e-10 / tolerance) ** 0.125)
-    errors = _errors(case, at, tolerance, often, rattle=3.5 * tolerance**1.5)
+    often = max(stable, 25.0 * power(1e-10 / tolerance, 0.125))
+    errors = _errors(case, at, tolerance, often, rattle=3.5 * power(tolerance, 1.5))
     why = f"explicit: the stiffest mode asks for {stable:.0f} steps a second"
     return Stepped("dop853", tolerance, errors, _cost(case, at, 12.0 * often), why, tolerance <= LOOSEST)
 
 
 def ros34pw2(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     """Bound by accuracy: 4 evaluations, one matrix and its factors a step; knows trees of rigid bodies on ropes."""
-    often = max(1.3 / LONGEST, 30.0 * (1e-3 / tolerance) ** (1.0 / 3.0))
+    often = max(1.3 / LONGEST, 30.0 * power(1e-3 / tolerance, 1.0 / 3.0))
     errors = _errors(case, at, tolerance, often)
     spent = _cost(case, at, 4.0 * often, rosenbrock_algebra(states(case, at), often))
     able = at.ropes != "rigid" and at.slings != "rigid" and at.girder == "rigid"
@@ -83,13 +85,13 @@ def ros34pw2(case: Case, at: Fidelity, tolerance: float) -> Stepped:
 def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     """Bound by accuracy: 2 evaluations a step and 3 per iteration.  Where nothing happens one iteration does, and
     Jacobian and factors serve for long; at the ends of a stage they are made anew, with a step each."""
-    often = max(1.0 / LONGEST, 11.5 * (1e-4 / tolerance) ** 0.2)
-    errors = _errors(case, at, tolerance, often, resolved=(1e-3 / tolerance) ** 0.4)
+    often = max(1.0 / LONGEST, 11.5 * power(1e-4 / tolerance, 0.2))
+    errors = _errors(case, at, tolerance, often, resolved=power(1e-3 / tolerance, 0.4))
     n, finer = states(case, at), 1e-4 / tolerance
     steps, jumps = often * duration(case), 25.0 * case.stages
-    jacobians = jumps * min(1.0, (0.1 / finer) ** 0.33) + 0.06 * min(1.0, finer**0.5) * steps
-    factors = 1.5 * jumps + min(0.6, 0.15 * finer**0.55) * steps
-    iterations = 2.0 * finer**0.14 * steps + 2.0 * jumps
+    jacobians = jumps * min(1.0, power(0.1 / finer, 0.33)) + 0.06 * min(1.0, sqrt(finer)) * steps
+    factors = 1.5 * jumps + min(0.6, 0.15 * power(finer, 0.55)) * steps
+    iterations = 2.0 * power(finer, 0.14) * steps + 2.0 * jumps
     spent = 2.0 * (steps + jumps) + 3.0 * iterations + n * jacobians
     linear = radau_algebra(n, factors, iterations, steps + jumps)
     able = at.ropes != "rigid" and at.slings != "rigid"
@@ -128,12 +130,13 @@ def _errors(
     """`often`: steps per second; `rattle`: of a hook in stiff modes [m]; `resolved`: square of how much denser steps
     are where the load bounces."""
     bends = at.girder == "elastic"
-    root = tolerance**0.5
+    root = sqrt(tolerance)
     errors: dict[Asked, float] = {"swing": SMOOTH * root, "position": SMOOTH * root, "lift-off time": EVENT * root}
     if at.ropes == "rigid":
         errors["rope tension"] = RIGID * root
         return errors
-    missed = (overshoot(case, h, bends) * min(1.0, (h.omega(bends) / often) ** 2 / 12.0) for h in case.hooks)
+    turned = [h.omega(bends) / often for h in case.hooks]
+    missed = (overshoot(case, h, bends) * min(1.0, x * x / 12.0) for h, x in zip(case.hooks, turned, strict=True))
     stretch = min(h.stretch(case.gravity, bends) for h in case.hooks)
     errors["rope tension"] = max(missed) / max(1.0, resolved) + rattle / stretch
     return errors

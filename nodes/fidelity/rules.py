@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import sqrt
 
+from heavylift.kernel.dense import norm
 from heavylift.nodes.scene.plan import Fidelity
 
 from .case import Case
@@ -75,7 +76,7 @@ def rope_mass(case: Case, at: Fidelity) -> Choice:
     down stay; lost is the sixth of it that couples both ends, so that a trolley shakes its load by so much less, the
     time of a wave to the hook, and how the waves of several ropes share a load that more than three carry."""
     heavy = max(h.rope_mass / h.load for h in case.hooks)
-    part = COUPLED * coupling(case.hooks) + heavy**2 / 4.0
+    part = COUPLED * coupling(case.hooks) + heavy * heavy / 4.0
     dynamic = max(overshoot(case, h, girder=True) for h in case.hooks)
     errors: Errors = {"swing": part, "position": part * case.farthest / case.way}
     errors["rope tension"] = dynamic * heavy / (2.0 if case.determinate else 1.0)
@@ -186,7 +187,7 @@ def overshoot(case: Case, h: Hook, girder: bool) -> float:
     oscillator at most k sqrt(v^2 + (a / w)^2) / w from the first, m a from the stop, 2 m a from the start; w: of the
     slowest hook, for a block on several pitches and rolls."""
     w = min(x.omega(girder) for x in case.hooks)
-    parting = sqrt(h.picks**2 + (h.ramp / w) ** 2) / w / h.soft(girder)
+    parting = norm([h.picks, h.ramp / w]) / w / h.soft(girder)
     return parting / h.load / case.gravity + 2.0 * h.ramp / case.gravity
 
 
@@ -203,7 +204,7 @@ def _bounce(case: Case, girder: bool) -> float:
 
 def _halting(case: Case) -> float:
     """What a winch that halts goes on winding [m]."""
-    return max(h.picks**2 / h.ramp / 2.0 if h.ramp else 0.0 for h in case.hooks)
+    return max(h.picks * h.picks / h.ramp / 2.0 if h.ramp else 0.0 for h in case.hooks)
 
 
 def _sooner(case: Case, h: Hook) -> float:

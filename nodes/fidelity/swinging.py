@@ -14,7 +14,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from math import cos, pi, sin
+from math import pi
+
+from heavylift.kernel.elementary import cos, sin
 
 __all__ = ["Swing", "away", "envelope", "excursion", "farthest"]
 
@@ -37,7 +39,7 @@ class Swing:
 def excursion(swings: Iterable[Swing], omegas: Omegas) -> float:
     """How far the load swings out at least [m]; of no move, as far as a step of a ramp of 1 cm/s2 would."""
     sizes = [min(max(_ramp(s, w), _left(s, w)) for w in _frequencies(omegas)) for s in swings]
-    return max(sizes, default=0.01 / omegas[1] ** 2)
+    return max(sizes, default=0.01 / (omegas[1] * omegas[1]))
 
 
 def farthest(swings: Iterable[Swing], omegas: Omegas) -> float:
@@ -62,16 +64,16 @@ def _frequencies(omegas: Omegas) -> Iterator[float]:
 
 
 def _ramp(s: Swing, w: float) -> float:
-    return s.ramp / w**2 * (1.0 - cos(min(w * s.ramping, pi)))
+    return float(s.ramp / (w * w) * (1.0 - cos(min(w * s.ramping, pi))))
 
 
 def _left(s: Swing, w: float) -> float:
     y, x = w * s.ramping / 2.0, w * (s.ramping + s.cruising) / 2.0
-    return 4.0 * s.ramp / w**2 * abs(sin(y) * sin(x))
+    return float(4.0 * s.ramp / (w * w) * abs(sin(y) * sin(x)))
 
 
 def _slope(s: Swing, w: float) -> float:
     """dA / dw of what is left after the move, relative to the larger of both excursions."""
     y, x = w * s.ramping / 2.0, w * (s.ramping + s.cruising) / 2.0
     change = -2.0 * sin(y) * sin(x) + y * cos(y) * sin(x) + x * sin(y) * cos(x)
-    return 4.0 * s.ramp / w**2 * abs(change) / max(_ramp(s, w), _left(s, w), 1e-12)
+    return float(4.0 * s.ramp / (w * w) * abs(change) / max(_ramp(s, w), _left(s, w), 1e-12))

@@ -9,9 +9,11 @@ is how it vibrates.  They keep the distance of the falls, so that the chain resi
 from __future__ import annotations
 
 from itertools import pairwise
-from math import cos, dist, pi
+from math import pi
 
+from heavylift.kernel.dense import norm
 from heavylift.kernel.describe import WORLD, Body, Joint, Line, Point, Rope, System, Vector
+from heavylift.kernel.elementary import cos
 from heavylift.nodes.scene.plan import Fidelity, HookRope, Plan
 
 __all__ = ["chain", "gauss", "hangs", "pieces"]
@@ -83,12 +85,12 @@ def chain(plan: Plan, rope: HookRope) -> System:
 
 def hangs(plan: Plan, rope: HookRope) -> float:
     """Length of a hook rope at the start, under what hangs on it then [m]."""
-    return dist(*_ends(plan, rope))
+    return norm([p - q for p, q in zip(*_ends(plan, rope), strict=True)])
 
 
 def _lump(name: str, mass: float, half: float, at: Vector, motion: str) -> tuple[list[Body], list[Joint]]:
     """Two points of half the mass at +-half along x; it moves as far as the motion goes, and yaws in space."""
-    turns = mass * half**2
+    turns = mass * half * half
     ball = Body(name, mass, inertia=((0.0, 0.0, 0.0), (0.0, turns, 0.0), (0.0, 0.0, turns)))
     directions = {"spatial": (X, Y), "across": (Y,), "along": (X,)}[motion]
     bodies, joints, parent, place = [], [], WORLD, at

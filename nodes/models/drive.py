@@ -10,9 +10,10 @@ it holds its place.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import copysign, cos, inf, sin
+from math import copysign, inf
 
 from heavylift.kernel.describe import System, Threshold
+from heavylift.kernel.elementary import cos, sin
 from heavylift.kernel.profile import REST, Trapezoid, trapezoid
 from heavylift.nodes.devs import ns
 
@@ -244,4 +245,4 @@ def part(order: SetProfile | SetFollow, piece: str, share: float) -> SetProfile 
 
 def value(law: Follow, s: float) -> float:
     """f(s) of a follower."""
-    return law.kc * cos(s) + law.ks * sin(s)
+    return float(law.kc * cos(s) + law.ks * sin(s))

@@ -7,9 +7,10 @@ its trolleys are level and where they were on a rigid girder, though a bent one 
 
 from __future__ import annotations
 
-from math import cos, pi, sin
+from math import pi
 
 from heavylift.kernel.describe import Body, Joint, Matrix, Vector
+from heavylift.kernel.elementary import cos, sin
 from heavylift.kernel.flexible.description import Beam, Flexible
 from heavylift.nodes.scene.plan import Crane, Inertia, Plan
 
@@ -30,7 +31,7 @@ def girder(plan: Plan, crane: Crane) -> tuple[Joint, Body]:
     """How the main body holds the girder, and the girder."""
     given, name = crane.girder, f"{crane.name}.girder"
     at: Vector = (0.0, 0.0, given.height)
-    beam = Beam(given.span, given.mass / given.span, EI_y=given.stiffness * given.span**3 / 48.0)
+    beam = Beam(given.span, given.mass / given.span, EI_y=given.stiffness * given.span * given.span * given.span / 48.0)
     bent = Flexible(1, beam, frame="simply supported", damping=given.damping, start=(-sag(plan, crane),))
     return Joint(f"{name}-feet", "fixed", f"{crane.name}.main", name, at, ALONG_Y), Body(name, 0.0, flexible=bent)
 
@@ -41,7 +42,8 @@ def on_girder(plan: Plan, crane: Crane, joint: Joint, y: float) -> Joint:
     slope = down * pi / crane.girder.span * cos(phase)  # about the beam's y
     c, s = cos(slope), sin(slope)
     level: Matrix = ((0.0, -1.0, 0.0), (c, 0.0, s), (-s, 0.0, c))
-    shorter = (down * pi / crane.girder.span) ** 2 * (y / 4.0 + crane.girder.span * sin(2.0 * phase) / (8.0 * pi))
+    bent = down * pi / crane.girder.span
+    shorter = bent * bent * (y / 4.0 + crane.girder.span * sin(2.0 * phase) / (8.0 * pi))
     name, at = f"{crane.name}.girder", (0.0, -shorter, crane.girder.height - down * sin(phase))
     if joint.kind == "fixed":
         return Joint(joint.name, "fixed", name, joint.child, (y, 0.0, 0.0), p_CJ=at, R_CJ=level)
@@ -59,4 +61,4 @@ def sag(plan: Plan, crane: Crane) -> float:
         if plan.fidelity.ropes == "massive" or plan.fidelity.rope_mass == "lumped":
             hanging += sum(r.line * r.L0 for r in plan.rig.hook_ropes if r.carries in loaders)
         force += (trolley.body.mass + hanging) * plan.gravity * sin(pi * trolley.axis.start / L)
-    return force / (pi**4 / 2.0 * given.stiffness / 48.0)
+    return force / (pi * pi * pi * pi / 2.0 * given.stiffness / 48.0)

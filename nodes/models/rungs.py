@@ -6,9 +6,8 @@ as it hangs at the start; one with mass is a chain of lumps (`chains`), or its e
 
 from __future__ import annotations
 
-from math import atan2
-
 from heavylift.kernel.describe import Joint, Line, Point, RigidRope, Rope, System, Vector
+from heavylift.kernel.elementary import atan2
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.scene.plan import Fidelity, HookRope, Plan, Sling
 

@@ -61,6 +61,8 @@ class _Assembly(Checking):
         )
         if not self.source.faults:
             self.checked(("mechanism", "joints"), kinematics.poses, system)
+        if not self.source.faults:
+            self.checked(("mechanism",), self._resisting, system)
         taut, closed = self._carrying(system) if not self.source.faults else ((), ())
         return plan.Mechanism(
             name=given.name,
@@ -132,7 +134,8 @@ class _Assembly(Checking):
             self.known((*path, "child"), joint.child)
             if joint.child != k.WORLD:  # that closes a loop, as every further joint of a body does
                 carried.setdefault(joint.child, name)
-            if joint.type == "free" and joint.child in self.given.bodies and not self._solid(joint.child):
+            free = joint.type == "free" and joint.child in self.given.bodies
+            if free and not self._solid(joint.child) and self._possible(joint.child):
                 told = f"the body '{joint.child}' moves freely and nothing resists its turning: give it moments"
                 self.fault(("mechanism", "bodies", joint.child), f"{told} with 'inertia'", on_key=True)
         connected = self._connected()
@@ -161,7 +164,7 @@ class _Assembly(Checking):
         """The kernel's bodies, with inertias that a mass can have."""
         for name, body in self.given.bodies.items():
             made = self._body(name, body)
-            self.checked(("mechanism", "bodies", name), check_inertia, made)
+            self.checked(("mechanism", "bodies", name, "inertia"), check_inertia, made)
             yield made
 
     def _joints(self) -> Iterator[k.Joint]:
@@ -185,6 +188,29 @@ class _Assembly(Checking):
         carries = any(joint.parent == body for joint in self.given.joints.values())
         given = self.given.bodies[body]
         return carries or bool(given.beam or given.matrices) or all(given.inertia[:3])
+
+    def _possible(self, body: str) -> bool:
+        """Whether a body can have its inertia; if not, that is told by itself."""
+        given = self.given.bodies[body]
+        try:
+            check_inertia(k.Body(body, given.mass or 0.0, inertia=_matrix(given.inertia)))
+        except KernelError:
+            return False
+        return True
+
+    def _resisting(self, system: k.System) -> None:
+        """Where a body lacks mass or moments, whether all that moves it is resisted by what it carries."""
+        if all(b.flexible or (b.mass and all(row[i] for i, row in enumerate(b.inertia))) for b in system.bodies):
+            return
+        from heavylift.kernel.rate import Program  # costs what a complete scene need not pay
+        from heavylift.kernel.resistance import check_resistance
+
+        try:
+            program = Program(system)
+            check_resistance(program, program.initial_state())
+        except KernelError as error:
+            body = next((b.name for b in system.bodies if f"body '{b.name}'" in str(error)), "")
+            self.fault(("mechanism", "bodies", body) if body else ("mechanism",), str(error), on_key=True)
 
     def _forces(self) -> Iterator[forces.Force]:
         """Each force acts on bodies or a joint that are there and is one that the kernel can build."""

@@ -5,9 +5,10 @@ What is given need not have length 1; what has no length stays as it is and is a
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
+from heavylift.kernel.dense import norm
+from heavylift.kernel.elementary import cos, sin
 from heavylift.kernel.points import Matrix, Vector
 
 from .base import Quaternion
@@ -20,8 +21,8 @@ X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 def unit(vector: tuple[float, ...]) -> Any:
     """The vector with length 1."""
-    norm = math.hypot(*vector) or 1.0
-    return tuple(x / norm for x in vector)
+    length = norm(vector) or 1.0
+    return tuple(x / length for x in vector)
 
 
 def across(axis: Vector) -> Vector:
@@ -35,7 +36,7 @@ def across(axis: Vector) -> Vector:
 
 def turned(roll: float, pitch: float, yaw: float) -> Matrix:
     """R = Rz(yaw) Ry(pitch) Rx(roll); quarter turns are exact, so that they cost nothing in the compiled code."""
-    (c, s), (d, t), (e, u) = ((_exact(math.cos(x)), _exact(math.sin(x))) for x in (roll, pitch, yaw))
+    (c, s), (d, t), (e, u) = ((_exact(cos(x)), _exact(sin(x))) for x in (roll, pitch, yaw))
     return (
         (e * d, e * t * s - u * c, e * t * c + u * s),
         (u * d, u * t * s + e * c, u * t * c - e * s),

@@ -75,6 +75,12 @@ class AnyJoint(Base):
         """q0 and v0."""
         return (), ()
 
+    @property
+    def asked(self) -> tuple[bool, bool]:
+        """Whether coordinates and speeds at the start are written; what is not follows where it closes a loop."""
+        written = self.model_fields_set
+        return bool(written & {"start", "position", "attitude"}), bool(written & {"speed", "velocity", "rate"})
+
     def axes(self) -> tuple[Vector, Vector]:
         """`axis` and `second` of the kernel's joint, not yet of unit length."""
         return Z, X
@@ -85,7 +91,7 @@ class AnyJoint(Base):
 
     def built(self, name: str) -> k.Joint:
         """The kernel's joint."""
-        q0, v0 = self.state()
+        q0, v0 = (x if written else () for x, written in zip(self.state(), self.asked, strict=True))
         axis, second = (unit(e) for e in self.axes())
         frame = turned(*self.rotation)
         place = (self.parent, self.child, self.at, frame)

@@ -5,11 +5,15 @@ Walks the joints from the world outwards, by the kernel's own joint table.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from heavylift.kernel.dense import norm
 from heavylift.kernel.describe import WORLD, Point, RigidRope, Rope, System
 from heavylift.kernel.joints import JOINTS
 from heavylift.kernel.motion import axes_of, placement
 from heavylift.kernel.spanning import spanning_tree
+from heavylift.kernel.spatial import exact
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -21,28 +25,29 @@ def poses(system: System) -> Poses:
 
     Raises KernelError for joints of which no tree can be made.
     """
-    found: Poses = {WORLD: (np.zeros(3), np.eye(3))}
+    found: dict[str, tuple[Any, Any]] = {WORLD: (exact(np.zeros(3)), exact(np.eye(3)))}
     waiting = list(spanning_tree(system, {joint.name: joint for joint in system.joints})[0].values())
     while ready := [joint for joint in waiting if joint.parent in found]:
         for joint in ready:
             p, R = found[joint.parent]
-            Q, d = placement(joint.kind, axes_of(joint), joint.pitch, joint.q0 or JOINTS[joint.kind].rest)
+            q = joint.q0 or JOINTS[joint.kind].rest
+            Q, d = map(exact, placement(joint.kind, exact(axes_of(joint)), joint.pitch, q))
             if joint.kind == "slider" and joint.q0:
-                d = np.array([joint.q0[0], 0.0, 0.0])  # along the straight beam
-            frame = R @ np.array(joint.R_PJ)
+                d = exact([joint.q0[0], 0.0, 0.0])  # along the straight beam
+            frame = R @ exact(joint.R_PJ)
             turned = frame @ Q
-            own = turned @ np.array(joint.p_CJ)
-            found[joint.child] = (p + R @ np.array(joint.p_PJ) + frame @ d - own, turned)
+            own = turned @ exact(joint.p_CJ)
+            found[joint.child] = (p + R @ exact(joint.p_PJ) + frame @ d - own, turned)
             waiting.remove(joint)
-    return found
+    return {body: (p.astype(float), R.astype(float)) for body, (p, R) in found.items()}
 
 
 def length(rope: Rope | RigidRope, at: Poses) -> float:
     """Geometric length of a rope: the sum over its lines, each with its share [m]."""
-    return sum(line.share * float(np.linalg.norm(place(line.a, at) - place(line.b, at))) for line in rope.lines)
+    return sum(line.share * norm((place(line.a, at) - place(line.b, at)).tolist()) for line in rope.lines)
 
 
 def place(point: Point, at: Poses) -> Array:
     """World position of a point [m]."""
     p, R = at[point.body]
-    return np.asarray(p + R @ np.array(point.p))
+    return np.asarray(exact(p) + exact(R) @ exact(point.p), dtype=float)

@@ -68,7 +68,7 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
     omega = 2 * math.pi * crane.servo_frequency
 
     def axis(start: float, ends: tuple[float, float], mass: float) -> plan.Axis:
-        kp, kv = mass * omega**2, 2 * crane.servo_damping * mass * omega
+        kp, kv = mass * omega * omega, 2 * crane.servo_damping * mass * omega
         return plan.Axis(start=start, lower=ends[0], upper=ends[1], accel=crane.ramp, kp=kp, kv=kv)
 
     def trolley(which: str, mass: float, height: float, capacity: float) -> plan.Trolley:

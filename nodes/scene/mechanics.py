@@ -6,9 +6,9 @@ their units are those of a sliding or a turning one is seen there.
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from .base import Base as Base
 from .base import Direction
@@ -40,6 +40,26 @@ from .units import Mass as MassValue
 from .units import Ramp as RampValue
 
 
+def _shape(given: Any) -> str:
+    """Which kind of moments a list is: with products or without; raises ValueError for any other number of values."""
+    if isinstance(given, list | tuple) and len(given) not in (3, 6):
+        raise ValueError(f"Ixx, Iyy, Izz or Ixx, Iyy, Izz, Ixy, Ixz, Iyz are needed here, not {len(given)} values")
+    return "with products" if isinstance(given, list | tuple) and len(given) > 3 else "moments"
+
+
+def _counted(given: Any) -> Any:
+    _shape(given)
+    return given
+
+
+Moments = Annotated[
+    Annotated[tuple[Inertia, Inertia, Inertia], Tag("moments")]
+    | Annotated[tuple[Inertia, Inertia, Inertia, Product, Product, Product], Tag("with products")],
+    Discriminator(_shape),
+    BeforeValidator(_counted),
+]
+
+
 class Body(Base):
     """A body; `inertia` about its centre of mass: Ixx, Iyy, Izz and, if need be, Ixy, Ixz, Iyz.
 
@@ -48,11 +68,7 @@ class Body(Base):
 
     mass: MassValue | None = None
     com: Place = (0.0, 0.0, 0.0)
-    inertia: tuple[Inertia, Inertia, Inertia] | tuple[Inertia, Inertia, Inertia, Product, Product, Product] = (
-        0.0,
-        0.0,
-        0.0,
-    )
+    inertia: Moments = (0.0, 0.0, 0.0)
     beam: Beam | None = None
     matrices: Matrices | None = None
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
+from typing import TYPE_CHECKING
 
 from heavylift.nodes.limits.findings import Finding
 from heavylift.nodes.limits.limit import Use
@@ -19,6 +20,9 @@ from heavylift.nodes.statics import Followed, Following
 from . import plan
 
 COLUMNS = 6  # of a table of ropes
+
+if TYPE_CHECKING:
+    from heavylift.kernel.analysis.mobility import Mobility
 
 
 @dataclass(frozen=True)
@@ -44,6 +48,7 @@ class Report:
     slings: int
     models: int
     actions: int
+    mobility: Mobility
     rows: tuple[Row, ...]
     lines: tuple[str, ...]
     uses: tuple[Use, ...] = ()  # of each limit, the worst on the path at rest
@@ -62,16 +67,14 @@ def report(
     pruning: str = "",
 ) -> Report:
     """The report of a scene whose action list was followed; `pruning`: what of it is modelled."""
-    bodies = 3 * len(built.cranes) + 2 * len(built.loaders) + (built.block is not None)
-    bodies += sum(len(m.system.bodies) for m in built.mechanisms)
-    dof = 3 * len(built.cranes) + 7 * len(built.loaders) + 6 * (built.block is not None)
-    dof += sum(len(j.v0) for m in built.mechanisms for j in m.system.joints)
+    mobility = _mobility(built)
     ropes = len(built.rig.hook_ropes) + sum(len(m.system.ropes) + len(m.system.reevings) for m in built.mechanisms)
     slings, actions = len(built.rig.slings), len(built.actions)
     models = len(built.cranes) + len(built.loaders) + (built.block is not None) + len(built.mechanisms) + 1
-    counts = (bodies, dof, ropes, slings, models, actions)
+    counts = (mobility.bodies, mobility.dof, ropes, slings, models, actions)
     words = ("bodies", "degrees of freedom", "ropes", "slings", "models", "actions")
     lines = [f"{built.name}: " + ", ".join(f"{n} {_many(n, word)}" for n, word in zip(counts, words, strict=True))]
+    lines += [f"  {line}" for line in mobility.lines]
     rows: list[Row] = []
     if followed:
         rows = _rows(built, followed)
@@ -79,7 +82,16 @@ def report(
     else:
         lines += _ropes_at_rest(statics) + _told(findings)
     lines += ["", pruning] if pruning else []
-    return Report(built.name, *counts, tuple(rows), tuple(lines), tuple(uses), tuple(findings))
+    return Report(built.name, *counts, mobility, tuple(rows), tuple(lines), tuple(uses), tuple(findings))
+
+
+def _mobility(built: plan.Plan) -> Mobility:
+    """Bodies and degrees of freedom of what is simulated, as the kernel counts them."""
+    from heavylift.kernel.analysis.mobility import mobility  # needs NumPy, which declaring a scene does not
+    from heavylift.kernel.rate import Program
+    from heavylift.nodes.models import system
+
+    return mobility(Program(system(built)))
 
 
 def _many(n: int, word: str) -> str:

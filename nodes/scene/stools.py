@@ -7,11 +7,15 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from heavylift.kernel.describe import Point, Support
+from heavylift.kernel.checks import check_inertia
+from heavylift.kernel.dense import dot, least_norm, singular_values
+from heavylift.kernel.describe import Body, Point, Support
+from heavylift.kernel.errors import KernelError
 
 from . import plan, schema
 from .yard import LOWER, UPPER, Yard, box
+
+SINGULAR = 1e-12  # singular value, relative, of stools in one line
 
 
 def build_block(yard: Yard, block: schema.Block) -> plan.Block:
@@ -34,6 +38,8 @@ def build_block(yard: Yard, block: schema.Block) -> plan.Block:
             )
             where = yard.source.where(("block", "supports", "at", i))
             pads.append(plan.Pad(support=support, face=face, closed=face == LOWER, where=where))
+    if block.inertia:
+        _check_moments(yard, block)
     return plan.Block(
         body=plan.Inertia(mass=block.mass, com=block.com, moments=block.inertia or box(block.mass, block.size)),
         size=block.size,
@@ -46,11 +52,23 @@ def build_block(yard: Yard, block: schema.Block) -> plan.Block:
     )
 
 
+def _check_moments(yard: Yard, block: schema.Block) -> None:
+    """Some body must be able to have them."""
+    assert block.inertia is not None
+    x, y, z = block.inertia
+    try:
+        check_inertia(Body("block", block.mass, inertia=((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))))
+    except KernelError as error:
+        yard.fault(("block", "inertia"), str(error))
+
+
 def _resting(block: schema.Block) -> tuple[float, float, float, float, float, float, float]:
     """Pose of the block in equilibrium on its stools: k sum(depth) = weight, with depth = a + b u + c v."""
-    places = np.array([(1.0, u, v) for u, v in block.supports.at])
-    load = len(places) * block.supports.settlement * np.array([1.0, block.com[0], block.com[1]])
-    a, b, c = (float(x) for x in np.linalg.lstsq(places.T @ places, load, rcond=None)[0])
+    places = [(1.0, u, v) for u, v in block.supports.at]
+    total = len(places) * block.supports.settlement
+    load = [total, total * block.com[0], total * block.com[1]]
+    A = [[dot(p, q) for q in zip(*places, strict=True)] for p in zip(*places, strict=True)]
+    a, b, c = least_norm(A, load, SINGULAR * max(singular_values(A)))
     x, y, z = block.at
     norm = math.sqrt(1 + (b * b + c * c) / 4)
     return (x, y, z - a, -c / 2 / norm, b / 2 / norm, 0.0, 1 / norm)

@@ -117,7 +117,7 @@ def _path(data: Any, loc: tuple[str | int, ...]) -> Path:
         if inside:
             at = at[part]
             path.append(part)
-        elif last and part != "[key]" and isinstance(at, dict | list):
+        elif last and part != "[key]" and (isinstance(at, dict) or (isinstance(at, list) and isinstance(part, int))):
             path.append(part)
     return tuple(path)
 

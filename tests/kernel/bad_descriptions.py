@@ -90,15 +90,20 @@ DESCRIPTIONS = [
     # numbers
     (with_(bodies=(Body("a", nan),)), "body 'a': mass is nan; it must be a finite number"),
     (with_(bodies=(Body("a", 1.0, (0.0, inf, 0.0)),)), "body 'a': com is inf; it must be a finite number"),
-    (with_(bodies=(Body("a", 1.0, inertia=SHEARED),)), "body 'a': its inertia must be a symmetric matrix"),
+    (
+        with_(bodies=(Body("a", 1.0, inertia=SHEARED),)),
+        "body 'a': its inertia must be a symmetric matrix, but Ixy is 0.5 and Iyx is 0 kg m2; give both the same value",
+    ),
     (
         with_(bodies=(Body("a", 1.0, inertia=diagonal(1.0, 5.0, 3.0)),)),
         "body 'a': its principal moments of inertia are 1, 3, 5 kg m2; no body has one that is larger than the sum of "
-        "the others",
+        "the others (a flat plate has Ixx + Iyy = Izz): where the other two do not matter, as in plane motion, write "
+        "[1.5, 5, 3.5] kg m2",
     ),
     (
         with_(bodies=(Body("a", 1.0, inertia=((1.0, 2.0, 0.0), (2.0, 1.0, 0.0), (0.0, 0.0, 1.0))),)),
-        "body 'a': its principal moments of inertia are -1, 1, 3 kg m2; none can be negative",
+        "body 'a': its principal moments of inertia are -1, 1, 3 kg m2, and none can be negative: the products of "
+        "inertia Ixy 2, Ixz 0, Iyz 0 are too large for the moments; make them smaller",
     ),
     (with_(joints=(replace(GUIDE, p_PJ=(nan, 0.0, 0.0)),)), "joint 'a-guide': p_PJ is nan; it must be a finite number"),
     (with_(joints=(replace(GUIDE, q0=(-inf,)),)), "joint 'a-guide': q0 is -inf; it must be a finite number"),

@@ -10,16 +10,16 @@ from heavylift.nodes.scene.kinematics import place, poses
 
 SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
     "arm": (4, 4, 0, 0, 2, 0),
-    "girder": (3, 1, 0, 0, 2, 3),
+    "girder": (4, 3, 0, 0, 2, 3),
     "gust": (1, 6, 1, 0, 2, 0),
     "lift": (10, 30, 3, 6, 6, 5),
-    "linkage": (3, 4, 0, 0, 2, 4),
+    "linkage": (3, 1, 0, 0, 2, 4),
     "pendulum": (1, 1, 0, 0, 2, 0),
     "ramp": (1, 6, 0, 0, 2, 0),
     "snatch": (1, 1, 1, 0, 2, 2),
     "tackle": (1, 1, 1, 0, 2, 4),
     "tandem": (15, 40, 4, 8, 8, 5),
-    "trolley": (2, 7, 0, 0, 2, 4),
+    "trolley": (2, 4, 0, 0, 2, 4),
     "turnover": (19, 54, 6, 12, 10, 23),
 }
 

@@ -1,0 +1,132 @@
+"""What reaches a plan, a choice or a message is computed by IEEE additions, products, divisions and roots alone.
+
+The functions of libm, BLAS and LAPACK give other last bits on other processors and systems; so do sums whose order a
+library chooses.  The sources are searched for them.  `kernel.elementary` and `kernel.dense` stand in for all of them.
+"""
+
+import ast
+import sys
+from pathlib import Path
+from subprocess import run
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+LIBM = {
+    "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "cbrt", "cos", "cosh", "dist", "erf", "erfc", "exp",
+    "exp2", "expm1", "gamma", "hypot", "lgamma", "log", "log10", "log1p", "log2", "pow", "sin", "sinh", "sumprod",
+    "tan", "tanh",
+}  # fmt: skip
+# of NumPy, what only makes, shapes, compares, or works on elements by one correctly rounded operation
+PLAIN = {
+    "abs", "all", "any", "append", "arange", "argmax", "argmin", "array", "asarray", "ascontiguousarray", "block",
+    "bool_", "broadcast_arrays", "ceil", "clip", "concatenate", "copy", "degrees", "diff", "dtype", "empty",
+    "empty_like", "errstate", "eye", "flatnonzero", "float64", "floor", "frombuffer", "full", "generic", "inf",
+    "int64", "integer", "isfinite", "isnan", "ix_", "load", "loadtxt", "maximum", "minimum", "nan", "nan_to_num",
+    "ndarray", "ndim", "nonzero", "number", "object_", "ones", "ones_like", "pi", "radians", "ravel", "reshape",
+    "rint", "round", "shape", "sign", "sqrt", "stack", "transpose", "tril", "triu", "unique", "where", "zeros",
+    "zeros_like",
+}  # fmt: skip
+ALLOWED = {"nodes/scene/kinematics.py": {"@": "its arrays hold Python floats, whose products are summed in order"}}
+# of the kernel, whose text of equations is full of products of symbols and of exact arrays: matrices aside
+ELEMENTS = {
+    "outer",
+    "cross",
+    "diag",
+    "pad",
+    "cumsum",
+    "split",
+    "linspace",
+    "ndindex",
+    "column_stack",
+    "argsort",
+    "real",
+}
+PRINTS = "what it finds is printed, and nothing follows from it"
+TELLS_STEPS = "judges fixed steps by margins of a tenth and tells three digits"
+ROUNDS = "what it finds is rounded to twelve digits before it is used"
+KERNEL = {
+    "kernel/analysis/equilibrium.py": PRINTS,
+    "kernel/analysis/modes.py": PRINTS,
+    "kernel/analysis/poses.py": PRINTS,
+    "kernel/analysis/tables.py": PRINTS,
+    "kernel/equations/coordinates.py": PRINTS,
+    "kernel/fastest.py": TELLS_STEPS,
+    "kernel/methods/stability.py": TELLS_STEPS,
+    "kernel/unfollowed.py": TELLS_STEPS,
+    "kernel/flexible/modes.py": ROUNDS,
+    "kernel/flexible/reduction.py": ROUNDS,
+    "kernel/flexible/numbers.py": ROUNDS,
+    "kernel/forces/reeving.py": "where a rope runs at the start: the middle of an arc, and what cannot be",
+    "kernel/forces/springs.py": "whether the matrices of a bushing can be",
+    "kernel/methods/peers.py": "methods of SciPy, which tests compare with",
+    "kernel/methods/radau.py": "its amplification on floats, which judges fixed steps",
+    "kernel/methods/rosenbrock.py": "its amplification on floats, which judges fixed steps",
+    "kernel/straight.py": "writes code",
+}
+# being replaced by the path of equilibria, with limits and statics of their own
+ELSEWHERE = {f"nodes/scene/{name}.py" for name in ("follow", "standing", "statics", "capacity", "geometry")}
+FOLDERS = ("nodes/devs", "nodes/fidelity", "nodes/models", "nodes/scene")
+
+
+def sources():
+    found = [p.relative_to(ROOT).as_posix() for folder in FOLDERS for p in sorted((ROOT / folder).rglob("*.py"))]
+    return [p for p in found if p not in ELSEWHERE]
+
+
+def used(tree):
+    """Line and name of everything whose last bit a library decides."""
+    for n in ast.walk(tree):
+        match n:
+            case ast.ImportFrom(module="math" | "cmath"):
+                yield from ((n.lineno, a.name) for a in n.names if a.name in LIBM)
+            case ast.ImportFrom(module="numpy" | "scipy"):
+                yield from ((n.lineno, a.name) for a in n.names)
+            case ast.Attribute(value=ast.Name(id="math" | "cmath"), attr=name) if name in LIBM:
+                yield n.lineno, f"math.{name}"
+            case ast.Attribute(value=ast.Name(id="np" | "numpy"), attr=name) if name not in PLAIN:
+                yield n.lineno, f"np.{name}"
+            case ast.BinOp(op=ast.MatMult()):
+                yield n.lineno, "@"
+            case ast.BinOp(op=ast.Pow(), left=left, right=right):
+                if not (isinstance(left, ast.Constant) and isinstance(right, ast.Constant)):
+                    yield n.lineno, "**"
+            case ast.Attribute(attr="dot" | "mean" | "std" | "prod" | "cumsum"):
+                yield n.lineno, n.attr
+
+
+@pytest.mark.parametrize("path", sources())
+def test_nothing_that_a_library_decides(path):
+    allowed = ALLOWED.get(path, {})
+    tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
+    found = sorted({(line, name) for line, name in used(tree) if name not in allowed})
+    found = [(line, name) for line, name in found if name not in {"NDArray"}]
+    assert found == [], f"{path}: use kernel.elementary or kernel.dense"
+
+
+@pytest.mark.parametrize("path", [p.relative_to(ROOT).as_posix() for p in sorted((ROOT / "kernel").rglob("*.py"))])
+def test_the_kernel_leaves_decisions_to_its_own_algebra(path):
+    tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
+    found = sorted({(line, name) for line, name in used(tree) if name not in {"@", "**"}})
+    found = [(line, name) for line, name in found if name.removeprefix("np.") not in ELEMENTS]
+    if path in KERNEL:
+        assert found, f"{path} needs no exception any more"
+    else:
+        assert found == [], f"{path}: use kernel.elementary or kernel.dense"
+
+
+def test_the_search_finds_what_it_looks_for():
+    text = "import math\nfrom math import cos\nx = math.hypot(1, 2) + cos(1) + y**0.5 + 2**3\n"
+    text += "z = np.linalg.solve(A, b) @ c"
+    assert sorted(used(ast.parse(text))) == [
+        (2, "cos"), (3, "**"), (3, "math.hypot"), (4, "@"), (4, "np.linalg"),
+    ]  # fmt: skip
+
+
+def test_elementary_functions_and_dense_algebra_start_without_numpy():
+    """Node processes and plans use them, and should start at once."""
+    code = (
+        "import sys; from heavylift.kernel import dense, elementary; elementary.sin(1.0); elementary.power(2.0, 0.3); "
+    )
+    code += "assert 'numpy' not in sys.modules"
+    assert run([sys.executable, "-c", code], capture_output=True, text=True, check=False).stderr == ""
