@@ -7,7 +7,7 @@ plasticity; Simo, Hughes, Computational Inelasticity, 1998, 1.4).
 
 from __future__ import annotations
 
-from math import hypot
+from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,7 +53,7 @@ def _slip(simulation: Simulation, kind: str, name: str) -> StateEvent:
     if kind == "rub":
         i, p = switches._supports[name], simulation.P[simulation.program.parameters.at["support", name]]
         way = row.place[2 * i : 2 * i + 2] - p[SupportAt.ANCHOR]
-        p[SupportAt.STICK], p[SupportAt.DIRECTION] = 0.0, way / max(hypot(*way), 1e-300)
+        p[SupportAt.STICK], p[SupportAt.DIRECTION] = 0.0, way / max(_length(way), 1e-300)
         return StateEvent(name, "slip", float(row.normal[i]))
     j, p = switches._brakes[name][0], simulation.P[simulation.program.parameters.at["brake", name]]
     p[BrakeAt.STICK], p[BrakeAt.DIRECTION] = 0.0, np.sign(row.q[j] - p[BrakeAt.ANCHOR])
@@ -99,13 +99,13 @@ class Sliding:
         for name, p in self._pads:
             if name in self._before and name in now:
                 way = now[name] - self._before[name]
-                if way @ p[SupportAt.DIRECTION] < -STILL:
+                if way[0] * p[SupportAt.DIRECTION][0] + way[1] * p[SupportAt.DIRECTION][1] < -STILL:
                     i = self._simulation.switches._supports[name]
                     held = p[SupportAt.MU] * row.normal[i] / p[SupportAt.KT] * p[SupportAt.DIRECTION]
                     p[SupportAt.STICK], p[SupportAt.ANCHOR] = 1.0, self._before[name] - held
                     events.append(StateEvent(name, "stick", float(row.normal[i])))
-                elif hypot(*way) > STILL:
-                    p[SupportAt.DIRECTION] = way / hypot(*way)
+                elif _length(way) > STILL:
+                    p[SupportAt.DIRECTION] = way / _length(way)
         for name, p in self._brakes:
             if name in self._before and name in now:
                 way = float((now[name] - self._before[name])[0])
@@ -126,3 +126,7 @@ def net(events: list[StateEvent]) -> list[StateEvent]:
         last[key] = e
         odd[key] = not odd.get(key, False) or e.what not in {*OPPOSITE, *pairs}
     return [e for key, e in last.items() if odd[key]]
+
+
+def _length(way: np.ndarray) -> float:
+    return sqrt(float(way[0] * way[0] + way[1] * way[1]))

@@ -6,11 +6,12 @@ action list, what stood before and after an action.  A subject is told once per 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from itertools import combinations, pairwise
+from math import copysign, pi, sqrt
 
 from heavylift.kernel.describe import Vector
+from heavylift.kernel.elementary import atan2
 from heavylift.nodes.limits.geometry import passes_through
 from heavylift.nodes.statics.lift import State, Step
 
@@ -106,7 +107,7 @@ def _lugs_outside(scene: schema.Scene, built: plan.Plan) -> Told:
             yield (
                 lug.name,
                 lug.where,
-                f"{told} = {math.copysign(half['uvw'.index(axis)], lug.p[depths.index(min(depths))]):g} m",
+                f"{told} = {copysign(half['uvw'.index(axis)], lug.p[depths.index(min(depths))]):g} m",
             )
 
 
@@ -172,7 +173,7 @@ def _from(origin: Vector, p: Vector) -> Vector:
 
 def _overstretched(sling: plan.Sling, beam: Vector, lug: Vector) -> str:
     """A sentence if a sling begins with more than its rated tension, else nothing."""
-    gap = math.dist(beam, lug) - sling.L0
+    gap = sqrt(sum((a - b) * (a - b) for a, b in zip(beam, lug, strict=True))) - sling.L0
     tension = sling.EA * gap / sling.L0
     if not sling.rated or tension <= sling.rated:
         return ""
@@ -225,6 +226,6 @@ def _inside(p: tuple[float, float], points: list[tuple[float, float]]) -> bool:
     """Whether p is inside the convex hull: no direction has all points on its one side."""
     if p in points:
         return True
-    angles = sorted(math.atan2(y - p[1], x - p[0]) for x, y in points)
-    gaps = [(b - a) for a, b in pairwise([*angles, angles[0] + 2 * math.pi])]
-    return max(gaps) <= math.pi + 1e-9
+    angles = sorted(atan2(y - p[1], x - p[0]) for x, y in points)
+    gaps = [(b - a) for a, b in pairwise([*angles, angles[0] + 2 * pi])]
+    return max(gaps) <= pi + 1e-9

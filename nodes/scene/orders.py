@@ -6,9 +6,10 @@ Each check sees the action, the static state in which it begins and what the pat
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
+from math import degrees, radians, sqrt
 
+from heavylift.kernel.elementary import atan2
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.models.conditions import terms
 from heavylift.nodes.models.turn import followers
@@ -25,7 +26,7 @@ REACHED = 6e-3  # [m] by which a sling may be too short: it stretches more than 
 BESIDE = 0.05  # of its length, that a hook may hang beside the lug of a sling that is too short
 SAME = 1.0 + 1e-6  # times a speed that is not faster
 FALLS = 1.0  # [m] that a block sinks at once when it is let go
-TIPS = math.radians(10.0)  # of a block that leans as it is lifted
+TIPS = radians(10.0)  # of a block that leans as it is lifted
 
 
 class Order:
@@ -120,8 +121,8 @@ def _reaches(x: Order) -> Told:
 
 def reach(sling: plan.Sling, lug: str, beam: tuple[float, ...], p: tuple[float, ...]) -> str:
     """A sentence if a sling is too short for its lug or hangs too far beside it, else nothing."""
-    gap = math.dist(beam, p) - sling.L0
-    beside = math.hypot(beam[0] - p[0], beam[1] - p[1])
+    dx, dy, dz = (a - b for a, b in zip(beam, p, strict=True))
+    gap, beside = sqrt(dx * dx + dy * dy + dz * dz) - sling.L0, sqrt(dx * dx + dy * dy)
     if gap <= REACHED:
         return ""
     if beside > BESIDE * sling.L0:
@@ -210,7 +211,7 @@ def _tips(x: Order) -> Told:
         return
     for step in x.steps:
         if not step.static.grounded and (lean := _lean(x.plan, step.static)) > TIPS:
-            told = f"the block tips by {math.degrees(lean):.0f} degrees as it is lifted"
+            told = f"the block tips by {degrees(lean):.0f} degrees as it is lifted"
             slack = sorted(name for name in step.static.hooked if step.static.tensions[name] <= 0.0)
             hint = f", and {slack[0]} goes slack" if slack else ""
             yield "block", x.action.where, f"{told}{hint}: its centre of mass is not between the lugs that carry"
@@ -221,7 +222,8 @@ def _lean(built: plan.Plan, x: StaticState) -> float:
     """Angle between the vertical and that of the block which was nearest to it at the start of the lift [rad]."""
     assert built.block is not None
     R = x.poses[built.block.name][1]
-    return math.acos(min(1.0, max(abs(R[2][i]) for i in range(3))))
+    upright = min(1.0, max(abs(R[2][i]) for i in range(3)))
+    return atan2(sqrt(1.0 - upright * upright), upright)
 
 
 def _moves(x: Order, *verbs: str) -> Iterator[actions.Move]:

@@ -128,7 +128,7 @@ def loads_of(built: plan.Plan, x: StaticState) -> dict[str, float]:
             continue
         a, b = world(x, sling.beam.body, sling.beam.p), world(x, built.block.name, lugs[lug])
         dx, dy, dz = (p - q for p, q in zip(a, b, strict=True))
-        found[sling.loader] += tension * dz / (dx * dx + dy * dy + dz * dz) ** 0.5 / built.gravity
+        found[sling.loader] += tension * dz / sqrt(dx * dx + dy * dy + dz * dz) / built.gravity
     return found
 
 
