@@ -213,7 +213,7 @@ _PLACES = (_portals, _trolleys_meet)
 
 def _block_clear(scene: schema.Scene, built: plan.Plan, step: Step) -> Told:
     """The block does not sweep through the ground while it hangs."""
-    if scene.block is None or step.state.grounded:
+    if scene.block is None or step.static.grounded:
         return
     assert built.block is not None
     p, R = step.static.poses[built.block.name]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from math import pi, sqrt
 
@@ -38,14 +39,23 @@ class State:
 
 @dataclass(frozen=True)
 class Step:
-    """A state, the action that led to it, and what the block weighs on each loader then."""
+    """A static state of a lift, the action that led to it, and its name; `told`: whether tables have a row for it."""
 
+    plan: plan.Plan
     where: str
     stage: str
-    state: State
     static: StaticState
-    told: bool  # whether tables have a row for it
-    loads: dict[str, float] | None = None  # sling load by loader [kg]; None while the block stands on its stools
+    told: bool
+
+    @cached_property
+    def state(self) -> State:
+        """Where everything stands."""
+        return lift_state(self.plan, self.static)
+
+    @cached_property
+    def loads(self) -> dict[str, float] | None:
+        """What the block weighs on each loader [kg]; None while it stands on its stools."""
+        return None if self.static.grounded else loads_of(self.plan, self.static)
 
 
 @dataclass(frozen=True)
@@ -88,8 +98,7 @@ def _step(built: plan.Plan, x: StaticState, told: bool) -> Step:
         theta = x.references["turn"]
         if abs(theta / SHOWN - round(theta / SHOWN)) < ROUND and abs(theta - built.start) > ROUND:
             stage, told = f"{stage}, {180.0 / pi * theta:.0f} deg", True
-    loads = None if x.grounded else loads_of(built, x)
-    return Step(action.where if action else "", stage, lift_state(built, x), x, told, loads)
+    return Step(built, action.where if action else "", stage, x, told)
 
 
 def lift_state(built: plan.Plan, x: StaticState) -> State:
