@@ -206,5 +206,7 @@ class Applying(Placing):
             stiffness, damping = np.reshape(self.numbers("modes", link.body.name), (2, link.n_modes))
             x, u = np.array(self.q[link.q_modes]), np.array(self.v[link.v_modes])
             self._tau[link.v_modes] = list(-stiffness * x - damping * u)
+            if link.modes:
+                self.guards.append(link.modes.smallness.guard(self.numbers("bending", link.body.name), x))
             self._heat.append(damping @ (u * u))
             self.stored.append(0.5 * (stiffness @ (x * x)))

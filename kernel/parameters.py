@@ -99,6 +99,8 @@ class Parameters:
         for link in graph.links:
             if link.modes:
                 put("modes", link.body.name, [*link.modes.stiffness, *link.modes.damping])
+            if link.modes and link.n_modes:
+                put("bending", link.body.name, link.modes.smallness.numbers)
         for d in system.drives:
             put("drive", d.name, [d.kp, d.kv])
         for s in system.springs:

@@ -92,6 +92,7 @@ class Program:
         self.guards += [(what, s.name) for s in system.stops for what in ("lower", "upper")]
         self.guards += [("brake", b.name) for b in system.brakes]
         self.guards += [("force", x.name) for x in self.forces for _ in range(x.law.guards(x.force))]
+        self.guards += [("bending", k.body.name) for k in self.graph.links if k.n_modes]
         self.guards += [("rigid", r.name) for r in system.rigid_ropes]
         self.absent: frozenset[str] = frozenset()
         self.contacts = ContactRows(system, self.graph)

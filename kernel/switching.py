@@ -33,7 +33,7 @@ def _deflection(force: Any, velocity: Any, k: float, d: float) -> Any:
 
 @dataclass(frozen=True)
 class StateEvent:
-    """A change of state: `what` is taut, slack, closed, open, stick, slip or reached, of a lock locked or freed;
+    """A change of state: `what` is taut, slack, closed, open, stick, slip, bent or reached, of a lock locked or freed;
     `value` is the law's own."""
 
     name: str

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..bending import check_bending
 from ..errors import KernelError
 from ..samples import channels, published
 from .linearise import stiffness
@@ -57,6 +58,7 @@ def equilibrium(simulation: Simulation) -> Equilibrium:
             break
         stalled = stalled + 1 if size > 0.5 * before and size < ROUNDING else 0
         if not switched and (size <= STILL or last <= NEAR or stalled >= 3):
+            check_bending(simulation)
             return Equilibrium(q, _shown(simulation, "tension"), _shown(simulation, "support/force"), steps)
         h = min(LONG, max(SHORT, h * min(10.0, max(0.2, before / size if size else 10.0))))
         before = size
@@ -92,7 +94,7 @@ def _switch(poses: Poses, q: np.ndarray) -> bool:
     any_switched = False
     for _ in range(SETTLED):
         poses.accelerations(q)
-        fallen = [i for i in np.flatnonzero(poses.guards() < 0.0) if kinds[i] != "threshold"]
+        fallen = [i for i in np.flatnonzero(poses.guards() < 0.0) if kinds[i] not in ("threshold", "bending")]
         if not fallen:
             break
         any_switched = True

@@ -23,6 +23,7 @@ from .attachment import Track
 from .beam import beam_matrices, hermite, nodes_of, rigid_directions
 from .description import Beam, Flexible
 from .numbers import rigid_motions, rounded, rounded_each
+from .small_deflections import Smallness, smallness
 
 __all__ = ["Modes", "modes_of"]
 
@@ -111,6 +112,11 @@ class Modes:
         h = beam.length / beam.elements
         e = min(int(float(station) / h), beam.elements - 1)
         return rounded(self.nodal_shortening[e] + self._product(beam, e * h, float(station)))
+
+    @cached_property
+    def smallness(self) -> Smallness:
+        """How far it may be bent."""
+        return smallness(self)
 
     @cached_property
     def nodal_shortening(self) -> np.ndarray:
