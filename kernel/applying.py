@@ -171,8 +171,14 @@ class Applying(Placing):
                 k, *blocks["x"] = self._joint(x.name, *along)
             if x.law.timed:
                 blocks["t"] = [self.numbers("clock", "")[0] + self._t[0]]
+            labels = [("force", x.name, i) for i in range(x.angles)]
+            if labels:
+                first = self.program.angles.index(labels[0])
+                blocks["c"] = self.counted[first : first + len(labels)]
             with scope(x.name):
                 out = x.function(**blocks)
+            self.turned |= dict(zip(labels, out.turned, strict=True))
+            self.turning |= dict(zip(labels, out.turning, strict=True))
             for i, body in enumerate(x.ends):
                 self._push(body, named(f"F({x.name},{i + 1})", getattr(out, f"w{i}")))
             if along:

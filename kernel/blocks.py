@@ -205,6 +205,13 @@ class Blocks:
         y: np.ndarray = self.X[self._at["y"]]
         return y
 
+    @property
+    def _angles(self) -> np.ndarray:
+        """Integrals of the angles, in place (see `angles`)."""
+        p = self.program
+        counted: np.ndarray = self.state[p.nq + p.nv + len(p.accounts) :]
+        return counted
+
     def row(self) -> SimpleNamespace:
         """The present state as a sample row."""
         return self.method.row_layout.unpack(self._raw().copy())

@@ -16,6 +16,7 @@ from .commands import Commanded
 from .contact.sets import KINDS
 from .describe import System
 from .errors import KernelError
+from .forces.law import Ended
 from .notes import Note
 from .parameters import RopeAt
 from .patience import Patience
@@ -92,7 +93,10 @@ class Eventful(Commanded):
         fallen = [i for i in fallen if self.program.guards[i][0] != "bending"]
         kinds = [self.program.guards[i][0] for i in fallen]
         together = ("rigid", *KINDS)
-        events = [self.switches.fire(i, row) for i, kind in zip(fallen, kinds, strict=True) if kind not in together]
+        try:
+            events = [self.switches.fire(i, row) for i, kind in zip(fallen, kinds, strict=True) if kind not in together]
+        except Ended as ended:
+            raise ended.at(t_ns * 1e-9) from None
         self._heat(row)
         if any(kind in together for kind in kinds):
             events += self._resolve_rows(fallen, t_ns)
@@ -119,7 +123,7 @@ class Eventful(Commanded):
         return events
 
     def _listen(self, e: StateEvent, t_ns: int) -> None:
-        """A rope that goes slack and taut too fast goes on without events, damped, and that is said; a bent beam, too."""
+        """A beam at its first limit is noted; a rope that rattles goes on without events, damped, and is noted."""
         if e.what == "bent":
             self.notes.append(bent(self, e.name, t_ns))
         if e.what != "taut" or e.name not in self._elastic or not (hertz := self._rattling.hear(e.name, t_ns)):

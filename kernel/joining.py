@@ -35,6 +35,7 @@ def labels(program: Program) -> list[Label]:
         "q": [k.body.name for k in links for _ in range(k.q.start, k.q_modes.stop)],
         "v": [k.body.name for k in sorted(links, key=lambda k: k.v.start) for _ in range(k.v.start, k.v_modes.stop)],
         "accounts": [f"{what} {name}" for what, name in program.accounts],
+        "turned": [f"{kind} {name} {i}" for kind, name, i in program.angles],
         "normal": [u.name for u in s.supports],
         "stored": program.stored,
         "shown": [x.name for x in program.forces for _ in x.law.shows(x.force)],

@@ -133,7 +133,7 @@ class Parameters:
             for (kind, name), numbers_ in contact_numbers(c, abs(weight)).items():
                 put(kind, name, numbers_)
         for h in system.thresholds:
-            put("threshold", h.name, [0.0, 0.0, 1.0, *(h.point.p if h.point else (0.0, 0.0, 0.0))])
+            put("threshold", h.name, [0.0, 1.0, *(h.point.p if h.point else (0.0, 0.0, 0.0))])
         return _side_by_side(at, np.array(values))
 
 

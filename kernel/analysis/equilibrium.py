@@ -67,6 +67,7 @@ def equilibrium(simulation: Simulation) -> Equilibrium:
         step = basis @ way
         last = float(np.abs(step).max(initial=0.0)) if h > RELAXED else np.inf
         q = poses.moved(q, step * min(1.0, LONGEST / float(np.abs(step).max(initial=LONGEST))))
+        poses.count_turns(q)
     raise _restless(poses, q)
 
 

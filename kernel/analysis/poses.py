@@ -62,6 +62,13 @@ class Poses:
             new[i : i + 4] /= np.linalg.norm(new[i : i + 4])
         return new
 
+    def count_turns(self, q: np.ndarray) -> None:
+        """Angles go on from those at pose q, which is less than half a turn from the one before."""
+        s = self.simulation
+        if n := len(s.program.angles):
+            s.X[self._at["y"]] = self._state(q)
+            self._accounts[-n:] = s.row().turned
+
     def basis(self, q: np.ndarray) -> np.ndarray:
         """(n_free, n) orthonormal motions that the loops allow at pose q; without loops all."""
         n, p = len(self.free), self.simulation.program

@@ -1,8 +1,9 @@
 """What makes a body flexible, as plain data: a straight beam, or the matrices of any finite-element model.
 
 The body's frame is the floating frame: the deformation is measured from it, and is a sum of modes.  It must stay small:
-beyond WARNED of the length a run carries a note, beyond REFUSED it ends (see `small_deflections`); tension and compression stiffen and soften beams (not bodies given by matrices).  Without NumPy,
-as all descriptions.  SI units; the mode coordinates are displacements in m (rad for torsion) where a mode is largest.
+beyond WARNED of the length a run carries a note, beyond REFUSED it ends (`small_deflections`).  Tension and compression
+stiffen and soften beams (not bodies given by matrices).  Without NumPy, as all descriptions.  SI units; the mode
+coordinates are displacements in m (rad for torsion) where a mode is largest.
 """
 
 from __future__ import annotations
