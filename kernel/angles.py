@@ -1,8 +1,8 @@
 """Angles that go on beyond half a turn: a rotation shows them within +-180 degrees, an integral says in which turn.
 
 Each has a place in the state behind the accounts, whose derivative is the angle's rate; the angle is what the rotation
-shows plus the whole turns that bring it next to that integral.  So it is exact, whatever the integral's error below half
-a turn, and it has a history that goes where the state goes: into dense output, snapshots and islands.
+shows plus the whole turns that bring it next to that integral.  So it is exact, whatever the integral's error below
+half a turn, and it has a history that goes where the state goes: into dense output, snapshots and islands.
 At the start the turns are those of the joints in between whose axes are parallel to the angle's.
 """
 

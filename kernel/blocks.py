@@ -69,7 +69,7 @@ class Blocks:
             self.method = Stepping(self.program, found, control_of(found, step, self.program))
             code: Code = Library(self.structure(), self._ir, opt, cache) if native else Oracle(self.method)
             if isinstance(found, Peer):
-                return PeerCode(code, found, self.method.layout.at, len(self.program.guards))
+                return PeerCode(code, found, self.method.layout.at, self.method.rate_sizes)
             return code
 
         self._compiled, self._options = compiled, (fused, opt, cache)

@@ -21,7 +21,7 @@ from .clearance import Clearances
 from .constraints.closures import CLOSURES
 from .constraints.constraints import Constraints
 from .contact.slots import ContactRows
-from .describe import WORLD, Brake, Drive, JointSpring, Measured, Stop, System, Threshold
+from .describe import WORLD, Brake, Drive, JointSpring, Stop, System
 from .errors import KernelError
 from .evaluation import Evaluation
 from .forces.law import Poses
@@ -88,9 +88,9 @@ class Program:
         self.accounts += [("work", x.name) for x in self.forces if x.law.works]
         self.accounts += [("work", d.name) for d in system.drives]
         self.accounts += [("work", r.name) for r in system.rigid_ropes if r.winch]
-        self.angles: list[Label] = sorted(
-            {("body", x.of, x.axis) for x in (*system.measured, *system.thresholds) if self._is_attitude(x)}
-        )
+        attitudes = {("body", m.of, m.axis) for m in system.measured if m.kind == "angle"}
+        attitudes |= {("body", h.of, h.axis) for h in system.thresholds if h.quantity == "angle"}
+        self.angles: list[Label] = sorted(attitudes)
         self.angles += [("force", x.name, i) for x in self.forces for i in range(x.angles)]
         self.ny = self.nq + self.nv + len(self.accounts) + len(self.angles)
         self.guards = [("rope", r.name) for r in system.ropes]
@@ -144,9 +144,6 @@ class Program:
         s = self.system
         flexible = tuple(k.body for k in self.graph.links if k.n_modes)
         return s.ropes, s.supports, s.springs, s.stops, s.brakes, s.forces, flexible, s.rigid_ropes, s.contacts
-
-    def _is_attitude(self, x: Measured | Threshold) -> bool:
-        return (x.kind if isinstance(x, Measured) else x.quantity) == "angle"
 
     def _check(self) -> None:
         s = self.system

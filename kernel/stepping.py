@@ -57,7 +57,8 @@ class Stepping:
         self.columns = self.row_layout.size
 
         chosen = isinstance(control, ErrorControl) and not isinstance(method, Peer)  # lengths of steps
-        extra = {"near": watched, "reach": chosen and p.contacts.bounded, "drift": chosen and rows["gap"]}
+        bounded = isinstance(control, ErrorControl) and p.contacts.bounded
+        extra = {"near": watched, "reach": bounded, "drift": chosen and rows["gap"]}
         asked = [name for name, there in extra.items() if there]
         self.rate_sizes = {"dy": p.ny, "T": n_ropes, "G": n_guards, **dict.fromkeys(asked, 1)}
 

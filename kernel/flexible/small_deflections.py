@@ -70,10 +70,11 @@ class Smallness:
 
 def smallness(modes: Modes) -> Smallness:
     """The rows (13) of a body: at equal distances along a beam, else at the nodes that a mode moves or turns most."""
+    found: list[tuple[np.ndarray | None, np.ndarray | None]] = []
     if beam := modes.flexible.beam:
         length = beam.length
         places = [length * k / PLACES for k in range(PLACES + 1)]
-        found = [(modes.at(x)[:3], modes.at(x)[3:]) for x in places]
+        found += [(modes.at(x)[:3], modes.at(x)[3:]) for x in places]
     else:
         shapes = modes.shapes.reshape(len(modes.nodes), 6, -1)
         apart = np.linalg.norm(modes.nodes[:, None] - modes.nodes[None], axis=2)
@@ -84,7 +85,7 @@ def smallness(modes: Modes) -> Smallness:
             near = [int(np.flatnonzero(row <= (1.0 + TIES) * row.min())[0]) for row in apart]
             turning = np.array([(shapes[i, :3] - shapes[j, :3]) / apart[i, j] for i, j in enumerate(near)])
         moved, turned = (sorted(_most(x)) for x in (shapes[:, :3], turning))
-        found = [(shapes[i, :3], None) for i in moved] + [(None, turning[i]) for i in turned]
+        found += [*((shapes[i, :3], None) for i in moved), *((None, turning[i]) for i in turned)]
     rows: list[np.ndarray] = []
     groups, turns = list[int](), list[bool]()
     for place in found:

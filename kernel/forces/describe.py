@@ -123,8 +123,8 @@ class Bushing(Element, frozen=True, tag=True):
     """A linear 6x6 spring and damper between the frame (a, R_a) and the frame (b, R_b): f = -K x - D x'.
 
     x = (displacement of b's origin from a's in a's axes, rotation vector of b's axes against a's): energy x^T K x / 2.
-    K and D are symmetric and not negative; the rotation stays below 175 degrees, or is of any size if the joints between
-    a and b let them turn about one axis only, on which R_a and R_b agree.
+    K and D are symmetric and not negative; the rotation stays below 175 degrees, or is of any size if the joints
+    between a and b let them turn about one axis only, on which R_a and R_b agree.
     """
 
     name: str

@@ -1,7 +1,8 @@
 """Springs and dampers between two bodies: along a line, about an axis, and in all six directions.
 
 Twists count over all their turns.  Rotations about several axes come as quaternions (w, v) proportional to (1 + tr R,
-axial vector of R), good below 180 degrees: beyond FARTHEST the law ends the run.  The moment is always the gradient of the stored energy, so that the accounts close however the bodies tumble.
+axial vector of R), good below 180 degrees: beyond FARTHEST the law ends the run.  The moment is always the gradient of
+the stored energy, so that the accounts close however the bodies tumble.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Angles go on beyond half a turn: thresholds, measured angles, torsion springs and bushings, in history and statics."""
+"""Angles go on beyond half a turn: thresholds, measured angles, torsion springs, bushings; in motion and in statics."""
 
 from dataclasses import replace
 from math import degrees, pi, radians, sin, sqrt
