@@ -229,7 +229,9 @@ class Program:
             a, b, axis = WORLD, name, np.array(AXES[i])
         else:
             force = next(x for x in self.forces if x.name == name)
-            a, b, axis = force.law.turns(force.force, self.poses_at_start)
+            if not (turns := force.law.turns(force.force, self.poses_at_start)):
+                return 0.0
+            a, b, axis = turns
         return turned_at_start(self.graph, self.poses_at_start, a, b, axis)
 
     def evaluate(self, t: Any, y: Any, P: Any, inside: Any = None, forces: bool = True) -> Evaluation:

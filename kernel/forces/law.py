@@ -77,8 +77,8 @@ class ForceLaw(ABC):
         """How many angles it counts over their turns; `answer` is then given their integrals as `counted`, too."""
         return 0
 
-    def turns(self, f: Any, poses: Poses) -> tuple[str, str, Any]:
-        """Which body turns against which at the start, and about which axis in the world, in its angles."""
+    def turns(self, f: Any, poses: Poses) -> tuple[str, str, Any] | None:
+        """Which body turns against which in its angles, and about which axis in the world, if before the start, too."""
         raise KernelError(f"{type(f).__name__.lower()} '{f.name}': its law has angles and no 'turns'; give it one")
 
     def guards(self, f: Any) -> int:
