@@ -33,7 +33,7 @@ def row_layout(program: Program) -> Layout:
     sizes |= {"loop": 6 * len(program.graph.loops)} | dict.fromkeys(
         ("pull", "slack", "span"), len(program.system.rigid_ropes)
     )
-    sizes |= {"pressing": len(program.system.contacts)}
+    sizes |= {"pressing": len(program.system.contacts), "axial": len(program.axial)}
     sizes |= dict.fromkeys(("peak", "peak_time"), len(program.system.straight_ropes))
     return Layout(sizes | {"steps": None})
 
@@ -56,4 +56,5 @@ def columns(x: Evaluation) -> list[Any]:
         potential,
         *x.loads(),
         *x.pressing,
+        *x.axial,
     ]

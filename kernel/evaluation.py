@@ -173,6 +173,18 @@ class Evaluation(Applying):
             x = self._joint(h.name, h.of, h.coordinate)[1 if h.quantity == "joint" else 2]
         return a * x + b
 
+    @property
+    def axial(self) -> list[Any]:
+        """What flexible bodies carry along themselves (see `analysis.inverse.axial_loads`)."""
+        out: list[Any] = []
+        dv = self.dy[self.program.nq : self.program.nq + self.program.nv]
+        for i, (tree, shared) in enumerate(self.program.instances):
+            if shared.axial:
+                given = self._arguments(i)
+                known = {k: given[k] for k in given if k not in ("tau", "a")}
+                out += list(shared.axial(**known, dv=dv[tree.v]).loads)
+        return out
+
     # ---- for samples -------------------------------------------------------------------------------------
 
     def poses_and_energies(self) -> tuple[list[Any], Any, Any]:

@@ -45,6 +45,7 @@ def labels(program: Program) -> list[Label]:
         "steps": [""],
         "loop": [j.name for j in program.graph.loops for _ in range(6)],
         "pressing": [c.name for c in s.contacts],
+        "axial": [program.graph.links[i].body.name for i in program.axial],
     }
     names |= {key: [r.name for r in s.ropes] for key in ("tension", "length", "length_rate", "elongation")}
     names |= {key: [u.name for u in s.supports for _ in range(2)] for key in ("place", "velocity")}

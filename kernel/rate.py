@@ -8,7 +8,7 @@ small however large the yard.
 from __future__ import annotations
 
 from copy import copy
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -221,6 +221,12 @@ class Program:
             y[k.q.start : k.q_modes.stop] = k.q0
             y[self.nq + k.v.start : self.nq + k.v.stop] = k.joint.v0 or (0.0,) * (k.v.stop - k.v.start)
         return y
+
+    @cached_property
+    def axial(self) -> list[int]:
+        """Which flexible body each number of `Evaluation.axial` belongs to."""
+        links = self.graph.links
+        return [i for i, k in enumerate(links) if k.n_modes for _ in range(3 * (2 + sum(x.parent == i for x in links)))]
 
     def turned_at_start(self, label: Label) -> float:
         """By how much joints have turned what shows an angle, about its axis, before the start [rad]."""

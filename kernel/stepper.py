@@ -10,6 +10,7 @@ from math import sqrt
 
 import numpy as np
 
+from .bending import check_compression
 from .blocks import FOREVER_NS, NEVER, ROWS, Blocks
 from .constraints.assembly import assemble, locked, lost
 from .constraints.ropes import RigidAt, resolve
@@ -91,6 +92,8 @@ class Stepper(Blocks):
         at = self.method.row_layout.at
         check_lengths(self.program, t_ns * 1e-9, row[at["length"]])
         check_sliders(self.program, t_ns * 1e-9, row[at["q"]])
+        if self.program.axial:
+            check_compression(self, row, t_ns)
         row[at["peak_time"]] += self.epoch * 1e-9
         if not self._balance.strict:
             self._check_energy(row, t_ns * 1e-9)

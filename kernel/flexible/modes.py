@@ -21,6 +21,7 @@ from scipy.linalg import eigh
 from ..errors import KernelError
 from .attachment import Track
 from .beam import beam_matrices, hermite, nodes_of, rigid_directions
+from .buckling import Column
 from .description import Beam, Flexible
 from .numbers import rigid_motions, rounded, rounded_each
 from .small_deflections import Smallness, smallness
@@ -117,6 +118,12 @@ class Modes:
     def smallness(self) -> Smallness:
         """How far it may be bent."""
         return smallness(self)
+
+    @cached_property
+    def column(self) -> Column:
+        """What its axial loads are to it."""
+        _, _, K, held = _model(self.flexible)
+        return Column(self, K, held)
 
     @cached_property
     def nodal_shortening(self) -> np.ndarray:

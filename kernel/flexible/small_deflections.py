@@ -1,11 +1,11 @@
 """Where the theory of small deflections ends: how far a flexible body is bent or twisted, as parts of what is allowed.
 
 The deformation is measured from the floating frame.  Its displacement u and its rotation theta at a place count as
-    |u| / (WARNED L)   and   |theta| / (3 WARNED),                                                                (13)
-L being the length of a beam, or the largest distance of two nodes.  A simply supported beam that sags by WARNED of its
-length turns by 3 WARNED at its ends (P L^2/(16 EI) against P L^3/(48 EI)), so that both limits say the same there.
-At WARNED the linear deflection of a cantilever is 0.3 % too large, at REFUSED 7 % (Bisshopp, Drucker 1945, Large
-deflection of cantilever beams), and frames that its end carries are turned by 4 % too little.
+    |u| / (WARNED L)   and   |theta| / (TURNED WARNED),                                                           (13)
+L being the length of a beam, or the largest distance of two nodes.  The ends of a simply supported beam that sags by
+WARNED of its length turn by 3 to TURNED times that, those of a cantilever by 1.5 to 2 times.  At WARNED the linear
+deflection of a cantilever is 0.3 % too large, at REFUSED 7 % (Bisshopp, Drucker 1945, Large deflection of cantilever
+beams), and a frame on its end is turned by too little by as much.
 """
 
 from __future__ import annotations
@@ -25,7 +25,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Smallness", "smallness", "told"]
 
+TURNED = 4.5  # rad, for each part of the length
 PLACES = 8  # parts into which a beam is divided for this
+BEFORE, NEVER = 4, -1.0  # numbers in P before the rows; a time at which nothing began
 TIES = 1e-6  # part of the largest displacement by which nodes may differ that move alike
 
 
@@ -42,8 +44,9 @@ class Smallness:
 
     @property
     def numbers(self) -> list[float]:
-        """In P: the limit that holds now, squared, and the rows."""
-        return [1.0, *self.rows.ravel().tolist()]
+        """In P: the limit that holds now, squared; whether compression has been noted, since when it would
+        be, and since when it buckles the body; the rows."""
+        return [1.0, 0.0, NEVER, NEVER, *self.rows.ravel().tolist()]
 
     def use(self, eta: Any, rows: Any) -> list[Any]:
         """Squares of (13) per group for mode coordinates eta (m,)."""
@@ -57,7 +60,7 @@ class Smallness:
     def guard(self, p: Any, eta: Any) -> Any:
         """What is left of the limit that holds now, squared."""
         largest: Any = 0.0
-        for x in self.use(eta, np.reshape(p[1:], self.rows.shape)):
+        for x in self.use(eta, np.reshape(p[BEFORE:], self.rows.shape)):
             largest = maximum(largest, x)
         return p[0] - largest
 
@@ -89,7 +92,7 @@ def smallness(modes: Modes) -> Smallness:
     rows: list[np.ndarray] = []
     groups, turns = list[int](), list[bool]()
     for place in found:
-        for part, limit, turn in zip(place, (WARNED * length, 3.0 * WARNED), (False, True), strict=True):
+        for part, limit, turn in zip(place, (WARNED * length, TURNED * WARNED), (False, True), strict=True):
             kept = [row / limit for row in rounded(part) if np.any(row)] if part is not None and limit > 0.0 else []
             if kept:
                 rows += kept
@@ -103,7 +106,7 @@ def told(body: str, joint: str, t: float, turns: bool, use: float, refused: bool
     """The sentence on a body that has come to a limit at t [s]; use: (13)."""
     size = use * WARNED
     turned, bent = (
-        f"turns by {degrees(3.0 * size):.3g} degrees within itself",
+        f"turns by {degrees(TURNED * size):.3g} degrees within itself",
         f"bends by {100.0 * size:.3g} % of its length",
     )
     where = f"body '{body}' on joint '{joint}' at {t:.3f} s: it {turned if turns else bent}"
