@@ -12,6 +12,7 @@ import numpy as np
 
 from .errors import KernelError
 from .flexible.description import REFUSED, WARNED
+from .flexible.small_deflections import NEVER, told
 from .forces.describe import Load, Wind
 from .notes import Note
 from .switching import StateEvent
@@ -72,15 +73,17 @@ def check_compression(run: Stepper, row: np.ndarray, t_ns: int, lasting: float =
         if not (link.modes and link.n_modes):
             continue
         on = [k for k in program.graph.links if k.parent == i]
-        places = [k.joint.p_PJ if k.joint.kind != "slider" else (q[k.q.start], 0.0, 0.0) for k in on]
-        *forces, a, w = whole[first : first + len(on) + 2]
-        first += len(on) + 2
+        places = np.array([k.joint.p_PJ if k.joint.kind != "slider" else (q[k.q.start], 0.0, 0.0) for k in on])
+        loads, first = whole[first : first + len(on) + 2], first + len(on) + 2
+        if link.modes.hardly_compressed(loads[:-2], *loads[-2:]):
+            run.P[program.parameters.at["bending", link.body.name]][2:4] = NEVER
+            continue
         column = link.modes.column
-        part = column.part([(np.array(X), f) for X, f in zip(places, forces, strict=True)], a, w)
+        part = column.part(loads[:-2], places.reshape(-1, 3), loads[-2], loads[-1])
         limit, t = run.P[program.parameters.at["bending", link.body.name]], t_ns * 1e-9
         near = part >= (SLENDER if column.softens else UNKNOWN)
         limit[2:4] = [
-            (was if was >= 0.0 else t) if x else -1.0 for x, was in ((near, limit[2]), (part >= 1.0, limit[3]))
+            (was if was >= 0.0 else t) if x else NEVER for x, was in ((near, limit[2]), (part >= 1.0, limit[3]))
         ]
         if not near or t - limit[2] < lasting:
             continue
@@ -127,7 +130,5 @@ def _use(run: Stepper, link: Link) -> tuple[float, bool]:
 
 
 def _told(run: Stepper, link: Link, t_ns: int, refused: bool) -> str:
-    from .flexible.small_deflections import told  # needs linear algebra, which rigid scenes do not
-
     use, turns = _use(run, link)
     return told(link.body.name, link.joint.name, t_ns * 1e-9, turns, use, refused)

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.linalg import eigh
 
-from .beam import hermite
+from .beam import BENDING_Y, BENDING_Z
+from .description import Beam
 from .numbers import rounded
 
 if TYPE_CHECKING:
@@ -40,12 +41,15 @@ class Column:
         if not self.softens:
             self.axis, sections = _line(nodes)
         self._at = np.array([float((nodes[x] @ self.axis).mean()) for x in sections])
-        slopes = _beam_slopes(modes) if self.softens else _section_slopes(nodes, sections, self._at, self.axis)
-        basis = _basis(modes, K, held, sum((w * s.T @ s for w, s in slopes), np.zeros_like(K)))
+        pieces = (
+            _elements(modes.flexible.beam) if modes.flexible.beam else _between_sections(sections, self._at, self.axis)
+        )
+        G = np.zeros_like(K)
+        for at, g in pieces:
+            G[np.ix_(at, at)] += g
+        basis = _basis(modes, K, held, G)
         root = float(self._at[0]) if self.softens else _root(modes, nodes @ self.axis)
-        products = [np.zeros((basis.shape[1],) * 2), *(w * (s @ basis).T @ (s @ basis) for w, s in slopes)]
-        if self.softens:  # several slopes in each element
-            products = [products[0], *(sum(products[1 + 3 * e : 4 + 3 * e]) for e in range(len(nodes) - 1))]
+        products = [np.zeros((basis.shape[1],) * 2), *(basis[at].T @ g @ basis[at] for at, g in pieces)]
         whole = np.cumsum(products, axis=0)
         self._whole = rounded(whole - _between(self._at, whole, root))
         along = modes.M @ np.tile([*self.axis, 0.0, 0.0, 0.0], len(nodes))
@@ -55,17 +59,17 @@ class Column:
         self._quick = float(np.abs(self._whole).sum(axis=2).max(initial=0.0))
         self._mass, self._far = float(mass.sum()), float(np.abs(self._at).max())
 
-    def part(self, forces: list[tuple[np.ndarray, np.ndarray]], a: np.ndarray, w: np.ndarray) -> float:
-        """Of the buckling load, under forces at places (3,), with the acceleration a of the frame, less gravity, and
-        its angular velocity w, all in the frame's axes; 0 for less than SLIGHT."""
-        pulls = [(float(X @ self.axis), float(f @ self.axis)) for X, f in forces]
+    def part(self, forces: np.ndarray, places: np.ndarray, a: np.ndarray, w: np.ndarray) -> float:
+        """Of the buckling load, under forces (n, 3) at places (n, 3), with the acceleration a of the frame, less
+        gravity, and its angular velocity w, all in the frame's axes; 0 for less than SLIGHT."""
+        pulls = forces @ self.axis
         pushed, spin = float(a @ self.axis), float(w @ w - (w @ self.axis) ** 2)
-        size = sum(abs(f) for _, f in pulls) + self._mass * (abs(pushed) + spin * self._far)
+        size = float(np.abs(pulls).sum()) + self._mass * (abs(pushed) + spin * self._far)
         if size * self._quick < SLIGHT:
             return 0.0
         G = spin * self._spun - pushed * self._weighed
-        for s, f in pulls:
-            G = G + f * _between(self._at, self._whole, s)
+        for s, f in zip(places @ self.axis, pulls, strict=True):
+            G = G + f * _between(self._at, self._whole, float(s))
         if _definite(G / SLIGHT):
             return 0.0
         low, high = 1.0 / MOST, 1.0 / SLIGHT
@@ -115,16 +119,16 @@ def _basis(modes: Modes, K: np.ndarray, held: list[int], G: np.ndarray) -> np.nd
     return out
 
 
-def _beam_slopes(modes: Modes) -> list[tuple[float, np.ndarray]]:
-    """Weights [m] and slopes (2, 6n) at three points of each element of a beam (exact for its cubics)."""
-    beam = modes.flexible.beam
-    assert beam is not None, "of a beam"
+def _elements(beam: Beam) -> list[tuple[list[int], np.ndarray]]:
+    """Degrees of freedom (12,) and geometric stiffness (12, 12) of a beam's elements under one newton [1/m]
+    (Przemieniecki 1968, section 15.3): integrals of products of slopes."""
     h = beam.length / beam.elements
-    points, weights = np.polynomial.legendre.leggauss(3)
-    at = [(e + 0.5 + 0.5 * x) * h for e in range(beam.elements) for x in points]
-    return [
-        (float(w) * h / 2.0, hermite(beam, x)[4:]) for x, w in zip(at, np.tile(weights, beam.elements), strict=True)
-    ]
+    own = np.array([[36.0, 3.0, -36.0, 3.0], [3.0, 4.0, -3.0, -1.0], [-36.0, -3.0, 36.0, -3.0], [3.0, -1.0, -3.0, 4.0]])
+    g = np.zeros((12, 12))
+    for at, sign in (BENDING_Z, BENDING_Y):
+        s = np.array([1.0, sign * h, 1.0, sign * h])
+        g[np.ix_(at, at)] += own * np.outer(s, s) / (30.0 * h)
+    return [(list(range(6 * e, 6 * e + 12)), g) for e in range(beam.elements)]
 
 
 def _line(nodes: np.ndarray) -> tuple[np.ndarray, list[list[int]]]:
@@ -145,17 +149,15 @@ def _line(nodes: np.ndarray) -> tuple[np.ndarray, list[list[int]]]:
     return axis, sections
 
 
-def _section_slopes(
-    nodes: np.ndarray, sections: list[list[int]], at: np.ndarray, axis: np.ndarray
-) -> list[tuple[float, np.ndarray]]:
-    """Lengths [m] and mean slopes (3, 6n) between sections."""
-    moved = np.zeros((len(sections), 3, 6 * len(nodes)))
-    across = np.eye(3) - np.outer(axis, axis)
-    for x, section in zip(moved, sections, strict=True):
-        for j in section:
-            x[:, 6 * j : 6 * j + 3] = across / len(section)
-    steps = np.diff(at)
-    return [(float(h), (b - a) / h) for h, a, b in zip(steps, moved[:-1], moved[1:], strict=True)]
+def _between_sections(
+    sections: list[list[int]], at: np.ndarray, axis: np.ndarray
+) -> list[tuple[list[int], np.ndarray]]:
+    """The same between sections, whose mean displacements lie on straight lines."""
+    across, out = np.eye(3) - np.outer(axis, axis), []
+    for a, b, h in zip(sections[:-1], sections[1:], np.diff(at), strict=True):
+        slope = np.hstack([np.tile(across, len(x)) * (sign / (len(x) * h)) for x, sign in ((a, -1.0), (b, 1.0))])
+        out.append(([6 * j + d for j in (*a, *b) for d in range(3)], float(h) * slope.T @ slope))
+    return out
 
 
 def _root(modes: Modes, along: np.ndarray) -> float:

@@ -23,7 +23,7 @@ from .numbers import rounded
 if TYPE_CHECKING:
     from .modes import Modes
 
-__all__ = ["Smallness", "smallness", "told"]
+__all__ = ["NEVER", "Smallness", "smallness", "told"]
 
 TURNED = 4.5  # rad, for each part of the length
 PLACES = 8  # parts into which a beam is divided for this

@@ -188,7 +188,8 @@ class UserLaw(Element, frozen=True, tag=True):
 class Sheave(Struct, frozen=True):
     """A sheave of a rope, fixed on a body: the rope turns positively about its axis (in the body's frame).
 
-    Sliding, the tension against the motion is larger by exp(friction * wrap) / efficiency.  A radius of 0 is a point.
+    Sliding, the tension against the motion is larger by exp(friction * wrap) / efficiency.  A radius of 0 is a point,
+    which the rope never leaves; a sheave with a radius it leaves and finds again.
     """
 
     at: Point
