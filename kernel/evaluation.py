@@ -54,6 +54,11 @@ class Evaluation(Applying):
         return self.program.contacts.reach(self.numbers, self._ends)
 
     @property
+    def window(self) -> Any:
+        """The same, for steps that it does not bound."""
+        return self.reach
+
+    @property
     def near(self) -> Any:
         """Time before which nothing of what is left out can touch [s]."""
         c, soonest = self.program.clearances, NEVER_NEAR

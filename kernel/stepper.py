@@ -86,6 +86,14 @@ class Stepper(Blocks):
             self._keep(self._samples * self._sample_ns, row)
             self._samples += 1
         self._set(row=0.0)
+        if "passing" in self._at and self["passing"] > 0.0:
+            t_ns = self.epoch + round((self["passing"] - 1.0) * 1e9)
+            self._set(passing=-1.0)
+            told = (
+                f"step {self._step:g} s at {t_ns * 1e-9:.3f} s: what moves so fast can pass through what it meets "
+                f"within a step of method '{self.method.method.name}', unseen; choose a shorter one, or leave it out"
+            )
+            self.notes.append(Note(t_ns, told))
 
     def _keep(self, t_ns: int, row: np.ndarray) -> None:
         """Take a row of the native table as a sample; raises KernelError if a rope is used up."""
