@@ -85,20 +85,23 @@ class ReevingLaw(ForceLaw):
         nodes = [_node(x, np.array(q), body) for x, q, body in zip(_all(f), given, bodies, strict=True)]
         return float(sum(Way(nodes, _turning(f), lies).lengths))
 
-    def off_its_sheaves(self, f: Reeving, poses: Poses) -> str:
+    def off_its_sheaves(self, f: Reeving, poses: Poses, shown: np.ndarray) -> str:
         """Where a rope that ran well has come to have no direction, in words; "" if it runs."""
         bodies = [_body(*poses(p.body)) for p in f.points]
         given = [np.array(_node_numbers(x)) for x in _all(f)]
         nodes = [_node(x, q, body) for x, q, body in zip(_all(f), given, bodies, strict=True)]
-        for i, (a, b) in enumerate(pairwise(nodes), 1):
+        left = {i + 1 for i, wrap in zip(_round(f), shown[3 * len(f.points) - 3 :], strict=True) if wrap == 0.0}
+        met = [i for i in range(len(nodes)) if i not in left]
+        for i, j in pairwise(met):
+            a, b = nodes[i], nodes[j]
             axis, D = b.axis if a.axis is None else a.axis, b.c - a.c
             if axis is None:
                 continue
             across = float(np.linalg.norm(D - (D @ axis) * axis))
             if across < (1.0 + MEETS) * abs(float((a.radius or 0.0) - (b.radius or 0.0))):
-                return f"part {i} comes within its sheave; keep its ends apart"
+                return f"part {j} comes within its sheave; keep its ends apart"
             if across < MEETS * float(np.linalg.norm(D)):
-                return f"part {i} runs along the axis of its sheave; turn the axis across the rope"
+                return f"part {j} runs along the axis of its sheave; turn the axis across the rope"
         return ""
 
     def _placed(self, f: Reeving, poses: Poses) -> tuple[list[list[float]], list[bool | None]]:

@@ -12,7 +12,7 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.describe import Load, Reeving, Sheave, Signal
 from scipy.optimize import brentq
 from scipy.spatial import ConvexHull
-from small_scenes import SECOND, G, X, Y, Z, column, events, hand_over, imbalance, started, times
+from small_scenes import SECOND, G, X, Y, Z, column, cube, events, hand_over, imbalance, started, times
 
 ROUNDING = 5e-9  # [s] events are rounded up to the next nanosecond, 1e-9 rad behind the wrap of zero
 EXACT = 1e-9  # relative: lengths are closed forms of the place
@@ -242,3 +242,30 @@ def test_a_sheave_that_turns_under_a_sliding_rope_winds_nothing_up(speed):
     _, q, lengths, _, _ = shown(s)
     assert lengths.sum(axis=1) == pytest.approx([length(p[:2], b, r) for p in q], rel=EXACT)
     assert q[-1, 2] == pytest.approx(2.0 * pi * speed * 2.001, abs=1e-6)
+
+
+@pytest.mark.parametrize(("seed", "ends"), [(0, ""), (3, ""), (4, ""), (5, "part 2 comes within its sheave")])
+def test_loads_flung_about_on_ropes_over_several_sheaves_lose_no_energy(seed, ends):
+    """Free loads, friction, slack and shocks, sheaves left and found; or a sentence, where an end meets a sheave."""
+    random = np.random.default_rng(seed)
+    n = int(random.integers(1, 4))
+    xs, sheaves = np.cumsum(random.uniform(1.5, 3.0, n)), list[Sheave]()
+    for x in xs:
+        at = Point("world", (float(x), 0.0, float(random.uniform(-0.5, 0.5))))
+        r, mu, efficiency = random.uniform(0.2, 0.6), random.choice([0.0, 0.1]), random.choice([1.0, 0.96])
+        sheaves.append(Sheave(at, Y, float(r), float(mu), float(efficiency)))
+    v0 = (float(random.normal() * 2.0), 0.0, float(random.uniform(0.0, 14.0)), 0.0, 0.0, 0.0)
+    float_ = Joint("float", "free", "world", "end", q0=(-3.0, 0.0, -2.0, 0.0, 0.0, 0.0, 1.0), v0=v0)
+    damping = float(random.choice([0.0, 50.0]))
+    end = Point("world", (float(xs[-1]) + 3.0, 0.0, -2.0))
+    made = Reeving("r", Point("end"), tuple(sheaves), end, 2e5, Signal(float(xs[-1]) + 7.5), damping)
+    load = Body("end", 100.0, inertia=cube(100.0, 0.5))
+    s = started(System((load,), (float_,), forces=(made,), gravity=G), **FINE | {"tolerance": 1e-9})
+    if ends:
+        with pytest.raises(KernelError, match=rf"^reeving 'r' at \d\.\d+ s: {ends}"):
+            hand_over(s, 4 * SECOND)
+    else:
+        hand_over(s, 4 * SECOND)
+    s.settle()
+    assert imbalance(s) < CLOSES
+    assert {"left", "found", "slack"} <= {what for _, what in events(s)} | ({"slack"} if ends else set())
