@@ -27,6 +27,7 @@ SHAPES = 8  # buckling modes, those of both planes
 SLIGHT = 0.02  # of the buckling load: less is not looked at
 MOST = 1e3  # of the buckling load: more is told as that
 HALVINGS = 30  # of the bracket around the part of the buckling load
+LOOSE = 1e-13  # part of the largest stiffness that is rounding
 DEPENDENT = 1e-10  # part of the largest stiffness below which a shape of the basis is none
 SAME = 1e-9  # part of the length between nodes of one section
 
@@ -107,7 +108,8 @@ def _basis(modes: Modes, K: np.ndarray, held: list[int], G: np.ndarray) -> np.nd
     loose = set(held)
     free = [d for d in range(len(K)) if d not in loose]
     K_f, shapes = K[np.ix_(free, free)], modes.shapes[free]
-    if modes.flexible.frame != "free" and np.linalg.eigvalsh(K_f)[0] > 0.0:
+    sizes = np.linalg.eigvalsh(K_f)
+    if sizes[0] > LOOSE * sizes[-1]:  # else the frame lets it move freely
         n = len(free)
         buckled = eigh(G[np.ix_(free, free)], K_f, subset_by_index=[max(0, n - SHAPES), n - 1])[1]
         shapes = np.column_stack([shapes, buckled])

@@ -6,9 +6,10 @@ from math import degrees, pi, radians, sin, sqrt
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.describe import Body, Drive, Joint, Measured, Point, System, Threshold
+from heavylift.kernel.describe import Body, Drive, Joint, Line, Measured, Point, Rope, System, Threshold
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.describe import Bushing, Load, Torsion
+from heavylift.kernel.islands import simulate
 from small_scenes import SECOND, X, Y, Z, column, cube, hand_over, imbalance, started
 
 ROUNDING = 1.01  # [ns] events are rounded up to the next nanosecond
@@ -168,3 +169,23 @@ def test_cubes_turn_alike_at_fixed_steps_however_far_one_step_turns():
     hand_over(s, SECOND)
     s.settle()
     assert s.masters_now() == pytest.approx([100.0], abs=EXACT)
+
+
+def test_turns_are_kept_where_islands_merge():
+    """A wheel that has turned one and a half times is tied to a block by a slack rope; its threshold comes at two."""
+    tie = Rope("tie", (Line(Point("wheel", (0.0, 0.5, 0.0)), Point("block")),), 1e5, 100.0, hooked=False)
+    scene = wheel(Y, v0=2.0 * pi, thresholds=(Threshold("two", "angle", of="wheel", axis=1),))
+    block = Joint("rail", "prismatic", "world", "block", (5.0, 0.0, 0.0), axis=X, v0=(0.1,))
+    scene = replace(scene, bodies=(*scene.bodies, Body("block", 1.0)), joints=(*scene.joints, block), ropes=(tie,))
+    s = simulate(scene, 1e-9, SECOND // 10, frozenset(), "dopri5", None)
+    s.start()
+    s.watch("two", 4.0 * pi, True)
+    s.settle()
+    assert len(s.parts) == 2
+    hand_over(s, 3 * SECOND // 2)
+    s.hook("tie")
+    s.settle()
+    assert len(s.parts) == 1
+    hand_over(s, 3 * SECOND)
+    (t,) = [t for t, e in s.log if e.what == "reached"]
+    assert t == pytest.approx(2 * SECOND, abs=2.0)
