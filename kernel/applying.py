@@ -171,8 +171,14 @@ class Applying(Placing):
                 k, *blocks["x"] = self._joint(x.name, *along)
             if x.law.timed:
                 blocks["t"] = [self.numbers("clock", "")[0] + self._t[0]]
+            labels = [("force", x.name, i) for i in range(x.angles)]
+            if labels:
+                first = self.program.angles.index(labels[0])
+                blocks["c"] = self.counted[first : first + len(labels)]
             with scope(x.name):
                 out = x.function(**blocks)
+            self.turned |= dict(zip(labels, out.turned, strict=True))
+            self.turning |= dict(zip(labels, out.turning, strict=True))
             for i, body in enumerate(x.ends):
                 self._push(body, named(f"F({x.name},{i + 1})", getattr(out, f"w{i}")))
             if along:
@@ -206,5 +212,7 @@ class Applying(Placing):
             stiffness, damping = np.reshape(self.numbers("modes", link.body.name), (2, link.n_modes))
             x, u = np.array(self.q[link.q_modes]), np.array(self.v[link.v_modes])
             self._tau[link.v_modes] = list(-stiffness * x - damping * u)
+            if link.modes:
+                self.guards.append(link.modes.smallness.guard(self.numbers("bending", link.body.name), x))
             self._heat.append(damping @ (u * u))
             self.stored.append(0.5 * (stiffness @ (x * x)))

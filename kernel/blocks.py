@@ -69,7 +69,7 @@ class Blocks:
             self.method = Stepping(self.program, found, control_of(found, step, self.program))
             code: Code = Library(self.structure(), self._ir, opt, cache) if native else Oracle(self.method)
             if isinstance(found, Peer):
-                return PeerCode(code, found, self.method.layout.at, len(self.program.guards))
+                return PeerCode(code, found, self.method.layout.at, self.method.rate_sizes)
             return code
 
         self._compiled, self._options = compiled, (fused, opt, cache)
@@ -204,6 +204,13 @@ class Blocks:
         """(ny,) coordinates, velocities and accounts, committed or tentative."""
         y: np.ndarray = self.X[self._at["y"]]
         return y
+
+    @property
+    def _angles(self) -> np.ndarray:
+        """Integrals of the angles, in place (see `angles`)."""
+        p = self.program
+        counted: np.ndarray = self.state[p.nq + p.nv + len(p.accounts) :]
+        return counted
 
     def row(self) -> SimpleNamespace:
         """The present state as a sample row."""

@@ -20,6 +20,7 @@ def row_layout(program: Program) -> Layout:
     """Names and sizes of the columns, in their order."""
     ropes, supports = len(program.system.ropes), len(program.system.supports)
     sizes: dict[str, int | None] = {"q": program.nq, "v": program.nv, "accounts": len(program.accounts)}
+    sizes["turned"] = len(program.angles)
     sizes |= dict.fromkeys(("tension", "length", "length_rate", "elongation"), ropes)
     sizes |= {
         "normal": supports,
@@ -32,15 +33,17 @@ def row_layout(program: Program) -> Layout:
     sizes |= {"loop": 6 * len(program.graph.loops)} | dict.fromkeys(
         ("pull", "slack", "span"), len(program.system.rigid_ropes)
     )
-    sizes |= {"pressing": len(program.system.contacts)}
+    sizes |= {"pressing": len(program.system.contacts), "axial": len(program.axial)}
     sizes |= dict.fromkeys(("peak", "peak_time"), len(program.system.straight_ropes))
     return Layout(sizes | {"steps": None})
 
 
 def columns(x: Evaluation) -> list[Any]:
     """The values of all columns but the peaks and the steps."""
+    program = x.program
     poses, kinetic, potential = x.poses_and_energies()
-    parts = (x.q, x.v, x.accounts, x.tensions, x.lengths, x.length_rates, x.elongations, x.normals)
+    turned = [x.turned[label] for label in program.angles]
+    parts = (x.q, x.v, x.accounts, turned, x.tensions, x.lengths, x.length_rates, x.elongations, x.normals)
     flat = [e for part in parts for e in part]
     return [
         *flat,
@@ -53,4 +56,5 @@ def columns(x: Evaluation) -> list[Any]:
         potential,
         *x.loads(),
         *x.pressing,
+        *x.axial,
     ]

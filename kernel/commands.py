@@ -15,7 +15,6 @@ import numpy as np
 from .constraints.ropes import RigidAt
 from .contact.sets import Act, ContactSets
 from .describe import Vector
-from .elementary import atan2
 from .errors import KernelError
 from .locking import lock_of, moving_drive
 from .parameters import PROFILE, RopeAt
@@ -183,8 +182,7 @@ class Commanded(Stepper):
             if m.kind == "joint":
                 values.append(float(row.q[self.program.graph.coordinate(m.name, m.of, m.coordinate)[0]]))
             else:
-                R = row.poses.reshape(-1, 12)[self.program.graph.number(m.of), 3:].reshape(3, 3)
-                values.append(atan2(float(R[1 if m.axis == 0 else 0, 2]), float(R[2, 2])))
+                values.append(float(row.turned[self.program.angles.index(("body", m.of, m.axis))]))
         return values
 
     def _heat(self, before: SimpleNamespace) -> None:

@@ -20,7 +20,7 @@ from .symbol import exponent, is_sym, maximum, minimum, node, power_of_two, prin
 if TYPE_CHECKING:
     from .function import Function
 
-__all__ = ["atan2", "cos", "power", "sin"]
+__all__ = ["atan2", "cos", "nearest", "power", "sin"]
 
 Pair = tuple[Any, Any]  # an unevaluated sum: a value and what its rounding left over
 
@@ -89,7 +89,8 @@ def _polynomial(c: tuple[float, ...], x: Any) -> Any:
     return y
 
 
-def _nearest(x: Any) -> Any:
+def nearest(x: Any) -> Any:
+    """The whole number nearest to x, up to 2^51; the even one of two."""
     return x + _ROUND - _ROUND
 
 
@@ -98,12 +99,12 @@ def _nearest(x: Any) -> Any:
 
 def _reduced(x: Any) -> tuple[Any, Any, Any]:
     """x - n pi/2 as a pair within +-pi/4, and n modulo 4 as -2 ... 2."""
-    n = _nearest(x * (2.0 / pi))
+    n = nearest(x * (2.0 / pi))
     r, e1 = _sum(x - n * _HALF_PI[0], -(n * _HALF_PI[1]))
     r, e2 = _sum(r, -(n * _HALF_PI[2]))
     low = (e1 + e2) - n * _HALF_PI[3]
     y = r + low
-    return y, (r - y) + low, n - 4.0 * _nearest(0.25 * n)
+    return y, (r - y) + low, n - 4.0 * nearest(0.25 * n)
 
 
 def _kernels(y: Any, low: Any) -> Pair:
@@ -187,7 +188,7 @@ def _log(x: Any) -> Pair:
 
 def _exp(y: Pair) -> Any:
     """exp of a pair, by n ln 2 + r and fdlibm's rational approximation of r."""
-    n = minimum(maximum(_nearest(y[0] * 1.44269504088896338700), -1021.0), 1022.0)
+    n = minimum(maximum(nearest(y[0] * 1.44269504088896338700), -1021.0), 1022.0)
     high, low = y[0] - n * _LN2[0], n * _LN2[1] - y[1]
     r = high - low
     z = r * r

@@ -14,7 +14,7 @@ from .applying import Applying
 from .clearance import NEVER_NEAR, pads_of
 from .constraints.rows import Rows
 from .describe import Drive, RigidRope, Threshold
-from .placing import Reference, attitude
+from .placing import Reference
 from .spatial import join
 from .symbol import maximum, minimum, sqrt
 
@@ -52,6 +52,11 @@ class Evaluation(Applying):
     def reach(self) -> Any:
         """Longest step from here in which no shape passes through another [s]."""
         return self.program.contacts.reach(self.numbers, self._ends)
+
+    @property
+    def window(self) -> Any:
+        """The same, for steps that it does not bound."""
+        return self.reach
 
     @property
     def near(self) -> Any:
@@ -106,7 +111,7 @@ class Evaluation(Applying):
             if r.winch:
                 pulls = rows and r.name in rows.tensions
                 self._work.append(-rows.tensions[r.name] * self.lengths_of[r.name][1] if rows and pulls else 0.0)
-        self.dy = join(dq, dv, self._heat, self._work)
+        self.dy = join(dq, dv, self._heat, self._work, [self.turning[label] for label in self.program.angles])
 
     def _contacts(self, rows: Rows | None) -> None:
         contacts = self.program.contacts
@@ -152,12 +157,11 @@ class Evaluation(Applying):
         self.guards += [self._threshold(h) for h in self.system.thresholds]
 
     def _threshold(self, h: Threshold) -> Any:
-        """a x + b, for angles a sin + a2 cos + b; Python sets a, a2, b when a threshold is armed."""
+        """a x + b; Python sets a and b when a threshold is armed."""
         p = self.numbers("threshold", h.name)
-        a, a2, b = p[:3]
+        a, b = p[:2]
         if h.quantity == "angle":
-            sine, cosine, _ = attitude(self._ends[self.graph.number(h.of)], h.axis)
-            return a * sine + a2 * cosine + b
+            return a * self.turned["body", h.of, h.axis] + b
         ropes = zip(self.system.ropes, self.tensions, self.lengths, strict=True)
         known = {r.name: (tension, length) for r, tension, length in ropes} | self._reeved
         told = self._held.told if self._held else {}
@@ -165,7 +169,7 @@ class Evaluation(Applying):
             known[r.name] = told.get(r.name, 0.0), (self.lengths_of.get(r.name) or self.length_of(r))[0]
         if h.quantity == "height":
             assert h.point is not None, "checked by the program"
-            x = laws.attachment(self._ends[self.graph.number(h.point.body)], p[3:6])[1][2]
+            x = laws.attachment(self._ends[self.graph.number(h.point.body)], p[2:5])[1][2]
         elif h.quantity == "tension":
             x = sum((known[r][0] for r in h.ropes), 0.0)
         elif h.quantity == "length":
@@ -173,6 +177,18 @@ class Evaluation(Applying):
         else:
             x = self._joint(h.name, h.of, h.coordinate)[1 if h.quantity == "joint" else 2]
         return a * x + b
+
+    @property
+    def axial(self) -> list[Any]:
+        """What flexible bodies carry along themselves (see `analysis.inverse.axial_loads`)."""
+        out: list[Any] = []
+        dv = self.dy[self.program.nq : self.program.nq + self.program.nv]
+        for i, (tree, shared) in enumerate(self.program.instances):
+            if shared.axial:
+                given = self._arguments(i)
+                known = {k: given[k] for k in given if k not in ("tau", "a")}
+                out += list(shared.axial(**known, dv=dv[tree.v]).loads)
+        return out
 
     # ---- for samples -------------------------------------------------------------------------------------
 

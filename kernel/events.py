@@ -11,10 +11,12 @@ from typing import Any
 
 import numpy as np
 
+from .bending import bent, pass_limit
 from .commands import Commanded
 from .contact.sets import KINDS
 from .describe import System
 from .errors import KernelError
+from .forces.law import Ended
 from .notes import Note
 from .parameters import RopeAt
 from .patience import Patience
@@ -86,13 +88,19 @@ class Eventful(Commanded):
     def _switch(self, fallen: list[int], t_ns: int) -> list[StateEvent]:
         """Switch the laws behind fallen guards in fixed order, then all rigid ropes and contacts together."""
         row = self.row()
+        limits = [self.program.guards[i][1] for i in fallen if self.program.guards[i][0] == "bending"]
+        bending = [pass_limit(self, name, t_ns) for name in limits]
+        fallen = [i for i in fallen if self.program.guards[i][0] != "bending"]
         kinds = [self.program.guards[i][0] for i in fallen]
         together = ("rigid", *KINDS)
-        events = [self.switches.fire(i, row) for i, kind in zip(fallen, kinds, strict=True) if kind not in together]
+        try:
+            events = [self.switches.fire(i, row) for i, kind in zip(fallen, kinds, strict=True) if kind not in together]
+        except Ended as ended:
+            raise ended.at(t_ns * 1e-9) from None
         self._heat(row)
         if any(kind in together for kind in kinds):
             events += self._resolve_rows(fallen, t_ns)
-        return events
+        return bending + events
 
     def fire(self) -> list[StateEvent]:
         """Integrate to the located event and switch all laws whose guards have fallen there, in fixed order."""
@@ -115,7 +123,9 @@ class Eventful(Commanded):
         return events
 
     def _listen(self, e: StateEvent, t_ns: int) -> None:
-        """A rope that goes slack and taut too fast goes on without events, damped, and that is said."""
+        """A beam at its first limit is noted; a rope that rattles goes on without events, damped, and is noted."""
+        if e.what == "bent":
+            self.notes.append(bent(self, e.name, t_ns))
         if e.what != "taut" or e.name not in self._elastic or not (hertz := self._rattling.hear(e.name, t_ns)):
             return
         p, i = self.switches.rope_numbers(e.name), self._elastic.index(e.name)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["inherit"]
 
-STATE = ("q", "v", "accounts")
+STATE = ("q", "v", "accounts", "turned")
 KINDS = ("rope", "rigid", "support", "stop", "brake", "force", "held", "slot", "threshold")  # with discrete states
 
 

@@ -37,6 +37,7 @@ def labels(program: Program) -> list[Label]:
         "q": [k.body.name for k in links for _ in range(k.q.start, k.q_modes.stop)],
         "v": [k.body.name for k in sorted(links, key=lambda k: k.v.start) for _ in range(k.v.start, k.v_modes.stop)],
         "accounts": [f"{what} {name}" for what, name in program.accounts],
+        "turned": [f"{kind} {name} {i}" for kind, name, i in program.angles],
         "normal": [u.name for u in s.supports],
         "stored": program.stored,
         "shown": [x.name for x in program.forces for _ in x.law.shows(x.force)],
@@ -46,6 +47,7 @@ def labels(program: Program) -> list[Label]:
         "steps": [""],
         "loop": [j.name for j in program.graph.loops for _ in range(6)],
         "pressing": [c.name for c in s.contacts],
+        "axial": [program.graph.links[i].body.name for i in program.axial],
     }
     names |= {key: [r.name for r in s.ropes] for key in ("tension", "length", "length_rate", "elongation")}
     names |= {key: [u.name for u in s.supports for _ in range(2)] for key in ("place", "velocity")}

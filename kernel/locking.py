@@ -105,4 +105,4 @@ def halted(x: Evaluation) -> Any:
             else:
                 account, work = ("work", drives[n]), impulse * speed
             accounts[account] = accounts[account] + work
-    return join(x.q, v, list(accounts.values()))
+    return join(x.q, v, list(accounts.values()), x.counted)

@@ -99,6 +99,8 @@ class Parameters:
         for link in graph.links:
             if link.modes:
                 put("modes", link.body.name, [*link.modes.stiffness, *link.modes.damping])
+            if link.modes and link.n_modes:
+                put("bending", link.body.name, link.modes.smallness.numbers)
         for d in system.drives:
             put("drive", d.name, [d.kp, d.kv])
         for s in system.springs:
@@ -131,7 +133,7 @@ class Parameters:
             for (kind, name), numbers_ in contact_numbers(c, abs(weight)).items():
                 put(kind, name, numbers_)
         for h in system.thresholds:
-            put("threshold", h.name, [0.0, 0.0, 1.0, *(h.point.p if h.point else (0.0, 0.0, 0.0))])
+            put("threshold", h.name, [0.0, 1.0, *(h.point.p if h.point else (0.0, 0.0, 0.0))])
         return _side_by_side(at, np.array(values))
 
 

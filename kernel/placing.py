@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from .angles import Label, on_turn
 from .describe import Measured
 from .elementary import atan2, cos, sin
 from .spatial import cross
@@ -32,7 +33,10 @@ class Placing:
         self._t = [t, inside]
         nq, nv = program.nq, program.nv
         self.q, self.v = list(y[:nq]), list(y[nq : nq + nv])
-        self.accounts = list(y[nq + nv :])
+        behind = nq + nv + len(program.accounts)
+        self.accounts, self.counted = list(y[nq + nv : behind]), list(y[behind:])
+        self.turned: dict[Label, Any] = {}  # angles over all their turns
+        self.turning: dict[Label, Any] = {}  # their rates
         self._ends: dict[int, Any] = {-1: GROUND}
         self._masters: list[tuple[Any, Any, Any, Any, Any]] = []
         self._references: dict[str, Reference] = {}
@@ -63,6 +67,7 @@ class Placing:
             if shared.ends:
                 out = shared.place(q=self.q[tree.q], v=self.v[tree.v], P=self.numbers("tree", str(i)))
                 self._ends.update({tree.first + b: getattr(out, f"b{b}") for b in shared.ends})
+        self._attitudes()
         self._masters += [self._measured(m) for m in self.system.measured]
         for d in self.system.drives:
             if d.kind != "prescribed":
@@ -74,14 +79,23 @@ class Placing:
         s = named(f"s({name})", x.x[0])
         return s, named(f"ds({name})", x.v[0]), named(f"dds({name})", x.a[0]), sin(s), cos(s)
 
+    def _attitudes(self) -> None:
+        """The angles of bodies that are measured or watched."""
+        for i, label in enumerate(self.program.angles):
+            kind, body, axis = label
+            if kind == "body":
+                sine, cosine, rate = attitude(self._ends[self.graph.number(body)], axis)
+                self.turned[label] = on_turn(atan2(sine, cosine), self.counted[i])
+                self.turning[label] = rate / (sine * sine + cosine * cosine)
+
     def _measured(self, m: Measured) -> tuple[Any, Any, Any, Any, Any]:
         if m.kind == "joint":
             _, x, u = self._joint(m.name, m.of, m.coordinate)
             return named(f"s({m.name})", x), named(f"ds({m.name})", u), 0.0, sin(x), cos(x)
-        sine, cosine, rate = attitude(self._ends[self.graph.number(m.of)], m.axis)
-        square = sine * sine + cosine * cosine
-        n = 1.0 / sqrt(square)
-        s, ds = named(f"s({m.name})", atan2(sine, cosine)), named(f"ds({m.name})", rate / square)
+        label: Label = "body", m.of, m.axis
+        sine, cosine, _ = attitude(self._ends[self.graph.number(m.of)], m.axis)
+        n = 1.0 / sqrt(sine * sine + cosine * cosine)
+        s, ds = named(f"s({m.name})", self.turned[label]), named(f"ds({m.name})", self.turning[label])
         return s, ds, 0.0, sine * n, cosine * n
 
     def _reference(self, name: str) -> Reference:

@@ -8,19 +8,20 @@ small however large the yard.
 from __future__ import annotations
 
 from copy import copy
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
 from . import laws
+from .angles import AXES, Label, turned_at_start
 from .burden import burdened
 from .checks import check_description
 from .clearance import Clearances
 from .constraints.closures import CLOSURES
 from .constraints.constraints import Constraints
 from .contact.slots import ContactRows
-from .describe import Brake, Drive, JointSpring, Stop, System
+from .describe import WORLD, Brake, Drive, JointSpring, Stop, System
 from .errors import KernelError
 from .evaluation import Evaluation
 from .forces.law import Poses
@@ -75,7 +76,8 @@ class Program:
         at_rest = frozenset(x.joint for x in system.locks if x.name in self.locked)
         self.trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"}, at_rest)
         trees = [merged(tree) for tree in self.trees] if formulation == "recursive" else self.trees
-        self.forces = shared(system.forces, self.graph, _poses_at_start(self.graph, trees), laws.BODY)
+        self.poses_at_start = _poses_at_start(self.graph, trees)
+        self.forces = shared(system.forces, self.graph, self.poses_at_start, laws.BODY)
         self.parameters = Parameters.of(system, self.graph, trees, self.forces)
         self.nq, self.nv = self.graph.nq, self.graph.nv
         names = [x.name for group in self._laws() for x in group]
@@ -86,12 +88,17 @@ class Program:
         self.accounts += [("work", x.name) for x in self.forces if x.law.works]
         self.accounts += [("work", d.name) for d in system.drives]
         self.accounts += [("work", r.name) for r in system.rigid_ropes if r.winch]
-        self.ny = self.nq + self.nv + len(self.accounts)
+        attitudes = {("body", m.of, m.axis) for m in system.measured if m.kind == "angle"}
+        attitudes |= {("body", h.of, h.axis) for h in system.thresholds if h.quantity == "angle"}
+        self.angles: list[Label] = sorted(attitudes)
+        self.angles += [("force", x.name, i) for x in self.forces for i in range(x.angles)]
+        self.ny = self.nq + self.nv + len(self.accounts) + len(self.angles)
         self.guards = [("rope", r.name) for r in system.ropes]
         self.guards += [(what, s.name) for s in system.supports for what in ("support", "rub")]
         self.guards += [(what, s.name) for s in system.stops for what in ("lower", "upper")]
         self.guards += [("brake", b.name) for b in system.brakes]
         self.guards += [("force", x.name) for x in self.forces for _ in range(x.law.guards(x.force))]
+        self.guards += [("bending", k.body.name) for k in self.graph.links if k.n_modes]
         self.guards += [("rigid", r.name) for r in system.rigid_ropes]
         self.absent: frozenset[str] = frozenset()
         self.contacts = ContactRows(system, self.graph)
@@ -214,6 +221,24 @@ class Program:
             y[k.q.start : k.q_modes.stop] = k.q0
             y[self.nq + k.v.start : self.nq + k.v.stop] = k.joint.v0 or (0.0,) * (k.v.stop - k.v.start)
         return y
+
+    @cached_property
+    def axial(self) -> list[int]:
+        """Which flexible body each number of `Evaluation.axial` belongs to."""
+        links = self.graph.links
+        return [i for i, k in enumerate(links) if k.n_modes for _ in range(3 * (2 + sum(x.parent == i for x in links)))]
+
+    def turned_at_start(self, label: Label) -> float:
+        """By how much joints have turned what shows an angle, about its axis, before the start [rad]."""
+        kind, name, i = label
+        if kind == "body":
+            a, b, axis = WORLD, name, np.array(AXES[i])
+        else:
+            force = next(x for x in self.forces if x.name == name)
+            if not (turns := force.law.turns(force.force, self.poses_at_start)):
+                return 0.0
+            a, b, axis = turns
+        return turned_at_start(self.graph, self.poses_at_start, a, b, axis)
 
     def evaluate(self, t: Any, y: Any, P: Any, inside: Any = None, forces: bool = True) -> Evaluation:
         """The scene's equations at time t [s]; `inside`: a time within the present step (see `laws.profile`)."""

@@ -36,6 +36,7 @@ class SharedTree:
     accelerate: Function
     pose: Function
     halt: Function
+    axial: Function | None
     opened: OpenTree | None
 
 
@@ -73,6 +74,7 @@ def tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, .
     nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
     dynamics = formulated(formulation)
     limbs = limbs_of(f"limb{k}", tree, ends) if formulation == "recursive" else None
+    bends = any(b.n_modes for b in tree.bodies)
     state = {"q": tree.q.stop - tree.q.start, "v": nv, "P": len(numbers(tree))}
 
     def place(q: Any, v: Any, P: Any) -> dict[str, Any]:
@@ -94,6 +96,12 @@ def tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, .
         poses = [join(K.o + K.r[i], K.R[i].ravel()) for i in range(len(t.bodies))]
         return {"poses": poses, "energy": list(energies(t, K, g[0]))}
 
+    def axial(q: Any, v: Any, dv: Any, P: Any, g: Any, **w: Any) -> dict[str, Any]:
+        from .analysis.inverse import axial_loads  # whose package needs what this one makes
+
+        W = [w.get(f"w{i}", np.zeros(6)) for i in range(len(tree.bodies))]
+        return {"loads": axial_loads(with_numbers(tree, P), q, v, dv, W, g[0])}
+
     wrenches = {f"w{i}": 6 for i in ends}
     forced = {**state, "tau": max(1, nv), "g": 1, "a": max(1, fixed), **wrenches}
     return SharedTree(
@@ -103,5 +111,6 @@ def tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, .
         Function(f"accelerate{k}", accelerate, forced),
         Function(f"pose{k}", pose, {**state, "g": 1}),
         halt_function(k, tree),
+        Function(f"axial{k}", axial, {**state, "dv": nv, "g": 1, **wrenches}) if bends else None,
         open_tree(k, tree, forced, held) if held else None,
     )

@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from .angles import starting
 from .describe import System
 from .errors import KernelError
 from .events import Eventful
@@ -74,6 +75,7 @@ class Simulation(Eventful):
         """Find the discrete states of the initial pose, take the first sample."""
         self.references.write(0)
         self._assemble()
+        self._begin_angles()
         self._set(peak_time=0.0)
         self._call("refresh")
         for i, (kind, _) in enumerate(self.program.guards):
@@ -87,6 +89,11 @@ class Simulation(Eventful):
         self._new_stretch(0)
         self._started = True
         self.settle()
+
+    def _begin_angles(self) -> None:
+        """Count angles from the turns of their joints."""
+        joints = [self.program.turned_at_start(label) for label in self.program.angles]
+        self._angles[:] = [starting(float(x), y) for x, y in zip(self.row().turned, joints, strict=True)]
 
     def _check_ropes(self) -> None:
         """Raises KernelError for a rigid rope that is hooked and too short at the start."""
@@ -229,6 +236,7 @@ class Simulation(Eventful):
         self._call("refresh")
         self._note_peaks()  # of a rope that a jump has tightened, and where no step lies between two samples
         row = self._raw().copy()
+        self._angles[:] = row[self.method.row_layout.at["turned"]]  # without the error of their integrals
         self._balance.begin(*self._energies(row))
         if self.fixed:
             self._check_step(self.epoch, row)

@@ -10,12 +10,14 @@ from math import sqrt
 
 import numpy as np
 
+from .bending import check_compression
 from .blocks import FOREVER_NS, NEVER, ROWS, Blocks
 from .constraints.assembly import assemble, locked, lost
 from .constraints.ropes import RigidAt, resolve
 from .errors import KernelError
-from .failures import check_lengths, check_sliders, too_small, undefined, unsolved
+from .failures import check_lengths, check_sliders, given_up, too_small, undefined, unsolved
 from .fastest import fastest
+from .methods.peers import PeerCode
 from .methods.stability import check_step, unresolved
 from .notes import Note
 from .peaks import climb
@@ -85,12 +87,22 @@ class Stepper(Blocks):
             self._keep(self._samples * self._sample_ns, row)
             self._samples += 1
         self._set(row=0.0)
+        if "passing" in self._at and self["passing"] > 0.0:
+            t_ns = self.epoch + round((self["passing"] - 1.0) * 1e9)
+            self._set(passing=-1.0)
+            told = (
+                f"step {self._step:g} s at {t_ns * 1e-9:.3f} s: what moves so fast can pass through what it meets "
+                f"within a step of method '{self.method.method.name}', unseen; choose a shorter one, or leave it out"
+            )
+            self.notes.append(Note(t_ns, told))
 
     def _keep(self, t_ns: int, row: np.ndarray) -> None:
         """Take a row of the native table as a sample; raises KernelError if a rope is used up."""
         at = self.method.row_layout.at
         check_lengths(self.program, t_ns * 1e-9, row[at["length"]])
         check_sliders(self.program, t_ns * 1e-9, row[at["q"]])
+        if self.program.axial:
+            check_compression(self, row, t_ns)
         row[at["peak_time"]] += self.epoch * 1e-9
         if not self._balance.strict:
             self._check_energy(row, t_ns * 1e-9)
@@ -193,7 +205,7 @@ class Stepper(Blocks):
                 self._to_start()
             else:
                 raise unsolved(self.method.method.name, self.epoch * 1e-9 + t)
-            if not np.isfinite(self.state).all():
+            if not np.isfinite(self.state).all() or self._given_up:
                 raise self._failure()
 
     def _to_start(self) -> None:
@@ -211,6 +223,11 @@ class Stepper(Blocks):
         self._set(t=0.0, t_base=base, t_out=base, dt_out=self._sample_ns * 1e-9, count=0.0, tentative=0.0)
         self.references.write(t_ns)
 
+    @property
+    def _given_up(self) -> str:
+        """Why SciPy has found no next step, if it takes them."""
+        return self._code.failed if isinstance(self._code, PeerCode) else ""
+
     def _failure(self) -> KernelError:
         """Why there is no next step."""
         p, t = self.program, self.epoch * 1e-9 + self["t"]
@@ -220,6 +237,9 @@ class Stepper(Blocks):
             self._set(forced=1.0)  # what the step would have led to
             self._call("step")
         nq, end = p.nq, p.nq + p.nv
+        if why := self._given_up:
+            mode = self._fastest()
+            return given_up(self.method.method.name, t, why, mode.told if mode else "")
         if error := undefined(p, t, self.row(), self.state[nq:end]):
             return error
         if len(p.constraints) and (error := locked(p, self._pivots, self._close(self.state.copy())[3], t)):

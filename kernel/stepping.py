@@ -45,6 +45,8 @@ class Stepping:
         ropes = dict.fromkeys(("T", "peak", "peak_time", *(POINTS if climbs else ())), n_ropes)
         watched = p.touches and not isinstance(method, Peer)
         beside = (["coarse"] if method.completes else []) + (["near"] if watched else [])
+        blind = p.contacts.bounded and not isinstance(control, ErrorControl)
+        beside += ["passing"] if blind else []
         beside += ["ta", "peaking", "searched"] if climbs else []
         scalars = dict.fromkeys([*SCALARS, *method.scalars, *beside])
         rows = dict.fromkeys(("gap", "slip", "pivot"), len(p.constraints))
@@ -58,7 +60,8 @@ class Stepping:
         self.columns = self.row_layout.size
 
         chosen = isinstance(control, ErrorControl) and not isinstance(method, Peer)  # lengths of steps
-        extra = {"near": watched, "reach": chosen and p.contacts.bounded, "drift": chosen and rows["gap"]}
+        bounded = isinstance(control, ErrorControl) and p.contacts.bounded
+        extra = {"near": watched, "reach": bounded, "window": blind, "drift": chosen and rows["gap"]}
         asked = [name for name, there in extra.items() if there]
         self.rate_sizes = {"dy": p.ny, "T": n_ropes, "G": n_guards, **dict.fromkeys(asked, 1)}
 

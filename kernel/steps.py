@@ -81,6 +81,8 @@ def step(s: SimpleNamespace, rate: Rate, method: Method, control: Control) -> No
     if hasattr(s, "top"):
         watch(s, ok)
         s.more = select(s.peaking > 0.0, 0.0, s.more)
+    if hasattr(s, "passing"):
+        s.passing = passing(s, a.r)
     going = RUNNING
     if hasattr(s, "near"):
         s.near = select(ok, a.r.near[0], s.near)
@@ -92,6 +94,13 @@ def step(s: SimpleNamespace, rate: Rate, method: Method, control: Control) -> No
 def bounded(h: Any, r: Any) -> Any:
     """Length of the next step, no longer than guards can see shapes pass through each other, where they could."""
     return minimum(h, r.reach[0]) if hasattr(r, "reach") else h
+
+
+def passing(s: SimpleNamespace, r: Any) -> Any:
+    """Local time, plus a second, from which a fixed step could let shapes pass through each other unseen; 0: none yet,
+    below: it has been noted."""
+    blind = select(s.h_max > r.window[0], s.t + 1.0, 0.0)
+    return select(abs(s.passing) > 0.0, s.passing, blind)
 
 
 def go_on(s: SimpleNamespace, status: Any) -> None:
@@ -155,6 +164,8 @@ def refresh(s: SimpleNamespace, rate: Rate, method: Method) -> None:
     """After a change of state, laws or discrete states: derivative, tensions and guards at (t, y)."""
     r = rate(s.t, inside(s), s.y)
     s.f, s.T, s.G, s.h = r.dy, r.T, r.G, bounded(s.h, r)
+    if hasattr(s, "passing"):
+        s.passing = passing(s, r)
     if hasattr(s, "near"):
         s.near = r.near[0]
     if hasattr(s, "top"):

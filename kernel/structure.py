@@ -52,6 +52,7 @@ def structure(program: Program, *method: Any) -> str:
                 for h in s.thresholds
             ],
             [(k.q.start, k.v.start) for k in p.graph.links],
+            [k.modes.smallness.groups for k in p.graph.links if k.modes and k.n_modes],
             [r.name in p.calm for r in s.ropes],
             [name in p.absent for name in laws],
         ]

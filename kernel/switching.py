@@ -15,7 +15,6 @@ import numpy as np
 
 from .constraints.ropes import RigidAt
 from .dense import norm
-from .elementary import cos, sin
 from .errors import KernelError
 from .laws import SLIP_BLEND
 from .parameters import BrakeAt, RopeAt, StopAt, SupportAt
@@ -34,7 +33,7 @@ def _deflection(force: Any, velocity: Any, k: float, d: float) -> Any:
 
 @dataclass(frozen=True)
 class StateEvent:
-    """A change of state: `what` is taut, slack, closed, open, stick, slip or reached, of a lock locked or freed;
+    """A change of state: `what` is taut, slack, closed, open, stick, slip, bent or reached, of a lock locked or freed;
     `value` is the law's own."""
 
     name: str
@@ -137,12 +136,11 @@ class Switches:
         if not isfinite(value):
             raise KernelError(f"threshold '{name}': {value} is no value to wait for; it must be a finite number")
         sign = -1.0 if rising else 1.0
-        angle = self._thresholds[name].quantity == "angle"
-        p[:3] = [sign * cos(value), -sign * sin(value), 0.0] if angle else [sign, 0.0, -sign * value]
+        p[:2] = [sign, -sign * value]
         self.watched[name] = value
 
     def unwatch(self, name: str) -> None:
-        self._threshold_numbers(name)[:3] = [0.0, 0.0, 1.0]
+        self._threshold_numbers(name)[:2] = [0.0, 1.0]
 
     def _threshold_numbers(self, name: str) -> np.ndarray:
         if name not in self._thresholds:

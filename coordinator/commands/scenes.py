@@ -84,7 +84,9 @@ def statics(scene: Scene, at: At = None, after: After = "", as_json: Json = Fals
         simulation = paused(loaded, at, after)
         found = equilibrium(simulation)
     shown = found, reactions(simulation), about(simulation).growth
-    typer.echo(json.dumps(statics_data(*shown)) if as_json else statics_text(*shown))
+    notes = [note.sentence for note in simulation.notes]
+    told = "\n".join([statics_text(*shown), *(f"note: {note}" for note in notes)])
+    typer.echo(json.dumps(statics_data(*shown) | {"notes": notes}) if as_json else told)
 
 
 @app.command()

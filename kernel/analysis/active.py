@@ -38,7 +38,7 @@ def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateE
     for _ in range(SETTLED):
         poses.accelerations(q)
         fallen = [int(i) for i in np.flatnonzero(poses.guards() < 0.0)]
-        fallen = [i for i in fallen if thresholds or guards[i][0] != "threshold"]
+        fallen = [i for i in fallen if guards[i][0] != "bending" and (thresholds or guards[i][0] != "threshold")]
         if not fallen:
             break
         others = [i for i in fallen if guards[i][0] not in RUBS]

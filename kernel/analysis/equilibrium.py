@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..bending import check_bending
 from ..errors import KernelError
 from ..samples import channels, published
 from ..switching import StateEvent
@@ -74,12 +75,14 @@ def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateEve
             break
         stalled = stalled + 1 if size > 0.5 * before and size < ROUNDING else 0
         if not switched and (size <= STILL or last <= NEAR or stalled >= 3):
+            check_bending(poses.simulation)
             return q, steps, events
         h = min(LONG, max(SHORT, h * min(10.0, max(0.2, before / size if size else 10.0))))
         before = size
         step, h = _step(poses, poses.basis(q), poses.stiffness(q, SECOND), a, h)
         last = float(np.abs(step).max(initial=0.0)) if h > RELAXED else np.inf
         q = poses.moved(q, step * min(1.0, LONGEST / float(np.abs(step).max(initial=LONGEST))))
+        poses.count_turns(q)
     raise _restless(poses, q)
 
 

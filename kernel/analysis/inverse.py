@@ -12,9 +12,10 @@ import numpy as np
 
 from ..dynamics import composites, joint_forces
 from ..kinematics import Kinematics, kinematics
+from ..spatial import cross, join
 from ..trees import Tree
 
-__all__ = ["accelerated", "inverse_dynamics"]
+__all__ = ["accelerated", "axial_loads", "inverse_dynamics"]
 
 
 def accelerated(tree: Tree, q: Any, v: Any, dv: Any, g: Any) -> Kinematics:
@@ -31,6 +32,21 @@ def accelerated(tree: Tree, q: Any, v: Any, dv: Any, g: Any) -> Kinematics:
         X.append(own if b.parent < 0 else X[b.parent] + own)
     K.A = [A + x for A, x in zip(K.A, X, strict=True)]
     return K
+
+
+def axial_loads(tree: Tree, q: Any, v: Any, dv: Any, W: list[Any], g: Any) -> Any:
+    """Of every flexible body, in its own axes: the force (3,) of each body that it carries on it [N], the acceleration
+    (3,) of its frame less gravity [m/s2], and its angular velocity (3,) [rad/s]; arguments as of `inverse_dynamics`."""
+    K = accelerated(tree, q, v, dv, g)
+    _, F = composites(tree, K, W)
+    out: list[Any] = []
+    for i, b in enumerate(tree.bodies):
+        if b.n_modes:
+            r, w, A, R = K.r[i], K.V[i][:3], K.A[i], K.R[i]
+            a = A[3:] + cross(A[:3], r) + cross(w, K.V[i][3:] + cross(w, r))
+            out += [-(R.T @ F[j][3:]) for j, child in enumerate(tree.bodies) if child.parent == i]
+            out += [R.T @ a, R.T @ w]
+    return join(*out)
 
 
 def inverse_dynamics(tree: Tree, q: Any, v: Any, dv: Any, W: list[Any], g: Any) -> tuple[Any, list[Any]]:

@@ -20,6 +20,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
+from ..bending import check_bending
 from ..errors import KernelError
 from ..notes import Note
 from ..profile import REST
@@ -42,6 +43,7 @@ WIDEST = 1.0  # [m, rad] of a corrector step; a tangent may be longer
 FIRST_NS, LONGEST_NS, SHORTEST_NS = 10**9, 600 * 10**9, 10**5  # steps of the path
 LONGEST_FALL_NS = 10**10  # of commands that go on while a scene falls from a fold
 LOCATED_NS = 1000  # an event is located to this
+UNLOCATED = (*RUBS, "bending")  # kinds of guards that are looked at where a step ends
 LONG = 100.0  # [s] of pseudo time: leaves neutral directions alone
 GROWTH = 1e-4  # [1/s2] eigenvalue of the tangent stiffness that is instability, not rounding
 NUDGE = 1e-3  # [m, rad] along the unstable mode
@@ -150,7 +152,7 @@ class EquilibriumPath:
             self._dt = min(LONGEST_NS, max(SHORTEST_NS, int(grown)))
         kinds = [kind for kind, _ in self.command.program.guards]
         fell = np.flatnonzero((self._guards(q) < 0.0) & (G0 >= 0.0))
-        if any(kinds[i] not in RUBS for i in fell):
+        if any(kinds[i] not in UNLOCATED for i in fell):
             t1, q = self._located(t0, q0, G0, t1, q)
         self._instant = self._instant + 1 if t1 - t0 <= LOCATED_NS else 0
         self._lead(t1)
@@ -332,7 +334,9 @@ class EquilibriumPath:
         return None
 
     def _keep(self, events: list[StateEvent]) -> None:
+        self._poses.count_turns(self._q)
         self._poses.accelerations(self._q)
+        check_bending(self.command)
         self.points.append(Rest(self.epoch, self._q.copy(), self.command.row(), tuple(events)))
 
     # ---- stability ----------------------------------------------------------------------------------------

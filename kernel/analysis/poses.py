@@ -127,6 +127,13 @@ class Poses:
             q[self._quaternions + i] = part / size
         return q
 
+    def count_turns(self, q: np.ndarray) -> None:
+        """Angles go on from those at pose q, which is less than half a turn from the one before."""
+        s = self.simulation
+        if n := len(s.program.angles):
+            s.X[self._at["y"]] = self._state(q)
+            self._accounts[-n:] = s.row().turned
+
     def basis(self, q: np.ndarray) -> np.ndarray | None:
         """(n_free, n) orthonormal motions that the loops allow at pose q; None without loops: all."""
         n, p = len(self.free), self.simulation.program

@@ -10,11 +10,11 @@ import numpy as np
 
 from .description import Beam
 
-__all__ = ["beam_matrices", "hermite", "nodes_of", "rigid_directions"]
+__all__ = ["BENDING_Y", "BENDING_Z", "beam_matrices", "hermite", "nodes_of", "rigid_directions"]
 
 # degrees of freedom of an element per kind of deformation, and the sign of its slopes
 _AXIAL, _TORSION = (0, 6), (3, 9)
-_BENDING_Z, _BENDING_Y = ((1, 5, 7, 11), 1.0), ((2, 4, 8, 10), -1.0)  # about z: uy' = rz, about y: uz' = -ry
+BENDING_Z, BENDING_Y = ((1, 5, 7, 11), 1.0), ((2, 4, 8, 10), -1.0)  # about z: uy' = rz, about y: uz' = -ry
 
 
 def nodes_of(beam: Beam) -> np.ndarray:
@@ -30,7 +30,7 @@ def beam_matrices(beam: Beam) -> tuple[np.ndarray, np.ndarray]:
     for line, mass, stiffness in ((_AXIAL, beam.mass_per_length, beam.EA), (_TORSION, beam.polar, beam.GJ)):
         m[np.ix_(line, line)] += mass * h / 6.0 * np.array([[2.0, 1.0], [1.0, 2.0]])
         k[np.ix_(line, line)] += stiffness / h * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    for (at, sign), EI in ((_BENDING_Z, beam.EI_z), (_BENDING_Y, beam.EI_y)):
+    for (at, sign), EI in ((BENDING_Z, beam.EI_z), (BENDING_Y, beam.EI_y)):
         s = np.array([1.0, sign * h, 1.0, sign * h])
         inertia = [[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]
         bending = [[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]]
@@ -61,7 +61,7 @@ def hermite(beam: Beam, x: float) -> np.ndarray:
     out = np.zeros((6, 6 * (beam.elements + 1)))
     for line in (_AXIAL, _TORSION):
         out[line[0], [6 * e + i for i in line]] = [1 - s, s]
-    for (at, sign), (u, r) in ((_BENDING_Z, (1, 5)), (_BENDING_Y, (2, 4))):
+    for (at, sign), (u, r) in ((BENDING_Z, (1, 5)), (BENDING_Y, (2, 4))):
         slopes = np.array([1.0, sign, 1.0, sign])
         columns = [6 * e + i for i in at]
         out[u, columns] = N * slopes

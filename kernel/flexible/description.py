@@ -1,8 +1,9 @@
 """What makes a body flexible, as plain data: a straight beam, or the matrices of any finite-element model.
 
-The body's frame is the floating frame: the deformation is measured from it, and is a sum of modes.  It must stay small,
-some 5 % of the length; tension and compression stiffen and soften beams (not bodies given by matrices).  Without NumPy,
-as all descriptions.  SI units; the mode coordinates are displacements in m (rad for torsion) where a mode is largest.
+The body's frame is the floating frame: the deformation is measured from it, and is a sum of modes.  It must stay small:
+beyond WARNED of the length a run carries a note, beyond REFUSED it ends (`small_deflections`).  Tension and compression
+stiffen and soften beams (not bodies given by matrices).  Without NumPy, as all descriptions.  SI units; the mode
+coordinates are displacements in m (rad for torsion) where a mode is largest.
 """
 
 from __future__ import annotations
@@ -10,7 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["Beam", "Flexible", "Nodal"]
+__all__ = ["REFUSED", "WARNED", "Beam", "Flexible", "Nodal"]
+
+WARNED, REFUSED = 0.05, 0.25  # deflections, parts of the length
 
 Vector = tuple[float, float, float]
 

@@ -21,13 +21,16 @@ from scipy.linalg import eigh
 from ..errors import KernelError
 from .attachment import Track
 from .beam import beam_matrices, hermite, nodes_of, rigid_directions
+from .buckling import Column
 from .description import Beam, Flexible
 from .numbers import rigid_motions, rounded, rounded_each
+from .small_deflections import Smallness, smallness
 
 __all__ = ["Modes", "modes_of"]
 
 DEPENDENT = 1e-8  # what is left of a shape that is a sum of the others
 SMOOTH, NOT_SMOOTH = 1e-6, 1e-2  # errors of polynomials along a beam, sought and refused; shapes are 1 at most
+HARDLY = 0.005  # of a mode's stiffness: so small a part of the buckling load is not looked at
 NODE = 1e-6  # [m] how far an attached point may be off its node by rounding
 
 
@@ -111,6 +114,31 @@ class Modes:
         h = beam.length / beam.elements
         e = min(int(float(station) / h), beam.elements - 1)
         return rounded(self.nodal_shortening[e] + self._product(beam, e * h, float(station)))
+
+    @cached_property
+    def smallness(self) -> Smallness:
+        """How far it may be bent."""
+        return smallness(self)
+
+    def hardly_compressed(self, forces: np.ndarray, a: np.ndarray, w: np.ndarray) -> bool:
+        """Whether that is seen without `column`, which costs some linear algebra; arguments as of `Column.part`."""
+        beam = self.flexible.beam
+        if beam is None:
+            return False
+        size = np.abs(forces[:, 0]).sum() + beam.mass_per_length * beam.length * (abs(a[0]) + beam.length * (w @ w))
+        return bool(size * self._softness < HARDLY)
+
+    @cached_property
+    def _softness(self) -> float:
+        """What a newton along it takes of the stiffness of a mode at most [1/N]."""
+        own = np.einsum("nkk->nk", self.nodal_shortening)
+        return float((np.abs(own).max(axis=0) / self.stiffness).max())
+
+    @cached_property
+    def column(self) -> Column:
+        """What its axial loads are to it."""
+        _, _, K, held = _model(self.flexible)
+        return Column(self, K, held)
 
     @cached_property
     def nodal_shortening(self) -> np.ndarray:

@@ -101,8 +101,9 @@ class Spring(Element, frozen=True, tag=True):
 class Torsion(Element, frozen=True, tag=True):
     """A torsional spring and damper between two bodies: moment = k (rest - angle) - d angle'.
 
-    The angle is the twist of body b about `axis` (a unit vector in a's frame) against a, within +-180 degrees: of the
-    relative rotation, the part about that axis (swing-twist decomposition).
+    The angle is the twist of body b about `axis` (a unit vector in a's frame) against a, over any number of turns: of
+    the relative rotation, the part about that axis (swing-twist decomposition).  The axis stays below 175 degrees from
+    where it was.
     """
 
     name: str
@@ -122,7 +123,8 @@ class Bushing(Element, frozen=True, tag=True):
     """A linear 6x6 spring and damper between the frame (a, R_a) and the frame (b, R_b): f = -K x - D x'.
 
     x = (displacement of b's origin from a's in a's axes, rotation vector of b's axes against a's): energy x^T K x / 2.
-    K and D are symmetric and not negative; the rotation stays below 180 degrees.
+    K and D are symmetric and not negative; the rotation stays below 175 degrees, or is of any size if the joints
+    between a and b let them turn about one axis only, on which R_a and R_b agree.
     """
 
     name: str
@@ -186,7 +188,8 @@ class UserLaw(Element, frozen=True, tag=True):
 class Sheave(Struct, frozen=True):
     """A sheave of a rope, fixed on a body: the rope turns positively about its axis (in the body's frame).
 
-    Sliding, the tension against the motion is larger by exp(friction * wrap) / efficiency.  A radius of 0 is a point.
+    Sliding, the tension against the motion is larger by exp(friction * wrap) / efficiency.  A radius of 0 is a point,
+    which the rope never leaves; a sheave with a radius it leaves and finds again.
     """
 
     at: Point

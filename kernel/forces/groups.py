@@ -12,7 +12,7 @@ from typing import Any
 from ..elementary import power
 from ..symbol import minimum, named, select
 from .describe import Sheave
-from .sheaves import Node, Part, turn
+from .sheaves import Way
 
 __all__ = ["BITE", "FREE", "Groups", "slip_ratio"]
 
@@ -25,11 +25,11 @@ class Groups:
     """Strains, their rates and unstretched lengths of the parts, flows over the sheaves, in the present modes."""
 
     def __init__(
-        self, made: list[Part], kept: list[Any], dL: Any, rubs: list[bool], modes: Any, ratios: list[tuple[Any, Any]]
+        self, way: Way, kept: list[Any], dL: Any, rubs: list[bool], modes: Any, ratios: list[tuple[Any, Any]]
     ) -> None:
         self._rubs, self._modes, self._ratios = rubs, modes, ratios
         self._sums = 0  # for their names in print
-        n = len(made)
+        n = len(way.lengths)
         r, dr = [1.0], [0.0]
         for i, (ratio, rate) in enumerate(ratios):
             along = modes[i] > 0.0
@@ -39,7 +39,7 @@ class Groups:
             dg = select(free, 0.0, select(along, rate, -rate * inverse * inverse)) if rubs[i] else 0.0
             r.append(named(f"ratio{i + 2}", self._joined(i, r[i] * g, 1.0)))
             dr.append(named(f"dratio{i + 2}", self._joined(i, dr[i] * g + r[i] * dg, 0.0)))
-        l, dl = [x.length for x in made], [x.rate for x in made]
+        l, dl = way.lengths, way.rates
         N = self._total(kept)
         whole = self._total(l)
         s = [(a / b - 1.0) * a / c for a, b, c in zip(whole, N, self._total(_times(r, l)), strict=True)]
@@ -103,11 +103,13 @@ def _times(*columns: list[Any]) -> list[Any]:
     return out
 
 
-def slip_ratio(s: Sheave, node: Node, before: Part, after: Part, q: Any, turning: bool) -> tuple[Any, Any]:
-    """Ratio of the tensions of a sheave that slips, and its rate."""
+def slip_ratio(s: Sheave, q: Any, wrap: tuple[Any, Any] | None) -> tuple[Any, Any]:
+    """Ratio of the tensions of a sheave that slips, and its rate; wrap: of the rope on it [rad], with its rate."""
     ratio, rate = (q[11], 0.0) if s.efficiency < 1.0 else (1.0, 0.0)
-    if s.friction > 0.0:
-        wrap = turn(node, after.plane) - turn(node, before.plane)
-        ratio = ratio * power(E, q[10] * wrap)
-        rate = ratio * q[10] * (node.axis @ (after.turning - before.turning))
+    if wrap and s.friction > 0.0:
+        angle, turning = wrap
+        if not s.radius:  # a point turns the rope either way
+            angle, turning = abs(angle), select(angle > 0.0, turning, -turning)
+        ratio = ratio * power(E, q[10] * angle)
+        rate = ratio * q[10] * turning
     return ratio, rate

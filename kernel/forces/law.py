@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,7 +18,10 @@ from ..errors import KernelError
 from ..spatial import cross, join
 from .describe import Signal
 
-__all__ = ["Answer", "ForceLaw", "Poses", "Shown", "wrench"]
+if TYPE_CHECKING:
+    from ..graph import Graph
+
+__all__ = ["Answer", "Ended", "ForceLaw", "Poses", "Shown", "wrench"]
 
 Poses = Callable[[str], tuple[Any, Any]]  # body -> R_WB (3, 3), p_WB (3,) at the start
 Shown = tuple[str, str, str]  # topic, name, unit of a recorded quantity
@@ -35,6 +38,8 @@ class Answer:
     stored: Any = 0.0  # [J]
     guards: list[Any] = field(default_factory=list)
     shown: list[Any] = field(default_factory=list)
+    turned: list[Any] = field(default_factory=list)  # its angles, with their rates (see `kernel.angles`)
+    turning: list[Any] = field(default_factory=list)
 
 
 class ForceLaw(ABC):
@@ -46,6 +51,10 @@ class ForceLaw(ABC):
     def check(self, f: Any) -> None:
         """Raises KernelError for a description that cannot be."""
         return  # of most kinds, all can
+
+    def between(self, f: Any, graph: Graph, poses: Poses) -> ForceLaw:
+        """The law for a force between bodies whose joints are known."""
+        return self
 
     def signal(self, f: Any) -> Signal | None:
         """What commands or histories change."""
@@ -64,6 +73,14 @@ class ForceLaw(ABC):
         """The law, of its numbers p, its ends' bodies (21,) (see `laws.attachment`), signal (value, rate), joint
         (q, v), time t [s] of the run if it is timed; from f it may take what `shape` tells."""
 
+    def angles(self, f: Any) -> int:
+        """How many angles it counts over their turns; `answer` is then given their integrals as `counted`, too."""
+        return 0
+
+    def turns(self, f: Any, poses: Poses) -> tuple[str, str, Any] | None:
+        """Which body turns against which in its angles, and about which axis in the world, if before the start, too."""
+        raise KernelError(f"{type(f).__name__.lower()} '{f.name}': its law has angles and no 'turns'; give it one")
+
     def guards(self, f: Any) -> int:
         """How many guards it has."""
         return 0
@@ -80,6 +97,18 @@ class ForceLaw(ABC):
         """Raises KernelError about a field."""
         if not good:
             raise KernelError(f"{type(f).__name__.lower()} '{f.name}': {field_} {told}")
+
+
+class Ended(KernelError):
+    """A law that has come to where it means nothing: who, and why; the time is added by the simulation."""
+
+    def __init__(self, who: str, why: str) -> None:
+        super().__init__(f"{who}: {why}")
+        self.who, self.why = who, why
+
+    def at(self, t: float) -> KernelError:
+        """The sentence with its time [s]."""
+        return KernelError(f"{self.who} at {t:.3f} s: {self.why}")
 
 
 def wrench(x: Any, force: Any, moment: Any = None) -> Any:

@@ -7,7 +7,9 @@ unstretched length of the group (Newton's method, exact to round-off).  T_j = EA
 group, which for a rope without friction is `Rope`'s EA e/L0 + damping e' with c = damping L0.
 Discrete states, frozen in a step: a sheave slips when the ratio passes rho (1 + BITE) and sticks when the flow of rope
 over it falls through zero; a part whose damping would make it push is limp; slack rope slides freely, its parts are one
-group of equal strain.  Heat of a sheave is (T_out - T_in) times the flow, with the strain energy that is carried over.
+group of equal strain.  A sheave with a radius is left when its wrap falls to zero, and found when the straight part
+comes back to it (`sheaves`); left, it joins its parts without friction.  Heat of a sheave is (T_out - T_in) times the
+flow, with the strain energy that is carried over.
 """
 
 from __future__ import annotations
@@ -22,12 +24,13 @@ from ..laws import attachment
 from ..symbol import maximum, minimum, select
 from .describe import Reeving, Sheave, Signal
 from .groups import FREE, Groups, slip_ratio
-from .law import Answer, ForceLaw, Poses, Shown, wrench
-from .sheaves import Node, Part, parts
+from .law import Answer, Ended, ForceLaw, Poses, Shown, wrench
+from .sheaves import Node, Part, Way
 
 __all__ = ["ReevingLaw"]
 
 MOST_WRAP = 1.5 * pi  # a larger one means that the axis points the wrong way
+BESIDE = pi / 4.0  # a negative wrap of a sheave that the rope does not touch yet; more means the same as MOST_WRAP
 TAUT = 2  # place of the state in P, behind EA and c
 NODE = 12  # numbers of a node: centre, axis, dividing direction, radius, friction, 1/efficiency
 PARALLEL = 0.99  # cosine between the axes of neighbouring sheaves
@@ -38,7 +41,7 @@ UNIT = 1e-6  # how far an axis may be off by rounding
 
 class ReevingLaw(ForceLaw):
     """P: EA, c, taut; per sheave its mode (-1, 0, +1: flow against, none, along the rope; FREE); per part but the first
-    its N; per part whether it is limp; the nodes."""
+    its N; per part whether it is limp; per sheave whether the rope lies on it; the nodes."""
 
     works = True
 
@@ -61,47 +64,66 @@ class ReevingLaw(ForceLaw):
 
     def numbers(self, f: Reeving, poses: Poses) -> list[float]:
         n = len(f.sheaves)
-        given = self._placed(f, poses)
+        given, lies = self._placed(f, poses)
         lengths = [0.0] * n  # of a rope that sticks; set when it comes taut
         limp = [0.0] * (n + 1)
-        return [f.EA, f.damping * f.signal.value, 0.0, *[FREE] * n, *lengths, *limp, *(x for q in given for x in q)]
+        on = [float(x is not False) for x in lies[1:-1]]
+        return [
+            f.EA,
+            f.damping * f.signal.value,
+            0.0,
+            *[FREE] * n,
+            *lengths,
+            *limp,
+            *on,
+            *(x for q in given for x in q),
+        ]
 
     def start_length(self, f: Reeving, poses: Poses) -> float:
         """Its length in the initial pose [m]; raises KernelError where it cannot run so."""
-        given, bodies = self._placed(f, poses), [_body(*poses(p.body)) for p in f.points]
+        (given, lies), bodies = self._placed(f, poses), [_body(*poses(p.body)) for p in f.points]
         nodes = [_node(x, np.array(q), body) for x, q, body in zip(_all(f), given, bodies, strict=True)]
-        return float(sum(x.length for x in parts(nodes, _turning(f))))
+        return float(sum(Way(nodes, _turning(f), lies).lengths))
 
-    def off_its_sheaves(self, f: Reeving, poses: Poses) -> str:
+    def off_its_sheaves(self, f: Reeving, poses: Poses, shown: np.ndarray) -> str:
         """Where a rope that ran well has come to have no direction, in words; "" if it runs."""
         bodies = [_body(*poses(p.body)) for p in f.points]
         given = [np.array(_node_numbers(x)) for x in _all(f)]
         nodes = [_node(x, q, body) for x, q, body in zip(_all(f), given, bodies, strict=True)]
-        for i, (a, b) in enumerate(pairwise(nodes), 1):
+        left = {i + 1 for i, wrap in zip(_round(f), shown[3 * len(f.points) - 3 :], strict=True) if wrap == 0.0}
+        met = [i for i in range(len(nodes)) if i not in left]
+        for i, j in pairwise(met):
+            a, b = nodes[i], nodes[j]
             axis, D = b.axis if a.axis is None else a.axis, b.c - a.c
             if axis is None:
                 continue
             across = float(np.linalg.norm(D - (D @ axis) * axis))
             if across < (1.0 + MEETS) * abs(float((a.radius or 0.0) - (b.radius or 0.0))):
-                return f"part {i} comes within its sheave; keep its ends apart"
+                return f"part {j} comes within its sheave; keep its ends apart"
             if across < MEETS * float(np.linalg.norm(D)):
-                return f"part {i} runs along the axis of its sheave; turn the axis across the rope"
+                return f"part {j} runs along the axis of its sheave; turn the axis across the rope"
         return ""
 
-    def _placed(self, f: Reeving, poses: Poses) -> list[list[float]]:
-        """The numbers of the nodes, arcs divided in the middle."""
+    def _placed(self, f: Reeving, poses: Poses) -> tuple[list[list[float]], list[bool | None]]:
+        """The numbers of the nodes, arcs divided in the middle, and whether the rope lies on each (None: it stays)."""
         given = [_node_numbers(x) for x in _all(f)]
         bodies = [_body(*poses(p.body)) for p in f.points]
         nodes = [_node(x, np.array(q), body) for x, q, body in zip(_all(f), given, bodies, strict=True)]
         self._check_places(f, nodes)
-        made = parts(nodes, _turning(f))
-        for i, turning in enumerate(_turning(f)):
-            if turning:
-                here, wrap = _divide(nodes[i], made[i - 1], made[i])
-                told = f"is wrapped by {np.degrees(wrap):.0f} degrees; turn its axis round"
-                self.demand(f, f"sheave {i}", wrap <= MOST_WRAP, told)
-                given[i][6:9] = (bodies[i][:9].reshape(3, 3).T @ here).tolist()
-        return given
+        lies: list[bool | None] = [None, *(True if s.radius > 0.0 else None for s in f.sheaves), None]
+        turning = _turning(f)
+        while True:
+            made = Way(nodes, turning, lies).parts
+            arcs = {i: _divide(nodes[i], made[i - 1], made[i]) for i, turns in enumerate(turning) if turns}
+            beside = {2.0 * pi - wrap: i for i, (_, wrap) in arcs.items() if lies[i] and wrap > 2.0 * pi - BESIDE}
+            if not beside:
+                break
+            lies[beside[max(beside)]] = False  # the farthest one first
+        for i, (here, wrap) in arcs.items():
+            told = f"is wrapped by {np.degrees(wrap):.0f} degrees; turn its axis round"
+            self.demand(f, f"sheave {i}", wrap <= MOST_WRAP or lies[i] is False, told)
+            given[i][6:9] = (bodies[i][:9].reshape(3, 3).T @ here).tolist()
+        return given, lies
 
     def _check_places(self, f: Reeving, nodes: list[Node]) -> None:
         for i, (a, b) in enumerate(pairwise(nodes), 1):
@@ -117,20 +139,23 @@ class ReevingLaw(ForceLaw):
                     f, f"part {i}", abs(float(a.axis @ b.axis)) > PARALLEL, "joins sheaves whose axes are not parallel"
                 )
 
-    def answer(self, f: Reeving, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+    def answer(
+        self, f: Reeving, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any, counted: Any = None
+    ) -> Answer:
         n = len(f.sheaves)
         EA, c, on = p[0], p[1], p[TAUT] > 0.0
-        modes, own, limp, first = p[3 : 3 + n], p[3 + n : 3 + 2 * n], p[3 + 2 * n : 4 + 3 * n], 4 + 3 * n
+        modes, own, limp, lies = p[3 : 3 + n], p[3 + n : 3 + 2 * n], p[3 + 2 * n : 4 + 3 * n], p[4 + 3 * n : 4 + 4 * n]
+        first = 4 + 4 * n
         kept = [signal[0] - sum(own, 0.0), *own]
         given = [p[first + NODE * i : first + NODE * (i + 1)] for i in range(n + 2)]
         told = zip(_all(f), given, ends, strict=True)
         nodes = [_node(x, q, body, f"a{i}") for i, (x, q, body) in enumerate(told, 1)]
-        turning = _turning(f)
-        made = parts(nodes, turning)
-        ratios = [
-            slip_ratio(s, nodes[i], made[i - 1], made[i], given[i], turning[i]) for i, s in enumerate(f.sheaves, 1)
-        ]
-        rope = Groups(made, kept, signal[1], _rubs(f), modes, ratios)
+        leaves = [s.radius > 0.0 for s in f.sheaves]
+        there = [lies[i] > 0.0 if x else None for i, x in enumerate(leaves)]
+        way = Way(nodes, _turning(f), [None, *there, None], counted)
+        made = way.parts
+        ratios = [slip_ratio(s, given[i], way.wraps.get(i)) for i, s in enumerate(f.sheaves, 1)]
+        rope = Groups(way, kept, signal[1], _rubs(f), modes, ratios)
         s, ds, N = rope.strains, rope.rates, rope.unstretched
         trial = [EA * x + c * rate for x, rate in zip(s, rope.mean_rates(), strict=True)]
         pulls = [select(on, select(x > 0.0, 0.0, 1.0), 0.0) > 0.0 for x in limp]
@@ -138,37 +163,63 @@ class ReevingLaw(ForceLaw):
         wrenches = [wrench(part.arms[0], k * part.u) for part, k in zip(made, T, strict=True)]
         back = [-wrench(part.arms[1], k * part.u) for part, k in zip(made, T, strict=True)]
         inner = [a + b for a, b in zip(wrenches[1:], back[:-1], strict=True)]
+        inner = [x if on_ is None else _only(on_, x) for x, on_ in zip(inner, there, strict=True)]
         carried = [k * (1.0 + x) - 0.5 * EA * x * x for k, x in zip(T, s, strict=True)]
         rubbed = [flow * (b - a) for flow, (a, b) in zip(rope.flows, pairwise(carried), strict=True)]
         damped = [(k - EA * x) * m * dx for k, x, m, dx in zip(T, s, N, ds, strict=True)]
         least = s[0]
         for x in s[1:]:
             least = minimum(least, x)
-        excess = sum(x.length for x in made) - signal[0]
-        grips = [select(on, g, 1.0) for g in rope.grips()]
+        excess = sum(way.lengths) - signal[0]
+        rubbing = [there[i] for i, rubs in enumerate(_rubs(f)) if rubs]
+        held = [select(on, g, 1.0) for g in rope.grips()]
+        grips = [g if on_ is None else select(on_, g, 1.0) for g, on_ in zip(held, rubbing, strict=True)]
         eased = [select(on, select(x > 0.0, -k, k), 1.0) for x, k in zip(limp, trial, strict=True)]
         return Answer(
             [wrenches[0], *inner, back[-1]],
             heat=select(on, sum(rubbed) + sum(damped), 0.0),
             work=select(on, -carried[0] * signal[1], 0.0),
             stored=select(on, sum(0.5 * EA * x * x * m for x, m in zip(s, N, strict=True)), 0.0),
-            guards=[select(on, least, -excess), *grips, *eased],
-            shown=[*T, *(x.length for x in made), *N],
+            guards=[select(on, least, -excess), *grips, *eased, *(g for pair in way.watches() for g in pair)],
+            shown=[
+                *T,
+                *way.lengths,
+                *N,
+                *(select(there[i], way.wraps[i + 1][0], 0.0) for i, x in enumerate(leaves) if x),
+            ],
+            turned=way.turned,
+            turning=way.turning,
         )
 
+    def angles(self, f: Reeving) -> int:
+        return 2 * sum(_turning(f))
+
+    def turns(self, f: Reeving, poses: Poses) -> None:
+        return None  # arcs are divided where the rope lies at the start
+
     def guards(self, f: Reeving) -> int:
-        return 1 + sum(_rubs(f)) + len(f.sheaves) + 1
+        return 1 + sum(_rubs(f)) + len(f.sheaves) + 1 + 2 * len(_round(f))
 
     def switch(self, f: Reeving, p: np.ndarray, guard: int, shown: np.ndarray) -> tuple[str, float]:
         n = len(f.sheaves)
-        _, lengths, kept = np.split(shown, 3)
-        modes, own, limp = p[3 : 3 + n], p[3 + n : 3 + 2 * n], p[3 + 2 * n : 4 + 3 * n]
+        _, lengths, kept, _ = np.split(shown, [n + 1, 2 * n + 2, 3 * n + 3])
+        modes, own, limp, lies = np.split(p[3 : 4 + 4 * n], [n, 2 * n, 3 * n + 1])
         rubbing = [i for i, rubs in enumerate(_rubs(f)) if rubs]
         if guard == 0:
             p[TAUT] = 1.0 - p[TAUT]
             own[:] = (lengths * (kept.sum() / lengths.sum()))[1:]  # slack rope has slid until it was even
             modes[:], limp[:] = 0.0 if p[TAUT] else FREE, 0.0
+            modes[lies == 0.0] = FREE
             return "taut" if p[TAUT] else "slack", float(lengths.sum() - kept.sum())
+        if (other := guard - len(rubbing) - n - 2) >= 0:
+            i = _round(f)[other // 2]
+            if other % 2:
+                why = f"meets sheave {i + 1} from its other side, where it cannot turn; keep its ends apart"
+                raise Ended(f"reeving '{f.name}'", why)
+            lies[i] = 1.0 - lies[i]
+            own[:], limp[i : i + 2] = kept[1:], 0.0
+            modes[i] = 0.0 if lies[i] and p[TAUT] else FREE
+            return "found" if lies[i] else "left", float(i + 1)
         if guard > len(rubbing):
             part = guard - len(rubbing) - 1
             limp[part] = 1.0 - limp[part] if p[TAUT] else 0.0
@@ -184,11 +235,22 @@ class ReevingLaw(ForceLaw):
     def shows(self, f: Reeving) -> list[Shown]:
         names = [f"{f.name}.{i + 1}" for i in range(len(f.sheaves) + 1)]
         topics = (("reeving/tension", "N"), ("reeving/length", "m"), ("reeving/unstretched", "m"))
-        return [(topic, name, unit) for topic, unit in topics for name in names]
+        wraps = [("reeving/wrap", f"{f.name}.{i + 1}", "rad") for i in _round(f)]
+        return [(topic, name, unit) for topic, unit in topics for name in names] + wraps
 
 
 def _rubs(f: Reeving) -> list[bool]:
     return [s.friction > 0.0 or s.efficiency < 1.0 for s in f.sheaves]
+
+
+def _round(f: Reeving) -> list[int]:
+    """Sheaves that the rope can leave."""
+    return [i for i, s in enumerate(f.sheaves) if s.radius > 0.0]
+
+
+def _only(on: Any, x: Any) -> Any:
+    """x where `on`, else zeros."""
+    return np.array([select(on, e, 0.0) for e in x])
 
 
 def _turning(f: Reeving) -> list[bool]:

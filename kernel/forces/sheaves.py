@@ -8,20 +8,28 @@ the rope turns the other way (a crossed belt).
 
 The arc is divided at a direction that is fixed on the sheave's body, so that the length of each part has the rate
 u . (v_B - v_A) of the material tangent points, which tensions of any ratio do work on.
+
+A sheave that the rope has left lies beside the straight part between the ones before and behind it; its two parts are
+then pieces of that one, divided at its foot, so that their lengths go on when the rope leaves and when it comes back.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from ..angles import on_turn
 from ..elementary import atan2
 from ..spatial import cross
-from ..symbol import sqrt
+from ..symbol import maximum, minimum, select, sqrt
 
-__all__ = ["Node", "Part", "parts", "turn"]
+__all__ = ["Node", "Part", "Way", "turn"]
+
+TINY = 1e-300  # [m2] keeps a root from zero
+NEAR = 1e-9  # rad, and part of a radius: what lies between leaving a sheave and finding it
 
 
 @dataclass(frozen=True)
@@ -40,19 +48,103 @@ class Node:
 
 @dataclass(frozen=True)
 class Part:
-    """A straight part with its arcs: length [m], its rate, direction u, arms from the trees' points at both ends."""
+    """A straight part: length [m], its rate (with that of the arcs beside it), direction u, arms from the trees' points
+    at both ends, and where it begins."""
 
-    length: Any
+    straight: Any
     rate: Any
     u: Any
     arms: tuple[Any, Any]
+    begin: Any = None
+    flat: Any = None  # its length across the axis
     plane: Any = None  # u across the axis, for wraps
     turning: Any = None  # (3,) angular velocity of that direction [rad/s]
 
 
-def parts(nodes: Sequence[Node], turning: Sequence[bool]) -> list[Part]:
-    """The parts of a rope over its nodes; `turning`: whether the direction at a node matters, for its wrap."""
-    return [_part(a, b, turning[i] or turning[i + 1]) for i, (a, b) in enumerate(pairwise(nodes))]
+def _blend(on: Any, a: Any, b: Any) -> Any:
+    """a where `on`, else b; of numbers, arrays, nodes and parts."""
+    if a is None or b is None:
+        return b if a is None else a
+    if isinstance(a, Node | Part):
+        return replace(a, **{k: _blend(on, x, getattr(b, k)) for k, x in vars(a).items()})
+    if isinstance(a, tuple):
+        return tuple(_blend(on, x, y) for x, y in zip(a, b, strict=True))
+    if isinstance(a, np.ndarray | list):
+        return np.array([select(on, x, y) for x, y in zip(a, b, strict=True)])
+    return select(on, a, b)
+
+
+class Way:
+    """A rope over its nodes; `turning`: whether the direction at a node matters, for its wrap; `on`: of each node,
+    whether the rope lies on it (None: it cannot leave); `counted`: integrals of the angles of nodes that turn."""
+
+    def __init__(self, nodes: Sequence[Node], turning: Sequence[bool], on: Sequence[Any], counted: Any = None) -> None:
+        self._nodes, self._on = nodes, on
+        ends = [nodes[-1]]
+        for x, here in zip(reversed(nodes[1:-1]), reversed(on[1:-1]), strict=True):
+            ends.append(x if here is None else _blend(here, x, _as_circle(ends[-1])))
+        meets = list(reversed(ends))
+        n = range(len(nodes) - 1)
+        own = [_part(nodes[i], meets[i], turning[i] or turning[i + 1] or on[i + 1] is not None) for i in n]
+        self.parts = own[:1]  # what runs between two nodes, wherever it begins and ends
+        for i in n[1:]:
+            here = on[i]
+            self.parts.append(own[i] if here is None else _blend(here, own[i], self.parts[-1]))
+        self.rates = [x.rate if on[i] is None else select(on[i], x.rate, 0.0) for i, x in enumerate(own)]
+        self.turned: list[Any] = []
+        self.turning: list[Any] = []
+        self.wraps: dict[int, tuple[Any, Any]] = {}
+        """Of every node that turns the rope: its wrap [rad] and the rate of that."""
+        self.lengths = self._pieces()
+        for i, turns in enumerate(turning):
+            if turns:
+                x, sides = nodes[i], (self.parts[i - 1], self.parts[i])
+                k = len(self.turned)
+                angles = [turn(x, side.plane) for side in sides]
+                if counted is not None:
+                    angles = [on_turn(a, c) for a, c in zip(angles, counted[k : k + 2], strict=True)]
+                rates = [x.axis @ (side.turning - x.w) for side in sides]
+                self.turned += angles
+                self.turning += rates
+                self.wraps[i] = angles[1] - angles[0], rates[1] - rates[0]
+                if x.radius is not None:
+                    self.lengths[i - 1] = self.lengths[i - 1] - x.radius * angles[0]
+                    self.lengths[i] = self.lengths[i] + x.radius * angles[1]
+
+    def _pieces(self) -> list[Any]:
+        """Straight length between each two nodes; feet of nodes that the rope has left divide its parts."""
+        starts: list[Any] = [0.0]
+        for part, x, here in zip(self.parts[1:], self._nodes[1:], self._on[1:], strict=False):
+            if here is None:
+                starts.append(0.0)
+                continue
+            foot = ((x.c - part.begin) @ part.plane) * part.straight * (1.0 / part.flat)
+            starts.append(select(here, 0.0, minimum(maximum(foot, starts[-1]), part.straight)))
+        out = []
+        for i, part in enumerate(self.parts):
+            here = self._on[i + 1]
+            last = part.straight if here is None else select(here, part.straight, starts[i + 1])
+            out.append(last - starts[i])
+        return out
+
+    def watches(self) -> list[tuple[Any, Any]]:
+        """Guards of each sheave that the rope can leave: that it leaves or finds it; that it meets its other side."""
+        out = []
+        for i, here in enumerate(self._on):
+            if here is not None:
+                x, part = self._nodes[i], self.parts[i]
+                there = minimum(maximum((x.c - part.begin) @ part.plane, 0.0), part.flat)
+                beside = part.begin + there * part.plane - x.c
+                beside = beside - (beside @ x.axis) * x.axis
+                gap = sqrt(beside @ beside + TINY) * (1.0 / x.radius) - (1.0 - NEAR)
+                right = beside @ cross(part.plane, x.axis) > 0.0
+                finds, other = select(right, gap, 1.0), select(right, 1.0, gap)
+                out.append((select(here, self.wraps[i][0] + NEAR, finds), select(here, 1.0, other)))
+        return out
+
+
+def _as_circle(x: Node) -> Node:
+    return x if x.radius is not None else replace(x, radius=0.0)
 
 
 def _part(a: Node, b: Node, turning: bool) -> Part:
@@ -72,19 +164,19 @@ def _part(a: Node, b: Node, turning: bool) -> Part:
     w = cross(plane, n)
     straight = sqrt(flat * flat + h * h)
     u = (flat * plane + h * n) * (1.0 / straight)
-    length, rate = straight, u @ dD
+    rate = u @ dD
     arms = []
     for x, arm, sign in ((a, r_a * w, 1.0), (b, r_b * w, -1.0)):
         if x.radius is None:
             arms.append(x.x)
             continue
-        length = length + sign * x.radius * turn(x, plane)
         rate = rate - sign * (u @ cross(x.w, arm))
         arms.append(x.x + arm)
-    return Part(length, rate, u, (arms[0], arms[1]), plane, ((cross(n, plane) @ dD) * (1.0 / flat)) * n)
+    about = ((cross(n, plane) @ dD) * (1.0 / flat)) * n
+    return Part(straight, rate, u, (arms[0], arms[1]), a.c + r_a * w, flat, plane, about)
 
 
 def turn(x: Node, plane: Any) -> Any:
-    """[rad] from the dividing direction of a node to where a part of this direction touches."""
+    """[rad] from the dividing direction of a node to where a part of this direction touches, within half a turn."""
     w = cross(plane, x.axis)
     return atan2(x.axis @ cross(x.divide, w), x.divide @ w)

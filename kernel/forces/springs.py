@@ -1,25 +1,32 @@
 """Springs and dampers between two bodies: along a line, about an axis, and in all six directions.
 
-Relative rotations come as quaternions (w, v) proportional to (1 + tr R, axial vector of R), good below 180 degrees.
-The moment is always the gradient of the stored energy, so that the accounts close however the bodies tumble.
+Twists count over all their turns.  Rotations about several axes come as quaternions (w, v) proportional to (1 + tr R,
+axial vector of R), good below 180 degrees: beyond FARTHEST the law ends the run.  The moment is always the gradient of
+the stored energy, so that the accounts close however the bodies tumble.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..angles import hinge, on_turn
 from ..elementary import atan2
 from ..laws import attachment
 from ..spatial import cross, join, skew
 from ..symbol import sqrt
 from .describe import Bushing, Spring, Torsion
-from .law import Answer, ForceLaw, Poses, Shown, wrench
+from .law import Answer, Ended, ForceLaw, Poses, Shown, wrench
+
+if TYPE_CHECKING:
+    from ..graph import Graph
 
 __all__ = ["BushingLaw", "SpringLaw", "TorsionLaw"]
 
 TINY = 1e-160  # keeps 0/0 away; vanishes beside any real number, and its root is one that atan2 takes
+ALIGNED = 1e-9  # by how much an axis may differ in two frames by rounding
+FARTHEST, AGAINST = -0.9961946980917455, "175 degrees"  # cosine and angle of the last rotation that is good
 UNIT = 1e-6  # how far an axis, a rotation or a symmetry may be off by rounding
 
 
@@ -30,6 +37,23 @@ def _rotation(body: Any) -> Any:
 def _half_turn(R: Any) -> tuple[Any, Any]:
     """w and v (3,) proportional to the quaternion of a rotation matrix."""
     return 1.0 + R[0, 0] + R[1, 1] + R[2, 2], np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+
+
+def _twist(R: Any, axis: Any, lean: Any) -> Any:
+    """Angle of a rotation about an axis (swing-twist decomposition), within half a turn; lean: axis . R axis."""
+    _, v = _half_turn(R)
+    return atan2(v @ axis, R[0, 0] + R[1, 1] + R[2, 2] - lean)
+
+
+def _rotation_vector(R: Any) -> tuple[Any, Any]:
+    """theta (3,) of a rotation below half a turn, and J."""
+    w, v = _half_turn(R)
+    n = sqrt(v @ v + TINY)
+    half = atan2(n, w)
+    theta = (2.0 * half * (1.0 / n)) * v
+    T = skew(theta)
+    bend = (1.0 - half * w * (1.0 / n)) * (1.0 / (theta @ theta + TINY))
+    return theta, np.eye(3) - 0.5 * T + bend * (T @ T)
 
 
 class SpringLaw(ForceLaw):
@@ -76,18 +100,40 @@ class TorsionLaw(ForceLaw):
     def numbers(self, f: Torsion, poses: Poses) -> list[float]:
         return [*f.axis, f.k, f.d, f.rest]
 
-    def answer(self, f: Torsion, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+    def angles(self, f: Torsion) -> int:
+        return 1
+
+    def turns(self, f: Torsion, poses: Poses) -> tuple[str, str, Any]:
+        return f.a, f.b, np.asarray(poses(f.a)[0], float) @ np.array(f.axis)
+
+    def guards(self, f: Torsion) -> int:
+        return 1
+
+    def switch(self, f: Torsion, p: np.ndarray, guard: int, shown: np.ndarray) -> tuple[str, float]:
+        raise Ended(f"torsion '{f.name}'", f"its axis on '{f.b}' points {AGAINST} against that on '{f.a}', so that "
+                    "there is no twist; let a joint hold the axis, or give the two bodies no torsion")  # fmt: skip
+
+    def answer(
+        self, f: Torsion, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any, counted: Any = (0.0,)
+    ) -> Answer:
         axis, (k, d, rest) = p[:3], p[3:6]
         R_a = _rotation(ends[0])
-        w, v = _half_turn(R_a.T @ _rotation(ends[1]))
-        s = v @ axis
-        angle = 2.0 * atan2(s, w)
-        J = R_a @ ((w * w) * axis + w * cross(v, axis) + s * v) * (1.0 / (s * s + w * w))  # angle' = J . w_ab
+        R = R_a.T @ _rotation(ends[1])
+        swung = R @ axis
+        lean = axis @ swung
+        angle = on_turn(_twist(R, axis, lean), counted[0])
+        J = R_a @ (axis + swung) * (1.0 / (1.0 + lean))  # angle' = J . w_ab
         rate = J @ (ends[1][15:18] - ends[0][15:18])
         moment = k * (rest - angle) - d * rate
         turn = join(moment * J, np.zeros(3))
         return Answer(
-            [-turn, turn], heat=d * rate * rate, stored=0.5 * k * (angle - rest) * (angle - rest), shown=[angle, moment]
+            [-turn, turn],
+            heat=d * rate * rate,
+            stored=0.5 * k * (angle - rest) * (angle - rest),
+            guards=[lean - FARTHEST],
+            shown=[angle, moment],
+            turned=[angle],
+            turning=[rate],
         )
 
     def shows(self, f: Torsion) -> list[Shown]:
@@ -97,8 +143,35 @@ class TorsionLaw(ForceLaw):
 class BushingLaw(ForceLaw):
     """A 6x6 spring and damper; the rotation vector's rate is J(theta) times the relative angular velocity.
 
+    `axis` (3,), in frame a, of all rotation that the joints in between allow, if there is only one: then theta is the
+    angle about it, over all turns, and J = 1.  Otherwise
     J = 1 - theta x / 2 + (1 - theta/2 cot theta/2) / theta^2 (theta x)^2 (Bullo, Murray 1995, eq. for log on SO(3)).
     """
+
+    def __init__(self, axis: Any = None) -> None:
+        self._axis = axis
+
+    def between(self, f: Bushing, graph: Graph, poses: Poses) -> ForceLaw:
+        axis = hinge(graph, poses, f.a.body, f.b.body)
+        if axis is None:
+            return self
+        R_a, R_b = (np.asarray(poses(x.body)[0], float) @ np.array(R) for x, R in ((f.a, f.R_a), (f.b, f.R_b)))
+        in_a = R_a.T @ axis
+        return BushingLaw(in_a) if np.abs(R_a.T @ R_b @ in_a - in_a).max() < ALIGNED else self
+
+    def angles(self, f: Bushing) -> int:
+        return int(self._axis is not None)
+
+    def turns(self, f: Bushing, poses: Poses) -> tuple[str, str, Any]:
+        R_a = np.asarray(poses(f.a.body)[0], float) @ np.array(f.R_a)
+        return f.a.body, f.b.body, R_a @ self._axis
+
+    def guards(self, f: Bushing) -> int:
+        return int(self._axis is None)
+
+    def switch(self, f: Bushing, p: np.ndarray, guard: int, shown: np.ndarray) -> tuple[str, float]:
+        raise Ended(f"bushing '{f.name}'", f"'{f.b.body}' is turned by {AGAINST} against '{f.a.body}', about more than "
+                    "one axis; a rotation vector ends at 180: make it stiffer, or join the two by a hinge")  # fmt: skip
 
     def check(self, f: Bushing) -> None:
         for field in ("K", "D"):
@@ -114,26 +187,40 @@ class BushingLaw(ForceLaw):
             self.demand(f, field, good, "is not a rotation; its rows must be right-handed unit vectors")
 
     def shape(self, f: Bushing) -> Any:
+        return self._axis is None, self._patterns(f)
+
+    def _patterns(self, f: Bushing) -> list[list[int]]:
         return [[i for i, x in enumerate(np.ravel(A).tolist()) if x] for A in (f.K, f.D)]
 
     def numbers(self, f: Bushing, poses: Poses) -> list[float]:
         rotations = [*np.ravel(f.R_a), *np.ravel(f.R_b)]
-        return [*f.a.p, *f.b.p, *map(float, rotations), *(x for A in (f.K, f.D) for x in np.ravel(A).tolist() if x)]
+        axis = [] if self._axis is None else self._axis.tolist()
+        return [
+            *f.a.p,
+            *f.b.p,
+            *map(float, rotations),
+            *axis,
+            *(x for A in (f.K, f.D) for x in np.ravel(A).tolist() if x),
+        ]
 
-    def answer(self, f: Bushing, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+    def answer(
+        self, f: Bushing, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any, counted: Any = (0.0,)
+    ) -> Answer:
         A, B = ends
         (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(A, p[:3], "a"), attachment(B, p[3:6], "b")
         R_a, R_b = (_rotation(X) @ np.reshape(q, (3, 3)) for X, q in ((A, p[6:15]), (B, p[15:24])))
-        given = iter(p[24:])
-        K, D = (_filled(pattern, given) for pattern in self.shape(f))
+        given = iter(p[24:] if self._axis is None else p[27:])
+        K, D = (_filled(pattern, given) for pattern in self._patterns(f))
         s = p_b - p_a
-        w, v = _half_turn(R_a.T @ R_b)
-        n = sqrt(v @ v + TINY)
-        half = atan2(n, w)
-        theta = (2.0 * half * (1.0 / n)) * v
-        T = skew(theta)
-        bend = (1.0 - half * w * (1.0 / n)) * (1.0 / (theta @ theta + TINY))
-        J = np.eye(3) - 0.5 * T + bend * (T @ T)
+        R = R_a.T @ R_b
+        if self._axis is None:
+            theta, J = _rotation_vector(R)
+            guards, turned, turning = [R[0, 0] + R[1, 1] + R[2, 2] - (1.0 + 2.0 * FARTHEST)], [], []
+        else:
+            axis = p[24:27]
+            angle = on_turn(_twist(R, axis, 1.0), counted[0])
+            theta, J, guards, turned = angle * axis, np.eye(3), [], [angle]
+            turning = [axis @ (R_a.T @ (B[15:18] - A[15:18]))]
         x = join(R_a.T @ s, theta)
         dx = join(R_a.T @ (v_b - v_a - cross(A[15:18], s)), J @ (R_a.T @ (B[15:18] - A[15:18])))
         elastic, damped = K @ x, D @ dx
@@ -143,7 +230,10 @@ class BushingLaw(ForceLaw):
             [-wrench(x_a + s, force, moment), wrench(x_b, force, moment)],
             heat=damped @ dx,
             stored=0.5 * (elastic @ x),
+            guards=guards,
             shown=[*x, *f_b],
+            turned=turned,
+            turning=turning,
         )
 
     def shows(self, f: Bushing) -> list[Shown]:

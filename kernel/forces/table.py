@@ -21,6 +21,8 @@ from .reeving import ReevingLaw
 from .springs import BushingLaw, SpringLaw, TorsionLaw
 from .user import UserLawEntry
 
+LISTS = ("guards", "shown", "turned", "turning")
+
 __all__ = ["FORCES", "SharedForce", "check_force", "law_of", "shared", "signals"]
 
 FORCES: dict[type, ForceLaw] = {
@@ -56,6 +58,10 @@ class SharedForce:
         return str(self.force.name)
 
     @property
+    def angles(self) -> int:
+        return self.law.angles(self.force)
+
+    @property
     def structure(self) -> tuple[object, ...]:
         """Equal for forces that the same machine code serves in the same place of a scene."""
         s = self.law.signal(self.force)
@@ -67,7 +73,7 @@ def shared(forces: tuple[Force, ...], graph: Graph, poses: Poses, end: int) -> t
     functions: dict[str, Function] = {}
     out = []
     for f in forces:
-        law = law_of(f)
+        law = law_of(f).between(f, graph, poses)
         ends, numbers = f.points, [float(x) for x in law.numbers(f, poses)]
         key = repr((type(f).__name__, law.shape(f), len(numbers), len(ends), bool(f.along)))
         if key not in functions:
@@ -100,10 +106,13 @@ def _function(name: str, f: Any, law: ForceLaw, numbers: int, ends: int, end: in
     blocks |= {"s": 2} if law.signal(f) else {}
     blocks |= {"x": 2} if f.along else {}
     blocks |= {"t": 1} if law.timed else {}
+    n = law.angles(f)
+    blocks |= {"c": n} if n else {}
 
-    def body(p: Any, s: Any = None, x: Any = None, t: Any = (0.0,), **bodies: Any) -> Mapping[str, Any]:
-        a: Answer = law.answer(f, p, [bodies[f"e{i}"] for i in range(ends)], s, x, t[0])
+    def body(p: Any, s: Any = None, x: Any = None, t: Any = (0.0,), c: Any = None, **bodies: Any) -> Mapping[str, Any]:
+        counted = {"counted": c} if n else {}
+        a: Answer = law.answer(f, p, [bodies[f"e{i}"] for i in range(ends)], s, x, t[0], **counted)
         one = {k: [getattr(a, k)] for k in ("effort", "heat", "work", "stored")}
-        return {**one, "guards": a.guards, "shown": a.shown, **{f"w{i}": w for i, w in enumerate(a.wrenches)}}
+        return {**one, **{k: getattr(a, k) for k in LISTS}, **{f"w{i}": w for i, w in enumerate(a.wrenches)}}
 
     return Function(name, body, blocks)

@@ -2,12 +2,15 @@
 
 One adapter for all: SciPy takes the steps in Python, its dense output is copied as values at 13 nodes (exact for its
 polynomials, whose degree is at most 12), and all else (guards, samples, commits) is the native code of `stepping`.
+Where shapes could pass through each other unseen its steps are bounded as the kernel's own are (`contact.reach`).
 Steps are ten to a hundred times slower than the kernel's own.
 """
 
 from __future__ import annotations
 
-from types import SimpleNamespace
+import warnings
+from collections.abc import Mapping
+from types import MappingProxyType, SimpleNamespace
 from typing import Any, Protocol
 
 import numpy as np
@@ -18,6 +21,7 @@ __all__ = ["PEERS", "Peer", "PeerCode"]
 
 PEERS = {"scipy-dop853": "DOP853", "scipy-radau": "Radau", "scipy-bdf": "BDF", "scipy-lsoda": "LSODA"}
 NODES = (0.5 - 0.5 * np.cos(np.pi * np.arange(13) / 12.0)).tolist()
+LOOSE = 4.0  # by how much LSODA's longest step may be shorter than it could be before it begins anew
 RUNNING, BREAK, EVENT, STILL, FAILED = 0.0, 1.0, 2.0, 3.0, 4.0  # as in `stepping`
 
 
@@ -33,6 +37,8 @@ class Peer(Method):
     order = evaluations = 0  # SciPy knows
     exponents = Exponents(0.0, 0.0, 0.0)
     vectors = tuple(f"n{i}" for i in range(1, len(NODES)))
+    scalars = ("asked",)
+    counted = MappingProxyType({"asked": 1})
 
     def __init__(self, name: str) -> None:
         self.name, self.solver = name, PEERS[name]
@@ -61,9 +67,11 @@ class Peer(Method):
 class PeerCode:
     """Stands in for `native.Library`: `advance` and `step` here, all else in `native`."""
 
-    def __init__(self, native: Code, method: Peer, at: dict[str, Any], guards: int) -> None:
-        self._native, self._method, self._at, self._guards = native, method, at, guards
+    def __init__(self, native: Code, method: Peer, at: dict[str, Any], sizes: Mapping[str, int]) -> None:
+        self._native, self._method, self._at, self._sizes = native, method, at, sizes
         self._solver: Any = None
+        self.failed = ""
+        """Why SciPy has found no next step, in its words."""
 
     def call(self, name: str, *blocks: np.ndarray) -> None:
         if name == "step":
@@ -80,12 +88,13 @@ class PeerCode:
             if name == "refresh":
                 self._solver = None
 
-    def _rate(self, X: np.ndarray, P: np.ndarray, t: float, among: float, y: np.ndarray) -> tuple[np.ndarray, ...]:
-        out = np.zeros(len(y)), np.zeros(len(X[self._at["T"]])), np.zeros(self._guards)
-        self._native.call("rate", np.array([t, among]), np.ascontiguousarray(y, float), P, *out)
+    def _rate(self, X: np.ndarray, P: np.ndarray, t: float, among: float, y: np.ndarray) -> dict[str, np.ndarray]:
+        out = {name: np.zeros(n) for name, n in self._sizes.items()}
+        self._native.call("rate", np.array([t, among]), np.ascontiguousarray(y, float), P, *out.values())
+        X[self._at["asked"]] += 1.0
         return out
 
-    def _start(self, X: np.ndarray, P: np.ndarray, t_stop: float) -> Any:
+    def _start(self, X: np.ndarray, P: np.ndarray, t_stop: float, longest: float) -> Any:
         """A solver that begins at the present state; its piece of the profiles ends at t_stop."""
         from scipy import integrate  # 0.3 s to import
 
@@ -95,40 +104,79 @@ class PeerCode:
         solver = getattr(integrate, self._method.solver)
 
         def slope(time: float, y: np.ndarray) -> np.ndarray:
-            return self._rate(X, P, time, among, y)[0]
+            return self._rate(X, P, time, among, y)["dy"]
 
-        return solver(slope, t, X[at["y"]].copy(), t_stop, rtol=tol, atol=tol, max_step=float(X[at["h_max"]]))
+        begun = solver(slope, t, X[at["y"]].copy(), t_stop, rtol=tol, atol=tol, max_step=longest)
+        begun.max_step = longest
+        return begun
+
+    def _longest(self, X: np.ndarray, P: np.ndarray, t: float, t_stop: float, y: np.ndarray) -> float:
+        """Of the next step [s]."""
+        longest = float(X[self._at["h_max"]])
+        if "reach" in self._sizes:
+            longest = min(longest, float(self._rate(X, P, t, t + 0.5 * min(1.0, t_stop - t), y)["reach"][0]))
+        return longest
+
+    def _advance(self, X: np.ndarray, P: np.ndarray, t_stop: float) -> Any:
+        """One of SciPy's steps as its interpolant; None, with the reason in `failed`, where there is none."""
+        at, solver = self._at, self._solver
+        t, y = (float(X[at["t"]]), X[at["y"]].copy()) if solver is None else (solver.t, solver.y)
+        longest = self._longest(X, P, t, t_stop, y)
+        told: str | None = "its numbers are not finite"
+        try:
+            with warnings.catch_warnings(), np.errstate(all="ignore"):
+                warnings.simplefilter("ignore")
+                if solver is None:
+                    solver = self._start(X, P, t_stop, longest)
+                elif not hasattr(solver, "h_abs") and not solver.max_step <= longest <= LOOSE * solver.max_step:
+                    X[at["t"]], X[at["y"]] = t, y  # LSODA's is fixed when it begins
+                    solver = self._start(X, P, t_stop, longest)
+                if hasattr(solver, "h_abs"):
+                    solver.max_step = longest
+                self._solver = solver
+                told = solver.step()
+        except (ValueError, ArithmeticError, np.linalg.LinAlgError):
+            solver = None
+        if solver is None or solver.status == "failed" or not np.isfinite(solver.y).all():
+            self.failed = (told or "its numbers are not finite").rstrip(".").lower()
+            return None
+        return solver.dense_output()
 
     def _step(self, X: np.ndarray, P: np.ndarray) -> None:
         """One of SciPy's steps, or as many as a forced one to t_stop takes; written to X as `stepping.step` does."""
         at = self._at
         t0, t_stop, y0, forced = float(X[at["t"]]), float(X[at["t_stop"]]), X[at["y"]].copy(), X[at["forced"]] > 0.0
-        if forced or self._solver is None or self._solver.t != t0:
-            self._solver = self._start(X, P, t_stop)
-        solver = self._solver
+        if forced or (self._solver and self._solver.t != t0):
+            self._solver = None
+        self.failed = ""
         pieces: list[Any] = []
-        while solver.status == "running" and (forced or not pieces):
-            solver.step()
-            if solver.status != "failed":
-                pieces.append(solver.dense_output())
+        while not pieces or (forced and self._solver.status == "running"):
+            piece = self._advance(X, P, t_stop)
+            if piece is None:
+                break
+            pieces.append(piece)
+        solver = self._solver
+        if self.failed:
+            X[at["t"]], X[at["y"]], X[at["status"]], X[at["run"]] = t0, y0, FAILED, 0.0
+            return
         t, h = float(solver.t), float(solver.t) - t0
-        failed = solver.status == "failed" or not np.isfinite(solver.y).all()
         places = [t0 + x * h for x in NODES]
-        values = [next((p for p in pieces if place <= p.t), pieces[-1])(place) if pieces else y0 for place in places]
+        values = [next((p for p in pieces if place <= p.t), pieces[-1])(place) for place in places]
         X[at["t0"]], X[at["h0"]], X[at["f0"]], X[at["d0"]] = t0, h, X[at["f"]], y0
         for i in range(1, len(NODES)):
             X[at[f"n{i}"]] = values[i]
         X[at["t"]], X[at["y"]] = t, solver.y
         seen = [self._rate(X, P, place, place, y) for place, y in zip(places[1:-1], values[1:-1], strict=True)]
         seen.append(self._rate(X, P, t, t - 0.5 * h, solver.y))
-        X[at["f"]], X[at["T"]], X[at["G"]] = seen[-1]
-        fallen = next((i for i, (_, _, G) in enumerate(seen) if (G < 0.0).any()), None)
+        for name, to in (("dy", "f"), ("T", "T"), ("G", "G")):
+            X[at[to]] = seen[-1][name]
+        fallen = next((i for i, x in enumerate(seen) if (x["G"] < 0.0).any()), None)
         X[at["locate"]], X[at["doubt"]], X[at["tentative"]] = float(fallen is not None), 0.0, 1.0
         if fallen is not None:
             X[at["lo"]], X[at["hi"]] = NODES[fallen], NODES[fallen + 1]
         X[at["accepted"]] += 1.0
         X[at["budget"]] -= 1.0
-        calm = FAILED if failed else STILL if X[at["still"]] > 0.0 else BREAK if t >= t_stop else RUNNING
+        calm = STILL if X[at["still"]] > 0.0 else BREAK if t >= t_stop else RUNNING
         X[at["status"]] = status = EVENT if fallen is not None and calm <= BREAK else calm
         more = X[at["budget"]] > 0.0 and X[at["rows"]] > X[at["row"]] and X[at["until"]] >= t
         X[at["calm"]], X[at["more"]] = calm, float(more)

@@ -92,7 +92,8 @@ class Winch(Base):
 class Over(End):
     """What a rope runs over: a point, or a sheave about whose axis it turns positively.
 
-    Sliding, the tension grows against the motion by exp(friction * wrap) / efficiency.
+    Sliding, the tension grows against the motion by exp(friction * wrap) / efficiency.  The rope leaves a sheave with a
+    radius where its wrap falls to zero, and finds it again.
     """
 
     axis: Direction = (0.0, 1.0, 0.0)

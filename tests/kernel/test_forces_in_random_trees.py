@@ -49,7 +49,7 @@ def forces(random, names, joints):
         Wind("wind", point(), 5.0, 1.2, unit(), Signal(20.0)),
         Spring("spring", point(), point(), 1.0, 1e3, 10.0),
         Torsion("torsion", str(a), str(b), unit(), 1e3, 10.0),
-        Bushing("bushing", point(), point(), matrix(50.0), matrix(1.0)),
+        Bushing("bushing", point(), point(), matrix(1000.0), matrix(20.0)),
         UserLaw("magnus", "laws_of_a_user:magnus", ends=(point(),), parameters=(0.1, 0.01)),
         reeved,
     ]

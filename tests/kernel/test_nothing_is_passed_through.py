@@ -47,3 +47,23 @@ def test_two_balls_meet_head_on():
     s = started(System(tuple(b for b, _ in balls), tuple(j for _, j in balls), contacts=(pair,), gravity=0.0))
     s.interrupt(SECOND)
     assert times(s, "pair", "impact") == pytest.approx([6.9 / 18.0], abs=NANOSECOND)
+
+
+@pytest.mark.parametrize("method", ["rk4", "semi-implicit-euler", "radau5"])
+@pytest.mark.parametrize(("speed", "blind"), [(0.5, False), (50.0, True)])
+def test_a_fixed_step_says_from_when_on_it_could_miss_a_wall(method, speed, blind):
+    """Half extents of 0.125 m in steps of 0.02 s: 6.25 m/s, and more while the wall is far."""
+    size = (0.05, 2.0, 2.0)
+    body, post = bar(size)
+    thrown, joint = ball("ball", 0.1, 1.0, (-3.0, 0.1, 0.2), (speed, *STILL[1:]))
+    pair = Contact("pair", Ball("ball", radius=0.1), Box("bar", size), 0.0, 0.5)
+    system = System((body, thrown), (post, joint), contacts=(pair,), gravity=0.0)
+    whole, cut = (started(system, method=method, step=0.02) for _ in range(2))
+    whole.run(SECOND // 10)
+    for n in range(1, 11):
+        cut.run(n * SECOND // 100)
+    assert whole.notes == cut.notes
+    assert len(whole.notes) == blind
+    for note in whole.notes:
+        assert note.sentence.startswith(f"step 0.02 s at {note.t_ns * 1e-9:.3f} s: what moves so fast can pass through")
+        assert note.t_ns * 1e-9 < 3.0 / speed, "before it gets there"
