@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from .call_order import STOPPED
 from .commands import Commanded
 from .contact.sets import KINDS
 from .describe import System
@@ -48,13 +49,13 @@ class Eventful(Commanded):
     @property
     def event(self) -> bool:
         """Whether `next_ns` is an event that somebody subscribed to."""
-        return any(self.program.guards[i][1] in self.subscribed for i in self._fallen)
+        return not self.subscribed.isdisjoint(self.falling)
 
     def _restore(self) -> None:
         """Back to the start of the tentative step."""
         if self._snapshot is not None:
             self.X[:] = self._snapshot
-            self._snapshot, self._fallen, self._event_ns = None, [], FOREVER_NS
+            self._forget()
         if self["tentative"] > 0.0:
             self._to_start()
 
@@ -70,6 +71,19 @@ class Eventful(Commanded):
         else:  # the true solution crosses a moment later
             self._snapshot = None
 
+    def _admit(self, what: str) -> None:
+        """A command may undo an event of its instant: `settle` looks again."""
+        super()._admit(what)
+        self._forget()
+
+    def _forget(self) -> None:
+        self._snapshot, self._fallen, self._event_ns = None, [], FOREVER_NS
+
+    @property
+    def falling(self) -> list[str]:
+        """Names of the laws whose event is at `next_ns`."""
+        return [self.program.guards[i][1] for i in self._fallen]
+
     @property
     def fallen(self) -> bool:
         """Whether `next_ns` is an event at all, heard or not."""
@@ -77,7 +91,7 @@ class Eventful(Commanded):
 
     def preview(self) -> list[StateEvent]:
         """What `fire` will return; changes nothing."""
-        self._begun()
+        self.order.check_settled("preview", self.epoch)
         P, X = self.P.copy(), self.X.copy()
         events = self._switch(self._fallen, self._event_ns)
         self.P[:], self.X[:] = P, X
@@ -96,11 +110,12 @@ class Eventful(Commanded):
 
     def fire(self) -> list[StateEvent]:
         """Integrate to the located event and switch all laws whose guards have fallen there, in fixed order."""
-        self._begun()
         if not self._fallen:
+            self.order.check_settled("fire", self.epoch)
             raise KernelError("no event has been located; run first")
+        self.order.phase = STOPPED
         fallen, t_ns = self._fallen, self._event_ns
-        self._snapshot, self._fallen, self._event_ns = None, [], FOREVER_NS
+        self._forget()
         self._commit()
         self._instant = self._instant + 1 if t_ns == self.epoch else 0
         if self._patience.crowded(t_ns) or self._instant > CHATTER:
