@@ -25,8 +25,8 @@ class Poses:
     def __init__(self, simulation: Simulation) -> None:
         self.simulation = simulation
         p = simulation.program
-        now_ns = simulation.epoch + round(simulation["t"] * 1e9)
-        simulation.references.stop(now_ns)
+        simulation._admit("statics or modes")
+        simulation.references.stop(simulation.epoch)
         simulation.references.write(simulation.epoch)
         fixed = {tree.v.start + k for tree, _ in p.instances for k in tree.prescribed_dofs}
         self.free = [k for k in range(p.nv) if k not in fixed]
