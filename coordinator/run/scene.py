@@ -85,17 +85,17 @@ def run(
     """
     from heavylift.nodes.scene import loaded  # validators, which processes of nodes do without
 
-    lift, recording = loaded(scene), file_path(output)
+    lift, file = loaded(scene), file_path(output)
     models = build(lift.plan)
     names = order or [*models, KERNEL]
     placed = Placement({LOCAL: tuple(names)}) if in_process else placement or Placement.apart(names)
     started = time.perf_counter()
     tempo = Tempo(pace or Pace(NEVER if in_process else AHEAD_ns))
     with (
-        Desk(recording, tempo, lambda words: OperatorCommand(words, msgspec.msgpack.encode(spoken(lift, words)))) as desk,
-        Record(lift, models, recording, placed, page or Spectator()) as record,
+        Desk(file, tempo, lambda words: OperatorCommand(words, msgspec.msgpack.encode(spoken(lift, words)))) as desk,
+        Record(lift, models, file, placed, page or Spectator()) as record,
         joined(placed, in_process, processes, door, deadline) as hub,
-        shown(hub, lift.plan.name, recording, angles(m.declare() for m in models.values())) as audience,
+        shown(hub, lift.plan.name, file, angles(m.declare() for m in models.values())) as audience,
     ):
         if isinstance(hub, Hub):
             desk.open(hub)
