@@ -21,6 +21,7 @@ from ..switching import StateEvent
 from .complementarity import solve
 from .condensed import Condensed, part
 from .coulomb import Contacts, Friction, settle
+from .mobility import mobile
 from .slots import RESTING
 from .touching import check_start, touch
 from .unilateral import KINDS, Unilateral, first_guard, ropes_of, slots_of
@@ -107,7 +108,7 @@ class ContactSets:
         return {x.name for x in self._slots if x.on}
 
     def _sliding(self) -> set[str]:
-        return {x.name for x in self._slots if x.on and x.slides}
+        return {x.name for x in self._slots if x.on and x.slips}
 
     # ---- impulses, then forces -----------------------------------------------------------------------------
 
@@ -199,9 +200,11 @@ class ContactSets:
             on = others
         else:
             f = self._forces(A, speed, free, on, t)
+        loose = mobile(Condensed(A, free, _rows(on), self._loops).A, f)
         for i, x in enumerate(on):
             if f.push[i] and f.x[3 * i] > LIGHT * f.x[::3].max():
-                x.keep(bool(f.stick[i]), _moves(speed, x), float(f.share[i]), f.u[i])
+                moves = _moves(speed, x)
+                x.keep(bool(f.stick[i]), moves, moves or bool(loose[i]), float(f.share[i]), f.u[i])
             else:
                 x.let_go()
 
