@@ -23,6 +23,9 @@ ROUNDS = 30  # changes between stick and slip, and turns of the directions
 TOGETHER = 10  # rounds in which all contacts change at once, before they do one by one
 FARTHEST = 0.7  # [rad] that a direction is turned at once
 CLEAR = 1e-6  # relative size of a normal velocity or acceleration that is left when a set is clear
+SPREADS = 60  # rounds of sharing among what sticks
+EASY = 0.9  # part of the limit of friction below which they need no better one
+NEAR = 1e-4  # how much nearer to their limits than necessary contacts may be
 TURN = 1e-12  # [rad] that is round-off
 LEAST = 1e-3  # part of the largest normal force below which a contact's share of friction is not lowered
 SMALL = 1e-9  # relative size of what counts as zero
@@ -37,6 +40,8 @@ class Contacts:
     b: np.ndarray
     mu: np.ndarray
     moving: np.ndarray
+    floor: float = 0.0
+    """What the constraint rows add to each diagonal before they share forces in proportion."""
 
 
 @dataclass(frozen=True)
@@ -62,15 +67,13 @@ def settle(c: Contacts) -> Friction:
     given = np.abs(c.moving).sum(axis=1) > 0.0
     stick = ~given & (c.mu > 0.0)
     u = c.moving.copy()
-    side: dict[int, float] = {}
-    share = np.ones(m)
+    share, side = _spread(c, stick, u)
     for n in range(ROUNDS):
         f, side = _inner(c, stick, u, share, side)
         if not f.found:
             break
         size_x, size_w = SMALL * np.abs(f.x).max(initial=0.0), SMALL * np.abs(c.b).max(initial=0.0)
-        share = _share(f.x)
-        changed = n == 0 and stick.any()
+        changed = False
         for i in range(m):
             if given[i] or c.mu[i] == 0.0 or not (f.push[i] or stick[i]):
                 continue
@@ -88,6 +91,31 @@ def settle(c: Contacts) -> Friction:
         if not changed:
             return f
     return _swept(c)
+
+
+def _spread(c: Contacts, stick: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, dict[int, float]]:
+    """Shares with which no sticking contact comes nearer to its limit than it must, and the sides of the last solution.
+
+    Where forces are indeterminate, the largest |x_t| / mu x_n becomes least by Lawson's weights (thesis, UCLA 1961;
+    Rice, Usow, Math. Comput. 22 (1968)): each is multiplied by what it leads to.  The weighted mean is a lower bound.
+    """
+    share, side, best = np.ones(len(c.mu)), dict[int, float](), (np.inf, np.ones(len(c.mu)))
+    at = np.flatnonzero(stick)
+    for n in range(SPREADS if len(at) else 0):
+        f, side = _inner(c, stick, u, share, side)
+        limit = c.mu[at] * f.x[3 * at]
+        if not f.found or not limit.max() > 0.0:
+            break
+        held = np.hypot(f.x[3 * at + 1], f.x[3 * at + 2])
+        part = held / np.maximum(limit, LEAST * limit.max())
+        best = min(best, (float(part.max()), share), key=lambda x: x[0])
+        least = float(np.sqrt(((held / share[at]) ** 2).sum() / ((limit / share[at]) ** 2).sum()))
+        if n and (part.max() < EASY or least > 1.0 or part.max() < (1.0 + NEAR) * least):
+            break
+        share = share.copy()
+        share[at] /= np.sqrt(np.maximum(part, LEAST * part.max())) if part.max() > 0.0 else 1.0
+        share[at] = np.sqrt(np.maximum((share[at] / share[at].max()) ** 2, LEAST))
+    return best[1], side
 
 
 def _swept(c: Contacts) -> Friction:
@@ -167,7 +195,7 @@ def _inner(
     lo = np.where(normal, 0.0, -np.inf)
     start = np.array([side.get(k, -1.0 if k % 3 == 0 else 0.0) for k in rows])
     diagonal = np.diag(c.A)
-    size = np.maximum(diagonal, SMALL * diagonal.max(initial=0.0))  # a joint may not let a tangent move at all
+    size = np.maximum(diagonal, SMALL * diagonal.max(initial=0.0)) + c.floor  # a joint may not let a tangent move at all
     # so that the solver regularises each row in proportion to its own diagonal, as the constraint rows are
     scale = np.array([1.0 if k % 3 == 0 else share[k // 3] for k in rows]) / np.sqrt(size[rows])
     A = columns[np.ix_(rows, rows)] * scale[:, None] * scale

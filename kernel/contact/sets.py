@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..constraints.proximal import MU, MU_SHARED
 from ..errors import KernelError
 from ..evaluation import Evaluation
 from ..switching import StateEvent
@@ -214,7 +215,8 @@ class ContactSets:
         size = np.hypot(v[:, 0], v[:, 1])
         moving = np.where(size[:, None] > RESTING, v / np.maximum(size, RESTING)[:, None], 0.0)
         problem = Condensed(A, free, rows, self._loops)
-        return self._settled(Contacts(problem.A, problem.b, _friction(on), moving), on, t)
+        floor = MU_SHARED / MU * float(np.diag(A).sum()) / len(A)
+        return self._settled(Contacts(problem.A, problem.b, _friction(on), moving, floor), on, t)
 
     def _settled(self, c: Contacts, on: list[Unilateral], t: float) -> Friction:
         for i, x in enumerate(on):
