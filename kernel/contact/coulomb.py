@@ -34,12 +34,14 @@ SMALL = 1e-9  # relative size of what counts as zero
 @dataclass(frozen=True)
 class Contacts:
     """m contacts: A (3m, 3m) Delassus matrix and b (3m,) free velocity or acceleration of the rows (normal, tangent,
-    tangent) of each; mu (m,); moving (m, 2): unit direction of a contact that slides already, else zero."""
+    tangent) of each; mu (m,); moving (m, 2): unit direction of a contact that slides already, else zero; pair (m,):
+    number of the pair of bodies (None: one pair)."""
 
     A: np.ndarray
     b: np.ndarray
     mu: np.ndarray
     moving: np.ndarray
+    pair: np.ndarray | None = None
     floor: float = 0.0
     """What the constraint rows add to each diagonal before they share forces in proportion."""
 
@@ -96,26 +98,36 @@ def settle(c: Contacts) -> Friction:
 def _spread(c: Contacts, stick: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, dict[int, float]]:
     """Shares with which no sticking contact comes nearer to its limit than it must, and the sides of the last solution.
 
-    Where forces are indeterminate, the largest |x_t| / mu x_n becomes least by Lawson's weights (thesis, UCLA 1961;
-    Rice, Usow, Math. Comput. 22 (1968)): each is multiplied by what it leads to.  The weighted mean is a lower bound.
+    Where forces are indeterminate, the largest |x_t| / mu x_n between two bodies becomes least by Lawson's weights
+    (thesis, UCLA 1961; Rice, Usow, Math. Comput. 22 (1968)): each is multiplied by what it leads to.  The weighted
+    mean is a lower bound.
     """
-    share, side, best = np.ones(len(c.mu)), dict[int, float](), (np.inf, np.ones(len(c.mu)))
+    share, side = np.ones(len(c.mu)), dict[int, float]()
     at = np.flatnonzero(stick)
+    pair = np.zeros(len(c.mu)) if c.pair is None else c.pair
+    pairs = [at[pair[at] == k] for k in dict.fromkeys(pair[at].tolist())]
     for n in range(SPREADS if len(at) else 0):
         f, side = _inner(c, stick, u, share, side)
-        limit = c.mu[at] * f.x[3 * at]
-        if not f.found or not limit.max() > 0.0:
+        limit, held = c.mu * f.x[::3], np.hypot(f.x[1::3], f.x[2::3])
+        if not f.found or not limit[at].max() > 0.0:
             break
-        held = np.hypot(f.x[3 * at + 1], f.x[3 * at + 2])
-        part = held / np.maximum(limit, LEAST * limit.max())
-        best = min(best, (float(part.max()), share), key=lambda x: x[0])
-        least = float(np.sqrt(((held / share[at]) ** 2).sum() / ((limit / share[at]) ** 2).sum()))
-        if n and (part.max() < EASY or least > 1.0 or part.max() < (1.0 + NEAR) * least):
-            break
+        before, done = share, n > 0
         share = share.copy()
-        share[at] /= np.sqrt(np.maximum(part, LEAST * part.max())) if part.max() > 0.0 else 1.0
-        share[at] = np.sqrt(np.maximum((share[at] / share[at].max()) ** 2, LEAST))
-    return best[1], side
+        for own in pairs:
+            if not limit[own].max() > 0.0:
+                continue
+            part = held[own] / np.maximum(limit[own], LEAST * limit[own].max())
+            most, weight = float(part.max()), before[own] ** -2.0
+            least = float(np.sqrt((weight * held[own] ** 2).sum() / (weight * limit[own] ** 2).sum()))
+            if n and (most < EASY or most < (1.0 + NEAR) * least):
+                continue
+            done = False
+            if most > 0.0:
+                share[own] /= np.sqrt(np.maximum(part, LEAST * most))
+                share[own] = np.sqrt(np.maximum((share[own] / share[own].max()) ** 2, LEAST))
+        if done:
+            break
+    return share, side
 
 
 def _swept(c: Contacts) -> Friction:
@@ -195,7 +207,8 @@ def _inner(
     lo = np.where(normal, 0.0, -np.inf)
     start = np.array([side.get(k, -1.0 if k % 3 == 0 else 0.0) for k in rows])
     diagonal = np.diag(c.A)
-    size = np.maximum(diagonal, SMALL * diagonal.max(initial=0.0)) + c.floor  # a joint may not let a tangent move at all
+    # a joint may not let a tangent move at all
+    size = np.maximum(diagonal, SMALL * diagonal.max(initial=0.0)) + c.floor
     # so that the solver regularises each row in proportion to its own diagonal, as the constraint rows are
     scale = np.array([1.0 if k % 3 == 0 else share[k // 3] for k in rows]) / np.sqrt(size[rows])
     A = columns[np.ix_(rows, rows)] * scale[:, None] * scale

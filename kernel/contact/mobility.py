@@ -16,6 +16,7 @@ __all__ = ["mobile"]
 
 SOFT = 1e-11  # regularisation of redundant rows, relative
 HELD = 1e-6  # part of its own mobility below which a place is held by others
+REST = 1e-2  # part of the largest acceleration of what slides below which a place is at rest beside it
 
 
 def mobile(A: np.ndarray, f: Friction) -> np.ndarray:
@@ -28,9 +29,10 @@ def mobile(A: np.ndarray, f: Friction) -> np.ndarray:
     fixed = A[np.ix_(rows, rows)]
     scale = 1.0 / np.sqrt(np.diag(fixed))
     fixed = fixed * scale[:, None] * scale + SOFT * np.eye(len(rows))
+    speeds = np.hypot(f.w[1::3], f.w[2::3])
     for i in range(m):
         along = slice(3 * i + 1, 3 * i + 3)
-        if not f.push[i] or f.stick[i] or not f.u[i].any():
+        if not f.push[i] or f.stick[i] or not f.u[i].any() or speeds[i] < REST * speeds.max():
             continue
         response = (A[:, along] * f.u[i]).sum(axis=1)
         own = float((response[along] * f.u[i]).sum())

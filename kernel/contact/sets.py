@@ -166,7 +166,7 @@ class ContactSets:
     def _impulses(self, problem: Condensed, on: list[Unilateral], bounce: np.ndarray, t: float) -> np.ndarray:
         b = problem.b.copy()
         b[::3] -= bounce
-        return self._settled(Contacts(problem.A, b, _friction(on), np.zeros((len(on), 2))), on, t).x
+        return self._settled(Contacts(problem.A, b, _friction(on), np.zeros((len(on), 2)), _pairs(on)), on, t).x
 
     def _held(self, problem: Condensed, on: list[Unilateral], x: np.ndarray, slow: set[int]) -> np.ndarray:
         """Impulses that end the motion of `slow` contacts together with those that push and stick."""
@@ -216,7 +216,7 @@ class ContactSets:
         moving = np.where(size[:, None] > RESTING, v / np.maximum(size, RESTING)[:, None], 0.0)
         problem = Condensed(A, free, rows, self._loops)
         floor = MU_SHARED / MU * float(np.diag(A).sum()) / len(A)
-        return self._settled(Contacts(problem.A, problem.b, _friction(on), moving, floor), on, t)
+        return self._settled(Contacts(problem.A, problem.b, _friction(on), moving, _pairs(on), floor), on, t)
 
     def _settled(self, c: Contacts, on: list[Unilateral], t: float) -> Friction:
         for i, x in enumerate(on):
@@ -253,6 +253,11 @@ def _moves(speed: np.ndarray, x: Unilateral) -> bool:
 
 def _rows(on: list[Unilateral]) -> list[int]:
     return [k for x in on for k in x.rows]
+
+
+def _pairs(on: list[Unilateral]) -> np.ndarray:
+    numbers: dict[tuple[int, int], int] = {}
+    return np.array([numbers.setdefault(x.bodies, len(numbers)) for x in on])
 
 
 def _friction(on: list[Unilateral]) -> np.ndarray:

@@ -45,6 +45,11 @@ class Unilateral(ABC):
         return 0.0
 
     @property
+    def bodies(self) -> tuple[int, int]:
+        """Numbers of the bodies that share its friction with others."""
+        return (-1, -1)
+
+    @property
     def restitution(self) -> float:
         """Newton's coefficient."""
         return 0.0
@@ -80,6 +85,10 @@ class Slot(Unilateral):
     @property
     def restitution(self) -> float:
         return self.site.contact.restitution
+
+    @property
+    def bodies(self) -> tuple[int, int]:
+        return self.site.bodies
 
     @property
     def state(self) -> np.ndarray:
