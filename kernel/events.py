@@ -13,6 +13,7 @@ import numpy as np
 
 from .call_order import STOPPED
 from .commands import Commanded
+from .constraints.causes import torn
 from .contact.sets import KINDS
 from .describe import System
 from .errors import KernelError
@@ -146,9 +147,18 @@ class Eventful(Commanded):
         )
         self.notes.append(Note(t_ns, told))
 
+    def _may_move(self, rope: str) -> bool:
+        """Whether a rigid rope can move anything."""
+        row = len(self.program.constraints.of) + [r.name for r in self.program.system.rigid_ropes].index(rope)
+        return bool(self.instant().constraint_rows().movable[row])
+
     def _chatter(self, fallen: list[int], t_ns: int) -> KernelError:
         touching = any(self.program.guards[i][0] in KINDS for i in fallen)
         names = ", ".join(sorted({self.program.guards[i][1] for i in fallen}))
+        if ropes := [self.program.guards[i][1] for i in fallen if self.program.guards[i][0] == "rigid"]:
+            told = torn(self.program, ropes[0], self._may_move(ropes[0]), self._moving())
+            if told:
+                return KernelError(f"rope '{ropes[0]}' at {t_ns * 1e-9:.9f} s: {told}")
         cure = "let a support with stiffness take the contact's place" if touching else "soften or damp the law"
         where = f"contact '{names}'" if touching else names
         return KernelError(f"{where} at {t_ns * 1e-9:.9f} s: states switch without end; {cure}")

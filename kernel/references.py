@@ -101,6 +101,12 @@ class References:
         (x, v), (later, speed) = self.own(name, now_ns), self.own(name, until_ns)
         return v != 0.0 or speed != 0.0 or abs(later - x) > SAME * (1.0 + abs(x))
 
+    def moves(self, name: str, t_ns: int) -> bool:
+        """Whether an actuator has a speed, or follows a master that has one."""
+        a = self._actuator(name)
+        masters = [self._masters[m] for m in a.follows]
+        return self.own(name, t_ns)[1] != 0.0 or any(m in self.actuators and self.moves(m, t_ns) for m in masters)
+
     def set_value(self, name: str, t_ns: int, value: float) -> None:
         """Rest at a value at once, as for a sling that is hooked with a new length."""
         a = self._actuator(name)
