@@ -1,10 +1,12 @@
 """The order in which a simulation may be called, and the sentence for what is called out of turn.
 
-    start -> [settled] -> run ... -> [going on] -> fire or interrupt -> [stopped] -> commands -> settle -> [settled]
+    start -> [settled] -> run ... -> [going on] -> interrupt -> [paused] -> commands -> [stopped] -> settle -> [settled]
+                                                -> fire -> [stopped] -> commands -> settle -> [settled]
 
-Commands belong to the instant at which the simulation stands: after `start`, `fire`, `interrupt` or `settle`.  They,
-`fire` and `interrupt` change what forces act, so that `settle` must follow before time goes on.  Without that a later
-state would be taken for that of the command, or the command would act at some later event only.
+Commands belong to the instant at which the simulation stands: after `start`, `fire`, `interrupt` or `settle`.
+`fire` and commands change what forces act, so that `settle` must follow before time goes on (`run` calls it after an
+interrupt without any).  Else a later state would be taken for that of the command, or the command would act at some
+later event only.
 """
 
 from __future__ import annotations
@@ -14,9 +16,9 @@ from numbers import Integral
 
 from .errors import KernelError
 
-__all__ = ["GOING", "NEW", "SETTLED", "STOPPED", "CallOrder", "check_present", "check_time", "passed_by"]
+__all__ = ["GOING", "NEW", "PAUSED", "SETTLED", "STOPPED", "CallOrder", "check_present", "check_time", "passed_by"]
 
-NEW, SETTLED, GOING, STOPPED = "new", "settled", "going on", "stopped"
+NEW, SETTLED, GOING, PAUSED, STOPPED = "new", "settled", "going on", "paused", "stopped"
 
 
 class CallOrder:
@@ -40,8 +42,8 @@ class CallOrder:
         self.check_begun()
         if self.phase == STOPPED:
             raise KernelError(
-                f"{what} at {epoch_ns * 1e-9:.9g} s: the simulation was stopped there by an event, an interrupt or a "
-                "command; call settle() first"
+                f"{what} at {epoch_ns * 1e-9:.9g} s: the simulation was stopped there by an event or a command; "
+                "call settle() first"
             )
 
     def check_standing(self, what: str, epoch_ns: int) -> None:

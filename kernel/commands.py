@@ -123,6 +123,7 @@ class Commanded(Stepper):
         self.order.check_standing("unhook", self.epoch)
         row = self.row()
         self.switches.unhook(rope)
+        self._admit("unhook")
         self._heat(row)
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:

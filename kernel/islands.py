@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from .call_order import GOING, SETTLED, STOPPED, CallOrder, check_present, check_time, passed_by
+from .call_order import GOING, PAUSED, SETTLED, STOPPED, CallOrder, check_present, check_time, passed_by
 from .checks import check_description
 from .components import islands_of, loose_ropes
 from .describe import System, Vector
@@ -153,6 +153,8 @@ class Islands:
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
         """Commit steps that end by `until_ns` or by the first event that somebody hears."""
         check_time(until_ns)
+        if self.order.phase == PAUSED:
+            self.settle()
         self.order.check_settled("run", self.epoch)
         self.order.phase = GOING
         while (following := self.next_ns) <= until_ns and not self.event:
@@ -228,7 +230,7 @@ class Islands:
     def interrupt(self, t_ns: int) -> None:
         """Go to t_ns, so that commands can be given there; islands without one go on (see `Simulation.interrupt`)."""
         check_time(t_ns)
-        if self.order.phase == STOPPED and t_ns == self.epoch:
+        if self.order.phase in (PAUSED, STOPPED) and t_ns == self.epoch:
             return
         self.order.check_settled("interrupt", self.epoch)
         check_present(t_ns, self.present_ns)
@@ -236,7 +238,7 @@ class Islands:
         if self.event and self.next_ns < t_ns:
             raise passed_by(t_ns, self.next_ns, [name for p in self._firing for name in p.falling])
         self.epoch, self._stopped = t_ns, []
-        self.order.phase = STOPPED
+        self.order.phase = PAUSED
 
     def settle(self) -> None:
         """After events and commands; if nothing was commanded, all islands stop here: the end of a run."""

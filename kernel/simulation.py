@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from .call_order import GOING, SETTLED, STOPPED, check_present, check_time, passed_by
+from .call_order import GOING, PAUSED, SETTLED, STOPPED, check_present, check_time, passed_by
 from .describe import System
 from .errors import KernelError
 from .events import Eventful
@@ -121,6 +121,8 @@ class Simulation(Eventful):
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
         """Commit steps that end by `until_ns`, none if that is past; `pause` is called every 25 ms of work."""
+        if self.order.phase == PAUSED:  # without a command in between
+            self.settle()
         self.order.check_settled("run", self.epoch)
         check_time(until_ns)
         self.order.phase = GOING
@@ -202,7 +204,7 @@ class Simulation(Eventful):
         """
         self.order.check_begun()
         check_time(t_ns)
-        if self.order.phase == STOPPED and t_ns == self.epoch:
+        if self.order.phase in (PAUSED, STOPPED) and t_ns == self.epoch:
             return
         self.order.check_settled("interrupt", self.epoch)
         check_present(t_ns, self.present_ns)
@@ -220,7 +222,7 @@ class Simulation(Eventful):
         self._new_stretch(t_ns)
         self._forget()
         self._instant = 0
-        self.order.phase = STOPPED
+        self.order.phase = PAUSED
 
     def _rest(self, t_ns: int) -> None:
         """Samples of a scene at rest up to t_ns: nothing is integrated, all are equal."""

@@ -182,9 +182,7 @@ class Switches:
         """Let a rope go."""
         rigid = self.rigid_numbers(name)
         if rigid is not None:
-            self.admit("unhook")
             rigid[RigidAt.HOOKED] = rigid[RigidAt.TAUT] = 0.0
             return
         p = self.rope_numbers(name)
-        self.admit("unhook")
         p[RopeAt.HOOKED] = p[RopeAt.TAUT] = 0.0
