@@ -36,10 +36,11 @@ def page(scenes: Iterable[LoadedScene]) -> str:
     return HEAD + "".join(_entry(scene) for scene in scenes)
 
 
-def draw(scene: LoadedScene, folder: Path) -> Path:
+def draw(scene: LoadedScene, folder: str | Path) -> Path:
     """Run a scene in this process and draw it into the folder; the path of the picture."""
-    from heavylift.recordings import curves, plot, storyboard
+    from heavylift.recordings import curves, file_path, plot, storyboard
 
+    folder = file_path(folder)
     out = folder / f"{scene.plan.name}.png"
     words = shlex.split(_told(scene)[1])[3:]  # behind `heavylift plot NAME.mcap`
     with tempfile.TemporaryDirectory(prefix="heavylift-", ignore_cleanup_errors=True) as place:

@@ -24,6 +24,7 @@ How it runs
     steps, stepping, columns          a step, a location, a sample as text; native functions of them; sample rows
     blocks, stepper, snapshots        native blocks and steps; states to go on from
     commands, events, simulation      what may be ordered; events, located and fired; the life of a run
+    call_order                        which calls may follow upon each other
     switching, samples, failures      discrete states; channels with units; why a run cannot go on
     notes                             what a user must know of one that goes on
 What can be asked

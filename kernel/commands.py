@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from .call_order import CallOrder
 from .constraints.ropes import RigidAt
 from .contact.sets import Act, ContactSets
 from .describe import Vector
@@ -32,8 +33,9 @@ class Commanded(Stepper):
 
     def __init__(self, *args: Any) -> None:
         super().__init__(*args)
-        self._started = False
+        self.order = CallOrder()
         self.switches = Switches(self.program, self.P)
+        self.references.admit = self.switches.admit = self._admit
         self._contacts = ContactSets(self.program, self.P)
         self.log: list[tuple[int, StateEvent]] = []
 
@@ -55,10 +57,9 @@ class Commanded(Stepper):
         self.X[self._at["y"]] = self._close(self.state.copy())[0]
         self.X[self._at["gap"]] = 0.0
 
-    def _begun(self) -> None:
-        """Raises KernelError before `start`: there is no derivative, no time of samples, no discrete state."""
-        if not self._started:
-            raise KernelError("the simulation has no state yet; start it first")
+    def _admit(self, what: str) -> None:
+        """A command is given; raises KernelError where the simulation does not stand (see `call_order`)."""
+        self.order.command(what, self.epoch)
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
         """Lead an actuator by a trapezoid from its present value and speed (see `References.set_profile`)."""
@@ -74,12 +75,12 @@ class Commanded(Stepper):
 
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
         """Let an actuator follow k1 s + kc cos s + ks sin s of a master from here on; "" releases it."""
-        self._begun()
+        self.order.check_standing("set_follow", self.epoch)
         self.references.set_follow(actuator, self.epoch, master, f, self.masters_now())
 
     def set_brake(self, brake: str, engaged: bool) -> None:
         """Close a brake where its joint stands, or open it."""
-        self._begun()
+        self.order.check_standing("set_brake", self.epoch)
         row = self.row()
         self.switches.set_brake(brake, engaged, row)
         self._heat(row)
@@ -89,7 +90,7 @@ class Commanded(Stepper):
 
         In a joint that moves, a lock stops it by an impulse; freed, it goes on without a jump.  None: nothing changed.
         """
-        self._begun()
+        self.order.check_standing("set_lock", self.epoch)
         lock_of(self.program.system, lock)
         if engaged == (lock in self.program.locked):
             return None
@@ -100,6 +101,7 @@ class Commanded(Stepper):
                 f"lock '{lock}' at {self.epoch * 1e-9:.3f} s: drive '{moving}' moves; stop it before a joint of a "
                 "scene with closed loops is locked"
             )
+        self._admit("set_lock")
         self._use(self.program.locked ^ {lock})
         if engaged:
             self._call("halt")
@@ -118,9 +120,10 @@ class Commanded(Stepper):
 
     def unhook(self, rope: str) -> None:
         """Take a rope off; the energy that it held is lost."""
-        self._begun()
+        self.order.check_standing("unhook", self.epoch)
         row = self.row()
         self.switches.unhook(rope)
+        self._admit("unhook")
         self._heat(row)
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
@@ -128,7 +131,7 @@ class Commanded(Stepper):
 
         Raises KernelError if it is too short, or for a new station on a flexible body.
         """
-        self._begun()
+        self.order.check_standing("hook", self.epoch)
         a, b = self._ends(rope, a, b)
         where, at = f"rope '{rope}' at {self.epoch * 1e-9:.3f} s", self.program.parameters.at
         rigid = self.switches.rigid_numbers(rope)
@@ -147,6 +150,7 @@ class Commanded(Stepper):
         if not gap <= 0.0:
             self.P[:] = before
             raise KernelError(f"{where}: {gap * 1e3:.0f} mm too short to be hooked there; bring the hook closer")
+        self._admit("hook")
         if L0 is not None:
             self.references.set_value(rope, self.epoch, L0)
         p[places.HOOKED], p[places.TAUT] = 1.0, 0.0

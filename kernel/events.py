@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 
 from .bending import bent, pass_limit
+from .call_order import STOPPED
 from .commands import Commanded
+from .constraints.causes import torn
 from .contact.sets import KINDS
 from .describe import System
 from .errors import KernelError
@@ -50,13 +52,13 @@ class Eventful(Commanded):
     @property
     def event(self) -> bool:
         """Whether `next_ns` is an event that somebody subscribed to."""
-        return any(self.program.guards[i][1] in self.subscribed for i in self._fallen)
+        return not self.subscribed.isdisjoint(self.falling)
 
     def _restore(self) -> None:
         """Back to the start of the tentative step."""
         if self._snapshot is not None:
             self.X[:] = self._snapshot
-            self._snapshot, self._fallen, self._event_ns = None, [], FOREVER_NS
+            self._forget()
         if self["tentative"] > 0.0:
             self._to_start()
 
@@ -72,6 +74,19 @@ class Eventful(Commanded):
         else:  # the true solution crosses a moment later
             self._snapshot = None
 
+    def _admit(self, what: str) -> None:
+        """A command may undo an event of its instant: `settle` looks again."""
+        super()._admit(what)
+        self._forget()
+
+    def _forget(self) -> None:
+        self._snapshot, self._fallen, self._event_ns = None, [], FOREVER_NS
+
+    @property
+    def falling(self) -> list[str]:
+        """Names of the laws whose event is at `next_ns`."""
+        return [self.program.guards[i][1] for i in self._fallen]
+
     @property
     def fallen(self) -> bool:
         """Whether `next_ns` is an event at all, heard or not."""
@@ -79,7 +94,7 @@ class Eventful(Commanded):
 
     def preview(self) -> list[StateEvent]:
         """What `fire` will return; changes nothing."""
-        self._begun()
+        self.order.check_settled("preview", self.epoch)
         P, X = self.P.copy(), self.X.copy()
         events = self._switch(self._fallen, self._event_ns)
         self.P[:], self.X[:] = P, X
@@ -104,11 +119,12 @@ class Eventful(Commanded):
 
     def fire(self) -> list[StateEvent]:
         """Integrate to the located event and switch all laws whose guards have fallen there, in fixed order."""
-        self._begun()
         if not self._fallen:
+            self.order.check_settled("fire", self.epoch)
             raise KernelError("no event has been located; run first")
+        self.order.phase = STOPPED
         fallen, t_ns = self._fallen, self._event_ns
-        self._snapshot, self._fallen, self._event_ns = None, [], FOREVER_NS
+        self._forget()
         self._commit()
         self._instant = self._instant + 1 if t_ns == self.epoch else 0
         if self._patience.crowded(t_ns) or self._instant > CHATTER:
@@ -141,9 +157,18 @@ class Eventful(Commanded):
         )
         self.notes.append(Note(t_ns, told))
 
+    def _may_move(self, rope: str) -> bool:
+        """Whether a rigid rope can move anything."""
+        row = len(self.program.constraints.of) + [r.name for r in self.program.system.rigid_ropes].index(rope)
+        return bool(self.instant().constraint_rows().movable[row])
+
     def _chatter(self, fallen: list[int], t_ns: int) -> KernelError:
         touching = any(self.program.guards[i][0] in KINDS for i in fallen)
         names = ", ".join(sorted({self.program.guards[i][1] for i in fallen}))
+        if ropes := [self.program.guards[i][1] for i in fallen if self.program.guards[i][0] == "rigid"]:
+            told = torn(self.program, ropes[0], self._may_move(ropes[0]), self._moving())
+            if told:
+                return KernelError(f"rope '{ropes[0]}' at {t_ns * 1e-9:.9f} s: {told}")
         cure = "let a support with stiffness take the contact's place" if touching else "soften or damp the law"
         where = f"contact '{names}'" if touching else names
         return KernelError(f"{where} at {t_ns * 1e-9:.9f} s: states switch without end; {cure}")

@@ -16,6 +16,7 @@ from .rate import Program
 
 __all__ = ["check_lengths", "check_sliders", "given_up", "too_slow", "too_small", "undefined", "unsolved"]
 
+OTHER = {"radau5": "choose a larger tolerance"}  # what is left to a method that is itself the remedy
 SHORTEST_ROPE = 1e-6  # [m] below which EA/L0 makes any step too small
 
 
@@ -84,14 +85,14 @@ def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -
 
 def too_slow(method: str, t: float, step: float, mode: str) -> KernelError:
     """More steps for a second of the scene than anybody waits for, blamed on the fastest mode."""
-    cure = "choose a larger tolerance" if method == "radau5" else "choose method radau5 or a larger tolerance"
+    cure = OTHER.get(method, "choose method radau5 or a larger tolerance")
     return KernelError(
         f"run at {t:.6f} s: a million steps of method '{method}' were not enough for one second, they are "
         f"{step:.2g} s long; {mode + '; ' if mode else ''}soften that law, or {cure}"
     )
 
 
-def too_small(program: Program, t: float, accelerations: np.ndarray, mode: str) -> KernelError:
+def too_small(program: Program, t: float, accelerations: np.ndarray, mode: str, method: str) -> KernelError:
     """A step below the shortest, blamed on the body of the largest of accelerations (nv,) and on the fastest mode."""
     rates = np.abs(accelerations)
     if not np.isfinite(rates).all():
@@ -102,5 +103,9 @@ def too_small(program: Program, t: float, accelerations: np.ndarray, mode: str) 
     link = next(k for k in program.graph.links if k.v.start <= worst < k.v_modes.stop)
     return KernelError(
         f"body '{link.body.name}' at {t:.6f} s: the step became too small (below 1e-12 s); "
-        + (f"{mode}, or a law near it jumps; soften it, or choose method radau5" if mode else "a law near it jumps")
+        + (
+            f"{mode}, or a law near it jumps; soften it, or {OTHER.get(method, 'choose method radau5')}"
+            if mode
+            else "a law near it jumps; soften it"
+        )
     )

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .call_order import STOPPED
 from .joining import labels
 
 if TYPE_CHECKING:
@@ -39,7 +40,7 @@ def inherit(new: Simulation, old: Sequence[Simulation]) -> None:
         new.references.take(x.references)
     new.X[new._at["y"]] = np.array([known[label] for label in labels(new.program) if label[0] in STATE])
     new._set(h=min(x["h"] for x in old), error=max(x["error"] for x in old))
-    new.epoch, new._samples, new._started = old[0].epoch, old[0]._samples, True
+    new.epoch, new._samples, new.order.phase = old[0].epoch, old[0]._samples, STOPPED
     new._new_stretch(new.epoch)
     if len(new.program.constraints):
         new._pivots = new._close(new.state.copy())[3]

@@ -44,7 +44,7 @@ class Island(Simulation):
 
     def tells(self, subscribed: frozenset[str]) -> bool:
         """Whether somebody subscribed to what happens next."""
-        return any(self.program.guards[i][1] in subscribed for i in self._fallen)
+        return not subscribed.isdisjoint(self.falling)
 
     @property
     def resting(self) -> bool:
@@ -55,11 +55,14 @@ class Island(Simulation):
         """What a run changes as long as nothing happens, for `back`; cheaper than a snapshot."""
         beside = {"balance": {name: copy(x) for name, x in vars(self._balance).items()}, "absent": self.absent}
         return (
-            {name: copy(getattr(self, name)) for name in KEPT} | beside | {"thrift": self.thrift and self.thrift.kept()}
+            {name: copy(getattr(self, name)) for name in KEPT}
+            | beside
+            | {"thrift": self.thrift and self.thrift.kept(), "phase": self.order.phase}
         )
 
     def back(self, mark: dict[str, Any]) -> None:
         """Stand again where `mark` was made, before anything happened."""
+        self.order.phase = mark["phase"]
         vars(self._balance).update(mark["balance"])
         self._leave_out(mark["absent"])
         if self.thrift:

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from .call_order import GOING, PAUSED, SETTLED, STOPPED, CallOrder, check_present, check_time, passed_by
 from .checks import check_description
 from .components import islands_of, loose_ropes
 from .describe import System, Vector
@@ -31,6 +32,7 @@ from .methods.peers import PEERS
 from .notes import Note
 from .rate import Program
 from .simulation import FOREVER_NS, Simulation
+from .snapshots import foreign
 from .stepping import Stepping
 from .switching import StateEvent
 
@@ -88,6 +90,7 @@ class Islands:
         self.epoch = 0
         """Time of the last event or command of any island [ns]."""
         self._reached = 0
+        self.order = CallOrder()
         self._stopped: list[Island] = []  # those that stand at the epoch
         self._cut(loose_ropes(self.system, ties))
 
@@ -114,8 +117,10 @@ class Islands:
 
     def start(self) -> None:
         """Find the discrete states of the initial pose, take the first sample."""
+        self.order.check_new(self.epoch)
         for p in self.parts:
             p.start()
+        self.order.phase = SETTLED
         self.rows.append((0, self._joining.whole([p.struck for p in self.parts])))
         self._collect()
 
@@ -135,16 +140,28 @@ class Islands:
         return [p for p in self.parts if p.event and p.next_ns == now]
 
     @property
+    def present_ns(self) -> int:
+        """First time at which commands can still be given."""
+        shown = (self._joining.number - 1) * self._sample_ns
+        return max(self.epoch, shown, *(p.present_ns for p in self.parts if not p.resting))
+
+    @property
     def now(self) -> float:
         """Time that all islands have reached [s]."""
         return self._reached * 1e-9
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
         """Commit steps that end by `until_ns` or by the first event that somebody hears."""
+        check_time(until_ns)
+        if self.order.phase == PAUSED:
+            self.settle()
+        self.order.check_settled("run", self.epoch)
+        self.order.phase = GOING
         while (following := self.next_ns) <= until_ns and not self.event:
             if self._firing:
                 self.fire()
                 self.settle()
+                self.order.phase = GOING
                 continue
             happened = self._ahead(min(until_ns, max(self._reached, following) + self._span * self._sample_ns), pause)
             self._span = 1 if happened else min(2 * self._span, SPAN)
@@ -196,26 +213,36 @@ class Islands:
 
     def preview(self) -> list[StateEvent]:
         """What `fire` will return; changes nothing."""
+        self.order.check_settled("preview", self.epoch)
         return [e for p in self._firing for e in p.preview()]
 
     def fire(self) -> list[StateEvent]:
         """Integrate the islands of the located event to it and switch what has fallen there."""
         if not (firing := self._firing):
+            self.order.check_settled("fire", self.epoch)
             raise KernelError("no event has been located; run first")
+        self.order.phase = STOPPED
         self.epoch, self._stopped = self.next_ns, firing
         events = [e for p in firing for e in p.fire()]
         self._collect()
         return events
 
     def interrupt(self, t_ns: int) -> None:
-        """Go to t_ns (not beyond next_ns), so that commands can be given there; islands without one go on."""
-        if t_ns < self.epoch:
-            raise KernelError(f"time {t_ns} ns: it lies before the present, {self.epoch} ns")
+        """Go to t_ns, so that commands can be given there; islands without one go on (see `Simulation.interrupt`)."""
+        check_time(t_ns)
+        if self.order.phase in (PAUSED, STOPPED) and t_ns == self.epoch:
+            return
+        self.order.check_settled("interrupt", self.epoch)
+        check_present(t_ns, self.present_ns)
         self.run(t_ns)
+        if self.event and self.next_ns < t_ns:
+            raise passed_by(t_ns, self.next_ns, [name for p in self._firing for name in p.falling])
         self.epoch, self._stopped = t_ns, []
+        self.order.phase = PAUSED
 
     def settle(self) -> None:
         """After events and commands; if nothing was commanded, all islands stop here: the end of a run."""
+        self.order.check_standing("settle", self.epoch)
         if not self._stopped:
             self._stop_all()
         self._cut_again()
@@ -225,6 +252,7 @@ class Islands:
         self._joining.struck.append((self.epoch, self._joining.whole(parts)))
         self._stopped = []
         self._collect()
+        self.order.phase = SETTLED
 
     def _stop(self, p: Island) -> Island:
         """An island that stands at the epoch from here on."""
@@ -246,8 +274,9 @@ class Islands:
                 self._cut(self.loose | loose)
                 return
 
-    def _owner(self, kind: str, name: str) -> Island:
+    def _owner(self, what: str, kind: str, name: str) -> Island:
         """The island that has a law of this name, ready for a command."""
+        self.order.command(what, self.epoch)
         for p in self.parts:
             if (kind, name) in p.program.parameters.at:
                 return self._stop(p)
@@ -255,6 +284,7 @@ class Islands:
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
         """See `References.set_profile`; a master's is that of all islands with actuators."""
+        self.order.command("set_profile", self.epoch)
         owners = [p for p in self.parts if name in p.references.actuators]
         if not owners:
             raise KernelError(f"'{name}': no drive, winch or master of this name")
@@ -263,14 +293,15 @@ class Islands:
 
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
         """See `Simulation.set_follow`."""
-        self._owner("reference", actuator).set_follow(actuator, master, f)
+        self._owner("set_follow", "reference", actuator).set_follow(actuator, master, f)
 
     def set_brake(self, brake: str, engaged: bool) -> None:
         """See `Simulation.set_brake`."""
-        self._owner("brake", brake).set_brake(brake, engaged)
+        self._owner("set_brake", "brake", brake).set_brake(brake, engaged)
 
     def set_lock(self, lock: str, engaged: bool) -> StateEvent | None:
         """See `Simulation.set_lock`."""
+        self.order.command("set_lock", self.epoch)
         lock_of(self.system, lock)
         owner = next(p for p in self.parts if any(x.name == lock for x in p.given.locks))
         event = self._stop(owner).set_lock(lock, engaged)
@@ -279,40 +310,54 @@ class Islands:
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
         """See `Simulation.hook`; a rope between two islands makes them one."""
+        self.order.command("hook", self.epoch)
         if rope in self.loose:
             self._stop_all()
             self._cut(self.loose - {rope})
-        self._owner(self._rope(rope), rope).hook(rope, a, b, L0)
+        self._owner("hook", self._rope(rope), rope).hook(rope, a, b, L0)
 
     def unhook(self, rope: str) -> None:
         """See `Simulation.unhook`."""
-        self._owner(self._rope(rope), rope).unhook(rope)
+        self._owner("unhook", self._rope(rope), rope).unhook(rope)
 
     def _rope(self, name: str) -> str:
         return "rigid" if ("rigid", name) in self.program.parameters.at else "rope"
 
     def watch(self, threshold: str, value: float, rising: bool) -> None:
         """See `Simulation.watch`."""
-        self._owner("threshold", threshold).watch(threshold, value, rising)
+        self._owner("watch", "threshold", threshold).watch(threshold, value, rising)
 
     def unwatch(self, threshold: str) -> None:
         """See `Simulation.unwatch`."""
-        self._owner("threshold", threshold).unwatch(threshold)
+        self._owner("unwatch", "threshold", threshold).unwatch(threshold)
 
     # ---- snapshots ------------------------------------------------------------------------------------------
 
     def snapshot(self) -> dict[str, Any]:
         """All that the future depends on."""
-        own = {"rows": self.rows, "notes": self.notes, "epoch": self.epoch, "reached": self._reached}
+        self.order.check_begun()
+        own = {
+            "phase": self.order.phase,
+            "rows": self.rows,
+            "notes": self.notes,
+            "epoch": self.epoch,
+            "reached": self._reached,
+        }
         joining = {"number": self._joining.number, "struck": self._joining.struck, "loose": sorted(self.loose)}
         parts = [{"of": p.snapshot(), "cuts": p.cuts.kept()} for p in self.parts]
         return deepcopy({"parts": parts, **own, **joining})
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from the snapshot of islands of the same system and options, bit for bit; start these first."""
+        self.order.check_begun()
+        if not isinstance(snapshot, dict) or "parts" not in snapshot:
+            raise foreign()
         kept = deepcopy(snapshot)
         if self.loose != (loose := frozenset(kept["loose"])):
             self._cut(loose)
+        if len(self.parts) != len(kept["parts"]):
+            raise foreign()
+        self.order.phase = kept["phase"]
         for p, part in zip(self.parts, kept["parts"], strict=True):
             p.restore(part["of"])
             p.cuts.go_on(part["cuts"])

@@ -6,6 +6,7 @@ relative to the last event and no precision is lost in long runs.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf, isfinite
 
@@ -22,6 +23,7 @@ from .profile import REST, Trapezoid, trapezoid
 __all__ = ["Actuator", "References"]
 
 AT_REST = 1e-12  # [m/s] a speed left over by round-off
+SAME = 1e-9  # relative difference of two values that is round-off
 
 
 @dataclass
@@ -35,7 +37,10 @@ class Actuator:
 
 
 class References:
-    """Profiles and followed masters of every drive, winch and master; writes them into P."""
+    """Profiles and followed masters of every drive, winch and master; writes them into P.
+
+    `admit(command)` is called before a command takes effect.
+    """
 
     def __init__(self, parameters: Parameters, P: np.ndarray, system: System) -> None:
         self._at, self._P = parameters.at, P
@@ -45,6 +50,8 @@ class References:
         self._placed = {d.name for d in system.drives if d.kind == "prescribed"}  # before anything is measured
         names = [name for kind, name in parameters.at if kind == "reference"]
         self.histories = Histories(signals(system.forces), parameters, P)
+        self.admit: Callable[[str], None] = lambda command: None
+        self._epoch_ns = 0
         self.actuators = {n: Actuator(0, float(P[self._at["reference", n]][1]), REST, {}) for n in names}
 
     def _actuator(self, name: str) -> Actuator:
@@ -67,6 +74,10 @@ class References:
         speed = a.move.speed(t)
         return a.x0 + a.move.displacement(t), 0.0 if abs(speed) < AT_REST else speed
 
+    def stand(self, epoch_ns: int) -> None:
+        """Commands are given at this time from here on."""
+        self._epoch_ns = epoch_ns
+
     def value(self, name: str, t_ns: int) -> float:
         """What an actuator asks for at a time: its own profile and what it follows of commanded masters."""
         led = [_follow(k, self.own(self._masters[m], t_ns)[0]) for m, k in self._actuator(name).follows.items()]
@@ -82,17 +93,43 @@ class References:
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
         """From its present value and speed, a trapezoid; raises KernelError for what cannot be driven."""
-        x0, v0 = self.own(name, start_ns)
         a = self._driven(name)
+        self._check_start(name, start_ns)
+        x0, v0 = self.own(name, start_ns)
         try:
-            a.move = trapezoid(distance, speed, accel, v0)
+            move = trapezoid(distance, speed, accel, v0)
         except ValueError as e:
             raise KernelError(f"'{name}' at {start_ns * 1e-9:.3f} s: {e}") from e
-        a.start_ns, a.x0 = start_ns, x0
+        self.admit("set_profile")
+        a.start_ns, a.x0, a.move = start_ns, x0, move
+
+    def _check_start(self, name: str, start_ns: int) -> None:
+        """Raises KernelError for a start in the past, or in the future of an actuator that still moves until then."""
+        now = self._epoch_ns
+        if not isinstance(start_ns, int | np.integer):
+            raise KernelError(f"'{name}': start {start_ns!r}; it must be a whole number of nanoseconds")
+        if start_ns < now:
+            told = "start the profile there or later"
+        elif start_ns > now and self._moves(name, now, start_ns):
+            told = "it moves until then; start the profile there"
+        else:
+            return
+        raise KernelError(f"'{name}' at {start_ns * 1e-9:.9g} s: the simulation stands at {now * 1e-9:.9g} s; {told}")
+
+    def _moves(self, name: str, now_ns: int, until_ns: int) -> bool:
+        (x, v), (later, speed) = self.own(name, now_ns), self.own(name, until_ns)
+        return v != 0.0 or speed != 0.0 or abs(later - x) > SAME * (1.0 + abs(x))
+
+    def moves(self, name: str, t_ns: int) -> bool:
+        """Whether an actuator has a speed, or follows a master that has one."""
+        a = self._actuator(name)
+        masters = [self._masters[m] for m in a.follows]
+        return self.own(name, t_ns)[1] != 0.0 or any(m in self.actuators and self.moves(m, t_ns) for m in masters)
 
     def set_value(self, name: str, t_ns: int, value: float) -> None:
         """Rest at a value at once, as for a sling that is hooked with a new length."""
         a = self._actuator(name)
+        self.admit("set_value")
         a.start_ns, a.x0, a.move, a.follows = t_ns, value, REST, {}
 
     def set_follow(self, name: str, t_ns: int, master: str, f: tuple[float, float, float], now: list[float]) -> None:
@@ -104,6 +141,7 @@ class References:
             raise KernelError(f"'{name}' cannot follow '{master}': a prescribed drive follows commanded masters only")
         if not all(map(isfinite, f)):
             raise KernelError(f"'{name}' cannot follow {f}: the coefficients must be finite numbers")
+        self.admit("set_follow")
         before = sum(_follow(k, now[m]) for m, k in a.follows.items())
         a.follows = {self._masters.index(master): f} if master else {}
         after = sum(_follow(k, now[m]) for m, k in a.follows.items())
@@ -123,6 +161,7 @@ class References:
 
     def write(self, epoch_ns: int) -> None:
         """Bring P up to date; times become seconds since the epoch."""
+        self._epoch_ns = epoch_ns
         for name, a in self.actuators.items():
             m = a.move
             start = (a.start_ns - epoch_ns) * 1e-9

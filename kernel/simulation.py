@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from .angles import starting
+from .call_order import GOING, PAUSED, SETTLED, STOPPED, check_present, check_time, passed_by
 from .describe import System
 from .errors import KernelError
 from .events import Eventful
@@ -72,7 +73,8 @@ class Simulation(Eventful):
     # ---- life ---------------------------------------------------------------------------------------------
 
     def start(self) -> None:
-        """Find the discrete states of the initial pose, take the first sample."""
+        """Find the discrete states of the initial pose, take the first sample; raises KernelError the second time."""
+        self.order.check_new(self.epoch)
         self.references.write(0)
         self._assemble()
         self._begin_angles()
@@ -87,7 +89,7 @@ class Simulation(Eventful):
         if self.program.contacts.sites or self.program.system.rigid_ropes:
             self._resolve_rows([], 0)
         self._new_stretch(0)
-        self._started = True
+        self.order.phase = STOPPED
         self.settle()
 
     def _begin_angles(self) -> None:
@@ -114,19 +116,32 @@ class Simulation(Eventful):
         return self.epoch + ceil(self["t"] * 1e9)
 
     @property
+    def present_ns(self) -> int:
+        """First time at which commands can still be given; steps until then are history."""
+        X = self.X if self._snapshot is None else self._snapshot
+        t = float(X[self._at["t0" if X[self._at["tentative"]] > 0.0 else "t"]])
+        present = self.epoch + max(0, ceil(t * 1e9) - 1)
+        return present if self._local(present) >= t else present + 1
+
+    @property
     def now(self) -> float:
         """Time up to which steps have been taken [s]."""
         return self.epoch * 1e-9 + self["t"]
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
         """Commit steps that end by `until_ns`, none if that is past; `pause` is called every 25 ms of work."""
-        self._check_time(until_ns)
+        if self.order.phase == PAUSED:  # without a command in between
+            self.settle()
+        self.order.check_settled("run", self.epoch)
+        check_time(until_ns)
+        self.order.phase = GOING
         while not self._still:
             if self._fallen:
                 if self.event or self._event_ns > until_ns:
                     return
                 self.fire()
                 self.settle()
+                self.order.phase = GOING
                 continue
             horizon = self._local(until_ns)
             if self["t"] > horizon and self["tentative"] > 0.0:
@@ -182,12 +197,6 @@ class Simulation(Eventful):
                 self._to_start()
             self._leave_out(frozenset())
 
-    def _check_time(self, t_ns: int) -> None:
-        """Raises KernelError for a time that is none."""
-        self._begun()
-        if not isinstance(t_ns, int | np.integer):
-            raise KernelError(f"time {t_ns!r}: it must be a whole number of nanoseconds")
-
     def _pass_break(self) -> None:
         """Between two pieces of a profile or history: commit, and a new derivative, since forces may jump."""
         self._commit()
@@ -198,11 +207,19 @@ class Simulation(Eventful):
     # ---- stops --------------------------------------------------------------------------------------------
 
     def interrupt(self, t_ns: int) -> None:
-        """Integrate to t_ns (not beyond next_ns), so that commands can be given there."""
-        self._check_time(t_ns)
-        if t_ns < self.epoch:
-            raise KernelError(f"time {t_ns} ns: it lies before the present, {self.epoch} ns")
+        """Integrate to t_ns, so that commands can be given there.
+
+        Raises KernelError for a time before steps that are committed, or behind an event that somebody subscribed to.
+        """
+        self.order.check_begun()
+        check_time(t_ns)
+        if self.order.phase in (PAUSED, STOPPED) and t_ns == self.epoch:
+            return
+        self.order.check_settled("interrupt", self.epoch)
+        check_present(t_ns, self.present_ns)
         self.run(t_ns)  # what ends or happens unheard by then comes first
+        if self.event and self._event_ns < t_ns:
+            raise passed_by(t_ns, self._event_ns, self.falling)
         self._restore()
         if self._still:
             self._rest(t_ns)
@@ -212,7 +229,9 @@ class Simulation(Eventful):
         last(self)
         self._end_balance()
         self._new_stretch(t_ns)
+        self._forget()
         self._instant = 0
+        self.order.phase = PAUSED
 
     def _rest(self, t_ns: int) -> None:
         """Samples of a scene at rest up to t_ns: nothing is integrated, all are equal."""
@@ -226,7 +245,7 @@ class Simulation(Eventful):
 
     def settle(self) -> None:
         """Derivative and guards after a jump; a guard that is below zero now is an event at once."""
-        self._begun()
+        self.order.check_standing("settle", self.epoch)
         self.references.write(self.epoch)
         self._set(
             t_stop=next(iter(self.references.breaks(self.epoch)), NEVER),
@@ -246,13 +265,14 @@ class Simulation(Eventful):
         fallen = np.flatnonzero(self.X[self._at["G"]] < 0.0)
         self._fallen = [int(i) for i in fallen]
         self._event_ns = self.epoch if len(fallen) else FOREVER_NS
+        self.order.phase = SETTLED
 
     def snapshot(self) -> dict[str, Any]:
         """All that the future depends on (see `snapshots`); raises KernelError for a method of SciPy."""
-        self._begun()
+        self.order.check_begun()
         return kept(self)
 
     def restore(self, snapshot: dict[str, Any]) -> None:
         """Go on from the snapshot of a simulation of the same system and options, bit for bit; start this one first."""
-        self._begun()
+        self.order.check_begun()
         go_on(self, snapshot)

@@ -7,7 +7,10 @@ their starts, accounts and the number of the next sample.
 from __future__ import annotations
 
 from copy import deepcopy
+from hashlib import sha256
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from .errors import KernelError
 from .methods.peers import Peer
@@ -15,7 +18,7 @@ from .methods.peers import Peer
 if TYPE_CHECKING:
     from .simulation import Simulation
 
-__all__ = ["BLOCKS", "KEPT", "go_on", "kept"]
+__all__ = ["BLOCKS", "KEPT", "foreign", "go_on", "kept"]
 
 BLOCKS = ("X", "P", "M")
 KEPT = (
@@ -40,7 +43,7 @@ def kept(s: Simulation) -> dict[str, Any]:
         raise KernelError(f"method {s.method.method.name}: SciPy keeps its history; choose a method of our own")
     beside = {"locked": sorted(s.program.locked), "balance": vars(s._balance)}
     beside |= {"calm": sorted(s._calm), "rattles": s._rattling.counts}
-    beside |= {"patience": vars(s._patience)}
+    beside |= {"patience": vars(s._patience), "phase": s.order.phase, "scene": _scene(s)}
     led = {"actuators": s.references.actuators, "watched": s.switches.watched}
     if s.thrift:
         beside |= {"absent": sorted(s.absent), "thrift": s.thrift.kept()}
@@ -48,8 +51,12 @@ def kept(s: Simulation) -> dict[str, Any]:
 
 
 def go_on(s: Simulation, snapshot: dict[str, Any]) -> None:
-    """Bring a started simulation of the same system and options to the point of a snapshot."""
+    """Bring a started simulation to the point of a snapshot; raises KernelError for one of another scene."""
+    if not isinstance(snapshot, dict) or snapshot.get("scene") != _scene(s):
+        raise foreign()
     kept = deepcopy(snapshot)
+    kept.pop("scene")
+    s.order.phase = kept.pop("phase")
     s._calm = frozenset(kept.pop("calm"))
     s._use(frozenset(kept.pop("locked")))
     s._rattling.counts = kept.pop("rattles")
@@ -64,3 +71,20 @@ def go_on(s: Simulation, snapshot: dict[str, Any]) -> None:
     s.references.actuators.update(kept.pop("actuators"))
     s.switches.watched.update(kept.pop("watched"))
     vars(s).update(kept)
+
+
+def foreign() -> KernelError:
+    """A snapshot of something else."""
+    return KernelError(
+        "the snapshot was not taken from this scene with these options; restore it in a simulation of the same system, "
+        "method, tolerance and sample period"
+    )
+
+
+def _scene(s: Simulation) -> str:
+    """What tells scenes with their options apart: names, numbers at the start, places in X, method, steps, samples."""
+    p, options = s.program, [s._sample_ns, *(s[name] for name in ("tol", "h_max"))]
+    names = [[b.name for b in p.system.bodies], [k.joint.name for k in p.graph.links], p.guards, p.accounts]
+    layout = [s.method.method.name, s._step, *options, list(s.method.layout.at)]
+    start = p.parameters.initial.tobytes() + np.ascontiguousarray(p.initial_state()).tobytes()
+    return sha256(repr((names, layout)).encode() + start).hexdigest()

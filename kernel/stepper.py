@@ -26,6 +26,7 @@ from .unfollowed import check_followed
 
 __all__ = ["FOREVER_NS", "NEVER", "Stepper"]
 
+APART = 1e-6  # [m, rad, m/s, rad/s] by which rows gape that drives tear
 SHORTER = 0.8  # of its length: a rope that much shorter is a quarter stiffer
 
 
@@ -64,7 +65,7 @@ class Stepper(Blocks):
 
     def _check_rows(self) -> None:
         """Raises KernelError if a constraint has been lost in the steps that count."""
-        if error := lost(self.program, self.X[self._at["gap"]], self.epoch * 1e-9 + self["t"]):
+        if error := lost(self.program, self.X[self._at["gap"]], self.epoch * 1e-9 + self["t"], self._moving()):
             raise error
 
     def _commit(self) -> None:
@@ -228,6 +229,11 @@ class Stepper(Blocks):
         """Why SciPy has found no next step, if it takes them."""
         return self._code.failed if isinstance(self._code, PeerCode) else ""
 
+    def _moving(self) -> list[str]:
+        """Names of the prescribed drives that move now."""
+        prescribed = [d.name for d in self.program.system.drives if d.kind == "prescribed"]
+        return [name for name in prescribed if self.references.moves(name, self.epoch + round(self["t"] * 1e9))]
+
     def _failure(self) -> KernelError:
         """Why there is no next step."""
         p, t = self.program, self.epoch * 1e-9 + self["t"]
@@ -242,7 +248,10 @@ class Stepper(Blocks):
             return given_up(self.method.method.name, t, why, mode.told if mode else "")
         if error := undefined(p, t, self.row(), self.state[nq:end]):
             return error
-        if len(p.constraints) and (error := locked(p, self._pivots, self._close(self.state.copy())[3], t)):
-            return error
+        if len(p.constraints):
+            _, gap, slip, pivot = self._close(self.state.copy())
+            apart = float(np.abs(np.append(gap, slip)).max()) > APART
+            if error := locked(p, self._pivots, pivot, t, self._moving() if apart else []):
+                return error
         mode = self._fastest()
-        return too_small(p, t, self.X[self._at["f"]][nq:end], mode.told if mode else "")
+        return too_small(p, t, self.X[self._at["f"]][nq:end], mode.told if mode else "", self.method.method.name)

@@ -6,6 +6,7 @@ slackens under damping, a sling unhooked, a pad that opens) counts as heat of th
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
 from types import SimpleNamespace
@@ -42,7 +43,10 @@ class StateEvent:
 
 
 class Switches:
-    """Reads and writes the discrete states in P; `row` is the present sample row (see `columns`)."""
+    """Reads and writes the discrete states in P; `row` is the present sample row (see `columns`).
+
+    `admit(command)` is called before a command takes effect.
+    """
 
     def __init__(self, program: Program, P: np.ndarray) -> None:
         self._program, self._P, self._at = program, P, program.parameters.at
@@ -52,6 +56,7 @@ class Switches:
         self._brakes = {b.name: program.graph.coordinate(b.name, b.joint, b.coordinate) for b in s.brakes}
         self._thresholds = {h.name: h for h in s.thresholds}
         self.watched: dict[str, float] = {}
+        self.admit: Callable[[str], None] = lambda command: None
 
     def fire(self, guard: int, row: SimpleNamespace) -> StateEvent:
         """Switch the law behind a fallen guard."""
@@ -125,7 +130,7 @@ class Switches:
         raise KernelError(f"'{name}': no force of this name")
 
     def _threshold(self, name: str, row: SimpleNamespace) -> StateEvent:
-        self.unwatch(name)
+        self._disarm(name)
         return StateEvent(name, "reached", self.watched[name])
 
     # ---- commands --------------------------------------------------------------------------------------
@@ -135,11 +140,17 @@ class Switches:
         p = self._threshold_numbers(name)
         if not isfinite(value):
             raise KernelError(f"threshold '{name}': {value} is no value to wait for; it must be a finite number")
+        self.admit("watch")
         sign = -1.0 if rising else 1.0
         p[:2] = [sign, -sign * value]
         self.watched[name] = value
 
     def unwatch(self, name: str) -> None:
+        self._threshold_numbers(name)
+        self.admit("unwatch")
+        self._disarm(name)
+
+    def _disarm(self, name: str) -> None:
         self._threshold_numbers(name)[:2] = [0.0, 1.0]
 
     def _threshold_numbers(self, name: str) -> np.ndarray:
@@ -151,6 +162,7 @@ class Switches:
         """Close a brake where the joint stands, or open it; one that is closed already keeps its place."""
         if name not in self._brakes:
             raise KernelError(f"'{name}': no brake of this name; there are {', '.join(self._brakes) or 'none'}")
+        self.admit("set_brake")
         p = self._P[self._at["brake", name]]
         if bool(p[BrakeAt.ENGAGED]) != engaged:
             p[BrakeAt.ENGAGED :] = [float(engaged), 1.0, row.q[self._brakes[name][0]], 0.0]

@@ -19,6 +19,7 @@ from .drawing import Box, RopeLine
 from .export import export
 from .info import info, info_data
 from .part import Part
+from .partfile import file_path
 from .plot import plot
 from .reader import RecordedEvent, Recording, Topic
 from .recover import Recovered, recover
@@ -51,6 +52,7 @@ __all__ = [
     "compare",
     "curves",
     "export",
+    "file_path",
     "info",
     "info_data",
     "overlay",

@@ -25,6 +25,8 @@ from mcap.reader import SeekingReader
 from mcap.records import Attachment, Chunk, ChunkIndex, Metadata
 from mcap.summary import Summary
 
+from .partfile import file_path
+
 __all__ = ["BROKEN", "INNER", "LIMIT", "MAGIC", "RATIO", "RECORD", "Container", "Raw", "unpacked"]
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -66,7 +68,7 @@ class Container:
     """A finished MCAP file."""
 
     def __init__(self, path: str | Path) -> None:
-        self.path = Path(path)
+        self.path = file_path(path)
         with self.reading():
             self._open()
 

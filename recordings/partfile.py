@@ -14,14 +14,22 @@ from typing import BinaryIO
 
 from heavylift.kernel.errors import RecordingError
 
-__all__ = ["PartFile", "beside", "output_path", "writing"]
+__all__ = ["PartFile", "beside", "file_path", "output_path", "writing"]
+
+
+def file_path(path: object) -> Path:
+    """The path of what names a file: text or a Path; RecordingError for anything else."""
+    named = os.fspath(path) if isinstance(path, str | os.PathLike) else b""
+    if isinstance(named, bytes) or "\0" in named:
+        raise RecordingError(f"{path!r} names no file; give its path as text or as a Path, such as 'run.mcap'")
+    return Path(named)
 
 
 def output_path(path: str | Path, what: str = "", endings: Sequence[str] = ()) -> Path:
     """The path if a file can have it, else a RecordingError: it is a folder, its folder is missing, or it has none of
     the endings of what is written, so that no table or picture is written over a recording.
     """
-    path = Path(path)
+    path = file_path(path)
     if path.is_dir():
         raise RecordingError(f"{path}: is a folder; give the name of a file in it, such as {path / 'run.mcap'}")
     if not path.parent.is_dir():

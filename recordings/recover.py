@@ -23,7 +23,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Message, Metadata, Schema
 
 from .container import BROKEN, INNER, LIMIT, MAGIC, RATIO, RECORD, unpacked
-from .partfile import output_path
+from .partfile import file_path, output_path
 from .rows import Peak
 from .samples import Field, SamplesForm
 from .sink import Sink
@@ -58,7 +58,7 @@ class Recovered:
 
 def recover(path: str | Path, out: str | Path | None = None) -> Recovered:
     """Copy what is readable into `out` (default: <name>-recovered.mcap); RecordingError if there is no run in it."""
-    path = Path(path)
+    path = file_path(path)
     if path.exists() and not path.is_file():
         raise RecordingError(f"{path}: is no file; give the name of a recording, such as run.mcap.part")
     name = path.name.removesuffix(PART)

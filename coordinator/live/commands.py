@@ -12,7 +12,7 @@ import msgspec
 from heavylift.coordinator.supervision.journal import read
 from heavylift.nodes.devs import Event, Tag, encode
 from heavylift.nodes.models.messages import OperatorCommand
-from heavylift.recordings import Recording
+from heavylift.recordings import Recording, file_path
 
 __all__ = ["COMMAND", "OPERATOR", "Given", "command", "journal_of", "journaled", "operator_commands"]
 
@@ -43,7 +43,7 @@ def journaled(recording: Path) -> set[Given]:
 
 def operator_commands(recording: str | Path) -> list[Given]:
     """The commands of a recorded run, in order; of one that was cut off those in its journal, too."""
-    path = Path(recording)
+    path = file_path(recording)
     found = journaled(path)
     for event in Recording(path).events(OPERATOR, COMMAND) if path.exists() else ():
         said = msgspec.convert(event.value, OperatorCommand)

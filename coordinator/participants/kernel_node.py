@@ -141,11 +141,13 @@ class KernelNode:
         self._work(until)
 
     def finish(self, end: Tag) -> str:
-        """Samples up to the end of the run, and one at it; the kernel waits for nothing."""
+        """Samples up to the end of the run, and one at it if it is yet to come; the kernel waits for nothing."""
         rows, self._before = self.simulation.rows, end.t
         rows[:] = [row for row in rows if row[0] < end.t]
-        self.simulation.interrupt(end.t - 1)
-        self.simulation.settle()
+        if (present := self.simulation.present_ns) <= end.t:  # else the run is broken off behind what was worked ahead
+            self.simulation.interrupt(max(end.t - 1, present))  # a step that ends with the run may be history
+            self.simulation.settle()
+            rows[-1] = (end.t - 1, rows[-1][1])
         self._flush(1)
         return ""
 

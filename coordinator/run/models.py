@@ -19,6 +19,7 @@ from pathlib import Path
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import FOREVER, NEVER, Coupled, OutPort, Tag, Transition
+from heavylift.recordings import file_path
 
 from ..hosts.placement import Placement
 from ..live.desk import Desk
@@ -83,10 +84,10 @@ def run_models(
     lines: list[Transition] = []
     tempo = Tempo()
     with (
-        Desk(Path(output or model.name), tempo) as desk,
+        Desk(file_path(model.name if output is None else output), tempo) as desk,
         _tape(reference, model, output, lines, placement) as tape,
         joined(placement, in_process, None if in_process else Processes(_preload(reference))) as hub,
-        shown(hub, model.name, None if output is None else Path(output)) as audience,
+        shown(hub, model.name, None if output is None else file_path(output)) as audience,
     ):
         end = Tag(until) if until < NEVER else FOREVER
         talk = Conversation(
@@ -136,7 +137,7 @@ def _tape(
     else:
         placed = {process: list(nodes) for process, nodes in placement.processes.items()}
         facts = {"model": reference, "nodes": list(model.children), "placement": placed}
-        tape = file = _FileLines(Path(output), facts, {})
+        tape = file = _FileLines(file_path(output), facts, {})
         for name, child in model.children.items():
             for port in child.ports.values():
                 if isinstance(port, OutPort):

@@ -6,6 +6,7 @@ For what is asked of a pose rather than of a run: statics, modes.  The simulatio
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -93,12 +94,14 @@ def resting(scene: LoadedScene, after: str = "") -> EquilibriumPath:
     return rehearsal.path
 
 
-def paused(scene: LoadedScene, at: float | None = None, after: str = "") -> Simulation:
+def paused(scene: LoadedScene | str | Path, at: float | None = None, after: str = "") -> Simulation:
     """The started simulation of a scene at time `at` [s], at the end of the stage `after`, or at its start.
 
     Raises SceneError if there is no such stage, and whatever sentence ends the run before.
     """
-    plan = scene.plan
+    from heavylift.nodes.scene import loaded  # validators, which processes of nodes do without
+
+    plan = loaded(scene).plan
     models = build(plan)
     kernel = KernelNode(msgspec.structs.replace(configured(plan, models), apart=False), lambda samples: None)
     simulation = kernel.simulation

@@ -16,7 +16,7 @@ from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.devs import FOREVER, Event
 from heavylift.nodes.scene import LoadedScene, restored
 from heavylift.nodes.scene.plan import decode
-from heavylift.recordings import recover
+from heavylift.recordings import file_path, recover
 
 from ..live.commands import OPERATOR, Given, journaled
 from ..record.scene import MERGED, RESOLVED, Result
@@ -40,8 +40,9 @@ class Beginning:
     commands: list[Given]
 
     @classmethod
-    def of(cls, part: Path) -> Beginning:
+    def of(cls, part: str | Path) -> Beginning:
         """The beginning in a `.part` file; RecordingError if there is no scene in it."""
+        part = file_path(part)
         with TemporaryDirectory(prefix="heavylift-") as folder:
             saved = recover(part, Path(folder) / "beginning.mcap")
             left = RecordedRun(saved.path)
@@ -77,15 +78,16 @@ class _Checked(Watch):
 
 
 def resume(
-    part: Path,
+    part: str | Path,
     begun: Beginning,
-    output: Path | None = None,
+    output: str | Path | None = None,
     watch: Watch | None = None,
     processes: Processes | None = None,
     in_process: bool = False,
 ) -> tuple[Result, Path]:
     """Run what was cut off into `output` (default: <name>-resumed.mcap); what is left stays as it is."""
-    target = output or part.with_name(Path(part.name.removesuffix(PART)).stem + "-resumed.mcap")
+    part = file_path(part)
+    target = file_path(output) if output else part.with_name(Path(part.name.removesuffix(PART)).stem + "-resumed.mcap")
     if part in (target, target.with_name(target.name + PART)):
         raise RecordingError(f"{target}: would overwrite what is to be resumed; choose another name with -o")
     follower = Follower(begun.events)

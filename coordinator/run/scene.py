@@ -21,7 +21,7 @@ from heavylift.nodes.models.messages import OperatorCommand
 from heavylift.nodes.scene.places import located
 from heavylift.nodes.scene.plan import encode
 from heavylift.nodes.scene.spoken import spoken
-from heavylift.recordings import Spectator
+from heavylift.recordings import Spectator, file_path
 
 from ..hosts.door import Door
 from ..hosts.placement import Placement
@@ -59,8 +59,8 @@ PATIENCE_ns = 4 * 3600 * 10**9  # simulated time without an order after which a 
 
 
 def run(
-    scene: LoadedScene,
-    output: Path,
+    scene: LoadedScene | str | Path,
+    output: str | Path,
     in_process: bool = False,
     watch: Watch | None = None,
     processes: Processes | None = None,
@@ -73,7 +73,9 @@ def run(
     commands: Sequence[Given] = (),
     keyboard: Keyboard | None = None,
 ) -> Result:
-    """Simulate a scene into a recording; `order`: names of the nodes in the order in which they are started.
+    """Simulate a scene (loaded, or its path or name) into a recording.
+
+    `order`: names of the nodes in the order in which they are started.
 
     `placement` says which process hosts which nodes; without one each node has a process of its own.
     Processes that it places on other hosts come in at the `door`.  A process that owes an answer for
@@ -82,32 +84,35 @@ def run(
 
     Raises HeavyliftError: one sentence, after the recording is finished and all processes are gone.
     """
-    models = build(scene.plan)
+    from heavylift.nodes.scene import loaded  # validators, which processes of nodes do without
+
+    lift, file = loaded(scene), file_path(output)
+    models = build(lift.plan)
     names = order or [*models, KERNEL]
     placed = Placement({LOCAL: tuple(names)}) if in_process else placement or Placement.apart(names)
     started = time.perf_counter()
     tempo = Tempo(pace or Pace(NEVER if in_process else AHEAD_ns))
     with (
         Desk(
-            output,
+            file,
             tempo,
-            lambda words: OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words))),
-            lambda answer: located(scene.plan, answer.refused, answer.at),
+            lambda words: OperatorCommand(words, msgspec.msgpack.encode(spoken(lift, words))),
+            lambda answer: located(lift.plan, answer.refused, answer.at),
         ) as desk,
-        Record(scene, models, output, placed, page or Spectator()) as record,
+        Record(lift, models, file, placed, page or Spectator()) as record,
         joined(placed, in_process, processes, door, deadline) as hub,
-        shown(hub, scene.plan.name, output, angles(m.declare() for m in models.values())) as audience,
+        shown(hub, lift.plan.name, file, angles(m.declare() for m in models.values())) as audience,
     ):
         if isinstance(hub, Hub):
             desk.open(hub)
-        played = _Run(scene, models, hub, record, watch or Watch(), audience, tempo, desk)
+        played = _Run(lift, models, hub, record, watch or Watch(), audience, tempo, desk)
         desk.repeat(commands, played.talk.core)
-        for sentence in scene.verdict.notes if scene.verdict else ():
+        for sentence in lift.verdict.notes if lift.verdict else ():
             record.note(0, sentence)
             played.say(sentence)
         try:
             if isinstance(hub, Hub):
-                hub.admit(fingerprint(encode(scene.plan)), played.say)
+                hub.admit(fingerprint(encode(lift.plan)), played.say)
             played.greet()
             greeted = record.mark()
             with Keys(desk, keyboard or Keyboard(), played.say):

@@ -245,6 +245,7 @@ class EquilibriumPath:
         self.epoch = s.epoch = t_ns
         for place, a in self._driven:
             s.P[place] = a.x0 + a.move.displacement((t_ns - a.start_ns) * 1e-9)
+        s.references.stand(t_ns)
         s.references.histories.write(t_ns)
         if self._clock is not None:
             s.P[self._clock] = t_ns * 1e-9

@@ -40,8 +40,8 @@ class Poses:
     @staticmethod
     def stopped(simulation: Simulation) -> Poses:
         """Of a simulation whose drives, winches and masters are stopped where they are, for good."""
-        now_ns = simulation.epoch + round(simulation["t"] * 1e9)
-        simulation.references.stop(now_ns)
+        simulation._admit("statics or modes")
+        simulation.references.stop(simulation.epoch)
         simulation.references.write(simulation.epoch)
         return Poses(simulation)
 

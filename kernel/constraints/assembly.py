@@ -15,6 +15,7 @@ import numpy as np
 from ..dense import norm
 from ..errors import KernelError
 from ..rate import Program
+from .causes import END, cause
 from .starting import fitting_speeds, keeping, told_changes
 
 __all__ = ["Step", "assemble", "locked", "lost"]
@@ -25,7 +26,6 @@ ITERATIONS = 200
 INDEPENDENT = 1e-4  # pivot above which a row is no combination of those before it (a redundant one keeps about 1e-6)
 LOST = 1e-2  # [m or rad] gap that opens within one step when a constraint cannot be kept
 SINGULAR = 1e-2  # part of a row's first pivot that is left where a linkage locks
-BEYOND = "the linkage has reached the end of its range, or a drive asks for what it cannot do"
 
 Step = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]  # y -> place, gap, slip, pivot
 
@@ -105,21 +105,25 @@ def _check_mobility(program: Program, independent: Sequence[bool] | np.ndarray) 
             )
 
 
-def lost(program: Program, gap: np.ndarray, t: float) -> KernelError | None:
-    """What to say if a gap opened within a step that no correction should have to close."""
+def lost(program: Program, gap: np.ndarray, t: float, moving: Sequence[str] = ()) -> KernelError | None:
+    """What to say if a gap opened within a step that no correction should have to close; moving: prescribed drives."""
     if _widest(gap) <= LOST:
         return None
     name, size = _gap(program, gap)
-    return KernelError(f"constraint lost at {name} before {t:.6f} s: {size} open; {BEYOND}")
+    why = cause(program, int(np.argmax(np.abs(np.nan_to_num(gap, nan=np.inf)))), moving)
+    return KernelError(f"constraint lost at {name} before {t:.6f} s: {size} open; {why}")
 
 
-def locked(program: Program, at_start: np.ndarray, pivot: np.ndarray, t: float) -> KernelError | None:
+def locked(
+    program: Program, at_start: np.ndarray, pivot: np.ndarray, t: float, moving: Sequence[str] = ()
+) -> KernelError | None:
     """What to say of steps that became too small if a row has become a combination of others."""
     pivot, at_start = (x[: len(program.constraints.of)] for x in (pivot, at_start))
     if not len(pivot):
         return None
     left = np.where(at_start > INDEPENDENT, pivot / np.maximum(at_start, INDEPENDENT), 1.0)
     r = int(np.argmin(left))
-    if not left[r] < SINGULAR:
+    why = cause(program, r, moving)
+    if not left[r] < SINGULAR and why == END:
         return None
-    return KernelError(f"constraint lost at {program.constraints.names[r]} at {t:.6f} s: {BEYOND}")
+    return KernelError(f"constraint lost at {program.constraints.names[r]} at {t:.6f} s: {why}")

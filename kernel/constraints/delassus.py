@@ -37,7 +37,7 @@ class Lopsided(Proximal):
         """C = (L, U above the diagonal, 1/D) of A + mu."""
         M = {rs: 0.0 for r, s in self.filled for rs in ((r, s), (s, r))} | dict(zip(self.entries, A, strict=True))
         floor = sum(size, 0.0) * (MU_SHARED / self.n) + TINY
-        mu = [MU * k * a + floor for k, a in zip(soft, size, strict=True)]
+        mu = [(MU * a + floor) * k for k, a in zip(soft, size, strict=True)]
         diagonal = [M[r, r] for r in range(self.n)]
         for r in range(self.n):
             M[r, r] = diagonal[r] + mu[r]

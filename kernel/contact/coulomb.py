@@ -26,6 +26,9 @@ ROUNDS = 30  # changes between stick and slip, and turns of the directions
 TOGETHER = 10  # rounds in which all contacts change at once, before they do one by one
 FARTHEST = 0.7  # [rad] that a direction is turned at once
 CLEAR = 1e-6  # relative size of a normal velocity or acceleration that is left when a set is clear
+SPREADS = 60  # rounds of sharing among what sticks
+EASY = 0.9  # part of the limit of friction below which they need no better one
+NEAR = 1e-4  # how much nearer to their limits than necessary contacts may be
 TURN = 1e-12  # [rad] that is round-off
 LEAST = 1e-3  # part of the largest normal force below which a contact's share of friction is not lowered
 SMALL = 1e-9  # relative size of what counts as zero
@@ -34,12 +37,16 @@ SMALL = 1e-9  # relative size of what counts as zero
 @dataclass(frozen=True)
 class Contacts:
     """m contacts: A (3m, 3m) Delassus matrix and b (3m,) free velocity or acceleration of the rows (normal, tangent,
-    tangent) of each; mu (m,); moving (m, 2): unit direction of a contact that slides already, else zero."""
+    tangent) of each; mu (m,); moving (m, 2): unit direction of a contact that slides already, else zero; pair (m,):
+    number of the pair of bodies (None: one pair)."""
 
     A: np.ndarray
     b: np.ndarray
     mu: np.ndarray
     moving: np.ndarray
+    pair: np.ndarray | None = None
+    floor: float = 0.0
+    """What the constraint rows add to each diagonal before they share forces in proportion."""
 
 
 @dataclass(frozen=True)
@@ -65,15 +72,13 @@ def settle(c: Contacts) -> Friction:
     given = np.abs(c.moving).sum(axis=1) > 0.0
     stick = ~given & (c.mu > 0.0)
     u = c.moving.copy()
-    side: dict[int, float] = {}
-    share = np.ones(m)
+    share, side = _spread(c, stick, u)
     for n in range(ROUNDS):
         f, side = _inner(c, stick, u, share, side)
         if not f.found:
             break
         size_x, size_w = SMALL * np.abs(f.x).max(initial=0.0), SMALL * np.abs(c.b).max(initial=0.0)
-        share = _share(f.x)
-        changed = n == 0 and stick.any()
+        changed = False
         for i in range(m):
             if given[i] or c.mu[i] == 0.0 or not (f.push[i] or stick[i]):
                 continue
@@ -91,6 +96,41 @@ def settle(c: Contacts) -> Friction:
         if not changed:
             return f
     return _swept(c)
+
+
+def _spread(c: Contacts, stick: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, dict[int, float]]:
+    """Shares with which no sticking contact comes nearer to its limit than it must, and the sides of the last solution.
+
+    Where forces are indeterminate, the largest |x_t| / mu x_n between two bodies becomes least by Lawson's weights
+    (thesis, UCLA 1961; Rice, Usow, Math. Comput. 22 (1968)): each is multiplied by what it leads to.  The weighted
+    mean is a lower bound.
+    """
+    share, side = np.ones(len(c.mu)), dict[int, float]()
+    at = np.flatnonzero(stick)
+    pair = np.zeros(len(c.mu)) if c.pair is None else c.pair
+    pairs = [at[pair[at] == k] for k in dict.fromkeys(pair[at].tolist())]
+    for n in range(SPREADS if len(at) else 0):
+        f, side = _inner(c, stick, u, share, side)
+        limit, held = c.mu * f.x[::3], np.hypot(f.x[1::3], f.x[2::3])
+        if not f.found or not limit[at].max() > 0.0:
+            break
+        before, done = share, n > 0
+        share = share.copy()
+        for own in pairs:
+            if not limit[own].max() > 0.0:
+                continue
+            part = held[own] / np.maximum(limit[own], LEAST * limit[own].max())
+            most, weight = float(part.max()), before[own] ** -2.0
+            least = float(np.sqrt((weight * held[own] ** 2).sum() / (weight * limit[own] ** 2).sum()))
+            if n and (most < EASY or most < (1.0 + NEAR) * least):
+                continue
+            done = False
+            if most > 0.0:
+                share[own] /= np.sqrt(np.maximum(part, LEAST * most))
+                share[own] = np.sqrt(np.maximum((share[own] / share[own].max()) ** 2, LEAST))
+        if done:
+            break
+    return share, side
 
 
 def _swept(c: Contacts) -> Friction:
@@ -176,7 +216,8 @@ def _inner(
     lo = np.where(normal, 0.0, -np.inf)
     start = np.array([side.get(k, -1.0 if k % 3 == 0 else 0.0) for k in rows])
     diagonal = np.diag(c.A)
-    size = np.maximum(diagonal, SMALL * diagonal.max(initial=0.0))  # a joint may not let a tangent move at all
+    # a joint may not let a tangent move at all
+    size = np.maximum(diagonal, SMALL * diagonal.max(initial=0.0)) + c.floor
     # so that the solver regularises each row in proportion to its own diagonal, as the constraint rows are
     scale = np.array([1.0 if k % 3 == 0 else share[k // 3] for k in rows]) / np.sqrt(size[rows])
     A = columns[np.ix_(rows, rows)] * scale[:, None] * scale

@@ -16,12 +16,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..constraints.proximal import MU, MU_SHARED
 from ..errors import KernelError
 from ..evaluation import Evaluation
 from ..switching import StateEvent
 from .complementarity import solve
 from .condensed import Condensed, part
 from .coulomb import Contacts, Friction, settle
+from .mobility import mobile
 from .slots import RESTING
 from .touching import check_start, touch
 from .unilateral import KINDS, Unilateral, first_guard, ropes_of, slots_of
@@ -108,7 +110,7 @@ class ContactSets:
         return {x.name for x in self._slots if x.on}
 
     def _sliding(self) -> set[str]:
-        return {x.name for x in self._slots if x.on and x.slides}
+        return {x.name for x in self._slots if x.on and x.slips}
 
     # ---- impulses, then forces -----------------------------------------------------------------------------
 
@@ -165,7 +167,7 @@ class ContactSets:
     def _impulses(self, problem: Condensed, on: list[Unilateral], bounce: np.ndarray, t: float) -> np.ndarray:
         b = problem.b.copy()
         b[::3] -= bounce
-        return self._settled(Contacts(problem.A, b, _friction(on), np.zeros((len(on), 2))), on, t).x
+        return self._settled(Contacts(problem.A, b, _friction(on), np.zeros((len(on), 2)), _pairs(on)), on, t).x
 
     def _held(self, problem: Condensed, on: list[Unilateral], x: np.ndarray, slow: set[int]) -> np.ndarray:
         """Impulses that end the motion of `slow` contacts together with those that push and stick."""
@@ -200,9 +202,11 @@ class ContactSets:
             on = others
         else:
             f = self._forces(A, speed, free, on, t)
+        loose = mobile(Condensed(A, free, _rows(on), self._loops).A, f)
         for i, x in enumerate(on):
             if f.push[i] and f.x[3 * i] > LIGHT * f.x[::3].max():
-                x.keep(bool(f.stick[i]), _moves(speed, x), float(f.share[i]), f.u[i])
+                moves = _moves(speed, x)
+                x.keep(bool(f.stick[i]), moves, moves or bool(loose[i]), float(f.share[i]), f.u[i])
             else:
                 x.let_go()
 
@@ -212,7 +216,8 @@ class ContactSets:
         size = _length(v[:, 0], v[:, 1])
         moving = np.where(size[:, None] > RESTING, v / np.maximum(size, RESTING)[:, None], 0.0)
         problem = Condensed(A, free, rows, self._loops)
-        return self._settled(Contacts(problem.A, problem.b, _friction(on), moving), on, t)
+        floor = MU_SHARED / MU * float(np.diag(A).sum()) / len(A)
+        return self._settled(Contacts(problem.A, problem.b, _friction(on), moving, _pairs(on), floor), on, t)
 
     def _settled(self, c: Contacts, on: list[Unilateral], t: float) -> Friction:
         for i, x in enumerate(on):
@@ -254,6 +259,11 @@ def _moves(speed: np.ndarray, x: Unilateral) -> bool:
 
 def _rows(on: list[Unilateral]) -> list[int]:
     return [k for x in on for k in x.rows]
+
+
+def _pairs(on: list[Unilateral]) -> np.ndarray:
+    numbers: dict[tuple[int, int], int] = {}
+    return np.array([numbers.setdefault(x.bodies, len(numbers)) for x in on])
 
 
 def _friction(on: list[Unilateral]) -> np.ndarray:

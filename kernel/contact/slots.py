@@ -29,7 +29,7 @@ from .reach import passes, reach
 
 __all__ = ["SLOT", "ContactRows", "Site", "SlotAt", "contact_numbers"]
 
-SLOT = HELD + 7
+SLOT = HELD + 8
 DEPTH = 1e-10  # [m] and [m/s] below which a touch is round-off
 SUNK = 1e-8  # [m] where a touch without speed counts
 RESTING = 1e-6  # [m/s] speed that counts as none at an event: what a nanosecond may change
@@ -41,11 +41,12 @@ class SlotAt:
     """Places of a slot's state, behind what it holds; a candidate of -1: free.
 
     BACK: the speed against U [m/s] that ends a slip; for one that begins, more than a nanosecond may leave.
+    SLIPS: whether it slides away; a place at the limit of friction may be held by others.
     """
 
     ON, STICK, SOFT = range(HELD, HELD + 3)
     U = slice(HELD + 3, HELD + 5)
-    CANDIDATE, BACK = HELD + 5, HELD + 6
+    CANDIDATE, BACK, SLIPS = range(HELD + 5, HELD + 8)
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ class Site:
 def contact_numbers(c: Contact, weight: float) -> dict[tuple[str, str], list[float]]:
     """Numbers of P: friction and the force that counts as zero [N]; shapes; candidates held; slots."""
     pair = pair_of(c)
-    empty = [*[0.0] * HELD, 0.0, 1.0, 1.0, 0.0, 0.0, -1.0, DEPTH]
+    empty = [*[0.0] * HELD, 0.0, 1.0, 1.0, 0.0, 0.0, -1.0, DEPTH, 0.0]
     out = {
         ("contact", c.name): [c.mu, 1e-9 * max(1.0, weight)],
         ("shapes", c.name): [*shape_numbers(c.a), *shape_numbers(c.b)],

@@ -45,6 +45,11 @@ class Unilateral(ABC):
         return 0.0
 
     @property
+    def bodies(self) -> tuple[int, int]:
+        """Numbers of the bodies that share its friction with others."""
+        return (-1, -1)
+
+    @property
     def restitution(self) -> float:
         """Newton's coefficient."""
         return 0.0
@@ -59,8 +64,9 @@ class Unilateral(ABC):
         """From here on it does not push."""
 
     @abstractmethod
-    def keep(self, stick: bool, moves: bool, share: float, u: np.ndarray) -> None:
-        """It pushes: sticking, or sliding along u (2,) and moving already or not; `share` of friction."""
+    def keep(self, stick: bool, moves: bool, slips: bool, share: float, u: np.ndarray) -> None:
+        """It pushes: sticking, or at the limit of friction along u (2,), moving already or not, free to slip away or
+        held by others; `share` of friction."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +87,10 @@ class Slot(Unilateral):
         return self.site.contact.restitution
 
     @property
+    def bodies(self) -> tuple[int, int]:
+        return self.site.bodies
+
+    @property
     def state(self) -> np.ndarray:
         """What P holds of it."""
         return self.numbers("slot", self.key)
@@ -90,8 +100,8 @@ class Slot(Unilateral):
         return bool(self.state[SlotAt.ON] > 0.0)
 
     @property
-    def slides(self) -> bool:
-        return bool(self.state[SlotAt.STICK] == 0.0 and self.mu > 0.0)
+    def slips(self) -> bool:
+        return bool(self.state[SlotAt.SLIPS] > 0.0)
 
     def take(self, candidate: int, held: list[float]) -> None:
         """From here on it is the place of a candidate."""
@@ -109,10 +119,11 @@ class Slot(Unilateral):
 
     def let_go(self) -> None:
         self.numbers("held", self.name)[int(self.state[SlotAt.CANDIDATE])] = 0.0
-        self.state[SlotAt.ON], self.state[SlotAt.CANDIDATE] = 0.0, -1.0
+        self.state[SlotAt.ON], self.state[SlotAt.CANDIDATE], self.state[SlotAt.SLIPS] = 0.0, -1.0, 0.0
 
-    def keep(self, stick: bool, moves: bool, share: float, u: np.ndarray) -> None:
+    def keep(self, stick: bool, moves: bool, slips: bool, share: float, u: np.ndarray) -> None:
         h = self.state
+        h[SlotAt.SLIPS] = float(slips)
         h[SlotAt.STICK] = float(stick or self.mu == 0.0)
         h[SlotAt.BACK] = DEPTH if moves else BEGIN
         h[SlotAt.SOFT], h[SlotAt.U] = 1.0 / share**2, 0.0 if stick else u
@@ -140,7 +151,7 @@ class Rope(Unilateral):
     def let_go(self) -> None:
         self._state[RigidAt.TAUT] = 0.0
 
-    def keep(self, stick: bool, moves: bool, share: float, u: np.ndarray) -> None:
+    def keep(self, stick: bool, moves: bool, slips: bool, share: float, u: np.ndarray) -> None:
         """It is taut already."""
 
 

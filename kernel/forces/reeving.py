@@ -38,6 +38,8 @@ ALONG = 0.9  # sine of a fleet angle at which a rope no longer lies in its sheav
 MEETS = 1e-2  # part of a radius or length, near which a rope loses its direction in steps that become too small
 UNIT = 1e-6  # how far an axis may be off by rounding
 
+UNSTRAINED = 1e-7  # strain of a part that has just come taut
+
 
 class ReevingLaw(ForceLaw):
     """P: EA, c, taut; per sheave its mode (-1, 0, +1: flow against, none, along the rope; FREE); per part but the first
@@ -222,6 +224,14 @@ class ReevingLaw(ForceLaw):
             return "found" if lies[i] else "left", float(i + 1)
         if guard > len(rubbing):
             part = guard - len(rubbing) - 1
+            beside = [i for i in rubbing if i in (part - 1, part) and not modes[i]]
+            strain = lengths / kept
+            if p[TAUT] and not limp[part] and beside and strain[part] < 1.0 + UNSTRAINED:
+                # it has just come taut while it runs: no friction holds what has no tension, so that it is drawn over
+                own[:] = kept[1:]
+                for i in beside:
+                    modes[i] = float(np.sign(strain[i + 1] - strain[i])) or (1.0 if part == i else -1.0)
+                return "slip", float(beside[0] + 1)
             limp[part] = 1.0 - limp[part] if p[TAUT] else 0.0
             return "limp" if limp[part] else "pulls", float(part + 1)
         i = rubbing[guard - 1]

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .loading import LoadedScene, begun, check, load, parse, restored
     from .report import Report
 
-__all__ = ["LoadedScene", "Report", "begun", "bundled", "check", "json_schema", "load", "parse", "restored"]
+__all__ = ["LoadedScene", "Report", "begun", "bundled", "check", "json_schema", "load", "loaded", "parse", "restored"]
 PLACES = {"Report": ".report", "json_schema": ".editors", "bundled": "..scenes"}  # all others: .loading
 
 

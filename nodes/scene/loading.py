@@ -95,9 +95,20 @@ class LoadedScene:
 
 def load(scene: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
     """The scene of a path, or a bundled one by name, with `key=value` settings laid over it."""
+    if not isinstance(scene, str | Path):
+        raise SceneError(f"{scene!r} names no scene; give its path as text or as a Path, or the name of a bundled one")
     path = _find(str(scene))
     name = path.name if path in bundled().values() else str(scene)
     return replace(_build(path, name, _text(path, name), overrides), typed=str(scene))
+
+
+def loaded(scene: LoadedScene | str | Path) -> LoadedScene:
+    """A scene that is loaded already, or that of a path or name; SceneError for anything else."""
+    if isinstance(scene, LoadedScene):
+        return scene
+    if isinstance(scene, str | Path):
+        return load(scene)
+    raise SceneError(f"{scene!r} is no scene; give its path, the name of a bundled one, or what `load` returns")
 
 
 def parse(text: str, name: str = "scene.yaml", overrides: Sequence[str] = ()) -> LoadedScene:
@@ -121,8 +132,9 @@ def restored(built: plan.Plan, text: str, merged: str, name: str) -> LoadedScene
     return LoadedScene(built, text, Path(name), scene, merged=merged)
 
 
-def check(scene: LoadedScene) -> Report:
-    """Sizes, static hook loads, use and safety factors of a scene that was loaded without errors."""
+def check(scene: LoadedScene | str | Path) -> Report:
+    """Sizes, static loads, use of limits and findings of a scene."""
+    scene = loaded(scene)
     return report(scene.plan, scene.statics, scene.followed, scene.uses, scene.findings, str(scene.verdict or ""))
 
 

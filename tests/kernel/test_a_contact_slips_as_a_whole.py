@@ -1,0 +1,124 @@
+"""A body that touches at several places slips when no forces within all cones hold it: closed forms."""
+
+from __future__ import annotations
+
+from math import atan, sqrt
+
+import numpy as np
+import pytest
+from heavylift.kernel.contact.describe import Box, Contact, Plane
+from heavylift.kernel.describe import WORLD, Body, Joint, Point, System
+from heavylift.kernel.forces.describe import Load, Signal
+from heavylift.kernel.simulation import Simulation
+from small_scenes import SECOND, G, events, hand_over, started, times
+
+INSTANT = 1e-7  # [s] by which a slip may be late: forces that grow for some nanoseconds beyond the limit, and 1e-9 m g
+RAMP = 1.5  # times the limit is reached after a second
+
+
+def block(name: str, mass: float, size: tuple[float, float, float]) -> Body:
+    x, y, z = (e * e * mass / 12.0 for e in size)
+    return Body(name, mass, inertia=((y + z, 0.0, 0.0), (0.0, x + z, 0.0), (0.0, 0.0, x + y)))
+
+
+def free(name: str, z: float) -> Joint:
+    return Joint(f"{name}-free", "free", WORLD, name, q0=(0.0, 0.0, z, 0.0, 0.0, 0.0, 1.0))
+
+
+def growing(most: float) -> Signal:
+    return Signal(times=(0.0, 1.0), values=(0.0, most))
+
+
+def pushed(mass: float, size, mu: float, height: float, most: float, direction: float = 0.0) -> Simulation:
+    """A box on the ground, pushed at a height over its centre with a force that grows to `most` in a second."""
+    towards = (np.cos(direction), np.sin(direction), 0.0)
+    load = Load("push", Point("box", (0.0, 0.0, height)), towards, signal=growing(most))
+    ground = Contact("ground", Box("box", size), Plane(), mu)
+    scene = System(
+        (block("box", mass, size),), (free("box", 0.5 * size[2]),), forces=(load,), contacts=(ground,), gravity=G
+    )
+    return started(scene)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_box_that_is_pushed_slips_at_mu_m_g(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    size, mu = tuple(random.uniform((0.5, 0.5, 0.2), (3.0, 3.0, 0.5))), random.uniform(0.05, 0.3)
+    mass, height = 10.0 ** random.uniform(-1, 6), random.uniform(-0.5, 0.5) * size[2]
+    s = pushed(mass, size, mu, height, RAMP * mu * mass * G)
+    hand_over(s, 9 * SECOND // 10)
+    assert times(s, "ground", "slip") == [pytest.approx(1.0 / RAMP, abs=INSTANT)]
+    assert events(s) == [("ground", "slip")]
+
+
+@pytest.mark.parametrize("part", [0.5, 0.97, 0.9999])
+def test_a_push_below_the_limit_makes_no_event(part: float) -> None:
+    s = pushed(5.0, (2.0, 2.0, 0.5), 0.3, 0.1, part * 0.3 * 5.0 * G)
+    hand_over(s, 2 * SECOND)
+    assert events(s) == []
+    assert abs(s.state[0]) < 1e-12
+
+
+def test_a_square_box_slips_on_the_spot_at_the_moment_of_its_corners() -> None:
+    """M = mu m g r, with the corners at r from the axis."""
+    mass, a, mu = 800.0, 1.5, 0.25
+    limit = mu * mass * G * a / sqrt(2.0)
+    turn = Load("turn", Point("box"), moment=(0.0, 0.0, 1.0), signal=growing(RAMP * limit))
+    ground = Contact("ground", Box("box", (a, a, 0.6)), Plane(), mu)
+    bodies, joints = (block("box", mass, (a, a, 0.6)),), (free("box", 0.3),)
+    s = started(System(bodies, joints, forces=(turn,), contacts=(ground,), gravity=G))
+    hand_over(s, 9 * SECOND // 10)
+    assert times(s, "ground", "slip") == [pytest.approx(1.0 / RAMP, abs=INSTANT)]
+
+
+@pytest.mark.parametrize(("upper", "lower", "slipping"), [(0.2, 0.5, "seam"), (0.5, 0.2, "seam"), (0.6, 0.2, "ground")])
+def test_of_a_stack_the_weaker_contact_slips_and_no_other(upper: float, lower: float, slipping: str) -> None:
+    """The upper box is pushed at its foot: the seam holds upper m g, the ground lower (M + m) g."""
+    m, M, low, high = 3.0, 5.0, (2.0, 2.0, 0.5), (1.0, 1.0, 0.4)
+    limit = min(upper * m, lower * (M + m)) * G
+    load = Load("push", Point("top", (0.0, 0.0, -0.2)), (1.0, 0.0, 0.0), signal=growing(RAMP * limit))
+    seam = Contact("seam", Box("top", high), Box("base", low), upper)
+    ground = Contact("ground", Box("base", low), Plane(), lower)
+    bodies, joints = (block("base", M, low), block("top", m, high)), (free("base", 0.25), free("top", 0.7))
+    s = started(System(bodies, joints, forces=(load,), contacts=(ground, seam), gravity=G))
+    hand_over(s, 7 * SECOND // 10)
+    assert times(s, slipping, "slip") == [pytest.approx(1.0 / RAMP, abs=INSTANT)]
+    assert ("ground" if slipping == "seam" else "seam", "slip") not in events(s)
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.4])
+def test_on_a_slope_that_steepens_it_slips_at_the_angle_of_friction(mu: float) -> None:
+    """Seen from the slope, gravity turns: g cos, g sin with an angle that grows; m g = 1 N stands for it."""
+    rate = 2.0 * atan(mu)
+    at = np.linspace(0.0, 1.0, 101)
+    down = Load(
+        "down",
+        Point("box"),
+        (0.0, 0.0, -1.0),
+        signal=Signal(times=tuple(at.tolist()), values=tuple(np.cos(rate * at).tolist())),
+    )
+    along = Load(
+        "along",
+        Point("box"),
+        (1.0, 0.0, 0.0),
+        signal=Signal(times=tuple(at.tolist()), values=tuple(np.sin(rate * at).tolist())),
+    )
+    ground = Contact("ground", Box("box", (1.0, 2.0, 0.5)), Plane(), mu)
+    bodies, joints = (block("box", 1.0, (1.0, 2.0, 0.5)),), (free("box", 0.25),)
+    s = started(System(bodies, joints, forces=(down, along), contacts=(ground,), gravity=0.0))
+    hand_over(s, 6 * SECOND // 10)
+    assert times(s, "ground", "slip") == [pytest.approx(0.5, abs=1e-4)], "a history of straight pieces"
+
+
+def test_a_body_that_comes_to_rest_sticks_once() -> None:
+    """Pushed for a while, it slides, is braked by friction alone, and stands: t = v / mu g after the push."""
+    mu, mass, push = 0.3, 5.0, 2.0 * 0.3 * 5.0 * G
+    signal = Signal(times=(0.0, 0.5, 0.5000001, 2.0), values=(push, push, 0.0, 0.0))
+    load = Load("push", Point("box", (0.0, 0.0, -0.25)), (1.0, 0.0, 0.0), signal=signal)
+    ground = Contact("ground", Box("box", (2.0, 2.0, 0.5)), Plane(), mu)
+    bodies, joints = (block("box", mass, (2.0, 2.0, 0.5)),), (free("box", 0.25),)
+    s = started(System(bodies, joints, forces=(load,), contacts=(ground,), gravity=G))
+    hand_over(s, 3 * SECOND // 2)
+    assert [what for _, what in events(s)] in ([["slip", "stick"], ["stick"]])
+    assert times(s, "ground", "stick") == [pytest.approx(1.0, abs=1e-6)]
+    assert s.state[0] == pytest.approx(2.0 * 0.5 * mu * G * 0.5**2, rel=1e-6)
