@@ -228,4 +228,4 @@ def _inside(p: tuple[float, float], points: list[tuple[float, float]]) -> bool:
         return True
     angles = sorted(atan2(y - p[1], x - p[0]) for x, y in points)
     gaps = [(b - a) for a, b in pairwise([*angles, angles[0] + 2 * pi])]
-    return max(gaps) <= pi + 1e-9
+    return bool(max(gaps) <= pi + 1e-9)

@@ -223,7 +223,7 @@ def _lean(built: plan.Plan, x: StaticState) -> float:
     assert built.block is not None
     R = x.poses[built.block.name][1]
     upright = min(1.0, max(abs(R[2][i]) for i in range(3)))
-    return atan2(sqrt(1.0 - upright * upright), upright)
+    return float(atan2(sqrt(1.0 - upright * upright), upright))
 
 
 def _moves(x: Order, *verbs: str) -> Iterator[actions.Move]:
