@@ -23,7 +23,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Ends = tuple[Placed, Placed]  # at the begin and the end of steps
 SHARP = 1e-3  # [m]
-SIZES = (64, 8, 1)  # samples in a stretch, from the first cut to the last
+SIZES = (64, 16, 4, 1)  # samples in a stretch, from the first cut to the last
 FINEST = 2.0**-20  # part of the time between two samples that is not cut any more
 
 
@@ -205,6 +205,9 @@ def _by_pair(shapes: list[Moving], a: Indices, b: Indices) -> list[tuple[Moving,
 def _placed(shapes: list[Moving], which: Indices, k: Indices) -> Placed:
     """Many shapes, each at its sample."""
     m = len(which)
+    if m and (which == which[0]).all():
+        s = shapes[which[0]]
+        return Placed(s.centre[k], *s.axes(k), np.full(m, s.radius))
     centre, R, half, radius = np.empty((m, 3)), np.empty((m, 3, 3)), np.empty((m, 3)), np.empty(m)
     for i in np.unique(which):
         here, s = which == i, shapes[i]

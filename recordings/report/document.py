@@ -33,7 +33,8 @@ h1 { font-size: 22px; margin: 0 0 4px; } h2 { font-size: 16px; margin: 28px 0 6p
 p.quiet { color: #66727e; overflow-wrap: anywhere; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
 th, td { text-align: right; padding: 3px 8px; border-bottom: 1px solid #eceff2; } th { font-weight: 600; }
-th:first-child, td:first-child, .told th, .told td, .placed th:last-child, .placed td:last-child { text-align: left; } td.bad { color: #a3182b; font-weight: 600; }
+th:first-child, td:first-child, .told th, .told td, .placed th:last-child, .placed td:last-child { text-align: left; }
+td.bad { color: #a3182b; font-weight: 600; }
 img { max-width: 100%; } .verdict { padding: 8px 12px; border-radius: 4px; background: #e9f4ec; }
 .verdict.bad { background: #fbe9ea; } @media print { body { margin: 0; } h2, tr, img { break-inside: avoid; } }
 """
