@@ -8,6 +8,7 @@ stray from that (see `moving`) lowers the bound.  The minimum that is found is a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from .distance import Near, Placed, bounds, bounds_along, bounds_between, exactly
 from .moving import Moving, lengths
 
-__all__ = ["SIZES", "Minimum", "Stretches", "nearest", "whole"]
+__all__ = ["SIZES", "Minimum", "Stretches", "nearest", "together", "whole"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -63,6 +64,13 @@ class Stretches:
         """Some of them."""
         a, b, first, last = self.a[kept], self.b[kept], self.first[kept], self.last[kept]
         return Stretches(a, b, first, last, self.moved[kept], self.least[kept])
+
+
+def together(groups: Sequence[Stretches]) -> Stretches:
+    """All of some groups as one."""
+    a, b, first, last = (np.concatenate([getattr(g, x) for g in groups]) for x in ("a", "b", "first", "last"))
+    moved, least = (np.concatenate([getattr(g, x) for g in groups]) for x in ("moved", "least"))
+    return Stretches(a, b, first, last, moved, least)
 
 
 def whole(shapes: list[Moving], pairs: list[tuple[int, int]], common: Floats) -> Stretches:
