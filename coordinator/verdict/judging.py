@@ -69,7 +69,8 @@ def _clearances(bench: Bench) -> None:
 
 def _conduct(bench: Bench) -> None:
     """Whether it went as the action list means it."""
-    bench.findings += conduct_findings(bench.plan, bench.conduct)
+    told = {(f.kind, f.subject) for f in bench.findings}  # a hook beyond its height was seen there as well
+    bench.findings += [f for f in conduct_findings(bench.plan, bench.conduct) if (f.kind, f.subject) not in told]
 
 
 Judge = Callable[[Bench], None]
