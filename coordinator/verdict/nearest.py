@@ -215,7 +215,8 @@ def _placed(shapes: list[Moving], which: Indices, k: Indices) -> Placed:
     m = len(which)
     if m and (which == which[0]).all():
         s = shapes[which[0]]
-        return Placed(s.centre[k], *s.axes(k), np.full(m, s.radius))
+        turns, edges = s.axes(k)
+        return Placed(s.centre[k], turns, edges, np.full(m, s.radius))
     centre, R, half, radius = np.empty((m, 3)), np.empty((m, 3, 3)), np.empty((m, 3)), np.empty(m)
     for i in np.unique(which):
         here, s = which == i, shapes[i]
