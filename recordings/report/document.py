@@ -68,7 +68,7 @@ def _page(rec: Recording, found: Facts, pictures: list[str], verdict: Judged | N
         _findings(verdict) if verdict else _warnings(found),
         *(_limits(limits) if limits else ()),
         *(_clearances(verdict) if verdict else ()),
-        "" if verdict else _notes(found),
+        _notes(found),
         _section("Scene", ["what", ""], [list(row) for row in found.scene], "told"),
         _section("Cranes", ["crane", "largest load", "at", "may carry", "use"], [_load(c) for c in found.cranes]),
         f'<p class="quiet">{RULE}</p>' if len(found.cranes) > 1 else "",
