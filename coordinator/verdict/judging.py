@@ -85,7 +85,7 @@ def judge(plan: Plan, history: History, conduct: Conduct) -> Judged:
     findings = [_placed(f, conduct) for f in _in_order(bench.findings)]
     return Judged(
         red=any(f.severity == "red" for f in findings),
-        line=_line(findings),
+        line=_line(findings, bool(plan.limits or bench.clearances)),
         findings=tuple(msgspec.convert(msgspec.to_builtins(f), Found) for f in findings),
         not_looked_at=tuple(bench.not_looked_at),
         clearances=tuple(bench.clearances),
@@ -118,13 +118,16 @@ def _placed(f: Finding, conduct: Conduct) -> Finding:
     return msgspec.structs.replace(f, stage=stage)
 
 
-def _line(findings: list[Finding]) -> str:
+def _line(findings: list[Finding], judged: bool) -> str:
     """The verdict in one line: what is worst, and how much more there is."""
     reds = [f for f in findings if f.severity == "red"]
     warnings = sum(f.severity == "warning" for f in findings)
     rest = f"; {warnings} warning{'s' * (warnings > 1)}" if warnings else ""
     if not reds:
-        return f"green: nothing is beyond its limits{rest}"
+        told = (
+            "nothing is beyond its limits" if judged else "nothing was found, but the scene has no limits to judge by"
+        )
+        return f"green: {told}{rest}"
     grouped = likewise(reds)
     more = f", and {len(grouped) - 1} more" if len(grouped) > 1 else ""
     return f"red: {grouped[0].sentence}{more}{rest}"
