@@ -163,20 +163,22 @@ def _panel(axes: Axes, curves: Curves, columns: Sequence[int], stages: Sequence[
         )
     highest = float(np.max(curves.peaks[:, list(columns)]))
     lowest = float(min(0.0, np.min(curves.values[:, list(columns)])))
-    for limit in dict.fromkeys(curves.rated[i] for i in columns):
-        if limit is not None and limit < 2.5 * highest:
-            axes.axhline(limit, color=LIMIT, lw=1.1, ls=(0, (6, 3)), zorder=2)
-            axes.annotate(
-                f"rated {_number(limit)} kN",
-                (1, limit),
-                xycoords=("axes fraction", "data"),
-                xytext=(-4, 3),
-                textcoords="offset points",
-                ha="right",
-                color=LIMIT,
-                size=8.5,
-            )
-            highest = max(highest, limit * 1.02)
+    near = {x for i in columns if (x := curves.rated[i]) is not None and x < 2.5 * highest}
+    for limit in sorted(near):
+        axes.axhline(limit, color=LIMIT, lw=1.1, ls=(0, (6, 3)), zorder=2)
+    if near:
+        told = " to ".join(_number(x) for x in dict.fromkeys((min(near), max(near))))
+        axes.annotate(
+            f"rated {told} kN",
+            (1, max(near)),
+            xycoords=("axes fraction", "data"),
+            xytext=(-4, 3),
+            textcoords="offset points",
+            ha="right",
+            color=LIMIT,
+            size=8.5,
+        )
+        highest = max(highest, max(near) * 1.02)
     margin = 0.08 * (highest - lowest) or 1.0
     axes.set_ylim(lowest - (margin if lowest < 0 else 0), highest + margin)
     axes.set_xlim(curves.t[0], curves.t[-1])

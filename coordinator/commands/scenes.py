@@ -12,7 +12,6 @@ from .app import After, At, Json, Scene, Sets, app
 @app.command()
 def check(scene: Scene, as_json: Json = False, sets: Sets = None) -> None:
     """Check a scene, show its static loads and what of it is modelled; starts nothing.    heavylift check lift"""
-    import json
     from dataclasses import asdict
 
     import msgspec
@@ -30,7 +29,7 @@ def check(scene: Scene, as_json: Json = False, sets: Sets = None) -> None:
         return
     told: dict[str, object] = {k: v for k, v in msgspec.to_builtins(found).items() if k != "lines"}
     told |= {"modelled": loaded.verdict.data() if loaded.verdict else None, "stages": [asdict(x) for x in stages]}
-    typer.echo(json.dumps(told))
+    typer.echo(msgspec.json.encode(told).decode())
 
 
 @app.command()

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from .history import History
 from .moving import Moving, matrices, moving
-from .nearest import Minimum, Stretches, nearest, whole
+from .nearest import Minimum, Stretches, nearest, together, whole
 
 __all__ = ["LIMIT", "clearances", "findings"]
 
@@ -27,6 +27,7 @@ TOUCH = 0.01  # depth of a penetration that is only numbers, such as of a pad th
 ORDER: tuple[Kind, ...] = (
     "rope", "sling", "loader", "mechanism", "block", "trolley", "portal", "stools", "ground",
 )  # fmt: skip
+TOGETHER = 3  # times that what is left is looked at in one go
 THINNEST = 1e-3  # time between samples that are looked at, at least [s]
 
 
@@ -40,18 +41,46 @@ def clearances(plan: Plan, history: History, limit: float = LIMIT) -> list[Clear
     if not pairs:
         return []
     start = whole(shapes, pairs, _common(plan, history))
-    found: list[tuple[float, Minimum]] = []
-    for least, names, stretches in _groups(shapes, pairs, start):
-        bar = limits[names]
-        margins = sorted(m.least for limit, m in found if limit > 0.0)
-        enough = margins[SMALLEST - 1] if len(margins) >= SMALLEST else np.inf
-        if least >= max(enough, limit):
-            break
-        minimum = nearest(shapes, stretches, max(enough, bar) if bar > 0.0 else -TOUCH)
-        if minimum is not None:
-            found.append((bar, minimum))
+    groups = list(_groups(shapes, pairs, start))
+    found = _through(shapes, [g for names, g in groups if not limits[names]])
+    found += _smallest(shapes, [(names, g) for names, g in groups if limits[names]], limit)
     told = sorted((_told(bar, m) for bar, m in found), key=lambda c: (c.distance, c.a, c.b))
     return [c for i, c in enumerate(told) if i < SMALLEST or _red(c)]
+
+
+def _through(shapes: list[Moving], groups: list[Stretches]) -> list[tuple[float, Minimum]]:
+    """Things that went through each other, of those that may come near."""
+    if not groups or nearest(shapes, together(groups), -TOUCH) is None:
+        return []
+    each = (nearest(shapes, group, -TOUCH) for group in groups)
+    return [(0.0, minimum) for minimum in each if minimum is not None]
+
+
+def _smallest(
+    shapes: list[Moving], groups: list[tuple[tuple[str, str], Stretches]], limit: float
+) -> list[tuple[float, Minimum]]:
+    """The smallest clearances of things that keep apart, and all below the limit."""
+    found: list[tuple[float, Minimum]] = []
+    rest, alike = list(groups), 0
+    while rest:
+        smallest = sorted(m.least for _, m in found)
+        most = max(smallest[SMALLEST - 1], limit) if len(found) >= SMALLEST else np.inf
+        rest = [(names, group) for names, group in rest if float(group.least.min()) < most]
+        if not rest:
+            break
+        if len(found) < SMALLEST or alike == TOGETHER:
+            _, group = rest.pop(0)
+            minimum = nearest(shapes, group, most)
+        else:  # of what is left there is mostly none as near: all of it in one go
+            alike += 1
+            minimum = nearest(shapes, together([group for _, group in rest]), most)
+            if minimum is None:
+                break
+            done = _names(minimum.a, minimum.b)
+            rest = [(names, group) for names, group in rest if names != done]
+        if minimum is not None:
+            found.append((limit, minimum))
+    return found
 
 
 def findings(found: Sequence[Clearance]) -> list[Finding]:
@@ -138,7 +167,7 @@ def _names(a: Moving, b: Moving) -> tuple[str, str]:
 
 def _groups(
     shapes: list[Moving], pairs: list[tuple[int, int]], start: Stretches
-) -> Iterator[tuple[float, tuple[str, str], Stretches]]:
+) -> Iterator[tuple[tuple[str, str], Stretches]]:
     """Stretches by the two things that they are of, the nearest first."""
     if not len(start.a):
         return
@@ -153,7 +182,7 @@ def _groups(
     begins = np.searchsorted(group[order], np.arange(len(numbers) + 1))
     for bound, names, number in sorted((float(least[i]), names, i) for names, i in numbers.items()):
         if np.isfinite(bound):
-            yield bound, names, start.of(order[begins[number] : begins[number + 1]])
+            yield names, start.of(order[begins[number] : begins[number + 1]])
 
 
 def _told(limit: float, m: Minimum) -> Clearance:

@@ -83,7 +83,8 @@ def conduct_findings(plan: Plan, said: Conduct) -> Iterator[Finding]:
     yield from _stops(plan, said)
     yield from _at_once(plan, said)
     for t, words, ends in said.words:
-        told = "an operator stopped the run" if ends else f"an operator ordered '{words}'"
+        rest = f", which was {said.unfinished}" if said.unfinished else ""
+        told = f"an operator stopped the run{rest}" if ends else f"an operator ordered '{words}'"
         yield Finding(severity="red" if ends else "note", kind="operator", subject="operator", sentence=told, t=t)
     if said.status != FINISHED:
         told = f"the run {said.status}: {said.reason}" if said.reason else "the recording is cut off"

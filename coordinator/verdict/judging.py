@@ -69,7 +69,8 @@ def _clearances(bench: Bench) -> None:
 
 def _conduct(bench: Bench) -> None:
     """Whether it went as the action list means it."""
-    bench.findings += conduct_findings(bench.plan, bench.conduct)
+    told = {(f.kind, f.subject) for f in bench.findings}  # a hook beyond its height was seen there as well
+    bench.findings += [f for f in conduct_findings(bench.plan, bench.conduct) if (f.kind, f.subject) not in told]
 
 
 Judge = Callable[[Bench], None]
@@ -84,7 +85,7 @@ def judge(plan: Plan, history: History, conduct: Conduct) -> Judged:
     findings = [_placed(f, conduct) for f in _in_order(bench.findings)]
     return Judged(
         red=any(f.severity == "red" for f in findings),
-        line=_line(findings),
+        line=_line(findings, bool(plan.limits or bench.clearances)),
         findings=tuple(msgspec.convert(msgspec.to_builtins(f), Found) for f in findings),
         not_looked_at=tuple(bench.not_looked_at),
         clearances=tuple(bench.clearances),
@@ -117,13 +118,16 @@ def _placed(f: Finding, conduct: Conduct) -> Finding:
     return msgspec.structs.replace(f, stage=stage)
 
 
-def _line(findings: list[Finding]) -> str:
+def _line(findings: list[Finding], judged: bool) -> str:
     """The verdict in one line: what is worst, and how much more there is."""
     reds = [f for f in findings if f.severity == "red"]
     warnings = sum(f.severity == "warning" for f in findings)
     rest = f"; {warnings} warning{'s' * (warnings > 1)}" if warnings else ""
     if not reds:
-        return f"green: nothing is beyond its limits{rest}"
+        told = (
+            "nothing is beyond its limits" if judged else "nothing was found, but the scene has no limits to judge by"
+        )
+        return f"green: {told}{rest}"
     grouped = likewise(reds)
     more = f", and {len(grouped) - 1} more" if len(grouped) > 1 else ""
     return f"red: {grouped[0].sentence}{more}{rest}"

@@ -119,7 +119,7 @@ def moving(plan: Plan, history: History) -> list[Moving]:
             centre, turn = np.tile(solid.centre, (len(history.t), 1)), np.array([[0.0, 0.0, 0.0, 1.0]])
         elif solid.body in history.poses:
             pose = history.poses[solid.body]
-            turn = pose[:, 3:] if np.ptp(pose[:, 3:], axis=0).any() else pose[:1, 3:]
+            turn = _turn(pose)
             centre = pose[:, :3] + turned(turn, solid.centre)
         else:
             continue
@@ -165,7 +165,13 @@ def _places(history: History, body: str, p: tuple[float, float, float]) -> Float
     if body not in history.poses:
         return None
     pose = history.poses[body]
-    return pose[:, :3] + turned(pose[:, 3:], p)
+    return pose[:, :3] + turned(_turn(pose), p)
+
+
+def _turn(pose: Floats) -> Floats:
+    """(n, 4) quaternions of a body, (1, 4) of one that never turns."""
+    q = pose[:, 3:]
+    return q if (q != q[0]).any() else q[:1]
 
 
 def turned(q: Floats, p: tuple[float, float, float]) -> Floats:

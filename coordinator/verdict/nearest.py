@@ -8,6 +8,7 @@ stray from that (see `moving`) lowers the bound.  The minimum that is found is a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,13 +18,13 @@ from numpy.typing import NDArray
 from .distance import Near, Placed, bounds, bounds_along, bounds_between, exactly
 from .moving import Moving, lengths
 
-__all__ = ["SIZES", "Minimum", "Stretches", "nearest", "whole"]
+__all__ = ["SIZES", "Minimum", "Stretches", "nearest", "together", "whole"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 Ends = tuple[Placed, Placed]  # at the begin and the end of steps
 SHARP = 1e-3  # [m]
-SIZES = (64, 8, 1)  # samples in a stretch, from the first cut to the last
+SIZES = (64, 16, 4, 1)  # samples in a stretch, from the first cut to the last
 FINEST = 2.0**-20  # part of the time between two samples that is not cut any more
 
 
@@ -63,6 +64,13 @@ class Stretches:
         """Some of them."""
         a, b, first, last = self.a[kept], self.b[kept], self.first[kept], self.last[kept]
         return Stretches(a, b, first, last, self.moved[kept], self.least[kept])
+
+
+def together(groups: Sequence[Stretches]) -> Stretches:
+    """All of some groups as one."""
+    a, b, first, last = (np.concatenate([getattr(g, x) for g in groups]) for x in ("a", "b", "first", "last"))
+    moved, least = (np.concatenate([getattr(g, x) for g in groups]) for x in ("moved", "least"))
+    return Stretches(a, b, first, last, moved, least)
 
 
 def whole(shapes: list[Moving], pairs: list[tuple[int, int]], common: Floats) -> Stretches:
@@ -205,6 +213,10 @@ def _by_pair(shapes: list[Moving], a: Indices, b: Indices) -> list[tuple[Moving,
 def _placed(shapes: list[Moving], which: Indices, k: Indices) -> Placed:
     """Many shapes, each at its sample."""
     m = len(which)
+    if m and (which == which[0]).all():
+        s = shapes[which[0]]
+        turns, edges = s.axes(k)
+        return Placed(s.centre[k], turns, edges, np.full(m, s.radius))
     centre, R, half, radius = np.empty((m, 3)), np.empty((m, 3, 3)), np.empty((m, 3)), np.empty(m)
     for i in np.unique(which):
         here, s = which == i, shapes[i]

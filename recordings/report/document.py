@@ -33,7 +33,8 @@ h1 { font-size: 22px; margin: 0 0 4px; } h2 { font-size: 16px; margin: 28px 0 6p
 p.quiet { color: #66727e; overflow-wrap: anywhere; }
 table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
 th, td { text-align: right; padding: 3px 8px; border-bottom: 1px solid #eceff2; } th { font-weight: 600; }
-th:first-child, td:first-child, .told th, .told td { text-align: left; } td.bad { color: #a3182b; font-weight: 600; }
+th:first-child, td:first-child, .told th, .told td, .placed th:last-child, .placed td:last-child { text-align: left; }
+td.bad { color: #a3182b; font-weight: 600; }
 img { max-width: 100%; } .verdict { padding: 8px 12px; border-radius: 4px; background: #e9f4ec; }
 .verdict.bad { background: #fbe9ea; } @media print { body { margin: 0; } h2, tr, img { break-inside: avoid; } }
 """
@@ -68,8 +69,8 @@ def _page(rec: Recording, found: Facts, pictures: list[str], verdict: Judged | N
         _findings(verdict) if verdict else _warnings(found),
         *(_limits(limits) if limits else ()),
         *(_clearances(verdict) if verdict else ()),
-        "" if verdict else _notes(found),
-        _section("Scene", ["what", ""], [list(row) for row in found.scene]),
+        _notes(found),
+        _section("Scene", ["what", ""], [list(row) for row in found.scene], "told"),
         _section("Cranes", ["crane", "largest load", "at", "may carry", "use"], [_load(c) for c in found.cranes]),
         f'<p class="quiet">{RULE}</p>' if len(found.cranes) > 1 else "",
         _section("Hooks", ["hook", "largest load", "at", "may carry", "use"], [_load(h) for h in found.hooks]),
@@ -91,7 +92,7 @@ def _origin(rec: Recording) -> str:
     facts_ = [f"{duration(float(rec.fact('sim_s', 0.0)))} simulated", *settings(rec.run).values()]
     facts_ += [f"digest {rec.result['digest']}"] if rec.result.get("digest") else []
     versions = [rec.library, f"python {rec.run.get('python', 'unknown')}", rec.run.get("platform", "")]
-    return ", ".join([*facts_, *filter(None, versions), f"from {rec.path.name}"])
+    return "; ".join([*facts_, *filter(None, versions), f"from {rec.path.name}"])
 
 
 def _verdict(rec: Recording, found: Facts, verdict: Judged | None) -> str:
@@ -131,7 +132,7 @@ def _clearances(verdict: Judged) -> list[str]:
         rows.append([f"{c.a} and {c.b}", (f"{c.distance:.2f} m", red), kept, _clock(c.t), c.place])
     unseen = "".join(f"<li>{escape(sentence)}</li>" for sentence in verdict.not_looked_at)
     return [
-        _section("Smallest clearances", ["between", "at least", "to be kept", "at", "where"], rows),
+        _section("Smallest clearances", ["between", "at least", "to be kept", "at", "where"], rows, "placed"),
         f'<p class="quiet">Not looked at:</p><ul class="quiet">{unseen}</ul>' if unseen else "",
     ]
 
@@ -180,7 +181,7 @@ def _limits(limits: LimitTable) -> list[str]:
     """The table of limits, and what was assumed or not judged."""
     rows: list[list[Cell]] = [[(cell, _beyond(cell)) for cell in row] for row in limits.rows]
     told = "".join(f"<li>{escape(sentence)}</li>" for sentence in limits.told)
-    return [_section("Limits", limits.head, rows), f'<ul class="quiet">{told}</ul>' if told else ""]
+    return [_section("Limits", limits.head, rows, "placed"), f'<ul class="quiet">{told}</ul>' if told else ""]
 
 
 def _beyond(cell: str) -> bool:

@@ -88,7 +88,7 @@ def test_a_command_gets_its_answer_and_a_stop_its_recording(tmp_path: Path) -> N
         assert (code, out.split(" at ")[0]) == (0, "ends")
         output, errors = process.communicate(timeout=PATIENCE_s)
     assert process.returncode == 0, errors
-    assert "at its end the run was still waiting for moves done (wait" in " ".join(output.split())
+    assert "an operator stopped the run, which was still waiting for moves done (wait" in " ".join(output.split())
     recording = Recording(tmp_path / "sledge.mcap")
     assert recording.result["status"] == "finished"
     assert given == f"pusher: drive 6 m/min by 1 m: began at {operator_commands(recording.path)[0].tag.t * 1e-9:.9f} s"
