@@ -15,12 +15,13 @@ Where no equilibrium is near any more (a fold, a load let go), the scene falls t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, inf, nan, sqrt
+from math import ceil, inf, nan
 from types import SimpleNamespace
 
 import numpy as np
 
 from ..bending import check_bending
+from ..elementary import power
 from ..errors import KernelError
 from ..notes import Note
 from ..profile import REST
@@ -38,9 +39,11 @@ __all__ = ["EquilibriumPath", "Rest"]
 NEWTON = 12  # corrector steps of one point
 SLOW = 0.03  # contraction above which the stiffness is renewed
 CLOSE = 1e-9  # [m, rad] of a corrector step behind which the next one is none
-BEND = 0.05  # [m, rad] of the second corrector step: what curvature adds to the tangent in one step
+CHORDS = 2  # corrector steps with the stiffness of the last point
+BEND = 0.15  # [m, rad] of the second corrector step: what curvature adds to the tangent in one step
 WIDEST = 1.0  # [m, rad] of a corrector step; a tangent may be longer
 FIRST_NS, LONGEST_NS, SHORTEST_NS = 10**9, 600 * 10**9, 10**5  # steps of the path
+STALLED = 1  # guesses in a row that leave more than half of the bracket, before it is halved
 LONGEST_FALL_NS = 10**10  # of commands that go on while a scene falls from a fold
 LOCATED_NS = 1000  # an event is located to this
 UNLOCATED = (*RUBS, "bending")  # kinds of guards that are looked at where a step ends
@@ -79,6 +82,7 @@ class EquilibriumPath:
         self.unstable_since: int | None = None
         """Time from which the rest is unstable [ns]."""
         self._dt, self._steps = FIRST_NS, 0
+        self._slope: tuple[np.ndarray, int] | None = None  # the last tangent per nanosecond, and its step
         self._instant = 0
         self._program: object = None
 
@@ -140,19 +144,19 @@ class EquilibriumPath:
         while True:
             t1 = min(end_ns, t0 + self._dt)
             self._lead(t1)
-            q, bend = self._predicted(q0)
-            if q is not None and (bend <= 2.0 * BEND or t1 - t0 <= SHORTEST_NS):
+            q, bend, tangent = self._predicted(q0, t1 - t0)
+            if q is not None:
                 break
             if t1 - t0 <= SHORTEST_NS:
                 self._q = q0
                 return self._beyond(end_ns)
             self._dt = max(SHORTEST_NS, (t1 - t0) // 2)
         if t1 - t0 >= self._dt or bend > BEND:
-            grown = (t1 - t0) * min(4.0, max(0.3, 0.9 * sqrt(BEND / max(bend, 1e-12))))
+            grown = (t1 - t0) * min(5.0, max(0.3, 0.9 * power(BEND / max(bend, 1e-12), 1.0 / 3.0)))
             self._dt = min(LONGEST_NS, max(SHORTEST_NS, int(grown)))
         kinds = [kind for kind, _ in self.command.program.guards]
-        fell = np.flatnonzero((self._guards(q) < 0.0) & (G0 >= 0.0))
-        if any(kinds[i] not in UNLOCATED for i in fell):
+        G0[[kind in UNLOCATED for kind in kinds]] = nan
+        if ((self._guards(q) < 0.0) & (G0 >= 0.0)).any():
             t1, q = self._located(t0, q0, G0, t1, q)
         self._instant = self._instant + 1 if t1 - t0 <= LOCATED_NS else 0
         self._lead(t1)
@@ -162,7 +166,7 @@ class EquilibriumPath:
         self._poses.accelerations(q)
         if happened := sliding.turned() or switch(self._poses, q, thresholds=True):
             return self._settled(happened)
-        self._renew()
+        self._slope = tangent / (t1 - t0), t1 - t0
         self._keep([])
         self._check_stability()
         return []
@@ -181,6 +185,7 @@ class EquilibriumPath:
 
     def _settled(self, happened: list[StateEvent]) -> list[StateEvent]:
         """The rest after laws have switched."""
+        self._slope = None
         for _ in range(CHATTER if self._instant < CHATTER else 0):
             self._renew()
             q = self._corrected(self._q)
@@ -199,6 +204,7 @@ class EquilibriumPath:
     def _fall(self, why: str, before: list[StateEvent] | None = None, since_ns: int | None = None) -> list[StateEvent]:
         """To the rest into which the scene falls from where it is; told if that is far."""
         self._use_program()
+        self._slope = None
         poses, start = self._poses, self._q
         try:
             q, self._steps, events = relaxed(poses, poses.moved(start, np.zeros(len(poses.free))))
@@ -218,23 +224,24 @@ class EquilibriumPath:
         return net(events)
 
     def _located(self, t0: int, q0: np.ndarray, G0: np.ndarray, t1: int, q1: np.ndarray) -> tuple[int, np.ndarray]:
-        """The first instant of a step at which a guard has fallen, and the rest there (regula falsi, halved)."""
-        G1, halve = self._guards(q1), False
+        """The first instant of a step at which a guard has fallen, and the rest there: regula falsi, with guesses now
+        before, now behind the root so that the bracket closes from both sides, halved where that gets on slowly."""
+        G1, slow, aside = self._guards(q1), 0, -LOCATED_NS // 2
         while t1 - t0 > LOCATED_NS:
+            width = t1 - t0
             fell = np.flatnonzero((G1 < 0.0) & (G0 >= 0.0))
-            part = 0.5 if halve else min(float(G0[i] / (G0[i] - G1[i])) for i in fell)
-            t = min(t1 - 1, max(t0 + 1, t0 + ceil(part * (t1 - t0)) + LOCATED_NS // 2))
+            part = 0.5 if slow >= STALLED else min(float(G0[i] / (G0[i] - G1[i])) for i in fell)
+            t = min(t1 - 1, max(t0 + 1, t0 + ceil(part * width) + aside))
             self._lead(t)
-            q = self._corrected(self._place(q0 + (t - t0) / (t1 - t0) * (q1 - q0)))
+            q = self._corrected(self._place(q0 + (t - t0) / width * (q1 - q0)))
             if q is None:
                 break
             G = self._guards(q)
             if ((G < 0.0) & (G0 >= 0.0)).any():
-                halve = t - t0 > (t1 - t0) // 2
-                t1, q1, G1 = t, q, G
+                t1, q1, G1, aside = t, q, G, -LOCATED_NS // 2
             else:
-                halve = t1 - t > (t1 - t0) // 2
-                t0, q0, G0 = t, q, np.where(G0 >= 0.0, G, G0)
+                t0, q0, aside, G0 = t, q, LOCATED_NS // 2, np.where(G0 >= 0.0, G, G0)
+            slow = slow + 1 if t1 - t0 > width // 2 and slow < STALLED else 0
         return t1, q1
 
     # ---- points -------------------------------------------------------------------------------------------
@@ -252,6 +259,7 @@ class EquilibriumPath:
 
     def _commanded(self) -> None:
         """Take over what has been commanded at the epoch: everything stands, what moves is led from here on."""
+        self._slope = None
         s, at = self.command, self.command.program.parameters.at
         s._set(t=0.0, t_stop=NEVER)
         s.references.write(self.epoch)
@@ -287,21 +295,37 @@ class EquilibriumPath:
         self._stiffen(self._q)
 
     def _stiffen(self, q: np.ndarray) -> None:
-        self._K = self._poses.stiffness(q, SECOND)
-        self._poses.factorise(self._K, LONG, self._poses.basis(q))
+        self._factorise(q, self._poses.stiffness(q, SECOND))
 
-    def _predicted(self, q0: np.ndarray) -> tuple[np.ndarray | None, float]:
-        """The rest that the tangent leads to, None if there is none near; and how far the path bends from it."""
+    def _factorise(self, q: np.ndarray, K: np.ndarray) -> None:
+        self._K = K
+        self._poses.factorise(K, LONG, self._poses.basis(q))
+
+    def _predicted(self, q0: np.ndarray, dt: int) -> tuple[np.ndarray | None, float, np.ndarray]:
+        """The rest to which tangent and curvature lead, None if there is none near; how far the path bends from there;
+        and the tangent (n_free,) over the step.  The curvature is the change of the tangent since the last point."""
         poses = self._poses
         q = self._place(q0)
         tangent = poses.solve(poses.accelerations(q))
         if not np.isfinite(tangent).all():
-            return None, inf
-        q = poses.moved(q, tangent)
-        bend = float(np.abs(poses.solve(poses.accelerations(q))).max(initial=0.0))
-        if not bend <= WIDEST:
-            return None, bend
-        return self._corrected(q), bend
+            return None, inf, tangent
+        way = tangent
+        if self._slope is not None:
+            slope, before = self._slope
+            way = tangent + (0.5 * dt / before) * (tangent - dt * slope)
+        q = poses.moved(q, way)
+        last, bend = self._K, 0.0
+        for _ in range(CHORDS):  # stiff ropes have their lengths again before their stiffness is looked at
+            step = poses.solve(poses.accelerations(q))
+            bend = max(bend, float(np.abs(step).max(initial=0.0)))
+            if not bend <= 2.0 * BEND:
+                return None, bend, tangent
+            q = poses.moved(q, step)
+        self._stiffen(q)
+        found = self._corrected(q)
+        if found is None:
+            self._factorise(q0, last)
+        return found, bend, tangent
 
     def _corrected(self, q: np.ndarray) -> np.ndarray | None:
         """The rest near a pose, with the discrete states as they are; None if there is none."""
