@@ -56,16 +56,12 @@ CHATTER = 50  # events at one instant after which the laws are settled together
 
 @dataclass(frozen=True)
 class Rest:
-    """A point of the path: its time, coordinates (nq,), what a sample shows, and what happened there.
-
-    `stiffness`: smallest eigenvalue of the tangent stiffness over the inertia where it was looked for, else nan [1/s2].
-    """
+    """A point of the path: its time, coordinates (nq,), what a sample shows, and what happened there."""
 
     t_ns: int
     q: np.ndarray
     row: SimpleNamespace
     events: tuple[StateEvent, ...]
-    stiffness: float = nan
 
 
 class EquilibriumPath:

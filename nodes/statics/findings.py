@@ -22,12 +22,12 @@ def path_findings(built: plan.Plan, path: Followed) -> list[Finding]:
 
 
 def _unstable(built: plan.Plan, path: Followed) -> list[Finding]:
-    found = next((x for x in path.states if x.stiffness < -GROWTH), None)
+    found = next((x for x in path.states if x.stiffness is not None and x.stiffness < -GROWTH), None)
     times = [t for t in (path.unstable, found.t if found else None) if t is not None]
     if not times:
         return []
     state = next((x for x in path.states if x.t >= min(times)), path.states[-1])
-    value = min((x.stiffness for x in path.states if x.stiffness == x.stiffness), default=None)
+    value = min((x.stiffness for x in path.states if x.stiffness is not None), default=None)
     sentence = "what hangs is not stable at rest: the smallest push would make it tip over"
     return [_finding(built, state.action, "red", "unstable", "scene", sentence, state.t, value, 0.0, "1/s2")]
 

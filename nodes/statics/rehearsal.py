@@ -227,7 +227,7 @@ class Rehearsal:
             speeds={name: s.references.speed(name, t) for name in names},
             hooked=lugs,
             grounded=any(force > 0.0 for name, force in supports.items() if name in block),
-            stiffness=rest.stiffness,
+            stiffness=None,
         )
 
 

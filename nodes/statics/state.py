@@ -26,7 +26,7 @@ class StaticState:
     speeds: Mapping[str, float]  # drive or winch -> commanded speed [m/s]; hoisting is negative
     hooked: Mapping[str, str]  # sling -> lug
     grounded: bool  # whether a support of the block is closed
-    stiffness: float  # smallest eigenvalue of the tangent stiffness over the inertia [1/s2]; negative: unstable
+    stiffness: float | None  # smallest eigenvalue of stiffness over inertia [1/s2], below 0 unstable; None: not looked
 
 
 @dataclass(frozen=True)
