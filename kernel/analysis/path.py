@@ -1,9 +1,7 @@
 """The equilibrium path: where a scene rests while its drives, winches and masters move as they are commanded.
 
-Continuation in the time of the commands (Allgower, Georg, Introduction to Numerical Continuation Methods, 2003,
-chapters 2 and 6), without inertia and without rates: the predictor is the tangent, the first step of Newton's method
-with the stiffness of the last point; the corrector keeps it while it converges; steps follow the curvature, which the
-second step of the corrector measures.  Events (guards that fall) are located on the path and switch the laws there.
+Continuation in the time of the commands, without inertia and without rates (see `corrector`); steps follow the
+curvature, which the corrector measures.  Events (guards that fall) are located on the path and switch the laws there.
 Where no equilibrium is near any more (a fold, a load let go), the scene falls to the next one, and that is told.
 
     start()           the first rest; what has changed on the way there
@@ -15,7 +13,7 @@ Where no equilibrium is near any more (a fold, a load let go), the scene falls t
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, inf, nan
+from math import ceil, nan
 from types import SimpleNamespace
 
 import numpy as np
@@ -29,25 +27,17 @@ from ..references import Actuator
 from ..simulation import FOREVER_NS, Simulation
 from ..stepper import NEVER
 from ..switching import StateEvent
-from ..tangent import SECOND
 from .active import RUBS, Sliding, net, switch
-from .equilibrium import ROUNDING, STILL, Equilibrium, equilibrium_at, relaxed
-from .poses import Poses
+from .corrector import BEND, Corrector
+from .equilibrium import Equilibrium, equilibrium_at, relaxed
 
 __all__ = ["EquilibriumPath", "Rest"]
 
-NEWTON = 12  # corrector steps of one point
-SLOW = 0.03  # contraction above which the stiffness is renewed
-CLOSE = 1e-9  # [m, rad] of a corrector step behind which the next one is none
-CHORDS = 2  # corrector steps with the stiffness of the last point
-BEND = 0.15  # [m, rad] of the second corrector step: what curvature adds to the tangent in one step
-WIDEST = 1.0  # [m, rad] of a corrector step; a tangent may be longer
 FIRST_NS, LONGEST_NS, SHORTEST_NS = 10**9, 600 * 10**9, 10**5  # steps of the path
 STALLED = 1  # guesses in a row that leave more than half of the bracket, before it is halved
 LONGEST_FALL_NS = 10**10  # of commands that go on while a scene falls from a fold
 LOCATED_NS = 1000  # an event is located to this
 UNLOCATED = (*RUBS, "bending")  # kinds of guards that are looked at where a step ends
-LONG = 100.0  # [s] of pseudo time: leaves neutral directions alone
 GROWTH = 1e-4  # [1/s2] eigenvalue of the tangent stiffness that is instability, not rounding
 NUDGE = 1e-3  # [m, rad] along the unstable mode
 FAR = 1.0  # [m, rad] of a fall that is worth a note
@@ -78,9 +68,7 @@ class EquilibriumPath:
         self.unstable_since: int | None = None
         """Time from which the rest is unstable [ns]."""
         self._dt, self._steps = FIRST_NS, 0
-        self._slope: tuple[np.ndarray, int] | None = None  # the last tangent per nanosecond, and its step
         self._instant = 0
-        self._program: object = None
 
     # ---- life ---------------------------------------------------------------------------------------------
 
@@ -89,16 +77,17 @@ class EquilibriumPath:
         self.command.start()
         self._commanded()
         self._q = self.command.state[: self.command.program.nq].copy()
+        self._near = Corrector(self.command)
         return self._fall("")
 
     def settle(self) -> list[StateEvent]:
         """The rest after commands, near or far.  Raises KernelError if there is none."""
         self._commanded()
-        self._renew()
-        q = self._corrected(self._place(self._q))
+        self._near.renew(self._q)
+        q = self._near.corrected(self._near.place(self._q))
         if q is None:
             return self._fall("after a command")
-        happened = switch(self._poses, q, thresholds=True)
+        happened = switch(self._near.poses, q, thresholds=True)
         self._q = q
         if happened:
             return self._settled(happened)
@@ -123,7 +112,7 @@ class EquilibriumPath:
 
     def rest(self) -> Equilibrium:
         """The present rest; the simulation stands there for what else is asked of it."""
-        self._poses.accelerations(self._q)
+        self._near.poses.accelerations(self._q)
         return equilibrium_at(self.command, self._q, self._steps)
 
     # ---- steps --------------------------------------------------------------------------------------------
@@ -136,11 +125,11 @@ class EquilibriumPath:
     def _step(self, end_ns: int) -> list[StateEvent]:
         """One step of the path that ends by `end_ns`; what happened at its end."""
         t0, q0 = self.epoch, self._q
-        G0 = self._guards(q0)
+        G0 = self._near.guards(q0)
         while True:
             t1 = min(end_ns, t0 + self._dt)
             self._lead(t1)
-            q, bend, tangent = self._predicted(q0, t1 - t0)
+            q, bend = self._near.predicted(q0, t1 - t0)
             if q is not None:
                 break
             if t1 - t0 <= SHORTEST_NS:
@@ -152,17 +141,16 @@ class EquilibriumPath:
             self._dt = min(LONGEST_NS, max(SHORTEST_NS, int(grown)))
         kinds = [kind for kind, _ in self.command.program.guards]
         G0[[kind in UNLOCATED for kind in kinds]] = nan
-        if ((self._guards(q) < 0.0) & (G0 >= 0.0)).any():
+        if ((self._near.guards(q) < 0.0) & (G0 >= 0.0)).any():
             t1, q = self._located(t0, q0, G0, t1, q)
         self._instant = self._instant + 1 if t1 - t0 <= LOCATED_NS else 0
         self._lead(t1)
         self._q = q
-        self._poses.accelerations(q0)
+        self._near.poses.accelerations(q0)
         sliding = Sliding(self.command)
-        self._poses.accelerations(q)
-        if happened := sliding.turned() or switch(self._poses, q, thresholds=True):
+        self._near.poses.accelerations(q)
+        if happened := sliding.turned() or switch(self._near.poses, q, thresholds=True):
             return self._settled(happened)
-        self._slope = tangent / (t1 - t0), t1 - t0
         self._keep([])
         self._check_stability()
         return []
@@ -181,14 +169,13 @@ class EquilibriumPath:
 
     def _settled(self, happened: list[StateEvent]) -> list[StateEvent]:
         """The rest after laws have switched."""
-        self._slope = None
         for _ in range(CHATTER if self._instant < CHATTER else 0):
-            self._renew()
-            q = self._corrected(self._q)
+            self._near.renew(self._q)
+            q = self._near.corrected(self._q)
             if q is None:
                 break
             self._q = q
-            more = switch(self._poses, q, thresholds=True)
+            more = switch(self._near.poses, q, thresholds=True)
             if not more:
                 events = net(happened)
                 self._keep(events)
@@ -199,9 +186,7 @@ class EquilibriumPath:
 
     def _fall(self, why: str, before: list[StateEvent] | None = None, since_ns: int | None = None) -> list[StateEvent]:
         """To the rest into which the scene falls from where it is; told if that is far."""
-        self._use_program()
-        self._slope = None
-        poses, start = self._poses, self._q
+        poses, start = self._near.poses, self._q
         try:
             q, self._steps, events = relaxed(poses, poses.moved(start, np.zeros(len(poses.free))))
         except KernelError as error:
@@ -210,7 +195,7 @@ class EquilibriumPath:
             raise KernelError(f"{when}{told}{error}") from error
         events += switch(poses, q, thresholds=True)
         self._q = q
-        self._renew()
+        self._near.renew(self._q)
         far = self._distance(start, q)
         if why and far > FAR:
             told = f"{why}: the scene falls by {far:.2g} (m or rad) to its next rest"
@@ -222,17 +207,17 @@ class EquilibriumPath:
     def _located(self, t0: int, q0: np.ndarray, G0: np.ndarray, t1: int, q1: np.ndarray) -> tuple[int, np.ndarray]:
         """The first instant of a step at which a guard has fallen, and the rest there: regula falsi, with guesses now
         before, now behind the root so that the bracket closes from both sides, halved where that gets on slowly."""
-        G1, slow, aside = self._guards(q1), 0, -LOCATED_NS // 2
+        G1, slow, aside = self._near.guards(q1), 0, -LOCATED_NS // 2
         while t1 - t0 > LOCATED_NS:
             width = t1 - t0
             fell = np.flatnonzero((G1 < 0.0) & (G0 >= 0.0))
             part = 0.5 if slow >= STALLED else min(float(G0[i] / (G0[i] - G1[i])) for i in fell)
             t = min(t1 - 1, max(t0 + 1, t0 + ceil(part * width) + aside))
             self._lead(t)
-            q = self._corrected(self._place(q0 + (t - t0) / width * (q1 - q0)))
+            q = self._near.corrected(self._near.place(q0 + (t - t0) / width * (q1 - q0)))
             if q is None:
                 break
-            G = self._guards(q)
+            G = self._near.guards(q)
             if ((G < 0.0) & (G0 >= 0.0)).any():
                 t1, q1, G1, aside = t, q, G, -LOCATED_NS // 2
             else:
@@ -255,7 +240,6 @@ class EquilibriumPath:
 
     def _commanded(self) -> None:
         """Take over what has been commanded at the epoch: everything stands, what moves is led from here on."""
-        self._slope = None
         s, at = self.command, self.command.program.parameters.at
         s._set(t=0.0, t_stop=NEVER)
         s.references.write(self.epoch)
@@ -267,96 +251,9 @@ class EquilibriumPath:
                 self._driven.append((range(len(s.P))[place][1], a))
         self._clock = at.get(("clock", ""))
 
-    def _place(self, q: np.ndarray) -> np.ndarray:
-        """A pose with its prescribed coordinates where they are commanded to be."""
-        s = self.command
-        q = q.copy()
-        for d in s.program.system.drives:
-            if d.kind == "prescribed":
-                q[s.program.graph.coordinate(d.name, d.joint, d.coordinate)[0]] = s.references.value(d.name, self.epoch)
-        return self._poses.unit(q)
-
-    def _guards(self, q: np.ndarray) -> np.ndarray:
-        self._poses.accelerations(q)
-        return self._poses.guards()
-
-    def _use_program(self) -> None:
-        if self._program is not self.command.program:
-            self._program = self.command.program
-            self._poses = Poses(self.command)
-
-    def _renew(self) -> None:
-        """The tangent stiffness at the present pose."""
-        self._use_program()
-        self._stiffen(self._q)
-
-    def _stiffen(self, q: np.ndarray) -> None:
-        self._factorise(q, self._poses.stiffness(q, SECOND))
-
-    def _factorise(self, q: np.ndarray, K: np.ndarray) -> None:
-        self._K = K
-        self._poses.factorise(K, LONG, self._poses.basis(q))
-
-    def _predicted(self, q0: np.ndarray, dt: int) -> tuple[np.ndarray | None, float, np.ndarray]:
-        """The rest to which tangent and curvature lead, None if there is none near; how far the path bends from there;
-        and the tangent (n_free,) over the step.  The curvature is the change of the tangent since the last point."""
-        poses = self._poses
-        q = self._place(q0)
-        tangent = poses.solve(poses.accelerations(q))
-        if not np.isfinite(tangent).all():
-            return None, inf, tangent
-        way = tangent
-        if self._slope is not None:
-            slope, before = self._slope
-            way = tangent + (0.5 * dt / before) * (tangent - dt * slope)
-        q = poses.moved(q, way)
-        last, bend = self._K, 0.0
-        for _ in range(CHORDS):  # stiff ropes have their lengths again before their stiffness is looked at
-            step = poses.solve(poses.accelerations(q))
-            bend = max(bend, float(np.abs(step).max(initial=0.0)))
-            if not bend <= 2.0 * BEND:
-                return None, bend, tangent
-            q = poses.moved(q, step)
-        self._stiffen(q)
-        found = self._corrected(q)
-        if found is None:
-            self._factorise(q0, last)
-        return found, bend, tangent
-
-    def _corrected(self, q: np.ndarray) -> np.ndarray | None:
-        """The rest near a pose, with the discrete states as they are; None if there is none."""
-        poses, last, fresh, stalled = self._poses, inf, 0, 0
-        before = inf
-        for _ in range(NEWTON):
-            a = poses.accelerations(q)
-            size = float(np.abs(a).max(initial=0.0))
-            if not np.isfinite(size):
-                return None
-            stalled = stalled + 1 if size > 0.5 * before and size < ROUNDING else 0
-            if size <= STILL or last <= CLOSE or stalled >= 3:
-                return q
-            step = poses.solve(a)
-            way = float(np.abs(step).max(initial=0.0))
-            if not way <= WIDEST:
-                return None
-            if way > SLOW * last or (last == inf and fresh == 0 and way > BEND):
-                if fresh >= 3 and way > last:
-                    return None
-                fresh += 1
-                self._stiffen(q)
-                step = poses.solve(a)
-                way = float(np.abs(step).max(initial=0.0))
-                if not way <= WIDEST:
-                    return None
-            q = poses.moved(q, step)
-            if last < inf and way * min(1.0, way / last) <= CLOSE:  # the next one would be no step any more
-                return q
-            last, before = way, size
-        return None
-
     def _keep(self, events: list[StateEvent]) -> None:
-        self._poses.count_turns(self._q)
-        self._poses.accelerations(self._q)
+        self._near.poses.count_turns(self._q)
+        self._near.poses.accelerations(self._q)
         check_bending(self.command)
         self.points.append(Rest(self.epoch, self._q.copy(), self.command.row(), tuple(events)))
 
@@ -364,14 +261,11 @@ class EquilibriumPath:
 
     def stiffness(self) -> float:
         """Smallest eigenvalue of the tangent stiffness over the inertia at the present rest [1/s2]."""
-        self._renew()
-        B = self._poses.basis(self._q)
-        K = self._K if B is None else B.T @ self._K @ B
-        return float(np.linalg.eigvals(-K).real.min(initial=inf))
+        return self._near.stiffness(self._q)
 
     def _check_stability(self) -> None:
         """A rest is unstable where an eigenvalue of the tangent stiffness has gone through zero (Sylvester)."""
-        if self._poses.sign() < 0.0 and self.unstable_since is None and self.stiffness() < -GROWTH:
+        if self._near.poses.sign() < 0.0 and self.unstable_since is None and self.stiffness() < -GROWTH:
             self.unstable_since = self.epoch
             self.notes.append(Note(self.epoch, "the rest is unstable: the smallest push makes the scene leave it"))
 

@@ -51,7 +51,7 @@ TELLS_STEPS = "judges fixed steps by margins of a tenth and tells three digits"
 ROUNDS = "what it finds is rounded to twelve digits before it is used"
 KERNEL = {
     "kernel/analysis/modes.py": PRINTS,
-    "kernel/analysis/path.py": "eigenvalues: whether a rest is stable is told, and nothing follows from it",
+    "kernel/analysis/corrector.py": "eigenvalues: whether a rest is stable is told, and nothing follows from it",
     "kernel/analysis/poses.py": "motions that loops allow; lifts, whose plans take over what rests, have none",
     "kernel/analysis/tables.py": PRINTS,
     "kernel/angles.py": "whether axes are parallel, by a wide margin",

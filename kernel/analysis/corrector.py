@@ -1,0 +1,131 @@
+"""Predictor and corrector of the equilibrium path: the rest near a pose, with the discrete states as they are.
+
+The predictor is the tangent, the first step of Newton's method with the stiffness of the last point, and its change
+since the one before; the corrector goes on with that stiffness, then with one of its own (Allgower, Georg, 2003,
+chapters 2 and 6).
+"""
+
+from __future__ import annotations
+
+from math import inf
+
+import numpy as np
+
+from ..simulation import Simulation
+from ..tangent import SECOND
+from .equilibrium import ROUNDING, STILL
+from .poses import Poses
+
+__all__ = ["BEND", "Corrector"]
+
+NEWTON = 12  # corrector steps of one point
+SLOW = 0.03  # contraction above which the stiffness is renewed
+CLOSE = 1e-9  # [m, rad] of a corrector step behind which the next one is none
+CHORDS = 2  # corrector steps with the stiffness of the last point
+BEND = 0.15  # [m, rad] of a corrector step: what predicted poses may be off
+WIDEST = 1.0  # [m, rad] of a corrector step; a tangent may be longer
+LONG = 100.0  # [s] of pseudo time: leaves neutral directions alone
+
+
+class Corrector:
+    """Rests of a simulation near poses; `poses` evaluates it."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        self._program: object = None
+        self._slope: tuple[np.ndarray, int] | None = None  # the last tangent per nanosecond, and its step
+        self.renew(simulation.state[: simulation.program.nq].copy())
+
+    def renew(self, q: np.ndarray) -> None:
+        """Begin anew at a pose, after commands and switches."""
+        if self._program is not self._simulation.program:
+            self._program = self._simulation.program
+            self.poses = Poses(self._simulation)
+        self._slope = None
+        self._stiffen(q)
+
+    def place(self, q: np.ndarray) -> np.ndarray:
+        """A pose with its prescribed coordinates where they are commanded to be."""
+        s = self._simulation
+        q = q.copy()
+        for d in s.program.system.drives:
+            if d.kind == "prescribed":
+                q[s.program.graph.coordinate(d.name, d.joint, d.coordinate)[0]] = s.references.value(d.name, s.epoch)
+        return self.poses.unit(q)
+
+    def guards(self, q: np.ndarray) -> np.ndarray:
+        """Of all laws at a pose."""
+        self.poses.accelerations(q)
+        return self.poses.guards()
+
+    def _stiffen(self, q: np.ndarray) -> None:
+        self._factorise(q, self.poses.stiffness(q, SECOND))
+
+    def _factorise(self, q: np.ndarray, K: np.ndarray) -> None:
+        self._K = K
+        self.poses.factorise(K, LONG, self.poses.basis(q))
+
+    def predicted(self, q0: np.ndarray, dt: int) -> tuple[np.ndarray | None, float]:
+        """The rest to which tangent and curvature lead from q0 over a step [ns], None if there is none near; and how
+        far it is from where they lead."""
+        poses = self.poses
+        q = self.place(q0)
+        tangent = poses.solve(poses.accelerations(q))
+        if not np.isfinite(tangent).all():
+            return None, inf
+        way = tangent
+        if self._slope is not None:
+            slope, before = self._slope
+            way = tangent + (0.5 * dt / before) * (tangent - dt * slope)
+        q = poses.moved(q, way)
+        last, bend = self._K, 0.0
+        for _ in range(CHORDS):  # stiff ropes have their lengths again before their stiffness is looked at
+            step = poses.solve(poses.accelerations(q))
+            bend = max(bend, float(np.abs(step).max(initial=0.0)))
+            if not bend <= 2.0 * BEND:
+                return None, bend
+            q = poses.moved(q, step)
+        self._stiffen(q)
+        found = self.corrected(q)
+        if found is None:
+            self._factorise(q0, last)
+        else:
+            self._slope = tangent / dt, dt
+        return found, bend
+
+    def corrected(self, q: np.ndarray) -> np.ndarray | None:
+        """The rest near a pose, with the discrete states as they are; None if there is none."""
+        poses, last, fresh, stalled = self.poses, inf, 0, 0
+        before = inf
+        for _ in range(NEWTON):
+            a = poses.accelerations(q)
+            size = float(np.abs(a).max(initial=0.0))
+            if not np.isfinite(size):
+                return None
+            stalled = stalled + 1 if size > 0.5 * before and size < ROUNDING else 0
+            if size <= STILL or last <= CLOSE or stalled >= 3:
+                return q
+            step = poses.solve(a)
+            way = float(np.abs(step).max(initial=0.0))
+            if not way <= WIDEST:
+                return None
+            if way > SLOW * last or (last == inf and fresh == 0 and way > BEND):
+                if fresh >= 3 and way > last:
+                    return None
+                fresh += 1
+                self._stiffen(q)
+                step = poses.solve(a)
+                way = float(np.abs(step).max(initial=0.0))
+                if not way <= WIDEST:
+                    return None
+            q = poses.moved(q, step)
+            if last < inf and way * min(1.0, way / last) <= CLOSE:  # the next one would be no step any more
+                return q
+            last, before = way, size
+        return None
+
+    def stiffness(self, q: np.ndarray) -> float:
+        """Smallest eigenvalue of the tangent stiffness over the inertia at a pose [1/s2]."""
+        K, B = self.poses.stiffness(q, SECOND), self.poses.basis(q)
+        K = K if B is None else B.T @ K @ B
+        return float(np.linalg.eigvals(-K).real.min(initial=inf))
