@@ -111,7 +111,7 @@ def _spread(c: Contacts, stick: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, 
     pairs = [at[pair[at] == k] for k in dict.fromkeys(pair[at].tolist())]
     for n in range(SPREADS if len(at) else 0):
         f, side = _inner(c, stick, u, share, side)
-        limit, held = c.mu * f.x[::3], np.hypot(f.x[1::3], f.x[2::3])
+        limit, held = c.mu * f.x[::3], np.sqrt(f.x[1::3] * f.x[1::3] + f.x[2::3] * f.x[2::3])
         if not f.found or not limit[at].max() > 0.0:
             break
         before, done = share, n > 0

@@ -29,7 +29,7 @@ def mobile(A: np.ndarray, f: Friction) -> np.ndarray:
     fixed = A[np.ix_(rows, rows)]
     scale = 1.0 / np.sqrt(np.diag(fixed))
     fixed = fixed * scale[:, None] * scale + SOFT * np.eye(len(rows))
-    speeds = np.hypot(f.w[1::3], f.w[2::3])
+    speeds = np.sqrt(f.w[1::3] * f.w[1::3] + f.w[2::3] * f.w[2::3])
     for i in range(m):
         along = slice(3 * i + 1, 3 * i + 3)
         if not f.push[i] or f.stick[i] or not f.u[i].any() or speeds[i] < REST * speeds.max():
