@@ -20,7 +20,7 @@ import numpy as np
 
 __all__ = ["Library", "cache_folder", "read_cached", "sources", "write_cached"]
 
-_MOST_BLOCKS = 8
+_MOST_BLOCKS = 16
 _CHECKSUM = 32  # bytes of a SHA-256
 
 

@@ -42,6 +42,8 @@ from .resolve import build_actions
 from .source import Fault, Source, override, read
 from .validate import validate
 
+PLACES = ("rails", "girder", "rope length", "hook height")  # quantities that drives are led to
+
 
 @dataclass(frozen=True)
 class LoadedScene:
@@ -239,9 +241,13 @@ def _physics(source: Source, loaded: LoadedScene) -> list[Fault]:
 
 
 def _overloads(loaded: LoadedScene) -> list[tuple[str, str]]:
-    """What a scene is refused for: what it is led to or carries beyond its limits at rest, each subject once."""
+    """What a scene is refused for: what it is led to or carries beyond its limits at rest, each subject once.
+
+    Of places the goals count; a winch or drive that stops itself at its end is a finding.
+    """
     led = uses_on_path(loaded.plan, goal_states(loaded.plan, loaded.statics))
-    return _refused(loaded.plan, led) or _refused(loaded.plan, loaded.uses)
+    carried = [use for use in loaded.uses if use.limit.quantity not in PLACES]
+    return _refused(loaded.plan, led) or _refused(loaded.plan, carried)
 
 
 def _refused(built: plan.Plan, uses: Sequence[Use]) -> list[tuple[str, str]]:

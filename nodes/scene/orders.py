@@ -132,6 +132,16 @@ def reach(sling: plan.Sling, lug: str, beam: tuple[float, ...], p: tuple[float, 
     return f"{told}: lower the hook or take a longer sling than {sling.L0:g} m"
 
 
+def _hangs(x: Order) -> Told:
+    """A sling is hooked once, and unhooked where it hangs."""
+    for order in x.action.orders:
+        if isinstance(order, actions.Hookup) and order.sling in x.hooked:
+            told = f"the sling {order.sling} hangs on lug {x.hooked[order.sling]} already: unhook it first"
+            yield order.sling, order.where, told
+        if isinstance(order, actions.Unhook) and order.sling not in x.hooked:
+            yield order.sling, order.where, f"the sling {order.sling} is not hooked and cannot be unhooked"
+
+
 def _lets_fall(x: Order) -> Told:
     """Something holds the block while it hangs."""
     if x.before.grounded or x.plan.block is None or not any(isinstance(o, actions.Unhook) for o in x.action.orders):
@@ -233,5 +243,5 @@ def _moves(x: Order, *verbs: str) -> Iterator[actions.Move]:
 
 
 CHECKS: tuple[Callable[[Order], Told], ...] = (
-    _spoken, _reaches, _lets_fall, _turns, _drags, _fast, _follows, _tips,
+    _spoken, _hangs, _reaches, _lets_fall, _turns, _drags, _fast, _follows, _tips,
 )  # fmt: skip

@@ -87,7 +87,7 @@ def test_a_scene_places_its_nodes() -> None:
         ("  a: [crain]\n", 0, ":7: error: placement.a[0]: there is no node 'crain'"),
         ("  a: [crane]\n  b: [block, crane]\n", 1, ":14: error: placement.b[1]: node 'crane' is placed twice, in 'a'"),
         ("  a: {nodes: [crain]}\n", 0, ":15: error: placement.a.nodes[0]: there is no node 'crain'"),
-        ("  a: []\n", 0, ":3: error: placement.a.nodes: 1 or more are needed here, not 0"),
+        ("  a: []\n", 0, ":6: error: placement.a: 1 or more are needed here, not 0"),
         ("  a b: [crane]\n", 0, ":3: error: placement.a b: a name has letters, digits, '-' and '_' only"),
     ],
 )

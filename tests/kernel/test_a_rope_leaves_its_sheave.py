@@ -266,6 +266,6 @@ def test_loads_flung_about_on_ropes_over_several_sheaves_lose_no_energy(seed, en
             hand_over(s, 4 * SECOND)
     else:
         hand_over(s, 4 * SECOND)
-    s.settle()
-    assert imbalance(s) < CLOSES
+        s.settle()
+        assert imbalance(s) < CLOSES
     assert {"left", "found", "slack"} <= {what for _, what in events(s)} | ({"slack"} if ends else set())

@@ -81,7 +81,8 @@ def test_a_sling_is_hooked_only_if_it_is_long_enough():
     s.settle()
     s.run(SECOND)
     assert events(s)[:1] == [("rope", "taut")]
-    with pytest.raises(KernelError, match=r"rope 'rope' at 0\.000 s: it is hooked already; unhook it first"):
+    s.interrupt(SECOND)
+    with pytest.raises(KernelError, match=r"rope 'rope' at 1\.000 s: it is hooked already; unhook it first"):
         s.hook("rope")
 
 

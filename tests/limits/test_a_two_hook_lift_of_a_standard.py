@@ -30,7 +30,9 @@ def shares(near: tuple[float, float], far: tuple[float, float], tilt: float) -> 
     )
     load = Body("load", WEIGHT / G, (0.0, 0.0, 0.0), ((1e8, 0, 0), (0, 1e8, 0), (0, 0, 1e8)))
     plane = Joint("plane", "planar", "world", "load", axis=(0.0, 1.0, 0.0), second=(1.0, 0.0, 0.0), q0=(0.0, 0.0, tilt))
-    rest = equilibrium(Simulation(System((load,), (plane,), ropes=ropes, gravity=G))).tensions
+    simulation = Simulation(System((load,), (plane,), ropes=ropes, gravity=G))
+    simulation.start()
+    rest = equilibrium(simulation).tensions
     return rest["hook-1"] / WEIGHT, rest["hook-2"] / WEIGHT
 
 

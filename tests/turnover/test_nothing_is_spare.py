@@ -53,7 +53,7 @@ def test_without_the_loading_the_hoist_begins_on_the_stools(tmp_path: Path) -> N
 @pytest.mark.parametrize("stage", ["unhook B", "hook C", "re-rig, pass beneath"])
 def test_a_re_rigging_with_a_step_left_out_cannot_be_run(tmp_path: Path, stage: str) -> None:
     with pytest.raises(HeavyliftError) as told:
-        _run_without(stage, tmp_path)
+        _run_without(stage, tmp_path, end="")
     assert "turnover.yaml:" in str(told.value)
 
 
