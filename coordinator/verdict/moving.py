@@ -179,10 +179,10 @@ def _ropes(plan: Plan, history: History, frames: dict[str, Frame]) -> list[Movin
                 there[first:last] |= taut[line.rope][first:last] if line.rope in taut else True
     out = []
     places: dict[tuple[str, Vector], Floats | None] = {}
-    for (rope, *ends), there in found.items():
+    for (rope, a_body, a, b_body, b), there in found.items():
         if not there.any():
             continue
-        (p, q) = (_place(history, frames, places, key) for key in ((ends[0], ends[1]), (ends[2], ends[3])))
+        p, q = (_place(history, frames, places, key) for key in ((a_body, a), (b_body, b)))
         if p is None or q is None:
             continue
         along = q - p
