@@ -6,7 +6,7 @@ or must only not go through each other (`nodes.limits.shapes.relation`).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from heavylift.nodes.limits.findings import Finding
@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 
 from .history import History
 from .moving import Moving, matrices, moving
-from .nearest import Minimum, Stretches, nearest, together, whole
+from .nearest import nearest_of_each
+from .steps import Minimum
+from .stretches import whole
 
 __all__ = ["LIMIT", "clearances", "findings"]
 
@@ -27,7 +29,6 @@ TOUCH = 0.01  # depth of a penetration that is only numbers, such as of a pad th
 ORDER: tuple[Kind, ...] = (
     "rope", "sling", "loader", "mechanism", "block", "trolley", "portal", "stools", "ground",
 )  # fmt: skip
-TOGETHER = 3  # times that what is left is looked at in one go
 THINNEST = 1e-3  # time between samples that are looked at, at least [s]
 
 
@@ -37,50 +38,16 @@ def clearances(plan: Plan, history: History, limit: float = LIMIT) -> list[Clear
     if not len(history.t):
         return []
     shapes = moving(plan, history)
-    pairs, limits = _pairs(plan, shapes, limit)
+    pairs, groups, limits = _pairs(plan, shapes, limit)
     if not pairs:
         return []
-    start = whole(shapes, pairs, _common(plan, history))
-    groups = list(_groups(shapes, pairs, start))
-    found = _through(shapes, [g for names, g in groups if not limits[names]])
-    found += _smallest(shapes, [(names, g) for names, g in groups if limits[names]], limit)
-    told = sorted((_told(bar, m) for bar, m in found), key=lambda c: (c.distance, c.a, c.b))
+    start = whole(shapes, pairs, _common(plan, history), groups)
+    most = np.where(np.array(limits) > 0.0, np.inf, -TOUCH)  # what need not keep apart is told if it goes through
+    found = nearest_of_each(shapes, start, most, SMALLEST, limit)
+    told = sorted(
+        (_told(limits[i], m) for i, m in enumerate(found) if m is not None), key=lambda c: (c.distance, c.a, c.b)
+    )
     return [c for i, c in enumerate(told) if i < SMALLEST or _red(c)]
-
-
-def _through(shapes: list[Moving], groups: list[Stretches]) -> list[tuple[float, Minimum]]:
-    """Things that went through each other, of those that may come near."""
-    if not groups or nearest(shapes, together(groups), -TOUCH) is None:
-        return []
-    each = (nearest(shapes, group, -TOUCH) for group in groups)
-    return [(0.0, minimum) for minimum in each if minimum is not None]
-
-
-def _smallest(
-    shapes: list[Moving], groups: list[tuple[tuple[str, str], Stretches]], limit: float
-) -> list[tuple[float, Minimum]]:
-    """The smallest clearances of things that keep apart, and all below the limit."""
-    found: list[tuple[float, Minimum]] = []
-    rest, alike = list(groups), 0
-    while rest:
-        smallest = sorted(m.least for _, m in found)
-        most = max(smallest[SMALLEST - 1], limit) if len(found) >= SMALLEST else np.inf
-        rest = [(names, group) for names, group in rest if float(group.least.min()) < most]
-        if not rest:
-            break
-        if len(found) < SMALLEST or alike == TOGETHER:
-            _, group = rest.pop(0)
-            minimum = nearest(shapes, group, most)
-        else:  # of what is left there is mostly none as near: all of it in one go
-            alike += 1
-            minimum = nearest(shapes, together([group for _, group in rest]), most)
-            if minimum is None:
-                break
-            done = _names(minimum.a, minimum.b)
-            rest = [(names, group) for names, group in rest if names != done]
-        if minimum is not None:
-            found.append((limit, minimum))
-    return found
 
 
 def findings(found: Sequence[Clearance]) -> list[Finding]:
@@ -120,16 +87,14 @@ def _finding(c: Clearance) -> Finding:
 
 def thinned(history: History) -> History:
     """Without samples of the same instant, as events leave them."""
-    kept = np.concatenate([[True], np.diff(history.t) >= THINNEST]) if len(history.t) else np.zeros(0, bool)
-    if kept.all():
+    kept = np.flatnonzero(np.diff(history.t, prepend=-np.inf) >= THINNEST)
+    if len(kept) == len(history.t):
         return history
-    return History(
-        history.t[kept],
-        {name: x[kept] for name, x in history.poses.items()},
-        {name: x[kept] for name, x in history.tensions.items()},
-        {name: x[kept] for name, x in history.lengths.items()},
-        history.rigs,
-    )
+
+    def of(columns: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
+        return {name: np.take(x.T, kept, axis=-1).T for name, x in columns.items()}
+
+    return History(history.t[kept], of(history.poses), of(history.tensions), of(history.lengths), history.rigs)
 
 
 def _common(plan: Plan, history: History) -> NDArray[np.float64]:
@@ -138,21 +103,42 @@ def _common(plan: Plan, history: History) -> NDArray[np.float64]:
     return np.mean(mains, axis=0) if mains else np.zeros((len(history.t), 3))
 
 
-def _pairs(
-    plan: Plan, shapes: list[Moving], limit: float
-) -> tuple[list[tuple[int, int]], dict[tuple[str, str], float]]:
-    """Which shapes can meet, and the limit of their things [m]."""
-    pairs, limits = [], {}
+def _pairs(plan: Plan, shapes: list[Moving], limit: float) -> tuple[list[tuple[int, int]], list[int], list[float]]:
+    """Which shapes can meet, the number of the things that they are of, and the limit of each two things [m]."""
+    pairs: list[tuple[int, int]] = []
+    groups: list[int] = []
+    numbers: dict[tuple[str, str], int] = {}
+    limits: dict[int, float] = {}
+    known: dict[tuple[int, int], int | None] = {}  # of shapes that are alike
+
+    def number(a: Moving, b: Moving) -> int | None:
+        """The number of two things; None of shapes that mean nothing to each other."""
+        if a.shape.thing == b.shape.thing or not (_moves(a) or _moves(b)):
+            return None
+        means = relation(plan, a.shape, b.shape)
+        if means == "joined":
+            return None
+        found = numbers.setdefault(_names(a, b), len(numbers))
+        limits[found] = limit if means == "apart" else 0.0
+        return found
+
+    kinds: dict[object, int] = {}
+    alike = [kinds.setdefault(_alike(s), len(kinds)) for s in shapes]
     for i, a in enumerate(shapes):
         for j in range(i + 1, len(shapes)):
-            b = shapes[j]
-            if a.shape.thing == b.shape.thing or not (_moves(a) or _moves(b)):
-                continue
-            means = relation(plan, a.shape, b.shape)
-            if means != "joined":
+            key = alike[i], alike[j]
+            if key not in known:
+                known[key] = number(a, shapes[j])
+            group = known[key]
+            if group is not None:
                 pairs.append((i, j))
-                limits[_names(a, b)] = limit if means == "apart" else 0.0
-    return pairs, limits
+                groups.append(group)
+    return pairs, groups, [limits[i] for i in range(len(limits))]
+
+
+def _alike(s: Moving) -> object:
+    """What shapes share that mean the same to others: all of a strand, of a solid all but its size and place."""
+    return s.shape if isinstance(s.shape, Strand) else (s.shape.thing, s.shape.kind, s.shape.body)
 
 
 def _moves(s: Moving) -> bool:
@@ -163,26 +149,6 @@ def _names(a: Moving, b: Moving) -> tuple[str, str]:
     """Both things, first the one that is told to have come to the other."""
     one, two = sorted((a, b), key=lambda s: (ORDER.index(s.shape.kind), s.shape.thing))
     return one.shape.thing, two.shape.thing
-
-
-def _groups(
-    shapes: list[Moving], pairs: list[tuple[int, int]], start: Stretches
-) -> Iterator[tuple[tuple[str, str], Stretches]]:
-    """Stretches by the two things that they are of, the nearest first."""
-    if not len(start.a):
-        return
-    numbers: dict[tuple[str, str], int] = {}
-    table = np.zeros((len(shapes), len(shapes)), np.intp)
-    for a, b in pairs:
-        table[a, b] = numbers.setdefault(_names(shapes[a], shapes[b]), len(numbers))
-    group = table[start.a, start.b]
-    least = np.full(len(numbers), np.inf)
-    np.minimum.at(least, group, start.least)
-    order = np.argsort(group, kind="stable")
-    begins = np.searchsorted(group[order], np.arange(len(numbers) + 1))
-    for bound, names, number in sorted((float(least[i]), names, i) for names, i in numbers.items()):
-        if np.isfinite(bound):
-            yield names, start.of(order[begins[number] : begins[number + 1]])
 
 
 def _told(limit: float, m: Minimum) -> Clearance:

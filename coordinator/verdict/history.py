@@ -62,9 +62,11 @@ class Collector:
     def history(self) -> History:
         """All of it, once the run is over."""
         t = np.array(self._times, np.float64) * 1e-9
-        rows = np.concatenate(self._rows) if self._rows else np.zeros((0, len(self._columns)))
-        columns = iter(rows.T[7 * len(self._bodies) :])
-        poses = {body: rows[:, 7 * i : 7 * i + 7] for i, body in enumerate(self._bodies)}
+        table = np.empty((len(self._columns), len(t)))  # a column is one piece of memory, as all sums run along it
+        if self._rows:
+            np.concatenate([rows.T for rows in self._rows], axis=1, out=table)
+        columns = iter(table[7 * len(self._bodies) :])
+        poses = {body: table[7 * i : 7 * i + 7].T for i, body in enumerate(self._bodies)}
         tensions, lengths = [{name: next(columns) for name in names} for names in self._names]
         return History(t, poses, tensions, lengths, self.rigs)
 

@@ -27,10 +27,43 @@ DOUBT = 2.0  # on accelerations that are known from samples alone
 WORLD = "world"
 
 
+class Frame:
+    """How a body moved: its origin p (n, 3) [m] and its turn, quaternions (n, 4), or (1, 4) if it never turns."""
+
+    def __init__(self, t: Floats, pose: Floats) -> None:
+        pose = np.asfortranarray(pose)  # each column in one piece of memory
+        self.t, self.p = t, pose[:, :3]
+        q = pose[:, 3:]
+        self.turn = q if (q != q[0]).any() else q[:1]
+
+    @cached_property
+    def R(self) -> Floats:
+        """(n, 3, 3), or (1, 3, 3)."""
+        return matrices(self.turn)
+
+    @cached_property
+    def strays(self) -> Floats:
+        """(n - 1,) how far its origin, and of a body that never turns each point, may leave its chords [m]."""
+        return _bend(self.t, self.p)
+
+    @cached_property
+    def turn_strays(self) -> Floats:
+        """(n - 1,) the same of its turn."""
+        return _turn_bend(self.t, self.turn)
+
+    def place(self, x: Vector) -> Floats:
+        """(n, 3) where one of its points is in the world [m]."""
+        found = self.p
+        for i, xi in enumerate(x):
+            if xi:
+                found = found + xi * self.R[:, :, i]
+        return found
+
+
 @dataclass(frozen=True)
 class Moving:
-    """A shape over n samples: `centre` (n, 3), `spin` (n, 3, k) half edges as vectors in the world, which turn and
-    stretch about it [m]; `half` (3,) and `radius` [m]; `there` (n,): whether it is there at all and can be judged."""
+    """A shape over n samples: `centre` (n, 3) [m] and how it is turned about it; `half` (3,) and `radius` [m]; `there`
+    (n,): whether it is there at all and can be judged."""
 
     shape: Solid | Strand
     t: Floats
@@ -39,31 +72,50 @@ class Moving:
     half: Floats
     radius: float
     there: NDArray[np.bool_] | None = None
+    frame: Frame | None = None  # of the body that a solid is fixed on
 
-    @property
+    @cached_property
     def reach(self) -> float:
         """Of its farthest point from its middle, but for the radius [m]."""
         return float(np.linalg.norm(self.half))
 
     def axes(self, k: Indices) -> tuple[Floats, Floats]:
         """R (m, 3, 3) and half edges (m, 3) at these samples."""
-        turn = self.turn[np.minimum(k, len(self.turn) - 1)]
-        return self.axes_of(turn)
+        if len(self.turn) == 1:
+            R, half = self.axes_of(self.turn)
+            return np.broadcast_to(R, (len(k), 3, 3)), np.broadcast_to(half, (len(k), 3))
+        return self.axes_of(self.turn[k])
 
     def axes_of(self, turn: Floats) -> tuple[Floats, Floats]:
         """The same of turns (m, 3 or 4)."""
         if isinstance(self.shape, Strand):
-            length = np.linalg.norm(turn, axis=1)
+            length = lengths(turn)
             half = np.zeros((len(turn), 3))
             half[:, 2] = length / 2
-            return _onto(turn / np.maximum(length, 1e-9)[:, None]), half
+            return onto(turn / np.maximum(length, 1e-9)[:, None]), half
         R = matrices(turn)
         if self.shape.R != IDENTITY:
             R = R @ np.array(self.shape.R)
         return R, np.broadcast_to(self.half, (len(turn), 3))
 
-    def between(self, k: int, s: float) -> tuple[Floats, Floats]:
-        """Middle (3,) and turn at the part s from sample k to the next."""
+    def at(self, k: int, s: float) -> tuple[Floats, Floats, Floats]:
+        """Middle (3,), R (3, 3) and half edges (3,) at the part s from sample k to the next."""
+        p, turn = self._between(k, s)
+        if isinstance(self.shape, Strand):
+            R, half = self.axes_of(turn[None])
+            return p, R[0], half[0]
+        x, y, z, w = turn.tolist()
+        rows = (
+            (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+            (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+            (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+        )
+        R = np.array(rows)
+        return p, R if self.shape.R == IDENTITY else R @ np.array(self.shape.R), self.half
+
+    def _between(self, k: int, s: float) -> tuple[Floats, Floats]:
+        if s == 0.0:
+            return self.centre[k], self.turn[min(k, len(self.turn) - 1)]
         p = (1 - s) * self.centre[k] + s * self.centre[k + 1]
         if len(self.turn) == 1:
             return p, self.turn[0]
@@ -74,38 +126,20 @@ class Moving:
             return p, q / np.linalg.norm(q)
         return p, (1 - s) * a + s * b
 
-    def spun(self, k: Indices, r: Indices) -> Floats:
-        """(m,) by how much points of the shape are moved about its middle from samples r to samples k, at most [m]."""
-        if len(self.turn) == 1:
-            return np.zeros(len(k))
-        a, b = self.turn[k], self.turn[r]
-        if self.turn.shape[1] == 4:  # a chord of the turn
-            w = np.minimum(1.0, np.abs((a * b).sum(axis=1)))
-            chord: Floats = 2.0 * np.sqrt(1.0 - w * w) * self.reach
-            return chord
-        half: Floats = lengths(a - b) / 2
-        return half
-
-    def turned_by(self, k: Indices, r: Indices) -> Floats:
-        """(m,) angles by which the shape turns from samples r to samples k [rad], at most; a strand's are small."""
-        if len(self.turn) == 1 or self.turn.shape[1] != 4:
-            return np.zeros(len(k))
-        w = np.abs((self.turn[k] * self.turn[r]).sum(axis=1))
-        angle: Floats = 2.0 * np.arccos(np.minimum(1.0, w))
-        return angle
+    def spun(self, a: Floats, b: Floats) -> Floats:
+        """(m,) by how much points of the shape move about its middle between turns (m, 3 or 4), at most [m]."""
+        return lengths(a - b) / 2 if isinstance(self.shape, Strand) else chords(a, b) * self.reach
 
     @cached_property
     def stray(self) -> Floats:
         """(n - 1,) how far a point of the shape may be between two samples from where it is taken to be [m]."""
+        frame = self.frame
+        if len(self.turn) == 1:
+            return frame.strays if frame else _bend(self.t, self.centre)
         found = _bend(self.t, self.centre)
-        if len(self.turn) > 1:
-            if self.turn.shape[1] == 4:
-                q = self.turn.copy()
-                q[1:] *= np.cumprod(np.where((q[1:] * q[:-1]).sum(axis=1) < 0.0, -1.0, 1.0))[:, None]
-                found = found + 2.0 * self.reach * _bend(self.t, q)  # a turn by a small angle moves q by half of it
-            else:
-                found = found + _bend(self.t, self.turn) / 2
-        return found
+        if self.turn.shape[1] == 4:
+            return found + 2.0 * self.reach * (frame.turn_strays if frame else _turn_bend(self.t, self.turn))
+        return found + _bend(self.t, self.turn) / 2
 
 
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -114,72 +148,60 @@ IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 def moving(plan: Plan, history: History) -> list[Moving]:
     """All shapes of a plan as they moved; what has no pose on record is left out."""
     found = []
+    frames = {name: Frame(history.t, pose) for name, pose in history.poses.items()} if len(history.t) else {}
     for solid in solids(plan):
+        frame = frames.get(solid.body)
         if solid.body == WORLD:
-            centre, turn = np.tile(solid.centre, (len(history.t), 1)), np.array([[0.0, 0.0, 0.0, 1.0]])
-        elif solid.body in history.poses:
-            pose = history.poses[solid.body]
-            turn = _turn(pose)
-            centre = pose[:, :3] + turned(turn, solid.centre)
+            centre, turn = np.broadcast_to(solid.centre, (len(history.t), 3)), np.array([[0.0, 0.0, 0.0, 1.0]])
+        elif frame is not None:
+            centre, turn = frame.place(solid.centre), frame.turn
         else:
             continue
         half, radius = (np.zeros(3), solid.size[0] / 2) if solid.form == "ball" else (np.array(solid.size) / 2, 0.0)
-        found.append(Moving(solid, history.t, centre, turn, half, radius))
-    return found + _ropes(plan, history)
+        found.append(Moving(solid, history.t, centre, turn, half, radius, frame=frame))
+    return found + _ropes(plan, history, frames)
 
 
-def _ropes(plan: Plan, history: History) -> list[Moving]:
+def _ropes(plan: Plan, history: History, frames: dict[str, Frame]) -> list[Moving]:
     """Each straight line of a rope while it hangs and carries."""
     known = strands(plan)
     found: dict[tuple[str, str, Vector, str, Vector], NDArray[np.bool_]] = {}
+    taut = {name: tension > 0.0 for name, tension in history.tensions.items()}
     for i, rig in enumerate(history.rigs):
         end = history.rigs[i + 1].t_ns * 1e-9 if i + 1 < len(history.rigs) else np.inf
-        inside = (history.t >= rig.t_ns * 1e-9) & (history.t <= end)
+        first = int(np.searchsorted(history.t, rig.t_ns * 1e-9, side="left"))
+        last = int(np.searchsorted(history.t, end, side="right"))
         for line in rig.lines:
             rope = line.rope.partition("~")[0]  # of the pieces of a rope with mass
             if rope in known and rope in history.tensions:
                 key = rope, line.a_body, line.a, line.b_body, line.b
-                taut = inside & (history.tensions[line.rope] > 0.0) if line.rope in history.tensions else inside
-                found[key] = found.get(key, np.zeros(len(inside), bool)) | taut
+                there = found.setdefault(key, np.zeros(len(history.t), bool))
+                there[first:last] |= taut[line.rope][first:last] if line.rope in taut else True
     out = []
+    places: dict[tuple[str, Vector], Floats | None] = {}
     for (rope, a_body, a, b_body, b), there in found.items():
         if not there.any():
             continue
-        ends = [_places(history, body, p) for body, p in ((a_body, a), (b_body, b))]
-        if any(end is None for end in ends):
+        p, q = (_place(history, frames, places, key) for key in ((a_body, a), (b_body, b)))
+        if p is None or q is None:
             continue
-        p, q = ends
-        assert p is not None
-        assert q is not None
         along = q - p
-        half = np.array([0.0, 0.0, float(np.linalg.norm(along, axis=1).max()) / 2])
+        half = np.array([0.0, 0.0, float(lengths(along).max()) / 2])
         shape = known[rope]
         out.append(Moving(shape, history.t, (p + q) / 2, along, half, shape.radius, there))
     return out
 
 
-def _places(history: History, body: str, p: tuple[float, float, float]) -> Floats | None:
+def _place(
+    history: History, frames: dict[str, Frame], known: dict[tuple[str, Vector], Floats | None], key: tuple[str, Vector]
+) -> Floats | None:
     """(n, 3) where a point of a body is in the world; None if the body is not on record."""
-    if body == WORLD:
-        return np.tile(p, (len(history.t), 1))
-    if body not in history.poses:
-        return None
-    pose = history.poses[body]
-    return pose[:, :3] + turned(_turn(pose), p)
-
-
-def _turn(pose: Floats) -> Floats:
-    """(n, 4) quaternions of a body, (1, 4) of one that never turns."""
-    q = pose[:, 3:]
-    return q if (q != q[0]).any() else q[:1]
-
-
-def turned(q: Floats, p: tuple[float, float, float]) -> Floats:
-    """(n, 3) a point turned by each of n quaternions x y z w."""
-    u, w, x = q[:, :3], q[:, 3:], np.array(p)
-    if not x.any():
-        return np.zeros((len(q), 3))
-    return x + 2.0 * cross(u, cross(u, np.broadcast_to(x, u.shape)) + w * x)
+    if key not in known:
+        body, p = key
+        frame = frames.get(body)
+        still = np.broadcast_to(p, (len(history.t), 3)) if body == WORLD else None
+        known[key] = frame.place(p) if frame is not None else still
+    return known[key]
 
 
 def cross(a: Floats, b: Floats) -> Floats:
@@ -189,23 +211,39 @@ def cross(a: Floats, b: Floats) -> Floats:
 
 
 def lengths(x: Floats) -> Floats:
-    """(n,) norms of n vectors; NumPy's own takes three times as long."""
-    found: Floats = np.sqrt(np.einsum("ij,ij->i", x, x))
+    """(...,) norms of vectors (..., 3 or 4); NumPy's own takes three times as long."""
+    found: Floats = np.sqrt(dots(x, x))
+    return found
+
+
+def dots(a: Floats, b: Floats) -> Floats:
+    """(...,) products of vectors (..., k), summed in one order."""
+    found: Floats = a[..., 0] * b[..., 0]
+    for i in range(1, a.shape[-1]):
+        found += a[..., i] * b[..., i]
+    return found
+
+
+def chords(a: Floats, b: Floats) -> Floats:
+    """(...,) by how much a point at 1 m from an axis moves from turns (..., 4) to others, at most."""
+    w = dots(a, b)
+    found: Floats = 2.0 * np.sqrt(np.maximum(0.0, 1.0 - w * w))
     return found
 
 
 def matrices(q: Floats) -> Floats:
-    """(n, 3, 3) of unit quaternions x y z w."""
+    """(n, 3, 3) of unit quaternions x y z w, each element in one piece of memory."""
     x, y, z, w = q.T
-    R = np.empty((len(q), 3, 3))
-    R[:, 0, 0], R[:, 1, 1], R[:, 2, 2] = 1 - 2 * (y * y + z * z), 1 - 2 * (x * x + z * z), 1 - 2 * (x * x + y * y)
-    R[:, 0, 1], R[:, 1, 0] = 2 * (x * y - z * w), 2 * (x * y + z * w)
-    R[:, 0, 2], R[:, 2, 0] = 2 * (x * z + y * w), 2 * (x * z - y * w)
-    R[:, 1, 2], R[:, 2, 1] = 2 * (y * z - x * w), 2 * (y * z + x * w)
-    return R
+    R = np.empty((3, 3, len(q)))
+    R[0, 0], R[1, 1], R[2, 2] = 1 - 2 * (y * y + z * z), 1 - 2 * (x * x + z * z), 1 - 2 * (x * x + y * y)
+    R[0, 1], R[1, 0] = 2 * (x * y - z * w), 2 * (x * y + z * w)
+    R[0, 2], R[2, 0] = 2 * (x * z + y * w), 2 * (x * z - y * w)
+    R[1, 2], R[2, 1] = 2 * (y * z - x * w), 2 * (y * z + x * w)
+    found: Floats = R.transpose(2, 0, 1)
+    return found
 
 
-def _onto(n: Floats) -> Floats:
+def onto(n: Floats) -> Floats:
     """(m, 3, 3) rotations whose third column is a unit vector (Duff et al. 2017, JCGT 6(1), Building an orthonormal
     basis, revisited)."""
     x, y, z = n.T
@@ -219,17 +257,23 @@ def _onto(n: Floats) -> Floats:
     return R
 
 
+def _turn_bend(t: Floats, turn: Floats) -> Floats:
+    """(n - 1,) the same of quaternions (n, 4), of which both signs mean one turn; a small angle moves them by half."""
+    q = turn.copy(order="K")
+    q[1:] *= np.cumprod(np.where(dots(q[1:], q[:-1]) < 0.0, -1.0, 1.0))[:, None]
+    return _bend(t, q)
+
+
 def _bend(t: Floats, x: Floats) -> Floats:
     """(n - 1,) bound on how far x (n, d) leaves its chord between two samples: h^2 / 8 times its acceleration."""
     n = len(t)
     if n < 3:
         return np.zeros(max(0, n - 1))
     h = np.diff(t)
-    step = np.maximum(h, 1e-9)[:, None]
-    slope = np.where(h[:, None] > 0.0, np.diff(x, axis=0) / step, 0.0)
-    jump = lengths(np.diff(slope, axis=0))
-    accel = np.zeros(n)
-    accel[1:-1] = 2.0 * jump / np.maximum(h[1:] + h[:-1], 1e-9)
+    slope = np.diff(x.T) / np.maximum(h, 1e-9)
+    slope[:, h <= 0.0] = 0.0
+    accel = np.empty(n)
+    accel[1:-1] = 2.0 * lengths(np.diff(slope).T) / np.maximum(h[1:] + h[:-1], 1e-9)
     accel[0], accel[-1] = accel[1], accel[-2]
     found: Floats = DOUBT * h * h / 8.0 * np.maximum(accel[:-1], accel[1:])
     return found

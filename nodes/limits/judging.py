@@ -89,13 +89,14 @@ def _use(plan: Plan, limit: Limit, signals: Signals) -> Use:
 def _worst(limit: Limit, reading: Reading) -> tuple[int | None, float]:
     """Where the worst value is met first, and that value."""
     values = reading.values
-    if not np.isfinite(values).any():
+    finite = np.isfinite(values)
+    if not finite.any():
         return None, 0.0
     how = -values if limit.least else values
     if limit.between is not None:
         how = np.abs(2.0 * values - sum(limit.between))
-    most = float(np.nanmax(np.where(np.isfinite(values), how, np.nan)))
-    k = int(np.argmax(np.nan_to_num(how, nan=-np.inf, neginf=-np.inf) >= most - SAME * abs(most)))
+    most = float(how.max() if finite.all() else how[finite].max())
+    k = int(np.argmax(how >= most - SAME * abs(most)))  # nan is never as much
     return k, float(values[k])
 
 

@@ -256,7 +256,15 @@ def _placed(signals: Signals, point: Point) -> Column:
     if point.body == WORLD:
         return np.tile(np.array(point.p, dtype=float), (len(signals.t), 1))
     p, R = signals.poses[point.body]
-    return signals.once((point.body, point.p), lambda: p + R @ np.array(point.p, dtype=float))
+
+    def make() -> Column:
+        found = p  # column by column: what lies one after the other in memory is summed in one go
+        for i, x in enumerate(point.p):
+            if x:
+                found = found + x * R[:, :, i]
+        return found
+
+    return signals.once((point.body, point.p), make)
 
 
 def _lug(plan: Plan, signals: Signals, name: str) -> Column | None:

@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 from heavylift.coordinator.verdict.distance import Placed, exactly
 from heavylift.coordinator.verdict.moving import Moving
-from heavylift.coordinator.verdict.nearest import SHARP, nearest, whole
-from heavylift.nodes.limits.shapes import Solid
+from heavylift.coordinator.verdict.nearest import SHARP, nearest, nearest_of_each, whole
+from heavylift.nodes.limits.shapes import Solid, Strand
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
 Floats = NDArray[np.float64]
 CLOSE = 2e-3  # [m]: what the search leaves, and rounding
 FINE = 400  # looks between two samples
+TEN = 10
 
 
 def solid(size: tuple[float, ...], t: Floats, centre: Floats, turn: Floats | None = None) -> Moving:
@@ -83,3 +84,34 @@ def test_the_minimum_of_random_turning_ways_is_that_of_a_fine_search() -> None:
         strays = sum(float(s.stray.max()) for s in shapes)
         assert least <= seen + CLOSE, "the bound is never above what there is"
         assert least >= seen - strays - 0.05, "and below by no more than shapes may stray between samples"
+
+
+def test_a_search_of_all_things_at_once_finds_the_smallest_that_searches_one_by_one_find() -> None:
+    """Boxes that turn and ropes that hang for a while, over more samples than the longest stretch holds."""
+    rng = np.random.default_rng(8)
+    for _ in range(3):
+        n = int(rng.integers(2, 150))
+        t, common = 0.5 * np.arange(n), np.zeros((n, 3))
+        shapes = []
+        for _ in range(6):
+            way = rng.normal(0.0, 12.0, 3) + np.cumsum(rng.normal(0.0, 0.1, (n, 3)), axis=0)
+            turn = Rotation.from_rotvec(np.cumsum(rng.normal(0.0, 0.01, (n, 3)), axis=0)).as_quat()
+            shapes.append(solid(tuple(rng.uniform(0.5, 6.0, 3)), t, way, turn))
+        for i in range(3):
+            way = rng.normal(0.0, 12.0, 3) + np.cumsum(rng.normal(0.0, 0.1, (n, 3)), axis=0)
+            along = np.array([0.0, 0.0, 9.0]) + np.cumsum(rng.normal(0.0, 0.03, (n, 3)), axis=0)
+            half = np.array([0.0, 0.0, np.linalg.norm(along, axis=1).max() / 2])
+            rope = Strand(f"rope {i}", "rope", f"rope {i}", 0.1, ())
+            shapes.append(Moving(rope, t, way, along, half, 0.1, t < t[-1] * rng.uniform(0.3, 1.2)))
+        pairs = [(i, j) for i in range(len(shapes)) for j in range(i)]
+        alone = [nearest(shapes, whole(shapes, [pair], common)) for pair in pairs]
+        least = np.array([m.least if m is not None else np.inf for m in alone])
+        start = whole(shapes, pairs, common, range(len(pairs)))
+        limit = float(np.sort(least)[TEN + 2])
+        for smallest, most in ((TEN, 0.0), (TEN, limit)):
+            found = nearest_of_each(shapes, start, np.full(len(pairs), np.inf), smallest, most)
+            told = np.array([m.least if m is not None else np.inf for m in found])
+            wanted = least <= max(np.sort(least)[smallest - 1], most - CLOSE)
+            assert wanted.sum() >= smallest
+            assert told[wanted] == pytest.approx(least[wanted], abs=CLOSE)
+            assert (told >= least - CLOSE).all(), "of the others at most what was seen on the way"

@@ -1,0 +1,111 @@
+"""Steps from a sample to the next: what two shapes are apart at least in each, and exactly where that is in doubt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .distance import Near, Placed, bounds_along, bounds_between, exactly
+from .moving import Moving
+from .stretches import Stretches
+from .together import Together
+
+__all__ = ["SHARP", "Minimum", "Steps", "between", "seen", "steps_of"]
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+Ends = tuple[Placed, Placed]  # at the begin and the end of steps
+SHARP = 1e-3  # [m]
+FINEST = 2.0**-20  # part of the time between two samples that is not cut any more
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """What two things come near to: at least `least` [m], `seen` on the way that is taken between samples, when [s];
+    the direction of the nearest points in the world, in a and in b."""
+
+    least: float
+    seen: float
+    t: float
+    a: Moving
+    b: Moving
+    near: Near
+    directions: tuple[Floats, Floats, Floats]
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Pairs of shapes from samples k to the next: where they are at both, how far they may leave straight ways in
+    between as they turn and as samples do not show, and what they are apart at least [m]."""
+
+    a: Indices
+    b: Indices
+    k: Indices
+    ends_a: Ends
+    ends_b: Ends
+    turning: Floats
+    stray: Floats
+    least: Floats
+    group: Indices
+
+    def sharpen(self, found: Minimum | None) -> None:
+        """Raise bounds by the direction in which things were nearest."""
+        if found is not None and len(self.least):
+            raised = bounds_along(self.ends_a, self.ends_b, *found.directions) - self.turning - self.stray
+            np.maximum(self.least, raised, out=self.least)
+
+    def of(self, kept: NDArray[np.bool_] | Indices) -> Steps:
+        """Some of them."""
+        ends_a, ends_b = ((_some(x, kept), _some(y, kept)) for x, y in (self.ends_a, self.ends_b))
+        a, b, k, group = self.a[kept], self.b[kept], self.k[kept], self.group[kept]
+        return Steps(a, b, k, ends_a, ends_b, self.turning[kept], self.stray[kept], self.least[kept], group)
+
+
+def _some(x: Placed, kept: NDArray[np.bool_] | Indices) -> Placed:
+    return Placed(x.centre[kept], x.R[kept], x.half[kept], np.asarray(x.radius)[kept])
+
+
+def steps_of(all_: Together, now: Stretches, n: int) -> Steps:
+    """Stretches of one step each; of shapes that come and go those at whose begin they are there."""
+    now = now.of(all_.there(now.a, now.first, now.first) & all_.there(now.b, now.first, now.first))
+    k, after = now.first, np.minimum(now.first + 1, n - 1)
+    ends_a, ends_b = ((all_.placed(x, k), all_.placed(x, after)) for x in (now.a, now.b))
+    turning, stray = all_.turning(now.a, now.b, k, after), all_.stray(now.a, now.b, k)
+    least = bounds_between(ends_a, ends_b) - turning - stray
+    return Steps(now.a, now.b, k, ends_a, ends_b, turning, stray, least, now.group)
+
+
+def between(a: Moving, b: Moving, k: int, turning: float, stray: float, bar: float) -> Minimum:
+    """The minimum from sample k to the next as far as it is below a bar [m]: halved in time until the gap along the
+    direction of the nearest points, least at one end of a piece, says that nothing nearer is in it."""
+    if k + 1 >= len(a.t):
+        return seen(a, b, k)
+    best: Minimum | None = None
+    pieces = [(0.0, 1.0)]
+    while pieces:
+        low, high = pieces.pop()
+        found = seen(a, b, k, (low + high) / 2, stray)
+        best = found if best is None or found.least < best.least else best
+        (a0, b0), (a1, b1) = ([_posed(x, k, s) for x in (a, b)] for s in (low, high))
+        gap = float(bounds_along((a0, a1), (b0, b1), *found.directions)[0])
+        if gap - turning * (high - low) ** 2 - stray < min(bar, best.least - SHARP) and high - low > FINEST:
+            pieces += [((low + high) / 2, high), (low, (low + high) / 2)]
+    assert best is not None
+    return best
+
+
+def seen(a: Moving, b: Moving, k: int, s: float = 0.0, stray: float = 0.0) -> Minimum:
+    """What is seen at the part s from sample k to the next."""
+    x, y = _posed(a, k, s), _posed(b, k, s)
+    near = exactly(x, y)
+    t = float(a.t[k] if s == 0.0 else (1 - s) * a.t[k] + s * a.t[k + 1])
+    directions = near.normal, x.R[0].T @ near.normal, y.R[0].T @ near.normal
+    return Minimum(near.distance - stray, near.distance, t, a, b, near, directions)
+
+
+def _posed(x: Moving, k: int, s: float) -> Placed:
+    """A shape at the part s from sample k to the next."""
+    p, R, half = x.at(k, s)
+    return Placed(p[None], R[None], half[None], x.radius)

@@ -1,0 +1,120 @@
+"""Many moving shapes end to end in a few arrays, so that one look takes any number of them at any samples."""
+
+from __future__ import annotations
+
+import numpy as np
+from heavylift.nodes.limits.shapes import Strand
+from numpy.typing import NDArray
+
+from .distance import Placed
+from .moving import IDENTITY, Moving, chords, dots, lengths, matrices, onto
+
+__all__ = ["Together"]
+
+Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+class Together:
+    """Shapes with n samples each; `which` are indices of shapes, `k` samples, of the same shape or broadcast to it."""
+
+    def __init__(self, shapes: list[Moving], used: Indices) -> None:
+        """Of all shapes those that are used (indices)."""
+        some = [shapes[i] for i in used]
+        self.shapes = shapes
+        self._of = np.zeros(len(shapes), np.intp)  # number of a shape among those that are used
+        self._of[used] = np.arange(len(used))
+        self._n = n = len(shapes[0].t)
+        self._centre = np.concatenate([s.centre for s in some])
+        strays = [s.stray if len(s.stray) else np.zeros(1) for s in some]
+        self._steps = len(strays[0])
+        self._stray = np.concatenate(strays)
+        self._turn = np.zeros((sum(len(s.turn) for s in some), 4))
+        self._begin = np.cumsum([0, *(len(s.turn) for s in some)])[:-1]  # of each shape's turns
+        self._last = np.array([len(s.turn) - 1 for s in some])
+        for s, i in zip(some, self._begin, strict=True):
+            self._turn[i : i + len(s.turn), : s.turn.shape[1]] = s.turn
+        self._strand = np.array([isinstance(s.shape, Strand) for s in some])
+        self._reach = np.array([s.reach for s in some])
+        self._half = np.array([s.half for s in some])
+        self._radius = np.array([float(s.radius) for s in some])
+        own = [IDENTITY if isinstance(s.shape, Strand) else s.shape.R for s in some]
+        self._own = np.array(own) if any(R != IDENTITY for R in own) else None
+        ropes = [s.there for s in some if s.there is not None]  # the others are always there
+        self._count = np.zeros((1 + len(ropes), n + 1), np.int32)  # of samples before each at which one is there
+        self._count[0] = np.arange(n + 1)
+        for count, there in zip(self._count[1:], ropes, strict=True):
+            np.cumsum(there, out=count[1:])
+        comes = np.array([s.there is not None for s in some])
+        self._row = np.where(comes, np.cumsum(comes), 0)
+
+    def there(self, which: Indices, first: Indices, last: Indices) -> NDArray[np.bool_]:
+        """Whether shapes are there at any sample from the first to the last."""
+        i = self._row[self._of[which]]
+        found: NDArray[np.bool_] = self._count[i, last + 1] > self._count[i, first]
+        return found
+
+    def centre(self, which: Indices, k: Indices) -> Floats:
+        """(..., 3) their middles [m]."""
+        found: Floats = self._centre[self._of[which] * self._n + k]
+        return found
+
+    def placed(self, which: Indices, k: Indices) -> Placed:
+        """Each shape (m,) at its sample."""
+        i = self._of[which]
+        turn = self._turns(i, k)
+        R, half = np.empty((len(i), 3, 3)), self._half[i]
+        strand = self._strand[i]
+        if strand.any():
+            along = turn[strand, :3]
+            length = lengths(along)
+            R[strand] = onto(along / np.maximum(length, 1e-9)[:, None])
+            half[strand, 2] = length / 2
+        if not strand.all():
+            solid = ~strand
+            R[solid] = matrices(turn[solid]) if self._own is None else matrices(turn[solid]) @ self._own[i[solid]]
+        return Placed(self._centre[i * self._n + k], R, half, self._radius[i])
+
+    def moved(self, a: Indices, b: Indices, k: Indices, r: Indices) -> Floats:
+        """By how much points of shapes a move against shapes b from samples r to samples k, at most [m]."""
+        apart = self.centre(a, k) - self.centre(b, k) - (self.centre(a, r) - self.centre(b, r))
+        way = lengths(apart)
+        for which in (a, b):
+            self._spin(which, k, r, way)
+        return way
+
+    def stray(self, a: Indices, b: Indices, k: Indices) -> Floats:
+        """How far both may be between samples from where they are taken to be [m]."""
+        j = np.minimum(k, self._steps - 1)
+        found: Floats = self._stray[self._of[a] * self._steps + j] + self._stray[self._of[b] * self._steps + j]
+        return found
+
+    def turning(self, a: Indices, b: Indices, k: Indices, r: Indices) -> Floats:
+        """(m,) how far points of one shape leave, seen from the other, the straight way from samples k to r [m], at
+        most: h^2 / 8 times the accelerations w^2 y and 2 w v of a frame that turns."""
+        y = lengths(self.centre(b, k) - self.centre(a, k)) + self._reach[self._of[a]] + self._reach[self._of[b]]
+        v, w = self.moved(a, b, k, r), self._angles(a, k, r) + self._angles(b, k, r)
+        found: Floats = w * w * y / 8.0 + w * v / 4.0
+        return found
+
+    def _turns(self, i: Indices, k: Indices) -> Floats:
+        found: Floats = self._turn[self._begin[i] + np.minimum(k, self._last[i])]
+        return found
+
+    def _spin(self, which: Indices, k: Indices, r: Indices, way: Floats) -> None:
+        """Add what shapes turn and stretch about their middles; `which` (m,) or (m, 1), k and r alike or wider."""
+        i = self._of[which]
+        flat = i.reshape(-1)
+        for some, strand in ((self._strand, True), (~self._strand, False)):
+            here = np.flatnonzero(some[flat] & (self._last[flat] > 0))
+            if not len(here):
+                continue
+            one, two = self._turns(i[here], k[here]), self._turns(i[here], r[here])
+            way[here] += lengths((one - two)[..., :3]) / 2 if strand else chords(one, two) * self._reach[i[here]]
+
+    def _angles(self, which: Indices, k: Indices, r: Indices) -> Floats:
+        """(m,) angles by which solids turn [rad], at most; those of strands are small."""
+        i = self._of[which]
+        w = np.minimum(1.0, np.abs(dots(self._turns(i, k), self._turns(i, r))))
+        found: Floats = np.where(self._strand[i] | (self._last[i] == 0), 0.0, 2.0 * np.arccos(w))
+        return found
