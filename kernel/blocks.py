@@ -27,6 +27,7 @@ from .presence import alone, leaner, leaner_code
 from .rate import Program
 from .references import References
 from .resistance import check_resistance
+from .small_motions import FINEST
 from .stepping import Stepping
 from .structure import structure
 
@@ -104,6 +105,7 @@ class Blocks:
         self.epoch = 0
         self._missed = False
         self._samples = 1  # number of the next periodic sample
+        self._set(scale=FINEST, grain=1.0, faint=1.0)
         self._set(tol=tolerance, h=step or 1e-4, error=1e-4, h_min=1e-12, h_max=h_max, rows=ROWS)
         y0 = self.program.initial_state()
         self.X[self._at["y"]] = y0

@@ -105,7 +105,9 @@ class Eventful(Commanded):
         row = self.row()
         limits = [self.program.guards[i][1] for i in fallen if self.program.guards[i][0] == "bending"]
         bending = [pass_limit(self, name, t_ns) for name in limits]
-        fallen = [i for i in fallen if self.program.guards[i][0] != "bending"]
+        parting = {self.program.guards[i][1] for i in fallen if self.program.guards[i][0] == "support"}
+        gone = {("bending", name) for name in limits} | {("rub", name) for name in parting}  # what opens does not slip
+        fallen = [i for i in fallen if self.program.guards[i] not in gone]
         kinds = [self.program.guards[i][0] for i in fallen]
         together = ("rigid", *KINDS)
         try:

@@ -39,7 +39,7 @@ def inherit(new: Simulation, old: Sequence[Simulation]) -> None:
         new._rattling.counts |= x._rattling.counts
         new.references.take(x.references)
     new.X[new._at["y"]] = np.array([known[label] for label in labels(new.program) if label[0] in STATE])
-    new._set(h=min(x["h"] for x in old), error=max(x["error"] for x in old))
+    new._set(h=min(x["h"] for x in old), error=max(x["error"] for x in old), scale=max(x["scale"] for x in old))
     new.epoch, new._samples, new.order.phase = old[0].epoch, old[0]._samples, STOPPED
     new._new_stretch(new.epoch)
     if len(new.program.constraints):

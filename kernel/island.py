@@ -12,8 +12,8 @@ from .constraints.ropes import RigidAt
 from .describe import System
 from .parameters import RopeAt
 from .simulation import Simulation
+from .small_motions import still_below
 from .snapshots import BLOCKS, KEPT
-from .steps import STILL_SQUARE
 from .thrift import Thrift
 
 __all__ = ["Island"]
@@ -112,8 +112,9 @@ class Island(Simulation):
         """Of the degrees of freedom, in islands of their own if these ropes do not tie; 0 if nothing or all rests."""
         pieces = islands_of(self.given, loose) if loose else []
         own = [self._velocities({b.name for b in piece.bodies}) for piece in pieces]
+        limit = float(still_below(self["scale"], self["faint"]))
         nq, now = self.program.nq, (self.state, self.X[self._at["f"]])
-        resting = [len(v) for v in own if all(float(x[nq:][v] @ x[nq:][v]) < STILL_SQUARE for x in now)]
+        resting = [len(v) for v in own if all(float(x[nq:][v] @ x[nq:][v]) < limit for x in now)]
         return sum(resting) / self.program.nv if len(resting) < len(own) else 0.0
 
     def _velocities(self, bodies: set[str]) -> list[int]:

@@ -29,6 +29,7 @@ from .methods.peers import Peer
 from .peaks import last
 from .presence import dispensable
 from .sharing_note import note_shared_loads
+from .small_motions import rounded, scale_of
 from .snapshots import go_on, kept
 from .stepper import FOREVER_NS, NEVER
 from .steps import EVENT, FAILED, RUNNING, STILL
@@ -173,6 +174,11 @@ class Simulation(Eventful):
                 self._still = True
             pause()
 
+    def _accelerations(self, q: np.ndarray) -> np.ndarray:
+        nq, y = self.program.nq, self.state.copy()
+        y[:nq] = q
+        return self._rate(y)[0][nq : nq + self.program.nv]
+
     @property
     def _attempts(self) -> float:
         return self["accepted"] + self["rejected"]
@@ -252,7 +258,11 @@ class Simulation(Eventful):
             t_rest=self.references.rest(self.epoch),
         )
         self._spare()
+        speeds = self.state[self.program.nq : self.program.nq + self.program.nv]
+        self._set(scale=float(scale_of(self["scale"], speeds)))
         self._call("refresh")
+        if self["scale"] < 1.0 and not self.program.contacts.sites:  # contacts keep the tolerance of a metre
+            self._set(**rounded(self._accelerations, self.state[: self.program.nq].copy(), self["tol"]))
         self._note_peaks()  # of a rope that a jump has tightened, and where no step lies between two samples
         row = self._raw().copy()
         self._angles[:] = row[self.method.row_layout.at["turned"]]  # without the error of their integrals

@@ -17,6 +17,7 @@ import numpy as np
 from .methods.control import Control
 from .methods.method import Method, Rate, fallen_in, inside, length
 from .peaks import begin, remember, watch
+from .small_motions import scale_of, still_below
 from .symbol import any_of, maximum, minimum, select, sqrt
 
 __all__ = [
@@ -26,7 +27,6 @@ __all__ = [
 
 RUNNING, NEAR, BREAK, EVENT, STILL, FAILED = 0.0, 0.5, 1.0, 2.0, 3.0, 4.0  # why a native call returned
 LOCATED = 2.5e-10  # [s] width to which a guard's root is bracketed
-STILL_SQUARE = 1e-14  # |v|^2 and |dv/dt|^2 of a scene at rest [SI]
 
 Project = Callable[[Any, Any], Any]  # (t, y) -> place, gap, slip, pivot
 Row = Callable[[Any, Any], list[Any]]  # (t, y) -> columns of a sample
@@ -36,8 +36,8 @@ SCALARS = (
     "run", "due", "locate", "status", "budget",
     # time: now, proposed step, step boundary that no step crosses, horizon behind which steps stay tentative
     "t", "h", "t_stop", "until",
-    # tolerance and step control, earliest time at which a scene may count as still
-    "tol", "h_min", "h_max", "error", "forced", "t_rest",
+    # tolerance and its scale, step control, earliest time at which a scene may count as still, and what rounding does
+    "tol", "scale", "h_min", "h_max", "error", "forced", "t_rest", "grain", "faint",
     "accepted", "rejected", "tentative", "still",
     # last step: start, length, bracket of a root, whether only a stage has seen it, status and loop without it
     "t0", "h0", "lo", "hi", "doubt", "calm", "more",
@@ -154,9 +154,11 @@ def commit(s: SimpleNamespace, quaternions: list[int], velocities: slice, projec
         q = s.y[i : i + 4]
         y[i : i + 4] = q * (1.0 / sqrt(q @ q))
     s.y = y
-    slow = [sum(e * e for e in x[velocities]) < STILL_SQUARE for x in (s.y, s.f)]
+    limit = still_below(s.scale, s.faint)
+    slow = [sum(e * e for e in x[velocities]) < limit for x in (s.y, s.f)]
     s.still = select(s.t >= s.t_rest, select(slow[0], select(slow[1], 1.0, 0.0), 0.0), 0.0)
     s.due = select(s.tentative > 0.0, select(s.t >= s.t_out, 1.0, 0.0), 0.0)
+    s.scale = select(s.tentative > 0.0, scale_of(s.scale, y[velocities]), s.scale)
     s.tentative = 0.0
 
 

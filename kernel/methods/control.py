@@ -1,9 +1,10 @@
 """Whether an attempted step is taken and how long the next one is: error-controlled or fixed.
 
-Error control: the estimate is weighed with tol (1 + |y|) in the root mean square over coordinates and velocities
-(Hairer, Norsett, Wanner I, II.4) and the next step is Gustafsson's PI choice (Hairer, Wanner II, IV.2).  What opens in
-constraint rows within a step counts as a coordinate that should be zero: closing them again must not move the bodies
-by more than the tolerance, since stiff laws feel that at once, however far from the origin.
+Error control: the estimate is weighed with tol scale (1 + |y|), scale <= 1 for small motions (see `small_motions`),
+in the root mean square over coordinates and velocities (Hairer, Norsett, Wanner I, II.4) and the next step is
+Gustafsson's PI choice (Hairer, Wanner II, IV.2).  What opens in constraint rows within a step counts as a coordinate
+that should be zero: closing them again must not move the bodies by more than the tolerance, since stiff laws feel that
+at once, however far from the origin.
 Fixed steps: taken unless the state is no longer finite; the last one before a boundary is as short as it must be.
 """
 
@@ -14,6 +15,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from ..elementary import power
+from ..small_motions import allowed
 from ..symbol import maximum, minimum, select, sqrt
 from .method import Attempt, Exponents
 
@@ -42,7 +44,7 @@ class ErrorControl:
 
     def judge(self, s: SimpleNamespace, a: Attempt, h: Any, last: Any) -> Verdict:
         x = self._exponents
-        error = self._weighed(a.error, 1.0 / (s.tol * (1.0 + maximum(abs(s.y), abs(a.y)))))
+        error = self._weighed(a.error, 1.0 / allowed(s, maximum(abs(s.y), abs(a.y))))
         if hasattr(a.r, "drift"):
             error = maximum(a.r.drift[0] * (1.0 / s.tol), error)
         if a.sound is not None:

@@ -133,6 +133,7 @@ class PeerCode:
                     solver = self._start(X, P, t_stop, longest)
                 if hasattr(solver, "h_abs"):
                     solver.max_step = longest
+                    solver.atol = float(X[at["tol"]] * max(X[at["scale"]], X[at["grain"]]))  # see `small_motions`
                 self._solver = solver
                 told = solver.step()
         except (ValueError, ArithmeticError, np.linalg.LinAlgError):

@@ -19,6 +19,7 @@ from ..elementary import power
 from ..emit import Parts, While
 from ..function import OPAQUE, Function, Primitive
 from ..rate import Program
+from ..small_motions import allowed
 from ..symbol import maximum, minimum, select, sqrt
 from .linear_algebra import Factors, solver
 from .loops import Code, padded
@@ -176,7 +177,7 @@ class Radau5(Method):
             b_im=F[2] - (s.alpha * s.w2 - s.beta * s.w1),
             tail=[s.alpha * square, s.beta * square],
         )
-        weight = 1.0 / (s.tol * (1.0 + abs(s.y)))
+        weight = 1.0 / allowed(s, abs(s.y))
         steps = [d0 * weight, pair.re * weight, pair.im * weight]
         size = sqrt(sum(e @ e for e in steps) * (1.0 / (3.0 * self.n)))
         first = s.turn < 0.5
