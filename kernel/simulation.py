@@ -261,7 +261,7 @@ class Simulation(Eventful):
         speeds = self.state[self.program.nq : self.program.nq + self.program.nv]
         self._set(scale=float(scale_of(self["scale"], speeds)))
         self._call("refresh")
-        if self["scale"] < 1.0 and not self.program.contacts.sites:  # contacts keep the tolerance of a metre
+        if self["scale"] < 1.0:
             self._set(**rounded(self._accelerations, self.state[: self.program.nq].copy(), self["tol"]))
         self._note_peaks()  # of a rope that a jump has tightened, and where no step lies between two samples
         row = self._raw().copy()

@@ -1,5 +1,4 @@
-"""Twelve processes, an hour of lift, hundreds of switches: the equations become machine code exactly once, those at rest
-another time, and the path along the action list is kept beside them."""
+"""An hour of lift in twelve processes: the equations become machine code once, those at rest once, too."""
 
 from pathlib import Path
 
