@@ -85,19 +85,19 @@ def _iterated(B: np.ndarray, factors: Factors, n: int, p: int) -> tuple[np.ndarr
     k = np.arange(len(B) * p, dtype=float) + 1.0
     phase = k * k * GOLDEN
     X = (phase - np.floor(phase) - 0.5).reshape(-1, p)
-    before, steps, last = np.zeros(0), 0, MOST
-    values = before
+    values, steps, last = np.zeros(0), 0, MOST
     while steps < last:
         Z = times(B, X)
         X, _ = orthonormal(factors.solve(Z), Z)
-        values, turn = eigen(times(X.T, times(B, X)))
-        values, X = values[::-1], times(X, turn[:, ::-1])
         steps += 1
-        now = values[:n]
-        if last == MOST and len(now) == len(before) and np.all(np.abs(now - before) <= SETTLED * np.abs(now)):
-            last = min(MOST, 3 * steps)
-        before = now
-    return values[:n], X[:, :n]
+        if last < MOST and steps < last:
+            continue  # the vectors are apart, and come nearer by themselves
+        before = values
+        values, turn = eigen(times(X.T, times(B, X)))
+        values, X = values[::-1][:n], times(X, turn[:, ::-1])
+        if last == MOST and len(values) == len(before) and np.all(np.abs(values - before) <= SETTLED * values):
+            last = min(MOST - 1, 3 * steps)
+    return values, X[:, :n]
 
 
 def orthonormal(X: np.ndarray, AX: np.ndarray, least: float = NOTHING) -> tuple[np.ndarray, np.ndarray]:
