@@ -31,9 +31,21 @@ def total(x: np.ndarray) -> np.ndarray:
 def times(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     """A B of a matrix (n, k) and a matrix (k, m) or a vector (k,), column by column of A."""
     out = np.zeros((len(A), *B.shape[1:]))
-    for k in np.flatnonzero(np.any(A != 0.0, axis=0)):
-        out += (A[:, k, None] if B.ndim > 1 else A[:, k]) * B[k]
+    for k, (first, end) in enumerate(_filled(A)):
+        out[first:end] += (A[first:end, k, None] if B.ndim > 1 else A[first:end, k]) * B[k]
     return out
+
+
+def _filled(A: np.ndarray) -> list[tuple[int, int]]:
+    """By column, the rows that hold more than zeros."""
+    if not A.size:
+        return []
+    there = A != 0.0
+    first, end = np.argmax(there, axis=0), len(A) - np.argmax(there[::-1], axis=0)
+    return [
+        (i, j) if some else (0, 0)
+        for i, j, some in zip(first.tolist(), end.tolist(), np.any(there, axis=0), strict=True)
+    ]
 
 
 def sizes(x: np.ndarray) -> np.ndarray:
@@ -43,18 +55,22 @@ def sizes(x: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Factors:
-    """A matrix as the product of triangular L, of unit diagonal, and U, both kept in one array."""
+    """A matrix as the product of triangular L, of unit diagonal, and U, both kept in one array.
+
+    `filled`: by column, the rows of it that hold more than zeros.
+    """
 
     LU: np.ndarray  # (n, n)
+    filled: list[tuple[int, int]]
 
     def solve(self, B: np.ndarray) -> np.ndarray:
         """X (n, m) with A X = B (n, m)."""
         X = np.array(B, float)
-        for k in range(len(X) - 1):
-            X[k + 1 :] -= self.LU[k + 1 :, k, None] * X[k]
-        for k in reversed(range(len(X))):
+        for k, (_, end) in enumerate(self.filled):
+            X[k + 1 : end] -= self.LU[k + 1 : end, k, None] * X[k]
+        for k, (first, _) in reversed([*enumerate(self.filled)]):
             X[k] /= self.LU[k, k]
-            X[:k] -= self.LU[:k, k, None] * X[k]
+            X[first:k] -= self.LU[first:k, k, None] * X[k]
         return X
 
     def half(self) -> np.ndarray:
@@ -74,9 +90,12 @@ def factored(A: np.ndarray, least: float = 0.0) -> Factors:
     for k in range(len(LU)):
         if not LU[k, k] > least * abs(float(A[k, k])):
             raise ZeroDivisionError(f"pivot {k}")
-        LU[k + 1 :, k] /= LU[k, k]
-        LU[k + 1 :, k + 1 :] -= LU[k + 1 :, k, None] * LU[k, k + 1 :]
-    return Factors(LU)
+        if k + 1 == len(LU):
+            break
+        down, right = (k + 2 + int(np.flatnonzero(x).max(initial=-1)) for x in (LU[k + 1 :, k], LU[k, k + 1 :]))
+        LU[k + 1 : down, k] /= LU[k, k]
+        LU[k + 1 : down, k + 1 : right] -= LU[k + 1 : down, k, None] * LU[k, k + 1 : right]
+    return Factors(LU, _filled(LU))
 
 
 def eigen(S: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

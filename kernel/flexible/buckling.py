@@ -9,6 +9,7 @@ nodes, each section of which moves as the mean of its nodes; its own equations d
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -109,10 +110,8 @@ def _basis(modes: Modes, K: np.ndarray, held: list[int], G: np.ndarray) -> np.nd
     loose = set(held)
     free = [d for d in range(len(K)) if d not in loose]
     K_f, shapes = K[np.ix_(free, free)], modes.shapes[free]
-    try:
+    with suppress(ZeroDivisionError):  # where the frame lets it move freely
         shapes = np.column_stack([shapes, largest(G[np.ix_(free, free)], K_f, SHAPES)[1]])
-    except ZeroDivisionError:
-        pass  # the frame lets it move freely
     shapes = shapes / np.sqrt(total(shapes * times(K_f, shapes)))
     values, turn = eigen(times(shapes.T, times(K_f, shapes)))
     kept = values > DEPENDENT * values[-1]
@@ -157,9 +156,7 @@ def _between_sections(
     """The same between sections, whose mean displacements lie on straight lines."""
     across, out = np.eye(3) - np.outer(axis, axis), []
     for a, b, h in zip(sections[:-1], sections[1:], np.diff(at), strict=True):
-        slope = np.concatenate(
-            [across * (sign / (len(x) * h)) for x, sign in ((a, -1.0), (b, 1.0)) for _ in x], axis=1
-        )
+        slope = np.concatenate([across * (sign / (len(x) * h)) for x, sign in ((a, -1.0), (b, 1.0)) for _ in x], axis=1)
         out.append(([6 * j + d for j in (*a, *b) for d in range(3)], float(h) * times(slope.T, slope)))
     return out
 

@@ -15,8 +15,11 @@ from .algebra import Factors, eigen, factored, times, total
 __all__ = ["eigenmodes", "largest", "orthonormal"]
 
 SPARE = 8  # vectors beyond those sought and half as many again
-SETTLED = 1e-10  # change of an eigenvalue; its vector, of half as many digits, is given three times as many steps
-MOST = 200  # steps, for models with crowds of equal frequencies
+SETTLED, LONGER = (
+    1e-6,
+    5,
+)  # change of an eigenvalue; its vector, of half as many digits, is given so many times the steps
+MOST = 100  # steps, for models with crowds of equal frequencies
 NOTHING = 1e-12  # of its length, what is left of a vector that is a sum of others
 SINGULAR = 1e-13  # of a diagonal element, a pivot that is rounding
 GOLDEN = 0.6180339887498949
@@ -50,7 +53,7 @@ def largest(B: np.ndarray, A: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarra
                 whole[part] = vectors[:, k]
                 found.append((value, len(found), whole))
     found = sorted(found, key=lambda f: (-f[0], f[1]))[:n]
-    return np.array([f[0] for f in found]), np.array([f[2] for f in found]).reshape(-1, len(A)).T
+    return np.array([f[0] for f in found]), np.array([f[2] for f in found]).reshape(len(found), len(A)).T
 
 
 def _connected(A: np.ndarray, B: np.ndarray) -> list[list[int]]:
@@ -71,7 +74,7 @@ def _connected(A: np.ndarray, B: np.ndarray) -> list[list[int]]:
 def _largest_of_one(B: np.ndarray, A: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
     N, p = len(A), n + n // 2 + SPARE
     factors = factored(A, SINGULAR)
-    if N > 2 * p:
+    if 2 * p < N:
         values, vectors = _iterated(B, factors, n, p)
         if len(values) == min(n, N):
             return values, vectors
@@ -96,12 +99,12 @@ def _iterated(B: np.ndarray, factors: Factors, n: int, p: int) -> tuple[np.ndarr
         values, turn = eigen(times(X.T, times(B, X)))
         values, X = values[::-1][:n], times(X, turn[:, ::-1])
         if last == MOST and len(values) == len(before) and np.all(np.abs(values - before) <= SETTLED * values):
-            last = min(MOST - 1, 3 * steps)
+            last = min(MOST - 1, LONGER * steps)
     return values, X[:, :n]
 
 
 def orthonormal(X: np.ndarray, AX: np.ndarray, least: float = NOTHING) -> tuple[np.ndarray, np.ndarray]:
-    """The columns of X made A-orthonormal, in their order, without those of which less than `least` is new; and A times them.
+    """Columns of X made A-orthonormal, in their order, but for those of which less than `least` is new; A times them.
 
     By modified Gram-Schmidt, twice ("twice is enough", Kahan, Parlett).
     """

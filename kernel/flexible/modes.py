@@ -197,7 +197,7 @@ def _shapes(
         except ZeroDivisionError:
             raise massless from None
         moves = [u[free] for u in rigid_motions(nodes).T if _moves_freely(u, K, held)]
-        rigid = np.array(moves).reshape(-1, len(free)).T
+        rigid = np.array(moves).reshape(len(moves), len(free)).T
         rigid = orthonormal(rigid, times(M_f, rigid))[0]
         n = len(free) - rigid.shape[1]
         if n < flexible.modes:
@@ -240,7 +240,9 @@ def _model(flexible: Flexible) -> tuple[np.ndarray, np.ndarray, np.ndarray, list
 
 def _moves_freely(u: np.ndarray, K: np.ndarray, held: list[int]) -> bool:
     """Whether a rigid motion of the nodes neither meets the frame nor strains anything."""
-    return bool(np.any(u) and not np.any(u[held]) and np.abs(times(K, u)).max() <= NODE * np.abs(K).max() * np.abs(u).max())
+    return bool(
+        np.any(u) and not np.any(u[held]) and np.abs(times(K, u)).max() <= NODE * np.abs(K).max() * np.abs(u).max()
+    )
 
 
 def _padded(shapes: np.ndarray, n: int) -> np.ndarray:
@@ -257,7 +259,7 @@ def _static(flexible: Flexible, K: np.ndarray, free: list[int]) -> np.ndarray:
     assert beam is not None, "checked with the description"
     directions = [d for d in (1, 2) if d not in rigid_directions(beam)]
     forces = [hermite(beam, x)[d][free] for x in flexible.loads for d in directions]
-    return factored(K).solve(np.array(forces).reshape(-1, len(free)).T)
+    return factored(K).solve(np.array(forces).reshape(len(forces), len(free)).T)
 
 
 def _loose(name: str, mode: int) -> KernelError:

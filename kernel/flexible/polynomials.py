@@ -84,7 +84,7 @@ def integral(c: np.ndarray) -> np.ndarray:
 def product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """(2n - 1, ...) coefficients of the product of two series (n, ...): 2 T_i T_j = T_(i+j) + T_|i-j|."""
     n = len(a)
-    out = np.zeros((2 * n - 1, *np.broadcast_shapes(a.shape[1:], b.shape[1:])))
+    out = np.zeros((2 * n - 1, *(a[0] * b[0]).shape))
     for i in range(n):
         half = 0.5 * a[i] * b
         out[i : i + n] += half
