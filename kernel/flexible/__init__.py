@@ -2,6 +2,8 @@
 
 description, checks   what a user gives: a beam, or matrices of a finite-element model; needs no NumPy
 beam, modes           finite elements, their modes, shapes at stations
+eigenmodes, algebra,
+polynomials           how they are computed with the same bits on every processor
 reduction, numbers    the constants of the kinetic energy, rounded
 inertia               those constants in the recursion
 small_deflections,

@@ -35,7 +35,7 @@ def beam_matrices(beam: Beam) -> tuple[np.ndarray, np.ndarray]:
         inertia = [[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]
         bending = [[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]]
         m[np.ix_(at, at)] += beam.mass_per_length * h / 420.0 * np.array(inertia) * np.outer(s, s)
-        k[np.ix_(at, at)] += EI / h**3 * np.array(bending) * np.outer(s, s)
+        k[np.ix_(at, at)] += EI / (h * h * h) * np.array(bending) * np.outer(s, s)
     n = 6 * (beam.elements + 1)
     M, K = np.zeros((n, n)), np.zeros((n, n))
     for e in range(beam.elements):
@@ -56,8 +56,9 @@ def hermite(beam: Beam, x: float) -> np.ndarray:
     h = beam.length / beam.elements
     e = min(max(int(x / h), 0), beam.elements - 1)
     s = x / h - e
-    N = np.array([1 - 3 * s**2 + 2 * s**3, h * (s - 2 * s**2 + s**3), 3 * s**2 - 2 * s**3, h * (s**3 - s**2)])
-    dN = np.array([-6 * s + 6 * s**2, h * (1 - 4 * s + 3 * s**2), 6 * s - 6 * s**2, h * (3 * s**2 - 2 * s)]) / h
+    s2, s3 = s * s, s * s * s
+    N = np.array([1 - 3 * s2 + 2 * s3, h * (s - 2 * s2 + s3), 3 * s2 - 2 * s3, h * (s3 - s2)])
+    dN = np.array([-6 * s + 6 * s2, h * (1 - 4 * s + 3 * s2), 6 * s - 6 * s2, h * (3 * s2 - 2 * s)]) / h
     out = np.zeros((6, 6 * (beam.elements + 1)))
     for line in (_AXIAL, _TORSION):
         out[line[0], [6 * e + i for i in line]] = [1 - s, s]

@@ -9,13 +9,15 @@ nodes, each section of which moves as the mean of its nodes; its own equations d
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import eigh
 
+from .algebra import eigen, sizes, times, total
 from .beam import BENDING_Y, BENDING_Z
 from .description import Beam
+from .eigenmodes import largest
 from .numbers import rounded
 
 if TYPE_CHECKING:
@@ -27,7 +29,6 @@ SHAPES = 8  # buckling modes, those of both planes
 SLIGHT = 0.02  # of the buckling load: less is not looked at
 MOST = 1e3  # of the buckling load: more is told as that
 HALVINGS = 30  # of the bracket around the part of the buckling load
-LOOSE = 1e-13  # part of the largest stiffness that is rounding
 DEPENDENT = 1e-10  # part of the largest stiffness below which a shape of the basis is none
 SAME = 1e-9  # part of the length between nodes of one section
 
@@ -41,7 +42,8 @@ class Column:
         self.axis, sections = (np.array([1.0, 0.0, 0.0]), [[j] for j in range(len(nodes))])
         if not self.softens:
             self.axis, sections = _line(nodes)
-        self._at = np.array([float((nodes[x] @ self.axis).mean()) for x in sections])
+        along = times(nodes, self.axis)
+        self._at = np.array([float(total(along[x])) / len(x) for x in sections])
         pieces = (
             _elements(modes.flexible.beam) if modes.flexible.beam else _between_sections(sections, self._at, self.axis)
         )
@@ -49,27 +51,27 @@ class Column:
         for at, g in pieces:
             G[np.ix_(at, at)] += g
         basis = _basis(modes, K, held, G)
-        root = float(self._at[0]) if self.softens else _root(modes, nodes @ self.axis)
-        products = [np.zeros((basis.shape[1],) * 2), *(basis[at].T @ g @ basis[at] for at, g in pieces)]
+        root = float(self._at[0]) if self.softens else _root(modes, along)
+        products = [np.zeros((basis.shape[1],) * 2), *(times(basis[at].T, times(g, basis[at])) for at, g in pieces)]
         whole = np.cumsum(products, axis=0)
         self._whole = rounded(whole - _between(self._at, whole, root))
-        along = modes.M @ np.tile([*self.axis, 0.0, 0.0, 0.0], len(nodes))
-        mass = np.array([float((along.reshape(-1, 6)[x, :3] @ self.axis).sum()) for x in sections])
-        self._weighed = np.einsum("n,nkl->kl", mass, self._whole)
-        self._spun = np.einsum("n,nkl->kl", mass * self._at, self._whole)
-        self._quick = float(np.abs(self._whole).sum(axis=2).max(initial=0.0))
-        self._mass, self._far = float(mass.sum()), float(np.abs(self._at).max())
+        moved = times(modes.M, np.array([*self.axis, 0.0, 0.0, 0.0] * len(nodes))).reshape(-1, 6)[:, :3]
+        mass = np.array([float(total(times(moved[x], self.axis))) for x in sections])
+        self._weighed = total(mass[:, None, None] * self._whole)
+        self._spun = total((mass * self._at)[:, None, None] * self._whole)
+        self._quick = float(total(np.abs(self._whole).transpose(2, 0, 1)).max(initial=0.0))
+        self._mass, self._far = float(total(mass)), float(np.abs(self._at).max())
 
     def part(self, forces: np.ndarray, places: np.ndarray, a: np.ndarray, w: np.ndarray) -> float:
         """Of the buckling load, under forces (n, 3) at places (n, 3), with the acceleration a of the frame, less
         gravity, and its angular velocity w, all in the frame's axes; 0 for less than SLIGHT."""
-        pulls = forces @ self.axis
-        pushed, spin = float(a @ self.axis), float(w @ w - (w @ self.axis) ** 2)
-        size = float(np.abs(pulls).sum()) + self._mass * (abs(pushed) + spin * self._far)
+        pulls, around = times(forces, self.axis), float(total(w * self.axis))
+        pushed, spin = float(total(a * self.axis)), float(total(w * w)) - around * around
+        size = float(total(np.abs(pulls))) + self._mass * (abs(pushed) + spin * self._far)
         if size * self._quick < SLIGHT:
             return 0.0
         G = spin * self._spun - pushed * self._weighed
-        for s, f in zip(places @ self.axis, pulls, strict=True):
+        for s, f in zip(times(places, self.axis), pulls, strict=True):
             G = G + f * _between(self._at, self._whole, float(s))
         if _definite(G / SLIGHT):
             return 0.0
@@ -108,16 +110,13 @@ def _basis(modes: Modes, K: np.ndarray, held: list[int], G: np.ndarray) -> np.nd
     loose = set(held)
     free = [d for d in range(len(K)) if d not in loose]
     K_f, shapes = K[np.ix_(free, free)], modes.shapes[free]
-    sizes = np.linalg.eigvalsh(K_f)
-    if sizes[0] > LOOSE * sizes[-1]:  # else the frame lets it move freely
-        n = len(free)
-        buckled = eigh(G[np.ix_(free, free)], K_f, subset_by_index=[max(0, n - SHAPES), n - 1])[1]
-        shapes = np.column_stack([shapes, buckled])
-    shapes = shapes / np.sqrt(np.einsum("ik,ij,jk->k", shapes, K_f, shapes))
-    sizes, turn = np.linalg.eigh(shapes.T @ K_f @ shapes)
-    kept = sizes > DEPENDENT * sizes[-1]
-    out = np.zeros((len(K), int(kept.sum())))
-    out[free] = shapes @ (turn[:, kept] / np.sqrt(sizes[kept]))
+    with suppress(ZeroDivisionError):  # where the frame lets it move freely
+        shapes = np.column_stack([shapes, largest(G[np.ix_(free, free)], K_f, SHAPES)[1]])
+    shapes = shapes / np.sqrt(total(shapes * times(K_f, shapes)))
+    values, turn = eigen(times(shapes.T, times(K_f, shapes)))
+    kept = values > DEPENDENT * values[-1]
+    out = np.zeros((len(K), len(np.flatnonzero(kept))))
+    out[free] = times(shapes, turn[:, kept] / np.sqrt(values[kept]))
     return out
 
 
@@ -135,13 +134,13 @@ def _elements(beam: Beam) -> list[tuple[list[int], np.ndarray]]:
 
 def _line(nodes: np.ndarray) -> tuple[np.ndarray, list[list[int]]]:
     """The direction between the farthest nodes, and the nodes of each section across it."""
-    apart = np.linalg.norm(nodes[:, None] - nodes[None], axis=2)
+    apart = sizes(nodes[:, None] - nodes[None])
     length = float(apart.max())
     if not length > 0.0:
         return np.array([1.0, 0.0, 0.0]), [list(range(len(nodes)))]
-    i, j = (int(x) for x in np.argwhere(apart > (1.0 - SAME) * length)[0])
+    i, j = (int(x[0]) for x in np.nonzero(apart > (1.0 - SAME) * length))
     axis = rounded((nodes[j] - nodes[i]) / length)
-    along = nodes @ axis
+    along = times(nodes, axis)
     sections: list[list[int]] = []
     for k in np.argsort(along, kind="stable"):
         if sections and along[k] - along[sections[-1][0]] <= SAME * length:
@@ -157,8 +156,8 @@ def _between_sections(
     """The same between sections, whose mean displacements lie on straight lines."""
     across, out = np.eye(3) - np.outer(axis, axis), []
     for a, b, h in zip(sections[:-1], sections[1:], np.diff(at), strict=True):
-        slope = np.hstack([np.tile(across, len(x)) * (sign / (len(x) * h)) for x, sign in ((a, -1.0), (b, 1.0))])
-        out.append(([6 * j + d for j in (*a, *b) for d in range(3)], float(h) * slope.T @ slope))
+        slope = np.concatenate([across * (sign / (len(x) * h)) for x, sign in ((a, -1.0), (b, 1.0)) for _ in x], axis=1)
+        out.append(([6 * j + d for j in (*a, *b) for d in range(3)], float(h) * times(slope.T, slope)))
     return out
 
 

@@ -4,26 +4,27 @@ at the stations where something is attached.
 Eigenmodes solve K u = w^2 M u under the boundary conditions of the floating frame; attachment modes add the static
 deflections under unit forces (Craig 2000; Shabana 2013, chapter 6), so that few modes carry concentrated loads.
 They are M-orthogonal and of largest displacement 1.  Along a beam, elements interpolate with Hermite polynomials; for
-what slides, Chebyshev polynomials follow them smoothly.
+what slides, Chebyshev polynomials follow them smoothly.  All of it is computed by operations on elements (`algebra`),
+because a simulation continues with it: rounding cannot hide what LAPACK leaves open in the low modes of a fine model.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import sqrt
 
 import numpy as np
-from numpy.linalg import LinAlgError
-from numpy.polynomial import chebyshev
-from scipy.interpolate import make_interp_spline
-from scipy.linalg import eigh
 
 from ..errors import KernelError
+from .algebra import eigen, factored, sizes, times, total
 from .attachment import Track
 from .beam import beam_matrices, hermite, nodes_of, rigid_directions
 from .buckling import Column
 from .description import Beam, Flexible
+from .eigenmodes import eigenmodes, orthonormal
 from .numbers import rigid_motions, rounded, rounded_each
+from .polynomials import derivative, integral, polynomials, product, roots, series, spline
 from .small_deflections import Smallness, smallness
 
 __all__ = ["Modes", "modes_of"]
@@ -31,6 +32,7 @@ __all__ = ["Modes", "modes_of"]
 DEPENDENT = 1e-8  # what is left of a shape that is a sum of the others
 SMOOTH, NOT_SMOOTH = 1e-6, 1e-2  # errors of polynomials along a beam, sought and refused; shapes are 1 at most
 HARDLY = 0.005  # of a mode's stiffness: so small a part of the buckling load is not looked at
+GAUSS = ((-sqrt(0.6), 5.0 / 9.0), (0.0, 8.0 / 9.0), (sqrt(0.6), 5.0 / 9.0))  # points and weights
 NODE = 1e-6  # [m] how far an attached point may be off its node by rounding
 
 
@@ -56,7 +58,7 @@ class Modes:
             if not -NODE <= p[0] <= beam.length + NODE:
                 raise KernelError(f"body '{self.name}': x = {p[0]:g} m lies beyond its ends at 0 and {beam.length:g} m")
             return p[0], np.array([p[0], 0.0, 0.0])
-        distance = np.linalg.norm(self.nodes - np.array(p), axis=1)
+        distance = sizes(self.nodes - np.array(p))
         node = int(np.argmin(distance))
         if distance[node] > NODE:
             near = ", ".join(f"{x:g}" for x in self.nodes[node])
@@ -66,7 +68,7 @@ class Modes:
     def at(self, station: int | float) -> np.ndarray:
         """(6, m) displacement and rotation of every mode at a station."""
         if beam := self.flexible.beam:
-            return rounded(hermite(beam, float(station)) @ self.shapes)
+            return rounded(times(hermite(beam, float(station)), self.shapes))
         return rounded(self.shapes[6 * int(station) : 6 * int(station) + 6])
 
     def track(self, joint: str) -> Track:
@@ -77,13 +79,15 @@ class Modes:
         beam, m = self.flexible.beam, len(self.mass)
         if beam is None:
             raise KernelError(f"joint '{joint}': body '{self.name}' is no beam; a slider needs one")
-        x = np.cos(np.pi * (np.arange(4 * beam.elements) + 0.5) / (4 * beam.elements))
+        x = roots(4 * beam.elements)
         places = (1.0 + x) * beam.length / 2.0
         nodal = self.shapes.reshape(-1, 6, m)[:, :4].reshape(-1, 4 * m)  # ux uy uz rx; ry and rz are slopes
         # where elements are most accurate, at their nodes, and smooth between them, as the modes are
-        moved = make_interp_spline(self.nodes[:, 0], nodal, k=min(7, (beam.elements - 1) | 1))(places)
-        fits = {n: chebyshev.chebfit(x, moved, n) for n in range(8, beam.elements + 9, 2)}
-        errors = {n: float(np.abs(chebyshev.chebval(x, c).T - moved).max(initial=0.0)) for n, c in fits.items()}
+        moved = spline(self.nodes[:, 0], nodal, min(7, (beam.elements - 1) | 1), places)
+        whole = series(moved, min(beam.elements + 8, len(x) - 1))
+        T = polynomials(x, len(whole) - 1)
+        fits = {n: whole[: n + 1] for n in range(8, beam.elements + 9, 2)}
+        errors = {n: float(np.abs(times(T[:, : n + 1], c) - moved).max(initial=0.0)) for n, c in fits.items()}
         least = min(errors.values())
         if least > NOT_SMOOTH:
             raise KernelError(
@@ -92,14 +96,11 @@ class Modes:
             )
         fit = fits[next(n for n, error in errors.items() if error <= max(SMOOTH, 2.0 * least))]
         fit = fit.reshape(-1, 4, m)
-        slopes = np.zeros_like(fit)
-        slopes[:-1] = chebyshev.chebder(fit) * (2.0 / beam.length)
+        slopes = derivative(fit) * (2.0 / beam.length)
         coefficients = rounded(np.concatenate([fit, -slopes[:, 2:3], slopes[:, 1:2]], axis=1))
-        g = np.zeros((2 * len(coefficients), m, m))
-        for k, l, d in np.ndindex(m, m, 2):
-            product = chebyshev.chebmul(coefficients[:, 4 + d, k], coefficients[:, 4 + d, l])
-            integral = chebyshev.chebint(product, lbnd=-1.0) * (beam.length / 2.0)
-            g[: len(integral), k, l] += integral
+        turned = coefficients[:, 4:]
+        y, z = (product(turned[:, d, :, None], turned[:, d, None, :]) for d in (0, 1))
+        g = integral(y + z) * (beam.length / 2.0)
         g[0] += self.shortening(0.0)
         return Track(np.zeros(3), 2.0 / beam.length, coefficients, rounded(g))
 
@@ -125,13 +126,15 @@ class Modes:
         beam = self.flexible.beam
         if beam is None:
             return False
-        size = np.abs(forces[:, 0]).sum() + beam.mass_per_length * beam.length * (abs(a[0]) + beam.length * (w @ w))
+        reach = abs(a[0]) + beam.length * total(w * w)
+        size = total(np.abs(forces[:, 0])) + beam.mass_per_length * beam.length * reach
         return bool(size * self._softness < HARDLY)
 
     @cached_property
     def _softness(self) -> float:
         """What a newton along it takes of the stiffness of a mode at most [1/N]."""
-        own = np.einsum("nkk->nk", self.nodal_shortening)
+        every = np.arange(len(self.mass))
+        own = self.nodal_shortening[:, every, every]
         return float((np.abs(own).max(axis=0) / self.stiffness).max())
 
     @cached_property
@@ -148,13 +151,15 @@ class Modes:
             return np.array([none] * len(self.nodes))
         h = beam.length / beam.elements
         g = np.cumsum([none, *(self._product(beam, e * h, (e + 1) * h) for e in range(beam.elements))], axis=0)
-        return g - g.mean(axis=0) if self.flexible.frame == "free" else g
+        return g - total(g) / len(g) if self.flexible.frame == "free" else g
 
     def _product(self, beam: Beam, a: float, b: float) -> np.ndarray:
         """(m, m) integral of the products of slopes over a part of one element: of degree 4, exact with 3 points."""
-        points, weights = np.polynomial.legendre.leggauss(3)
-        slopes = [(hermite(beam, (a + b + (b - a) * x) / 2.0) @ self.shapes)[4:] for x in points]
-        return np.asarray(sum(w * (b - a) / 2.0 * s.T @ s for w, s in zip(weights, slopes, strict=True)))
+        out = np.zeros((len(self.mass),) * 2)
+        for x, weight in GAUSS:
+            slopes = times(hermite(beam, (a + b + (b - a) * x) / 2.0)[4:], self.shapes)
+            out += weight * (b - a) / 2.0 * times(slopes.T, slopes)
+        return out
 
 
 def modes_of(name: str, flexible: Flexible) -> Modes:
@@ -163,17 +168,11 @@ def modes_of(name: str, flexible: Flexible) -> Modes:
     Raises KernelError if there are too few or something can move without mass or stiffness.
     """
     nodes, M, K, held = _model(flexible)
-    try:
-        shapes = _shapes(name, flexible, nodes, M, K, held)
-    except LinAlgError:
-        raise KernelError(
-            f"body '{name}': its mass matrix must be positive definite wherever the frame does not hold it"
-        ) from None
-    mass = np.einsum("ik,ij,jk->k", shapes, M, shapes)
-    stiffness = np.einsum("ik,ij,jk->k", shapes, K, shapes)
-    loose = [k + 1 for k, x in enumerate(stiffness) if not x > NODE * stiffness.max()]
-    if loose:
-        raise KernelError(f"body '{name}': mode {loose[0]} has no stiffness; let the frame hold the body against it")
+    shapes = _shapes(name, flexible, nodes, M, K, held)
+    mass, stiffness = (total(shapes * times(A, shapes)) for A in (M, K))
+    for k, x in enumerate(stiffness):
+        if not x > NODE * stiffness.max():
+            raise _loose(name, k + 1)
     if flexible.start and len(flexible.start) != len(mass):
         raise KernelError(f"body '{name}': {len(flexible.start)} coordinates at the start for {len(mass)} modes")
     damping = 2.0 * flexible.damping * np.sqrt(mass * stiffness)
@@ -187,19 +186,33 @@ def _shapes(
     free = [d for d in range(len(M)) if d not in set(held)]
     M_f, K_f = M[np.ix_(free, free)], K[np.ix_(free, free)]
     nodal = flexible.nodal
+    massless = KernelError(
+        f"body '{name}': its mass matrix must be positive definite wherever the frame does not hold it"
+    )
     if nodal is not None and nodal.modes:
         basis = _padded(np.array(nodal.modes, float), len(nodes))[free]
     else:
-        rigid = sum(_moves_freely(u, K, held) for u in rigid_motions(nodes).T)
-        n = min(flexible.modes + rigid, len(free))
-        if n - rigid < flexible.modes:
-            raise KernelError(f"body '{name}': {flexible.modes} modes, but its model has only {n - rigid}")
-        basis = eigh(K_f, M_f, subset_by_index=[0, n - 1])[1][:, rigid:] if n > rigid else np.zeros((len(free), 0))
+        try:
+            factored(M_f)
+        except ZeroDivisionError:
+            raise massless from None
+        moves = [u[free] for u in rigid_motions(nodes).T if _moves_freely(u, K, held)]
+        rigid = np.array(moves).reshape(len(moves), len(free)).T
+        rigid = orthonormal(rigid, times(M_f, rigid))[0]
+        n = len(free) - rigid.shape[1]
+        if n < flexible.modes:
+            raise KernelError(f"body '{name}': {flexible.modes} modes, but its model has only {n}")
+        try:
+            basis = eigenmodes(M_f, K_f, flexible.modes, rigid)
+        except ZeroDivisionError:
+            raise _loose(name, 1) from None
         if flexible.loads:
-            basis = _with_attachment_modes(flexible, basis, M_f, K_f, free)
-    if basis.shape[1]:
-        _, turn = eigh(basis.T @ K_f @ basis, basis.T @ M_f @ basis)
-        basis = basis @ turn
+            basis = np.column_stack([basis, _static(flexible, K_f, free)])
+    given = basis.shape[1]
+    basis, _ = orthonormal(basis, times(M_f, basis), DEPENDENT)
+    if nodal is not None and basis.shape[1] < given:
+        raise massless
+    basis = times(basis, eigen(times(basis.T, times(K_f, basis)))[1])
     shapes = np.zeros((len(M), basis.shape[1]))
     shapes[free] = basis
     return np.stack([_normal(s) for s in shapes.T], axis=1) if basis.shape[1] else shapes
@@ -227,7 +240,9 @@ def _model(flexible: Flexible) -> tuple[np.ndarray, np.ndarray, np.ndarray, list
 
 def _moves_freely(u: np.ndarray, K: np.ndarray, held: list[int]) -> bool:
     """Whether a rigid motion of the nodes neither meets the frame nor strains anything."""
-    return bool(np.any(u) and not np.any(u[held]) and np.abs(K @ u).max() <= NODE * np.abs(K).max() * np.abs(u).max())
+    return bool(
+        np.any(u) and not np.any(u[held]) and np.abs(times(K, u)).max() <= NODE * np.abs(K).max() * np.abs(u).max()
+    )
 
 
 def _padded(shapes: np.ndarray, n: int) -> np.ndarray:
@@ -238,27 +253,17 @@ def _padded(shapes: np.ndarray, n: int) -> np.ndarray:
     return out.reshape(6 * n, m)
 
 
-def _with_attachment_modes(
-    flexible: Flexible, basis: np.ndarray, M: np.ndarray, K: np.ndarray, free: list[int]
-) -> np.ndarray:
-    """The basis and what is new in the static deflections under unit forces at the stations `loads`."""
+def _static(flexible: Flexible, K: np.ndarray, free: list[int]) -> np.ndarray:
+    """(n, m) static deflections under unit forces at the stations `loads`."""
     beam = flexible.beam
     assert beam is not None, "checked with the description"
     directions = [d for d in (1, 2) if d not in rigid_directions(beam)]
-    for x in flexible.loads:
-        for d in directions:
-            force = hermite(beam, x)[d][free]
-            shape = np.linalg.solve(K, force)
-            size = float(np.sqrt(shape @ M @ shape))
-            if size == 0.0:
-                continue
-            shape = shape / size
-            for column in (*basis.T, *basis.T):  # twice is enough (Kahan, Parlett)
-                shape = shape - column * (column @ M @ shape)
-            left = float(np.sqrt(max(shape @ M @ shape, 0.0)))
-            if left > DEPENDENT:
-                basis = np.column_stack([basis, shape / left])
-    return basis
+    forces = [hermite(beam, x)[d][free] for x in flexible.loads for d in directions]
+    return factored(K).solve(np.array(forces).reshape(len(forces), len(free)).T)
+
+
+def _loose(name: str, mode: int) -> KernelError:
+    return KernelError(f"body '{name}': mode {mode} has no stiffness; let the frame hold the body against it")
 
 
 def _normal(shape: np.ndarray) -> np.ndarray:

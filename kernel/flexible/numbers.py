@@ -1,4 +1,4 @@
-"""Rounding, so that modes and constants do not depend on a machine's linear algebra, and rigid motions of nodes."""
+"""Rounding of modes and constants, and rigid motions of nodes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ..spatial import skew
 
 __all__ = ["rigid_motions", "rounded", "rounded_each"]
 
-DIGITS = 12  # to which constants are rounded, so that they do not depend on a machine's linear algebra
+DIGITS = 12  # to which constants are rounded: beyond them they are noise
 
 
 def rounded(x: np.ndarray) -> np.ndarray:
@@ -16,9 +16,9 @@ def rounded(x: np.ndarray) -> np.ndarray:
     largest = float(np.abs(x).max(initial=0.0))
     if largest == 0.0:
         return x
-    scale = 10.0 ** np.ceil(np.log10(largest))
-    digits: np.ndarray = np.round(x / scale, DIGITS) * scale + 0.0  # no negative zeros
-    return digits
+    digits, exponent = f"{largest:.17e}".split("e")
+    scale = float(f"1e{int(exponent) + (float(digits) > 1.0)}")
+    return np.asarray(np.round(x / scale, DIGITS) * scale + 0.0)  # no negative zeros
 
 
 def rounded_each(x: np.ndarray) -> np.ndarray:

@@ -24,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..spatial import skew
+from .algebra import times
 from .modes import Modes
 from .numbers import rigid_motions, rounded
 
@@ -49,11 +50,13 @@ def reduced(modes: Modes) -> Elastic:
     B = np.zeros((m, n, 6))
     for k in range(m):
         B[k, :, :3] = _turning(modes.shapes[:, k])
-    M_shapes = modes.M @ modes.shapes
-    half = np.einsum("ia,ij,kjb->kab", B0, modes.M, B)
-    second = np.einsum("kia,ij,ljb->klab", B[..., :3], modes.M, B[..., :3])
+    flat = B[..., :3].transpose(1, 0, 2).reshape(n, 3 * m)
+    M_B0 = times(modes.M, B0)
+    half = np.zeros((m, 6, 6))
+    half[..., :3] = times(M_B0.T, flat).reshape(6, m, 3).transpose(1, 0, 2)
+    second = times(flat.T, times(modes.M, flat)).reshape(m, 3, m, 3).transpose(0, 2, 1, 3)
     blocks = [slice(0, 3), slice(3, 6)]
-    J0, J1, G0 = B0.T @ modes.M @ B0, half + half.transpose(0, 2, 1), (B0.T @ M_shapes).T
+    J0, J1, G0 = times(B0.T, M_B0), half + half.transpose(0, 2, 1), times(M_B0.T, modes.shapes).T
     for a in blocks:  # moments, first moments and masses have units of their own
         G0[:, a] = rounded(G0[:, a])
         for b in blocks:
@@ -64,14 +67,14 @@ def reduced(modes: Modes) -> Elastic:
         J1[k, 3:, :3] = -skew(G0[k, 3:])
     shorter = np.zeros((m, m, n))
     shorter[:, :, 0::6] = -modes.nodal_shortening.transpose(1, 2, 0)
-    G1 = np.einsum("ia,ij,klj->kla", B0, modes.M, shorter)
-    G1[:, :, :3] += np.einsum("kia,il->kla", B[..., :3], M_shapes)
+    G1 = times(shorter.reshape(m * m, n), M_B0).reshape(m, m, 6)
+    G1[:, :, :3] += times(flat.T, times(modes.M, modes.shapes)).reshape(m, 3, m).transpose(0, 2, 1)
     G1[:, :, :3], G1[:, :, 3:] = rounded(G1[:, :, :3]), rounded(G1[:, :, 3:])
     J2 = np.zeros((m, m, 6, 6))
     J2[:, :, :3, :3] = second + second.transpose(0, 1, 3, 2)
     for k in range(m):
         for l in range(m):
-            cut = B0[:, :3].T @ modes.M @ _turning(shorter[k, l])
+            cut = times(M_B0[:, :3].T, _turning(shorter[k, l]))
             J2[k, l, :3, :3] += cut + cut.T
             J2[k, l, :3, 3:], J2[k, l, 3:, :3] = skew(G1[k, l, 3:]), -skew(G1[k, l, 3:])
     J2[:, :, :3, :3] = rounded(J2[:, :, :3, :3])

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..symbol import maximum
+from .algebra import sizes
 from .description import WARNED
 from .numbers import rounded
 
@@ -66,7 +67,7 @@ class Smallness:
 
     def largest(self, eta: np.ndarray) -> tuple[float, bool]:
         """(13) at the place where it is largest, and whether that is a rotation."""
-        use = self.use(eta, self.rows)
+        use = self.use(eta.astype(object), self.rows)  # floats of Python, whose products are summed in order
         first = max(range(len(use)), key=use.__getitem__)
         return sqrt(float(use[first])), self.turns[first]
 
@@ -80,11 +81,11 @@ def smallness(modes: Modes) -> Smallness:
         found += [(modes.at(x)[:3], modes.at(x)[3:]) for x in places]
     else:
         shapes = modes.shapes.reshape(len(modes.nodes), 6, -1)
-        apart = np.linalg.norm(modes.nodes[:, None] - modes.nodes[None], axis=2)
-        length = float(max(apart.max(), np.linalg.norm(modes.nodes, axis=1).max()))
+        apart = sizes(modes.nodes[:, None] - modes.nodes[None])
+        length = float(max(apart.max(), sizes(modes.nodes).max()))
         turning = shapes[:, 3:]
         if not np.any(turning) and len(apart) > 1:  # nodes of three: what a line to the next one turns or stretches
-            np.fill_diagonal(apart, np.inf)
+            apart[np.arange(len(apart)), np.arange(len(apart))] = np.inf
             near = [int(np.flatnonzero(row <= (1.0 + TIES) * row.min())[0]) for row in apart]
             turning = np.array([(shapes[i, :3] - shapes[j, :3]) / apart[i, j] for i, j in enumerate(near)])
         moved, turned = (sorted(_most(x)) for x in (shapes[:, :3], turning))
@@ -121,5 +122,5 @@ def told(body: str, joint: str, t: float, turns: bool, use: float, refused: bool
 
 def _most(parts: np.ndarray) -> set[int]:
     """Nodes that one of the modes moves most; parts: (n, 3, m)."""
-    sizes = np.linalg.norm(parts, axis=1)
-    return {int(i) for size in sizes.T if np.any(size) for i in np.flatnonzero(size > (1.0 - TIES) * size.max())}
+    moved = sizes(parts.transpose(2, 0, 1))
+    return {int(i) for size in moved if np.any(size) for i in np.flatnonzero(size > (1.0 - TIES) * size.max())}
