@@ -12,7 +12,7 @@ from trouble import Notes, Troubled, strike, trouble
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 
-VICTIMS = {20: "commander", 45: "crane", 60: "kernel", 75: "block", 90: "loader-2", 110: "kernel"}
+VICTIMS = {12: "commander", 26: "crane", 36: "kernel", 46: "block", 56: "loader-2", 66: "kernel"}
 
 
 @pytest.fixture(scope="module")

@@ -45,7 +45,7 @@ def faster(order: Run) -> Run:
 def test_every_event_and_sample_comes_again(recorded: RecordedRun) -> None:
     outcome = verify(recorded)
     assert outcome.same
-    assert outcome.events == len(recorded.recording.events()) > 50
+    assert outcome.events == len(recorded.recording.events()) >= 50
     assert outcome.digest == recorded.recording.result["digest"]
 
 
