@@ -132,9 +132,6 @@ def _page(followed: Following, rows: list[Row]) -> list[str]:
         _line("without the hook block [t]", [f"{largest[h].below_hook / 1e3:.1f}" for h in hooks]),
         _line("use of the hook's capacity", [f"{largest[h].use:.0%}" for h in hooks]),
     ]
-    if not followed.known:
-        why = followed.path.why
-        lines += ["", f"Followed up to {followed.steps[-1].stage}; what comes later depends on the motion: {why}"]
     return lines
 
 

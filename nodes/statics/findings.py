@@ -18,7 +18,8 @@ GROWTH = 1e-4  # [1/s2] of an eigenvalue of the tangent stiffness that is instab
 
 def path_findings(built: plan.Plan, path: Followed) -> list[Finding]:
     """Findings of the path, in the order in which they come about."""
-    return [*_unstable(built, path), *_falls(built, path), *_at_once(built, path), *_cut(built, path)]
+    checks = (_unstable, _falls, _at_once, _cut, _unfollowed)
+    return [finding for check in checks for finding in check(built, path)]
 
 
 def _unstable(built: plan.Plan, path: Followed) -> list[Finding]:
@@ -60,6 +61,15 @@ def _cut(built: plan.Plan, path: Followed) -> list[Finding]:
     last = path.states[-1]
     sentence = f"the scene ends at {built.end:g} s before its action list is done: {path.cut}"
     return [_finding(built, last.action, "red", "cut", "end", sentence, built.end)]
+
+
+def _unfollowed(built: plan.Plan, path: Followed) -> list[Finding]:
+    """A lift that cannot be followed to its end is judged up to there only."""
+    if not path.why or built.block is None:
+        return []
+    action, t = (path.states[-1].action, path.states[-1].t) if path.states else (0, 0.0)
+    sentence = f"the lift is not judged at rest from here on: {path.why}"
+    return [_finding(built, action, "warning", "unfollowed", "scene", sentence, t)]
 
 
 def _finding(

@@ -65,6 +65,15 @@ def test_a_stage_whose_condition_holds_already_is_red():
     assert "red: the stage 'again' ends at once" in str(check(scene))
 
 
+def test_a_lift_that_finds_no_rest_is_said_not_to_be_judged_further():
+    scene = lift("  - stage: higher\n    all hooks: hoist 3 m/min by 1 m\n  - stage: let go\n    crane H1: unhook\n")
+    (told,) = [f for f in scene.findings if f.kind == "unfollowed"]
+    assert told.severity == "warning"
+    assert told.sentence.startswith("the lift is not judged at rest from here on: at ")
+    assert "finds no rest" in told.sentence
+    assert "warning: the lift is not judged at rest from here on" in str(check(scene))
+
+
 def test_a_mechanism_that_does_not_rest_says_why():
     told = str(check(load("ramp")))
     assert "No rest is known: body 'crate' finds no rest: joint 'float' still accelerates by 2.36" in told
