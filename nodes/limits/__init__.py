@@ -4,7 +4,6 @@ Limit     one row of the table of limits: subject, quantity, value or chart, des
 Use       the worst that was met of a limit, with time, stage and use
 Signals   what is judged, as columns over the instants of a path or of a run
 Finding   one thing that was found, with its place, time, value and limit
-Verdict   all findings of a scene or a run; red if one of them is
 
     limits_of(plan)             -> the table
     uses_on_path(plan, states)  -> a Use of each limit, on the equilibrium path; uses_of_run(plan, signals) in a run
@@ -18,7 +17,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from .findings import Finding, Verdict
+from .findings import Finding
 from .limit import Limit, Use
 
 if TYPE_CHECKING:
@@ -31,7 +30,6 @@ __all__ = [
     "Limit",
     "Signals",
     "Use",
-    "Verdict",
     "judge_path",
     "judge_run",
     "limits_of",

@@ -1,4 +1,4 @@
-"""Findings about a scene or a run, and the verdict that they make together."""
+"""Findings about a scene or a run."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Literal
 
 import msgspec
 
-__all__ = ["Finding", "Severity", "Verdict"]
+__all__ = ["Finding", "Severity"]
 
 Severity = Literal["red", "warning", "note"]
 
@@ -24,15 +24,3 @@ class Finding(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
     value: float | None = None
     limit: float | None = None
     unit: str = ""
-
-
-class Verdict(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """All findings, worst first."""
-
-    findings: tuple[Finding, ...] = ()
-    not_looked_at: tuple[str, ...] = ()  # what nobody judged, so that green does not mean it
-
-    @property
-    def red(self) -> bool:
-        """Whether anything is beyond a limit."""
-        return any(f.severity == "red" for f in self.findings)

@@ -1,6 +1,6 @@
 """What `heavylift check SCENE` prints: the size of a scene and the static loads of each stage.
 
-Shares are those of the plumb equilibrium; "on the rope" counts the hook block, "below the hook" does not.
+Loads are those of the equilibrium path; "on the rope" counts the hook block, "below the hook" does not.
 """
 
 from __future__ import annotations
