@@ -202,7 +202,8 @@ class Applying(Placing):
     def _unilateral(self) -> Iterator[tuple[str, Stop | Brake, Any]]:
         stop = partial(laws.stop, clamped=self.program.clamped)
         yield from (("stop", s, stop) for s in self.system.stops)
-        yield from (("brake", b, laws.brake) for b in self.system.brakes)
+        brake = partial(laws.brake, at_rest=self.program.at_rest)
+        yield from (("brake", b, brake) for b in self.system.brakes)
 
     def _modes(self) -> None:
         """Elasticity and damping of flexible bodies, mode by mode."""

@@ -17,6 +17,7 @@ from .emit import module
 from .errors import KernelError
 from .evaluation import Evaluation
 from .fastest import Fastest, fastest
+from .methods.at_rest import AtRest
 from .methods.choice import choose, control_of
 from .methods.peers import Code, Peer, PeerCode
 from .methods.stability import Balance, jacobian
@@ -63,7 +64,8 @@ class Blocks:
         self._fused = fused
 
         def compiled(locked: frozenset[str] | None) -> Code:
-            self.program = Program(system, formulation, locked, clamped=method == "dopri5", calm=self._calm)
+            clamped, at_rest = method == "dopri5", method == AtRest.name
+            self.program = Program(system, formulation, locked, clamped, at_rest, self._calm)
             if not self.program.nv:
                 raise KernelError("nothing in this scene can move: all joints are fixed")
             found = choose(method, self.program)

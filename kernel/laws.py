@@ -22,6 +22,7 @@ __all__ = ["BODY", "attachment", "brake", "drive", "profile", "rope", "stop", "s
 
 BODY = 21  # numbers that describe a body to a law: R, o, r, V, see `attachment`
 ROUND_OFF = 1e-12  # [m] deflection of a friction spring that round-off in places far from the origin can feign
+RELAXED = 1.0 - 1e-5  # of its limit, below which friction at rest holds: more than rounding of poses changes it
 SLIP_BLEND = 1e-6  # [m/s] below this speed the direction of sliding friction is that of the slip's start
 
 
@@ -141,33 +142,37 @@ def _unilateral(depth: Any, rate: Any, k: Any, d: Any, closed: Any, clamped: boo
     )
 
 
-def _friction(s: Any, v: Any, limit: Any, k: Any, d: Any, stick: Any, direction: Any) -> tuple[Any, Any, Any, Any]:
+def _friction(
+    s: Any, v: Any, limit: Any, k: Any, d: Any, stick: Any, direction: Any, at_rest: bool
+) -> tuple[Any, Any, Any, Any]:
     """(n,) dry friction: a spring-damper from its anchor (s from it) that slips at `limit`.
 
     Slipping, the force has the size of the limit and opposes the velocity; `direction` (n,) is that of the start of
-    the slip, and the slip ends when the velocity along it falls through zero.
+    the slip, and the slip ends when the velocity along it falls through zero.  Where only rests are looked for, the
+    direction is that of the spring, whose anchor gives way (radial return; Simo, Hughes 1998, 1.4), and the slip ends
+    when the spring relaxes.
     """
     held = k * s + d * v
     size = sqrt(held @ held + 1e-300)
-    u = v + SLIP_BLEND * direction
+    u = held if at_rest else v + SLIP_BLEND * direction
     u = u * (1.0 / sqrt(u @ u + 1e-300))
     on = stick > 0.0
     force = np.array([-select(on, h, limit * w) for h, w in zip(held, u, strict=True)])
     return (
         force,
-        select(on, limit + k * ROUND_OFF - size, direction @ v),
+        select(on, limit + k * ROUND_OFF - size, size - RELAXED * limit if at_rest else direction @ v),
         select(on, d * (v @ v), limit * (u @ v)),
         select(on, 0.5 * k * (s @ s), 0.0),
     )
 
 
-def support(p: Any, body: Any, clamped: bool = True) -> SimpleNamespace:
+def support(p: Any, body: Any, clamped: bool = True, at_rest: bool = False) -> SimpleNamespace:
     """Point on a horizontal pad; p = (point(3), height, k, d, mu, kt, dt, closed, stick, anchor(2), direction(2))."""
     height, k, d, mu, kt, dt, closed, stick = p[3:11]
     x, p_X, v_X = attachment(body, p[:3], "a")
     N, guard, heat, stored = _unilateral(height - p_X[2], -v_X[2], k, d, closed, clamped)
     N = named("N", N)
-    rub, slips, rubbed, held = _friction(p_X[:2] - p[11:13], v_X[:2], mu * N, kt, dt, stick, p[13:15])
+    rub, slips, rubbed, held = _friction(p_X[:2] - p[11:13], v_X[:2], mu * N, kt, dt, stick, p[13:15], at_rest)
     on = select(mu > 0.0, closed, 0.0) > 0.0  # a pad without friction never sticks
     f = named("f", np.array([select(on, rub[0], 0.0), select(on, rub[1], 0.0), N]))
     return SimpleNamespace(
@@ -192,11 +197,11 @@ def stop(p: Any, q: Any, v: Any, clamped: bool = True) -> SimpleNamespace:
     )
 
 
-def brake(p: Any, q: Any, v: Any) -> SimpleNamespace:
+def brake(p: Any, q: Any, v: Any, at_rest: bool = False) -> SimpleNamespace:
     """Dry brake of a joint; p = (moment, k, d, engaged, stick, anchor, direction)."""
     moment, k, d, engaged, stick, anchor, direction = p
     force, guard, heat, stored = _friction(
-        np.array([q - anchor]), np.array([v]), moment, k, d, stick, np.array([direction])
+        np.array([q - anchor]), np.array([v]), moment, k, d, stick, np.array([direction]), at_rest
     )
     on = engaged > 0.0
     return SimpleNamespace(

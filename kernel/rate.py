@@ -43,7 +43,7 @@ class Program:
     """What a system becomes.  Raises KernelError if a law names what is not there or two drives share a joint.
 
     `formulation`: which text gives the accelerations, see `kernel.formulations`; `locked`: names of the locks that
-    hold, None for those that are engaged at the start; `clamped`: see `kernel.laws`;
+    hold, None for those that are engaged at the start; `clamped`, `at_rest`: see `kernel.laws`;
     `calm`: ropes without events, see `rattling`.
     """
 
@@ -53,6 +53,7 @@ class Program:
         formulation: str = "recursive",
         locked: frozenset[str] | None = None,
         clamped: bool = True,
+        at_rest: bool = False,
         calm: frozenset[str] = frozenset(),
     ) -> None:
         system = check_description(system)
@@ -68,6 +69,7 @@ class Program:
                 )
         system = burdened(system)
         self.system, self.formulation, self.clamped = system, formulation, clamped
+        self.at_rest = at_rest
         self.graph = build_graph(system, modes)
         self._check_loops()
         self._check_contacts()
@@ -116,7 +118,7 @@ class Program:
         self.calm = calm
         kinds = sorted({(len(r.lines), r.name in calm, bool(r.mass)) for r in system.ropes})
         self.ropes = {(n, quiet, heavy): rope_function(n, clamped, quiet, heavy) for n, quiet, heavy in kinds}
-        self.support = Function("support", partial(support, clamped), {"p": SUPPORT, "body": laws.BODY})
+        self.support = Function("support", partial(support, clamped, at_rest), {"p": SUPPORT, "body": laws.BODY})
 
     def without(self, names: frozenset[str]) -> Program:
         """The same scene without forces, rows and guards of these laws; layouts stay, equal functions are shared."""

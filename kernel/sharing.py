@@ -46,9 +46,9 @@ def profile(t: Any, p: Any) -> dict[str, Any]:
     return {"x": [x], "v": [v], "a": [a]}
 
 
-def support(clamped: bool, p: Any, body: Any) -> dict[str, Any]:
+def support(clamped: bool, at_rest: bool, p: Any, body: Any) -> dict[str, Any]:
     """A point on a pad."""
-    x = laws.support(p, body, clamped)
+    x = laws.support(p, body, clamped, at_rest)
     one = {k: [getattr(x, k)] for k in ("normal", "heat", "stored")}
     return {**one, **{k: getattr(x, k) for k in ("wrench", "guards", "place", "velocity")}}
 

@@ -27,7 +27,7 @@ from ..references import Actuator
 from ..simulation import FOREVER_NS, Simulation
 from ..stepper import NEVER
 from ..switching import StateEvent
-from .active import RUBS, Sliding, net, switch
+from .active import RUBS, give_way, net, switch
 from .corrector import BEND, Corrector
 from .equilibrium import Equilibrium, equilibrium_at, relaxed
 
@@ -36,6 +36,7 @@ __all__ = ["EquilibriumPath", "Rest"]
 FIRST_NS, LONGEST_NS, SHORTEST_NS = 10**9, 600 * 10**9, 10**5  # steps of the path
 STALLED = 1  # guesses in a row that leave more than half of the bracket, before it is halved
 LONGEST_FALL_NS = 10**10  # of commands that go on while a scene falls from a fold
+SOON = 10  # times the length of a fall within which the next one is its sequel
 LOCATED_NS = 1000  # an event is located to this
 UNLOCATED = (*RUBS, "bending")  # kinds of guards that are looked at where a step ends
 GROWTH = 1e-4  # [1/s2] eigenvalue of the tangent stiffness that is instability, not rounding
@@ -68,6 +69,7 @@ class EquilibriumPath:
         self.unstable_since: int | None = None
         """Time from which the rest is unstable [ns]."""
         self._dt, self._steps = FIRST_NS, 0
+        self._fallen, self._later = -1, 0  # when it fell last, and how long it was led on meanwhile [ns]
         self._instant = 0
 
     # ---- life ---------------------------------------------------------------------------------------------
@@ -146,10 +148,7 @@ class EquilibriumPath:
         self._instant = self._instant + 1 if t1 - t0 <= LOCATED_NS else 0
         self._lead(t1)
         self._q = q
-        self._near.poses.accelerations(q0)
-        sliding = Sliding(self.command)
-        self._near.poses.accelerations(q)
-        if happened := sliding.turned() or switch(self._near.poses, q, thresholds=True):
+        if happened := switch(self._near.poses, q, thresholds=True):
             return self._settled(happened)
         self._keep([])
         self._check_stability()
@@ -158,8 +157,11 @@ class EquilibriumPath:
     def _beyond(self, end_ns: int) -> list[StateEvent]:
         """The rest to which the scene falls where the path ends; a fold is left slowly, so commands may go on."""
         t0, later = self.epoch, SHORTEST_NS
+        if t0 < self._fallen + SOON * self._later:  # falls that follow one another, as of stick and slip, come to an end
+            later = min(LONGEST_FALL_NS, SOON * self._later)
         while True:
             self._lead(min(end_ns, t0 + later))
+            self._fallen, self._later = self.epoch, later
             try:
                 return self._fall("the equilibrium ends", since_ns=t0)
             except KernelError:
@@ -255,6 +257,7 @@ class EquilibriumPath:
         self._near.poses.count_turns(self._q)
         self._near.poses.accelerations(self._q)
         check_bending(self.command)
+        give_way(self.command)
         self.points.append(Rest(self.epoch, self._q.copy(), self.command.row(), tuple(events)))
 
     # ---- stability ----------------------------------------------------------------------------------------

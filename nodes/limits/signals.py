@@ -74,7 +74,7 @@ def signals_of(states: Sequence[StaticState]) -> Signals:
     """The columns of a path; what a state does not name is 0 (a tension), or nan."""
     ropes = sorted({name for state in states for name in state.tensions})
     bodies = sorted({name for state in states for name in state.poses})
-    winches = sorted({name for state in states for name in state.references if name in ropes})
+    winches = sorted({name for state in states for name in state.references})  # and drives, which nobody asks for
     lost = (np.full(3, np.nan), np.full((3, 3), np.nan))
     return Signals(
         t=np.array([state.t for state in states]),

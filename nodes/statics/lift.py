@@ -169,8 +169,9 @@ def end_of(m: Move, now: float) -> float:
 
 
 def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
-    """Where the moves of each action were to lead, though limits may have stopped them: places only, nothing hangs."""
-    found = []
+    """Where all stands at the start, and where the moves of each action were to lead, though limits may have stopped
+    them: places only, nothing hangs."""
+    found = [_empty(x) for x in path.states[:1]]
     for number, acted in enumerate(path.acted, 1):
         action, before = built.actions[number - 1], acted.before
         if not any(isinstance(m, Move) for m in action.orders):
@@ -188,9 +189,12 @@ def goal_states(built: plan.Plan, path: Followed) -> list[StaticState]:
                 way = (dx, dy, old.ropes[rope.name] - new.ropes[rope.name])
                 poses[rope.eye.body] = _moved(before, rope.eye.body, way)
         stage = action.stage or f"action {number}"
-        empty = replace(before, event="", tensions={}, supports={}, hooked={})
-        found.append(replace(empty, action=number, stage=stage, poses=poses, references=references))
+        found.append(replace(_empty(before), action=number, stage=stage, poses=poses, references=references))
     return found
+
+
+def _empty(x: StaticState) -> StaticState:
+    return replace(x, event="", tensions={}, supports={}, hooked={})
 
 
 def standing(built: plan.Plan, path: Followed) -> plan.Plan:
