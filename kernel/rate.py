@@ -118,7 +118,7 @@ class Program:
         self.calm = calm
         kinds = sorted({(len(r.lines), r.name in calm, bool(r.mass)) for r in system.ropes})
         self.ropes = {(n, quiet, heavy): rope_function(n, clamped, quiet, heavy) for n, quiet, heavy in kinds}
-        self.support = Function("support", partial(support, clamped, at_rest), {"p": SUPPORT, "body": laws.BODY})
+        self.support = Function("support", partial(support, clamped, self.at_rest), {"p": SUPPORT, "body": laws.BODY})
 
     def without(self, names: frozenset[str]) -> Program:
         """The same scene without forces, rows and guards of these laws; layouts stay, equal functions are shared."""

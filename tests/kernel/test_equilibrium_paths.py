@@ -1,7 +1,8 @@
 """Where a scene rests while its drives move: events, friction, folds and stability at their closed forms."""
 
 from dataclasses import replace
-from math import acos, cos, sin
+from itertools import pairwise
+from math import acos, atan, cos, exp, sin
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from small_scenes import EA, LENGTH, MASS, SECOND, G, Y, cube, hung, slider
 
 LOCATED = 2e-6  # [s] to which events lie on the path
 EXACT = 1e-7  # relative, of tensions: a corrector step of a nanometre on a rope of 1e9 N
+DRAGGED = 2e-3  # of the rope: a slide's way is a chain of secants, as long as the steps of the path are
 DIFFERENCES = 1e-6  # relative error of second-order differences
 
 
@@ -120,6 +122,36 @@ def test_friction_keeps_its_state_there_and_back():
     moved(path, "drive", -0.1, -1.0)
     path.run(300 * SECOND)
     assert path.points[-1].q[0] == pytest.approx(2.0 - 1.9 * M / kp - 1.0 + M / kp, rel=1e-3)
+
+
+def dragged(l, mu=0.3, m=1e3):
+    """A load on a rough floor, on a rope of length l to a hook on rails along x that stands beside it."""
+    axes = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+    chain = ("world", "long", "cross", "load")
+    joints = [
+        Joint(axis, "prismatic", *pair, axis=axes[axis]) for axis, pair in zip("xyz", pairwise(chain), strict=True)
+    ]
+    joints[1] = replace(joints[1], q0=(-l,))
+    hook = Joint("rails", "prismatic", "world", "hook", axis=axes["x"])
+    return System(
+        (Body("long", 1e-3), Body("cross", 1e-3), Body("load", m), Body("hook", 1.0)),
+        (*joints, hook),
+        ropes=(Rope("rope", (Line(Point("hook"), Point("load")),), EA=1e9, L0=l),),
+        supports=(Support("pad", Point("load"), m * G / 1e7, k=1e7, d=0.0, mu=mu, kt=1e7, dt=0.0),),
+        drives=(Drive("drive", "rails", "prescribed"),),
+    )
+
+
+def test_a_load_dragged_by_a_rope_goes_along_a_tractrix():
+    """Friction is against the way, so the way is along the rope: tan(theta / 2) falls as exp(-s / l) (Huygens)."""
+    l, way = 5.0, 12.0
+    path = following(dragged(l))
+    moved(path, "drive", 0.1, way)
+    path.run(200 * SECOND)
+    *_, last = path.points
+    theta = 2.0 * atan(exp(-way / l))
+    assert last.q[:2] == pytest.approx([way - l * cos(theta), -l * sin(theta)], abs=DRAGGED * l)
+    assert tension(path) == pytest.approx(0.3 * 1e3 * G, rel=EXACT)
 
 
 def test_a_load_that_friction_does_not_hold_finds_no_rest():
