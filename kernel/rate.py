@@ -75,8 +75,8 @@ class Program:
         self._check_contacts()
         self._check()
         self.locked = frozenset(x.name for x in system.locks if x.engaged) if locked is None else locked
-        at_rest = frozenset(x.joint for x in system.locks if x.name in self.locked)
-        self.trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"}, at_rest)
+        held = frozenset(x.joint for x in system.locks if x.name in self.locked)
+        self.trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"}, held)
         trees = [merged(tree) for tree in self.trees] if formulation == "recursive" else self.trees
         self.poses_at_start = _poses_at_start(self.graph, trees)
         self.forces = shared(system.forces, self.graph, self.poses_at_start, laws.BODY)

@@ -230,7 +230,7 @@ class Simulation(Eventful):
         if self._still:
             self._rest(t_ns)
         else:
-            self._forced(self._local(t_ns))
+            self._led(self._local(t_ns))
         self._commit()
         last(self)
         self._end_balance()

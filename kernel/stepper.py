@@ -27,6 +27,7 @@ from .unfollowed import check_followed
 __all__ = ["FOREVER_NS", "NEVER", "Stepper"]
 
 APART = 1e-6  # [m, rad, m/s, rad/s] by which rows gape that drives tear
+HALVINGS = 20  # of a forced step that has no solution
 SHORTER = 0.8  # of its length: a rope that much shorter is a quarter stiffer
 
 
@@ -193,21 +194,39 @@ class Stepper(Blocks):
             top = self.X[self._at["top"]]
             np.maximum(top, T, out=top)
 
+    def _led(self, t: float) -> None:
+        """From the committed state to local time t in forced steps: one, or halves where the method solves no more."""
+        ends = [t]
+        while ends:
+            if self._solved(ends[-1]):
+                ends.pop()
+                if ends:
+                    self._commit()
+            elif len(ends) > HALVINGS:
+                raise unsolved(self.method.method.name, self.epoch * 1e-9 + t)
+            else:
+                ends.append(0.5 * (self["t"] + ends[-1]))
+
     def _forced(self, t: float) -> None:
         """One step from the committed state to local time t, accepted as it is; step control is not touched."""
+        if not self._solved(t):
+            raise unsolved(self.method.method.name, self.epoch * 1e-9 + t)
+
+    def _solved(self, t: float) -> bool:
+        """Whether there is such a step; if not, all is as it was."""
         h, error, t_stop = self["h"], self["error"], self["t_stop"]
-        if t > self["t"]:
-            for _ in range(2):  # the second time with a new Jacobian, if there is one
-                self._set(h=NEVER, forced=1.0, t_stop=t)
-                self._call("step")
-                self._set(h=h, forced=0.0, error=error, t_stop=t_stop, locate=0.0)
-                if "sound" not in self._at or self["sound"] > 0.0:
-                    break
-                self._to_start()
-            else:
-                raise unsolved(self.method.method.name, self.epoch * 1e-9 + t)
-            if not np.isfinite(self.state).all() or self._given_up:
-                raise self._failure()
+        if t <= self["t"]:
+            return True
+        for _ in range(2):  # the second time with a new Jacobian, if there is one
+            self._set(h=NEVER, forced=1.0, t_stop=t)
+            self._call("step")
+            self._set(h=h, forced=0.0, error=error, t_stop=t_stop, locate=0.0)
+            if "sound" not in self._at or self["sound"] > 0.0:
+                if not np.isfinite(self.state).all() or self._given_up:
+                    raise self._failure()
+                return True
+            self._to_start()
+        return False
 
     def _to_start(self) -> None:
         """Back to the start of the tentative step."""
