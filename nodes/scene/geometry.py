@@ -148,7 +148,7 @@ def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Told:
     assert scene.block is not None
     loaders, lugs = {x.name: x for x in built.loaders}, {lug.name: lug.p for lug in built.block.lugs}
     u, v, w = (max(0.0, side / 2 - SURFACE) for side in scene.block.size)
-    x, y, z = built.block.pose[:3]
+    x, y, z = scene.block.at  # as slack is counted: before the block sinks into its stools
     for sling in built.rig.slings:
         if not sling.lug:
             continue

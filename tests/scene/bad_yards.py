@@ -57,7 +57,7 @@ YARDS = {
         [("{hook: crane H1, sling", "{hook: crane H1, rope: 75 m, sling")],
         "sling: 10",
         (
-            "rig.loaders.loader-1.sling: loader-1.sling-1 is 3687 mm too short for the lug P1: lower "
+            "rig.loaders.loader-1.sling: loader-1.sling-1 is 3682 mm too short for the lug P1: lower "
             "the hook or take a longer sling than 10 m"
         ),
     ),
@@ -67,7 +67,7 @@ YARDS = {
         "sling: 10",
         (
             "rig.loaders.loader-3.sling: the hook stands 7.0 m beside the lug R1, too far for the 10 "
-            "m of loader-3.sling-1 (2170 mm are missing): move crane or trolley first"
+            "m of loader-3.sling-1 (2166 mm are missing): move crane or trolley first"
         ),
     ),
     "hooked from too far": (
