@@ -28,6 +28,7 @@ from .schedule import Schedule
 from .snapshot import frozen, thawed
 from .tags import BEGIN, FOREVER, NEVER, Instant, Tag, after, tag_of
 from .transitions import Log, Trace, Transition
+from .travelling import travelling
 
 
 class Simulator:
@@ -128,7 +129,7 @@ class Simulator:
     def inject(self, port: str, value: Message) -> None:
         """Put a message into an in port of the root; it arrives with the next `advance`."""
         into = entry(self.model, port)
-        self._staged.append((into, fitting(into, value)))
+        self._staged.append((into, travelling(fitting(into, value), repr(into))))
 
     def advance(self, tag: Tag, bag: Sequence[Delivery] = (), until: Tag = BEGIN) -> None:
         """Transit at `tag`: deliver `bag` (sorted) and what was injected, move the imminent atomics on.
