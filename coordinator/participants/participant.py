@@ -94,7 +94,7 @@ class Participant:
             log = Transitions(self._sample) if part.log else None
             if log is not None:
                 self._flush = log.flush
-            simulator = Simulator(own, log)
+            simulator = Simulator(own, log, part.microsteps)
             self._pauses = lambda: simulator.passed
             return Node(self.name, simulator), declaration(own), parts.fingerprint(part.build.encode())
         from heavylift.nodes.models import build_one

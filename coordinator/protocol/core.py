@@ -20,6 +20,7 @@ from heapq import heappop, heappush
 
 from heavylift.kernel.errors import ModelError, ProtocolError
 from heavylift.nodes.devs import FOREVER, Delivery, Event, Tag, after, succ
+from heavylift.nodes.devs.rules import LIMIT
 
 from .cycle import CycleWatch
 from .distance import Coupling, distances, ways
@@ -45,7 +46,7 @@ class Coordinator:
         end: Tag = FOREVER,
         finish: tuple[str, str] | None = None,
         on_event: Callable[[Event], None] = lambda event: None,
-        microsteps: int = 10_000,
+        microsteps: int = LIMIT,
     ) -> None:
         """Run to events below `end`; an event on the port `finish` = (node, port) ends it with its time."""
         self._nodes = {name: Known(name, i) for i, name in enumerate(sorted(nodes))}

@@ -19,6 +19,7 @@ from pathlib import Path
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import FOREVER, NEVER, Coupled, OutPort, Tag, Transition
+from heavylift.nodes.devs.rules import LIMIT, Patience
 from heavylift.recordings import file_path
 
 from ..hosts.placement import Placement
@@ -62,11 +63,13 @@ def run_models(
     watch: Watch | None = None,
     order: list[str] | None = None,
     processes: int = 0,
+    microsteps: int = LIMIT,
 ) -> ModelRun:
     """Run the model of `build` = "module:function" to events at t < `until` [ns], or to the end of all activity.
 
     Each child has a process of its own, unless `processes` is their number or all are in this one.  `log` hears of
-    every transition of every process when the run is over, in the order of a flat run.  Raises HeavyliftError: one
+    every transition of every process when the run is over, in the order of a flat run.  A loop is who moves at
+    `microsteps` tags in which no time passes.  Raises HeavyliftError: one
     sentence, after a recording is finished and all processes are gone.
     """
     if importing():
@@ -74,6 +77,9 @@ def run_models(
             f"{importing()} runs a model while it is imported, but each node imports it; "
             'put the call of run_models under `if __name__ == "__main__":`'
         )
+    Patience(microsteps)  # complains before anything begins
+    if type(until) is not int or until < 0:
+        raise ModelError(f"until={until!r}: the end of a run must be an int >= 0 in ns, use ns(seconds)")
     reference = build if isinstance(build, str) else _reference(build)
     model = built(reference)
     names = order or list(model.children)
@@ -91,12 +97,20 @@ def run_models(
     ):
         end = Tag(until) if until < NEVER else FOREVER
         talk = Conversation(
-            hub, couplings(model), end, tape, watch or Watch(), audience=audience, tempo=tempo, desk=desk
+            hub,
+            couplings(model),
+            end,
+            tape,
+            watch or Watch(),
+            audience=audience,
+            tempo=tempo,
+            desk=desk,
+            microsteps=microsteps,
         )
         if isinstance(hub, Hub):
             desk.open(hub)
         try:
-            _greet(talk, model, reference, log is not None)
+            _greet(talk, model, parts.ModelPart(reference, log is not None, microsteps))
             greeted = time.perf_counter()
             outcome = talk.play()
             played = time.perf_counter()
@@ -146,8 +160,8 @@ def _tape(
     return tape
 
 
-def _greet(talk: Conversation, model: Coupled, reference: str, log: bool) -> None:
-    config = parts.encode(parts.ModelPart(reference, log))
+def _greet(talk: Conversation, model: Coupled, part: parts.ModelPart) -> None:
+    config, reference = parts.encode(part), part.build
     for name in model.children:
         talk.welcome(name, config)
     for _ in model.children:
