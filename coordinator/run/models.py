@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import inspect
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +23,7 @@ from heavylift.nodes.devs import FOREVER, NEVER, Coupled, OutPort, Tag, Transiti
 from heavylift.nodes.devs.rules import LIMIT, Patience
 from heavylift.recordings import file_path
 
+from ..hashing import fixed, loose
 from ..hosts.placement import Placement
 from ..live.desk import Desk
 from ..live.show import shown
@@ -82,6 +84,12 @@ def run_models(
         raise ModelError(f"until={until!r}: the end of a run must be an int >= 0 in ns, use ns(seconds)")
     reference = build if isinstance(build, str) else _reference(build)
     model = built(reference)
+    if in_process and not fixed() and (some := loose(model)):
+        warnings.warn(
+            f"{', '.join(some)}: may iterate over a set, whose order another process does not share; start Python with "
+            "PYTHONHASHSEED=0 for equal runs, or sort it",
+            stacklevel=2,
+        )
     names = order or list(model.children)
     placement = Placement.spread(names, processes, "") if processes else Placement.apart(names)
     if in_process:
