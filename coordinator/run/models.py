@@ -29,7 +29,8 @@ from ..live.desk import Desk
 from ..live.show import shown
 from ..live.tempo import Tempo
 from ..participants import parts
-from ..participants.building import built, couplings, declaration, importing, module
+from ..participants.building import built, couplings, importing, module
+from ..participants.declaring import declaration, difference
 from ..participants.participant import NODE_MODULE
 from ..participants.transitions import read
 from ..protocol.core import Outcome
@@ -174,10 +175,11 @@ def _greet(talk: Conversation, model: Coupled, part: parts.ModelPart) -> None:
         talk.welcome(name, config)
     for _ in model.children:
         name, declared = talk.hello(parts.fingerprint(reference.encode()))
-        if declared != declaration(model.children[name]):
+        if declared != (here := declaration(model.children[name])):
             raise ModelError(
-                f"{reference}: node {name} has other ports than {name} has here; let the function build the same "
-                "model each time, and use one version of the module everywhere"
+                f"{reference}: {difference(here, declared)} differs between the process of node {name} and this one; "
+                "let the function build the same model each time, without clocks, sets or random numbers that have no "
+                "seed, from one version of the module"
             )
 
 
