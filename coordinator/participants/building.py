@@ -42,7 +42,9 @@ def built(reference: str) -> Coupled:
     if not isinstance(model, Coupled):
         raise ModelError(f"{reference}: {name}() returned {type(model).__name__}, it must return a Coupled")
     if model in _returned:
-        raise ModelError(f"{reference}: {name}() returned the model of an earlier call; let it make a new one each time")
+        raise ModelError(
+            f"{reference}: {name}() returned the model of an earlier call; let it make a new one each time"
+        )
     _returned.add(model)
     if not model.children:
         raise ModelError(f"{reference}: {model.name} has no children, and each child becomes a node; add some")
