@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import sys
 
+from .hashing import start_again
+
 __all__ = ["STOPPED", "main"]
 
 STOPPED = 130
@@ -15,6 +17,7 @@ STOPPED = 130
 def main() -> None:
     """Entry point of the command `heavylift`."""
     try:  # the commands take a fifth of a second to import, in which Ctrl-C may come
+        start_again()
         from .commands.ending import carry_out
     except KeyboardInterrupt:
         print("heavylift: stopped", file=sys.stderr)

@@ -18,6 +18,7 @@ def devs(
     output: Annotated[Path | None, typer.Option("-o", "--output", help="recording; default none")] = None,
     processes: Annotated[int, typer.Option("--processes", help="deal the nodes out over so many processes")] = 0,
     in_process: Annotated[bool, typer.Option("--in-process", help="all models in this process")] = False,
+    microsteps: Annotated[int, typer.Option("--microsteps", help="so many at one time are a zero-time loop")] = 10_000,
     as_json: Json = False,
 ) -> None:
     """Run a DEVS model, each child a process.    heavylift devs my_models:build --until 10s -o run.mcap"""
@@ -35,7 +36,7 @@ def devs(
         end = ns(TIME.read(until)) if until else NEVER
     except ValueError as error:
         raise ModelError(f"--until: {error}") from None
-    run = run_models(model, end, output, in_process, processes=processes)
+    run = run_models(model, end, output, in_process, processes=processes, microsteps=microsteps)
     if as_json:
         typer.echo(json.dumps({**dataclasses.asdict(run), "outcome": run.outcome.name.lower()}))
         return

@@ -14,16 +14,17 @@ import sys
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+from weakref import WeakSet
 
-import msgspec
 from heavylift.kernel.errors import HeavyliftError, ModelError
-from heavylift.nodes.devs import Coupled, InPort, Model, OutPort
+from heavylift.nodes.devs import Coupled, Model
 
 from ..protocol.distance import Coupling
 
-__all__ = ["built", "child", "couplings", "declaration", "importing", "module"]
+__all__ = ["built", "child", "couplings", "importing", "module"]
 
 _importing: list[str] = []
+_returned: WeakSet[Model] = WeakSet()
 
 
 def built(reference: str) -> Coupled:
@@ -40,6 +41,11 @@ def built(reference: str) -> Coupled:
         raise ModelError(f"{reference}: {name}() raised {type(error).__name__}: {error}") from error
     if not isinstance(model, Coupled):
         raise ModelError(f"{reference}: {name}() returned {type(model).__name__}, it must return a Coupled")
+    if model in _returned:
+        raise ModelError(
+            f"{reference}: {name}() returned the model of an earlier call; let it make a new one each time"
+        )
+    _returned.add(model)
     if not model.children:
         raise ModelError(f"{reference}: {model.name} has no children, and each child becomes a node; add some")
     return model
@@ -124,13 +130,3 @@ def couplings(model: Coupled) -> list[Coupling]:
         for source, target in model.couplings
         if source.owner is not model and target.owner is not model
     ]
-
-
-def declaration(model: Model) -> bytes:
-    """What coordinator and node must find alike in a child: its ports, as bytes."""
-    ports = [
-        (port.name, "in" if isinstance(port, InPort) else "out", port.type.__name__)
-        for port in model.ports.values()
-        if isinstance(port, InPort | OutPort)
-    ]
-    return msgspec.msgpack.encode(sorted(ports))

@@ -37,10 +37,9 @@ SILENT = 2**30  # microstep of silent tags
 class KernelNode:
     """A `Steppable` around a `Simulation`; `publish(batch)` gets encoded samples, [first, times, rows]."""
 
-    lookahead: Mapping[str, int] = {}
-
     def __init__(self, config: KernelConfig, publish: Callable[[bytes], None]) -> None:
         self._subscriptions: Mapping[str, list[str]] = config.subscriptions
+        self.lookahead = {_port(model): 0 for models in config.subscriptions.values() for model in models}
         self._publish = publish
         self._sent = self._noted = 0
         self._before = FOREVER_NS  # samples from here on wait: a step may end where the run does [ns]
@@ -113,7 +112,7 @@ class KernelNode:
             self._offer = self.simulation.preview()
         for e in (*self._told, *(self._offer or ())):
             for model in self._subscriptions.get(e.name, ()):
-                port = f"state_{model}"
+                port = _port(model)
                 value = m.StateEvent(e.name, e.what, e.value)
                 out.append(Event(*tag, KERNEL, port, index.get(port, 0), "StateEvent", encode(value)))
                 index[port] = index.get(port, 0) + 1
@@ -184,3 +183,7 @@ class KernelNode:
             batch = (self._sent, [t for t, _ in some], values.astype("<f8").tobytes(), *([new] if new else []))
             self._publish(msgspec.msgpack.encode(batch))
             self._sent, self._noted = self._sent + len(some), len(notes)
+
+
+def _port(model: str) -> str:
+    return f"state_{model}"

@@ -87,16 +87,20 @@ class Participant:
             self._pauses = lambda: kernel.pauses
             return Node(self.name, kernel, kernel.finish), kernel.layout(), part.agreed
         if isinstance(part, parts.ModelPart):
-            from .building import child, declaration
+            from .building import child
+            from .declaring import declaration
+            from .seclusion import secluded
             from .transitions import Transitions
 
             own = child(part.build, self.name)
+            declared = declaration(own)
+            secluded(own)
             log = Transitions(self._sample) if part.log else None
             if log is not None:
                 self._flush = log.flush
-            simulator = Simulator(own, log)
+            simulator = Simulator(own, log, part.microsteps)
             self._pauses = lambda: simulator.passed
-            return Node(self.name, simulator), declaration(own), parts.fingerprint(part.build.encode())
+            return Node(self.name, simulator), declared, parts.fingerprint(part.build.encode())
         from heavylift.nodes.models import build_one
         from heavylift.nodes.scene.plan import decode
 

@@ -10,6 +10,7 @@ from hashlib import blake2b
 
 import msgspec
 from heavylift.kernel.describe import System
+from heavylift.nodes.devs.rules import LIMIT
 
 __all__ = ["KernelConfig", "KernelPart", "ModelPart", "Part", "ScenePart", "decode", "encode", "fingerprint"]
 
@@ -47,6 +48,7 @@ class ModelPart(msgspec.Struct, frozen=True, tag="model"):
 
     build: str
     log: bool = False
+    microsteps: int = LIMIT
 
 
 Part = ScenePart | KernelPart | ModelPart

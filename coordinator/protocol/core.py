@@ -20,9 +20,11 @@ from heapq import heappop, heappush
 
 from heavylift.kernel.errors import ModelError, ProtocolError
 from heavylift.nodes.devs import FOREVER, Delivery, Event, Tag, after, succ
+from heavylift.nodes.devs.rules import LIMIT
 
 from .cycle import CycleWatch
 from .distance import Coupling, distances, ways
+from .invariants import check_done, check_hello
 from .known import Known
 from .messages import Done, Fail, Grant, Hello
 
@@ -45,7 +47,7 @@ class Coordinator:
         end: Tag = FOREVER,
         finish: tuple[str, str] | None = None,
         on_event: Callable[[Event], None] = lambda event: None,
-        microsteps: int = 10_000,
+        microsteps: int = LIMIT,
     ) -> None:
         """Run to events below `end`; an event on the port `finish` = (node, port) ends it with its time."""
         self._nodes = {name: Known(name, i) for i, name in enumerate(sorted(nodes))}
@@ -69,6 +71,7 @@ class Coordinator:
         if node.greeted:
             raise ProtocolError(f"{name} said HELLO twice: two nodes of one name, or an old one came back")
         node.greeted, node.lookahead, node.least = True, hello.lookahead, min(hello.lookahead.values(), default=0)
+        check_hello(node, hello)
         self._take(node, hello)
         nodes = self._by_rank
         if all(other.greeted for other in nodes):
@@ -82,25 +85,7 @@ class Coordinator:
     def done(self, name: str, done: Done) -> None:
         """(5) A node has done what it was granted."""
         node = self._node(name)
-        if not node.running or done.gseq != node.gseq:
-            raise ProtocolError(f"{name} sent DONE {done.gseq} out of order, its last GRANT is {node.gseq}")
-        says = self._tags[node.rank]
-        for event in (*done.spoken, *done.offer):
-            if event.source != name:
-                raise ProtocolError(f"{name} spoke for {event.source}: a node says only its own events")
-            if (event.t, event.k) >= says:
-                continue
-            soonest = min(says, after(node.hears, node.lookahead.get(event.port, node.least)))
-            if event.tag < soonest:
-                raise ProtocolError(
-                    f"{name} spoke on port {event.port} at {event.tag}, earlier than the {soonest} "
-                    f"that it had declared: the lookahead of that port is too long"
-                )
-        if done.reached > node.until or done.next < done.reached:
-            raise ProtocolError(
-                f"{name} has done all before {done.reached} and goes on at {done.next}: a DONE reaches at most the end "
-                f"of its GRANT, {node.until}, and leaves nothing undone"
-            )
+        check_done(node, done, self._tags[node.rank])
         node.drop(done.reached)
         node.running, node.committed, node.until = False, False, done.reached
         self._running -= 1
@@ -184,12 +169,6 @@ class Coordinator:
 
     def _take(self, node: Known, said: Hello | Done) -> None:
         """What a node says of its future; an empty offer is silent at next_j whatever `quiet` says."""
-        for event in said.offer:
-            if event.source != node.name or event.tag != said.next:
-                raise ProtocolError(
-                    f"{node.name} offers {event.source}.{event.port} at {event.tag}: an offer holds its own "
-                    f"events at its next tag, {said.next}"
-                )
         node.next, node.offer = said.next, said.offer
         node.quiet = said.quiet if said.offer else max(said.quiet, succ(said.next))
         self._note(node)

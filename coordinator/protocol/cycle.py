@@ -10,6 +10,7 @@ from collections.abc import Iterable
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Event, Tag
+from heavylift.nodes.devs.rules import LONGER
 
 from .distance import Coupling
 
@@ -40,7 +41,7 @@ class CycleWatch:
             raise ModelError(
                 self.sentence(last.source, last.tag)
                 or f"{last.source} at {last.tag}: port {last.port} has spoken at {self.microsteps} microsteps in which "
-                "no time passes; let it hold for more than 0 ns"
+                f"no time passes; let it hold for more than 0 ns{LONGER}"
             )
 
     def sentence(self, node: str, tag: Tag) -> str:
@@ -54,7 +55,7 @@ class CycleWatch:
             f"{', '.join(dict.fromkeys(hop.source for hop in way))} at {tag}: zero-time loop between nodes, "
             f"{self.microsteps} microsteps in which no time passes: "
             f"{', '.join(f'{hop.source}.{hop.port} -> {hop.target}.{hop.into}' for hop in way)}; "
-            "let one of them hold for more than 0 ns"
+            f"let one of them hold for more than 0 ns{LONGER}"
         )
 
     def _back(self, node: str, tag: Tag) -> list[Coupling]:

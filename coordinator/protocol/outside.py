@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterable
 
 from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.devs import FOREVER, Event, Tag
+from heavylift.nodes.devs.rules import LIMIT
 
 from .core import Coordinator
 
@@ -34,9 +35,10 @@ class OpenCoordinator(Coordinator):
         finish: tuple[str, str] | None = None,
         on_event: Callable[[Event], None] = lambda event: None,
         outside: Iterable[tuple[str, str, str, str]] = (),
+        microsteps: int = LIMIT,
     ) -> None:
         """`outside`: couplings (source, port, node, its port) from sources that take part in no round."""
-        super().__init__(nodes, couplings, end, finish, on_event)
+        super().__init__(nodes, couplings, end, finish, on_event, microsteps)
         for source, port, target, into in outside:
             self._receivers.setdefault((source, port), []).append((self._node(target), into))
 

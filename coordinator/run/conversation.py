@@ -12,6 +12,7 @@ from collections.abc import Iterable
 
 from heavylift.kernel.errors import ProtocolError, Stopped
 from heavylift.nodes.devs import Event, Tag
+from heavylift.nodes.devs.rules import LIMIT
 
 from ..live.audience import Audience
 from ..live.desk import Desk
@@ -45,6 +46,7 @@ class Conversation:
         tempo: Tempo | None = None,
         desk: Desk | None = None,
         outside: Iterable[Coupling] = (),
+        microsteps: int = LIMIT,
     ) -> None:
         """`end`: what lies before it is done; `finish`: the (node, port) whose event ends the run.
 
@@ -52,7 +54,7 @@ class Conversation:
         """
         self._hub, self._tape, self._watch, self._audience = hub, tape, watch, audience
         self._tempo, self._desk = tempo or Tempo(), desk
-        self.core = OpenCoordinator(hub.nodes, couplings, end, finish, self._event, outside)
+        self.core = OpenCoordinator(hub.nodes, couplings, end, finish, self._event, outside, microsteps)
         self.now = Tag(0)
         """Tag of the last event, or time of the last sample."""
         self.grants = self._noted = 0

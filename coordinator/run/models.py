@@ -13,20 +13,24 @@ from __future__ import annotations
 
 import inspect
 import time
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import FOREVER, NEVER, Coupled, OutPort, Tag, Transition
+from heavylift.nodes.devs.rules import LIMIT, Patience
 from heavylift.recordings import file_path
 
+from ..hashing import fixed, loose
 from ..hosts.placement import Placement
 from ..live.desk import Desk
 from ..live.show import shown
 from ..live.tempo import Tempo
 from ..participants import parts
-from ..participants.building import built, couplings, declaration, importing, module
+from ..participants.building import built, couplings, importing, module
+from ..participants.declaring import declaration, difference
 from ..participants.participant import NODE_MODULE
 from ..participants.transitions import read
 from ..protocol.core import Outcome
@@ -62,11 +66,13 @@ def run_models(
     watch: Watch | None = None,
     order: list[str] | None = None,
     processes: int = 0,
+    microsteps: int = LIMIT,
 ) -> ModelRun:
     """Run the model of `build` = "module:function" to events at t < `until` [ns], or to the end of all activity.
 
     Each child has a process of its own, unless `processes` is their number or all are in this one.  `log` hears of
-    every transition of every process when the run is over, in the order of a flat run.  Raises HeavyliftError: one
+    every transition of every process when the run is over, in the order of a flat run.  A loop is who moves at
+    `microsteps` tags in which no time passes.  Raises HeavyliftError: one
     sentence, after a recording is finished and all processes are gone.
     """
     if importing():
@@ -74,8 +80,17 @@ def run_models(
             f"{importing()} runs a model while it is imported, but each node imports it; "
             'put the call of run_models under `if __name__ == "__main__":`'
         )
+    Patience(microsteps)  # complains before anything begins
+    if type(until) is not int or until < 0:
+        raise ModelError(f"until={until!r}: the end of a run must be an int >= 0 in ns, use ns(seconds)")
     reference = build if isinstance(build, str) else _reference(build)
     model = built(reference)
+    if in_process and not fixed() and (some := loose(model)):
+        warnings.warn(
+            f"{', '.join(some)}: may iterate over a set, whose order another process does not share; start Python with "
+            "PYTHONHASHSEED=0 for equal runs, or sort it",
+            stacklevel=2,
+        )
     names = order or list(model.children)
     placement = Placement.spread(names, processes, "") if processes else Placement.apart(names)
     if in_process:
@@ -91,12 +106,20 @@ def run_models(
     ):
         end = Tag(until) if until < NEVER else FOREVER
         talk = Conversation(
-            hub, couplings(model), end, tape, watch or Watch(), audience=audience, tempo=tempo, desk=desk
+            hub,
+            couplings(model),
+            end,
+            tape,
+            watch or Watch(),
+            audience=audience,
+            tempo=tempo,
+            desk=desk,
+            microsteps=microsteps,
         )
         if isinstance(hub, Hub):
             desk.open(hub)
         try:
-            _greet(talk, model, reference, log is not None)
+            _greet(talk, model, parts.ModelPart(reference, log is not None, microsteps))
             greeted = time.perf_counter()
             outcome = talk.play()
             played = time.perf_counter()
@@ -146,16 +169,17 @@ def _tape(
     return tape
 
 
-def _greet(talk: Conversation, model: Coupled, reference: str, log: bool) -> None:
-    config = parts.encode(parts.ModelPart(reference, log))
+def _greet(talk: Conversation, model: Coupled, part: parts.ModelPart) -> None:
+    config, reference = parts.encode(part), part.build
     for name in model.children:
         talk.welcome(name, config)
     for _ in model.children:
         name, declared = talk.hello(parts.fingerprint(reference.encode()))
-        if declared != declaration(model.children[name]):
+        if declared != (here := declaration(model.children[name])):
             raise ModelError(
-                f"{reference}: node {name} has other ports than {name} has here; let the function build the same "
-                "model each time, and use one version of the module everywhere"
+                f"{reference}: {difference(here, declared)} differs between the process of node {name} and this one; "
+                "let the function build the same model each time, without clocks, sets or random numbers that have no "
+                "seed, from one version of the module"
             )
 
 

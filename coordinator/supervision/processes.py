@@ -21,6 +21,7 @@ from collections.abc import Mapping, Sequence
 from types import TracebackType
 from typing import Self
 
+from heavylift.coordinator.hashing import SEED
 from heavylift.coordinator.supervision.keeper import STACKS, python
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.kernel.errors import ProtocolError
@@ -50,7 +51,11 @@ class Processes:
 
     def _launch(self) -> None:
         self._keeper = subprocess.Popen(
-            self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
+            self._command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            start_new_session=True,
+            env={**os.environ, **SEED},
         )
         self._keeper_gone = False
         self._reader = threading.Thread(target=self._read_reports, name="keeper reports", daemon=True)

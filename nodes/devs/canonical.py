@@ -22,7 +22,7 @@ from typing import Any
 
 import msgspec
 
-__all__ = ["frozen", "thawed"]
+__all__ = ["Freezer", "frozen", "thawed"]
 
 _SCALARS = (type(None), bool, float, str, bytes)
 _DICTS: dict[type, str] = {dict: "dict", OrderedDict: "OrderedDict", Counter: "Counter", defaultdict: "defaultdict"}
@@ -32,7 +32,7 @@ _OPEN = object()  # in place of what is being made of its parts
 
 def frozen(value: object, around: Sequence[object] = ()) -> bytes:
     """A value as bytes, without the things `around` it; TypeError if something in it cannot be kept."""
-    return msgspec.msgpack.encode(_Freezer(around).fold(value))
+    return msgspec.msgpack.encode(Freezer(around).fold(value))
 
 
 def thawed(data: bytes, around: Sequence[object] = ()) -> Any:
@@ -40,12 +40,15 @@ def thawed(data: bytes, around: Sequence[object] = ()) -> Any:
     return _Thawer(around).unfold(msgspec.msgpack.decode(data))
 
 
-class _Freezer:
+class Freezer:
+    """Folds one value after the other; what it has met, and the things `around`, are told by their numbers."""
+
     def __init__(self, around: Sequence[object] = ()) -> None:
         self._met: list[object] = [*around]  # kept, so that no id is given twice
         self._numbers = {id(x): number for number, x in enumerate(around)}
 
     def fold(self, x: Any) -> Any:
+        """A value as plain data; TypeError if something in it cannot be kept."""
         kind = type(x)
         if kind in _SCALARS:
             return x

@@ -4,7 +4,7 @@ A message is a frozen struct whose fields are immutable all the way down (checke
 defined), so that receivers inside one node may share it, and no receiver can change what another one sees.
 At the border of a node it becomes bytes and every receiver decodes its own copy. Canonical bytes =
 MessagePack map in field order. The class name identifies the type in a recording; two classes of one name
-are refused.
+are refused. What is sent is what its bytes say (`travelling`), so that no receiver sees where a tree was cut.
 """
 
 import types
@@ -15,12 +15,13 @@ from typing import Any
 
 import msgspec
 from heavylift.kernel.errors import ModelError
+from msgspec.structs import astuple
 
 _REGISTRY: dict[str, "type[Message]"] = {}
-_DECODERS: dict[str, "msgspec.msgpack.Decoder[Message]"] = {}
+_DECODERS: dict[type, "msgspec.msgpack.Decoder[Any]"] = {}
 _ENCODER = msgspec.msgpack.Encoder()
-_PLAIN = (bool, int, float, str, bytes, type(None))
-_SCALARS = frozenset(_PLAIN)
+PLAIN = (bool, int, float, str, bytes, type(None))
+_SCALARS = frozenset(PLAIN)
 
 
 @typing.dataclass_transform(frozen_default=True, field_specifiers=(msgspec.field,))
@@ -48,11 +49,10 @@ class _MessageType(msgspec.StructMeta):
         for field in cls.__struct_fields__:
             if not _immutable(hints[field], cls):
                 raise ModelError(
-                    f"message {name}, field {field}: {_show(hints[field])} can be changed by a receiver, "
+                    f"message {name}, field {field}: {shown(hints[field])} can be changed by a receiver, "
                     f"use numbers, str, bytes, tuple[...], enums or other messages"
                 )
         _REGISTRY[name] = typing.cast("type[Message]", cls)
-        _DECODERS.pop(name, None)
 
 
 class Message(msgspec.Struct, frozen=True, metaclass=_MessageType):
@@ -63,12 +63,11 @@ class Message(msgspec.Struct, frozen=True, metaclass=_MessageType):
 
     def __post_init__(self) -> None:
         """Refuse containers that a receiver, or the sender afterwards, could change: no annotation keeps them out."""
-        for name in self.__struct_fields__:
-            x = getattr(self, name)
+        for i, x in enumerate(astuple(self)):
             if type(x) not in _SCALARS and _changeable(x):
                 raise ModelError(
-                    f"message {type(self).__name__}, field {name}: the {type(x).__name__} {x!r} can be changed by a "
-                    "receiver, use numbers, str, bytes, tuples, enums or other messages"
+                    f"message {type(self).__name__}, field {self.__struct_fields__[i]}: the {type(x).__name__} {x!r} "
+                    "can be changed by a receiver, use numbers, str, bytes, tuples, enums or other messages"
                 )
 
 
@@ -81,7 +80,7 @@ def _changeable(x: object) -> bool:
 
 
 def _immutable(hint: Any, owner: type) -> bool:
-    if hint in _PLAIN or hint is owner or hint is Ellipsis:
+    if hint in PLAIN or hint is owner or hint is Ellipsis:
         return True
     origin, args = typing.get_origin(hint), typing.get_args(hint)
     if origin is typing.Literal:
@@ -98,7 +97,7 @@ def _immutable(hint: Any, owner: type) -> bool:
     return isinstance(hint, type) and issubclass(hint, Enum)
 
 
-def _show(hint: Any) -> str:
+def shown(hint: Any) -> str:
     return hint.__name__ if isinstance(hint, type) and not typing.get_args(hint) else str(hint)
 
 
@@ -117,10 +116,18 @@ def encode(value: Message) -> bytes:
 
 def decode(name: str, payload: bytes) -> Message:
     """A new message of the class `name` from its canonical bytes; every field is checked."""
-    decoder = _DECODERS.get(name)
-    if decoder is None:
-        decoder = _DECODERS[name] = msgspec.msgpack.Decoder(message_type(name))
     try:
-        return decoder.decode(payload)
+        return typing.cast(Message, decoder(message_type(name)).decode(payload))
     except msgspec.MsgspecError as error:
         raise ModelError(f"message {name} cannot be decoded: {error}") from None
+
+
+def decoder(cls: type[Message]) -> "msgspec.msgpack.Decoder[Any]":
+    """What reads the bytes of a class; ModelError if its fields leave open what their bytes mean."""
+    if cls not in _DECODERS:
+        try:
+            _DECODERS[cls] = msgspec.msgpack.Decoder(cls)
+        except (TypeError, NameError) as error:
+            told = " ".join(str(error).split())
+            raise ModelError(f"message {cls.__name__} cannot be read from its bytes: {told}") from None
+    return _DECODERS[cls]

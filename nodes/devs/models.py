@@ -19,7 +19,7 @@ from heavylift.kernel.errors import ModelError
 
 from .messages import Message
 from .ports import Bag, In, InPort, M, Out, OutPort, Port, checked_type
-from .tags import NEVER, Instant, Tag
+from .tags import NEVER, Instant, Tag, beyond
 
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
 Child = TypeVar("Child", bound="Model")
@@ -85,8 +85,10 @@ class Model:
 
     def add_out(self, name: str, type: type[M], lookahead: int = 0) -> OutPort[M]:
         """Add an out port that only this instance has, with its lookahead [ns]."""
-        if not isinstance(lookahead, int) or lookahead < 0:
-            raise ModelError(f"{self.path}: port {name}: lookahead {lookahead!r} is not a number of ns >= 0")
+        if not isinstance(lookahead, int) or not 0 <= lookahead <= NEVER:
+            big = isinstance(lookahead, int) and lookahead > 0
+            told = "2**63 ns or more, where time ends" if big else f"{lookahead!r} is not a number of ns >= 0"
+            raise ModelError(f"{self.path}: port {name}: lookahead {told}")
         port = OutPort(self, self._port_name(name), checked_type(type), lookahead)
         self.ports[name] = port
         return port
@@ -127,8 +129,10 @@ class Atomic(Model):
         """Schedule the next internal transition `wait` [ns] after this tag (0: at its next microstep)."""
         if type(wait) is not int:
             raise ModelError(f"hold_in({wait!r}): the wait must be an int in ns, use ns(seconds)")
-        if wait < 0:
-            raise ModelError(f"negative time advance: hold_in({wait}) [ns], the wait must be >= 0")
+        if not 0 <= wait <= NEVER:
+            if wait < 0:
+                raise ModelError(f"negative time advance: hold_in({wait}) [ns], the wait must be >= 0")
+            raise ModelError(beyond(wait))
         self._wait = wait
 
     def passivate(self) -> None:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, overload
 
 from heavylift.kernel.errors import ModelError
 
-from .messages import Message
+from .messages import Message, decoder
+from .travelling import travelling
 
 if TYPE_CHECKING:
     from .models import Model
@@ -51,12 +52,13 @@ class InPort(Port[M]):
 class OutPort(Port[M]):
     """A bound out port; `exits` are the simulator's ways out of the root."""
 
-    __slots__ = ("exits", "lookahead")
+    __slots__ = ("_arrives", "_sent", "exits", "lookahead")
 
     def __init__(self, owner: "Model", name: str, type: type[M], lookahead: int) -> None:
         super().__init__(owner, name, type)
         self.lookahead = lookahead
         self.exits: tuple[tuple[OutPort[Any], int], ...] = ()
+        self._sent = self._arrives = None  # type: Any
 
     def __getstate__(self) -> tuple[Any, ...]:
         return self.owner, self.name, self.type, self.lookahead
@@ -69,10 +71,14 @@ class OutPort(Port[M]):
             if present.speaker is None:
                 raise ModelError(f"port {self.name} was sent to outside output(): only output() may speak")
             raise ModelError(f"{self!r} was sent to by another model: output() may only speak by its own ports")
-        if type(value) is not self.type and not isinstance(value, self.type):
-            raise ModelError(f"port {self.name} carries {self.type.__name__}, not {type(value).__name__}: {value!r}")
+        if value is not self._sent:  # what is sent over and over is looked at once
+            if type(value) is not self.type and not isinstance(value, self.type):
+                told = f"port {self.name} carries {self.type.__name__}, not {type(value).__name__}: {value!r}"
+                raise ModelError(told)
+            self._arrives = travelling(value, f"port {self.name}")
+            self._sent = value
         present.sources.append(self)
-        present.values.append(value)
+        present.values.append(self._arrives)
 
 
 class In(Generic[M]):
@@ -114,6 +120,7 @@ def checked_type(type: type[M]) -> type[M]:
     """The type itself if a port can carry it."""
     if not issubclass(type, Message):
         raise ModelError(f"a port cannot carry {type!r}: derive it from Message")
+    decoder(type)
     return type
 
 

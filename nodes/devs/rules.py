@@ -8,6 +8,8 @@ from heavylift.kernel.errors import HeavyliftError, ModelError
 from .models import Atomic
 from .tags import Instant, Tag
 
+LIMIT = 10_000  # microsteps at one time that are taken for a loop, unless a run is told otherwise
+LONGER = ", or allow more with the option microsteps (heavylift devs --microsteps)"
 TAIL = 32  # microsteps before the limit whose models are named as the loop
 
 
@@ -15,6 +17,9 @@ class Patience:
     """Ends zero-time loops: from `start` on it notes who keeps time from advancing, and names them at the limit."""
 
     def __init__(self, microsteps: int) -> None:
+        """ModelError if that is no number > 0."""
+        if type(microsteps) is not int or microsteps < 1:
+            raise ModelError(f"microsteps={microsteps!r}: the limit of microsteps at one time must be an int > 0")
         self.microsteps, self.start = microsteps, microsteps - TAIL
         self._seen: set[str] = set()
         self._t = -1
@@ -28,7 +33,7 @@ class Patience:
         if k >= self.microsteps:
             raise ModelError(
                 f"{', '.join(sorted(self._seen))} at {Tag(t, k)}: zero-time loop, {self.microsteps} microsteps in "
-                "which no time passes; let one of them hold for more than 0 ns"
+                f"which no time passes; let one of them hold for more than 0 ns{LONGER}"
             )
 
 

@@ -6,8 +6,10 @@ stays in the old slot and is recognised there by its own time; when most entries
 
 from heapq import heappop, heappush, heapreplace
 
+from heavylift.kernel.errors import ModelError
+
 from .models import Atomic
-from .tags import FOREVER, NEVER, Instant
+from .tags import FOREVER, NEVER, Instant, beyond
 
 STALE = 4  # stale entries for each atomic at which the slots are made anew
 
@@ -59,6 +61,8 @@ class Schedule:
         if t in slots:
             slots[t].append(m._index)
         elif t >= NEVER:
+            if t - now < NEVER:  # not for ever, only too long
+                raise ModelError(f"{m.path} at {m.now}: {beyond(t - now)}")
             m._t = NEVER
         elif t > now:
             slots[t] = [m._index]

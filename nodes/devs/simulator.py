@@ -23,11 +23,12 @@ from .lookahead import Observed, keep_promises, leaving, outs, promised, still_p
 from .messages import Message
 from .models import Atomic, Model, Present
 from .ports import InPort, Port
-from .rules import Patience, fail
+from .rules import LIMIT, Patience, fail
 from .schedule import Schedule
 from .snapshot import frozen, thawed
-from .tags import BEGIN, FOREVER, NEVER, Instant, Tag, after, tag_of
+from .tags import BEGIN, FOREVER, NEVER, Instant, Tag, after, beyond, tag_of
 from .transitions import Log, Trace, Transition
+from .travelling import travelling
 
 
 class Simulator:
@@ -37,7 +38,7 @@ class Simulator:
         self,
         model: Model,
         log: Callable[[Transition], None] | None = None,
-        microsteps: int = 10_000,
+        microsteps: int = LIMIT,
         trace: Trace | None = None,
     ) -> None:
         """`log` hears of every transition, `trace` keeps them; a zero-time loop of `microsteps` tags is an error."""
@@ -86,7 +87,9 @@ class Simulator:
         except (Exception, SystemExit) as error:
             fail(m, self._present.now, "start", error)
         if m._wait is not None:
-            m._t, m._wait = after(Tag(max(last[0], 0)), m._wait).t, None
+            if NEVER - m._last <= m._wait < NEVER:
+                fail(m, self._present.now, "start", ModelError(beyond(m._wait)))
+            m._t, m._wait = after(Tag(m._last), m._wait).t, None
         self._schedule.enter(m, last[0])
 
     @property
@@ -128,7 +131,7 @@ class Simulator:
     def inject(self, port: str, value: Message) -> None:
         """Put a message into an in port of the root; it arrives with the next `advance`."""
         into = entry(self.model, port)
-        self._staged.append((into, fitting(into, value)))
+        self._staged.append((into, travelling(fitting(into, value), repr(into))))
 
     def advance(self, tag: Tag, bag: Sequence[Delivery] = (), until: Tag = BEGIN) -> None:
         """Transit at `tag`: deliver `bag` (sorted) and what was injected, move the imminent atomics on.

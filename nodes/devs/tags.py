@@ -46,6 +46,15 @@ def after(tag: Tag, wait: int) -> Tag:
     return Tag(tag.t + wait, 0) if wait < NEVER - tag.t else FOREVER
 
 
+def beyond(wait: int) -> str:
+    """What is said of a wait [ns] that ends after all time."""
+    long = wait if wait <= NEVER else f"2**{wait.bit_length() - 1} or more"
+    return (
+        f"hold_in({long}) [ns] ends beyond 2**63 ns, 292 years, as time does; hold for less, or call passivate() to wait "
+        "for ever"
+    )
+
+
 def ns(seconds: float) -> int:
     """Nanoseconds of a time in seconds, rounded to the nearest."""
     return round(seconds * 1e9)

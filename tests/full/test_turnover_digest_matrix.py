@@ -17,7 +17,7 @@ sys.path.append(str(Path(__file__).parents[1] / "turnover"))
 
 from cut_short import CutShort
 from stock_reader import Reading
-from test_one_digest import HEAVYLIFT
+from test_one_digest import SEEDED
 
 NODES = ["commander", "west", "east", *(f"loader-{i}" for i in range(1, 7)), "block", "kernel"]
 
@@ -38,7 +38,7 @@ def test_ten_repeats_in_shuffled_order(truth: str, tmp_path: Path, repeat: int) 
 @pytest.mark.parametrize("seed", ["0", "1", "4711"])
 def test_hash_seeds(truth: str, tmp_path: Path, seed: str, where: list[str]) -> None:
     environment = {**os.environ, "PYTHONHASHSEED": seed}
-    command = [HEAVYLIFT, "run", "turnover", *where]
+    command = [*SEEDED, "run", "turnover", *where]
     subprocess.run(command, cwd=tmp_path, env=environment, check=True, capture_output=True, timeout=120)
     assert Reading(tmp_path / "turnover.mcap").metadata["result"]["digest"].strip('"') == truth
 

@@ -20,7 +20,7 @@ from heavylift.nodes.scene import load
 from stock_reader import Reading
 from the_run import Lift
 
-HEAVYLIFT = Path(sys.executable).with_name("heavylift")
+SEEDED = [sys.executable, "-c", "from heavylift.coordinator.cli import main; main()"]  # keeps the hash seed it is given
 NODES = ["commander", "crane", "loader-1", "loader-2", "loader-3", "block", "kernel"]
 
 
@@ -65,7 +65,7 @@ def test_the_order_of_nodes_in_one_process_does_not_matter(truth: str, tmp_path:
 def test_hash_seeds_do_not_matter(truth: str, tmp_path: Path, seed: str, where: list[str]) -> None:
     environment = {**os.environ, "PYTHONHASHSEED": seed}
     subprocess.run(
-        [HEAVYLIFT, "run", "lift", *where], cwd=tmp_path, env=environment, check=True, capture_output=True, timeout=60
+        [*SEEDED, "run", "lift", *where], cwd=tmp_path, env=environment, check=True, capture_output=True, timeout=60
     )
     digest = Reading(tmp_path / "lift.mcap").metadata["result"]["digest"]
     assert digest.strip('"') == truth

@@ -1,0 +1,67 @@
+"""One seed for the hashes of all processes of a run: who iterates over a set of strings does so alike in equal runs.
+
+Python draws the seed at the start of a process unless PYTHONHASHSEED says otherwise, so the keeper is started with it
+and the command `heavylift` starts itself again.  A script that runs models in its own process has its seed already:
+`loose` finds the models that may show it.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from types import CodeType, FunctionType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from heavylift.nodes.devs import Model
+
+__all__ = ["SEED", "fixed", "loose", "start_again"]
+
+SEED = {"PYTHONHASHSEED": "0"}
+
+
+def fixed() -> bool:
+    """Whether the hashes of this process are those of every run."""
+    return not sys.flags.hash_randomization
+
+
+def start_again() -> None:
+    """Put the command that this process is in its own place with the seed; nothing if another program called it."""
+    told = os.environ.get("PYTHONHASHSEED") == SEED["PYTHONHASHSEED"]  # and not listened to: python -E
+    if not fixed() and not told and os.name == "posix" and sys.orig_argv[-len(sys.argv) :] == sys.argv:
+        os.execve(sys.executable, [sys.executable, *sys.orig_argv[1:]], {**os.environ, **SEED})
+
+
+def loose(model: Model) -> list[str]:
+    """Paths of the atomics whose code makes sets or whose attributes hold them."""
+    found = []
+    below = list(getattr(model, "children", {}).values())
+    if not below and (
+        any(isinstance(x, set | frozenset) for x in vars(model).values()) or any(map(_makes_sets, _code(type(model))))
+    ):
+        found.append(model.path)
+    return [*found, *(path for child in below for path in loose(child))]
+
+
+def _code(cls: type) -> Iterator[CodeType]:
+    """The code of the functions of a class and its bases, apart from this package's."""
+    for base in cls.__mro__:
+        if not base.__module__.startswith("heavylift."):
+            yield from (x.__code__ for x in vars(base).values() if isinstance(x, FunctionType))
+
+
+def _makes_sets(code: CodeType) -> bool:
+    """Whether a set is made there; a constant that is only asked what it contains is none."""
+    import dis  # for whom the command line need not wait
+
+    before = None
+    for step in dis.get_instructions(code):
+        if step.opname in ("BUILD_SET", "SET_ADD") or (
+            step.opname == "GET_ITER" and before is not None and isinstance(before.argval, frozenset)
+        ):
+            return True
+        if step.opname == "LOAD_GLOBAL" and step.argval in ("set", "frozenset"):
+            return True
+        before = step
+    return any(_makes_sets(x) for x in code.co_consts if isinstance(x, CodeType))

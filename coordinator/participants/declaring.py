@@ -1,0 +1,74 @@
+"""What coordinator and node must find alike before a run: each builds the whole model, and must have built the same.
+
+A declaration holds the ports of a child and a fingerprint of each attribute of each model in it, before `start`; of
+the root, its children and couplings.  What cannot be told by bytes, such as a lambda, stands for its class.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from hashlib import blake2b
+from typing import Any
+
+import msgspec
+from heavylift.nodes.devs import Coupled, InPort, Model, Port
+from heavylift.nodes.devs.canonical import Freezer
+
+__all__ = ["declaration", "difference"]
+
+_Declared = tuple[list[tuple[str, str, str]], dict[str, dict[str, bytes]]]  # ports; path, attribute, fingerprint
+_DECODER: msgspec.msgpack.Decoder[_Declared] = msgspec.msgpack.Decoder(_Declared)
+
+
+def declaration(child: Model) -> bytes:
+    """Of a child of a root that has just been built."""
+    root = child.parent
+    assert root is not None, "a node is a child"
+    ports = sorted((p.name, "in" if isinstance(p, InPort) else "out", p.type.__name__) for p in child.ports.values())
+    freezer = Freezer([root, *_below(root)])
+    found = {root.path: {"structure": _fingerprint(freezer, _structure(root))}}
+    for model in (child, *_below(child)):
+        own = {"class": type(model), "structure": _structure(model)}
+        own |= {key: x for key, x in vars(model).items() if key not in ("children", "_coupled")}
+        found[model.path] = {key: _fingerprint(freezer, own[key]) for key in sorted(own)}
+    return msgspec.msgpack.encode((ports, found))
+
+
+def difference(here: bytes, there: bytes) -> str:
+    """What the first difference is, "" if there is none."""
+    (ports, found), (its_ports, its) = _DECODER.decode(here), _DECODER.decode(there)
+    if ports != its_ports:
+        return "its ports"
+    for path in sorted({*found, *its}):
+        a, b = found.get(path, {}), its.get(path, {})
+        for key in sorted({*a, *b}):
+            if a.get(key) != b.get(key):
+                return f"the {key} of {path}" if key in ("class", "structure") else f"{path}.{key}"
+    return ""
+
+
+def _below(model: Model) -> Iterator[Model]:
+    if isinstance(model, Coupled):
+        for name in sorted(model.children):
+            yield model.children[name]
+            yield from _below(model.children[name])
+
+
+def _structure(model: Model) -> list[Any]:
+    """Ports, children and couplings, in an order of their own."""
+    ports = [(p.name, type(p).__name__, p.type.__name__, getattr(p, "lookahead", 0)) for p in model.ports.values()]
+    if not isinstance(model, Coupled):
+        return sorted(ports)
+    return [sorted(ports), sorted(model.children), sorted((repr(a), repr(b)) for a, b in model.couplings)]
+
+
+def _fingerprint(freezer: Freezer, x: Any) -> bytes:
+    if isinstance(x, Port) and x.owner.ports.get(x.name) is x:
+        told: Any = repr(x)
+    else:
+        bits = getattr(x, "bit_generator", None)  # of a random generator of NumPy's
+        try:
+            told = freezer.fold(x if bits is None else bits.state)
+        except (TypeError, RecursionError, AttributeError):
+            told = type(x).__qualname__
+    return blake2b(msgspec.msgpack.encode(told), digest_size=8).digest()

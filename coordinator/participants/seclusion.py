@@ -1,0 +1,89 @@
+"""In its node a child is alone: its siblings and their parent are copies that nothing moves, and say so when touched.
+
+Each node builds the whole model and runs its own child.  What the others do happens elsewhere, so whoever reads their
+state here, or changes the structure around it, is refused by name; what is fixed while a run lasts (names, paths, plain
+values of the parent) may be read.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from functools import cache
+from types import FunctionType, MethodType
+from typing import Any
+
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import Coupled, Message, Model
+
+__all__ = ["secluded"]
+
+_FIXED = {"__class__", "_path", "name", "parent", "path"}
+_STRUCTURE = {*vars(Coupled), *vars(Model), "children", "ports"} - _FIXED
+_PLAIN = (bool, int, float, str, bytes, type(None), Enum, Message)
+_CURE = "in a run each child of {} is a node of its own; send messages, or put what belongs together into one Coupled"
+
+
+def secluded(own: Model) -> None:
+    """Let all models around this one, a child of the root, refuse to be used."""
+    root = own.parent
+    assert root is not None, "a node is a child"
+    for sibling in root.children.values():
+        if sibling is not own:
+            _close(sibling)
+    root.__class__ = _around(type(root))
+
+
+def _close(model: Model) -> None:
+    if isinstance(model, Coupled):
+        for child in model.children.values():
+            _close(child)
+    model.__class__ = _beside(type(model))
+
+
+def _refused(model: Model, name: str) -> ModelError:
+    path = model.path
+    return ModelError(f"{path}.{name} is out of reach: {_CURE.format(path.partition('.')[0])}")
+
+
+def _changed(model: Model, name: str, *value: object) -> None:
+    raise _refused(model, name)
+
+
+@cache
+def _beside(cls: type) -> Any:
+    def get(model: Any, name: str) -> Any:
+        if name not in _FIXED:
+            raise _refused(model, name)
+        return object.__getattribute__(model, name)
+
+    return _ghost(cls, get)
+
+
+@cache
+def _around(cls: type) -> Any:
+    def get(model: Any, name: str) -> Any:
+        found = object.__getattribute__(model, name) if name in _FIXED or name not in _STRUCTURE else model
+        if name in _FIXED or isinstance(found, MethodType | FunctionType) or _plain(found):
+            return found
+        raise _refused(model, name)
+
+    return _ghost(cls, get)
+
+
+def _plain(x: object) -> bool:
+    return isinstance(x, _PLAIN) or (isinstance(x, tuple) and all(map(_plain, x)))
+
+
+def _ghost(cls: type, get: Any) -> Any:
+    """A class of the same layout whose objects are reached by `get` only."""
+    return type(
+        cls.__name__,
+        (cls,),
+        {
+            "__slots__": (),
+            "__module__": cls.__module__,
+            "__getattribute__": get,
+            "__setattr__": _changed,
+            "__delattr__": _changed,
+        },
+    )

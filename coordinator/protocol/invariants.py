@@ -1,0 +1,153 @@
+"""What holds for every HELLO and DONE, row by row: what breaks a row ends the run by name before it can do harm.
+
+`says` (core.py) is what was known of the node before: it says nothing earlier unless it hears something.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from heavylift.kernel.errors import ProtocolError
+from heavylift.nodes.devs import NEVER, Event, Tag, after
+
+from .known import Known
+from .messages import Done, Hello
+
+__all__ = ["EVENTS", "WHOLE", "check_done", "check_hello"]
+
+
+class Before(NamedTuple):
+    """A node and what its next message must agree with."""
+
+    node: Known
+    says: Tag = Tag(0)
+
+
+def check_hello(node: Known, hello: Hello) -> None:
+    """ProtocolError names the node and the row that its HELLO breaks."""
+    _check(Before(node), hello)
+
+
+def check_done(node: Known, done: Done, says: Tag) -> None:
+    """ProtocolError names the node and the row that its DONE breaks."""
+    if not node.running or done.gseq != node.gseq:
+        raise ProtocolError(f"{node.name} sent DONE {done.gseq} out of order, its last GRANT is {node.gseq}")
+    _check(Before(node, says), done)
+
+
+def _check(before: Before, said: Hello | Done) -> None:
+    for events in (said.spoken if isinstance(said, Done) else [], said.offer):
+        last: Event | None = None
+        for event in events:
+            for rule in EVENTS.values():
+                if told := rule(before, event, last):
+                    raise ProtocolError(f"{before.node.name} {told}")
+            last = event
+    for row in WHOLE.values():
+        if told := row(before, said):
+            raise ProtocolError(f"{before.node.name} {told}")
+
+
+def _own(before: Before, event: Event, last: Event | None) -> str:
+    if event.source == before.node.name:
+        return ""
+    return f"spoke for {event.source}: a node says only its own events"
+
+
+def _port(before: Before, event: Event, last: Event | None) -> str:
+    ports = before.node.lookahead
+    if event.port in ports or not ports:
+        return ""
+    return f"spoke on port {event.port} at {event.tag}: its out ports are {', '.join(sorted(ports))}"
+
+
+def _order(before: Before, event: Event, last: Event | None) -> str:
+    alone = last is None or (event.t, event.k, event.port) != (last.t, last.k, last.port)
+    index = 0 if alone or last is None else last.index + 1
+    if event.index == index and (last is None or last.order < event.order):
+        return ""
+    return f"spoke out of order: {event.port} at {event.tag}, number {event.index}"
+
+
+def _promise(before: Before, event: Event, last: Event | None) -> str:
+    node = before.node
+    if event.tag >= before.says:
+        return ""
+    soonest = min(before.says, after(node.hears, node.lookahead.get(event.port, node.least)))
+    if event.tag >= soonest:
+        return ""
+    return (
+        f"spoke on port {event.port} at {event.tag}, earlier than the {soonest} that it had declared: the lookahead of "
+        "that port is too long"
+    )
+
+
+def _ahead(before: Before, said: Hello | Done) -> str:
+    ports = said.lookahead.items() if isinstance(said, Hello) else ()
+    wrong = [f"{ahead} ns for port {port}" for port, ahead in ports if not 0 <= ahead <= NEVER]
+    return f"declares a lookahead of {wrong[0]}, which is no time from 0 to 2**63 ns" if wrong else ""
+
+
+def _reaches(before: Before, said: Hello | Done) -> str:
+    until = before.node.until
+    if isinstance(said, Hello) or (said.reached <= until and said.reached <= said.next):
+        return ""
+    return (
+        f"has done all before {said.reached} and goes on at {said.next}: a DONE reaches at most the end of its GRANT, "
+        f"{until}, and leaves nothing undone"
+    )
+
+
+def _progress(before: Before, said: Hello | Done) -> str:
+    if isinstance(said, Hello) or said.reached > before.node.first:
+        return ""
+    return f"has done all before {said.reached}: a DONE does the first tag of its GRANT at least, {before.node.first}"
+
+
+def _within(before: Before, said: Hello | Done) -> str:
+    spoken = said.spoken if isinstance(said, Done) else []
+    if isinstance(said, Hello) or not spoken or spoken[-1].tag < said.reached:
+        return ""
+    last = spoken[-1]
+    return f"spoke on port {last.port} at {last.tag}, but has done all before {said.reached} only"
+
+
+def _tags(before: Before, said: Hello | Done) -> str:
+    wrong = [tag for tag in (said.next, said.quiet) if not (0 <= tag.t <= NEVER and tag.k >= 0)]
+    return f"goes on at {tuple(wrong[0])}, which is no tag" if wrong else ""
+
+
+def _offer(before: Before, said: Hello | Done) -> str:
+    for event in said.offer:
+        if event.tag != said.next or said.next.t == NEVER:
+            at = f"{event.source}.{event.port} at {event.tag}"
+            return f"offers {at}: an offer holds its own events at its next tag, {said.next}"
+    return ""
+
+
+def _quiet(before: Before, said: Hello | Done) -> str:
+    if said.quiet == said.next if said.offer else said.quiet >= said.next:
+        return ""
+    what = "offers something" if said.offer else "goes on"
+    return f"{what} at {said.next} and says that it is quiet until {said.quiet}: that is when it can speak first"
+
+
+EVENTS: dict[str, Callable[[Before, Event, Event | None], str]] = {
+    "is the node's own": _own,
+    "leaves by a port that HELLO named": _port,
+    "comes in total order, numbered from 0 in each bag": _order,
+    "comes no earlier than quiet and lookahead have declared": _promise,
+}
+"""What is spoken or offered, one after the other."""
+
+WHOLE: dict[str, Callable[[Before, Hello | Done], str]] = {
+    "a lookahead is a time": _ahead,
+    "what is done ends with the GRANT and before what is next": _reaches,
+    "the first tag is done": _progress,
+    "what is spoken lies in what is done": _within,
+    "next and quiet are tags": _tags,
+    "an offer is for the next tag": _offer,
+    "quiet is the tag of an offer, and never earlier than the next tag": _quiet,
+}
+"""A HELLO or DONE as a whole."""
