@@ -26,7 +26,6 @@ from .distance import Coupling, distances, ways
 from .known import Known
 from .messages import Done, Fail, Grant, Hello
 
-
 AHEAD = 256  # of what a node has said: what may be held while it goes on
 
 
@@ -138,11 +137,9 @@ class Coordinator:
             node = able[rank]
             if node.first >= self._limit or node.untold:
                 continue
-            if node.ahead >= AHEAD:
-                least = least or min(other.first for other in self._by_rank)
-                if node.first > least:
-                    self._ahead[rank] = node
-                    continue
+            if node.ahead >= AHEAD and node.first > (least := least or self._least):
+                self._ahead[rank] = node
+                continue
             if window := self._window(node, succ(node.first)):
                 grants.append((node.name, self._grant(node, window)))
         if not grants and not self._running and self.first < self._limit:
@@ -170,6 +167,11 @@ class Coordinator:
     def failed(self, name: str, fail: Fail) -> ModelError:
         """What to raise for a FAIL: its sentence, or the cycle between nodes in which time stood still."""
         return ModelError(self._cycles.sentence(name, fail.tag) or fail.sentence)
+
+    @property
+    def _least(self) -> Tag:
+        """The earliest thing that any node has before it, or had when it was granted."""
+        return min(node.first for node in self._by_rank)
 
     def extend(self, end: Tag) -> None:
         """Move a time bound that was not reached yet, or only now, to a later one; an end that was said stays."""

@@ -23,7 +23,7 @@ from .messages import AnyMessage, Bye, Checkpoint, Done, Fail, Grant, Hello, Sto
 _ENCODER = msgspec.msgpack.Encoder()
 _KEPT = msgspec.msgpack.Decoder(tuple[Tag, bytes, Tag, list[Event], list[Delivery], bytes])
 _BEGIN = Tag(0)
-SPOKEN, TAGS = 256, 4096  # events and tags after which a grant ends
+SPOKEN = TAGS = 256  # events and tags after which a grant ends
 
 
 class Node:
