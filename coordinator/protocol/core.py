@@ -114,6 +114,17 @@ class Coordinator:
             self._hold(event)
         self._moved(node)
 
+    def working(self, name: str, t_ns: int) -> None:
+        """(6) A node that runs shows that it has come to this time [ns]: nothing that it is yet to say is earlier.
+
+        Not of a node that may go on after it has spoken, before its DONE tells what.
+        """
+        node = self._node(name)
+        if node.running and node.echo is not None and not node.echo[0]:
+            at = 2 * self._n + node.rank
+            self._tags[at] = max(self._tags[at], min(Tag(t_ns), node.until))
+            self._leave()
+
     def ready(self, horizon: Tag = FOREVER) -> list[tuple[str, Grant]]:
         """Commit what can be committed, let events leave, and grant every node that can move, all below `horizon`."""
         if not self._open:

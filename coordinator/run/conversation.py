@@ -59,6 +59,8 @@ class Conversation:
         if isinstance(hub, Hub):
             hub.when = lambda: f"t = {self.now.t * 1e-9:.3f} s"
             hub.tell = self._tell
+        else:
+            hub.sampled = self._take_samples
 
     def welcome(self, node: str, config: bytes) -> None:
         """Tell a node what it is."""
@@ -91,7 +93,6 @@ class Conversation:
             for name, grant in grants:
                 self._send(name, grant)
                 self.grants += 1
-            self._tape.settle(core.floor.t)
             outcome = core.over
             if outcome is not None:
                 return outcome
@@ -108,6 +109,7 @@ class Conversation:
     def dismiss(self, end: Tag) -> dict[str, m.Bye]:
         """The ordered end: STOP, the last samples, BYE of every node."""
         self._close()
+        self._tape.settle(end.t)
         for node in self._hub.nodes:
             self._send(node, m.Stop(end))
         left: dict[str, m.Bye] = {}
@@ -176,8 +178,11 @@ class Conversation:
 
     def _take_samples(self) -> None:
         for node, batch in self._hub.samples():
-            self.now = max(self.now, Tag(self._tape.samples(node, batch)))
+            reached = self._tape.samples(node, batch)
+            self.now = max(self.now, Tag(reached))
+            self.core.working(node, reached)
             self._watch.progress(self.now.t)
+        self._tape.settle(self.core.floor.t)
         for sentence in self._tape.notes[self._noted :]:
             self._noted += 1
             self._watch.say(sentence)
