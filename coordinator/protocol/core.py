@@ -115,12 +115,9 @@ class Coordinator:
         self._moved(node)
 
     def working(self, name: str, t_ns: int) -> None:
-        """(6) A node that runs shows that it has come to this time [ns]: nothing that it is yet to say is earlier.
-
-        Not of a node that may go on after it has spoken, before its DONE tells what.
-        """
+        """(6) A node that samples has come to this time [ns] under its grant: nothing that it is yet to say is earlier."""
         node = self._node(name)
-        if node.running and node.echo is not None and not node.echo[0]:
+        if node.running:
             at = 2 * self._n + node.rank
             self._tags[at] = max(self._tags[at], min(Tag(t_ns), node.until))
             self._leave()

@@ -29,7 +29,12 @@ SPOKEN = TAGS = 256  # events and tags after which a grant ends
 class Node:
     """Answers each message; in the end `finish(end)` returns what the model still waits for, or ""."""
 
-    def __init__(self, name: str, model: Steppable, finish: Callable[[Tag], str] = lambda end: "") -> None:
+    def __init__(
+        self, name: str, model: Steppable, finish: Callable[[Tag], str] = lambda end: "", samples: bool = False
+    ) -> None:
+        """`samples`: the model shows how far it has come while it works, so it does not go on before a DONE has told
+        what it has spoken."""
+        self._samples = samples
         self.name, self.model, self.epoch, self._finish = name, model, 0, finish
         self._last, self._hash = Tag(-1), b""
         self._done: Done | None = None
@@ -102,7 +107,7 @@ class Node:
                 first = kept[0].event.tag if kept else FOREVER
             said = [] if tag != due else model.outputs() if links else self._offer
             if said:
-                stop = min(stop, max(succ(tag), plus(tag, grant.echo)))
+                stop = min(stop, succ(tag) if self._samples else max(succ(tag), plus(tag, grant.echo)))
                 if not offered:
                     if tag < own:
                         self._check(said, own, heard)

@@ -45,10 +45,12 @@ class Conversation:
         tempo: Tempo | None = None,
         desk: Desk | None = None,
         outside: Iterable[Coupling] = (),
+        sampler: str = "",
     ) -> None:
         """`end`: what lies before it is done; `finish`: the (node, port) whose event ends the run.
 
-        `outside`: couplings from sources that are no nodes; `desk` takes orders, which may change the `tempo`.
+        `outside`: couplings from sources that are no nodes; `sampler`: the node whose samples tell how far it has come;
+        `desk` takes orders, which may change the `tempo`.
         """
         self._hub, self._tape, self._watch, self._audience = hub, tape, watch, audience
         self._tempo, self._desk = tempo or Tempo(), desk
@@ -56,6 +58,7 @@ class Conversation:
         self.now = Tag(0)
         """Tag of the last event, or time of the last sample."""
         self.grants = self._noted = 0
+        self._sampler = sampler
         if isinstance(hub, Hub):
             hub.when = lambda: f"t = {self.now.t * 1e-9:.3f} s"
             hub.tell = self._tell
@@ -180,7 +183,8 @@ class Conversation:
         for node, batch in self._hub.samples():
             reached = self._tape.samples(node, batch)
             self.now = max(self.now, Tag(reached))
-            self.core.working(node, reached)
+            if node == self._sampler:
+                self.core.working(node, reached)
             self._watch.progress(self.now.t)
         self._tape.settle(self.core.floor.t)
         for sentence in self._tape.notes[self._noted :]:
