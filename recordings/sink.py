@@ -2,15 +2,17 @@
 
 The first record is the metadata `run`, on disk at once, then the attachments.  `format` among these facts is the
 number of the rules by which topics, schemas and facts are to be read.  A kill loses what was not flushed, at most a
-second.
+second: a thread of its own sees to that, whatever the run is busy with.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
+from threading import Event, RLock, Thread
 from typing import Any
 
 import msgspec
@@ -25,6 +27,7 @@ __all__ = ["FORMAT", "Sink", "texts"]
 
 FORMAT = 2
 FLUSH = 0.5  # [s] of wall time: less than a second is lost, even if messages come half a second apart
+LOOK = 0.2  # [s] between two looks of the thread
 MEDIA = {".yaml": "application/yaml", ".json": "application/json"}
 
 
@@ -48,8 +51,10 @@ class Sink:
         self.path = self._file.path
         self.topics: dict[str, int] = {}
         self._schemas: dict[tuple[str, bytes], int] = {}
+        self._lock, self._over = RLock(), Event()
+        self._refused: RecordingError | None = None  # what the thread has met
         self._flushed = time.monotonic()
-        with self._file.writing():
+        with self.writing():
             self._writer = McapFile(self._file.stream, library())
             self._writer.metadata("run", texts({"format": FORMAT, **run}))
             self._file.stream.flush()
@@ -57,6 +62,8 @@ class Sink:
                 media = MEDIA.get(Path(name).suffix, "application/octet-stream")
                 self._writer.attachment(time.time_ns(), name, media, data)
             self._file.stream.flush()
+        self._thread = Thread(target=self._watch, name="heavylift-recording", daemon=True)
+        self._thread.start()
 
     def protobuf(self, topic: str, message: Any, facts: Mapping[str, object] | None = None) -> int:
         """A new channel of this protobuf message class (or of its descriptor)."""
@@ -74,7 +81,7 @@ class Sink:
         """A new channel with this message encoding, schema name, schema language and schema."""
         if topic in self.topics:
             raise RecordingError(f"topic {topic}: announced twice; name models, ports and samples apart")
-        with self._file.writing():
+        with self.writing():
             number = self._schemas.get((name, schema))
             if number is None:
                 number = self._schemas[name, schema] = self._writer.schema(name, language, schema)
@@ -95,24 +102,43 @@ class Sink:
         """Append the messages of many rows, as in McapFile; to be called within `writing`."""
         self._writer.write_rows(log_ns, publish_ns, messages, some)
 
-    def writing(self) -> Any:
-        """Context that turns the system's refusals into a RecordingError."""
-        return self._file.writing()
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """Keeps the thread off the file and turns the system's refusals into a RecordingError."""
+        with self._lock, self._file.writing():
+            if self._refused is not None:
+                raise self._refused
+            yield
 
     def flush(self) -> None:
         """Put what was written on disk, at most twice a second of wall time."""
         if time.monotonic() - self._flushed > FLUSH:
-            with self._file.writing():
+            with self.writing():
                 self._writer.flush()
             self._flushed = time.monotonic()
 
+    def _watch(self) -> None:
+        while not self._over.wait(LOOK):
+            try:
+                self.flush()
+            except RecordingError as error:
+                self._refused = error  # for who writes next
+                return
+
+    def _rest(self) -> None:
+        """End the thread."""
+        self._over.set()
+        self._thread.join()
+
     def finish(self, result: Mapping[str, object]) -> Path:
         """Write the metadata `result` and the summary, give the file its name."""
-        with self._file.writing():
+        self._rest()
+        with self.writing():
             self._writer.metadata("result", texts(result))
             self._writer.finish()
         return self._file.finish()
 
     def abandon(self) -> None:
         """Close a file that cannot be finished; without effect on a finished one."""
+        self._rest()
         self._file.abandon()

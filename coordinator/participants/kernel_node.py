@@ -147,7 +147,7 @@ class KernelNode:
             self.simulation.interrupt(max(end.t - 1, present))  # a step that ends with the run may be history
             self.simulation.settle()
             rows[-1] = (end.t - 1, rows[-1][1])
-        self._flush(1)
+        self._flush()
         return ""
 
     def snapshot(self) -> bytes:
@@ -168,15 +168,16 @@ class KernelNode:
             if not self._told:  # a model may answer it
                 self.simulation.run(until.t, self._pause)
         finally:
-            self._flush(1)  # what came before an error, too
+            self._flush()  # what came before an error, too
 
     def _pause(self) -> None:
         self.pauses += 1
-        self._flush(BATCH)
+        self._flush()
 
-    def _flush(self, least: int) -> None:
+    def _flush(self) -> None:
+        """Batches begin where steps or grants end, which a successor repeats."""
         rows, notes = self.simulation.rows, self.simulation.notes
-        while (ready := min(BATCH, bisect_left(rows, self._before, key=lambda row: row[0]))) >= least:
+        while ready := min(BATCH, bisect_left(rows, self._before, key=lambda row: row[0])):
             some, rows[:] = rows[:ready], rows[ready:]
             values = published(self.simulation.method, np.array([row for _, row in some]))
             new = [(number, *notes[number]) for number in range(self._noted, len(notes))]

@@ -85,7 +85,7 @@ class Participant:
 
             kernel = KernelNode(part.config, self._sample)
             self._pauses = lambda: kernel.pauses
-            return Node(self.name, kernel, kernel.finish), kernel.layout(), part.agreed
+            return Node(self.name, kernel, kernel.finish, samples=True), kernel.layout(), part.agreed
         if isinstance(part, parts.ModelPart):
             from .building import child
             from .declaring import declaration

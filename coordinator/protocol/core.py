@@ -7,7 +7,7 @@ PROTOCOL.md defines the words and shows why it is right; the numbers are those o
   (3) COMMIT  to a fixpoint: the offer of an idle i with next_i <= B_i and next_i <= hears_i goes into the
               receivers' bags at next_i
   (4) GRANT   to an idle i with first_i = min(next_i, hears_i) < B_i and, if first_i = next_i, an offer that is
-              empty or committed: all before B_i may be done
+              empty or committed: all before B_i may be done; who is AHEAD of others waits for them
   (5) DONE    what was spoken goes into the receivers' bags; then as in (1)
   (6) FLOOR   events below all o_j = min(says_j, hears_j + L_j) leave through `on_event`, in total order
   (7) END     nobody runs, and nothing is left before the end
@@ -27,6 +27,8 @@ from .distance import Coupling, distances, ways
 from .invariants import check_done, check_hello
 from .known import Known
 from .messages import Done, Fail, Grant, Hello
+
+AHEAD = 256  # of what a node has said: what may be held while it goes on
 
 
 class Outcome(Enum):
@@ -61,6 +63,7 @@ class Coordinator:
         self._tags = [FOREVER] * (3 * self._n)  # says of all nodes, then their hears, then their o
         self._held: list[Event] = []  # heap of events that have not left yet
         self._look: dict[int, Known] = {}  # whose rights may have changed
+        self._ahead: dict[int, Known] = {}  # who could move, and waits until others have done what it has said
         self._running = self._dones = 0
         self._cycles = CycleWatch(self._couplings, microsteps)
         self._open = False  # whether all have said HELLO
@@ -86,7 +89,8 @@ class Coordinator:
         """(5) A node has done what it was granted."""
         node = self._node(name)
         check_done(node, done, self._tags[node.rank])
-        node.drop(done.reached)
+        for delivery in node.drop(done.reached):
+            self._release(delivery.event)
         node.running, node.committed, node.until = False, False, done.reached
         self._running -= 1
         self._dones += 1
@@ -94,6 +98,14 @@ class Coordinator:
         for event in done.spoken:
             self._hold(event)
         self._moved(node)
+
+    def working(self, name: str, t_ns: int) -> None:
+        """(6) A node that samples has come to this time [ns] under its grant: nothing that it is yet to say is earlier."""
+        node = self._node(name)
+        if node.running:
+            at = 2 * self._n + node.rank
+            self._tags[at] = max(self._tags[at], min(Tag(t_ns), node.until))
+            self._leave()
 
     def ready(self, horizon: Tag = FOREVER) -> list[tuple[str, Grant]]:
         """Commit what can be committed, let events leave, and grant every node that can move, all below `horizon`."""
@@ -110,13 +122,18 @@ class Coordinator:
                 if node.untold and self._window(node, node.next):
                     self._commit(node)
         self._cycles.check()
-        self.floor = min(min(self._tags[2 * self._n :]), self._limit)  # (6)
-        while self._held and self._held[0].tag < self.floor:
-            self._on_event(heappop(self._held))
+        self._leave()
+        able, self._ahead = self._ahead | able, {}
+        least: Tag | None = None
         grants = []
         for rank in sorted(able):  # (4)
             node = able[rank]
-            if node.first < self._limit and not node.untold and (window := self._window(node, succ(node.first))):
+            if node.first >= self._limit or node.untold:
+                continue
+            if node.ahead >= AHEAD and node.first > (least := least or self._least):
+                self._ahead[rank] = node
+                continue
+            if window := self._window(node, succ(node.first)):
                 grants.append((node.name, self._grant(node, window)))
         if not grants and not self._running and self.first < self._limit:
             next_ = ", ".join(f"{node.name} {node.first}" for node in self._by_rank)
@@ -143,6 +160,11 @@ class Coordinator:
     def failed(self, name: str, fail: Fail) -> ModelError:
         """What to raise for a FAIL: its sentence, or the cycle between nodes in which time stood still."""
         return ModelError(self._cycles.sentence(name, fail.tag) or fail.sentence)
+
+    @property
+    def _least(self) -> Tag:
+        """The earliest thing that any node has before it, or had when it was granted."""
+        return min(node.first for node in self._by_rank)
 
     def extend(self, end: Tag) -> None:
         """Move a time bound that was not reached yet, or only now, to a later one; an end that was said stays."""
@@ -218,12 +240,28 @@ class Coordinator:
             self._limit = min(self._limit, self.end)
         self._cycles.note(event)
         heappush(self._held, event)
-        for node, into in self._receivers.get((event.source, event.port), []):
+        receivers = self._receivers.get((event.source, event.port), [])
+        if event.source in self._nodes:
+            self._nodes[event.source].ahead += 1 + len(receivers)
+        for node, into in receivers:
             if node.put(Delivery(event, into)):
                 self._note(node)
                 self._look[node.rank] = node
 
+    def _leave(self) -> None:
+        """(6) Events below the floor are known to all."""
+        self.floor = max(self.floor, min(min(self._tags[2 * self._n :]), self._limit))
+        while self._held and self._held[0].tag < self.floor:
+            event = heappop(self._held)
+            self._release(event)
+            self._on_event(event)
+
+    def _release(self, event: Event) -> None:
+        """An event has left, or one of its receivers has done it."""
+        if event.source in self._nodes:
+            self._nodes[event.source].ahead -= 1
+
     def _grant(self, node: Known, window: Tag) -> Grant:
         node.running, node.until, node.gseq = True, window, node.gseq + 1
         self._running += 1
-        return Grant(node.gseq, window, node.echo, node.committed, node.pending(window))
+        return Grant(node.gseq, window, node.echo, node.committed, node.send(window))

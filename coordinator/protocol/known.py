@@ -20,6 +20,7 @@ class Known:
         self.next = self.quiet = self.hears = self.first = FOREVER
         self.offer: list[Event] = []
         self.committed = self.running = self.greeted = False
+        self.ahead = 0  # of what it has said: events that have not left, and inputs that others have not done
         self.until = Tag(0)  # all before it is decided: its window while it runs, else what it has reached
         self.gseq = 0
         self.ways: list[tuple[int, int, int]] = []  # what can reach it, see `distance.ways`
@@ -27,6 +28,7 @@ class Known:
         self.holds: dict[int, Known] = {}  # whom it has held back, by rank
         self._held: list[tuple[int, str]] = []  # after so many DONEs of all, who began to hold it back
         self._pending: list[Delivery] = []  # sorted; what was granted stays until it is done
+        self._fresh: list[Delivery] = []  # those among them that the node has not been sent
 
     @property
     def untold(self) -> bool:
@@ -36,20 +38,22 @@ class Known:
     def put(self, delivery: Delivery) -> bool:
         """An input waits for it, in total order; whether that is the first thing that it hears."""
         insort(self._pending, delivery)
+        insort(self._fresh, delivery)
         if self._pending[0] is not delivery:
             return False
         self.hears = delivery.event.tag
         return True
 
-    def pending(self, until: Tag) -> list[Delivery]:
-        """The inputs that wait before `until`."""
-        return self._pending[: bisect_left(self._pending, until, key=_tag)] if self._pending else []
+    def send(self, until: Tag) -> list[Delivery]:
+        """The inputs before `until` that it has not been sent; from now on it keeps them itself."""
+        return _before(self._fresh, until)
 
-    def drop(self, reached: Tag) -> None:
-        """It has done what lay before `reached`."""
-        if self._pending:
-            del self._pending[: bisect_left(self._pending, reached, key=_tag)]
+    def drop(self, reached: Tag) -> list[Delivery]:
+        """It has done what lay before `reached`: these inputs."""
+        done = _before(self._pending, reached)
+        if done:
             self.hears = self._pending[0].event.tag if self._pending else FOREVER
+        return done
 
     def hold_back(self, other: Known, dones: int) -> None:
         """The other one cannot move before this one does; it is looked at again then."""
@@ -61,6 +65,16 @@ class Known:
         """Who has held it back since this was asked last, each after how many DONEs of all."""
         held, self._held = self._held, []
         return held
+
+
+def _before(inputs: list[Delivery], tag: Tag) -> list[Delivery]:
+    """Take the inputs before this tag out of a sorted list."""
+    if not inputs:
+        return []
+    n = bisect_left(inputs, tag, key=_tag)
+    found = inputs[:n]
+    del inputs[:n]
+    return found
 
 
 def _tag(delivery: Delivery) -> Tag:

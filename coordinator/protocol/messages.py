@@ -8,14 +8,14 @@
 | WELCOME | hub -> node | epoch, config                       | once per incarnation; before HELLO where  |
 |         |             |                                     | a node needs what the others declared     |
 | GRANT   | hub -> node | gseq, until = B_i, echo = D[i][i],  | one outstanding per node; gseq counts up; |
-|         |             | committed, all pending inputs       | a repeated gseq is answered with the      |
-|         |             | before B_i, sorted                  | stored DONE                               |
+|         |             | committed, inputs before B_i that   | a repeated gseq is answered with the      |
+|         |             | were in no GRANT yet, sorted        | stored DONE                               |
 | DONE    | node -> hub | gseq, reached, spoken, next, offer, | reached <= until, next >= reached; all    |
 |         |             | quiet, hash                         | below `reached` is done, inputs from there|
-|         |             |                                     | on stay pending; nothing is spoken earlier|
-|         |             |                                     | than quiet and lookaheads have declared   |
-| CHECK-  | both ways   | gseq; with a state: of the node     | asked for between grants, answered by the |
-| POINT   |             | after that grant                    | state; told a state, the node goes on     |
+|         |             |                                     | on the node keeps; nothing is spoken      |
+|         |             |                                     | earlier than quiet and lookaheads declared|
+| CHECK-  | both ways   | gseq; with a state: of the node and | asked for between grants, answered by the |
+| POINT   |             | the inputs it keeps after that grant| state; told a state, the node goes on     |
 |         |             |                                     | from it and answers with that grant's DONE|
 | FAIL    | node -> hub | tag, path, sentence, traceback      | ends the run                              |
 | STOP    | hub -> node | end, why                            | nothing at or after `end` counts          |

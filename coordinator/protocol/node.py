@@ -2,34 +2,44 @@
 
 While tag = min(next, first input) < min(until, stop): lambda if next == tag, then one `advance`. Having
 spoken at a tag, what was said can come back after the shortest cycle: stop = max(succ(tag), tag + echo).
-Inputs that were not reached stay the coordinator's; it grants them again. The node checks what it
-promised: an output earlier than declared and an input later than its own past are fatal and named.
+Each input comes once; those that were not reached are kept, merged by tag with what later grants bring.
+A grant ends early after so many events or tags, so that no node works without end while others wait. The
+node checks what it promised: an output earlier than declared and an input later than its own past are
+fatal and named.
 """
 
 import traceback
 from collections.abc import Callable
 from hashlib import blake2b
+from heapq import heappop, heappush
 
 import msgspec
 from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError
-from heavylift.nodes.devs import FOREVER, Event, Keepable, Steppable, Tag, after, succ
+from heavylift.nodes.devs import FOREVER, Delivery, Event, Keepable, Steppable, Tag, after, succ
 
 from .distance import plus
 from .messages import AnyMessage, Bye, Checkpoint, Done, Fail, Grant, Hello, Stop, Welcome
 
 _ENCODER = msgspec.msgpack.Encoder()
-_KEPT = msgspec.msgpack.Decoder(tuple[Tag, bytes, Tag, list[Event], bytes])
+_KEPT = msgspec.msgpack.Decoder(tuple[Tag, bytes, Tag, list[Event], list[Delivery], bytes])
 _BEGIN = Tag(0)
+SPOKEN = TAGS = 256  # events and tags after which a grant ends
 
 
 class Node:
     """Answers each message; in the end `finish(end)` returns what the model still waits for, or ""."""
 
-    def __init__(self, name: str, model: Steppable, finish: Callable[[Tag], str] = lambda end: "") -> None:
+    def __init__(
+        self, name: str, model: Steppable, finish: Callable[[Tag], str] = lambda end: "", samples: bool = False
+    ) -> None:
+        """`samples`: the model shows how far it has come while it works, so it does not go on before a DONE has told
+        what it has spoken."""
+        self._samples = samples
         self.name, self.model, self.epoch, self._finish = name, model, 0, finish
         self._last, self._hash = Tag(-1), b""
         self._done: Done | None = None
         self._gseq, self._quiet = 0, FOREVER
+        self._kept: list[Delivery] = []  # heap of inputs that it has not reached
         self._offer: list[Event] = []  # what it says at its next tag unless an input comes before
         self.steps = 0
         """Tags that it has done in its life, replayed ones as well: whether it gets on."""
@@ -72,33 +82,41 @@ class Node:
                 return None
         raise ProtocolError(f"{self.name} cannot be sent {type(message).__name__.upper()}")
 
+    @property
+    def first(self) -> Tag:
+        """The earliest thing that it has before it, of its own or kept."""
+        return min(self.model.next_time, self._kept[0].event.tag if self._kept else FOREVER)
+
     def _run(self, grant: Grant) -> Done:
-        model, inputs, at, stop = self.model, grant.inputs, 0, grant.until
-        tags = [delivery.event.tag for delivery in inputs]
-        tags.append(FOREVER)
+        model, kept, stop = self.model, self._kept, grant.until
+        for delivery in grant.inputs:
+            heappush(kept, delivery)
         links: list[object] = []
         spoken: list[Event] = []
         offered = grant.committed
         own = succ(model.next_time) if offered else self._quiet
-        heard, due = tags[0], model.next_time
-        while (tag := tags[at] if tags[at] < due else due) < stop:
+        heard = first = kept[0].event.tag if kept else FOREVER
+        due, last = model.next_time, self.steps + TAGS
+        while (tag := first if first < due else due) < stop:
             if tag <= self._last:
-                event = inputs[at].event
+                event = kept[0].event
                 raise ModelError(f"{self.name} at {self._last}: late message {event.source}.{event.port} for {tag}")
-            begin = at
-            while tags[at] == tag:
-                at += 1
-            bag = inputs[begin:at]
+            bag = []
+            while first == tag:
+                bag.append(heappop(kept))
+                first = kept[0].event.tag if kept else FOREVER
             said = [] if tag != due else model.outputs() if links else self._offer
             if said:
-                stop = min(stop, max(succ(tag), plus(tag, grant.echo)))
+                stop = min(stop, succ(tag) if self._samples else max(succ(tag), plus(tag, grant.echo)))
                 if not offered:
                     if tag < own:
                         self._check(said, own, heard)
                     spoken += said
             offered, self._last = False, tag
             self.steps += 1
-            model.advance(tag, bag, min(stop, tags[at]))
+            if len(spoken) >= SPOKEN or self.steps == last:
+                stop = min(stop, succ(tag))
+            model.advance(tag, bag, min(stop, first))
             due = model.next_time
             links += (tag, bag, said, due)
         if links:
@@ -115,11 +133,11 @@ class Node:
         except HeavyliftError as error:
             return Checkpoint(self._gseq, why=str(error))
         said = self._done.reached, self._done.spoken
-        return Checkpoint(self._gseq, _ENCODER.encode((self._last, self._hash, *said, model)))
+        return Checkpoint(self._gseq, _ENCODER.encode((self._last, self._hash, *said, sorted(self._kept), model)))
 
     def _resume(self, checkpoint: Checkpoint) -> Done:
         assert isinstance(self.model, Keepable), "it has given a checkpoint"
-        self._last, self._hash, reached, spoken, model = _KEPT.decode(checkpoint.state)
+        self._last, self._hash, reached, spoken, self._kept, model = _KEPT.decode(checkpoint.state)
         self.model.restore(model)
         self._gseq = checkpoint.gseq
         due, offer, self._quiet = self._present()

@@ -47,10 +47,12 @@ class Conversation:
         desk: Desk | None = None,
         outside: Iterable[Coupling] = (),
         microsteps: int = LIMIT,
+        sampler: str = "",
     ) -> None:
         """`end`: what lies before it is done; `finish`: the (node, port) whose event ends the run.
 
-        `outside`: couplings from sources that are no nodes; `desk` takes orders, which may change the `tempo`.
+        `outside`: couplings from sources that are no nodes; `sampler`: the node whose samples tell how far it has come;
+        `desk` takes orders, which may change the `tempo`.
         """
         self._hub, self._tape, self._watch, self._audience = hub, tape, watch, audience
         self._tempo, self._desk = tempo or Tempo(), desk
@@ -58,9 +60,12 @@ class Conversation:
         self.now = Tag(0)
         """Tag of the last event, or time of the last sample."""
         self.grants = self._noted = 0
+        self._sampler = sampler
         if isinstance(hub, Hub):
             hub.when = lambda: f"t = {self.now.t * 1e-9:.3f} s"
             hub.tell = self._tell
+        else:
+            hub.sampled = self._take_samples
 
     def welcome(self, node: str, config: bytes) -> None:
         """Tell a node what it is."""
@@ -93,7 +98,6 @@ class Conversation:
             for name, grant in grants:
                 self._send(name, grant)
                 self.grants += 1
-            self._tape.settle(core.floor.t)
             outcome = core.over
             if outcome is not None:
                 return outcome
@@ -110,6 +114,7 @@ class Conversation:
     def dismiss(self, end: Tag) -> dict[str, m.Bye]:
         """The ordered end: STOP, the last samples, BYE of every node."""
         self._close()
+        self._tape.settle(end.t)
         for node in self._hub.nodes:
             self._send(node, m.Stop(end))
         left: dict[str, m.Bye] = {}
@@ -178,8 +183,12 @@ class Conversation:
 
     def _take_samples(self) -> None:
         for node, batch in self._hub.samples():
-            self.now = max(self.now, Tag(self._tape.samples(node, batch)))
+            reached = self._tape.samples(node, batch)
+            self.now = max(self.now, Tag(reached))
+            if node == self._sampler:
+                self.core.working(node, reached)
             self._watch.progress(self.now.t)
+        self._tape.settle(self.core.floor.t)
         for sentence in self._tape.notes[self._noted :]:
             self._noted += 1
             self._watch.say(sentence)

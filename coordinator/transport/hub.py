@@ -245,11 +245,13 @@ class LocalHub(Exchange):
         self._subscriber = self._session.declare_subscriber(key(self.run, "out", "*", "*"), keep)
         self._ready: deque[str] = deque()
         self._links: dict[str, LocalLink] = {}
+        self.sampled: Callable[[], None] = lambda: None
+        """Called when a node has sampled, in the middle of its work."""
 
     def link(self, node: str) -> LocalLink:
         """The node's end; made on the first call."""
         if node not in self._links:
-            self._links[node] = LocalLink(self._session, self.run, node, self._ready)
+            self._links[node] = LocalLink(self._session, self.run, node, self._ready, lambda: self.sampled())
         return self._links[node]
 
     def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:

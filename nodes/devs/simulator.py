@@ -8,7 +8,8 @@ One call of `advance(tag, bag)` does, for tag = next_time or an earlier tag at w
 Driving it from a larger simulation: while min(next_time, first input) < limit, read `outputs()` if that
 tag is next_time, then `advance`. `outputs` may be called any number of times, or not at all. `run` does this alone,
 half-open: events at t < until. A node may let it work ahead of an `advance`, until the next tag at which something
-leaves the root. After Chow and Zeigler (1994); two phases after adevs. Broken rules raise ModelError.
+leaves the root, and by a bounded number of tags. After Chow and Zeigler (1994); two phases after adevs. Broken rules
+raise ModelError.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,6 +30,8 @@ from .snapshot import frozen, thawed
 from .tags import BEGIN, FOREVER, NEVER, Instant, Tag, after, beyond, tag_of
 from .transitions import Log, Trace, Transition
 from .travelling import travelling
+
+SILENT = 256  # tags that a node works ahead of an `advance`
 
 
 class Simulator:
@@ -136,7 +139,7 @@ class Simulator:
     def advance(self, tag: Tag, bag: Sequence[Delivery] = (), until: Tag = BEGIN) -> None:
         """Transit at `tag`: deliver `bag` (sorted) and what was injected, move the imminent atomics on.
 
-        Then, while nothing leaves the root, at all tags below `until` as well.
+        Then, while nothing leaves the root, at the next tags below `until` as well.
         """
         due = self.next_time
         if tag == due:
@@ -154,7 +157,7 @@ class Simulator:
             sources = [*(port for port, _ in heard), *sources]
             values = [*(value for _, value in heard), *values]
             self._staged = []
-        self._work(tag, imminent, sources, values, until, silent=True)
+        self._work(tag, imminent, sources, values, until, SILENT)
 
     def run(self, until: int = NEVER, stop: Callable[[], bool] | None = None) -> None:
         """Advance alone through all tags at t < `until` [ns], or until `stop()` after one; call it again to go on."""
@@ -177,11 +180,11 @@ class Simulator:
         sources: list[Port[Any]],
         values: list[Message],
         until: Instant,
-        silent: bool = False,
+        silent: int = 0,
     ) -> None:
         """Steps 2 to 4 at a tag; all steps at those that follow below `until` while the structure stays.
 
-        If it shall be `silent`, only while nothing leaves the root, and time does not stand still for long.
+        If it shall be `silent`, so many at most, while nothing leaves the root and time does not stand still for long.
         """
         present, schedule, atomics, trace = self._present, self._schedule, self.atomics, self.trace
         move, patience, speakers = schedule.move, self._patience.start, self._speakers
@@ -231,13 +234,15 @@ class Simulator:
             if trace is not None:
                 trace.note(tag, atomics, imminent, sources, values)
             due = None if present.changes else schedule.next(tag)
-            if due is None or due >= until or (silent and due[1] >= patience):
+            if due is None or due >= until or (silent and (silent == 1 or due[1] >= patience)):
                 self._last, self._due, self._busy = tag, None if due is None else tag_of(due), False
                 return
             self._speak(due)
-            if silent and present.sources and leaving(present.sources):
-                self._last, self._due, self._busy, self._spoken = tag, tag_of(due), False, True
-                return
+            if silent:
+                silent -= 1
+                if present.sources and leaving(present.sources):
+                    self._last, self._due, self._busy, self._spoken = tag, tag_of(due), False, True
+                    return
             tag, imminent, sources, values = due, schedule.imminent, present.sources, present.values
 
     def _restructure(self) -> None:

@@ -17,7 +17,8 @@ from heavylift.coordinator.protocol.core import Coordinator
 from heavylift.coordinator.protocol.distance import Matrix
 from heavylift.coordinator.protocol.known import Known
 from heavylift.coordinator.protocol.messages import Delay, Done, Grant, Hello
-from heavylift.nodes.devs import FOREVER, Event, Tag, after, succ
+from heavylift.coordinator.protocol.node import Node
+from heavylift.nodes.devs import FOREVER, Delivery, Event, Tag, after, succ
 
 Patch = pytest.MonkeyPatch
 Ways = list[tuple[int, int, int]]
@@ -146,6 +147,46 @@ def forget(node: Known) -> None:
 
 
 @mutant
+def inputs_are_sent_with_every_grant(patch: Patch) -> None:
+    patch.setattr(Known, "send", lambda node, until: [d for d in node._pending if d.event.tag < until])
+
+
+@mutant
+def inputs_that_were_not_reached_are_forgotten(patch: Patch) -> None:
+    changed(patch, Node, "_run", lambda original, node, grant: (node._kept.clear(), original(node, grant))[1])
+
+
+@mutant
+def new_inputs_come_behind_those_that_are_kept(patch: Patch) -> None:
+    patch.setattr(node_module, "heappush", list.append)
+    patch.setattr(node_module, "heappop", lambda kept: kept.pop(0))
+
+
+@mutant
+def who_is_sent_an_input_hears_nothing_more(patch: Patch) -> None:
+    def send(original: Callable[..., list[Delivery]], node: Known, until: Tag) -> list[Delivery]:
+        sent = original(node, until)
+        node.drop(until)
+        return sent
+
+    changed(patch, Known, "send", send)
+
+
+@mutant
+def a_grant_that_ends_early_counts_as_done(patch: Patch) -> None:
+    def run(original: Callable[..., Done], node: Node, grant: Grant) -> Done:
+        done = original(node, grant)
+        return msgspec.structs.replace(done, reached=min(grant.until, done.next))
+
+    changed(patch, Node, "_run", run)
+
+
+@mutant
+def who_is_ahead_waits_even_if_nobody_is_behind(patch: Patch) -> None:
+    patch.setattr(Coordinator, "_least", Tag(-1))
+
+
+@mutant
 def no_stop_after_speaking(patch: Patch) -> None:
     patch.setattr(node_module, "plus", lambda tag, delay: FOREVER)
 
@@ -166,9 +207,9 @@ def no_echo_in_grants(patch: Patch) -> None:
 
 @mutant
 def bags_in_the_order_of_arrival(patch: Patch) -> None:
-    patch.setattr(
-        known_module, "insort", lambda pending, delivery: insort(pending, delivery, key=lambda d: d.event.tag)
-    )
+    patch.setattr(node_module, "heappush", lambda kept, delivery: insort(kept, delivery, key=lambda d: d.event.tag))
+    patch.setattr(node_module, "heappop", lambda kept: kept.pop(0))
+    patch.setattr(known_module, "insort", lambda inputs, delivery: insort(inputs, delivery, key=lambda d: d.event.tag))
 
 
 @mutant

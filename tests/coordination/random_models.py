@@ -6,11 +6,15 @@ schedules left standing, fan-out and fan-in, feedback inside and between groups,
 and go. Groups (the children of the root) become nodes. `flat` is the truth; `distributed` the protocol on our own code.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
 from hashlib import blake2b
 from random import Random
 from typing import Any, NamedTuple
+from unittest.mock import patch
 
+from heavylift.coordinator.protocol import core as core_module
+from heavylift.coordinator.protocol import node as node_module
 from heavylift.coordinator.protocol.core import Coordinator, Outcome
 from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.coordinator.protocol.memory import run_in_memory
@@ -35,6 +39,7 @@ END = 60  # [ns]
 MICROSTEPS = 250
 CALM = 12  # microstep from which on nobody waits for nothing, so that time passes
 DEPTH = 4  # levels of models below the root
+TIGHT = (1, 2, 3)  # events of a node that may be held, and events and tags of a grant
 Logs = dict[str, list[Transition]]
 Build = Callable[[int], Coupled]
 
@@ -139,6 +144,10 @@ def build(seed: int) -> Coupled:
         for p in "uv":
             home.add_out(p, Number)
     _couple(root, r, r.choice([0.15, 0.3, 0.5]))
+    if r.random() < 0.4:  # a source: the others hear of it long before they come there
+        for source, target in list(root.couplings):
+            if target.owner is homes[0]:
+                root.disconnect(source, target)
     return root
 
 
@@ -218,6 +227,13 @@ class Ahead:
             self.simulator.advance(self.simulator.next_time)
 
 
+@contextmanager
+def bounds(ahead: int, spoken: int, tags: int) -> Iterator[None]:
+    """Other bounds of what a node may say and do before it waits for others."""
+    with patch.object(core_module, "AHEAD", ahead), patch.multiple(node_module, SPOKEN=spoken, TAGS=tags):
+        yield
+
+
 class Run(NamedTuple):
     logs: Logs
     events: list[Event]
@@ -232,14 +248,16 @@ def distributed(
     ahead: bool = False,
     finish: tuple[str, str] | None = None,
     build: Build = build,
+    tight: bool = False,
 ) -> Run:
-    """The model cut into its groups, DONEs in random order."""
+    """The model cut into its groups, DONEs in random order; `tight`: grants are short and nobody may be far ahead."""
     logs: Logs = {}
     events: list[Event] = []
     simulators, couplings = parts(seed, logs, build)
     coordinator = Coordinator(simulators, couplings, Tag(END), finish, events.append)
     nodes = [Node(name, Ahead(s) if ahead else s) for name, s in simulators.items()]
-    outcome = run_in_memory(coordinator, nodes, Random(order), cut)
+    with bounds(*TIGHT) if tight else nullcontext():
+        outcome = run_in_memory(coordinator, nodes, Random(order), cut)
     return Run(logs, events, outcome, coordinator.end)
 
 

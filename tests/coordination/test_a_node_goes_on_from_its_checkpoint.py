@@ -5,6 +5,7 @@ from __future__ import annotations
 from random import Random
 
 import pytest
+from heavylift.coordinator.protocol import node as node_module
 from heavylift.coordinator.protocol.core import Coordinator
 from heavylift.coordinator.protocol.memory import run_in_memory
 from heavylift.coordinator.protocol.messages import AnyMessage, Checkpoint, Done, Fail, Grant, Hello, decode, encode
@@ -40,19 +41,31 @@ class Mortal(Node):
         self.lives += 1
 
 
+def disturbed(seed: int) -> tuple[Logs, list[Event], int]:
+    """Logs and events of a model whose nodes are replaced, whose grants are cut, and how many lives they had."""
+    logs: Logs = {}
+    events: list[Event] = []
+    simulators, couplings = parts(seed, logs)
+    nodes = [Mortal(name, seed, logs, Random(seed)) for name in simulators]
+    run_in_memory(Coordinator(simulators, couplings, Tag(END), None, events.append), nodes, Random(seed), cut=True)
+    return logs, events, sum(node.lives for node in nodes)
+
+
 @pytest.mark.large
 def test_every_log_and_event_is_that_of_the_undisturbed_run() -> None:
     lives = 0
     for seed in MODELS:
         truth = distributed(seed)
-        logs: Logs = {}
-        events: list[Event] = []
-        simulators, couplings = parts(seed, logs)
-        nodes = [Mortal(name, seed, logs, Random(seed)) for name in simulators]
-        run_in_memory(Coordinator(simulators, couplings, Tag(END), None, events.append), nodes, Random(seed))
+        logs, events, lived = disturbed(seed)
         assert (logs, events) == (truth.logs, truth.events), seed
-        lives += sum(node.lives for node in nodes)
+        lives += lived
     assert lives > 400
+
+
+def test_a_checkpoint_without_the_inputs_that_a_node_keeps_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert all(disturbed(seed)[0] == distributed(seed).logs for seed in range(5))
+    monkeypatch.setattr(node_module, "sorted", lambda kept: [], raising=False)
+    assert not all(disturbed(seed)[0] == distributed(seed).logs for seed in range(5))
 
 
 class Clocked(Message):

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from random import Random
-from typing import Any
 
-from heavylift.coordinator.protocol.messages import Done, Grant, Hello
+from heavylift.coordinator.protocol.messages import Grant
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.nodes.devs import FOREVER, Tag, after, succ
 from msgspec.structs import replace
@@ -17,23 +16,11 @@ class CutShort(OpenCoordinator):
     random = Random(0)
     cuts = 0
 
-    def __init__(self, *arguments: Any, **settings: Any) -> None:
-        super().__init__(*arguments, **settings)
-        self._due: dict[str, Tag] = {}
-
-    def hello(self, name: str, hello: Hello) -> None:
-        self._due[name] = hello.next
-        super().hello(name, hello)
-
-    def done(self, name: str, done: Done) -> None:
-        self._due[name] = done.next
-        super().done(name, done)
-
     def ready(self, horizon: Tag = FOREVER) -> list[tuple[str, Grant]]:
         return [(name, self._cut(name, grant)) for name, grant in super().ready(horizon)]
 
     def _cut(self, name: str, grant: Grant) -> Grant:
-        tag = min([self._due[name], *(delivery.event.tag for delivery in grant.inputs)])
+        tag = self._nodes[name].first
         if tag >= FOREVER:
             return grant
         some = self.random.choice([0, 0, 1, 1_000, 1_000_000, 50_000_000, 300_000_000])
