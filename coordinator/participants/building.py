@@ -17,6 +17,7 @@ from typing import Any
 
 import msgspec
 from heavylift.kernel.errors import HeavyliftError, ModelError
+from heavylift.kernel.trust import foreign, refusal
 from heavylift.nodes.devs import Coupled, InPort, Model, OutPort
 
 from ..protocol.distance import Coupling
@@ -26,12 +27,17 @@ __all__ = ["built", "child", "couplings", "declaration", "importing", "module"]
 _importing: list[str] = []
 
 
-def built(reference: str) -> Coupled:
-    """The model of a reference; ModelError says what is wrong with it."""
+def built(reference: str, by: str = "") -> Coupled:
+    """The model of a reference; ModelError says what is wrong with it, or that code which data of `by` names is not
+    trusted."""
     where, name, arguments, named = _read(reference)
+    if by and (why := refusal(where, reference)):
+        raise ModelError(f"{by}: {why}")
     function = getattr(_module(where), name, None)
     if not callable(function):
         raise ModelError(f"{reference}: {where} has no function {name}; define it and let it return a Coupled")
+    if by and (why := foreign(function, reference)):
+        raise ModelError(f"{by}: {name} of '{where}' must not be called: {why}")
     try:
         model = function(*arguments, **named)
     except HeavyliftError:
@@ -109,9 +115,9 @@ def importing() -> str:
     return _importing[-1] if _importing else ""
 
 
-def child(reference: str, name: str) -> Model:
-    """The child of this name, for its node."""
-    model = built(reference)
+def child(reference: str, name: str, by: str) -> Model:
+    """The child of this name, for its node, where data of `by` names the model."""
+    model = built(reference, by)
     if name not in model.children:
         raise ModelError(f"{reference}: {model.name} has no child {name} here, it has {', '.join(model.children)}")
     return model.children[name]
