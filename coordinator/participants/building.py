@@ -100,9 +100,7 @@ def _module(where: str) -> ModuleType:
         raise ModelError(f"{where}: there is no such file") from error
     except ModuleNotFoundError as error:
         if error.name is not None and f"{where}.".startswith(f"{error.name}."):
-            raise ModelError(
-                f"there is no module {where} in {', '.join(p or '.' for p in sys.path[:1])} or installed"
-            ) from error
+            raise ModelError(f"there is no module {where} in . or installed") from error
         raise ModelError(f"{where} cannot be imported: {error}") from error
     except Exception as error:
         raise ModelError(f"{where} cannot be imported: {type(error).__name__}: {error}") from error
