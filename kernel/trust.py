@@ -153,10 +153,13 @@ def allowed(names: Iterable[str]) -> Iterator[None]:
             os.environ[ALLOWED] = before
 
 
-def others_write(path: Path) -> str:
-    """Why another user could write to a path, with what to do about it; "" if none can, or if nothing is there."""
+def others_write(path: Path, found: os.stat_result | None = None) -> str:
+    """Why another user could write to a path, with what to do about it; "" if none can, or if nothing is there.
+
+    `found`: its status, if that is known.
+    """
     try:
-        found = path.lstat()
+        found = found or path.lstat()
     except OSError:
         return ""
     if not hasattr(os, "getuid"):
