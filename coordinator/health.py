@@ -88,8 +88,11 @@ def _folder(what: str, folder: Path) -> Finding:
 
 
 def _cache() -> Finding:
-    from heavylift.kernel.native import cache_folder
+    from heavylift.kernel.cache import cache_folder, unsafe_cache
 
+    if why := unsafe_cache():
+        told = f"{cache_folder().absolute()} is not used, so every start compiles anew: it {why}"
+        return Finding("cache", "broken", f"{told}; or name another by HEAVYLIFT_CACHE")
     found = _folder("cache", cache_folder())
     return found if found.state == "ok" else found._replace(told=f"{found.told}; name another by HEAVYLIFT_CACHE")
 

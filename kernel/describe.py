@@ -12,7 +12,7 @@ from typing import Literal
 
 from .contact.describe import Contact
 from .flexible.description import Flexible
-from .forces.describe import Force, Reeving
+from .forces.describe import Force, Reeving, UserLaw
 from .naming import natural
 from .points import IDENTITY as IDENTITY
 from .points import WORLD as WORLD
@@ -267,6 +267,12 @@ class System:
     def reevings(self) -> tuple[Reeving, ...]:
         """The ropes among its forces."""
         return tuple(f for f in self.forces if isinstance(f, Reeving))
+
+    @property
+    def functions(self) -> tuple[str, ...]:
+        """The Python functions that its laws name."""
+        laws = (f for f in self.forces if isinstance(f, UserLaw))
+        return tuple(function for law in laws for function in (law.function, law.guards) if function)
 
     @property
     def all_ropes(self) -> tuple[Rope | RigidRope | Reeving, ...]:

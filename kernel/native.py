@@ -1,15 +1,13 @@
 """LLVM IR -> machine code in this process, with a cache of object files.
 
 The key of the cache is made from the sources of the kernel, the structure of the scene, llvmlite and the processor,
-so that a second start needs neither tracing nor compiling.  Files appear by atomic rename and begin with a checksum;
-a broken one is replaced.
+so that a second start needs neither tracing nor compiling.
 """
 
 from __future__ import annotations
 
 import ctypes
 import hashlib
-import os
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -18,17 +16,11 @@ import llvmlite
 import llvmlite.binding as llvm
 import numpy as np
 
-__all__ = ["Library", "cache_folder", "read_cached", "sources", "write_cached"]
+from .cache import cache_folder, read_cached, write_cached
+
+__all__ = ["Library", "cache_folder", "sources"]
 
 _MOST_BLOCKS = 16
-_CHECKSUM = 32  # bytes of a SHA-256
-
-
-def cache_folder() -> Path:
-    """Where object files are kept: $HEAVYLIFT_CACHE, else the user's cache folder."""
-    own = os.environ.get("HEAVYLIFT_CACHE")
-    base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-    return Path(own).expanduser() if own else Path(base).expanduser() / "heavylift"
 
 
 def sources() -> bytes:
@@ -59,13 +51,13 @@ class Library:
         self._machine = target.create_target_machine(opt=opt, cpu=cpu, features=features)
         parts = [structure, cpu, features, llvmlite.__version__, str(opt), sys.platform]
         key = hashlib.sha256(sources() + "|".join(parts).encode()).hexdigest()
-        path = cache_folder() / f"{key}.o"
-        code = read_cached(path) if cache else b""
+        name = f"{key}.o"
+        code = read_cached(name) if cache else b""
         self.cached = bool(code)
         if not code:
             code = self._compile(ir(), opt)
             if cache:
-                write_cached(path, code)
+                write_cached(name, code)
         self.size = len(code)
         self._objects: list[bytes] = [code, *(base._objects if base else [])]
         self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), self._machine)
@@ -112,24 +104,3 @@ class Library:
             self._calls[name] = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * _MOST_BLOCKS)(self.address(name))
         pointers = [b.ctypes.data for b in blocks]
         self._calls[name](*pointers, *[0] * (_MOST_BLOCKS - len(pointers)))
-
-
-def read_cached(path: Path) -> bytes:
-    """The code of a cache file, empty if there is none or it is damaged."""
-    try:
-        whole = path.read_bytes()
-    except OSError:
-        return b""
-    checksum, code = whole[:_CHECKSUM], whole[_CHECKSUM:]
-    return code if checksum == hashlib.sha256(code).digest() else b""
-
-
-def write_cached(path: Path, code: bytes) -> None:
-    """Atomic; a cache that cannot be written is no error, only slower starts."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        part = path.with_suffix(f".{os.getpid()}")
-        part.write_bytes(hashlib.sha256(code).digest() + code)
-        part.replace(path)
-    except OSError:
-        return

@@ -7,10 +7,20 @@ founding lift.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
+from heavylift.kernel.trust import allowed
 
 ONE_RUN = "turnover"  # the folder whose tests read one and the same run
+
+
+@pytest.fixture
+def code_allowed(tmp_path: Path) -> Iterator[None]:
+    """Lets scenes name the Python code that a test writes into its folder."""
+    with allowed([str(tmp_path)]):
+        yield
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

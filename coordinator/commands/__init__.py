@@ -1,6 +1,20 @@
 """The commands of `heavylift`, a file per subject; a file that is imported here adds its commands to `app`."""
 
-from . import devs, files, hosts, operating, replaying, resuming, running, scenes, starting, tracing, trading, watching
+from . import (
+    devs,
+    files,
+    hosts,
+    operating,
+    replaying,
+    resuming,
+    running,
+    scenes,
+    starting,
+    tracing,
+    trading,
+    trusting,
+    watching,
+)
 from .app import app
 
 __all__ = [
@@ -16,5 +30,6 @@ __all__ = [
     "starting",
     "tracing",
     "trading",
+    "trusting",
     "watching",
 ]

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable
+from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from heavylift.kernel.trust import allowed
 
 from . import completing
 from .helping import Command, Commands
 
 __all__ = ["After", "At", "File", "Json", "Run", "Scene", "Sets", "Strict", "app"]
 
+CODE = {"scene", "scenes", "verify", "strict", "connect"}  # parameters of commands that hear of Python code of others
+AllowCode = Annotated[
+    list[Path] | None,
+    typer.Option(
+        exists=True, resolve_path=True, help="let Python code in this file or folder run; `heavylift trust` for good"
+    ),
+]
 EXIT_CODES = """Exit codes: 0 done; 1 the scene, the run or the file is at fault, or two runs differ; 2 the command line
 is wrong; 86 a process on this host has lost its run; 130 stopped by Ctrl-C. One sentence says what is wrong."""
 
@@ -21,8 +31,26 @@ class App(typer.Typer):
     """All commands have the same form of help."""
 
     def command(self, name: str | None = None, **settings: Any) -> Callable[..., Any]:
-        """A command, with its example behind its options."""
-        return super().command(name, cls=Command, **settings)
+        """A command, with its example behind its options, and --allow-code if it may hear of code of others."""
+        register = super().command(name, cls=Command, **settings)
+        return lambda function: register(_with_allow_code(function))
+
+
+def _with_allow_code(function: Callable[..., Any]) -> Callable[..., Any]:
+    signature = inspect.signature(function, eval_str=True)
+    if not CODE.intersection(signature.parameters):
+        return function
+
+    @wraps(function)
+    def command(*args: Any, allow_code: list[Path] | None = None, **kwargs: Any) -> Any:
+        with allowed(map(str, allow_code or ())):
+            return function(*args, **kwargs)
+
+    more = inspect.Parameter("allow_code", inspect.Parameter.KEYWORD_ONLY, default=None, annotation=AllowCode)
+    whole = signature.replace(parameters=[*signature.parameters.values(), more])
+    command.__annotations__ = {x.name: x.annotation for x in whole.parameters.values()}
+    command.__signature__ = whole  # type: ignore[attr-defined]
+    return command
 
 
 app = App(

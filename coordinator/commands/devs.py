@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import sys
+from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Annotated
 
@@ -31,7 +33,8 @@ def devs(
 
     from ..run.models import run_models
 
-    sys.path.insert(0, "")  # a module in the folder where the user stands
+    if PathFinder.find_spec(model.partition(":")[0].partition(".")[0], [os.getcwd()]):
+        sys.path.append(os.getcwd())  # a module in the folder where the user stands; what is installed comes first
     try:
         end = ns(TIME.read(until)) if until else NEVER
     except ValueError as error:

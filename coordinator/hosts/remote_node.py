@@ -41,9 +41,11 @@ def play(name: str, door: Door, run: str, scene: str, say: Callable[[str], None]
         link = Link(ticket, session)
         playing = _Playing(session, ticket, door)
         say(f"joined run {ticket.run} at {door.endpoint} with {', '.join(ticket.nodes)}")
-        serve(link)
+        failed = serve(link)
         playing.over = True
         link.close()
+        if failed:
+            raise ProtocolError(f"the coordinator at {door.endpoint} heard that this process cannot go on: {failed}")
         say(f"run {ticket.run} is over")
     finally:
         session.close()  # type: ignore[no-untyped-call]

@@ -17,6 +17,7 @@ from typing import Any
 from weakref import WeakSet
 
 from heavylift.kernel.errors import HeavyliftError, ModelError
+from heavylift.kernel.trust import foreign, refusal
 from heavylift.nodes.devs import Coupled, Model
 
 from ..protocol.distance import Coupling
@@ -27,12 +28,17 @@ _importing: list[str] = []
 _returned: WeakSet[Model] = WeakSet()
 
 
-def built(reference: str) -> Coupled:
-    """The model of a reference; ModelError says what is wrong with it."""
+def built(reference: str, by: str = "") -> Coupled:
+    """The model of a reference; ModelError says what is wrong with it, or that code which data of `by` names is not
+    trusted."""
     where, name, arguments, named = _read(reference)
+    if by and (why := refusal(where, reference)):
+        raise ModelError(f"{by}: {why}")
     function = getattr(_module(where), name, None)
     if not callable(function):
         raise ModelError(f"{reference}: {where} has no function {name}; define it and let it return a Coupled")
+    if by and (why := foreign(function, reference)):
+        raise ModelError(f"{by}: {name} of '{where}' must not be called: {why}")
     try:
         model = function(*arguments, **named)
     except HeavyliftError:
@@ -100,9 +106,7 @@ def _module(where: str) -> ModuleType:
         raise ModelError(f"{where}: there is no such file") from error
     except ModuleNotFoundError as error:
         if error.name is not None and f"{where}.".startswith(f"{error.name}."):
-            raise ModelError(
-                f"there is no module {where} in {', '.join(p or '.' for p in sys.path[:1])} or installed"
-            ) from error
+            raise ModelError(f"there is no module {where} in . or installed") from error
         raise ModelError(f"{where} cannot be imported: {error}") from error
     except Exception as error:
         raise ModelError(f"{where} cannot be imported: {type(error).__name__}: {error}") from error
@@ -115,9 +119,9 @@ def importing() -> str:
     return _importing[-1] if _importing else ""
 
 
-def child(reference: str, name: str) -> Model:
-    """The child of this name, for its node."""
-    model = built(reference)
+def child(reference: str, name: str, by: str) -> Model:
+    """The child of this name, for its node, where data of `by` names the model."""
+    model = built(reference, by)
     if name not in model.children:
         raise ModelError(f"{reference}: {model.name} has no child {name} here, it has {', '.join(model.children)}")
     return model.children[name]

@@ -27,8 +27,9 @@ def main(arguments: list[str]) -> int:
     return 0
 
 
-def serve(link: Link) -> None:
-    """Answer the coordinator until every node of the link has said BYE or FAIL."""
+def serve(link: Link) -> str:
+    """Answer the coordinator until every node of the link has said BYE or FAIL; what was said in the first FAIL."""
+    failed = ""
     playing = {name: Participant(name, partial(link.send, name), partial(link.sample, name)) for name in link.nodes}
     everybody = list(playing.values())
     link.answer(life_sign(lambda: sum(participant.steps for participant in everybody)))
@@ -37,4 +38,6 @@ def serve(link: Link) -> None:
         if name in playing:  # one that has failed is told to stop, too
             playing[name].handle(message)
             if playing[name].over:
+                failed = failed or playing[name].failed
                 del playing[name]
+    return failed

@@ -29,7 +29,7 @@ def version() -> str:
 
 
 class Participant:
-    """`send` answers the coordinator, `sample` puts on the data topic; `over` after BYE or FAIL."""
+    """`send` answers the coordinator, `sample` puts on the data topic; `over` after BYE, or FAIL with what `failed`."""
 
     def __init__(self, name: str, send: Callable[[bytes], None], sample: Callable[[bytes], None]) -> None:
         self.name, self._send, self._sample = name, send, sample
@@ -37,7 +37,7 @@ class Participant:
         self._flush: Callable[[], None] = lambda: None  # what goes to the data topic before an answer
         self._pauses: Callable[[], int] = lambda: 0
         self._busy_s = 0.0
-        self.over = False
+        self.over, self.failed = False, ""
 
     @property
     def steps(self) -> int:
@@ -60,7 +60,7 @@ class Participant:
                 answer = msgspec.structs.replace(answer, busy_s=self._busy_s)
         if answer is not None:
             self._send(m.encode(answer))
-            self.over = isinstance(answer, m.Bye | m.Fail)
+            self.over, self.failed = isinstance(answer, m.Bye | m.Fail), getattr(answer, "sentence", "")
 
     def _work(self, node: Node, message: m.AnyMessage) -> m.AnyMessage | None:
         began = time.perf_counter()
@@ -92,7 +92,7 @@ class Participant:
             from .seclusion import secluded
             from .transitions import Transitions
 
-            own = child(part.build, self.name)
+            own = child(part.build, self.name, f"node {self.name}")
             declared = declaration(own)
             secluded(own)
             log = Transitions(self._sample) if part.log else None

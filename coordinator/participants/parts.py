@@ -10,6 +10,7 @@ from hashlib import blake2b
 
 import msgspec
 from heavylift.kernel.describe import System
+from heavylift.kernel.trust import named
 from heavylift.nodes.devs.rules import LIMIT
 
 __all__ = ["KernelConfig", "KernelPart", "ModelPart", "Part", "ScenePart", "decode", "encode", "fingerprint"]
@@ -62,8 +63,11 @@ def encode(part: Part) -> bytes:
 
 
 def decode(data: bytes) -> Part:
-    """The part of a wire form."""
-    return _DECODER.decode(data)
+    """The part of a wire form, which is data of the coordinator."""
+    part = _DECODER.decode(data)
+    if isinstance(part, KernelPart):
+        named(function for system in part.config.systems for function in system.functions)
+    return part
 
 
 def fingerprint(what: bytes) -> str:

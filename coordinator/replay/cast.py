@@ -12,9 +12,10 @@ from dataclasses import dataclass, field
 
 import msgspec
 from heavylift.kernel.errors import RecordingError
+from heavylift.kernel.trust import demand
 from heavylift.nodes.devs import Simulator, Steppable
 from heavylift.nodes.models import COMMANDER, KERNEL, build, build_one, couplings
-from heavylift.nodes.scene.plan import Plan, decode
+from heavylift.nodes.scene.plan import Plan, decode, functions
 from heavylift.recordings import Recording
 
 from ..live.commands import COMMAND, OPERATOR
@@ -57,13 +58,15 @@ def cast_of(rec: Recording) -> Cast:
     """The models of a recording; RecordingError if they cannot be built any more."""
     if RESOLVED in rec.attachments:
         try:
-            return _of_plan(decode(rec.attachments[RESOLVED]))
+            plan = decode(rec.attachments[RESOLVED])
+            demand(functions(plan), f"{rec.path}")
+            return _of_plan(plan)
         except msgspec.MsgspecError as error:
             raise RecordingError(
                 f"{rec.path}: this version cannot run its scene ({error}); use the version that made it, {rec.library}"
             ) from None
     if "model" in rec.run:
-        return _of_model(rec.run["model"])
+        return _of_model(rec.run["model"], f"{rec.path}")
     raise RecordingError(f"{rec.path}: has no scene attached to simulate again; record it with `heavylift run`")
 
 
@@ -83,9 +86,9 @@ def _of_plan(plan: Plan) -> Cast:
     return Cast({**found, COMMANDER: COMMANDER, KERNEL: KERNEL}, wiring, (COMMANDER, "finished"), make, outside)
 
 
-def _of_model(reference: str) -> Cast:
-    model = building.built(reference)
+def _of_model(reference: str, by: str) -> Cast:
+    model = building.built(reference, by)
     names = {name: name for name in model.children}
     return Cast(
-        names, building.couplings(model), None, lambda name, publish: Simulator(building.child(reference, name))
+        names, building.couplings(model), None, lambda name, publish: Simulator(building.child(reference, name, by))
     )

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from heavylift.kernel.errors import ModelError
+from heavylift.kernel.trust import allowed
 from heavylift.nodes.devs import FOREVER, NEVER, Coupled, OutPort, Tag, Transition
 from heavylift.nodes.devs.rules import LIMIT, Patience
 from heavylift.recordings import file_path
@@ -99,6 +100,7 @@ def run_models(
     lines: list[Transition] = []
     tempo = Tempo()
     with (
+        allowed([reference]),  # in the processes, too: the caller names it, not a recording
         Desk(file_path(model.name if output is None else output), tempo) as desk,
         _tape(reference, model, output, lines, placement) as tape,
         joined(placement, in_process, None if in_process else Processes(_preload(reference))) as hub,

@@ -13,9 +13,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from heavylift.kernel.errors import RecordingError
+from heavylift.kernel.trust import demand
 from heavylift.nodes.devs import FOREVER, Event
 from heavylift.nodes.scene import LoadedScene, restored
-from heavylift.nodes.scene.plan import decode
+from heavylift.nodes.scene.plan import decode, functions
 from heavylift.recordings import file_path, recover
 
 from ..live.commands import OPERATOR, Given, journaled
@@ -50,7 +51,9 @@ class Beginning:
             name = next((name for name in files if name != RESOLVED), "")
             if not name or RESOLVED not in files:
                 raise RecordingError(f"{part}: holds no scene, so it cannot be run again; `heavylift recover` it")
-            scene = restored(decode(files[RESOLVED]), files[name].decode(), files.get(MERGED, b"").decode(), name)
+            plan = decode(files[RESOLVED])
+            demand(functions(plan), f"{part}")
+            scene = restored(plan, files[name].decode(), files.get(MERGED, b"").decode(), name)
             said = {Given(event.tag, event.payload) for event in left.events if event.source == OPERATOR}
             commands = said.union(journaled(part.with_name(part.name.removesuffix(PART))))
             return cls(scene, left.events, sorted(commands))

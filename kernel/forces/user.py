@@ -26,6 +26,7 @@ from ..errors import KernelError
 from ..function import Function
 from ..laws import BODY, attachment
 from ..symbol import is_sym
+from ..trust import foreign, namer, refusal
 from .describe import Signal, UserLaw
 from .law import Answer, ForceLaw, Poses, Shown, wrench
 
@@ -175,16 +176,21 @@ def _called(f: UserLaw, function: str, given: Given) -> Any:
 
 
 def _found(f: UserLaw, function: str) -> Callable[[Given], Any]:
-    """The user's function."""
+    """The user's function; one that data named only from a folder that is trusted."""
     module, colon, name = function.rpartition(":")
     if not (colon and module and name):
         raise KernelError(f"law '{f.name}': '{function}' is no function; write 'package.module:function'")
+    by = namer(function)
+    if by is not None and (why := refusal(module)):
+        raise KernelError(f"{by}{': ' if by else ''}law '{f.name}': {why}")
     try:
         found = getattr(_module(module), name, None)
     except Exception as e:
         raise KernelError(f"law '{f.name}': '{module}' cannot be imported: {e}") from e
     if not callable(found):
         raise KernelError(f"law '{f.name}': there is no function '{name}' in '{module}'")
+    if by is not None and (why := foreign(found)):
+        raise KernelError(f"{by}{': ' if by else ''}law '{f.name}': '{function}' must not be called: {why}")
     return found  # type: ignore[no-any-return]
 
 
@@ -192,8 +198,8 @@ def _module(name: str) -> ModuleType:
     """A module by its name or by its file; a file is read once per run and content."""
     if not name.endswith(".py"):
         return importlib.import_module(name)
-    path = Path(name)
-    key = f"heavylift_law_{hashlib.sha256(str(path.resolve()).encode() + path.read_bytes()).hexdigest()[:16]}"
+    path = Path(name).resolve()  # as it was judged
+    key = f"heavylift_law_{hashlib.sha256(str(path).encode() + path.read_bytes()).hexdigest()[:16]}"
     if key not in sys.modules:
         spec = importlib.util.spec_from_file_location(key, path)
         if spec is None or spec.loader is None:

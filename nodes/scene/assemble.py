@@ -83,7 +83,7 @@ class _Assembly(Checking):
         elif flexible:
             at: Path = (*path, "beam" if body.beam else "matrices")
             try:
-                made = flexible.built(FilePath(self.source.mark(path).file).parent)
+                made = flexible.built(FilePath(self.source.mark(path).file).parent, self.source.root)
                 check_flexible(name, made)
             except (KernelError, ValueError) as error:
                 self.fault(at, str(error), on_key=True)

@@ -13,6 +13,9 @@ from heavylift.kernel.errors import SceneError
 
 from .source import Fault, Mark, Source, shown
 
+MOST = 200  # errors that are told at once
+WIDEST = 400  # characters of a line that are shown
+
 
 def closest(word: str, known: Iterable[str]) -> str:
     """`did you mean 'x'?` for a known word near `word`, else the list of the known words."""
@@ -28,9 +31,10 @@ def closest(word: str, known: Iterable[str]) -> str:
 def raise_faults(source: Source, faults: Iterable[Fault]) -> None:
     """Raises one SceneError with the text of all faults, if there are any."""
     told = sorted(((_mark(source, fault), fault) for fault in faults), key=lambda x: _order(source, x[0]))
-    texts = list(dict.fromkeys(_text(mark, fault) for mark, fault in told))
+    texts = list(dict.fromkeys(_text(mark, fault) for mark, fault in told[:MOST]))
     if texts:
-        count = f"{len(texts)} error{'s' if len(texts) > 1 else ''} in {source.name}"
+        number = f"more than {MOST}" if len(told) > MOST else f"{len(texts)}"
+        count = f"{number} error{'s' if len(told) > 1 else ''} in {source.name}"
         raise SceneError("\n".join([*texts, count]))
 
 
@@ -44,8 +48,16 @@ def _order(source: Source, mark: Mark) -> tuple[bool, str, int, int]:
 
 
 def _text(mark: Mark, fault: Fault) -> str:
+    if len(mark.text) > WIDEST:  # what stands around the place
+        start = max(0, mark.column - WIDEST // 2)
+        part = mark.text[start : start + WIDEST]
+        return _drawn(Mark(mark.file, mark.line, mark.column - start, part), fault, mark.column)
+    return _drawn(mark, fault, mark.column)
+
+
+def _drawn(mark: Mark, fault: Fault, column: int) -> str:
     gutter = f"{mark.line:5d} | "
     blank = "".join("\t" if c == "\t" else " " for c in mark.text[: mark.column - 1]).ljust(mark.column - 1)
     caret = f"{' ' * (len(gutter) - 2)}| {blank}^{' ' + fault.hint if fault.hint else ''}"
-    head = f"{mark.file}:{mark.line}:{mark.column}: error: {shown(fault.path)}: {fault.sentence}"
+    head = f"{mark.file}:{mark.line}:{column}: error: {shown(fault.path)}: {fault.sentence}"
     return f"{head}\n{gutter}{mark.text}\n{caret}"

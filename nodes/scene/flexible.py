@@ -6,14 +6,19 @@ beside the scene: .csv, or the array of the key's name in an .npz.
 
 from __future__ import annotations
 
+import re
+import zlib
+from io import BytesIO, StringIO
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 from heavylift.kernel.flexible import description as k
 from pydantic import Field, field_validator, model_validator
 
 from .base import Base
+from .files import content, within
 from .units import (
     Area,
     Extent,
@@ -29,6 +34,9 @@ from .units import (
 )
 
 __all__ = ["Beam", "Matrices"]
+
+LARGEST = 1 << 25  # of a matrix [bytes]
+BROKEN = (BadZipFile, MemoryError, zlib.error, EOFError, OverflowError, NotImplementedError, RuntimeError, TypeError)
 
 
 class Section(Base):
@@ -66,7 +74,7 @@ class Beam(Base):
             raise ValueError("a beam has either 'mass' or 'mass per length'")
         return self
 
-    def built(self, folder: Path) -> k.Flexible:
+    def built(self, folder: Path, root: Path) -> k.Flexible:
         """The kernel's description."""
         per_length = self.mass_per_length or (self.mass or 0.0) / self.length
         s, E, G = self.section, self.E, self.G
@@ -96,32 +104,49 @@ class Matrices(Base):
             raise ValueError(f"'{file}' is neither a .csv nor an .npz file")
         return file
 
-    def built(self, folder: Path) -> k.Flexible:
-        """The kernel's description; raises ValueError naming a file that cannot be read."""
-        nodes = tuple((float(x), float(y), float(z)) for x, y, z in self._array(folder, "nodes", 3))
+    def built(self, folder: Path, root: Path) -> k.Flexible:
+        """The kernel's description; raises ValueError naming a file that cannot be read or is outside of `root`."""
+        nodes = tuple((float(x), float(y), float(z)) for x, y, z in self._array(folder, root, "nodes", 3))
         nodal = k.Nodal(
             nodes=nodes,
-            mass=self._array(folder, "mass"),
-            stiffness=self._array(folder, "stiffness"),
+            mass=self._array(folder, root, "mass"),
+            stiffness=self._array(folder, root, "stiffness"),
             held=tuple(self.held),
-            modes=self._array(folder, "shapes") if self.shapes else (),
+            modes=self._array(folder, root, "shapes") if self.shapes else (),
         )
         return k.Flexible(self.modes, nodal=nodal, damping=self.damping)
 
-    def _array(self, folder: Path, key: str, columns: int = 0) -> tuple[tuple[float, ...], ...]:
+    def _array(self, folder: Path, root: Path, key: str, columns: int = 0) -> tuple[tuple[float, ...], ...]:
         file = str(getattr(self, key))
+        data = self._data(folder / file, within(root, folder / file))
         try:
             if file.endswith(".npz"):
-                with np.load(folder / file, allow_pickle=False) as arrays:
-                    array = np.array(arrays[key], float)
+                array = _member(data, key)
             else:
-                array = np.loadtxt(folder / file, delimiter=",", ndmin=2)
-        except FileNotFoundError:
-            raise ValueError(f"there is no file '{folder / file}'") from None
+                array = np.loadtxt(StringIO(data.decode()), delimiter=",", ndmin=2)
         except KeyError:
             raise ValueError(f"'{file}' has no array '{key}'") from None
-        except (OSError, ValueError) as error:
-            raise ValueError(f"'{file}' cannot be read as numbers: {error}") from None
+        except (*BROKEN, ValueError) as error:  # without what it quotes of the file
+            place = re.search(r"at row \d+, column \d+", str(error))
+            raise ValueError(
+                f"'{file}' cannot be read as numbers{' ' if place else ''}{place[0] if place else ''}"
+            ) from None
         if array.ndim != 2 or (columns and array.shape[1] != columns):
             raise ValueError(f"'{file}' has not the rows and columns of '{key}'")
         return tuple(tuple(map(float, row)) for row in array)
+
+    def _data(self, file: Path, path: Path) -> bytes:
+        try:
+            return content(path, LARGEST)
+        except FileNotFoundError:
+            raise ValueError(f"there is no file '{file}'") from None
+        except OSError as error:
+            raise ValueError(f"'{file}' cannot be read: {error.strerror}") from None
+
+
+def _member(data: bytes, key: str) -> Any:
+    """An array of an .npz; KeyError, ValueError or one of BROKEN if there is none of numbers, or none so small."""
+    with ZipFile(BytesIO(data)) as archive, archive.open(f"{key}.npy") as member:
+        if archive.getinfo(f"{key}.npy").file_size > LARGEST:
+            raise ValueError
+        return np.array(np.lib.format.read_array(BytesIO(member.read(LARGEST)), allow_pickle=False), float)

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 
 from heavylift.kernel.forces import describe as f
 from heavylift.kernel.points import Point
+from heavylift.kernel.trust import named
 from pydantic import Field
 
 from .attitudes import quaternion_matrix, unit
@@ -186,6 +187,7 @@ class Law(_Force):
     def built(self, name: str, folder: Path) -> f.Force:
         function, guards = (_beside(x, folder) for x in (self.function, self.guards))
         ends, signal = tuple(map(_point, self.ends)), _signal(self.factor, self.history)
+        named(x for x in (function, guards) if x)
         along = self.joint, ends, tuple(self.parameters)
         return f.UserLaw(name, function, *along, signal, guards, self.modes, self.coordinate)
 

@@ -29,6 +29,7 @@ from heavylift.nodes.statics.lift import standing
 from . import plan, schema
 from .assemble import build_mechanism
 from .faults import closest, raise_faults
+from .files import content, within
 from .findings import Findings
 from .geometry import start_checks, step_checks
 from .held import held_orders
@@ -42,6 +43,8 @@ from .resolve import build_actions
 from .source import Fault, Source, override, read
 from .validate import validate
 
+ENDINGS = (".yaml", ".yml", ".json")
+LONGEST_CHAIN = 20  # of files that extend one another
 PLACES = ("rails", "girder", "rope length", "hook height")  # quantities that drives are led to
 
 
@@ -141,7 +144,7 @@ def check(scene: LoadedScene | str | Path) -> Report:
 
 
 def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> LoadedScene:
-    source = _source(path, name, text, ())
+    source = _source(path, name, text, path.parent, ())
     if not source.data:
         raise_faults(source, source.faults)
     for setting in overrides:
@@ -260,9 +263,9 @@ def _refused(built: plan.Plan, uses: Sequence[Use]) -> list[tuple[str, str]]:
     return found.list()
 
 
-def _source(path: Path, name: str, text: str, above: tuple[Path, ...]) -> Source:
-    """The data of a file laid over that of the file which it extends."""
-    source = read(text, name)
+def _source(path: Path, name: str, text: str, root: Path, above: tuple[Path, ...]) -> Source:
+    """The data of a file laid over that of the file which it extends, in the folder `root` of the scene or bundled."""
+    source = read(text, name, root)
     base = source.data.pop("extends", None)
     if base is None:
         return source
@@ -271,15 +274,21 @@ def _source(path: Path, name: str, text: str, above: tuple[Path, ...]) -> Source
     if not isinstance(base, str):
         source.faults.append(Fault(at, "write the path of a scene, such as 'extends: lift.yaml'"))
         return source
-    beside = path.parent / base
-    below = beside if beside.is_file() else bundled().get(base, beside)
-    if below.resolve() in here:
-        source.faults.append(Fault(at, f"'{base}' extends itself in a circle"))
-        return source
+    below = path.parent / base
     try:
+        if base in bundled() and not (below.suffix in ENDINGS and below.is_file()):
+            below, root = bundled()[base], bundled()[base].parent
+        elif below.suffix not in ENDINGS:
+            told = f"'{base}' is neither a file .yaml nor the name of a bundled scene: {closest(base, bundled())}"
+            raise SceneError(told)
+        real = within(root, below)
+        if real in here:
+            raise SceneError(f"'{base}' extends itself in a circle")
+        if len(above) > LONGEST_CHAIN:
+            raise SceneError(f"more than {LONGEST_CHAIN} files extend one another")
         name_below = below.name if below in bundled().values() else str(below)  # however the path above is written
-        under = _source(below, name_below, _text(below, base), here)
-    except SceneError as error:
+        under = _source(below, name_below, _text(real, base), root, here)
+    except (SceneError, ValueError) as error:
         source.faults.append(Fault(at, str(error)))
         return source
     return under.merge(source)
@@ -298,9 +307,9 @@ def _find(scene: str) -> Path:
 
 def _text(path: Path, name: str) -> str:
     try:
-        return path.read_text(encoding="utf-8")
+        return content(path).decode("utf-8")
     except FileNotFoundError:
         raise SceneError(f"there is no scene file '{name}'") from None
-    except (OSError, UnicodeDecodeError) as error:
-        reason = "it is not UTF-8 text" if isinstance(error, UnicodeDecodeError) else error.strerror
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise SceneError(f"the scene file '{name}' cannot be read: {reason}") from None

@@ -21,6 +21,7 @@ from typing import Literal
 
 import msgspec
 from heavylift.kernel.describe import Line, MethodName, Point, Support, System, Vector
+from heavylift.kernel.trust import named
 from heavylift.nodes.limits.limit import Limit
 
 from .actions import Action as Action
@@ -260,5 +261,12 @@ def encode(plan: Plan) -> bytes:
 
 
 def decode(data: bytes) -> Plan:
-    """The plan from its canonical JSON; raises msgspec.ValidationError if it is none."""
-    return msgspec.json.decode(data, type=Plan)
+    """The plan from its canonical JSON, which is data of others; raises msgspec.ValidationError if it is none."""
+    plan = msgspec.json.decode(data, type=Plan)
+    named(functions(plan))
+    return plan
+
+
+def functions(plan: Plan) -> list[str]:
+    """The Python functions that its laws name."""
+    return [function for mechanism in plan.mechanisms for function in mechanism.system.functions]

@@ -11,14 +11,20 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path as FilePath
 from typing import Any, TypeAlias
 
 from heavylift.kernel.naming import natural
 from ruamel.yaml import YAML
+from ruamel.yaml.composer import Composer
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 Path: TypeAlias = tuple[str | int, ...]
+
+DEEPEST = 40  # levels of a scene
+MOST_VALUES = 50_000  # of a scene, those that an alias stands for counted each time
+MOST_DIGITS = 100  # of a number
 
 
 @dataclass(frozen=True)
@@ -53,6 +59,7 @@ class Source:
     values: dict[Path, Mark] = field(default_factory=dict)
     faults: list[Fault] = field(default_factory=list)
     places: dict[str, Path] = field(default_factory=dict)
+    root: FilePath = FilePath()  # the scene's folder, which holds all files that it may use
 
     def mark(self, path: Path, *, on_key: bool = False) -> Mark:
         """The mark of a path, or of the nearest thing above it that was written."""
@@ -79,14 +86,35 @@ class Source:
     def merge(self, child: Source) -> Source:
         """This scene with another one laid over it."""
         merged = Source(child.name, self.data, dict(self.keys), dict(self.values), self.faults + child.faults)
+        merged.root = child.root
         merged.data = _overlay(merged, child, self.data, child.data, ())
         merged.values[()] = child.mark(())
         return merged
 
 
-def read(text: str, name: str) -> Source:
-    """Data and marks of one YAML text; what cannot be read becomes a fault."""
-    source = Source(name)
+class _Composer(Composer):
+    """Stops at nodes that are nested too deep, before Python does."""
+
+    depth = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        """A node of the text."""
+        if self.depth >= DEEPEST:
+            told = f"nested deeper than {DEEPEST} levels"
+            raise MarkedYAMLError(problem=told, problem_mark=self.parser.peek_event().start_mark)
+        self.depth += 1
+        node = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
+
+
+class _TooLong(Exception):
+    """More values than a scene has, such as aliases that stand for aliases make of few lines."""
+
+
+def read(text: str, name: str, root: FilePath | None = None) -> Source:
+    """Data and marks of one YAML text; what cannot be read becomes a fault. `root`: the scene's folder."""
+    source = Source(name, root=root or FilePath())
     lines = text.splitlines() or [""]
 
     def at(line: int, column: int) -> Mark:
@@ -96,7 +124,9 @@ def read(text: str, name: str) -> Source:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # an anchor may be used again
-            root = YAML(typ="safe", pure=True).compose(text)
+            yaml = YAML(typ="safe", pure=True)
+            yaml.Composer = _Composer
+            node = yaml.compose(text)
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = at(mark.line, mark.column) if mark else at(0, 0)
@@ -106,13 +136,18 @@ def read(text: str, name: str) -> Source:
     except YAMLError as error:
         source.faults.append(Fault((), f"this is not YAML: {' '.join(str(error).split())}", mark=at(0, 0)))
         return source
-    source.values[()] = at(root.start_mark.line, root.start_mark.column) if root else at(0, 0)
-    if not isinstance(root, MappingNode):
+    except (ValueError, RecursionError):  # a directive or an escape with numbers that are none
+        source.faults.append(Fault((), "this is not YAML that can be read", mark=at(0, 0)))
+        return source
+    source.values[()] = at(node.start_mark.line, node.start_mark.column) if node else at(0, 0)
+    if not isinstance(node, MappingNode):
         source.faults.append(Fault((), "a scene is a mapping of keys, beginning with 'heavylift: 1'"))
         return source
 
     def value_of(node: Node, path: Path, above: tuple[int, ...]) -> Any:
         source.values[path] = at(node.start_mark.line, node.start_mark.column)
+        if len(source.values) > MOST_VALUES or len(path) > DEEPEST:
+            raise _TooLong
         if id(node) in above:
             source.faults.append(Fault(path, "an alias must not contain itself"))
             return None
@@ -139,7 +174,12 @@ def read(text: str, name: str) -> Source:
                 made[word] = value_of(child, (*path, word), above)
         return made
 
-    source.data = mapping(root, (), (id(root),))
+    try:
+        source.data = mapping(node, (), (id(node),))
+    except _TooLong:
+        source = Source(name, values={(): source.values[()]}, root=source.root)
+        told = f"with its aliases, the scene has more than {MOST_VALUES} values or more than {DEEPEST} levels of them"
+        source.faults.append(Fault((), told))
     return source
 
 
@@ -150,10 +190,17 @@ def _scalar(node: Node, path: Path, source: Source) -> str | int | float | bool 
         return None
     if kind == "bool":
         return text.lower() == "true"
-    if kind == "int":
-        return int(text.replace("_", ""), 0 if text.lstrip("+-")[:2] in {"0x", "0o", "0b"} else 10)
-    if kind == "float":
-        return float(text.replace("_", "").lower().replace(".inf", "inf").replace(".nan", "nan"))
+    if kind in ("int", "float") and len(text) > MOST_DIGITS:
+        source.faults.append(Fault(path, f"a number has at most {MOST_DIGITS} digits, this one has {len(text)}"))
+        return None
+    try:
+        if kind == "int":
+            return int(text.replace("_", ""), 0 if text.lstrip("+-")[:2] in {"0x", "0o", "0b"} else 10)
+        if kind == "float":
+            return float(text.replace("_", "").lower().replace(".inf", "inf").replace(".nan", "nan"))
+    except ValueError:  # a tag calls it a number
+        source.faults.append(Fault(path, f"'{text}' is no number"))
+        return None
     if isinstance(node, ScalarNode) and node.style in {"'", '"'}:  # the text begins after the quote
         mark = source.values[path]
         source.values[path] = Mark(mark.file, mark.line, mark.column + 1, mark.text)
@@ -183,11 +230,11 @@ def override(source: Source, setting: str) -> None:
     last = path[-1]
     in_list = isinstance(at, list) and isinstance(last, int) and last < len(at)
     if in_list or (isinstance(at, dict) and isinstance(last, str)):
+        _forget(source, path, at[last] if in_list else at.get(last))
         at[last] = inner.data["value"]
     else:
         source.faults.append(Fault(path, f"the scene has no place '{dotted}'", mark=Mark(file, 1, 1, setting)))
         return
-    _forget(source, path)
     source.keys[path] = Mark(file, 1, 1, setting)
     for below_path in inner.values:
         if below_path:
@@ -223,23 +270,28 @@ def _overlay(merged: Source, child: Source, below: Any, above: Any, path: Path) 
         if path:
             _take(merged, child, path)
         return joined
-    _forget(merged, path)
-    for found in _under(child.values, path):
+    _forget(merged, path, below)
+    for found in _paths(above, path):
         _take(merged, child, found)
     return above
 
 
 def _take(merged: Source, child: Source, path: Path) -> None:
-    merged.values[path] = child.values[path]
+    if path in child.values:
+        merged.values[path] = child.values[path]
     if path in child.keys:
         merged.keys[path] = child.keys[path]
 
 
-def _forget(source: Source, path: Path) -> None:
-    for marks in (source.keys, source.values):
-        for found in list(_under(marks, path)):
-            del marks[found]
+def _forget(source: Source, path: Path, value: Any) -> None:
+    for found in _paths(value, path):
+        source.keys.pop(found, None)
+        source.values.pop(found, None)
 
 
-def _under(marks: dict[Path, Mark], path: Path) -> Iterator[Path]:
-    return (found for found in marks if found[: len(path)] == path)
+def _paths(value: Any, path: Path) -> Iterator[Path]:
+    """The path of a value and of all in it."""
+    yield path
+    below = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, each in below:
+        yield from _paths(each, (*path, key))

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
-from heavylift.kernel.native import cache_folder, read_cached, sources, write_cached
+from heavylift.kernel.cache import read_cached, write_cached
+from heavylift.kernel.native import sources
 from heavylift.nodes.scene import plan
 
 from .state import Acted, StaticState
@@ -42,8 +43,8 @@ class Followed:
 def follow(built: plan.Plan) -> Followed:
     """Follow the action list of a plan, as it is modelled without simplifications; from the cache if it was before."""
     whole = msgspec.structs.replace(built, fidelity=_whole(built.fidelity))
-    path = cache_folder() / f"{_key(whole)}.path"
-    if data := read_cached(path):
+    name = f"{_key(whole)}.path"
+    if data := read_cached(name):
         try:
             return msgspec.msgpack.decode(data, type=Followed)
         except msgspec.DecodeError:
@@ -56,7 +57,7 @@ def follow(built: plan.Plan) -> Followed:
     notes = tuple((note.t_ns * 1e-9, note.sentence) for note in r.path.notes)
     since = None if unstable is None else unstable * 1e-9
     found = Followed(tuple(r.states), tuple(r.acted), notes, r.why, since, r.cut)
-    write_cached(path, msgspec.msgpack.encode(found))
+    write_cached(name, msgspec.msgpack.encode(found))
     return found
 
 

@@ -31,7 +31,7 @@ LAW = "def buffer(x):\n    return -x.parameters[0] * x.q\n"
 
 
 @pytest.fixture
-def law(tmp_path: Path) -> str:
+def law(tmp_path: Path, code_allowed: None) -> str:
     (tmp_path / "mine.py").write_text(LAW)
     return str(tmp_path / "mine.py")
 

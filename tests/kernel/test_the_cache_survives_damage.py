@@ -3,8 +3,8 @@
 from dataclasses import replace
 
 import pytest
+from heavylift.kernel.cache import cache_folder
 from heavylift.kernel.describe import Body, Joint, JointSpring, System, Threshold
-from heavylift.kernel.native import cache_folder
 from heavylift.kernel.simulation import Simulation
 from small_scenes import SECOND, X, slider, started
 

@@ -36,6 +36,7 @@ def follow(page: str, folder: Path, capfd: pytest.CaptureFixture[str], patch: py
     patch.chdir(folder)
     patch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")
     patch.setenv("COLUMNS", "200")
+    patch.setenv("XDG_CONFIG_HOME", str(folder / ".config"))
     done, said, names = 0, "", {}
     for language, text in blocks(page):
         if language == "text":

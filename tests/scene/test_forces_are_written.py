@@ -43,7 +43,7 @@ LAW = "def push(x):\n    return x.parameters[0] * x.signal - x.dq\n"
 
 
 @pytest.fixture
-def written(tmp_path):
+def written(tmp_path, code_allowed):
     """A function that writes the scene with changes and returns its path."""
     (tmp_path / "mine.py").write_text(LAW)
 

@@ -1,0 +1,129 @@
+"""Scenes, recordings and coordinators are data: Python that they name runs from folders that the user has trusted."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+from commands import Command, law
+from heavylift.coordinator.participants import parts
+from heavylift.coordinator.participants.participant import Participant
+from heavylift.coordinator.protocol import messages as m
+
+COMMANDS = (
+    "check rail.yaml",
+    "tree rail.yaml",
+    "equations rail.yaml",
+    "statics rail.yaml",
+    "modes rail.yaml",
+    "run rail.yaml",
+    "run rail.yaml --in-process",
+    "gallery rail.yaml",
+    "tradeoff rail.yaml",
+    "node east --connect tls/127.0.0.1:7447 --scene rail.yaml",
+)
+
+
+@pytest.mark.parametrize("line", COMMANDS)
+def test_no_command_runs_what_a_scene_names(heavylift: Command, tmp_path: Path, line: str) -> None:
+    law(tmp_path)
+    before = {*tmp_path.iterdir()}
+    code, said = heavylift(*line.split())
+    assert code == 1
+    assert "rail.yaml:10:5: " in said
+    assert said.split("\n")[0].endswith(f"; read it, then type: heavylift trust {tmp_path}")
+    assert {*tmp_path.iterdir()} == before
+
+
+def test_a_folder_is_trusted_listed_and_withdrawn(heavylift: Command, tmp_path: Path) -> None:
+    scene = law(tmp_path / "mine")
+    assert heavylift("trust", tmp_path / "mine")[0] == 0
+    assert heavylift("trust") == (0, f"{tmp_path / 'mine'}\n")
+    assert heavylift("check", scene)[0] == 0
+    assert heavylift("trust", "mine/../mine", "--withdraw")[0] == 0
+    assert heavylift("trust", "--list") == (0, "")
+    assert heavylift("check", scene)[0] == 1
+    assert heavylift("trust", "mine", "--withdraw")[0] == 1
+    kept = tmp_path / "configuration" / "heavylift" / "trusted-folders"
+    assert (kept.stat().st_mode & 0o777, kept.parent.stat().st_mode & 0o777) == (0o600, 0o700)
+
+
+def test_code_is_allowed_for_one_command(heavylift: Command, tmp_path: Path) -> None:
+    law(tmp_path)
+    assert heavylift("check", "rail.yaml", "--allow-code", "mine.py")[0] == 0
+    assert heavylift("check", "rail.yaml", "--allow-code", ".")[0] == 0
+    assert heavylift("check", "rail.yaml")[0] == 1
+    assert heavylift("check", "rail.yaml", "--allow-code", "none.py")[0] == 2
+
+
+def test_recordings_are_data(heavylift: Command, tmp_path: Path) -> None:
+    law(tmp_path)
+    heavylift("run", "rail.yaml", "--in-process", "--allow-code", "mine.py")
+    whole = (tmp_path / "rail.mcap").read_bytes()
+    (tmp_path / "rail.mcap.part").write_bytes(whole[: whole.index(b"status")])
+    (tmp_path / "mark").unlink()
+    before = {*tmp_path.iterdir()}
+    for line in ("replay --verify rail.mcap", "replay --live kernel rail.mcap", "resume rail.mcap.part"):
+        code, said = heavylift(*line.split())
+        assert (code, said.split(": '")[0]) == (1, f"heavylift: {line.split()[-1]}")
+        assert said.endswith(f"then type: heavylift trust {tmp_path}\n")
+    assert {*tmp_path.iterdir()} == before
+    assert heavylift("replay", "--verify", "rail.mcap", "--allow-code", ".")[0] == 0
+
+
+def test_a_model_is_run_where_it_is_named_and_not_where_it_is_recorded(heavylift: Command, tmp_path: Path) -> None:
+    (tmp_path / "ringed.py").write_text(
+        "from subprocess import run\nfrom heavylift.nodes.zoo.token_ring import ring\n\n\n"
+        "def build(n=3):\n    return ring(n, 1, 5)\n"
+    )
+    line = ("devs", "ringed.py:build(2)", "--until", "0.0001 ms", "--in-process", "-o", "ring.mcap")
+    assert heavylift(*line)[0] == 0
+    del sys.modules["ringed"]
+    code, said = heavylift("replay", "--verify", "ring.mcap")
+    assert (code, "ringed" in sys.modules) == (1, False)
+    assert said == (
+        "heavylift: ring.mcap: 'ringed.py' is code in a folder that you have not trusted; "
+        f"read it, then type: heavylift trust {tmp_path}\n"
+    )
+    heavylift("trust", ".")
+    assert heavylift("replay", "--verify", "ring.mcap")[0] == 0
+
+
+def welcome(part: parts.Part) -> m.Fail:
+    """What a node answers to a coordinator that gives it this part."""
+    said: list[bytes] = []
+    Participant("east", said.append, lambda _: None).handle(m.encode(m.Welcome(0, parts.encode(part))))
+    answer = m.decode(said[0])
+    assert isinstance(answer, m.Fail)
+    return answer
+
+
+def test_a_coordinator_is_data(heavylift: Command, tmp_path: Path) -> None:
+    law(tmp_path)
+    told = "node east: 'mine.py' is code in a folder that you have not trusted; read it, then type: heavylift trust"
+    assert welcome(parts.ModelPart("mine.py:push")).sentence == f"{told} {tmp_path}"
+    assert not (tmp_path / "mark").exists()
+
+
+TOOLS = (
+    "heavylift.coordinator.reference:import_module('mine')",
+    "heavylift.coordinator.participants.building:built('mine.py:push')",
+    "heavylift.coordinator.run.models:run_models('mine.py:push')",
+    "os:system('true')",
+    "subprocess:run(['true'])",
+    "builtins:exec('1')",
+    "trusted.py:run(['true'])",
+)
+
+
+@pytest.mark.parametrize("reference", TOOLS)
+def test_what_is_trusted_lends_no_tools(heavylift: Command, tmp_path: Path, reference: str) -> None:
+    """Neither Python, nor heavylift itself, nor what a trusted file imports is there to be called by data."""
+    law(tmp_path)
+    (tmp_path / "safe").mkdir()
+    (tmp_path / "safe" / "trusted.py").write_text("from subprocess import run\n")
+    heavylift("trust", "safe")
+    answer = welcome(parts.ModelPart(reference.replace("trusted.py", str(tmp_path / "safe" / "trusted.py"))))
+    assert answer.sentence.startswith("node east: ")
+    assert not (tmp_path / "mark").exists()
