@@ -44,12 +44,14 @@ LEAVE_s = 2.0  # in which remote processes leave a run that is over
 class Hub(Exchange):
     """Connects the coordinator with node processes over a private unix socket, and with other hosts at a door."""
 
-    def __init__(self, nodes: Iterable[str] | Placement, door: Door | None = None) -> None:
-        """`nodes`: names, each in a process of its own, or a placement."""
+    def __init__(
+        self, nodes: Iterable[str] | Placement, door: Door | None = None, directory: RunDirectory | None = None
+    ) -> None:
+        """`nodes`: names, each in a process of its own, or a placement; `directory`: that of the run, if it has one."""
         placement = nodes if isinstance(nodes, Placement) else Placement.apart(check_names(nodes, "node"))
         check_names(placement.nodes, "node")
         processes = check_names(placement.processes, "process")
-        self.directory = RunDirectory()
+        self.directory = directory or RunDirectory.chosen().make()
         local = [process for process in processes if process not in placement.remote]
         self._passwords = {user: new_password() for user in ("coordinator", OBSERVER, OPERATOR, *local)}
         run = new_run_id()

@@ -157,7 +157,9 @@ class EquilibriumPath:
     def _beyond(self, end_ns: int) -> list[StateEvent]:
         """The rest to which the scene falls where the path ends; a fold is left slowly, so commands may go on."""
         t0, later = self.epoch, SHORTEST_NS
-        if t0 < self._fallen + SOON * self._later:  # falls that follow one another, as of stick and slip, come to an end
+        if (
+            t0 < self._fallen + SOON * self._later
+        ):  # falls that follow one another, as of stick and slip, come to an end
             later = min(LONGEST_FALL_NS, SOON * self._later)
         while True:
             self._lead(min(end_ns, t0 + later))
