@@ -69,7 +69,7 @@ class Processes:
     def _launch(self) -> None:
         pipe = subprocess.PIPE
         try:
-            self._errors = tempfile.TemporaryFile()
+            self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - until the keeper has ended
             self._keeper = subprocess.Popen(
                 self._command,
                 stdin=pipe,

@@ -276,8 +276,10 @@ class Succession(Hub):
             since = self._crew.owed_since if process == KEEPER else self._begun[process]
             waited = now - (now if since is None else since)
             return m.Alive(int(waited * 1e9)) if waited < max(self._deadline, JOIN_s) else None
-        answer = self.ask(process)
-        return None if answer is None else msgspec.msgpack.decode(answer, type=m.Alive)
+        try:
+            return msgspec.msgpack.decode(self.ask(process) or b"", type=m.Alive)
+        except msgspec.MsgspecError:  # nothing, or nothing that it could say
+            return None
 
 
 def _behind(payload: bytes, asked: bytes) -> bool:

@@ -13,6 +13,7 @@ import fcntl
 import json
 import os
 import re
+import resource
 import secrets
 import shutil
 import tempfile
@@ -45,6 +46,7 @@ __all__ = [
 
 PREFIX = "heavylift-"  # of the private directory of a run
 SOCKET_PATH_LIMIT = 104  # bytes with the closing zero: the smaller of Linux (108) and macOS (104)
+SESSIONS = 100_000  # no process shuts others out by sessions; their number ends with the descriptors of the coordinator
 LEASE_ms = 60_000
 CONNECT_ms = 10_000
 WAIT_BEFORE_CLOSE_us = 600_000_000
@@ -181,7 +183,7 @@ def hub_session(
         directory.write(guest, passwords[guest])
     processes = [user for user in passwords if user not in ("coordinator", OBSERVER, OPERATOR)]
     config = _config("peer", listen=[f"unixsock-stream/{directory.socket}"])
-    config["transport"]["unicast"]["max_sessions"] = len(passwords) + 16
+    config["transport"]["unicast"]["max_sessions"] = SESSIONS
     config["transport"]["auth"] = {
         "usrpwd": {
             "user": "coordinator",
@@ -193,6 +195,8 @@ def hub_session(
     where = directory.socket
     if door is not None:
         where += f" and {door.endpoint}"
+        most = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
         config["listen"]["endpoints"].append(door.endpoint)
         config["transport"]["link"] |= {"protocols": ["unixsock-stream", "tls"], "tls": door.listening()}
     try:
