@@ -11,6 +11,7 @@ import typer
 from heavylift.kernel.errors import HeavyliftError, Stopped
 
 from ..cli import STOPPED
+from ..printable import printable
 from .app import app
 
 __all__ = ["carry_out"]
@@ -27,10 +28,11 @@ def carry_out() -> None:
         if code:
             sys.exit(code)
     except Stopped as error:
-        print(f"heavylift: {error}", file=sys.stderr)
+        print(f"heavylift: {printable(str(error))}", file=sys.stderr)
         sys.exit(STOPPED)
     except HeavyliftError as error:
-        print(f"heavylift: {error}" if "\n" not in str(error) else str(error), file=sys.stderr)
+        told = printable(str(error), keep="\n")
+        print(f"heavylift: {told}" if "\n" not in told else told, file=sys.stderr)
         sys.exit(1)
     except (typer.Abort, KeyboardInterrupt):
         print("heavylift: stopped", file=sys.stderr)

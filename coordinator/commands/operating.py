@@ -33,12 +33,12 @@ def step(
 ) -> None:
     """Let a run go on for a while and pause it again.    heavylift step turnover.mcap --by 1s"""
     from heavylift.kernel.errors import ProtocolError
-    from heavylift.nodes.devs import ns
+    from heavylift.nodes.devs import NEVER, ns
 
     length = _duration("--by", by)
     if length <= 0.0:
         raise ProtocolError(f"--by {by}: a step is longer than zero")
-    _order(run, "step", as_json, by_ns=None if event else ns(length))
+    _order(run, "step", as_json, by_ns=None if event else max(1, min(ns(length), NEVER)))
 
 
 @app.command()

@@ -1,14 +1,17 @@
 """Who may join a run from another host: the conversation before a process is a part of the run.
 
-    process -> coordinator   ASK     its name, heavylift's version, its host, and what it insists on: a run, a scene
-    coordinator -> process   ANSWER  a ticket, or the sentence that says why not; the coordinator tells it, too
+    process -> coordinator   ASK at join/NAME            its name, heavylift's version, its host, and what it insists on
+    coordinator -> process   ANSWER                      the run, or the sentence that says why not
+    process -> coordinator   ASK at RUN/enter/NAME       only a certificate of this name gets here (access.py)
+    coordinator -> process   ANSWER                      a ticket, or the sentence that says why not
 
-The answer decides nothing about rights: keys are guarded by the names in certificates (session.py). It is there
-so that both sides say what is wrong, and so that a process learns the run's id and its nodes.
+To ask changes nothing, so nobody shuts another one out by its name.  What a process may write and hear is decided by
+the name in its certificate as well.  Refusals are told at both sides; what a stranger says of itself is escaped.
 """
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from threading import Lock
@@ -19,6 +22,7 @@ import zenoh
 from zenoh.handlers import Callback
 
 from ..participants.participant import version
+from ..printable import printable
 from ..transport.keys import JOIN, key
 from ..transport.link import JOIN_s
 from ..transport.session import Ticket
@@ -27,6 +31,9 @@ if TYPE_CHECKING:
     from ..transport.hub import Hub
 
 __all__ = ["Answer", "Ask", "Gate"]
+
+SHOWN = 64  # characters of what a stranger says of itself
+REFUSALS = 100  # that are told
 
 
 class Ask(msgspec.Struct, frozen=True):
@@ -40,10 +47,11 @@ class Ask(msgspec.Struct, frozen=True):
 
 
 class Answer(msgspec.Struct, frozen=True):
-    """A ticket without a password, or why there is none."""
+    """The run to enter, or a ticket without a password, or why there is none."""
 
     ticket: Ticket | None
     refusal: str = ""
+    run: str = ""
 
 
 class Gate:
@@ -52,51 +60,88 @@ class Gate:
     def __init__(self, hub: Hub, session: zenoh.Session, scene: str, say: Callable[[str], None]) -> None:
         self.hosts: dict[str, str] = {}
         """Remote process -> the host from which it has joined."""
-        self._hub, self._scene, self._say = hub, scene, say
-        self._asked: dict[str, float] = {}
+        self._hub, self._session, self._scene, self._say = hub, session, scene, say
+        self._entered: dict[str, float] = {}
+        self._told: set[str] = set()
         self._lock = Lock()
-        self._queryable = session.declare_queryable(key(JOIN, "*"), Callback(self._reply))
+        doors = (key(JOIN, "*"), self._ask), (key(hub.run, "enter", "*"), self._enter)
+        self._queryables = [session.declare_queryable(at, Callback(reply)) for at, reply in doors]
 
-    def _reply(self, query: zenoh.Query) -> None:
+    def _ask(self, query: zenoh.Query) -> None:
+        """Somebody with a certificate of this yard asks whether a process may join."""
+        asked = self._read(query)
+        if asked is not None:
+            why = self.refusal(asked) or self._impostor(asked.process)
+            self._answer(query, asked, Answer(None, why, "" if why else self._hub.run))
+
+    def _enter(self, query: zenoh.Query) -> None:
+        """A process with a certificate of this name joins."""
+        asked = self._read(query)
+        if asked is None:
+            return
+        named = str(query.key_expr).rpartition("/")[2]
         with self._lock:
-            try:
-                asked = msgspec.msgpack.decode(query.payload.to_bytes() if query.payload else b"", type=Ask)
-            except msgspec.MsgspecError:
-                self._say("somebody with a certificate of this yard asked to join in words of another program")
-                return
-            answer = self.answer(asked)
-        told = f"process {asked.process} on host {asked.host}"
-        self._say(f"{told} has joined" if answer.ticket else f"refused {told}: {answer.refusal}")
+            why = self.refusal(asked) if asked.process == named else f"its certificate was made for '{named}'"
+            if not why:
+                self.hosts[named], self._entered[named] = printable(asked.host, SHOWN), time.monotonic()
+        self._answer(query, asked, Answer(None, why) if why else Answer(self._hub.ticket(named)))
+
+    def _read(self, query: zenoh.Query) -> Ask | None:
+        try:
+            return msgspec.msgpack.decode(query.payload.to_bytes() if query.payload else b"", type=Ask)
+        except msgspec.MsgspecError:
+            self._tell("somebody with a certificate of this yard asked to join in words of another program")
+            return None
+
+    def _answer(self, query: zenoh.Query, asked: Ask, answer: Answer) -> None:
+        told = f"process {printable(asked.process, SHOWN)} on host {printable(asked.host, SHOWN)}"
+        if answer.ticket is not None:
+            self._say(f"{told} has joined")
+        elif answer.refusal:
+            self._tell(f"refused {told}: {answer.refusal}")
         query.reply(query.key_expr, msgspec.msgpack.encode(answer))
 
-    def answer(self, asked: Ask) -> Answer:
-        """A ticket for whom the run waits; a sentence for all others."""
+    def _tell(self, refusal: str) -> None:
+        """Each refusal once, and not more of them than anybody reads."""
+        with self._lock:
+            new = refusal not in self._told and len(self._told) <= REFUSALS
+            if new:
+                self._told.add(refusal)
+                last = len(self._told) > REFUSALS
+        if new:
+            self._say("more refusals are not told" if last else refusal)
+
+    def _impostor(self, name: str) -> str:
+        """Why who asks cannot be this process: nobody is connected whose certificate bears its name; or ""."""
+        if any(link.auth_identifier == name for link in self._session.info.links()):
+            return ""
+        return f"its certificate was not made for '{name}'"
+
+    def refusal(self, asked: Ask) -> str:
+        """Why a process may not join; "" if the run waits for it."""
         hub, name = self._hub, asked.process
         remote = hub.placement.remote
         if asked.version != version():
-            why = f"it runs heavylift {asked.version}, the coordinator {version()}; install one version on all hosts"
-        elif asked.run not in ("", hub.run):
-            why = f"it insists on run {asked.run}, but this is run {hub.run}"
-        elif asked.scene not in ("", self._scene):
-            why = "its scene is not the one that is run; give both hosts the same file and the same settings"
-        elif name not in hub.placement.processes:
-            why = f"this run has no process '{name}'; it waits for {', '.join(sorted(remote))}"
-        elif name not in remote:
-            why = (
-                f"process '{name}' runs on the coordinator's host; those of other hosts are {', '.join(sorted(remote))}"
-            )
-        elif self._taken(name):
-            why = f"process '{name}' is there already, on host {self.hosts[name]}"
-        else:
-            self.hosts[name], self._asked[name] = asked.host, time.monotonic()
-            return Answer(hub.ticket(name))
-        return Answer(None, why)
+            other = printable(asked.version, SHOWN)
+            return f"it runs heavylift {other}, the coordinator {version()}; install one version on all hosts"
+        if asked.run not in ("", hub.run):
+            return f"it insists on run {printable(asked.run, SHOWN)}, but this is run {hub.run}"
+        if asked.scene not in ("", self._scene):
+            return "its scene is not the one that is run; give both hosts the same file and the same settings"
+        awaited = ", ".join(sorted(remote))
+        if name not in hub.placement.processes:
+            return f"this run has no process '{printable(name, SHOWN)}'; it waits for {awaited}"
+        if name not in remote:
+            return f"process '{name}' runs on the coordinator's host; those of other hosts are {awaited}"
+        if self._taken(name):
+            return f"process '{name}' is there already, on host {self.hosts[name]}"
+        return ""
 
     def free(self, process: str) -> None:
         """Who has joined as this process is lost: another one may."""
-        self._asked.pop(process, None)
+        self._entered.pop(process, None)
 
     def _taken(self, process: str) -> bool:
         """Whether somebody has joined as this process, or has just been given a ticket."""
-        recently = time.monotonic() - self._asked.get(process, -JOIN_s) < JOIN_s
+        recently = time.monotonic() - self._entered.get(process, -math.inf) < JOIN_s
         return recently or self._hub.joined(process)

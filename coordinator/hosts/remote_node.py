@@ -18,6 +18,7 @@ from zenoh.handlers import FifoChannel
 
 from ..participants.node_process import serve
 from ..participants.participant import version
+from ..printable import printable
 from ..transport.keys import HUB, JOIN, key
 from ..transport.link import JOIN_s, Link
 from ..transport.session import Ticket, remote_session
@@ -40,7 +41,7 @@ def play(name: str, door: Door, run: str, scene: str, say: Callable[[str], None]
             from ..participants import kernel_node  # noqa: F401
         link = Link(ticket, session)
         playing = _Playing(session, ticket, door)
-        say(f"joined run {ticket.run} at {door.endpoint} with {', '.join(ticket.nodes)}")
+        say(printable(f"joined run {ticket.run} at {door.endpoint} with {', '.join(ticket.nodes)}"))
         failed = serve(link)
         playing.over = True
         link.close()
@@ -68,19 +69,32 @@ class _Playing:
 
 def _ask(session: zenoh.Session, asked: Ask, door: Door) -> Ticket:
     """The ticket; a refusal in the coordinator's words."""
+    answer = _answer(session, key(JOIN, asked.process), asked, door)
+    entered = _answer(session, key(answer.run, "enter", asked.process), asked, door)
+    assert entered.ticket is not None, "there is one, or a refusal"
+    return entered.ticket
+
+
+def _answer(session: zenoh.Session, at: str, asked: Ask, door: Door) -> Answer:
     deadline = time.monotonic() + JOIN_s
     while time.monotonic() < deadline:
-        replies = session.get(
-            key(JOIN, asked.process), FifoChannel(4), payload=msgspec.msgpack.encode(asked), timeout=JOIN_s
-        )
+        replies = session.get(at, FifoChannel(4), payload=msgspec.msgpack.encode(asked), timeout=JOIN_s)
         for reply in replies:
             if reply.ok is not None:
-                answer = msgspec.msgpack.decode(reply.ok.payload.to_bytes(), type=Answer)
-                if answer.ticket is None:
-                    raise ProtocolError(f"process {asked.process} may not join: {answer.refusal}")
-                return answer.ticket
+                answer = _decoded(reply.ok.payload.to_bytes(), door)
+                if answer.refusal or not (answer.run or answer.ticket):
+                    why = printable(answer.refusal)
+                    raise ProtocolError(f"process {asked.process} may not join: {why}")
+                return answer
         time.sleep(0.05)  # it listens, but does not answer yet
     raise ProtocolError(f"process {asked.process} cannot join: nobody at {door.endpoint} answers for a run")
+
+
+def _decoded(data: bytes, door: Door) -> Answer:
+    try:
+        return msgspec.msgpack.decode(data, type=Answer)
+    except msgspec.MsgspecError:
+        raise ProtocolError(f"who answers at {door.endpoint} speaks the words of another program") from None
 
 
 def _knock(name: str, door: Door) -> None:

@@ -26,12 +26,14 @@ from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.devs import encode as canonical
 from heavylift.nodes.models.messages import OperatorAnswer, OperatorCommand
 
+from ..printable import printable
 from .commands import Given, command, journal_of
 from .orders import Order, Reply
 from .tempo import Tempo
 
 __all__ = ["Asked", "Desk"]
 
+SHOWN = 200  # characters of what is wrong with an order
 STOP = "stop"  # in place of the words of a command: the end of the run
 
 
@@ -82,8 +84,10 @@ class Desk:
             asked = self._asked.popleft()
             try:
                 said = self._obey(msgspec.msgpack.decode(asked.order, type=Order), core, asked)
-            except (HeavyliftError, msgspec.MsgspecError) as error:
+            except HeavyliftError as error:
                 asked.reply(Reply(False, str(error)))
+            except msgspec.MsgspecError as error:
+                asked.reply(Reply(False, f"this is no order that a run takes: {printable(str(error), SHOWN)}"))
             else:
                 if said is not None:
                     asked.reply(said)
@@ -155,8 +159,8 @@ class Desk:
                 t = self._give(order.text, core)
                 if self._paused(t) and not order.wait:
                     return Reply(True, f"{order.text}: at {_seconds(Tag(t))}, when the run goes on", t)
+                self._unanswered[t] = asked  # first: Ctrl-C may come at once
                 self._hold(t, asked)
-                self._unanswered[t] = asked
                 return None
             case "rate":
                 return Reply(True, f"{tempo.pace.change(order.factor):g} x real time")

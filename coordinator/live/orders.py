@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
 import zenoh
 from heavylift.coordinator.transport.keys import key
 from heavylift.coordinator.transport.session import operator_session
 from heavylift.kernel.errors import ProtocolError
+from heavylift.nodes.devs import NEVER
 
 from .announce import Found, find
 
@@ -31,9 +32,9 @@ class Order(msgspec.Struct, frozen=True, omit_defaults=True):
     """
 
     do: Literal["pause", "continue", "stop", "step", "command", "rate"]
-    by_ns: int | None = None
+    by_ns: Annotated[int, msgspec.Meta(gt=0, le=NEVER)] | None = None
     text: str = ""
-    factor: float = 1.0
+    factor: Annotated[float, msgspec.Meta(gt=0.0)] = 1.0
     wait: bool = False
 
 

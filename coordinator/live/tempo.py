@@ -10,7 +10,7 @@ import math
 from threading import Event as Alarm
 
 from heavylift.coordinator.protocol.outside import OpenCoordinator
-from heavylift.nodes.devs import FOREVER, NEVER, Tag
+from heavylift.nodes.devs import FOREVER, NEVER, Tag, after
 
 from .pace import Pace
 
@@ -83,7 +83,7 @@ class Tempo:
         """Go on for so long and pause again; None: until an event has left."""
         here = self.limit if self.limit is not None else Tag(core.safe_ns)
         self._to_event = by_ns is None
-        self.limit = here if by_ns is None else Tag(here.t + by_ns)
+        self.limit = here if by_ns is None else after(here, by_ns)
         self.held = False
         self.pace.go_on(here)
 

@@ -28,11 +28,14 @@ ASK ("are you alive, where are you") is a query to a process, which a thread of 
 Any other message, or one out of order, is refused by name. The wire form is MessagePack, one array per message.
 """
 
+from typing import Annotated
+
 import msgspec
 from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.devs import Delivery, Event, Slack, Tag
 
-Delay = tuple[int, int]  # ns and microsteps
+Count = Annotated[int, msgspec.Meta(ge=0)]
+Delay = tuple[Count, Count]  # ns and microsteps
 
 
 class Hello(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="hello"):
@@ -41,7 +44,7 @@ class Hello(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="hello")
     next: Tag
     offer: list[Event]
     quiet: Tag
-    lookahead: dict[str, int] = {}
+    lookahead: dict[str, Count] = {}
     declaration: bytes = b""
     version: str = ""
     scene: str = ""
@@ -50,14 +53,14 @@ class Hello(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="hello")
 class Welcome(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="welcome"):
     """The hub knows the node; `epoch` tells incarnations of one node apart."""
 
-    epoch: int
+    epoch: Annotated[int, msgspec.Meta(ge=1, le=255)]
     config: bytes = b""
 
 
 class Grant(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="grant"):
     """Leave to do everything before `until`."""
 
-    gseq: int
+    gseq: Count
     until: Tag
     echo: Delay | None
     committed: bool
@@ -67,7 +70,7 @@ class Grant(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="grant")
 class Done(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="done"):
     """Everything before `reached` is done."""
 
-    gseq: int
+    gseq: Count
     reached: Tag
     spoken: list[Event]
     next: Tag
@@ -79,7 +82,7 @@ class Done(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="done"):
 class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="checkpoint"):
     """The state of a node after GRANT `gseq`, canonical; without one, a request for it, or `why` it cannot be given."""
 
-    gseq: int
+    gseq: Count
     state: bytes = b""
     why: str = ""
 
@@ -87,7 +90,7 @@ class Checkpoint(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="ch
 class Alive(msgspec.Struct, frozen=True, array_like=True, gc=False):
     """Steps of work that a process has done, and whether a debugger holds it."""
 
-    steps: int
+    steps: Count
     traced: bool = False
 
 
@@ -111,7 +114,7 @@ class Bye(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="bye"):
     """The node leaves; `sentence` says what it still waits for, `busy_s` how long it worked under grants."""
 
     sentence: str = ""
-    busy_s: float = 0.0
+    busy_s: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
     slack: list[Slack] = []
 
 

@@ -36,6 +36,6 @@ def joined(
             yield local
         return
     crew = processes or Processes(PRELOAD)
-    with Succession(placement, crew, door, deadline) as hub, crew:
+    with crew, Succession(placement, crew, door, deadline) as hub:  # the keeper is the last to leave
         crew.start(hub, {p: (NODE_MODULE,) for p in placement.processes if p not in placement.remote})
         yield hub

@@ -25,6 +25,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
+from ..printable import printable
 from ..record.scene import Result, rated
 from .watch import Watch
 
@@ -75,7 +76,7 @@ class Progress(Watch):
 
     def say(self, sentence: str) -> None:
         """A line of its own, above the bar."""
-        self._console.print(sentence, highlight=False, markup=False, soft_wrap=True)
+        self._console.print(printable(sentence), highlight=False, markup=False, soft_wrap=True)
 
     def _line(self) -> Text:
         seconds = self._t_ns * 1e-9

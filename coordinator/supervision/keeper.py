@@ -4,18 +4,21 @@ It has imported what the nodes need, has one thread and no session, and forks on
 stand in a quarter of the time that 12 fresh interpreters take. Where forking without exec is not safe
 (macOS, or an import that has started threads) it executes a fresh interpreter; all else stays the same.
 
-    orders on standard input     {"do": "start", ...}   {"do": "signal", ...}   {"do": "leave"}     JSON lines
+    orders on standard input     {"do": "start", ...}   {"do": "signal", ...}     JSON lines
                                  a signal goes to all nodes, or to the one that is named
-    reports on standard output   {"name", "pid"} of a started node; {"name", "ended"}: exit code, -N: signal N
+    reports on standard output   {"name", "pid"} of a started node; {"obeyed"} after each order;
+                                 {"name", "ended"}: exit code, -N: signal N, or why it could not be started
 
-When the orders end without "leave", the coordinator is gone: the keeper kills its nodes and removes the run's
-directory. When the keeper is gone, each node sees the end of its life line, a pipe that the keeper holds, and
-exits.
+The coordinator kills the keeper when all is over. When the orders end before, the coordinator is gone: the keeper
+kills its nodes and removes the run's directory. If it cannot, since it is stopped or dead, the first node that notices
+does so: the coordinator alone holds the other end of the life line, a pipe that all nodes read. So that somebody can
+notice, the system continues whoever is stopped when its parent dies.
 """
 
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import faulthandler
 import gc
 import importlib
@@ -25,23 +28,35 @@ import select
 import shutil
 import signal
 import sys
+import tempfile
 import threading
+import time
 import traceback
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-__all__ = ["ORPHANED", "STACKS", "enter", "keep", "python"]
+__all__ = ["STACKS", "enter", "keep", "python"]
 
 STACKS = signal.SIGUSR1
-ORPHANED = 86  # exit code of a node that has lost its keeper
+PR_SET_PDEATHSIG = 1
+REMOVE_s = 1.0  # in which a directory that somebody still writes to can be deleted
 
 
-def keep(preload: Sequence[str], fresh: bool) -> None:
+def keep(preload: Sequence[str], fresh: bool, life_line: int, directory: str) -> None:
     """Serve the coordinator's orders until they end; `fresh` executes a new interpreter for each node."""
+    wake_as_an_orphan()
+    reports = os.dup(1)
+    os.dup2(2, 1)  # for what modules print while they are imported
     for module in () if fresh else preload:
         importlib.import_module(module)
     gc.freeze()
-    _Keeper(fresh or threads() != 1).serve()
+    _Keeper(fresh or threads() != 1, reports, life_line, directory).serve()
+
+
+def wake_as_an_orphan() -> None:
+    """Let the system continue this process, should it be stopped, when the one that has started it dies (Linux)."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, int(signal.SIGCONT))
 
 
 def threads() -> int:
@@ -53,11 +68,9 @@ def threads() -> int:
 
 
 class _Keeper:
-    def __init__(self, fresh: bool) -> None:
-        self.fresh = fresh
+    def __init__(self, fresh: bool, reports: int, life_line: int, directory: str) -> None:
+        self.fresh, self.reports, self.life_line, self.directory = fresh, reports, life_line, directory
         self.names: dict[int, str] = {}
-        self.directory: str | None = None
-        self.life_line, self.life_line_end = os.pipe()
         self.child_ended, self.child_ended_end = os.pipe()
         os.set_blocking(self.child_ended_end, False)
         signal.signal(signal.SIGCHLD, lambda *_: None)
@@ -74,23 +87,24 @@ class _Keeper:
             if orders in readable:
                 data = os.read(orders, 65536)
                 if not data:
-                    return self.kill_all()
+                    self.kill_all()
+                    return remove(self.directory)
                 *lines, rest = (rest + data).split(b"\n")
                 for line in lines:
                     order = json.loads(line)
-                    if order["do"] == "leave":
-                        self.directory = None
-                        return self.kill_all()
                     self.obey(order)
+                    self.report({"obeyed": order["do"]})
 
     def obey(self, order: dict[str, Any]) -> None:
         if order["do"] == "start":
-            self.directory = order["directory"]
-            pid = os.fork()
+            try:
+                pid = os.fork()
+            except OSError as error:
+                return self.report({"name": order["name"], "ended": error.strerror})
             if pid == 0:
                 self.become(order)
             self.names[pid] = order["name"]
-            report({"name": order["name"], "pid": pid})
+            self.report({"name": order["name"], "pid": pid})
         else:
             for pid, name in self.names.items():
                 if order.get("name") in (None, name):
@@ -101,44 +115,53 @@ class _Keeper:
             pid, status = os.waitpid(-1, os.WNOHANG)
             if pid == 0:
                 return
-            report({"name": self.names.pop(pid), "ended": os.waitstatus_to_exitcode(status)})
+            if pid in self.names:
+                self.report({"name": self.names.pop(pid), "ended": os.waitstatus_to_exitcode(status)})
 
     def kill_all(self) -> None:
         for pid in self.names:
             os.kill(pid, signal.SIGKILL)
         for pid in self.names:
             os.waitpid(pid, 0)
-        if self.directory is not None:
-            shutil.rmtree(self.directory, ignore_errors=True)
+
+    def report(self, what: dict[str, object]) -> None:
+        """Tell the coordinator; a coordinator that is gone shows at the end of its orders."""
+        with contextlib.suppress(BrokenPipeError):
+            os.write(self.reports, json.dumps(what).encode() + b"\n")
 
     def become(self, order: dict[str, Any]) -> NoReturn:
-        """In the child: take the node's place, with its own output, environment and life line."""
+        """In the child: take the node's place, with its own output and its ticket as standard input."""
         try:
+            wake_as_an_orphan()
             signal.set_wakeup_fd(-1)
             signal.signal(signal.SIGCHLD, signal.SIG_DFL)
             signal.signal(signal.SIGINT, signal.SIG_DFL)
-            for fd in (self.life_line_end, self.child_ended, self.child_ended_end):
+            for fd in (self.reports, self.child_ended, self.child_ended_end):
                 os.close(fd)
-            nothing = os.open(os.devnull, os.O_RDONLY)
             log = os.open(order["log"], os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
-            for fd, to in ((nothing, 0), (log, 1), (log, 2)):
-                os.dup2(fd, to)
-            os.environ.update(order["environment"])
+            for to in (1, 2):
+                os.dup2(log, to)
+            with tempfile.TemporaryFile(dir=self.directory) as ticket:  # it has no name
+                ticket.write(order["ticket"].encode())
+                ticket.seek(0)
+                os.dup2(ticket.fileno(), 0)
+            at = self.life_line, self.directory, order["module"], order["arguments"]
             if self.fresh:
                 os.set_inheritable(self.life_line, True)
-                command = python("enter", self.life_line, order["module"], order["arguments"])
+                command = python("enter", *at)
                 os.execv(command[0], command)
             name_process(order["name"])
-            enter(self.life_line, order["module"], order["arguments"])
+            enter(*at)
         except BaseException:
             traceback.print_exc()
         os._exit(1)
 
 
-def report(what: dict[str, object]) -> None:
-    """Tell the coordinator; a coordinator that is gone shows at the end of its orders."""
-    with contextlib.suppress(BrokenPipeError):
-        os.write(1, json.dumps(what).encode() + b"\n")
+def remove(directory: str) -> None:
+    """Delete a run's directory, whoever else is deleting it or still writes there."""
+    until = time.monotonic() + REMOVE_s
+    while os.path.exists(directory) and time.monotonic() < until:
+        shutil.rmtree(directory, ignore_errors=True)
 
 
 def name_process(node: str) -> None:
@@ -153,12 +176,12 @@ def python(function: str, *arguments: object) -> list[str]:
     return [sys.executable, "-c", f"import sys; sys.path[:] = {sys.path!r}; {call}"]
 
 
-def enter(life_line: int, module: str, arguments: Sequence[str]) -> NoReturn:
+def enter(life_line: int, directory: str, module: str, arguments: Sequence[str]) -> NoReturn:
     """Run `main(arguments)` of the module; its return value (None: 0) is the exit code of this process.
 
     The signal STACKS makes it write where all its threads are to its log, even if it hangs in foreign code.
     """
-    threading.Thread(target=_guard, args=(life_line,), name="life line", daemon=True).start()
+    threading.Thread(target=_guard, args=(life_line, directory), name="life line", daemon=True).start()
     faulthandler.register(STACKS)
     code = 1
     try:
@@ -173,7 +196,8 @@ def enter(life_line: int, module: str, arguments: Sequence[str]) -> NoReturn:
     os._exit(code)
 
 
-def _guard(life_line: int) -> None:
-    """Leave at once when the keeper is gone, whatever the node is doing."""
+def _guard(life_line: int, directory: str) -> None:
+    """End all that is left of the run when the coordinator is gone, whatever the node is doing."""
     os.read(life_line, 1)
-    os._exit(ORPHANED)
+    remove(directory)
+    os.killpg(0, signal.SIGKILL)

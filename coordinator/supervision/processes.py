@@ -2,7 +2,7 @@
 
 `Processes` starts its keeper (keeper.py) at once and in the background: make it first, do the slow imports
 and the scene meanwhile, then `start`. No node outlives the coordinator: when this process is gone, however it
-ended, the keeper kills the nodes within milliseconds, and nodes that have lost their keeper exit themselves.
+ended, the keeper kills the nodes within milliseconds, or whoever of them notices first does.
 A process can be replaced: `kill` it, let the hub `renew` it, `begin` it; with a lost keeper all are replaced.
 Nodes stand in a session of their own, so that Ctrl-C reaches the coordinator only, which ends them in order.
 """
@@ -15,51 +15,87 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from queue import SimpleQueue
 from types import TracebackType
-from typing import Self
+from typing import IO, Self
 
 from heavylift.coordinator.hashing import SEED
 from heavylift.coordinator.supervision.keeper import STACKS, python
 from heavylift.coordinator.transport.hub import Hub
+from heavylift.coordinator.transport.session import RunDirectory
 from heavylift.kernel.errors import ProtocolError
 
-__all__ = ["Processes", "state"]
+__all__ = ["KEEPER", "Processes", "state"]
 
-TERMINATE_s = 0.4  # from SIGTERM to SIGKILL
+KEEPER = "the keeper"  # in place of a process's name, and no name that one can have
+GRACE_s = 0.8  # in which nodes leave a run that is over
+REPORT_s = 0.3  # in which a keeper that is not stopped tells how a process has ended
 KILL_s = 0.5  # from SIGKILL to giving up
 REAP_s = 10.0  # the same for a process that must not live beside its successor
+LOOK_s = 0.05  # between two looks at a keeper that owes an answer
 STACKS_s = 0.5  # in which a process writes where it is
 TAIL_chars = 300
+GONE = ("", "Z")  # what the system says of a process that has ended
 
 
 class Processes:
-    """The node processes of one run."""
+    """The node processes of one run, and its private directory."""
 
     def __init__(self, preload: Sequence[str] = (), fork: bool = sys.platform == "linux") -> None:
         """`preload`: modules for every node that start no thread; without `fork`, fresh interpreters."""
-        self._command = python("keep", ["heavylift.coordinator.transport.link", *preload], not fork)
+        self.directory = RunDirectory.chosen()
         self.pids: dict[str, int] = {}
         """Process id of each process that has been started."""
-        self._exits: dict[str, int] = {}
+        self._exits: dict[str, int | str] = {}  # exit code, or why it could not be started
+        self._orphans: dict[str, str] = {}  # processes that a lost keeper has taken along, and how it was lost
+        self._unreported: dict[str, float] = {}  # processes that have ended without a report, and since when
         self._hub: Hub | None = None
         self._commands: dict[str, Sequence[str]] = {}
         self._change = threading.Condition()
+        self._life_line, self._life = os.pipe()
+        modules = ["heavylift.coordinator.transport.link", *preload]
+        self._command = python("keep", modules, not fork, self._life_line, str(self.directory.path))
         self._launch()
+        try:
+            self.directory.make()  # the keeper knows of it already, and so nobody leaves it behind
+        except ProtocolError:
+            self.end()
+            raise
 
     def _launch(self) -> None:
-        self._keeper = subprocess.Popen(
-            self._command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            start_new_session=True,
-            env={**os.environ, **SEED},
-        )
-        self._keeper_gone = False
-        self._reader = threading.Thread(target=self._read_reports, name="keeper reports", daemon=True)
-        self._reader.start()
+        pipe = subprocess.PIPE
+        try:
+            self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - until the keeper has ended
+            self._keeper = subprocess.Popen(
+                self._command,
+                stdin=pipe,
+                stdout=pipe,
+                stderr=self._errors,
+                pass_fds=(self._life_line,),
+                start_new_session=True,
+                env={**os.environ, **SEED},
+            )
+        except OSError as error:
+            raise ProtocolError(
+                f"no process can be started ({error.strerror}); end others or raise the limits of this user (ulimit)"
+            ) from None
+        self._orders: SimpleQueue[bytes] = SimpleQueue()
+        self._owed: deque[float] = deque()  # when it got the orders that it has not obeyed
+        self._lost = ""  # how, in a sentence about the processes that it kept
+        orders, reports = self._keeper.stdin, self._keeper.stdout
+        assert orders is not None
+        assert reports is not None
+        self._threads = [
+            threading.Thread(target=_write, args=(self._orders, orders), name="keeper orders", daemon=True),
+            threading.Thread(target=self._read, args=(self._owed, reports), name="keeper reports", daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
 
     def start(self, hub: Hub, commands: Mapping[str, Sequence[str]]) -> None:
         """Start every process: name -> (module, arguments...); the module's `main(arguments)` makes its Link."""
@@ -77,45 +113,77 @@ class Processes:
             name=process,
             module=module,
             arguments=arguments,
-            environment=self._hub.ticket(process).to_environment(),
-            log=str(self._hub.directory.log(process)),
-            directory=str(self._hub.directory.path),
+            ticket=self._hub.ticket(process).to_text(),
+            log=str(self.directory.log(process)),
         )
 
-    def kill(self, process: str) -> None:
-        """Kill a process if it is there, and return when the system has forgotten it."""
-        if not self._keeper_gone:
-            self._order(do="signal", signal=int(signal.SIGKILL), name=process)
+    # ---- the keeper --------------------------------------------------------------------------------------------------
+
+    @property
+    def owed_since(self) -> float | None:
+        """Since when the keeper owes an answer [monotonic s]."""
+        with self._change:
+            return self._owed[0] if self._owed and not self._lost else None
+
+    def give_up(self, how: str) -> None:
+        """The keeper is lost, and all its processes with it."""
+        with self._change:
+            self._lost = self._lost or f"its process is gone, and the one that keeps all is lost: {how}"
+            self._change.notify_all()
+
+    def _has_ended(self) -> bool:
+        """Whether the keeper is lost; it stays a zombie, so that its process group can be nobody else's."""
+        with self._change:
+            if not self._lost and (ended := _ended(self._keeper)) is not None:
+                self._errors.seek(0)
+                self.give_up("it " + _exit(ended, self._errors.read().decode(errors="replace")))
+            return bool(self._lost)
+
+    def kill(self, process: str, look: Callable[[], None] = lambda: None) -> None:
+        """Kill a process if it is there, and return when the system has forgotten it.
+
+        `look` is called while the keeper has not obeyed; it may `give_up`.
+        """
+        self._order(do="signal", signal=int(signal.SIGKILL), name=process)
+        while not self._has_ended() and self.owed_since is not None:
+            look()
             with self._change:
-                self._change.wait_for(lambda: process in self._exits or self._keeper_gone, timeout=REAP_s)
-        if self._keeper_gone:
+                self._change.wait(LOOK_s)
+        until = time.monotonic() + REAP_s
+        while not self._has_ended() and process in self._alive() and time.monotonic() < until:
+            with self._change:
+                self._change.wait(LOOK_s)
+        if self._lost:
             self._replace_keeper()
         with self._change:
-            if self._exits.pop(process, None) is None and process in self.pids:
-                raise ProtocolError(
-                    f"process {self.pids[process]} of {process} cannot be killed, it hangs in the system; "
-                    "end what it waits for and start the run again"
-                )
-            self.pids.pop(process, None)
+            self._orphans.pop(process, None)
+            ended, pid = self._exits.pop(process, None), self.pids.pop(process, None)
+        if ended is None and pid is not None:
+            raise ProtocolError(
+                f"process {pid} of {process} cannot be killed, it hangs in the system; "
+                "end what it waits for and start the run again"
+            )
 
     def _replace_keeper(self) -> None:
         """A new keeper, after all that the old one has started is gone."""
-        self._reader.join()
         self._end_group()
         until = time.monotonic() + REAP_s
-        while (left := [pid for pid in self.pids.values() if state(pid) not in ("", "Z")]) and time.monotonic() < until:
+        while (left := [pid for pid in self.pids.values() if state(pid) not in GONE]) and time.monotonic() < until:
             time.sleep(0.005)
         with self._change:
             self._exits = {name: -signal.SIGKILL for name, pid in self.pids.items() if pid not in left}
+            self._orphans = dict.fromkeys(self._commands, self._lost)
         self._launch()
+
+    # ---- what is seen of processes -----------------------------------------------------------------------------------
 
     def pid(self, process: str) -> int | None:
         """The process id of its present incarnation."""
-        return self.pids.get(process)
+        return self._keeper.pid if process == KEEPER else self.pids.get(process)
 
     def state(self, process: str) -> str:
         """The system's letter for what it does, T if it is stopped; "" if that cannot be seen."""
-        return state(self.pids.get(process, 0))
+        return state(self.pid(process) or 0)
 
     def place(self, process: str) -> str:
         """Where its main thread is; the stacks of all its threads are in its log then."""
@@ -132,87 +200,81 @@ class Processes:
 
     def deaths(self) -> dict[str, str]:
         """How each process that has ended did so, with the last line that it wrote."""
+        if self._has_ended():  # who is there may go on as long as nobody needs a keeper
+            return {name: self._lost for name in self._commands if self.state(name) in GONE}
         with self._change:
-            exits = dict(self._exits)
-        if self._keeper_gone and self._hub is not None:
-            return dict.fromkeys(self._hub.placement.processes, "the process that starts and keeps all nodes has ended")
-        return {node: self._obituary(node, code) for node, code in exits.items()}
+            exits, orphans, alive = dict(self._exits), dict(self._orphans), self._alive()
+        found = {name: f"its process {_exit(how, self.output(name))}" for name, how in exits.items()} | orphans
+        now = time.monotonic()
+        self._unreported = {n: self._unreported.get(n, now) for n in alive if self.state(n) == "Z"}
+        silent = [name for name, since in self._unreported.items() if now - since > REPORT_s]
+        return found | dict.fromkeys(silent, "its process has ended, and the one that keeps all does not say how")
 
     def output(self, node: str) -> str:
         """All that a node has written to its standard output and error."""
-        assert self._hub is not None
-        log = self._hub.directory.log(node)
+        log = self.directory.log(node)
         return log.read_text(errors="replace") if log.exists() else ""
 
-    def end(self, grace: float = 0.8) -> None:
-        """End all: wait `grace` [s] for nodes to leave, then SIGTERM, then SIGKILL; nothing is left."""
-        if self._keeper.returncode is not None:
-            return
-        for number, patience in (
-            (None, grace),
-            (signal.SIGTERM, TERMINATE_s),
-            (signal.SIGKILL, KILL_s),
-        ):
-            if self._keeper_gone:
-                break
-            if number is not None and self._alive():
-                self._order(do="signal", signal=int(number))
+    # ---- the end -----------------------------------------------------------------------------------------------------
+
+    def stop(self, grace: float = GRACE_s) -> None:
+        """Wait `grace` [s] for nodes to leave, then kill them; the keeper stays and guards the directory."""
+        with self._change:
+            self._change.wait_for(lambda: not self._alive() or self._lost, timeout=grace)
+        if self._alive():
+            self._order(do="signal", signal=int(signal.SIGKILL))
             with self._change:
-                if self._change.wait_for(lambda: not self._alive(), timeout=patience):
-                    break
-        self._order(do="leave")
-        assert self._keeper.stdin is not None
-        with contextlib.suppress(BrokenPipeError):
-            self._keeper.stdin.close()
-        self._reader.join(timeout=KILL_s)  # the reports end with the keeper
+                self._change.wait_for(lambda: not self._alive() or self._lost, timeout=KILL_s)
+
+    def end(self, grace: float = GRACE_s) -> None:
+        """End all; no process and no directory is left."""
+        if self._life < 0:
+            return
+        self.stop(grace)
+        self.directory.remove()
+        self.give_up("the run is over")
         self._end_group()
-        self._reader.join()
+        os.close(self._life_line)
+        os.close(self._life)
+        self._life = -1
 
     def _end_group(self) -> None:
-        """Kill what a keeper that is gone has left behind."""
+        """Kill the keeper and all that it has started; nothing of it is heard afterwards."""
         with contextlib.suppress(ProcessLookupError, PermissionError):
             os.killpg(self._keeper.pid, signal.SIGKILL)
         self._keeper.wait()
+        self._orders.put(b"")
+        for thread in self._threads:
+            thread.join()
+        for stream in (self._keeper.stdin, self._keeper.stdout, self._errors):
+            assert stream is not None
+            with contextlib.suppress(BrokenPipeError):
+                stream.close()
 
     def _alive(self) -> list[str]:
         return [node for node in self.pids if node not in self._exits]
 
     def _order(self, **order: object) -> None:
-        assert self._keeper.stdin is not None
-        try:
-            self._keeper.stdin.write(json.dumps(order).encode() + b"\n")
-            self._keeper.stdin.flush()
-        except (BrokenPipeError, ValueError):  # the keeper has ended: deaths() says so
-            return
+        with self._change:
+            self._owed.append(time.monotonic())
+        self._orders.put(json.dumps(order).encode() + b"\n")
 
-    def _read_reports(self) -> None:
-        assert self._keeper.stdout is not None
-        for line in self._keeper.stdout:
+    def _read(self, owed: deque[float], reports: IO[bytes]) -> None:
+        """What the keeper reports, until it ends."""
+        for line in reports:
             report = json.loads(line)
             with self._change:
-                if "pid" in report:
+                if "obeyed" in report:
+                    owed.popleft()
+                elif "pid" in report:
                     self.pids[report["name"]] = report["pid"]
                 else:
                     self._exits[report["name"]] = report["ended"]
                 self._change.notify_all()
             if "ended" in report and self._hub is not None:
                 self._hub.notice()
-        with self._change:
-            self._keeper_gone = True
-            self._change.notify_all()
         if self._hub is not None:
             self._hub.notice()
-
-    def _obituary(self, node: str, code: int) -> str:
-        if code >= 0:
-            how = f"its process ended with exit code {code}"
-        else:
-            try:
-                how = f"its process was ended by signal {-code} ({signal.Signals(-code).name})"
-            except ValueError:
-                how = f"its process was ended by signal {-code}"
-        lines = self.output(node)[-TAIL_chars:].strip().splitlines()
-        return f'{how} and last wrote "{lines[-1].strip()}"' if lines else how
 
     def __enter__(self) -> Self:
         return self
@@ -220,7 +282,7 @@ class Processes:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.end(grace=0.8 if error is None else 0.0)
+        self.end(grace=GRACE_s if error is None else 0.0)
 
 
 def state(pid: int) -> str:
@@ -230,3 +292,37 @@ def state(pid: int) -> str:
             return stat.read().rpartition(")")[2].split()[0]
     except OSError:
         return ""
+
+
+def _write(orders: SimpleQueue[bytes], to: IO[bytes]) -> None:
+    """Pass orders on, in a thread of its own: a keeper that is stopped does not read them."""
+    with contextlib.suppress(OSError):  # it has ended
+        while order := orders.get():
+            to.write(order)
+            to.flush()
+
+
+def _ended(child: subprocess.Popen[bytes]) -> int | None:
+    """How a child has ended, as an exit code, -N: signal N; None if it has not. It stays a zombie where that can be."""
+    if not hasattr(os, "waitid"):
+        return child.poll()
+    try:
+        found = os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+    except ChildProcessError:
+        return child.wait()
+    if found is None:
+        return None
+    return found.si_status if found.si_code == os.CLD_EXITED else -found.si_status
+
+
+def _exit(how: int | str, said: str) -> str:
+    """How a process has ended, with its last line."""
+    if isinstance(how, str):
+        return f"could not be started ({how})"
+    if how >= 0:
+        told = f"ended with exit code {how}"
+    else:
+        known = {int(number): f" ({number.name})" for number in signal.Signals}
+        told = f"was ended by signal {-how}{known.get(-how, '')}"
+    lines = said[-TAIL_chars:].strip().splitlines()
+    return f'{told} and last wrote "{lines[-1].strip()}"' if lines else told

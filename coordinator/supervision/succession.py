@@ -15,6 +15,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
+from types import TracebackType
 
 import msgspec
 from heavylift.nodes.devs import Tag
@@ -25,7 +26,7 @@ from ..protocol import messages as m
 from ..transport.hub import Hub, REMOTE_s
 from ..transport.link import JOIN_s
 from .differing import nondeterminism
-from .processes import Processes
+from .processes import KEEPER, GRACE_s, Processes
 from .story import Story
 from .vigil import Vigil
 
@@ -70,7 +71,7 @@ class Succession(Hub):
         door: Door | None = None,
         deadline: float = DEADLINE_s,
     ) -> None:
-        super().__init__(nodes, door)
+        super().__init__(nodes, door, crew.directory)
         self._crew, self._deadline = crew, deadline
         folder = self.directory.path
         self._lives = {node: _Life(Story(folder / f"{node}.journal")) for node in self.nodes}
@@ -108,6 +109,12 @@ class Succession(Hub):
         for life in self._lives.values():
             life.story.close()
         super().close()
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._crew.stop(GRACE_s if error is None else 0.0)
+        super().__exit__(kind, error, trace)
 
     # ---- what nodes are told and say ----------------------------------------------------------------------------
 
@@ -215,7 +222,7 @@ class Succession(Hub):
         self.tell(f"{self.told(process, 'replaced')}: {how}")
         remote = process in self.placement.remote
         if not remote:
-            self._crew.kill(process)
+            self._crew.kill(process, self._look_at_keeper)
         self.renew(process)
         for life in lives:
             life.ready, life.repeated, life.asked, life.batch = False, False, b"", life.kept_batch
@@ -231,11 +238,15 @@ class Succession(Hub):
         if now < self._next_look:
             return
         self._next_look = now + LOOK_s
+        self._look_at_keeper()
         for process, nodes in self.placement.processes.items():
             if not self.joined(process):
-                patience = REMOTE_s if process in self.placement.remote else max(self._deadline, JOIN_s)
+                remote = process in self.placement.remote
+                patience = REMOTE_s if remote else max(self._deadline, JOIN_s)
                 if now - self._begun[process] > patience:
                     self.on_loss(process, f"it did not join within {patience:g} s")
+                elif not remote and (how := self._vigil.lost(process, self._begun[process], now)):
+                    self.on_loss(process, how)
                 continue
             owing = [(node, life) for node in nodes if (life := self._lives[node]).asked and not life.over]
             if not owing:
@@ -246,6 +257,12 @@ class Succession(Hub):
             elif how is not None:
                 self._repeat(owing)
 
+    def _look_at_keeper(self) -> None:
+        """It is watched like all others: orders that it has not obeyed are a debt."""
+        since = self._crew.owed_since
+        if since is not None and (how := self._vigil.lost(KEEPER, since, time.monotonic())):
+            self._crew.give_up(how)
+
     def _repeat(self, owing: list[tuple[str, _Life]]) -> None:
         """Tell nodes once more what they have not answered; a node that has done so says it again."""
         for node, life in owing:
@@ -254,8 +271,15 @@ class Succession(Hub):
                 super().send(node, life.asked)
 
     def _alive(self, process: str) -> m.Alive | None:
-        answer = self.ask(process)
-        return None if answer is None else msgspec.msgpack.decode(answer, type=m.Alive)
+        now = time.monotonic()
+        if process == KEEPER or not self.joined(process):  # it cannot be asked: it may still import what it needs
+            since = self._crew.owed_since if process == KEEPER else self._begun[process]
+            waited = now - (now if since is None else since)
+            return m.Alive(int(waited * 1e9)) if waited < max(self._deadline, JOIN_s) else None
+        try:
+            return msgspec.msgpack.decode(self.ask(process) or b"", type=m.Alive)
+        except msgspec.MsgspecError:  # nothing, or nothing that it could say
+            return None
 
 
 def _behind(payload: bytes, asked: bytes) -> bool:

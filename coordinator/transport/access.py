@@ -17,7 +17,7 @@ def access(run: str, processes: list[str], remote: tuple[str, ...]) -> dict[str,
     """Each process writes its nodes' keys and hears them; an observer hears events; all else is denied.
 
     A process of this host is known by its password, one of another host by the name in its certificate; whoever
-    has a certificate of the yard may ask to join.
+    has a certificate of the yard may ask whether it may join, and join under the name in it.
     """
 
     def rule(name: str, flow: str, messages: list[str], *keys: str) -> dict[str, Any]:
@@ -53,7 +53,7 @@ def access(run: str, processes: list[str], remote: tuple[str, ...]) -> dict[str,
             rule(f"{process}/alive", "ingress", ["liveliness_token"], key(run, "alive", process, "*")),
             rule(f"{process}/ask", "ingress", ["declare_queryable", "reply"], key(run, "ask", process, "*")),
             rule(f"{process}/in", "ingress", ["declare_subscriber"], into),
-            rule(f"{process}/leave", "ingress", ["query"], key(run, "leave", process)),
+            rule(f"{process}/leave", "ingress", ["query"], key(run, "leave", process), key(run, "enter", process)),
         ]
         rules += own
         policies.append({"rules": [*(each["id"] for each in own), "hub", "egress"], "subjects": [process]})

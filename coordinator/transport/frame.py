@@ -14,6 +14,7 @@ import struct
 from enum import IntEnum
 from zlib import crc32
 
+from heavylift.coordinator.printable import printable
 from heavylift.kernel.errors import ProtocolError
 
 __all__ = ["FIRST_EPOCH", "LAST_EPOCH", "Reader", "Topic", "Writer"]
@@ -93,8 +94,8 @@ class Reader:
                 "start the run again"
             )
         _, topic, epoch, n_run, n_node = _IDENTITY.unpack_from(data, _START.size)
-        run = data[_FIXED : _FIXED + n_run].decode(errors="replace")
-        node = data[_FIXED + n_run : _FIXED + n_run + n_node].decode(errors="replace")
+        run = printable(data[_FIXED : _FIXED + n_run].decode(errors="replace"))
+        node = printable(data[_FIXED + n_run : _FIXED + n_run + n_node].decode(errors="replace"))
         if run != self.run:
             what = f"a message of run {run} arrived in run {self.run}, end the other run's processes"
         elif node != self.node:

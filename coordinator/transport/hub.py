@@ -38,18 +38,21 @@ __all__ = ["Hub", "LocalHub"]
 ANSWER_s = 1.0  # in which a process says that it is alive
 WAKE = HUB  # in place of a node's name: a message of the hub to itself
 REMOTE_s = 600.0  # in which somebody starts a process on another host
+ANSWERED_s = 0.5  # in which an answer reaches who has asked
 LEAVE_s = 2.0  # in which remote processes leave a run that is over
 
 
 class Hub(Exchange):
     """Connects the coordinator with node processes over a private unix socket, and with other hosts at a door."""
 
-    def __init__(self, nodes: Iterable[str] | Placement, door: Door | None = None) -> None:
-        """`nodes`: names, each in a process of its own, or a placement."""
+    def __init__(
+        self, nodes: Iterable[str] | Placement, door: Door | None = None, directory: RunDirectory | None = None
+    ) -> None:
+        """`nodes`: names, each in a process of its own, or a placement; `directory`: that of the run, if it has one."""
         placement = nodes if isinstance(nodes, Placement) else Placement.apart(check_names(nodes, "node"))
         check_names(placement.nodes, "node")
         processes = check_names(placement.processes, "process")
-        self.directory = RunDirectory()
+        self.directory = directory or RunDirectory.chosen().make()
         local = [process for process in processes if process not in placement.remote]
         self._passwords = {user: new_password() for user in ("coordinator", OBSERVER, OPERATOR, *local)}
         run = new_run_id()
@@ -62,6 +65,7 @@ class Hub(Exchange):
         self._door, self._gate = door, None  # type: Door | None, Gate | None
         self._here = self._session.liveliness().declare_token(key(run, "alive", HUB))
         self._met: set[str] = set()
+        self._served = False  # whether a guest has asked something
         self._lookout = Lookout(processes, self._wake, self.present)
         self._wake_key = key(run, "out", WAKE, WAKE)
         channel: FifoChannel[zenoh.Sample] = FifoChannel(FIFO)
@@ -191,8 +195,13 @@ class Hub(Exchange):
 
     def serve(self, topic: str, answer: Callable[[zenoh.Query], None]) -> None:
         """Hand the queries on a topic of the run to `answer`, which a thread of the bus calls."""
-        handler: Callback[zenoh.Query] = Callback(answer, indirect=False)
-        self._served = self._session.declare_queryable(key(self.run, topic), handler)
+
+        def heard(query: zenoh.Query) -> None:
+            self._served = True
+            answer(query)
+
+        handler: Callback[zenoh.Query] = Callback(heard, indirect=False)
+        self._queryable = self._session.declare_queryable(key(self.run, topic), handler)
 
     def supervise(self, deaths: Callable[[], Mapping[str, str]]) -> None:
         """Let `deaths` tell which processes have ended and how; the watching thread calls it."""
@@ -219,6 +228,11 @@ class Hub(Exchange):
         deadline = time.monotonic() + LEAVE_s
         while any(self.present(process) for process in self.placement.remote) and time.monotonic() < deadline:
             time.sleep(0.005)  # they close when all that they have said is here
+        deadline = time.monotonic() + ANSWERED_s
+        while self._served and self._session.info.links() and time.monotonic() < deadline:
+            time.sleep(
+                0.005
+            )  # who has asked something closes when the answer is there; an earlier end would cut it off
         self._lookout.close()
         super().close()
         self.directory.remove()

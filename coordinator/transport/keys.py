@@ -3,7 +3,8 @@
 heavylift/<run>/in | out | samples/<process>/<node>      one coordinator, one node per key
 heavylift/<run>/alive | ask/<process>/<epoch>            is it there; does it get on
 heavylift/<run>/leave/<process>                          may it go
-heavylift/join/<process>                                 where a process on another host asks to join
+heavylift/join/<process>                                 where a process on another host asks whether it may join
+heavylift/<run>/enter/<process>                          where it joins, if its certificate bears this name
 heavylift/<run>/event/<model path>/<port>                committed events, for observers
 heavylift/<run>/control                                  orders of an operator, as queries
 heavylift/<run>/sample/<topic>                           data of a recording that is replayed, for observers

@@ -9,15 +9,18 @@ silently when a reader is slow.
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
 import re
+import resource
 import secrets
 import shutil
 import tempfile
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import msgspec
 import zenoh
@@ -41,8 +44,9 @@ __all__ = [
     "remote_session",
 ]
 
-TICKET = "HEAVYLIFT_TICKET"
+PREFIX = "heavylift-"  # of the private directory of a run
 SOCKET_PATH_LIMIT = 104  # bytes with the closing zero: the smaller of Linux (108) and macOS (104)
+SESSIONS = 100_000  # no process shuts others out by sessions; their number ends with the descriptors of the coordinator
 LEASE_ms = 60_000
 CONNECT_ms = 10_000
 WAIT_BEFORE_CLOSE_us = 600_000_000
@@ -51,7 +55,7 @@ RUNTIME = "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover
 
 
 class Ticket(msgspec.Struct, frozen=True):
-    """What a process needs to join a run; reaches it through its environment, never on a command line."""
+    """What a process needs to join a run; reaches it as its standard input, a file without a name."""
 
     run: str
     process: str
@@ -60,33 +64,66 @@ class Ticket(msgspec.Struct, frozen=True):
     socket: str
     password: str
 
-    def to_environment(self) -> dict[str, str]:
-        """The variable that carries the ticket into a process."""
-        return {TICKET: msgspec.json.encode(self).decode()}
+    def to_text(self) -> str:
+        """What `take` reads."""
+        return msgspec.json.encode(self).decode()
 
     @classmethod
     def take(cls) -> Ticket:
-        """The ticket of this process; it is removed from the environment, so no child inherits it."""
+        """The ticket of this process, once; nothing is left on standard input for its models."""
         try:
-            return msgspec.json.decode(os.environ.pop(TICKET), type=cls)
-        except (KeyError, msgspec.MsgspecError):
+            with open(0, "rb", closefd=False) as given:
+                ticket = msgspec.json.decode(b"" if given.isatty() else given.read(), type=cls)
+            os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+            return ticket
+        except (OSError, msgspec.MsgspecError):
             raise ProtocolError(
                 "this process has no ticket for a run, nodes are started by 'heavylift run' and not by hand"
             ) from None
 
 
 class RunDirectory:
-    """A directory of mode 0700 for one run: its socket, its passwords and the nodes' output."""
+    """A directory of mode 0700 for one run: its socket, the passwords of guests, the nodes' output.
 
-    def __init__(self) -> None:
-        self.path = _private_directory()
-        self.socket = str(self.path / "hub.sock")
-        self.users = self.path / "users"
+    It is locked while its coordinator lives; what a killed one could not remove goes when the next run begins.
+    """
 
-    def write_users(self, passwords: Mapping[str, str]) -> None:
-        """Write the dictionary of users that the hub admits, readable by this user only."""
-        with open(os.open(self.users, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w") as file:
-            file.writelines(f"{user}:{password}\n" for user, password in passwords.items())
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.socket = str(path / "hub.sock")
+        self._lock = -1
+
+    @classmethod
+    def chosen(cls) -> Self:
+        """A name that nobody else has; the directory is not there before `make`."""
+        for place in places():
+            path = Path(place) / f"{PREFIX}{secrets.token_hex(4)}"
+            if len(os.fsencode(path / "hub.sock")) < SOCKET_PATH_LIMIT and os.access(place, os.W_OK | os.X_OK):
+                return cls(path)
+        raise ProtocolError(
+            "no temporary directory is writable and short enough for a unix socket "
+            f"({tempfile.gettempdir()} is not), set TMPDIR to a shorter path"
+        )
+
+    def make(self) -> Self:
+        """Make the directory."""
+        _sweep(self.path.parent)
+        try:
+            os.mkdir(self.path, 0o700)
+            self._lock = os.open(self.path, os.O_RDONLY | os.O_CLOEXEC)
+            fcntl.flock(self._lock, fcntl.LOCK_EX)
+        except OSError as error:
+            raise ProtocolError(
+                f"{self.path}: the run's directory cannot be made ({error.strerror}); set TMPDIR to another place"
+            ) from None
+        return self
+
+    def write(self, name: str, text: str) -> Path:
+        """A file that this user only can read."""
+        path = self.path / name
+        with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+            file.write(text)
+        return path
 
     def log(self, node: str) -> Path:
         """The file that takes what the node writes to its standard output and error."""
@@ -95,22 +132,28 @@ class RunDirectory:
     def remove(self) -> None:
         """Delete the directory and all in it."""
         shutil.rmtree(self.path, ignore_errors=True)
+        if self._lock >= 0:
+            os.close(self._lock)
+            self._lock = -1
+
+
+def _sweep(place: Path) -> None:
+    """Remove what runs of this user have left here that were killed with all who could have done so."""
+    for socket in place.glob(f"{PREFIX}{'[0-9a-f]' * 8}/hub.sock"):
+        try:
+            lock = os.open(socket.parent, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC)
+        except OSError:
+            continue
+        with suppress(OSError):  # locked: it lives
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if os.fstat(lock).st_uid == os.getuid():
+                shutil.rmtree(socket.parent, ignore_errors=True)
+        os.close(lock)
 
 
 def places() -> list[str]:
     """Where runs of this user have their directories, the preferred place first."""
     return list(dict.fromkeys((tempfile.gettempdir(), os.environ.get("XDG_RUNTIME_DIR", "/tmp"), "/tmp")))
-
-
-def _private_directory() -> Path:
-    for place in places():
-        longest = Path(place) / "heavylift-12345678" / "hub.sock"
-        if len(os.fsencode(longest)) < SOCKET_PATH_LIMIT and os.access(place, os.W_OK | os.X_OK):
-            return Path(tempfile.mkdtemp(prefix="heavylift-", dir=place))
-    raise ProtocolError(
-        "no temporary directory is writable and short enough for a unix socket "
-        f"({tempfile.gettempdir()} is not), set TMPDIR to a shorter path"
-    )
 
 
 def new_run_id() -> str:
@@ -134,23 +177,32 @@ def hub_session(
 
     At the `door`, if there is one, it lets in the `remote` processes, told by the names in their certificates.
     """
-    directory.write_users({**passwords, AFAR: AFAR} if door else passwords)
+    known = {**passwords, AFAR: AFAR} if door else passwords
+    users = directory.write("users", "".join(f"{user}:{password}\n" for user, password in known.items()))
+    for guest in (OBSERVER, OPERATOR):
+        directory.write(guest, passwords[guest])
     processes = [user for user in passwords if user not in ("coordinator", OBSERVER, OPERATOR)]
     config = _config("peer", listen=[f"unixsock-stream/{directory.socket}"])
-    config["transport"]["unicast"]["max_sessions"] = len(passwords) + 16
+    config["transport"]["unicast"]["max_sessions"] = SESSIONS
     config["transport"]["auth"] = {
         "usrpwd": {
             "user": "coordinator",
             "password": passwords["coordinator"],
-            "dictionary_file": str(directory.users),
+            "dictionary_file": str(users),
         }
     }
     config["access_control"] = access(run, processes, tuple(remote))
-    if door is None:
-        return _open(config, "the coordinator cannot listen on " + directory.socket)
-    config["listen"]["endpoints"].append(door.endpoint)
-    config["transport"]["link"] |= {"protocols": ["unixsock-stream", "tls"], "tls": door.listening()}
-    return _open(config, f"the coordinator cannot listen on {directory.socket} and {door.endpoint}")
+    where = directory.socket
+    if door is not None:
+        where += f" and {door.endpoint}"
+        most = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
+        config["listen"]["endpoints"].append(door.endpoint)
+        config["transport"]["link"] |= {"protocols": ["unixsock-stream", "tls"], "tls": door.listening()}
+    try:
+        return _open(config, f"the coordinator cannot listen on {where}")
+    finally:
+        users.unlink()  # it is read once
 
 
 def node_session(ticket: Ticket) -> zenoh.Session:
@@ -180,8 +232,7 @@ def operator_session(directory: Path) -> zenoh.Session:
 
 def _guest_session(directory: Path, user: str) -> zenoh.Session:
     config = _config("client", connect=[f"unixsock-stream/{directory / 'hub.sock'}"])
-    users = dict(line.split(":", 1) for line in (directory / "users").read_text().splitlines())
-    config["transport"]["auth"] = {"usrpwd": {"user": user, "password": users[user]}}
+    config["transport"]["auth"] = {"usrpwd": {"user": user, "password": (directory / user).read_text()}}
     return _open(config, f"an {user} cannot join the run in {directory}")
 
 

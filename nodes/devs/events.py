@@ -7,7 +7,7 @@ implements `Steppable` can be a node: the local `Simulator` does, and so does th
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol, runtime_checkable
+from typing import Annotated, Protocol, runtime_checkable
 
 import msgspec
 
@@ -20,11 +20,11 @@ Order = tuple[int, int, str, str, int]  # t, k, source, port, index: the total o
 class Event(msgspec.Struct, frozen=True, order=True, array_like=True, gc=False):
     """One message on an out port: tag, source model, port, index in that bag, class name, bytes."""
 
-    t: int
-    k: int
+    t: Annotated[int, msgspec.Meta(ge=0)]
+    k: Annotated[int, msgspec.Meta(ge=0)]
     source: str
     port: str
-    index: int
+    index: Annotated[int, msgspec.Meta(ge=0)]
     type: str
     payload: bytes
 

@@ -6,14 +6,16 @@ in adevs `sd_time` and Lingua Franca's tags. `after` is the only sum: a wait of 
 positive wait starts at k = 0.
 """
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
+
+from msgspec import Meta
 
 
 class Tag(NamedTuple):
-    """One instant: t [ns] and the microstep k; ordered first by t, then by k."""
+    """One instant: t [ns] and the microstep k, none negative on the wire; ordered first by t, then by k."""
 
-    t: int
-    k: int = 0
+    t: Annotated[int, Meta(ge=0)]
+    k: Annotated[int, Meta(ge=0)] = 0
 
     def __str__(self) -> str:
         """Show as `(1.5 s, 2)`, exact to the nanosecond."""

@@ -7,12 +7,15 @@ import random
 import re
 import signal
 import sys
+import threading
 import time
 from pathlib import Path
 
 import pytest
 from heavylift.coordinator.run.models import run_models
-from trouble import MODELS, Troubled, orphan, pid, play, strike
+from heavylift.coordinator.supervision.processes import Processes
+from heavylift.kernel.errors import ProtocolError
+from trouble import MODELS, Troubled, both, keeper, pid, play, strike
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 
@@ -79,9 +82,56 @@ def test_a_successor_is_killed_while_it_hears_the_story(digest: str) -> None:
     assert (run.digest, replaced(notes)) == (digest, ["east", "east"])
 
 
-def test_the_keeper_of_all_processes_is_killed(digest: str) -> None:
-    run, notes = play({70: orphan})
-    assert (run.digest, sorted(replaced(notes))) == (digest, ["east", "north", "south"])
+KEPT = r"its process is gone, and the one that keeps all is lost: "
+KILLED = r"it was ended by signal 9 \(SIGKILL\)"
+STOPPED = r"its process \d+ is stopped \(SIGSTOP\) and was not continued within 0.3 s"
+
+
+@pytest.mark.parametrize("point", [70, MESSAGES], ids=["run", "exit"])
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "stopped"])
+def test_a_lost_keeper_that_nobody_needs_does_no_harm(digest: str, point: int, number: int) -> None:
+    run, notes = play({point: keeper(number)}, deadline=0.3)
+    assert (run.digest, notes) == (digest, [])
+
+
+@pytest.mark.parametrize("point", [1, 3, 70, MESSAGES], ids=["start", "all welcomed", "run", "exit"])
+@pytest.mark.parametrize(("number", "how"), [(signal.SIGKILL, KILLED), (signal.SIGSTOP, STOPPED)])
+def test_a_lost_keeper_is_replaced_when_it_is_needed(digest: str, point: int, number: int, how: str) -> None:
+    run, notes = play({point: both(strike("south"), keeper(number))}, deadline=0.3)
+    assert run.digest == digest
+    told = [note.split(": ", 1)[1] for note in notes]
+    assert all(
+        re.fullmatch(rf"{KEPT}{how}|it left the run|its process (was ended by|has ended, and) .*", each)
+        for each in told
+    )
+    if point == 70:
+        assert set(replaced(notes)) == {"east", "north", "south"}
+
+
+def test_a_keeper_that_is_continued_in_time_is_not_replaced(digest: str) -> None:
+    def soon(hub: Troubled) -> None:
+        threading.Timer(0.3, keeper(signal.SIGCONT), (hub,)).start()
+
+    run, notes = play({70: both(strike("south"), keeper(signal.SIGSTOP), soon)}, deadline=30.0)  # type: ignore[arg-type]
+    assert (run.digest, replaced(notes)) == (digest, ["south"])
+
+
+def test_keepers_that_are_lost_again_and_again_end_the_run() -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        original = Processes._launch
+
+        def doomed(crew: Processes) -> None:
+            original(crew)
+            crew._keeper.kill()
+
+        patch.setattr(Processes, "_launch", doomed)
+        with pytest.raises(ProtocolError) as told:
+            play({})
+    assert re.fullmatch(
+        rf"node \w+ is gone.*: {KEPT}{KILLED}, as did its predecessors at this point, "
+        "3 of them; start the run again",
+        str(told.value),
+    )
 
 
 def test_the_story_is_short_after_a_checkpoint(digest: str) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -73,20 +72,19 @@ def strike(*processes: str, number: int = signal.SIGKILL) -> Act:
     return act
 
 
-def orphan(hub: Succession) -> None:
-    """Kill the keeper, and wait until its nodes have noticed."""
-    pids = [pid(hub, process) for process in hub.placement.processes]
-    hub._crew._keeper.kill()
-    while any(runs(number) for number in pids):
-        time.sleep(0.001)
+def keeper(number: int = signal.SIGKILL) -> Act:
+    """Send a signal to the process that keeps all others."""
+    return lambda hub: os.kill(hub._crew._keeper.pid, number)
 
 
-def runs(number: int) -> bool:
-    """Whether a process is there and no zombie."""
-    try:
-        return Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except (FileNotFoundError, ProcessLookupError):
-        return False
+def both(*acts: Act) -> Act:
+    """One after the other."""
+
+    def act(hub: Succession) -> None:
+        for each in acts:
+            each(hub)
+
+    return act
 
 
 @contextmanager

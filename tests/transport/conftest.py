@@ -15,9 +15,9 @@ def start() -> Iterator[Start]:
     with ExitStack() as stack:
 
         def go(fork: bool = True, hello: bool = True, **nodes: tuple[str, ...]) -> tuple[Hub, Processes]:
-            hub = stack.enter_context(Hub(nodes))
             processes = Processes(["echo_node"], fork=fork)
             stack.callback(processes.end, grace=0.0)
+            hub = stack.enter_context(Hub(nodes, directory=processes.directory))
             processes.start(hub, {node: ("echo_node", *what) for node, what in nodes.items()})
             if hello:
                 assert {hub.receive(10) for _ in nodes} == {(node, b"hello") for node in nodes}

@@ -15,6 +15,7 @@ from heavylift.kernel.errors import ProtocolError
 from msgspec import structs
 from of_the_system import Start, network_sockets, sockets
 
+GUESTS = ("observer", "operator")
 linux_only = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 
 
@@ -38,7 +39,11 @@ def test_a_run_in_one_process_opens_no_socket_at_all() -> None:
 def test_only_this_user_may_enter_the_run_directory() -> None:
     with Hub(["west"]) as hub:
         assert stat.S_IMODE(hub.directory.path.stat().st_mode) == 0o700
-        assert stat.S_IMODE(hub.directory.users.stat().st_mode) == 0o600
+        kept = [path for path in hub.directory.path.iterdir() if path.is_file() and path.stat().st_size]
+        assert sorted(path.name for path in kept) == ["observer", "operator"]  # a file of all passwords is gone
+        assert {stat.S_IMODE(path.stat().st_mode) for path in kept} == {0o600}
+        for user, password in hub._passwords.items():
+            assert [path.name for path in kept if password in path.read_text()] == [user] * (user in GUESTS)
         assert stat.S_ISSOCK(Path(hub.directory.socket).stat().st_mode)
         assert len(hub.directory.socket.encode()) < 104
     assert not hub.directory.path.exists()
@@ -57,8 +62,11 @@ def test_a_long_temporary_directory_is_not_too_long_for_the_socket(
 def test_a_ticket_is_neither_on_the_command_line_nor_in_the_environment_of_the_node(start: Start) -> None:
     hub, processes = start(west=())
     secret = hub.ticket("west").password.encode()
-    for place in ("cmdline", "environ"):
-        assert secret not in Path(f"/proc/{processes.pids['west']}/{place}").read_bytes()
+    node = Path(f"/proc/{processes.pids['west']}")
+    for pid in (processes.pids["west"], processes._keeper.pid):
+        for place in ("cmdline", "environ"):
+            assert secret not in Path(f"/proc/{pid}/{place}").read_bytes()
+    assert (node / "fd" / "0").readlink() == Path(os.devnull)  # it was there, and has been read
 
 
 def test_two_runs_at_once_do_not_disturb_each_other(start: Start) -> None:

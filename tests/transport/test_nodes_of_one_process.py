@@ -17,7 +17,7 @@ def begin(hub: Hub, processes: Processes) -> None:
 
 def test_messages_of_all_nodes_of_a_process_arrive_in_order_each_at_its_node() -> None:
     placement = Placement({"yard": ("west", "east"), "north": ("north",)})
-    with Hub(placement) as hub, Processes(["echo_node"]) as processes:
+    with Processes(["echo_node"]) as processes, Hub(placement, directory=processes.directory) as hub:
         begin(hub, processes)
         for number in range(100):
             for node in ("west", "east"):
@@ -32,7 +32,7 @@ def test_messages_of_all_nodes_of_a_process_arrive_in_order_each_at_its_node() -
 
 def test_the_end_of_a_process_is_that_of_all_its_nodes() -> None:
     placement = Placement({"yard": ("west", "east"), "gate": ("north",)})
-    with Hub(placement) as hub, Processes(["echo_node"]) as processes:
+    with Processes(["echo_node"]) as processes, Hub(placement, directory=processes.directory) as hub:
         begin(hub, processes)
         os.kill(processes.pids["yard"], signal.SIGKILL)
         with pytest.raises(ProtocolError) as error:

@@ -1,7 +1,6 @@
 """A node dies, a coordinator dies, Ctrl-C: a sentence or an end, and nothing is left behind or hangs."""
 
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -11,6 +10,7 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator.supervision.processes import Processes
 from heavylift.coordinator.transport.hub import Hub
+from heavylift.coordinator.transport.session import RunDirectory
 from heavylift.kernel.errors import ProtocolError
 from of_the_system import PATIENCE_s, Start, gone, running
 
@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 COORDINATOR = """
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.supervision.processes import Processes
-with Hub(["west", "east"]) as hub, Processes(["echo_node"]) as processes:
+with Processes(["echo_node"]) as processes, Hub(["west", "east"], directory=processes.directory) as hub:
     processes.start(hub, {node: ("echo_node",) for node in hub.nodes})
     hub.receive(60), hub.receive(60)
     print(hub.directory.path, processes._keeper.pid, *processes.pids.values(), flush=True)
@@ -109,23 +109,38 @@ def launch() -> tuple["subprocess.Popen[str]", Path, list[int]]:
     return coordinator, Path(directory), [int(pid) for pid in pids]
 
 
+def vanished(directory: Path) -> bool:
+    """Whether a directory goes."""
+    deadline = time.monotonic() + PATIENCE_s
+    while directory.exists() and time.monotonic() < deadline:
+        time.sleep(0.01)
+    return not directory.exists()
+
+
 def test_nothing_outlives_a_killed_coordinator() -> None:
     coordinator, directory, pids = launch()
     assert all(running(pid) for pid in pids)
     coordinator.kill()
     coordinator.wait()
     assert gone(*pids)
-    assert not directory.exists()
+    assert vanished(directory)
 
 
-def test_nodes_do_not_even_outlive_coordinator_and_keeper() -> None:
+@pytest.mark.parametrize("before", ["stopped", "dead"])
+@pytest.mark.parametrize("whom", ["keeper", "nodes", "all"])
+def test_nor_one_whose_processes_cannot_notice(before: str, whom: str) -> None:
     coordinator, directory, (keeper, *nodes) = launch()
-    os.kill(keeper, signal.SIGSTOP)  # so that it cannot clean up
+    number = signal.SIGSTOP if before == "stopped" else signal.SIGKILL
+    os.kill(coordinator.pid, signal.SIGSTOP)  # it must not replace anybody
+    for pid in {"keeper": [keeper], "nodes": nodes, "all": [keeper, *nodes]}[whom]:
+        os.kill(pid, number)
     coordinator.kill()
     coordinator.wait()
-    os.kill(keeper, signal.SIGKILL)
-    assert gone(*nodes)
-    shutil.rmtree(directory)
+    assert gone(keeper, *nodes)
+    if (before, whom) == ("dead", "all"):  # nobody was left who could
+        assert directory.exists()
+        RunDirectory.chosen().make().remove()  # but the next run does
+    assert vanished(directory)
 
 
 def test_ctrl_c_reaches_a_waiting_coordinator() -> None:
@@ -137,17 +152,40 @@ def test_ctrl_c_reaches_a_waiting_coordinator() -> None:
     assert not directory.exists()
 
 
-def test_a_killed_keeper_ends_the_run_with_a_sentence(start: Start) -> None:
+def test_without_a_keeper_the_nodes_go_on_and_who_is_lost_is_named(start: Start) -> None:
     hub, processes = start(west=(), east=())
     processes._keeper.kill()
-    assert "the process that starts and keeps all nodes has ended" in sentence(hub)
+    hub.send("west", b"still here")
+    assert hub.receive(PATIENCE_s) == ("west", b"still here")
+    os.kill(processes.pids["west"], signal.SIGKILL)
+    assert sentence(hub) == (
+        "node west is gone: its process is gone, and the one that keeps all is lost: it was ended by signal 9 "
+        "(SIGKILL); start the run again"
+    )
     processes.end()
     assert gone(*processes.pids.values())
 
 
+def test_a_keeper_that_cannot_begin_says_why() -> None:
+    with Processes(["no_such_module"]) as processes, Hub(["west"], directory=processes.directory) as hub:
+        processes.start(hub, {"west": ("echo_node",)})
+        assert "it ended with exit code 1 and last wrote \"ModuleNotFoundError: No module named 'no_s" in sentence(hub)
+
+
+def test_a_stopped_keeper_keeps_nobody_waiting_at_the_end(start: Start) -> None:
+    hub, processes = start(**{f"node{number}": () for number in range(3)})
+    os.kill(processes._keeper.pid, signal.SIGSTOP)
+    processes._order(do="signal", signal=0, name="x" * 200_000)  # more than its pipe holds
+    hub.dismiss(b"stop")
+    hub.close()
+    processes.end()
+    assert gone(processes._keeper.pid, *processes.pids.values())
+    assert not processes.directory.path.exists()
+
+
 def test_twelve_nodes_stand() -> None:
     nodes = [f"node{number}" for number in range(12)]
-    with Processes(["echo_node"]) as processes, Hub(nodes) as hub:
+    with Processes(["echo_node"]) as processes, Hub(nodes, directory=processes.directory) as hub:
         processes.start(hub, {node: ("echo_node",) for node in nodes})
         assert {hub.receive(PATIENCE_s) for _ in nodes} == {(node, b"hello") for node in nodes}
         hub.dismiss(b"stop")
