@@ -11,6 +11,7 @@ from hashlib import blake2b
 from typing import Any
 
 import msgspec
+from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Coupled, InPort, Model, Port
 from heavylift.nodes.devs.canonical import Freezer
 
@@ -69,6 +70,6 @@ def _fingerprint(freezer: Freezer, x: Any) -> bytes:
         bits = getattr(x, "bit_generator", None)  # of a random generator of NumPy's
         try:
             told = freezer.fold(x if bits is None else bits.state)
-        except (TypeError, RecursionError, AttributeError):
+        except (TypeError, RecursionError, AttributeError, ModelError):
             told = type(x).__qualname__
     return blake2b(msgspec.msgpack.encode(told), digest_size=8).digest()

@@ -23,6 +23,7 @@ from .lookahead import Observed, keep_promises, leaving, outs, promised, still_p
 from .messages import Message
 from .models import Atomic, Model, Present
 from .ports import InPort, Port
+from .purity import Witness
 from .rules import LIMIT, Patience, fail
 from .schedule import Schedule
 from .snapshot import frozen, thawed
@@ -63,6 +64,7 @@ class Simulator:
         ]
         self._ahead = min((ahead for _, ahead in self._speakers), default=NEVER)
         self.lookahead = promised(self.model, self.atomics)
+        self._witness, self._look = Witness(self.atomics), 1  # of all times [ns] those that it divides
         for m in (*self.atomics, self.model):
             m._present = self._present
 
@@ -74,6 +76,7 @@ class Simulator:
         self._staged: list[tuple[InPort[Any], Message]] = []
         self._observed = Observed()
         self._schedule = Schedule(self.atomics)
+        self._witness, self._look = Witness(self.atomics), 1
         self._present.now, self._present.speaker = (0, 0), None
         for m in self.atomics:
             self._begin(m, self._last)
@@ -285,6 +288,9 @@ class Simulator:
     def _speak(self, tag: Instant) -> None:
         present, atomics = self._present, self.atomics
         present.now, present.sources, present.values = tag, [], []
+        passed_by = tag[0] % self._look
+        if not passed_by:
+            self._witness.before(tag[0], self._schedule.imminent)
         try:
             for i in self._schedule.imminent:
                 present.speaker = m = atomics[i]
@@ -297,6 +303,8 @@ class Simulator:
                     fail(m, tag, "output", ModelError(told))
         finally:
             present.speaker = None
+        if not passed_by:
+            self._look = self._witness.after(tag)
         if self._promises:
             keep_promises(tag, present.sources)
 
