@@ -7,6 +7,7 @@ their modules and attributes of their classes.  They are compared by their bytes
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cache
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
@@ -24,14 +25,18 @@ class Commons:
     """Holds them to what they were when `unchanged` was asked first, before any work."""
 
     def __init__(self, root: Coupled) -> None:
+        alike: dict[frozenset[type], list[str]] = {}
+        for child in root.children.values():
+            alike.setdefault(frozenset(_classes(child)), []).append(child.name)
         users: dict[str, list[str]] = {}
         places: dict[str, Any] = {}
-        for child in root.children.values():
-            for full, around, name in {x[0]: x for cls in _classes(child) for x in _named(cls)}.values():
-                users.setdefault(full, []).append(child.path)
+        for classes, names in alike.items():
+            for full, around, name in {x[0]: x for cls in classes for x in _named(cls)}.values():
+                users.setdefault(full, []).extend(names)
                 places[full] = around, name
         self._users = {full: some for full, some in users.items() if len(some) > 1}
         self._places = {full: places[full] for full in sorted(self._users)}
+        self._root = root.path
         self._known: dict[str, bytes] = {}
         self._asked = 0
 
@@ -43,7 +48,7 @@ class Commons:
         for full, (around, name) in self._places.items():
             told = _bytes(around.get(name))
             if self._known.setdefault(full, told) != told:
-                some = ", ".join(sorted(self._users[full])[:3])
+                some = ", ".join(f"{self._root}.{name}" for name in sorted(self._users[full])[:3])
                 raise ModelError(
                     f"{some} use {full}, which has changed, though each process has a copy of its own; keep it in "
                     "attributes and tell others by messages"
@@ -57,6 +62,7 @@ def _classes(model: Model) -> Iterator[type]:
             yield from _classes(child)
 
 
+@cache
 def _named(cls: type) -> list[_Place]:
     """The variables that the code of a class, its bases and what they call names."""
     found: list[_Place] = []

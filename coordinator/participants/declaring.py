@@ -1,7 +1,7 @@
 """What coordinator and node must find alike before a run: each builds the whole model, and must have built the same.
 
 A declaration holds the ports of a child and a fingerprint of each attribute of each model in it, before `start`; of
-the root, its children and couplings.  What cannot be told by bytes, such as a lambda, stands for its class.
+the root, its children and couplings, told by the first of them.  What cannot be told by bytes, such as a lambda, stands for its class.
 """
 
 from __future__ import annotations
@@ -27,7 +27,9 @@ def declaration(child: Model) -> bytes:
     assert root is not None, "a node is a child"
     ports = sorted((p.name, "in" if isinstance(p, InPort) else "out", p.type.__name__) for p in child.ports.values())
     freezer = Freezer([root, *_below(root)])
-    found = {root.path: {"structure": _fingerprint(freezer, _structure(root))}}
+    found = (
+        {root.path: {"structure": _fingerprint(freezer, _structure(root))}} if child.name == min(root.children) else {}
+    )
     for model in (child, *_below(child)):
         own = {"class": type(model), "structure": _structure(model)}
         own |= {key: x for key, x in vars(model).items() if key not in ("children", "_coupled")}

@@ -20,7 +20,7 @@ from .tags import Instant
 
 __all__ = ["Witness"]
 
-FIRST = 256  # outputs that are all looked at
+FIRST = 256  # outputs that are all looked at, fewer of large states
 SPARSE = 251  # [ns], prime, so that few periods meet it always or never
 BYTES = 4096  # of state for which one look is left out
 _FIXED = (bool, int, float, str, bytes, type(None), Message, Port, Model)
@@ -51,7 +51,7 @@ class Witness:
         elif self._skip or t == self._t:
             self._skip = max(self._skip - 1, 0)
             return
-        self._t = t
+        self._t, self._skip = t, 0
         self._new.difference_update(map(type, some))
         self._seen = [(m, vars(m).copy(), _changeable(vars(m))) for m in some]
 
@@ -66,7 +66,8 @@ class Witness:
                 changed = {key for key in was.keys() | now.keys() if was.get(key, m) is not now.get(key, m)}
                 changed = {key for key in changed if _bytes(was.get(key, m)) != _bytes(now.get(key, m))}
             if kept:
-                self._skip += sum(map(len, kept.values())) // BYTES
+                cost = sum(map(len, kept.values())) // BYTES
+                self._first, self._skip = self._first - cost, self._skip + cost
                 if (then := _changeable(now)) != kept:
                     changed |= {key for key in kept if kept[key] != then.get(key)}
             if changed:

@@ -161,7 +161,7 @@ class Simulator:
 
     def run(self, until: int = NEVER, stop: Callable[[], bool] | None = None) -> None:
         """Advance alone through all tags at t < `until` [ns], or until `stop()` after one; call it again to go on."""
-        due = self.next_time
+        due, until = self.next_time, min(until, NEVER)
         while due.t < until:
             if self._staged:
                 self.advance(due)
