@@ -1,7 +1,8 @@
 """What coordinator and node must find alike before a run: each builds the whole model, and must have built the same.
 
 A declaration holds the ports of a child and a fingerprint of each attribute of each model in it, before `start`; of
-the root, its children and couplings, told by the first of them.  What cannot be told by bytes, such as a lambda, stands for its class.
+the root, its children and couplings, told by the first of them.  What cannot be told by bytes, such as a lambda,
+stands for its class.
 """
 
 from __future__ import annotations
