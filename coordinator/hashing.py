@@ -35,13 +35,12 @@ def start_again() -> None:
 
 def loose(model: Model) -> list[str]:
     """Paths of the atomics whose code makes sets or whose attributes hold them."""
-    found = []
-    below = list(getattr(model, "children", {}).values())
-    if not below and (
-        any(isinstance(x, set | frozenset) for x in vars(model).values()) or any(map(_makes_sets, _code(type(model))))
-    ):
-        found.append(model.path)
-    return [*found, *(path for child in below for path in loose(child))]
+    from heavylift.nodes.devs import Coupled  # for which the command line need not wait
+
+    if isinstance(model, Coupled):
+        return [path for child in model.children.values() for path in loose(child)]
+    held = any(isinstance(x, set | frozenset) for x in vars(model).values())
+    return [model.path] if held or any(map(_makes_sets, _code(type(model)))) else []
 
 
 def _code(cls: type) -> Iterator[CodeType]:
@@ -53,7 +52,7 @@ def _code(cls: type) -> Iterator[CodeType]:
 
 def _makes_sets(code: CodeType) -> bool:
     """Whether a set is made there; a constant that is only asked what it contains is none."""
-    import dis  # for whom the command line need not wait
+    import dis
 
     before = None
     for step in dis.get_instructions(code):

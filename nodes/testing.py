@@ -11,7 +11,7 @@ something else the second time is refused.
 from collections.abc import Callable, Iterable
 
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import NEVER, Event, Message, Model, Simulator, Tag, Transition
+from heavylift.nodes.devs import FOREVER, NEVER, Event, Message, Model, Simulator, Tag, Transition
 
 __all__ = ["Said", "drive"]
 
@@ -45,8 +45,9 @@ def drive(
 
 def _tag(model: Model, when: int | Tag, port: str) -> Tag:
     tag = when if isinstance(when, Tag) else Tag(when)
-    if type(tag.t) is not int or tag < (0, 0):
-        raise ModelError(f"{model.path}: the input for {port} comes at {when!r}; give ns(seconds) or a Tag, from 0 on")
+    if type(tag.t) is not int or not (0, 0) <= tag < FOREVER:
+        told = "take a time before 2**63 ns" if tag >= FOREVER else "give ns(seconds) or a Tag, from 0 on"
+        raise ModelError(f"{model.path}: the input for {port} comes at {when!r}; {told}")
     return tag
 
 

@@ -1,7 +1,8 @@
 """What coordinator and node must find alike before a run: each builds the whole model, and must have built the same.
 
 A declaration holds the ports of a child and a fingerprint of each attribute of each model in it, before `start`; of
-the root, its children and couplings.  What cannot be told by bytes, such as a lambda, stands for its class.
+the root, its children and couplings, told by the first of them.  What cannot be told by bytes, such as a lambda,
+stands for its class.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from hashlib import blake2b
 from typing import Any
 
 import msgspec
+from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Coupled, InPort, Model, Port
 from heavylift.nodes.devs.canonical import Freezer
 
@@ -26,7 +28,9 @@ def declaration(child: Model) -> bytes:
     assert root is not None, "a node is a child"
     ports = sorted((p.name, "in" if isinstance(p, InPort) else "out", p.type.__name__) for p in child.ports.values())
     freezer = Freezer([root, *_below(root)])
-    found = {root.path: {"structure": _fingerprint(freezer, _structure(root))}}
+    found = (
+        {root.path: {"structure": _fingerprint(freezer, _structure(root))}} if child.name == min(root.children) else {}
+    )
     for model in (child, *_below(child)):
         own = {"class": type(model), "structure": _structure(model)}
         own |= {key: x for key, x in vars(model).items() if key not in ("children", "_coupled")}
@@ -69,6 +73,6 @@ def _fingerprint(freezer: Freezer, x: Any) -> bytes:
         bits = getattr(x, "bit_generator", None)  # of a random generator of NumPy's
         try:
             told = freezer.fold(x if bits is None else bits.state)
-        except (TypeError, RecursionError, AttributeError):
+        except (TypeError, RecursionError, AttributeError, ModelError):
             told = type(x).__qualname__
     return blake2b(msgspec.msgpack.encode(told), digest_size=8).digest()

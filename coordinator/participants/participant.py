@@ -11,7 +11,8 @@ from collections.abc import Callable
 from importlib import metadata
 
 import msgspec
-from heavylift.nodes.devs import Simulator, Tag
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import Coupled, Simulator, Tag
 
 from ..protocol import messages as m
 from ..protocol.node import Node
@@ -36,6 +37,7 @@ class Participant:
         self._node: Node | None = None
         self._flush: Callable[[], None] = lambda: None  # what goes to the data topic before an answer
         self._pauses: Callable[[], int] = lambda: 0
+        self._unchanged: Callable[[bool], None] = lambda now: None  # of what models share
         self._busy_s = 0.0
         self.over, self.failed = False, ""
 
@@ -64,7 +66,14 @@ class Participant:
 
     def _work(self, node: Node, message: m.AnyMessage) -> m.AnyMessage | None:
         began = time.perf_counter()
-        answer = node.handle(message)
+        try:
+            if isinstance(message, m.Grant):
+                self._unchanged(False)
+            answer = node.handle(message)
+            if isinstance(answer, m.Done | m.Bye):
+                self._unchanged(isinstance(answer, m.Bye))
+        except ModelError as error:
+            answer = Node.failure(self.name, error)
         self._busy_s += time.perf_counter() - began
         self._flush()
         return answer
@@ -88,12 +97,15 @@ class Participant:
             return Node(self.name, kernel, kernel.finish, samples=True), kernel.layout(), part.agreed
         if isinstance(part, parts.ModelPart):
             from .building import child
+            from .commons import Commons
             from .declaring import declaration
             from .seclusion import secluded
             from .transitions import Transitions
 
             own = child(part.build, self.name, f"node {self.name}")
             declared = declaration(own)
+            if isinstance(own.parent, Coupled):
+                self._unchanged = Commons(own.parent).unchanged
             secluded(own)
             log = Transitions(self._sample) if part.log else None
             if log is not None:

@@ -24,6 +24,7 @@ from .lookahead import Observed, keep_promises, leaving, outs, promised, still_p
 from .messages import Message
 from .models import Atomic, Model, Present
 from .ports import InPort, Port
+from .purity import Witness
 from .rules import LIMIT, Patience, fail
 from .schedule import Schedule
 from .snapshot import frozen, thawed
@@ -66,6 +67,7 @@ class Simulator:
         ]
         self._ahead = min((ahead for _, ahead in self._speakers), default=NEVER)
         self.lookahead = promised(self.model, self.atomics)
+        self._witness, self._look = Witness(self.atomics), 1  # of all times [ns] those that it divides
         for m in (*self.atomics, self.model):
             m._present = self._present
 
@@ -77,6 +79,7 @@ class Simulator:
         self._staged: list[tuple[InPort[Any], Message]] = []
         self._observed = Observed()
         self._schedule = Schedule(self.atomics)
+        self._witness, self._look = Witness(self.atomics), 1
         self._present.now, self._present.speaker = (0, 0), None
         for m in self.atomics:
             self._begin(m, self._last)
@@ -161,7 +164,7 @@ class Simulator:
 
     def run(self, until: int = NEVER, stop: Callable[[], bool] | None = None) -> None:
         """Advance alone through all tags at t < `until` [ns], or until `stop()` after one; call it again to go on."""
-        due = self.next_time
+        due, until = self.next_time, min(until, NEVER)
         while due.t < until:
             if self._staged:
                 self.advance(due)
@@ -290,6 +293,9 @@ class Simulator:
     def _speak(self, tag: Instant) -> None:
         present, atomics = self._present, self.atomics
         present.now, present.sources, present.values = tag, [], []
+        passed_by = tag[0] % self._look
+        if not passed_by:
+            self._witness.before(tag[0], self._schedule.imminent)
         try:
             for i in self._schedule.imminent:
                 present.speaker = m = atomics[i]
@@ -302,6 +308,8 @@ class Simulator:
                     fail(m, tag, "output", ModelError(told))
         finally:
             present.speaker = None
+        if not passed_by:
+            self._look = self._witness.after(tag)
         if self._promises:
             keep_promises(tag, present.sources)
 

@@ -52,8 +52,8 @@ def beyond(wait: int) -> str:
     """What is said of a wait [ns] that ends after all time."""
     long = wait if wait <= NEVER else f"2**{wait.bit_length() - 1} or more"
     return (
-        f"hold_in({long}) [ns] ends beyond 2**63 ns, 292 years, as time does; hold for less, or call passivate() to wait "
-        "for ever"
+        f"hold_in({long}) [ns] ends beyond 2**63 ns, 292 years, as time does; hold for less, or call passivate() to "
+        "wait for ever"
     )
 
 

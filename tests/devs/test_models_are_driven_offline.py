@@ -51,7 +51,7 @@ def test_an_output_that_changes_its_model_is_refused() -> None:
             self.number += 1
             super().output()
 
-    with pytest.raises(ModelError, match=r"^g at \(0 s, 0\): output\(\) says something else when called again; "):
+    with pytest.raises(ModelError, match=r"^g at \(0 s, 0\): output\(\) must not change the state: it changed number"):
         drive(Impure("g", ns(1)), until=ns(3))
 
 

@@ -1,0 +1,151 @@
+"""What a flat model may do and a node cannot do alike is refused by name; what is fixed may be read anywhere."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from heavylift.coordinator import run_models
+from heavylift.coordinator.participants import building
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import Simulator, Transition
+
+HERE = Path(__file__).parent
+BEYOND = str(HERE / "beyond.py")
+CURE = "in a run each child of yard is a node of its own; send messages, or put what belongs together into one Coupled"
+
+
+def flat(reference: str, until: int = 100, **settings: Any) -> str:
+    lines: list[Transition] = []
+    simulator = Simulator(building.built(f"{BEYOND}:{reference}"), lines.append, **settings)
+    simulator.start()
+    simulator.run(until)
+    return repr(lines)
+
+
+def run(reference: str, until: int = 100, **settings: Any) -> str:
+    """All transitions, or the sentence that it ends with."""
+    lines: list[Transition] = []
+    try:
+        run_models(f"{BEYOND}:{reference}", until=until, log=lines.append, **settings)
+    except ModelError as error:
+        return str(error)
+    return repr(lines)
+
+
+OUT_OF_REACH = {
+    "add": "yard.add",
+    "remove": "yard.remove",
+    "connect": "yard.connect",
+    "disconnect": "yard.disconnect",
+    "children": "yard.children",
+    "sibling": "yard.other.act",
+    "tell_sibling": "yard.other.text",
+    "blackboard": "yard.crew",
+    "board": "yard.board",
+}
+
+
+@pytest.mark.parametrize("act", OUT_OF_REACH)
+def test_siblings_and_the_structure_around_them_are_out_of_reach(act: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert flat(f"yard('{act}')").count("Transition") > 20
+    told = f"yard.ticker at (0.00000003 s, 0): {OUT_OF_REACH[act]} is out of reach: {CURE}"
+    assert run(f"yard('{act}')", in_process=True) == told
+    if act in ("remove", "sibling"):
+        assert run(f"yard('{act}')") == told, "in processes, too"
+    monkeypatch.setattr("heavylift.coordinator.participants.seclusion.secluded", lambda own: None)
+    assert run(f"yard('{act}')", in_process=True).count("Transition") > 20, "without the rule nobody says a word"
+
+
+SHARED = {"log": "beyond.LOG", "tally": "beyond.count", "classwide": "beyond.Ticker.total"}
+
+
+@pytest.mark.parametrize("act", SHARED)
+def test_globals_that_change_are_named_with_those_who_use_them(act: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    told = f"yard.other, yard.ticker use {SHARED[act]}, which has changed, though each process has a copy of its own"
+    assert run(f"yard('{act}')", in_process=True).startswith(told)
+    if act == "log":
+        assert run(f"yard('{act}')").startswith(told), "in processes, too"
+    monkeypatch.setattr("heavylift.coordinator.participants.commons.Commons.unchanged", lambda commons, now: None)
+    assert run(f"yard('{act}')", in_process=True).count("Transition") > 20
+
+
+@pytest.mark.parametrize("where", [{"in_process": True}, {"processes": 2}], ids=["one process", "two"])
+def test_what_is_fixed_may_be_read_in_any_node(where: dict[str, Any]) -> None:
+    assert run("yard('look')", **where) == flat("yard('look')")
+    assert "ticker of yard yard 3 [1, 2, 3]" in flat("yard('look')")
+
+
+WHERE = {
+    "attribute": "yard.other.weight",
+    "deep": "yard.other.plan",
+    "generator": "yard.other.random",
+    "clock": "yard.other.born",
+    "numpy": "yard.other.random",
+    "port": "its ports|the structure of yard.other",
+    "couplings": "the structure of yard",
+    "inner": "the structure of yard.inner",
+}
+
+
+@pytest.mark.parametrize("what", WHERE)
+def test_a_build_that_differs_is_refused_before_anything_runs(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    said = run(f"random_build('{what}')", in_process=True)
+    assert any(
+        f"random_build('{what}'): {told} differs between the process of node" in said for told in WHERE[what].split("|")
+    )
+    if what == "couplings":
+        return  # a child that is not there again is missed without the rule, too
+    monkeypatch.setattr("heavylift.coordinator.run.models.declaration", lambda child: b"")
+    monkeypatch.setattr("heavylift.coordinator.participants.declaring.declaration", lambda child: b"")
+    assert run(f"random_build('{what}')", in_process=True).count("Transition") > 20
+
+
+def test_a_build_that_returns_one_model_twice_is_refused() -> None:
+    told = "same() returned the model of an earlier call; let it make a new one each time"
+    assert run("same()", in_process=True).endswith(told)
+
+
+def digest(seed: str, *where: str) -> str:
+    """Of the command under a seed of hashes."""
+    done = subprocess.run(
+        [Path(sys.executable).parent / "heavylift", "devs", f"{BEYOND}:words", "--until", "0.0001 ms", *where],
+        env={**os.environ, "PYTHONHASHSEED": seed},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=True,
+    )
+    return done.stdout.split()[-1]
+
+
+def test_who_iterates_over_a_set_does_so_alike_in_every_run() -> None:
+    assert digest("random", "--processes", "2") == digest("7", "--in-process")
+
+
+def test_who_runs_models_in_a_process_of_other_hashes_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("heavylift.coordinator.run.models.fixed", lambda: False)
+    with pytest.warns(UserWarning, match=r"^yard.other: may iterate over a set, whose order another process"):
+        run("words()", in_process=True)
+
+
+@pytest.mark.parametrize("where", [{"in_process": True}, {"processes": 2}], ids=["one process", "two"])
+def test_a_long_chain_without_delay_runs_where_that_is_allowed(where: dict[str, Any]) -> None:
+    said = run("chain(60)", microsteps=40, **where)
+    assert "zero-time loop between nodes, 40 microsteps" in said, said
+    assert said.endswith("or allow more with the option microsteps (heavylift devs --microsteps)")
+    assert run("chain(60)", microsteps=80, **where) == flat("chain(60)", microsteps=80)
+    assert flat("chain(10_005)", microsteps=10_100).count("Transition") == 20_010
+
+
+@pytest.mark.parametrize("limit", [0, -5, 1.5, True])
+def test_a_limit_of_microsteps_that_is_none(limit: Any) -> None:
+    assert run("chain(3)", microsteps=limit) == (
+        f"microsteps={limit!r}: the limit of microsteps at one time must be an int > 0"
+    )
+
+
+def test_an_end_that_is_no_time() -> None:
+    assert run("chain(3)", until=1.5) == "until=1.5: the end of a run must be an int >= 0 in ns, use ns(seconds)"  # type: ignore[arg-type]
