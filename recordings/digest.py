@@ -3,36 +3,44 @@
 Events are the ones on the ports of coupled models, keyed (t, microstep, source path, port, index), with
 type and canonical bytes; rows are keyed by their number and are what stands in the file, the numbers of `/samples`
 and then those of `/poses`, notes are those of `/log`, so that a reader can compute the digest again.  The order in
-which they are added does not matter: events are kept and sorted at the end, a row is hashed at once and only its hash
-is kept.  Attachments, facts and whatever is derived from samples (verdicts, clearances, collisions) stay outside; no
-message holds a file name or a line (DIGEST.md has the table).
+which they are added does not matter: events are sorted at the end, a row is hashed at once and only its hash is kept.
+Their number stands first in what is hashed, so they wait for the end: what comes in order, as all of a run does, in a
+temporary file once it is much.  Attachments, facts and whatever is derived from samples (verdicts, clearances,
+collisions) stay outside; no message holds a file name or a line (DIGEST.md has the table).
 """
 
 from __future__ import annotations
 
 import hashlib
 import struct
+import tempfile
+from collections.abc import Iterator
+from heapq import merge
+from typing import Any
 
 import msgspec
+from heavylift.kernel.errors import RecordingError
 
 __all__ = ["Digest"]
+
+IN_MEMORY = 1 << 20  # bytes; what is more goes into a file
+_LENGTH = struct.Struct("<I")
 
 
 class Digest:
     """Incremental and independent of the order of its calls."""
 
     def __init__(self) -> None:
-        self._events: list[tuple[int, int, str, str, int, str, bytes]] = []
-        self._rows: dict[int, bytes] = {}
+        self._events, self._rows = _Sorted(), _Sorted()
         self._notes: dict[int, bytes] = {}
 
     def event(self, t_ns: int, k: int, source: str, port: str, index: int, type: str, payload: bytes) -> None:
         """Add one event with its canonical bytes."""
-        self._events.append((t_ns, k, source, port, index, type, payload))
+        self._events.add((t_ns, k, source, port, index, type, payload))
 
     def samples(self, number: int, t_ns: int, row: bytes) -> None:
         """Add the sample row of this number: simulation time [ns] and its float64 bytes."""
-        self._rows[number] = hashlib.sha256(struct.pack("<qq", number, t_ns) + row).digest()
+        self._rows.add((number, hashlib.sha256(struct.pack("<qq", number, t_ns) + row).digest()))
 
     def note(self, number: int, t_ns: int, sentence: str) -> None:
         """Add the sampler's note of this number."""
@@ -40,11 +48,44 @@ class Digest:
 
     def hexdigest(self) -> str:
         """SHA-256 of all that was added so far, in hexadecimal."""
-        total = hashlib.sha256(struct.pack("<qq", len(self._events), len(self._rows)))
-        for event in sorted(self._events):
+        total = hashlib.sha256(struct.pack("<qq", self._events.count, self._rows.count))
+        for event in self._events.all():
             total.update(msgspec.msgpack.encode(event))
-        for number in sorted(self._rows):
-            total.update(self._rows[number])
+        for _, row in self._rows.all():
+            total.update(row)
         for number in sorted(self._notes):
             total.update(self._notes[number])
         return total.hexdigest()
+
+
+class _Sorted:
+    """Tuples in their order; those that come in order wait on disk."""
+
+    def __init__(self) -> None:
+        self._file = tempfile.SpooledTemporaryFile(IN_MEMORY)  # noqa: SIM115 - closed with its last reference
+        self._last: tuple[Any, ...] = ()
+        self._late: list[tuple[Any, ...]] = []
+        self.count = 0
+
+    def add(self, entry: tuple[Any, ...]) -> None:
+        self.count += 1
+        if entry < self._last:
+            self._late.append(entry)
+            return
+        self._last = entry
+        data = msgspec.msgpack.encode(entry)
+        try:
+            self._file.write(_LENGTH.pack(len(data)) + data)
+        except OSError as error:
+            raise RecordingError(
+                f"{tempfile.gettempdir()}: what the digest is made of cannot be written ({error.strerror}); make room "
+                "or set TMPDIR"
+            ) from None
+
+    def all(self) -> Iterator[tuple[Any, ...]]:
+        return merge(self._written(), sorted(self._late))
+
+    def _written(self) -> Iterator[tuple[Any, ...]]:
+        self._file.seek(0)
+        while head := self._file.read(_LENGTH.size):
+            yield msgspec.msgpack.decode(self._file.read(*_LENGTH.unpack(head)), type=tuple)

@@ -40,6 +40,7 @@ Messages = NDArray[np.uint8]  # (n, bytes), all of one length
 
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK = 256 * 1024  # [bytes] before packing
+RECENT = 64  # chunk indexes that are kept as they are
 LEVEL = 3  # of zstd: higher ones gain 2 % in thrice the time
 MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log and publish time
 HEAD = np.dtype(  # the same of many messages
@@ -62,7 +63,9 @@ class McapFile:
         self._counts = [0]  # messages by channel
         self._attachments: list[AttachmentIndex] = []
         self._metadata: list[MetadataIndex] = []
-        self._chunks: list[ChunkIndex] = []
+        self._chunks: list[ChunkIndex] = []  # the last ones; a long run has many
+        self._indexes = bytearray()  # those before, encoded
+        self._chunk_count, self._began, self._ended = 0, 0, 0  # of all chunks; least and largest log time
         self._chunk = bytearray()
         self._entries: dict[int, bytearray] = {}
         self._first = self._last = 0  # log times in the chunk
@@ -189,18 +192,17 @@ class McapFile:
         self._close_chunk()
         self._record(DataEnd(data_section_crc=self._crc))
         start = self._place
-        groups: list[tuple[Opcode, list[Any]]] = [
-            (Opcode.SCHEMA, self._schemas),
-            (Opcode.CHANNEL, self._channels),
-            (Opcode.STATISTICS, [self._statistics()]),
-            (Opcode.CHUNK_INDEX, self._chunks),
-            (Opcode.ATTACHMENT_INDEX, self._attachments),
-            (Opcode.METADATA_INDEX, self._metadata),
+        groups: list[tuple[Opcode, bytes]] = [
+            (Opcode.SCHEMA, _all(self._schemas)),
+            (Opcode.CHANNEL, _all(self._channels)),
+            (Opcode.STATISTICS, _bytes(self._statistics())),
+            (Opcode.CHUNK_INDEX, bytes(self._indexes) + _all(self._chunks)),
+            (Opcode.ATTACHMENT_INDEX, _all(self._attachments)),
+            (Opcode.METADATA_INDEX, _all(self._metadata)),
         ]
         summary, offsets = b"", []
-        for opcode, records in groups:
-            if records:
-                group = b"".join(_bytes(record) for record in records)
+        for opcode, group in groups:
+            if group:
                 offsets.append(
                     SummaryOffset(group_opcode=opcode, group_length=len(group), group_start=start + len(summary))
                 )
@@ -232,6 +234,9 @@ class McapFile:
         for channel, entries in self._entries.items():
             places[channel] = self._place
             self._write(INDEX.pack(Opcode.MESSAGE_INDEX, 6 + len(entries), channel, len(entries)) + entries)
+        if len(self._chunks) == RECENT:
+            self._indexes += _all(self._chunks)
+            self._chunks.clear()
         self._chunks.append(
             ChunkIndex(
                 chunk_length=length,
@@ -245,6 +250,8 @@ class McapFile:
                 uncompressed_size=len(data),
             )
         )
+        self._began = min(self._began, self._first) if self._chunk_count else self._first
+        self._ended, self._chunk_count = max(self._ended, self._last), self._chunk_count + 1
         self._chunk.clear()
         self._entries.clear()
 
@@ -254,10 +261,10 @@ class McapFile:
             attachment_count=len(self._attachments),
             channel_count=len(self._channels),
             channel_message_counts=counts,
-            chunk_count=len(self._chunks),
+            chunk_count=self._chunk_count,
             message_count=sum(counts.values()),
-            message_end_time=max((c.message_end_time for c in self._chunks), default=0),
-            message_start_time=min((c.message_start_time for c in self._chunks), default=0),
+            message_end_time=self._ended,
+            message_start_time=self._began,
             metadata_count=len(self._metadata),
             schema_count=len(self._schemas),
         )
@@ -286,6 +293,10 @@ def _beginnings(messages: Sequence[tuple[int, Messages]]) -> Iterator[tuple[int,
     for channel, data in messages:
         yield channel, at
         at += MESSAGE.size + data.shape[1]
+
+
+def _all(records: Sequence[Any]) -> bytes:
+    return b"".join(map(_bytes, records))
 
 
 def _bytes(record: Any) -> bytes:

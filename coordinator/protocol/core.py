@@ -100,7 +100,7 @@ class Coordinator:
         self._moved(node)
 
     def working(self, name: str, t_ns: int) -> None:
-        """(6) A node that samples has come to this time [ns] under its grant: nothing that it is yet to say is earlier."""
+        """(6) A node that samples has come to this time [ns] under its grant: what it is yet to say is not earlier."""
         node = self._node(name)
         if node.running:
             at = 2 * self._n + node.rank

@@ -138,7 +138,9 @@ class Link:
 class LocalLink(_Sender):
     """A node's connection to a LocalHub over the same session; `serve` hands its messages to a function."""
 
-    def __init__(self, session: zenoh.Session, run: str, node: str, ready: deque[str], sampled: Callable[[], None]) -> None:
+    def __init__(
+        self, session: zenoh.Session, run: str, node: str, ready: deque[str], sampled: Callable[[], None]
+    ) -> None:
         super().__init__(session, run, LOCAL, node, FIRST_EPOCH)
         self._pending: deque[zenoh.Sample] = deque()
         self._ready, self._sampled = ready, sampled
@@ -146,7 +148,7 @@ class LocalLink(_Sender):
         self._inbox = session.declare_subscriber(key(run, "in", LOCAL, node), Callback(self._enqueue, indirect=False))
 
     def sample(self, payload: bytes) -> None:
-        """Send a batch of samples to the coordinator, which takes it at once: nobody else could while the node works."""
+        """Send a batch of samples to the coordinator, which takes it at once, in the middle of the work."""
         super().sample(payload)
         self._sampled()
 

@@ -7,6 +7,7 @@ from contextlib import nullcontext, suppress
 from itertools import pairwise
 from random import Random
 
+import msgspec
 import pytest
 from heavylift.coordinator.protocol import core as core_module
 from heavylift.coordinator.protocol.core import AHEAD, Coordinator
@@ -181,3 +182,24 @@ def test_whatever_the_model_time_goes_on_under_the_tightest_bounds(seed: int) ->
         rounds(core, nodes, 2_000, lambda name, grant: floors.append(core.floor), 1 + seed)
     assert all(a <= b for a, b in pairwise(floors))
     assert core.over is not None or floors[-1].t > floors[len(floors) // 2].t
+
+
+def test_a_node_that_samples_stops_where_it_speaks_and_lets_others_leave_before_its_done() -> None:
+    """a is at 700 in a grant without an end: what b has said up to there leaves, and nothing of a's can come before."""
+    left: list[int] = []
+    core = Coordinator("ab", [], on_event=lambda event: left.append(event.t))
+    a, b = Node("a", Simulator(Clock("a", 400)), samples=True), Node("b", Simulator(Clock("b", 250)))
+    for node in (a, b):
+        core.hello(node.name, node.hello())  # type: ignore[arg-type]
+    grants = dict(core.ready())
+    assert (grants["a"].until, left) == (FOREVER, [250])
+    core.done("b", answer(b, grants["b"], core))
+    core.ready()
+    assert (core.floor, left) == (Tag(400, 1), [250, 400])
+    done = a.handle(msgspec.structs.replace(grants["a"], committed=False))
+    assert isinstance(done, Done)
+    assert (done.reached, len(done.spoken)) == (Tag(400, 1), 1)
+    core.working("a", 700)
+    assert (core.floor, left) == (Tag(700), [250, 400, 500])
+    core.working("a", 600)  # told twice, by a successor
+    assert core.floor == Tag(700)

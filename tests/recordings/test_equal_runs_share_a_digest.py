@@ -9,7 +9,9 @@ from typing import Any
 
 import msgspec
 import numpy as np
+import pytest
 from heavylift.recordings import Digest, Recorder, Recording
+from heavylift.recordings import digest as digest_module
 from numpy.typing import NDArray
 
 EVENTS: list[tuple[Any, ...]] = [
@@ -86,3 +88,17 @@ def test_the_file_holds_everything_the_digest_covers(recorded: Path, rows: NDArr
     for number, (raw, row) in enumerate(zip(rec.messages("/samples"), columns, strict=True)):
         out.samples(number, raw.log_time, row.tobytes())
     assert out.hexdigest() == rec.result["digest"]
+
+
+def test_what_waits_in_a_file_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a long run events wait on disk, and those that come late are put in their places."""
+    events = [(t, k, "west", "report", 0, "Done", bytes(100)) for t in range(300) for k in range(3)]
+    rows = [(n, n, bytes(8)) for n in range(1000)]
+    late = [*events[100:], *events[:100]], [*rows[1:], rows[0]]
+    expected = digest(events, rows)
+    monkeypatch.setattr(digest_module, "IN_MEMORY", 1000)
+    out = Digest()
+    for event in events:
+        out.event(*event)
+    assert out._events._file._rolled  # type: ignore[attr-defined]
+    assert (digest(events, rows), digest(*late)) == (expected, expected)

@@ -1,0 +1,75 @@
+"""What a run shows is on disk within a second, and not in memory, whatever the run is busy with."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.participants.kernel_node import BATCH
+from heavylift.coordinator.protocol.core import Coordinator
+from heavylift.coordinator.run import run
+from heavylift.kernel.errors import RecordingError
+from heavylift.nodes.scene import load
+from heavylift.recordings import Recorder, recover
+from heavylift.recordings.mcapfile import McapFile
+from heavylift.recordings.writer import Waiting
+
+SWING = ["end=900 s", "samples=2 Hz"]
+ROWS = 1 + 2 * 900  # and all of them lie between two events
+
+
+def waiting(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Sample rows that wait for their place in the file, after each batch."""
+    found: list[int] = []
+    settle = Recorder.settle
+
+    def counted(recorder: Recorder, t_ns: int) -> None:
+        settle(recorder, t_ns)
+        blocks = [what for *_, what in recorder._queue if isinstance(what, Waiting)]
+        found.append(sum(len(what.block.times) - what.first for what in blocks))
+
+    monkeypatch.setattr(Recorder, "settle", counted)
+    return found
+
+
+@pytest.mark.parametrize("in_process", [True, False])
+def test_rows_do_not_wait_for_the_next_event(in_process: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A load that swings, in one grant or in ninety."""
+    rows = waiting(monkeypatch)
+    run(load("pendulum", SWING), tmp_path / "swing.mcap", in_process=in_process)
+    assert max(rows) <= 2 * BATCH
+    monkeypatch.setattr(Coordinator, "working", lambda core, name, t_ns: None)
+    rows.clear()
+    if in_process:
+        run(load("pendulum", SWING), tmp_path / "swing.mcap", in_process=True)
+        assert max(rows) > ROWS - BATCH
+
+
+def test_what_is_written_is_on_disk_before_the_next_is_said(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "run.mcap", {"scene": "x"}) as rec:
+        part = rec._sink._file.part
+        rec.log(10**9, "info", "x", "said")
+        rec.settle(2 * 10**9)
+        before, patience = part.stat().st_size, time.monotonic() + 20.0
+        while part.stat().st_size == before:  # nobody calls the recorder meanwhile
+            assert time.monotonic() < patience
+            time.sleep(0.01)
+        assert recover(part, tmp_path / "saved.mcap").messages == 1
+
+
+def test_a_refusal_that_the_thread_has_met_is_told_to_who_writes_next(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(file: McapFile) -> None:
+        raise OSError(28, "No space left on device")
+
+    rec = Recorder(tmp_path / "run.mcap", {"scene": "x"})
+    monkeypatch.setattr(McapFile, "flush", full)
+    rec.log(10**9, "info", "x", "said")
+    rec._sink._thread.join(20.0)
+    with pytest.raises(RecordingError, match=r"run.mcap.part: cannot be written \(No space left on device\)"):
+        rec.settle(2 * 10**9)
+    with pytest.raises(RecordingError, match="No space left"):
+        rec.close()
+    assert not rec._sink._thread.is_alive()
