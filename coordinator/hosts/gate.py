@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 import zenoh
+from heavylift.kernel.errors import UNREADABLE
 from zenoh.handlers import Callback
 
 from ..participants.participant import version
@@ -61,7 +62,7 @@ class Gate:
         with self._lock:
             try:
                 asked = msgspec.msgpack.decode(query.payload.to_bytes() if query.payload else b"", type=Ask)
-            except msgspec.MsgspecError:
+            except UNREADABLE:
                 self._say("somebody with a certificate of this yard asked to join in words of another program")
                 return
             answer = self.answer(asked)

@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import msgspec
 import zenoh
-from heavylift.kernel.errors import ProtocolError
+from heavylift.kernel.errors import UNREADABLE, ProtocolError
 from heavylift.nodes.models import KERNEL
 from zenoh.handlers import FifoChannel
 
@@ -75,7 +75,10 @@ def _ask(session: zenoh.Session, asked: Ask, door: Door) -> Ticket:
         )
         for reply in replies:
             if reply.ok is not None:
-                answer = msgspec.msgpack.decode(reply.ok.payload.to_bytes(), type=Answer)
+                try:
+                    answer = msgspec.msgpack.decode(reply.ok.payload.to_bytes(), type=Answer)
+                except UNREADABLE:
+                    raise ProtocolError(f"{door.endpoint} answers in words of another program") from None
                 if answer.ticket is None:
                     raise ProtocolError(f"process {asked.process} may not join: {answer.refusal}")
                 return answer.ticket

@@ -21,7 +21,7 @@ import zenoh
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.supervision.journal import Journal
 from heavylift.coordinator.transport.hub import Hub
-from heavylift.kernel.errors import HeavyliftError
+from heavylift.kernel.errors import UNREADABLE, HeavyliftError
 from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.devs import encode as canonical
 from heavylift.nodes.models.messages import OperatorAnswer, OperatorCommand
@@ -82,7 +82,7 @@ class Desk:
             asked = self._asked.popleft()
             try:
                 said = self._obey(msgspec.msgpack.decode(asked.order, type=Order), core, asked)
-            except (HeavyliftError, msgspec.MsgspecError) as error:
+            except (HeavyliftError, *UNREADABLE) as error:
                 asked.reply(Reply(False, str(error)))
             else:
                 if said is not None:

@@ -14,7 +14,7 @@ from enum import Enum
 from typing import Any
 
 import msgspec
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel.errors import UNREADABLE, ModelError
 
 _REGISTRY: dict[str, "type[Message]"] = {}
 _DECODERS: dict[str, "msgspec.msgpack.Decoder[Message]"] = {}
@@ -122,5 +122,5 @@ def decode(name: str, payload: bytes) -> Message:
         decoder = _DECODERS[name] = msgspec.msgpack.Decoder(message_type(name))
     try:
         return decoder.decode(payload)
-    except msgspec.MsgspecError as error:
+    except UNREADABLE as error:
         raise ModelError(f"message {name} cannot be decoded: {error}") from None
