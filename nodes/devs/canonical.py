@@ -28,12 +28,9 @@ from heavylift.kernel.trust import written_by_user
 __all__ = ["frozen", "thawed"]
 
 _COMPUTING = {"math", "cmath", "operator", "collections", "fractions", "decimal", "datetime", "statistics"}
-_BUILTIN = {
-    "builtins": frozenset(
-        "abs all any bool bytearray bytes complex dict divmod enumerate filter float frozenset int len list map max min "
-        "object pow range reversed round set slice sorted str sum tuple type zip".split()
-    ),
-    "io": frozenset(["open"]),  # of a model that keeps a log
+_BUILTIN = {  # beside the types
+    "builtins": ("abs", "all", "any", "divmod", "len", "max", "min", "pow", "round", "sorted", "sum"),
+    "io": ("open",),  # of a model that keeps a log
 }
 _SCALARS = (type(None), bool, float, str, bytes)
 _DICTS: dict[type, str] = {dict: "dict", OrderedDict: "OrderedDict", Counter: "Counter", defaultdict: "defaultdict"}
@@ -222,9 +219,9 @@ def _value(module: str, name: str) -> tuple[str, str]:
     """The same name; TypeError unless a model may have it in its state, where it may be called."""
     found = _named(module, name)
     own = _of_models(module) and getattr(found, "__module__", "") == module
-    numbers = module == "numpy" and isinstance(found, type)
-    computes = (module in _COMPUTING and "." not in name) or (module in _BUILTIN and name in _BUILTIN[module])
-    if isinstance(found, type | FunctionType | BuiltinFunctionType) and (own or numbers or computes):
+    types = module in ("builtins", "numpy") and isinstance(found, type)
+    computes = (module in _COMPUTING and "." not in name) or name in _BUILTIN.get(module, ())
+    if isinstance(found, type | FunctionType | BuiltinFunctionType) and (own or types or computes):
         return module, name
     raise TypeError(f"{name} of {module} cannot be kept, it is no part of a model")
 
