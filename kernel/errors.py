@@ -12,7 +12,10 @@
 All other rooms import these names and add none: `except HeavyliftError` catches whatever a user did wrong.
 """
 
+import msgspec
+
 __all__ = [
+    "UNREADABLE",
     "HeavyliftError",
     "KernelError",
     "ModelError",
@@ -22,6 +25,10 @@ __all__ = [
     "SignalError",
     "Stopped",
 ]
+
+
+UNREADABLE = (msgspec.MsgspecError, UnicodeDecodeError, OverflowError, RecursionError, MemoryError)
+"""What msgspec raises of bytes of others that are not what they should be."""
 
 
 class HeavyliftError(Exception):

@@ -26,7 +26,7 @@ from typing import Any
 
 from .errors import KernelError
 
-__all__ = ["allowed", "demand", "foreign", "named", "namer", "others_write", "refusal", "trust", "trusted", "withdraw"]
+__all__ = ["allowed", "demand", "foreign", "named", "namer", "others_write", "refusal", "trust", "trusted", "withdraw", "written_by_user"]
 
 ALLOWED = "HEAVYLIFT_ALLOW_CODE"
 HEAVYLIFT = [Path(__file__).resolve().parents[1] / room for room in ("kernel", "nodes", "coordinator", "recordings")]
@@ -137,6 +137,12 @@ def withdraw(folder: Path) -> Path:
         raise KernelError(f"{folder} is not among the trusted folders; `heavylift trust` lists them")
     _keep({*known} - {found})
     return found
+
+
+def written_by_user(module: str) -> bool:
+    """Whether a module that is imported is no part of Python, heavylift or another installed package."""
+    file = getattr(sys.modules.get(module), "__file__", None)
+    return file is not None and not _among((STANDARD, *LIBRARIES, *HEAVYLIFT), Path(file).resolve())
 
 
 @contextmanager

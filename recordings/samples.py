@@ -16,7 +16,7 @@ from itertools import chain, count
 
 import msgspec
 import numpy as np
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel.errors import UNREADABLE, RecordingError
 from numpy.typing import NDArray
 
 POSE = "pose/"
@@ -102,7 +102,7 @@ def decode_batch(payload: bytes, width: int) -> Batch:
     """A batch from its wire form; RecordingError if it does not hold whole rows of `width` columns."""
     try:
         wire = _decode_batch(payload)
-    except msgspec.DecodeError as error:
+    except UNREADABLE as error:
         raise RecordingError(f"a batch of samples is not [number, times, rows]: {error}") from None
     first, times, data = wire.first, wire.times, wire.rows
     if len(data) != 8 * width * len(times):

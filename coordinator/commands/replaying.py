@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel.errors import UNREADABLE, RecordingError
 
 from .app import File, Json, app
 from .running import live_page
@@ -154,7 +154,6 @@ def _watching(run: RecordedRun) -> AbstractContextManager[Watch]:
     """What shows the user where the replay is: stages, if the recording is one of a scene."""
     from contextlib import nullcontext
 
-    import msgspec
     from heavylift.nodes.scene.plan import decode
 
     from ..record.scene import RESOLVED
@@ -163,7 +162,7 @@ def _watching(run: RecordedRun) -> AbstractContextManager[Watch]:
 
     try:
         return Progress(decode(run.recording.attachments[RESOLVED]))
-    except (KeyError, msgspec.MsgspecError):
+    except (KeyError, *UNREADABLE):
         return nullcontext(Watch())
 
 

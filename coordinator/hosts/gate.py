@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 import zenoh
+from heavylift.kernel.errors import UNREADABLE
 from zenoh.handlers import Callback
 
 from ..participants.participant import version
@@ -89,7 +90,7 @@ class Gate:
     def _read(self, query: zenoh.Query) -> Ask | None:
         try:
             return msgspec.msgpack.decode(query.payload.to_bytes() if query.payload else b"", type=Ask)
-        except msgspec.MsgspecError:
+        except UNREADABLE:
             self._tell("somebody with a certificate of this yard asked to join in words of another program")
             return None
 

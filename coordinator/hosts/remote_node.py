@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 import msgspec
 import zenoh
-from heavylift.kernel.errors import ProtocolError
+from heavylift.kernel.errors import UNREADABLE, ProtocolError
 from heavylift.nodes.models import KERNEL
 from zenoh.handlers import FifoChannel
 
@@ -93,7 +93,7 @@ def _answer(session: zenoh.Session, at: str, asked: Ask, door: Door) -> Answer:
 def _decoded(data: bytes, door: Door) -> Answer:
     try:
         return msgspec.msgpack.decode(data, type=Answer)
-    except msgspec.MsgspecError:
+    except UNREADABLE:
         raise ProtocolError(f"who answers at {door.endpoint} speaks the words of another program") from None
 
 

@@ -16,7 +16,7 @@ from typing import NamedTuple, Self
 
 import msgspec
 from heavylift.coordinator.transport.session import places
-from heavylift.kernel.errors import ProtocolError
+from heavylift.kernel.errors import UNREADABLE, ProtocolError
 
 __all__ = ["Announcement", "Found", "Notice", "find", "running"]
 
@@ -114,7 +114,7 @@ def _running() -> Iterator[Found]:
         try:
             if path.stat().st_uid == os.getuid() and _locked(path):
                 yield Found(msgspec.json.decode(path.read_bytes(), type=Notice), path.parent)
-        except (OSError, msgspec.MsgspecError):  # it ends just now, or another version wrote it
+        except (OSError, *UNREADABLE):  # it ends just now, or another version wrote it
             continue
 
 

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import msgspec
 from heavylift.coordinator.supervision.journal import read
+from heavylift.kernel.errors import UNREADABLE, RecordingError
 from heavylift.nodes.devs import Event, Tag, encode
 from heavylift.nodes.models.messages import OperatorCommand
 from heavylift.recordings import Recording, file_path
@@ -38,7 +39,11 @@ def journal_of(recording: Path) -> Path:
 
 def journaled(recording: Path) -> set[Given]:
     """The commands in the journal of a run that was cut off."""
-    return {Given(*msgspec.msgpack.decode(entry, type=tuple[Tag, bytes])) for entry in read(journal_of(recording))}
+    path = journal_of(recording)
+    try:
+        return {Given(*msgspec.msgpack.decode(entry, type=tuple[Tag, bytes])) for entry in read(path)}
+    except UNREADABLE as error:
+        raise RecordingError(f"{path}: is no journal of commands ({error}); remove it to go on without them") from None
 
 
 def operator_commands(recording: str | Path) -> list[Given]:
@@ -46,6 +51,9 @@ def operator_commands(recording: str | Path) -> list[Given]:
     path = file_path(recording)
     found = journaled(path)
     for event in Recording(path).events(OPERATOR, COMMAND) if path.exists() else ():
-        said = msgspec.convert(event.value, OperatorCommand)
+        try:
+            said = msgspec.convert(event.value, OperatorCommand)
+        except UNREADABLE as error:
+            raise RecordingError(f"{path}: what was ordered at {event.t_ns} ns is no command ({error})") from None
         found.add(Given(Tag(event.t_ns, event.microstep), encode(said)))
     return sorted(found)

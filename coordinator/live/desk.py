@@ -21,7 +21,7 @@ import zenoh
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.supervision.journal import Journal
 from heavylift.coordinator.transport.hub import Hub
-from heavylift.kernel.errors import HeavyliftError
+from heavylift.kernel.errors import UNREADABLE, HeavyliftError
 from heavylift.nodes.devs import Event, Tag
 from heavylift.nodes.devs import encode as canonical
 from heavylift.nodes.models.messages import OperatorAnswer, OperatorCommand
@@ -86,7 +86,7 @@ class Desk:
                 said = self._obey(msgspec.msgpack.decode(asked.order, type=Order), core, asked)
             except HeavyliftError as error:
                 asked.reply(Reply(False, str(error)))
-            except msgspec.MsgspecError as error:
+            except UNREADABLE as error:
                 asked.reply(Reply(False, f"this is no order that a run takes: {printable(str(error), SHOWN)}"))
             else:
                 if said is not None:

@@ -14,7 +14,7 @@ import msgspec
 import zenoh
 from heavylift.coordinator.transport.keys import key
 from heavylift.coordinator.transport.session import operator_session
-from heavylift.kernel.errors import ProtocolError
+from heavylift.kernel.errors import UNREADABLE, ProtocolError
 from heavylift.nodes.devs import NEVER
 
 from .announce import Found, find
@@ -70,7 +70,10 @@ def ask(
         for reply in session.get(control, payload=msgspec.msgpack.encode(what), timeout=timeout, consolidation=each):
             if reply.ok is None:
                 continue
-            answer = msgspec.msgpack.decode(reply.ok.payload.to_bytes(), type=Reply)
+            try:
+                answer = msgspec.msgpack.decode(reply.ok.payload.to_bytes(), type=Reply)
+            except UNREADABLE:
+                raise ProtocolError(f"run {found.notice.run} answers in words of another version") from None
             if answer.last:
                 return answer
             said = answer.said

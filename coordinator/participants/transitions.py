@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import msgspec
+from heavylift.kernel.errors import UNREADABLE, ProtocolError
 from heavylift.nodes.devs import Message, Tag, Transition, decode, encode
 
 __all__ = ["Transitions", "read"]
@@ -35,11 +36,12 @@ class Transitions:
 
 
 def read(batch: bytes) -> list[Transition]:
-    """The transitions of a batch."""
-    return [
-        Transition(Tag(t, k), path, kind, _messages(bag), _messages(sent))
-        for t, k, path, kind, bag, sent in _DECODER.decode(batch)
-    ]
+    """The transitions of a batch; ProtocolError if it holds none."""
+    try:
+        told = _DECODER.decode(batch)
+    except UNREADABLE as error:
+        raise ProtocolError(f"a log of transitions cannot be read ({error})") from None
+    return [Transition(Tag(t, k), path, kind, _messages(bag), _messages(sent)) for t, k, path, kind, bag, sent in told]
 
 
 def _wire(said: tuple[tuple[str, Message], ...]) -> list[_Said]:

@@ -31,7 +31,7 @@ Any other message, or one out of order, is refused by name. The wire form is Mes
 from typing import Annotated
 
 import msgspec
-from heavylift.kernel.errors import ProtocolError
+from heavylift.kernel.errors import UNREADABLE, ProtocolError
 from heavylift.nodes.devs import Delivery, Event, Slack, Tag
 
 Count = Annotated[int, msgspec.Meta(ge=0)]
@@ -133,10 +133,10 @@ def decode(data: bytes) -> AnyMessage:
     """The message of a wire form; anything else is refused."""
     try:
         return _DECODER.decode(data)
-    except msgspec.MsgspecError as error:
+    except UNREADABLE as error:
         raise ProtocolError(f"not a message of the time protocol: {error}") from None
 
 
 def kind(data: bytes) -> str:
     """The kind of an encoded message, without a look at the rest: it stands first."""
-    return data[2 : 2 + (data[1] & 31)].decode()
+    return data[2 : 2 + (data[1] & 31)].decode(errors="replace") if len(data) > 1 else ""

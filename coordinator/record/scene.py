@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.kernel.describe import System
+from heavylift.kernel.errors import UNREADABLE, ProtocolError
 from heavylift.nodes.devs import Event, OutPort
 from heavylift.nodes.fidelity.own import modelled_as
 from heavylift.nodes.models import KERNEL, NodeModel, system
@@ -106,7 +107,10 @@ class Record(FileTape):
 
     def layout(self, data: bytes, systems: list[System]) -> None:
         """The kernel's sample columns, and what of the mechanics can be drawn."""
-        self._layout = msgspec.msgpack.decode(data, type=SampleLayout)
+        try:
+            self._layout = msgspec.msgpack.decode(data, type=SampleLayout)
+        except UNREADABLE as error:
+            raise ProtocolError(f"the kernel announces samples that cannot be read ({error})") from None
         self._energy = EnergyAudit(self._layout)
         self.recorder.layout(self._layout)
         drawn = boxes(self._plan)

@@ -10,8 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-import msgspec
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel.errors import UNREADABLE, RecordingError
 from heavylift.kernel.trust import demand
 from heavylift.nodes.devs import Simulator, Steppable
 from heavylift.nodes.models import COMMANDER, KERNEL, build, build_one, couplings
@@ -60,8 +59,9 @@ def cast_of(rec: Recording) -> Cast:
         try:
             plan = decode(rec.attachments[RESOLVED])
             demand(functions(plan), f"{rec.path}")
-            return _of_plan(plan)
-        except msgspec.MsgspecError as error:
+            with rec.reading():  # a plan may be readable and yet make no sense
+                return _of_plan(plan)
+        except UNREADABLE as error:
             raise RecordingError(
                 f"{rec.path}: this version cannot run its scene ({error}); use the version that made it, {rec.library}"
             ) from None

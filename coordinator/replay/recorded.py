@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 
 import msgspec
-from heavylift.kernel.errors import ModelError, RecordingError
+from heavylift.kernel.errors import UNREADABLE, ModelError, RecordingError
 from heavylift.nodes.devs import FOREVER, Event, Tag, encode, message_type, ns
 from heavylift.recordings import RecordedEvent, Recording
 
@@ -41,7 +41,7 @@ class RecordedRun:
     def _event(self, e: RecordedEvent) -> Event:
         try:
             value = msgspec.convert(e.value, message_type(e.type))
-        except (msgspec.MsgspecError, ModelError) as error:
+        except (*UNREADABLE, ModelError) as error:
             raise RecordingError(
                 f"{self.path}: {e.source}.{e.port} at {Tag(e.t_ns, e.microstep)} is no {e.type} that this version "
                 f"knows ({error}); use the version that made it, {self.recording.library}"

@@ -15,15 +15,18 @@ from tempfile import TemporaryDirectory
 from heavylift.kernel.errors import RecordingError
 from heavylift.kernel.trust import demand
 from heavylift.nodes.devs import FOREVER, Event
+from heavylift.nodes.models import build
 from heavylift.nodes.scene import LoadedScene, restored
 from heavylift.nodes.scene.plan import decode, functions
 from heavylift.recordings import file_path, recover
+from heavylift.recordings.container import BROKEN
 
 from ..live.commands import OPERATOR, Given, journaled
 from ..record.scene import MERGED, RESOLVED, Result
 from ..replay.deviation import Deviation, Follower
 from ..replay.recorded import RecordedRun
 from ..supervision.processes import Processes
+from .pause import configured
 from .scene import run
 from .watch import Watch
 
@@ -51,9 +54,14 @@ class Beginning:
             name = next((name for name in files if name != RESOLVED), "")
             if not name or RESOLVED not in files:
                 raise RecordingError(f"{part}: holds no scene, so it cannot be run again; `heavylift recover` it")
-            plan = decode(files[RESOLVED])
-            demand(functions(plan), f"{part}")
-            scene = restored(plan, files[name].decode(), files.get(MERGED, b"").decode(), name)
+            try:
+                plan = decode(files[RESOLVED])
+                demand(functions(plan), f"{part}")
+                scene = restored(plan, files[name].decode(), files.get(MERGED, b"").decode(), name)
+                configured(plan, build(plan))  # a plan may be readable and yet make no sense
+            except BROKEN as error:
+                told = f"its scene is damaged, or of another version ({error or type(error).__name__})"
+                raise RecordingError(f"{part}: {told}; `heavylift recover` keeps what there is") from None
             said = {Given(event.tag, event.payload) for event in left.events if event.source == OPERATOR}
             commands = said.union(journaled(part.with_name(part.name.removesuffix(PART))))
             return cls(scene, left.events, sorted(commands))

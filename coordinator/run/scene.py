@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.kernel.describe import System
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel.errors import UNREADABLE, ModelError, ProtocolError
 from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, ns
 from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings
 from heavylift.nodes.models.messages import OperatorCommand
@@ -173,7 +173,7 @@ class _Run(Watch):
         for name in self._models:
             self.talk.welcome(name, part(ScenePart(plan)))
         declared = dict(self.talk.hello(agreed) for _ in self._models)  # they arrive in any order
-        systems = [msgspec.msgpack.decode(declared[name], type=System) for name in self._models]
+        systems = [_declared(name, declared[name]) for name in self._models]
         self.talk.welcome(KERNEL, part(KernelPart(kernel_config(self._plan, systems), agreed)))
         _, layout = self.talk.hello(agreed)
         self._record.layout(layout, systems)
@@ -196,3 +196,11 @@ class _Run(Watch):
         if sentences and self._plan.end is None and self._outcome is not Outcome.FINISHED:
             raise ModelError(sentences[0])
         self.unfinished = "; ".join(sentences)
+
+
+def _declared(name: str, data: bytes) -> System:
+    """What a node, perhaps on another host, declares of the mechanics."""
+    try:
+        return msgspec.msgpack.decode(data, type=System)
+    except UNREADABLE as error:
+        raise ProtocolError(f"node {name} declares mechanics that cannot be read ({error}); use one version") from None

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 import msgspec
+from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.limits.findings import Finding
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.shapes import untouched
@@ -100,7 +101,7 @@ def verdict_of(rec: Recording) -> Judged | None:
         return found
     try:
         plan = decode(rec.attachments[RESOLVED])
-    except msgspec.DecodeError:
+    except UNREADABLE:
         return None
     with rec.reading():
         return judge(plan, history_of(rec), conduct_of(rec))

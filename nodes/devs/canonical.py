@@ -5,13 +5,15 @@
     ["@", number]   the same thing again, so that what was one thing, or a circle, is so again
 
 Objects are made without their `__init__`; their classes, functions and methods are looked up in the modules that are
-loaded: a stranger's bytes can build nonsense but call no function. Equal states that share alike have equal bytes:
+loaded: a stranger's bytes can build nonsense but call no function. Functions and methods, which a model may call later,
+are those of models, and a few of Python that only compute. Equal states that share alike have equal bytes:
 attributes are sorted by name, sets by the bytes of their items. Generators, closures, open files and objects of
 foreign machine code are refused by a TypeError.
 """
 
 from __future__ import annotations
 
+import functools
 import sys
 from collections import Counter, OrderedDict, defaultdict, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -21,9 +23,15 @@ from types import BuiltinFunctionType, FunctionType, MethodType
 from typing import Any
 
 import msgspec
+from heavylift.kernel.trust import written_by_user
 
 __all__ = ["Freezer", "frozen", "thawed"]
 
+_COMPUTING = {"math", "cmath", "operator", "collections", "fractions", "decimal", "datetime", "statistics"}
+_BUILTIN = {  # beside the types
+    "builtins": ("abs", "all", "any", "divmod", "len", "max", "min", "pow", "round", "sorted", "sum"),
+    "io": ("open",),  # of a model that keeps a log
+}
 _SCALARS = (type(None), bool, float, str, bytes)
 _DICTS: dict[type, str] = {dict: "dict", OrderedDict: "OrderedDict", Counter: "Counter", defaultdict: "defaultdict"}
 _MADE_IN_PYTHON = 1 << 9  # a flag of such classes
@@ -80,9 +88,10 @@ class Freezer:
         elif kind is Random:
             yield from ("Random", *self._all(x.getstate()))
         elif kind is MethodType:
+            _method(x.__self__, x.__name__)
             yield from ("method", self.fold(x.__self__), x.__name__)
         elif isinstance(x, type | FunctionType | BuiltinFunctionType):
-            yield from ("name", *_name(x))
+            yield from ("name", *_value(*_name(x)))
         elif isinstance(x, Enum):
             yield from ("enum", *_name(kind), x.name)
         elif isinstance(x, msgspec.Struct):
@@ -98,6 +107,7 @@ class Freezer:
         if not _plain(kind):
             raise TypeError(f"a {kind.__name__} cannot be kept")
         if hasattr(kind, "__setstate__"):
+            _restoring(kind)
             yield from ("state", *_name(kind), self.fold(x.__getstate__()))
             return
         slots = (slot for base in kind.__mro__ for slot in getattr(base, "__slots__", ()))
@@ -139,15 +149,15 @@ class _Thawer:
             case "frozenset":
                 return frozenset(_Thawer().unfold(item) for item in rest)
             case "bytearray":
-                return bytearray(rest[0])
+                return bytearray(bytes.join(b"", rest))
             case "Random":
                 generator = Random(0)
                 generator.setstate(tuple(self._all(rest)))
                 return generator
             case "method":
-                return getattr(self.unfold(rest[0]), rest[1])
+                return _method(self.unfold(rest[0]), rest[1])
             case "name":
-                return _named(*rest)
+                return _named(*_value(*rest))
             case "enum":
                 return _class(rest, lambda cls: issubclass(cls, Enum))[rest[2]]
             case "struct":
@@ -186,6 +196,7 @@ class _Thawer:
     def _object(self, number: int, kind: str, rest: list[Any]) -> Any:
         self._made[number] = made = object.__new__(_class(rest, _plain))
         if kind == "state":
+            _restoring(type(made))
             made.__setstate__(self.unfold(rest[2]))
             return made
         for name, value in zip(rest[2], self._all(rest[3:]), strict=True):
@@ -194,9 +205,44 @@ class _Thawer:
 
 
 def _plain(cls: type) -> bool:
-    """Whether its objects are made by nothing but their attributes."""
+    """Whether its objects are made by nothing but their attributes, and end without doing anything."""
     own: Any = cls.__new__
-    return bool(cls.__flags__ & _MADE_IN_PYTHON) and own is object.__new__
+    return bool(cls.__flags__ & _MADE_IN_PYTHON) and own is object.__new__ and not hasattr(cls, "__del__")
+
+
+@functools.cache
+def _of_models(module: str) -> bool:
+    """Whether models are written in a module: not in the rest of heavylift, Python or an installed package."""
+    if module.startswith("heavylift."):
+        return module.startswith(("heavylift.nodes.", "heavylift.kernel."))
+    return module == "__main__" or written_by_user(module)
+
+
+def _value(module: str, name: str) -> tuple[str, str]:
+    """The same name; TypeError unless a model may have it in its state, where it may be called."""
+    found = _named(module, name)
+    own = _of_models(module) and getattr(found, "__module__", "") == module
+    types = module in ("builtins", "numpy") and isinstance(found, type)
+    computes = (module in _COMPUTING and "." not in name) or name in _BUILTIN.get(module, ())
+    if isinstance(found, type | FunctionType | BuiltinFunctionType) and (own or types or computes):
+        return module, name
+    raise TypeError(f"{name} of {module} cannot be kept, it is no part of a model")
+
+
+def _method(owner: Any, name: str) -> Any:
+    """A bound method; TypeError unless it is one of a model."""
+    cls = owner if isinstance(owner, type) else type(owner)
+    found = next((vars(base)[name] for base in cls.__mro__ if name in vars(base)), None)
+    function = getattr(found, "__func__", found)
+    if found is None or not isinstance(function, FunctionType) or not _of_models(function.__module__):
+        raise TypeError(f"{name} is no method of a model's {cls.__name__}")
+    return found.__get__(None if owner is cls else owner, cls)
+
+
+def _restoring(cls: Any) -> None:
+    """TypeError unless a class that takes its state by a method of its own is one of a model."""
+    if not _of_models(getattr(cls.__setstate__, "__module__", None) or ""):
+        raise TypeError(f"a {cls.__name__} cannot be kept")
 
 
 def _class(name: list[Any], fits: Callable[[type], bool]) -> Any:

@@ -14,7 +14,7 @@ from enum import Enum
 from typing import Any
 
 import msgspec
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel.errors import UNREADABLE, ModelError
 from msgspec.structs import astuple
 
 _REGISTRY: dict[str, "type[Message]"] = {}
@@ -118,7 +118,7 @@ def decode(name: str, payload: bytes) -> Message:
     """A new message of the class `name` from its canonical bytes; every field is checked."""
     try:
         return typing.cast(Message, decoder(message_type(name)).decode(payload))
-    except msgspec.MsgspecError as error:
+    except UNREADABLE as error:
         raise ModelError(f"message {name} cannot be decoded: {error}") from None
 
 

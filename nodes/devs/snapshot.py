@@ -4,7 +4,7 @@ What the model is a part of stays outside: a snapshot is restored in the same pl
 
 from typing import Any
 
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel.errors import UNREADABLE, ModelError
 
 from . import canonical
 from .models import Model
@@ -24,7 +24,7 @@ def thawed(snapshot: bytes, former: Model) -> tuple[Model, Any]:
     """The model tree, in the place of a former one, and what belongs to it."""
     try:
         model, rest = canonical.thawed(snapshot, _around(former))
-    except (TypeError, ValueError, LookupError, AttributeError) as error:
+    except (TypeError, ValueError, LookupError, AttributeError, *UNREADABLE) as error:
         raise ModelError(f"this is no snapshot of a model that is defined here ({error}); take a new one") from None
     return model, rest
 

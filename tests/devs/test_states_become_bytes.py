@@ -183,3 +183,26 @@ def test_bytes_of_a_stranger_call_nothing(forged: list[Any], capfd: pytest.Captu
     with pytest.raises((TypeError, LookupError, ValueError, AttributeError)):
         thawed(msgspec.msgpack.encode(forged))
     assert capfd.readouterr().out == ""
+
+
+@pytest.mark.parametrize(
+    "folded",
+    [
+        ["defaultdict", ["name", "os", "getcwd"]],
+        ["defaultdict", ["name", "subprocess", "Popen"]],
+        ["defaultdict", ["name", "builtins", "exec"]],
+        ["defaultdict", ["name", "heavylift.kernel.trust", "os.getcwd"]],
+        ["defaultdict", ["method", ["object", "pathlib", "PurePath", []], "as_posix"]],
+        ["name", "importlib", "import_module"],
+        ["state", "random", "SystemRandom", None],
+        ["object", "subprocess", "Popen", ["args"], "true"],
+        ["method", ["list"], "append"],
+        ["bytearray", 10**15],
+    ],
+)
+def test_bytes_of_others_bring_no_function_of_python(folded):
+    """What a model may call later is its own, or only computes."""
+    import subprocess  # noqa: F401 - loaded, and yet not to be had
+
+    with pytest.raises((TypeError, LookupError)):
+        thawed(msgspec.msgpack.encode(folded))
