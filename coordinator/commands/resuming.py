@@ -14,7 +14,10 @@ from .app import Json, Strict, app
 @app.command()
 def resume(
     file: Annotated[
-        Path, typer.Argument(help="a cut-off recording (.mcap.part), or one of a run that failed", autocompletion=completing.recordings)
+        Path,
+        typer.Argument(
+            help="a cut-off recording (.mcap.part), or one of a run that failed", autocompletion=completing.recordings
+        ),
     ],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="default NAME-resumed.mcap")] = None,
     strict: Strict = False,

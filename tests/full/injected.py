@@ -118,10 +118,9 @@ def obey(self: Any, order: dict[str, Any]) -> None:
 
 
 original_take, original_handle, original_obey = Ticket.take, participant.Participant.handle, keeper._Keeper.obey
-if PLAN and WHO != "coordinator":
-    if WHO == "keeper":
-        keeper._Keeper.obey = obey  # type: ignore[method-assign]
-        signal.signal(signal.SIGUSR2, lambda *_: strike())
+if WHO == "keeper":
+    keeper._Keeper.obey = obey  # type: ignore[method-assign]
+    signal.signal(signal.SIGUSR2, lambda *_: strike())
 if PLAN:
     node_process.Ticket = type("Ticket", (), {"take": staticmethod(take)})  # type: ignore[misc]
     participant.Participant.handle = handle  # type: ignore[method-assign]
@@ -153,7 +152,8 @@ def coordinate() -> None:
         kind = m.kind(payload)
         sent += kind == "grant"
         send(self, node, payload)
-        if PHASE == "run" and sent >= PLAN["point"] or PHASE == "start" and WHO == "coordinator" and kind == "welcome":
+        greets = WHO == "coordinator" and kind == "welcome"
+        if sent >= PLAN["point"] if PHASE == "run" else PHASE == "start" and greets:
             due(self)
 
     def loses(self: Succession, process: str, how: str) -> None:

@@ -1,7 +1,7 @@
 """All that can happen to one process of a run, in all phases: python tests/full/kills.py [--short] [--seed N] [-j N]
 
-Each model, the kernel, the keeper and the coordinator x KILL, STOP, SEGV, exception, exit(0), out of memory x start, run,
-exit, recovery; of `lift`, of a DEVS network, and a few of `turnover`; the moment within a phase is drawn from the seed.
+Each model, the kernel, the keeper and the coordinator x KILL, STOP, SEGV, exception, exit(0), out of memory x start,
+run, exit, recovery; of `lift`, a DEVS network, a few of `turnover`; the moment within a phase is drawn from the seed.
 A case is well if it ends with the digest of the undisturbed run, after `resume` where the coordinator is gone (one that
 is stopped is killed here), or, where a model raises an exception of its own, with that sentence; and if no process and
 no private directory is left.  Prints a table and every case that is not well, with what repeats it; exit code 1 then.
@@ -31,6 +31,7 @@ from heavylift.nodes.scene import load
 from heavylift.recordings import Recording
 
 HERE = Path(__file__).parent
+HEAVYLIFT = str(Path(sys.executable).with_name("heavylift"))
 NETWORK = f"{HERE.parent / 'crash' / 'doomed_models.py'}:build"
 RING = ("north", "east", "south")
 ACTS = ("KILL", "STOP", "SEGV", "exception", "exit(0)", "memory")
@@ -159,7 +160,7 @@ class Trial:
         if self.case.scene == "network" or Recording(rest).result.get("status") == "finished":
             return self._compared(self.output) if rest == self.output and code == 0 else ""
         again = subprocess.run(
-            [str(Path(sys.executable).with_name("heavylift")), "resume", str(rest), "-o", str(self.folder / "new.mcap")],
+            [HEAVYLIFT, "resume", str(rest), "-o", str(self.folder / "new.mcap")],
             env=self.environment, capture_output=True, text=True, timeout=HANGS_s,
         )  # fmt: skip
         return self._compared(self.folder / "new.mcap") if again.returncode == 0 else f"resume: {again.stderr[-600:]}"
