@@ -56,8 +56,11 @@ class Recovered:
         return f"{self.messages} messages until {self.sim_s:.3f} s; lost: {lost}"
 
 
-def recover(path: str | Path, out: str | Path | None = None) -> Recovered:
-    """Copy what is readable into `out` (default: <name>-recovered.mcap); RecordingError if there is no run in it."""
+def recover(path: str | Path, out: str | Path | None = None, begun: bool = False) -> Recovered:
+    """Copy what is readable into `out` (default: <name>-recovered.mcap); RecordingError if there is no run in it.
+
+    `begun`: any run that did not come to its end will do, though nothing happened in it or its file is whole.
+    """
     path = file_path(path)
     if path.exists() and not path.is_file():
         raise RecordingError(f"{path}: is no file; give the name of a recording, such as run.mcap.part")
@@ -72,7 +75,7 @@ def recover(path: str | Path, out: str | Path | None = None) -> Recovered:
     with stream:
         if stream.read(len(MAGIC)) != MAGIC:
             raise RecordingError(f"{path}: is not a recording (not an MCAP file); there is nothing to recover")
-        copy = _Copy(path, out)
+        copy = _Copy(path, out, begun)
         try:
             for record in _records(stream, path.stat().st_size, copy.found.lost):
                 copy.take(record)
@@ -135,8 +138,8 @@ def _parsed(opcode: int, record: bytes) -> Iterator[object]:
 class _Copy:
     """Takes records one by one; the new file is opened at the first channel, when facts and attachments are known."""
 
-    def __init__(self, path: Path, out: Path) -> None:
-        self._path, self._out = path, out
+    def __init__(self, path: Path, out: Path, begun: bool) -> None:
+        self._path, self._out, self._begun = path, out, begun
         self._metadata: dict[str, dict[str, str]] = {}
         self._attachments: dict[str, bytes] = {}
         self._schemas: dict[int, Schema] = {}
@@ -206,9 +209,10 @@ class _Copy:
     def finish(self) -> Recovered:
         """Write the result and give the file its name."""
         sink = self._open()
-        if not self.found.messages:
+        if not (self.found.messages or self._begun):
             raise RecordingError(f"{self._path}: holds no message that can be read; there is nothing to recover")
-        if "result" in self._metadata and not self.found.lost:
+        ended = not self._begun or self._metadata.get("result", {}).get("status") == "finished"
+        if "result" in self._metadata and not self.found.lost and ended:
             raise RecordingError(f"{self._path}: is whole; there is nothing to recover")
         facts: dict[str, object] = {
             "status": "damaged" if "result" in self._metadata else "cut off",

@@ -37,6 +37,10 @@ def carry_out() -> None:
     except (typer.Abort, KeyboardInterrupt):
         print("heavylift: stopped", file=sys.stderr)
         sys.exit(STOPPED)
+    except MemoryError:
+        told = "no memory is left; end other programs or raise the limit, then `heavylift resume` the recording"
+        print(f"heavylift: {told}", file=sys.stderr)
+        sys.exit(1)
     except BrokenPipeError:  # who reads our output, such as `head`, has enough
         _discard_output()
     except Exception as error:

@@ -14,7 +14,10 @@ from .app import Json, Strict, app
 @app.command()
 def resume(
     file: Annotated[
-        Path, typer.Argument(help="a cut-off recording (.mcap.part)", autocompletion=completing.recordings)
+        Path,
+        typer.Argument(
+            help="a cut-off recording (.mcap.part), or one of a run that failed", autocompletion=completing.recordings
+        ),
     ],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="default NAME-resumed.mcap")] = None,
     strict: Strict = False,
@@ -29,7 +32,7 @@ def resume(
         from ..run.resume import Beginning
         from ..run.resume import resume as go_on
 
-        begun = Beginning.of(file)
+        begun = Beginning.of(file, crew.directory.path)
         with Progress(begun.scene.plan) as watch:
             result, path = go_on(file, begun, output, watch, crew)
     summary(begun.scene.plan, result, path, as_json)

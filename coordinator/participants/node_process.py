@@ -5,6 +5,8 @@ Nodes that share a process have no thread of their own: each message is answered
 
 from __future__ import annotations
 
+import os
+import traceback
 from functools import partial
 
 from heavylift.nodes.models import KERNEL
@@ -23,7 +25,11 @@ def main(arguments: list[str]) -> int:
     if KERNEL in ticket.nodes:  # while the others start: NumPy, LLVM
         from . import kernel_node  # noqa: F401
     with Link(ticket) as link:
-        serve(link)
+        try:
+            serve(link)
+        except MemoryError:  # none is left to leave in order with; a successor may find some
+            traceback.print_exc()
+            os._exit(1)
     return 0
 
 

@@ -161,7 +161,9 @@ class Node:
 
     @staticmethod
     def failure(name: str, error: Exception, tag: Tag = _BEGIN) -> Fail:
-        """What a node says when it cannot go on."""
+        """What a node says when it cannot go on; without memory its process is lost, and the model is not wrong."""
+        if isinstance(error, MemoryError):
+            raise error
         sentence = (
             str(error) if isinstance(error, HeavyliftError) else f"{name} at {tag}: {type(error).__name__}: {error}"
         )

@@ -1,9 +1,10 @@
 """A run that was cut off is run again to its end: from the scene in what is left of its recording, checked against it.
 
 A run is a function of its scene, so nothing of the past needs to be restored: the new recording is whole, and has the
-digest that the undisturbed run would have had.  Every event that reached the disk must come again; the first that does
-not ends the run, for then it was another version, or a model that is not deterministic.  What an operator ordered is
-ordered again at its time, from the recording and from the journal of what had not reached it.
+digest that the undisturbed run would have had, even if only the scene had reached the disk.  Every event that did must
+come again; the first that does not ends the run, for then it was another version, or a model that is not deterministic.
+What an operator ordered is ordered again at its time, from the recording and from the journal of what had not reached
+it.
 """
 
 from __future__ import annotations
@@ -44,11 +45,14 @@ class Beginning:
     commands: list[Given]
 
     @classmethod
-    def of(cls, part: str | Path) -> Beginning:
-        """The beginning in a `.part` file; RecordingError if there is no scene in it."""
+    def of(cls, part: str | Path, within: Path | None = None) -> Beginning:
+        """The beginning in a `.part` file, or in the recording of a run that failed; RecordingError without a scene.
+
+        `within`: a folder for what is only needed here.
+        """
         part = file_path(part)
-        with TemporaryDirectory(prefix="heavylift-") as folder:
-            saved = recover(part, Path(folder) / "beginning.mcap")
+        with TemporaryDirectory(prefix="heavylift-", dir=within) as folder:
+            saved = recover(part, Path(folder) / "beginning.mcap", begun=True)
             left = RecordedRun(saved.path)
             files = left.recording.attachments
             name = next((name for name in files if name != RESOLVED), "")

@@ -12,6 +12,7 @@ import pytest
 from heavylift.coordinator.replay.recorded import RecordedRun
 from heavylift.coordinator.run import run
 from heavylift.coordinator.run.resume import Beginning, resume
+from heavylift.coordinator.run.watch import Watch
 from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.scene import load
 
@@ -127,3 +128,28 @@ def test_what_an_operator_ordered_is_ordered_again(tmp_path: Path) -> None:
     assert [given.tag.t for given in begun.commands] == [3 * 10**9, 4 * 10**9, 5 * 10**9]
     result, _ = resume(tmp_path / "cut.mcap.part", begun, tmp_path / "resumed.mcap", in_process=True)
     assert result.digest == RecordedRun(tmp_path / "whole.mcap").recording.result["digest"]
+
+
+@pytest.mark.parametrize("moment", ["the scene is in the file", "its coordinator has failed"])
+def test_from_the_start_if_nothing_else_was_kept(tmp_path: Path, whole: str, moment: str) -> None:
+    """Nothing but the scene stands in what is left, cut off or ended by an error of the coordinator."""
+
+    class Doom(Watch):
+        def progress(self, t_ns: int) -> None:
+            raise MemoryError
+
+    path = tmp_path / "lift.mcap"
+    if moment == "its coordinator has failed":
+        with pytest.raises(MemoryError):
+            run(load("lift"), path, in_process=True, watch=Doom())
+    else:
+        subprocess.run([sys.executable, "-c", KILLED.replace("sink.FLUSH = 0.0", ""), path, "1"], check=False)
+        path = path.with_name("lift.mcap.part")
+        assert Beginning.of(path).events == []
+    assert resume(path, Beginning.of(path), in_process=True)[0].digest == whole
+
+
+def test_a_run_that_came_to_its_end_is_not_run_again(tmp_path: Path) -> None:
+    run(load("pendulum", ["end=1 s"]), tmp_path / "pendulum.mcap", in_process=True)
+    with pytest.raises(RecordingError, match=r"pendulum\.mcap: is whole"):
+        Beginning.of(tmp_path / "pendulum.mcap")

@@ -1,0 +1,193 @@
+"""What goes wrong in one process of a run: imported there, it waits for its moment and strikes once.
+
+The environment says who is struck, how, in which phase and at which message (kills.py).  Everybody imports this: the
+coordinator before it begins, the keeper with what it preloads, the nodes with the keeper.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+import resource
+import signal
+import sys
+import threading
+import time
+from typing import Any, ClassVar
+
+from heavylift.coordinator.participants import node_process, participant
+from heavylift.coordinator.protocol import messages as m
+from heavylift.coordinator.supervision import keeper
+from heavylift.coordinator.transport.session import Ticket
+
+PLAN: dict[str, Any] = json.loads(os.environ.get("HEAVYLIFT_INJECT", "{}"))
+WHO, PHASE, ACT = (PLAN.get(word, "") for word in ("who", "phase", "act"))
+ROOM_bytes = 1 << 20  # that a process without memory still gets
+
+
+def once(what: str) -> bool:
+    """Whether this has not happened in any process yet."""
+    try:
+        os.close(os.open(f"{PLAN['folder']}/{what}", os.O_CREAT | os.O_EXCL))
+    except FileExistsError:
+        return False
+    return True
+
+
+def strike() -> None:
+    """Do what is planned to this process, now or, if the system does it, a random moment later."""
+    if not once("struck"):
+        return
+    signals = {"KILL": signal.SIGKILL, "STOP": signal.SIGSTOP, "SEGV": signal.SIGSEGV}
+    if ACT in signals:
+        hit = functools.partial(os.kill, os.getpid(), signals[ACT])
+        threading.Timer(PLAN["delay"], hit).start() if PLAN["delay"] and WHO != "keeper" else hit()
+    elif ACT == "exit(0)":
+        os._exit(0)
+    elif ACT == "memory":
+        pages = int(open("/proc/self/statm").read().split()[0])  # noqa: SIM115
+        room = pages * resource.getpagesize() + ROOM_bytes
+        resource.setrlimit(resource.RLIMIT_AS, (room, room))
+        bytearray(64 << 20)
+    else:
+        raise RuntimeError("injected")
+
+
+def lose(node: str) -> None:
+    """Kill this process, so that there is something to recover from."""
+    if once(f"lost {node}"):
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
+class Counted:
+    """A node's grants, in its process; the starts that the keeper was ordered, and of whom."""
+
+    count = epoch = 0
+    seen: ClassVar[set[str]] = set()
+
+
+def take() -> Ticket:
+    ticket = original_take()
+    Counted.epoch = ticket.epoch
+    if ticket.process == WHO and PHASE == "start" and PLAN["point"] == 0:
+        strike()
+    return ticket
+
+
+def handle(self: participant.Participant, data: bytes) -> None:
+    kind = m.kind(data)
+    Counted.count += kind == "grant"
+    if self.name == PLAN.get("loses") and Counted.epoch == 1 and Counted.count >= PLAN["lose_at"]:
+        lose(self.name)
+    if self.name == WHO:
+        at = Counted.count >= PLAN["point"]
+        moment = {
+            "start": kind == "welcome",
+            "run": kind == "grant" and at,
+            "exit": kind == "stop",
+            "recovery": Counted.epoch > 1 and at,
+        }[PHASE]
+        if moment and PHASE == "run" and ACT == "exception" and once("own"):
+            assert self._node is not None
+
+            def advance(*_: object) -> None:
+                raise ValueError("injected")
+
+            self._node.model.advance = advance  # type: ignore[method-assign]
+        elif moment and not (PHASE == "run" and ACT == "exception"):
+            strike()
+    original_handle(self, data)
+
+
+def obey(self: Any, order: dict[str, Any]) -> None:
+    """The keeper's."""
+    starts = order["do"] == "start"
+    Counted.count += starts
+    due = starts and (
+        Counted.count > PLAN["point"] if PHASE == "start" else PHASE == "recovery" and order["name"] in Counted.seen
+    )
+    if starts:
+        Counted.seen.add(order["name"])
+    if due and PLAN["late"]:
+        original_obey(self, order)
+    if due:
+        strike()
+    if not (due and PLAN["late"]):
+        original_obey(self, order)
+
+
+original_take, original_handle, original_obey = Ticket.take, participant.Participant.handle, keeper._Keeper.obey
+if WHO == "keeper":
+    keeper._Keeper.obey = obey  # type: ignore[method-assign]
+    signal.signal(signal.SIGUSR2, lambda *_: strike())
+if PLAN:
+    node_process.Ticket = type("Ticket", (), {"take": staticmethod(take)})  # type: ignore[misc]
+    participant.Participant.handle = handle  # type: ignore[method-assign]
+
+
+def coordinate() -> None:
+    """The coordinator: tell when processes were lost and came back; strike, or let the keeper be struck, in time."""
+    from heavylift.coordinator.run import conversation, models
+    from heavylift.coordinator.run.joining import joined
+    from heavylift.coordinator.supervision.succession import Succession
+
+    participant.PRELOAD = (*participant.PRELOAD, "injected")  # type: ignore[assignment]
+    preload = models._preload
+    models._preload = lambda reference: [*preload(reference), "injected"]
+    models.joined = functools.partial(joined, deadline=PLAN.get("deadline", 2.0))  # type: ignore[attr-defined]
+    lost: dict[str, float] = {}
+    sent = 0
+    send, on_loss, on_join = Succession.send, Succession.on_loss, Succession.on_join
+    dismiss = conversation.Conversation.dismiss
+
+    def due(hub: Succession | None) -> None:
+        if WHO == "coordinator":
+            strike()
+        elif WHO == "keeper" and hub is not None and once("signalled"):
+            os.kill(hub._crew._keeper.pid, signal.SIGUSR2)
+
+    def sends(self: Succession, node: str, payload: bytes) -> None:
+        nonlocal sent
+        kind = m.kind(payload)
+        sent += kind == "grant"
+        send(self, node, payload)
+        greets = WHO == "coordinator" and kind == "welcome"
+        if sent >= PLAN["point"] if PHASE == "run" else PHASE == "start" and greets:
+            due(self)
+
+    def loses(self: Succession, process: str, how: str) -> None:
+        if WHO == "coordinator" and PHASE == "recovery" and not PLAN["late"]:
+            strike()
+        lost[process] = time.monotonic()
+        on_loss(self, process, how)
+
+    def joins(self: Succession, process: str) -> None:
+        if process in lost:
+            print(f"recovered in {time.monotonic() - lost.pop(process):.3f} s", file=sys.stderr)
+        on_join(self, process)
+        if WHO == "coordinator" and PHASE == "recovery" and PLAN["late"] and self.epoch(process) > 1:
+            strike()
+
+    def dismisses(self: conversation.Conversation, end: Any) -> Any:
+        if PHASE == "exit" and not PLAN["late"]:
+            due(self._hub)  # type: ignore[arg-type]
+        left = dismiss(self, end)
+        if PHASE == "exit":
+            due(self._hub)  # type: ignore[arg-type]
+        return left
+
+    Succession.send, Succession.on_loss, Succession.on_join = sends, loses, joins  # type: ignore[method-assign]
+    conversation.Conversation.dismiss = dismisses  # type: ignore[method-assign]
+    if WHO == "coordinator" and PHASE == "start" and PLAN["point"] == 0 and ACT in ("KILL", "STOP", "SEGV"):
+        PLAN["delay"] = PLAN["start_delay"]
+        strike()
+
+
+if __name__ == "__main__":
+    import injected
+
+    injected.coordinate()
+    from heavylift.coordinator.cli import main
+
+    sys.exit(main())
