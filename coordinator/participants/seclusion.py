@@ -46,7 +46,7 @@ def _ghost(cls: type, get: Any) -> Any:
     """A class of the same layout whose objects are reached by `get` only."""
     if (cls, get) not in _ghosts:
         refusing = {"__getattribute__": get, "__setattr__": _refuse, "__delattr__": _refuse}
-        _ghosts[cls, get] = type(cls.__name__, (cls,), {"__slots__": (), "__module__": cls.__module__, **refusing})
+        _ghosts[cls, get] = type(cls)(cls.__name__, (cls,), {"__slots__": (), "__module__": cls.__module__, **refusing})
     return _ghosts[cls, get]
 
 
