@@ -20,7 +20,7 @@ def devs(
     output: Annotated[Path | None, typer.Option("-o", "--output", help="recording; default none")] = None,
     processes: Annotated[int, typer.Option("--processes", help="deal the nodes out over so many processes")] = 0,
     in_process: Annotated[bool, typer.Option("--in-process", help="all models in this process")] = False,
-    microsteps: Annotated[int, typer.Option("--microsteps", help="so many at one time are a zero-time loop")] = 10_000,
+    microsteps: Annotated[int, typer.Option("--microsteps", help="so many steps in no time are a loop")] = 10_000,
     as_json: Json = False,
 ) -> None:
     """Run a DEVS model, each child a process.    heavylift devs my_models:build --until 10s -o run.mcap"""

@@ -13,7 +13,7 @@ from typing import Any
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Coupled, In, Model, Out
-from heavylift.nodes.devs.canonical import frozen
+from heavylift.nodes.devs.purity import image
 
 __all__ = ["Commons"]
 
@@ -34,8 +34,8 @@ class Commons:
             for full, around, name in {x[0]: x for cls in classes for x in _named(cls)}.values():
                 users.setdefault(full, []).extend(names)
                 places[full] = around, name
-        self._users = {full: some for full, some in users.items() if len(some) > 1}
-        self._places = {full: places[full] for full in sorted(self._users)}
+        self._users, self._all = users, places
+        self._places = {full: places[full] for full in sorted(users) if len(users[full]) > 1}
         self._root = root.path
         self._known: dict[str, bytes] = {}
         self._asked = 0
@@ -45,14 +45,23 @@ class Commons:
         self._asked += 1
         if not now and self._asked & (self._asked - 1):
             return
+        if self._asked == 1:
+            for full, (around, name) in sorted(self._all.items()):
+                if _holds_model(around.get(name)):
+                    raise ModelError(
+                        f"{self._by(full)} may use {full}, which holds a model of this process, though the others run "
+                        "elsewhere; send them messages"
+                    )
         for full, (around, name) in self._places.items():
-            told = _bytes(around.get(name))
+            told = image(around.get(name))
             if self._known.setdefault(full, told) != told:
-                some = ", ".join(f"{self._root}.{name}" for name in sorted(self._users[full])[:3])
                 raise ModelError(
-                    f"{some} use {full}, which has changed, though each process has a copy of its own; keep it in "
-                    "attributes and tell others by messages"
+                    f"{self._by(full)} use {full}, which has changed, though each process has a copy of its own; keep "
+                    "it in attributes and tell others by messages"
                 )
+
+    def _by(self, full: str) -> str:
+        return ", ".join(f"{self._root}.{name}" for name in sorted(self._users[full])[:3])
 
 
 def _classes(model: Model) -> Iterator[type]:
@@ -94,8 +103,7 @@ def _globals(code: CodeType, around: dict[str, Any], met: set[CodeType]) -> Iter
             yield from _globals(inner, around, met)
 
 
-def _bytes(x: object) -> bytes:
-    try:
-        return frozen(x)
-    except (TypeError, RecursionError, AttributeError, ModelError):
-        return b""
+def _holds_model(x: object) -> bool:
+    if isinstance(x, dict):
+        x = [*x, *x.values()]
+    return isinstance(x, Model) or (isinstance(x, list | tuple | set | frozenset) and any(map(_holds_model, x)))

@@ -12,7 +12,6 @@ from hashlib import blake2b
 from typing import Any
 
 import msgspec
-from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Coupled, InPort, Model, Port
 from heavylift.nodes.devs.canonical import Freezer
 
@@ -73,6 +72,6 @@ def _fingerprint(freezer: Freezer, x: Any) -> bytes:
         bits = getattr(x, "bit_generator", None)  # of a random generator of NumPy's
         try:
             told = freezer.fold(x if bits is None else bits.state)
-        except (TypeError, RecursionError, AttributeError, ModelError):
+        except Exception:  # whatever a class of a user's raises when it is looked at
             told = type(x).__qualname__
     return blake2b(msgspec.msgpack.encode(told), digest_size=8).digest()

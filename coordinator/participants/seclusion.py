@@ -8,9 +8,8 @@ values of the parent) may be read.
 from __future__ import annotations
 
 from enum import Enum
-from functools import cache
 from types import FunctionType, MethodType
-from typing import Any
+from typing import Any, NoReturn
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Coupled, Message, Model
@@ -23,6 +22,9 @@ _PLAIN = (bool, int, float, str, bytes, type(None), Enum, Message)
 _CURE = "in a run each child of {} is a node of its own; send messages, or put what belongs together into one Coupled"
 
 
+_ghosts: dict[tuple[type, Any], Any] = {}
+
+
 def secluded(own: Model) -> None:
     """Let all models around this one, a child of the root, refuse to be used."""
     root = own.parent
@@ -30,60 +32,41 @@ def secluded(own: Model) -> None:
     for sibling in root.children.values():
         if sibling is not own:
             _close(sibling)
-    root.__class__ = _around(type(root))
+    root.__class__ = _ghost(type(root), _of_parent)
 
 
 def _close(model: Model) -> None:
     if isinstance(model, Coupled):
         for child in model.children.values():
             _close(child)
-    model.__class__ = _beside(type(model))
+    model.__class__ = _ghost(type(model), _of_sibling)
 
 
-def _refused(model: Model, name: str) -> ModelError:
-    path = model.path
-    return ModelError(f"{path}.{name} is out of reach: {_CURE.format(path.partition('.')[0])}")
+def _ghost(cls: type, get: Any) -> Any:
+    """A class of the same layout whose objects are reached by `get` only."""
+    if (cls, get) not in _ghosts:
+        refusing = {"__getattribute__": get, "__setattr__": _refuse, "__delattr__": _refuse}
+        _ghosts[cls, get] = type(cls)(cls.__name__, (cls,), {"__slots__": (), "__module__": cls.__module__, **refusing})
+    return _ghosts[cls, get]
 
 
-def _changed(model: Model, name: str, *value: object) -> None:
-    raise _refused(model, name)
+def _of_sibling(model: Any, name: str) -> Any:
+    return object.__getattribute__(model, name) if name in _FIXED else _refuse(model, name)
 
 
-@cache
-def _beside(cls: type) -> Any:
-    def get(model: Any, name: str) -> Any:
-        if name not in _FIXED:
-            raise _refused(model, name)
-        return object.__getattribute__(model, name)
-
-    return _ghost(cls, get)
-
-
-@cache
-def _around(cls: type) -> Any:
-    def get(model: Any, name: str) -> Any:
-        found = object.__getattribute__(model, name) if name in _FIXED or name not in _STRUCTURE else model
-        if name in _FIXED or isinstance(found, MethodType | FunctionType) or _plain(found):
-            return found
-        raise _refused(model, name)
-
-    return _ghost(cls, get)
+def _of_parent(model: Any, name: str) -> Any:
+    if name in _STRUCTURE:
+        return _refuse(model, name)
+    found = object.__getattribute__(model, name)
+    if name in _FIXED or isinstance(found, MethodType | FunctionType) or _plain(found):
+        return found
+    return _refuse(model, name)
 
 
 def _plain(x: object) -> bool:
     return isinstance(x, _PLAIN) or (isinstance(x, tuple) and all(map(_plain, x)))
 
 
-def _ghost(cls: type, get: Any) -> Any:
-    """A class of the same layout whose objects are reached by `get` only."""
-    return type(
-        cls.__name__,
-        (cls,),
-        {
-            "__slots__": (),
-            "__module__": cls.__module__,
-            "__getattribute__": get,
-            "__setattr__": _changed,
-            "__delattr__": _changed,
-        },
-    )
+def _refuse(model: Model, name: str, *value: object) -> NoReturn:
+    path = model.path
+    raise ModelError(f"{path}.{name} is out of reach: {_CURE.format(path.partition('.')[0])}")

@@ -18,7 +18,7 @@ from .ports import Port
 from .rules import fail
 from .tags import Instant
 
-__all__ = ["Witness"]
+__all__ = ["Witness", "image"]
 
 FIRST = 256  # outputs that are all looked at, fewer of large states
 SPARSE = 251  # [ns], prime, so that few periods meet it always or never
@@ -64,7 +64,7 @@ class Witness:
                 changed = set[str]()
             else:
                 changed = {key for key in was.keys() | now.keys() if was.get(key, m) is not now.get(key, m)}
-                changed = {key for key in changed if _bytes(was.get(key, m)) != _bytes(now.get(key, m))}
+                changed = {key for key in changed if image(was.get(key, m)) != image(now.get(key, m))}
             if kept:
                 cost = sum(map(len, kept.values())) // BYTES
                 self._first, self._skip = self._first - cost, self._skip + cost
@@ -84,15 +84,16 @@ def _changeable(state: dict[str, Any]) -> dict[str, bytes]:
         if kind not in _still:
             _still[kind] = issubclass(kind, _FIXED)
         if not _still[kind]:
-            found[key] = _bytes(x)
+            found[key] = image(x)
     return found
 
 
-def _bytes(x: object) -> bytes:
+def image(x: object) -> bytes:
+    """The bytes of a value in this process, b"" if it has none; models and ports in it are told by identity."""
     file = io.BytesIO()
     try:
         _Pickler(file, 5).dump(x)
-    except (pickle.PicklingError, TypeError, AttributeError, RecursionError):
+    except Exception:  # whatever a class of a user's raises here is no matter of the run
         return b""
     return file.getvalue()
 

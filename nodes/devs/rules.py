@@ -17,9 +17,11 @@ class Patience:
     """Ends zero-time loops: from `start` on it notes who keeps time from advancing, and names them at the limit."""
 
     def __init__(self, microsteps: int) -> None:
-        """ModelError if that is no number > 0."""
-        if type(microsteps) is not int or microsteps < 1:
-            raise ModelError(f"microsteps={microsteps!r}: the limit of microsteps at one time must be an int > 0")
+        """ModelError if that is no number > 0, or too large to be one of microsteps."""
+        if type(microsteps) is not int or not 0 < microsteps < 2**31:
+            raise ModelError(
+                f"microsteps={microsteps!r}: the limit of microsteps at one time must be an int > 0, and < 2**31"
+            )
         self.microsteps, self.start = microsteps, microsteps - TAIL
         self._seen: set[str] = set()
         self._t = -1

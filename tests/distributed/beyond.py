@@ -8,6 +8,7 @@ from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Message, Out
 WORDS = {"hook", "sling", "block", "crane", "lug", "pad", "rope"}
 LOG: list[str] = []
 TABLE = {"a": [1, 2, 3]}  # which nobody changes
+FRIENDS: dict[str, Atomic] = {}
 count = 0
 
 
@@ -71,6 +72,9 @@ class Ticker(Atomic):
     def board(self) -> None:
         self.parent.board.append("told")
 
+    def registered(self) -> None:
+        self.text = FRIENDS["other"].act
+
     def log(self) -> None:
         note(self.name)
 
@@ -97,6 +101,9 @@ def yard(act: str) -> Coupled:
     root = Coupled("yard")
     root.crew, root.board = 3, []
     ear, other, _ = root.add(Ear("ear")), root.add(Ticker("other")), root.add(Ear("spare"))
+    FRIENDS.clear()
+    if act == "registered":
+        FRIENDS["other"] = other
     for ticker in (other, root.add(Ticker("ticker", act, other))):
         root.connect(ticker.out, ear.into)
     return root

@@ -72,6 +72,13 @@ def test_globals_that_change_are_named_with_those_who_use_them(act: str, monkeyp
     assert run(f"yard('{act}')", in_process=True).count("Transition") > 20
 
 
+def test_a_global_that_holds_a_model_is_named_before_anything_runs() -> None:
+    assert run("yard('registered')", in_process=True) == (
+        "yard.other, yard.ticker may use beyond.FRIENDS, which holds a model of this process, though the others run "
+        "elsewhere; send them messages"
+    )
+
+
 @pytest.mark.parametrize("where", [{"in_process": True}, {"processes": 2}], ids=["one process", "two"])
 def test_what_is_fixed_may_be_read_in_any_node(where: dict[str, Any]) -> None:
     assert run("yard('look')", **where) == flat("yard('look')")
@@ -140,10 +147,10 @@ def test_a_long_chain_without_delay_runs_where_that_is_allowed(where: dict[str, 
     assert flat("chain(10_005)", microsteps=10_100).count("Transition") == 20_010
 
 
-@pytest.mark.parametrize("limit", [0, -5, 1.5, True])
+@pytest.mark.parametrize("limit", [0, -5, 1.5, True, 2**40])
 def test_a_limit_of_microsteps_that_is_none(limit: Any) -> None:
     assert run("chain(3)", microsteps=limit) == (
-        f"microsteps={limit!r}: the limit of microsteps at one time must be an int > 0"
+        f"microsteps={limit!r}: the limit of microsteps at one time must be an int > 0, and < 2**31"
     )
 
 
