@@ -179,7 +179,7 @@ def hub_session(
     """
     known = {**passwords, AFAR: AFAR} if door else passwords
     users = directory.write("users", "".join(f"{user}:{password}\n" for user, password in known.items()))
-    for guest in (OBSERVER, OPERATOR):
+    for guest in passwords.keys() & {OBSERVER, OPERATOR}:
         directory.write(guest, passwords[guest])
     processes = [user for user in passwords if user not in ("coordinator", OBSERVER, OPERATOR)]
     config = _config("peer", listen=[f"unixsock-stream/{directory.socket}"])

@@ -74,7 +74,7 @@ def session() -> float:
             out.put(encode(ANSWER))
         own.close()
 
-    begin, run, directory = forked(echo), new_run_id(), RunDirectory()
+    begin, run, directory = forked(echo), new_run_id(), RunDirectory.chosen().make()
     passwords = {user: new_password() for user in ("coordinator", "n0")}
     own = sessions.hub_session(run, directory, passwords)
     heard = own.declare_subscriber(key(run, "out", "*", "*"), FifoChannel(4096))
