@@ -11,6 +11,7 @@ from collections.abc import Callable
 from importlib import metadata
 
 import msgspec
+from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.devs import Simulator, Tag
 
 from ..protocol import messages as m
@@ -54,7 +55,8 @@ class Participant:
         elif isinstance(message, m.Stop) and self._node is None:
             answer = m.Bye()
         else:
-            assert self._node is not None, "WELCOME comes first"
+            if self._node is None:
+                raise ProtocolError(f"{self.name} was sent {type(message).__name__.upper()} before WELCOME")
             answer = self._work(self._node, message)
             if isinstance(answer, m.Bye):
                 answer = msgspec.structs.replace(answer, busy_s=self._busy_s)
