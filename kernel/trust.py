@@ -26,7 +26,10 @@ from typing import Any
 
 from .errors import KernelError
 
-__all__ = ["allowed", "demand", "foreign", "named", "namer", "others_write", "refusal", "trust", "trusted", "withdraw", "written_by_user"]
+__all__ = [
+    "allowed", "demand", "foreign", "named", "namer", "others_write", "refusal", "trust", "trusted", "withdraw",
+    "written_by_user",
+]  # fmt: skip
 
 ALLOWED = "HEAVYLIFT_ALLOW_CODE"
 HEAVYLIFT = [Path(__file__).resolve().parents[1] / room for room in ("kernel", "nodes", "coordinator", "recordings")]
@@ -90,7 +93,7 @@ def demand(references: Iterable[str], by: str) -> None:
     references = [*references]
     named(references, by)
     for reference in references:
-        if why := refusal(reference.rpartition(":")[0]):
+        if why := refusal(reference.rpartition(":")[0], reference):
             raise KernelError(f"{by}: {why}")
 
 

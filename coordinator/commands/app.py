@@ -36,6 +36,16 @@ class App(typer.Typer):
         return lambda function: register(_with_allow_code(function))
 
 
+def _code_set(sets: list[str]) -> list[str]:
+    """The functions that --set names, as the scene will name them: whoever types them allows them."""
+    found = []
+    for key, _, value in (setting.partition("=") for setting in sets):
+        module, colon, name = value.strip().strip("'\"").rpartition(":")
+        if key.strip().rpartition(".")[2] in ("function", "guards") and colon:
+            found.append(f"{Path(module).resolve() if module.endswith('.py') else module}:{name}")
+    return found
+
+
 def _with_allow_code(function: Callable[..., Any]) -> Callable[..., Any]:
     signature = inspect.signature(function, eval_str=True)
     if not CODE.intersection(signature.parameters):
@@ -43,7 +53,7 @@ def _with_allow_code(function: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(function)
     def command(*args: Any, allow_code: list[Path] | None = None, **kwargs: Any) -> Any:
-        with allowed(map(str, allow_code or ())):
+        with allowed([*map(str, allow_code or ()), *_code_set(kwargs.get("sets") or ())]):
             return function(*args, **kwargs)
 
     more = inspect.Parameter("allow_code", inspect.Parameter.KEYWORD_ONLY, default=None, annotation=AllowCode)

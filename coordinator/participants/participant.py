@@ -11,7 +11,7 @@ from collections.abc import Callable
 from importlib import metadata
 
 import msgspec
-from heavylift.kernel.errors import ModelError
+from heavylift.kernel.errors import ModelError, ProtocolError
 from heavylift.nodes.devs import Coupled, Simulator, Tag
 
 from ..protocol import messages as m
@@ -56,7 +56,8 @@ class Participant:
         elif isinstance(message, m.Stop) and self._node is None:
             answer = m.Bye()
         else:
-            assert self._node is not None, "WELCOME comes first"
+            if self._node is None:
+                raise ProtocolError(f"{self.name} was sent {type(message).__name__.upper()} before WELCOME")
             answer = self._work(self._node, message)
             if isinstance(answer, m.Bye):
                 answer = msgspec.structs.replace(answer, busy_s=self._busy_s)

@@ -181,7 +181,7 @@ def _found(f: UserLaw, function: str) -> Callable[[Given], Any]:
     if not (colon and module and name):
         raise KernelError(f"law '{f.name}': '{function}' is no function; write 'package.module:function'")
     by = namer(function)
-    if by is not None and (why := refusal(module)):
+    if by is not None and (why := refusal(module, function)):
         raise KernelError(f"{by}{': ' if by else ''}law '{f.name}': {why}")
     try:
         found = getattr(_module(module), name, None)
@@ -189,7 +189,7 @@ def _found(f: UserLaw, function: str) -> Callable[[Given], Any]:
         raise KernelError(f"law '{f.name}': '{module}' cannot be imported: {e}") from e
     if not callable(found):
         raise KernelError(f"law '{f.name}': there is no function '{name}' in '{module}'")
-    if by is not None and (why := foreign(found)):
+    if by is not None and (why := foreign(found, function)):
         raise KernelError(f"{by}{': ' if by else ''}law '{f.name}': '{function}' must not be called: {why}")
     return found  # type: ignore[no-any-return]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 __all__ = ["content", "within"]
 
-LARGEST = 1 << 20  # of a scene [bytes]
+LARGEST = 1 << 19  # of a scene [bytes]
 
 
 def content(path: Path, most: int = LARGEST) -> bytes:

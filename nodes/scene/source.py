@@ -20,6 +20,8 @@ from ruamel.yaml.composer import Composer
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
+from .files import LARGEST
+
 Path: TypeAlias = tuple[str | int, ...]
 
 DEEPEST = 40  # levels of a scene
@@ -93,14 +95,16 @@ class Source:
 
 
 class _Composer(Composer):
-    """Stops at nodes that are nested too deep, before Python does."""
+    """Stops at nodes that are nested too deep, before Python does, and at too many of them."""
 
-    depth = 0
+    depth = count = 0
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         """A node of the text."""
-        if self.depth >= DEEPEST:
-            told = f"nested deeper than {DEEPEST} levels"
+        self.count += 1
+        if self.depth >= DEEPEST or self.count > 2 * MOST_VALUES:  # keys are nodes, too
+            deep = f"nested deeper than {DEEPEST} levels"
+            told = deep if self.depth >= DEEPEST else f"more than {MOST_VALUES} values"
             raise MarkedYAMLError(problem=told, problem_mark=self.parser.peek_event().start_mark)
         self.depth += 1
         node = super().compose_node(parent, index)
@@ -115,6 +119,9 @@ class _TooLong(Exception):
 def read(text: str, name: str, root: FilePath | None = None) -> Source:
     """Data and marks of one YAML text; what cannot be read becomes a fault. `root`: the scene's folder."""
     source = Source(name, root=root or FilePath())
+    if len(text) > 2 * LARGEST:  # one that is merged of several
+        source.faults.append(Fault((), f"a scene has at most {2 * LARGEST} characters", mark=Mark(name, 1, 1, "")))
+        return source
     lines = text.splitlines() or [""]
 
     def at(line: int, column: int) -> Mark:

@@ -54,6 +54,8 @@ def test_code_is_allowed_for_one_command(heavylift: Command, tmp_path: Path) -> 
     assert heavylift("check", "rail.yaml", "--allow-code", "mine.py")[0] == 0
     assert heavylift("check", "rail.yaml", "--allow-code", ".")[0] == 0
     assert heavylift("check", "rail.yaml")[0] == 1
+    assert heavylift("check", "rail.yaml", "--set", "mechanism.forces.own.function=mine.py:push")[0] == 0
+    assert heavylift("check", "rail.yaml", "--set", "mechanism.forces.own.factor=2")[0] == 1
     assert heavylift("check", "rail.yaml", "--allow-code", "none.py")[0] == 2
 
 

@@ -1,0 +1,265 @@
+"""What is fuzzed: for each kind a corpus, how a case is drawn from it, and what heavylift does with such a thing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import msgspec
+from heavylift.coordinator.hosts.gate import Answer, Ask
+from heavylift.coordinator.live.announce import Notice
+from heavylift.coordinator.live.commands import journaled
+from heavylift.coordinator.live.orders import Order, Reply
+from heavylift.coordinator.participants import parts, transitions
+from heavylift.coordinator.participants.building import built, couplings
+from heavylift.coordinator.participants.participant import Participant
+from heavylift.coordinator.protocol import messages as m
+from heavylift.coordinator.protocol.core import Coordinator
+from heavylift.coordinator.protocol.memory import run_in_memory
+from heavylift.coordinator.protocol.node import Node
+from heavylift.coordinator.record.scene import MERGED, RESOLVED
+from heavylift.coordinator.replay.recorded import RecordedRun
+from heavylift.coordinator.run import run
+from heavylift.coordinator.run.resume import Beginning
+from heavylift.coordinator.supervision.journal import Journal
+from heavylift.coordinator.transport.frame import Reader, Topic, Writer
+from heavylift.kernel.errors import HeavyliftError
+from heavylift.nodes.devs import Simulator, Tag
+from heavylift.nodes.scene import load, parse
+from heavylift.nodes.scene.spoken import spoken
+from heavylift.nodes.scenes import bundled
+from heavylift.recordings import Recording
+from heavylift.recordings.samples import decode_batch
+from heavylift.recordings.sink import Sink
+from mutations import JSON, MSGPACK, bytes_of, spoiled
+from spoiled_recordings import read_in_all_ways
+from spoiled_recordings import spoiled as spoiled_recording
+
+Kind = Callable[[Path], tuple[Callable[[Random], bytes], Callable[[bytes], None]]]
+
+RING = "heavylift.nodes.zoo.token_ring:ring(3, 1, 5)"
+
+
+def scenes(folder: Path) -> Any:
+    """Texts of scenes, bundled ones and those that they extend."""
+    texts = [path.read_bytes() for path in bundled().values()]
+    own = b"heavylift: 1\nname: x\nextends: pendulum\nend: 1 s\n"
+
+    def draw(rng: Random) -> bytes:
+        first = bytes_of(rng.choice([*texts, own, own]), rng)
+        return first + bytes_of(rng.choice(texts), rng) if rng.random() < 0.05 else first
+
+    def play(case: bytes) -> None:
+        path = folder / "scene.yaml"
+        path.write_bytes(case)
+        load(path)
+
+    return draw, play
+
+
+def recordings(folder: Path) -> Any:
+    """Recordings, with checksums that hold and with others."""
+    whole = _recorded(folder)
+    data = whole.read_bytes()
+
+    def play(case: bytes) -> None:
+        path = folder / "spoiled.mcap"
+        path.write_bytes(case)
+        for sentence in read_in_all_ways(path, whole, folder, pictures=False):
+            assert "\n" not in sentence
+        left = RecordedRun(path)
+        assert left.cast.nodes
+        assert left.events is not None
+
+    return lambda rng: spoiled_recording(data, rng), play
+
+
+def commands(folder: Path) -> Any:
+    """What an operator says to a run, in words and as orders."""
+    scene, order = load("lift"), Order("command", text="crane: travel 1 m/min by 1 m")
+    said = b"""crane: travel 2 m/min by 1 m
+all hooks: hoist 1 m/min until taut
+crane H1: lower 0.5 m/min to 3 m within 2 s
+cranes: stop
+block: turn 1 deg/s by 5 deg, when: all slings taut after 3 s"""
+    lines = said.split(b"\n")
+
+    def draw(rng: Random) -> bytes:
+        if rng.random() < 0.3:
+            return b"\x00" + spoiled(msgspec.msgpack.encode(order), MSGPACK, rng)
+        return bytes_of(rng.choice(lines), rng)
+
+    def play(case: bytes) -> None:
+        if case.startswith(b"\x00"):
+            _decoded(case[1:], Order)
+        else:
+            spoken(scene, case.decode(errors="replace"))
+
+    return draw, play
+
+
+def resume(folder: Path) -> Any:
+    """Recordings that were cut off, with spoiled attachments, facts, events and journals."""
+    whole = Recording(_recorded(folder))
+    files = {**whole.attachments}
+    name = MERGED if MERGED in files else next(x for x in files if x != RESOLVED)  # of the text that is read
+    topics = {x.name: x.metadata for x in whole.topics.values() if "port" in x.metadata}
+    said = [(topic, raw.log_time, raw.data) for topic, raw in whole.stream(*topics)]
+
+    def draw(rng: Random) -> bytes:
+        part = rng.choice(("plan", "text", "facts", "journal", "event", "event"))
+        plan, text = files[RESOLVED], files[name]
+        facts = msgspec.json.encode({k: str(v) for k, v in whole.run.items()})
+        one = rng.randrange(len(said))
+        return msgspec.msgpack.encode(
+            (
+                spoiled(plan, JSON, rng) if part == "plan" else plan,
+                bytes_of(text, rng) if part == "text" else text,
+                spoiled(facts, JSON, rng) if part == "facts" else facts,
+                spoiled(msgspec.msgpack.encode((Tag(5), b"\x80")), MSGPACK, rng) if part == "journal" else b"",
+                [
+                    (x, t, spoiled(y, JSON, rng) if part == "event" and i == one else y)
+                    for i, (x, t, y) in enumerate(said)
+                ],
+            )
+        )
+
+    def play(case: bytes) -> None:
+        plan, text, facts, journal, events = msgspec.msgpack.decode(case, type=tuple[bytes, bytes, bytes, bytes, list])
+        told: Any = {}
+        with suppress(msgspec.DecodeError, UnicodeDecodeError):
+            told = msgspec.json.decode(facts)
+        told = told if isinstance(told, dict) and all(isinstance(x, str) for x in told.values()) else {}
+        out = folder / "left.mcap"
+        sink = Sink(out, told, {**files, name: text, RESOLVED: plan})
+        made = {x: sink.channel(x, "json", "Event", "jsonschema", b"{}", facts) for x, facts in topics.items()}
+        with sink.writing():
+            for topic, t, data in events:
+                sink.write(made[topic], t, t, data)
+        whole = sink.finish({}).read_bytes()
+        left = out.with_name("left.mcap.part")
+        left.write_bytes(whole[: whole.index(b"\x06\0\0\0result")])
+        if journal:
+            with Journal(out.with_name("left.mcap.commands")) as kept:
+                kept.append(journal)
+        try:
+            Beginning.of(left)
+            journaled(out)
+        finally:
+            out.with_name("left.mcap.commands").unlink(missing_ok=True)
+
+    return draw, play
+
+
+def frames(folder: Path) -> Any:
+    """Frames and messages of every type, to those who decode them, to a node and to the coordinator."""
+    plan = load("pendulum").plan
+    from heavylift.nodes.scene.plan import encode
+
+    model = m.encode(m.Welcome(0, parts.encode(parts.ModelPart(RING))))
+    wire = _conversation()
+    corpus = [
+        *wire,
+        model,
+        m.encode(m.Welcome(0, parts.encode(parts.ScenePart(encode(plan))))),
+        m.encode(m.Fail(Tag(1), "a.b", "cannot", "Traceback")),
+        m.encode(m.Stop(Tag(9))),
+        m.encode(m.Checkpoint(3, b"\x95\x01\x02", "")),
+        msgspec.msgpack.encode(Order("pause")),
+        msgspec.msgpack.encode(Reply(True, "paused")),
+        msgspec.msgpack.encode([0, [1, 2], b"\0" * 32]),
+        msgspec.msgpack.encode(parts.ScenePart(encode(plan))),
+    ]
+
+    def draw(rng: Random) -> bytes:
+        return bytes([rng.randrange(256)]) + spoiled(rng.choice(corpus), MSGPACK, rng)
+
+    def play(case: bytes) -> None:
+        where, data = case[0], case[1:]
+        for decode in (m.decode, parts.decode, transitions.read, lambda x: decode_batch(x, 2)):
+            with suppress(HeavyliftError, msgspec.MsgspecError, UnicodeDecodeError):
+                decode(data)
+        for kind in (Ask, Answer, Order, Reply, Notice, m.Alive):
+            _decoded(data, kind)
+        m.kind(data)
+        topic = list(Topic)[where % len(Topic)]
+        frame = Writer("run", "node", topic, 0).frame(data)
+        for framed in (data, frame, bytes_of(frame, Random(where))):
+            with suppress(HeavyliftError):
+                Reader("run", "node", topic, 0).open(framed)
+        with suppress(HeavyliftError):
+            _participant(model, data, where)
+        with suppress(HeavyliftError):
+            _coordinated(data, where)
+
+    return draw, play
+
+
+KINDS: dict[str, Kind] = {f.__name__: f for f in (scenes, recordings, commands, resume, frames)}
+
+
+def _decoded(data: bytes, kind: Any) -> None:
+    with suppress(msgspec.MsgspecError, UnicodeDecodeError):
+        msgspec.msgpack.decode(data, type=kind)
+
+
+def _recorded(folder: Path) -> Path:
+    path = folder / "whole.mcap"
+    run(parse("heavylift: 1\nname: swing\nextends: trolley\n"), path, in_process=True)
+    return path
+
+
+def _nodes() -> tuple[Coordinator, list[Node]]:
+    model = built(RING)
+    return Coordinator(list(model.children), couplings(model), Tag(100)), [
+        Node(name, Simulator(child)) for name, child in model.children.items()
+    ]
+
+
+def _conversation() -> list[bytes]:
+    """All messages of a run of the ring."""
+    said: list[bytes] = []
+    core, nodes = _nodes()
+    for node in nodes:
+        node.hello, node.handle = _heard(node.hello, said), _heard(node.handle, said)  # type: ignore[method-assign]
+    run_in_memory(core, nodes)
+    return list(dict.fromkeys(said))
+
+
+def _heard(function: Any, said: list[bytes]) -> Any:
+    def hear(*asked: Any) -> Any:
+        answer = function(*asked)
+        said.extend(m.encode(x) for x in (*asked, answer) if isinstance(x, msgspec.Struct))
+        return answer
+
+    return hear
+
+
+def _participant(welcome: bytes, data: bytes, where: int) -> None:
+    """A node hears a spoiled message, first or after a good beginning."""
+    node = Participant("station-1", lambda _: None, lambda _: None)
+    for message in ([welcome] if where % 4 else []) + [data, data]:
+        if not node.over:
+            node.handle(message)
+
+
+def _coordinated(data: bytes, where: int) -> None:
+    """The coordinator hears a spoiled answer in the middle of a run."""
+    core, nodes = _nodes()
+    answer = m.decode(data)
+    calls = 0
+
+    def instead(function: Any, *kinds: type) -> Any:
+        def said(*asked: Any) -> Any:
+            nonlocal calls
+            calls += 1
+            return answer if calls == 1 + where % 12 and type(answer) in kinds else function(*asked)
+
+        return said
+
+    nodes[0].hello = instead(nodes[0].hello, m.Hello, m.Fail)  # type: ignore[method-assign]
+    nodes[0].handle = instead(nodes[0].handle, m.Done, m.Fail)  # type: ignore[method-assign]
+    run_in_memory(core, nodes)
