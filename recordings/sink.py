@@ -1,8 +1,8 @@
 """The MCAP file of a run as the recorder sees it: channels, messages, a flush twice a wall second, an end.
 
-The first record is the metadata `run`, on disk at once, then the attachments.  `format` among these facts is the
-number of the rules by which topics, schemas and facts are to be read.  A kill loses what was not flushed, at most a
-second.
+The first record is the metadata `run`, then the attachments; both are in the file before anybody sees it.  `format`
+among these facts is the number of the rules by which topics, schemas and facts are to be read.  A kill loses what was
+not flushed, at most a second.
 """
 
 from __future__ import annotations
@@ -41,22 +41,31 @@ def texts(facts: Mapping[str, object]) -> dict[str, str]:
 
 
 class Sink:
-    """Opens `<path>.part` and writes the facts and attachments; `finish` gives it its name."""
+    """Writes the facts and attachments, shows them as `<path>.part`; `finish` gives it its name."""
 
-    def __init__(self, path: str | Path, run: Mapping[str, object], attachments: Mapping[str, bytes]) -> None:
-        self._file = PartFile(path)
-        self.path = self._file.path
+    def __init__(
+        self, path: str | Path, run: Mapping[str, object], attachments: Mapping[str, bytes], force: bool = False
+    ) -> None:
+        self._file = PartFile(path, force=force)
         self.topics: dict[str, int] = {}
         self._schemas: dict[tuple[str, bytes], int] = {}
         self._flushed = time.monotonic()
-        with self._file.writing():
-            self._writer = McapFile(self._file.stream, library())
-            self._writer.metadata("run", texts({"format": FORMAT, **run}))
-            self._file.stream.flush()
-            for name, data in attachments.items():
-                media = MEDIA.get(Path(name).suffix, "application/octet-stream")
-                self._writer.attachment(time.time_ns(), name, media, data)
-            self._file.stream.flush()
+        try:
+            with self._file.writing():
+                self._writer = McapFile(self._file.stream, library())
+                self._writer.metadata("run", texts({"format": FORMAT, **run}))
+                for name, data in attachments.items():
+                    media = MEDIA.get(Path(name).suffix, "application/octet-stream")
+                    self._writer.attachment(time.time_ns(), name, media, data)
+            self._file.show()
+        except BaseException:
+            self._file.abandon(keep=False)
+            raise
+
+    @property
+    def path(self) -> Path:
+        """The recording's, which `finish` may change if something has come to stand there."""
+        return self._file.path
 
     def protobuf(self, topic: str, message: Any, facts: Mapping[str, object] | None = None) -> int:
         """A new channel of this protobuf message class (or of its descriptor)."""
@@ -100,10 +109,11 @@ class Sink:
         return self._file.writing()
 
     def flush(self) -> None:
-        """Put what was written on disk, at most twice a second of wall time."""
+        """Put what was written on disk and look whether it is still there, at most twice a second of wall time."""
         if time.monotonic() - self._flushed > FLUSH:
             with self._file.writing():
                 self._writer.flush()
+                self._file.check()
             self._flushed = time.monotonic()
 
     def finish(self, result: Mapping[str, object]) -> Path:
@@ -113,6 +123,6 @@ class Sink:
             self._writer.finish()
         return self._file.finish()
 
-    def abandon(self) -> None:
-        """Close a file that cannot be finished; without effect on a finished one."""
-        self._file.abandon()
+    def abandon(self, keep: bool = True) -> None:
+        """Close a file that cannot be finished, and `keep` what there is of it; without effect on a finished one."""
+        self._file.abandon(keep)

@@ -8,7 +8,7 @@ import tempfile
 import traceback
 
 import typer
-from heavylift.kernel.errors import HeavyliftError, Stopped
+from heavylift.kernel.errors import HeavyliftError, OutputError, Stopped
 
 from ..cli import STOPPED
 from .app import app
@@ -31,12 +31,10 @@ def carry_out() -> None:
         sys.exit(STOPPED)
     except HeavyliftError as error:
         print(f"heavylift: {error}" if "\n" not in str(error) else str(error), file=sys.stderr)
-        sys.exit(1)
+        sys.exit(2 if isinstance(error, OutputError) else 1)
     except (typer.Abort, KeyboardInterrupt):
         print("heavylift: stopped", file=sys.stderr)
         sys.exit(STOPPED)
-    except BrokenPipeError:  # who reads our output, such as `head`, has enough
-        _discard_output()
     except Exception as error:
         if isinstance(error, OSError) and not error.filename and (why := _unwritable()):
             _discard_output()
