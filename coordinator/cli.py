@@ -1,6 +1,7 @@
 """The command line: `heavylift COMMAND`; every command says what to type next, every error is one sentence.
 
-Exit codes: 0 done; 1 the run or the file failed; 2 the command line is wrong; 130 stopped by Ctrl-C.
+Exit codes: 0 done; 1 the run or the file failed; 2 the command line is wrong; 128 and its number if a signal stopped it
+(130 Ctrl-C); 141 nobody reads its output any more.
 """
 
 from __future__ import annotations
@@ -8,18 +9,30 @@ from __future__ import annotations
 import sys
 
 from .hashing import start_again
+from .stopping import ReaderLeft, Stopping, heard
 
-__all__ = ["STOPPED", "main"]
+__all__ = ["STOPPED", "UNHEARD", "main"]
 
-STOPPED = 130
+STOPPED, UNHEARD = 130, 141
 
 
 def main() -> None:
     """Entry point of the command `heavylift`."""
-    try:  # the commands take a fifth of a second to import, in which Ctrl-C may come
-        start_again()
-        from .commands.ending import carry_out
+    stopping = Stopping()
+    try:
+        try:
+            start_again()
+            heard()
+            from .commands.ending import carry_out  # takes a fifth of a second, in which Ctrl-C may come
+
+            carry_out()
+        finally:
+            stopping.end()
     except KeyboardInterrupt:
+        stopping.end()
         print("heavylift: stopped", file=sys.stderr)
-        sys.exit(STOPPED)
-    carry_out()
+        sys.exit(stopping.code)
+    except ReaderLeft:
+        sys.exit(UNHEARD)
+    except SystemExit as end:
+        sys.exit(stopping.code if end.code == STOPPED else end.code)

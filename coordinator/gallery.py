@@ -10,9 +10,11 @@ import shlex
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.outputs import GENERATOR, output_path
+from heavylift.recordings.partfile import PartFile
 
 from .run import run
 
@@ -26,7 +28,7 @@ WIDTH, COLOURS = 900, 48  # [px], and of the palette: a picture of some kB
 HEAD = """# Scenes, and what they show
 
 Each of these comes with heavylift: run it by its name, or begin your own as a copy (`heavylift new mine --like NAME`).
-This page and its pictures are made by `heavylift gallery -o nodes/scenes`, one of your own scenes by
+This page and its pictures are made by `heavylift gallery -o nodes/scenes --force`, one of your own scenes by
 `heavylift gallery my-*.yaml -o DIR`.
 """
 
@@ -36,12 +38,16 @@ def page(scenes: Iterable[LoadedScene]) -> str:
     return HEAD + "".join(_entry(scene) for scene in scenes)
 
 
-def draw(scene: LoadedScene, folder: str | Path) -> Path:
+def draw(scene: LoadedScene, folder: str | Path, force: bool = False) -> Path:
     """Run a scene in this process and draw it into the folder; the path of the picture."""
     from heavylift.recordings import curves, file_path, plot, storyboard
 
     folder = file_path(folder)
-    out = folder / f"{scene.plan.name}.png"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RecordingError(f"{folder}: cannot be made ({error.strerror}); choose another folder") from None
+    out = output_path(folder / f"{scene.plan.name}.png")
     words = shlex.split(_told(scene)[1])[3:]  # behind `heavylift plot NAME.mcap`
     with tempfile.TemporaryDirectory(prefix="heavylift-", ignore_cleanup_errors=True) as place:
         recording, drawn = Path(place) / f"{scene.plan.name}.mcap", Path(place) / "drawn.png"
@@ -52,12 +58,9 @@ def draw(scene: LoadedScene, folder: str | Path) -> Path:
             curves(recording, words, drawn)
         else:
             plot(recording, drawn)
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            _shrunk(drawn, out)
-        except OSError as error:
-            raise RecordingError(f"{out}: cannot be written ({error.strerror}); choose another folder") from None
-    return out
+        with PartFile(out, "a picture", (".png",), force) as file, file.writing():
+            _shrunk(drawn, file.stream)
+    return file.path
 
 
 def _told(scene: LoadedScene) -> tuple[str, str]:
@@ -86,11 +89,15 @@ def _entry(scene: LoadedScene) -> str:
     )
 
 
-def _shrunk(drawn: Path, out: Path) -> None:
+def _shrunk(drawn: Path, out: BinaryIO) -> None:
     """The picture in the size of a page, with a palette."""
     from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
+
+    told = PngInfo()
+    told.add_text("Software", GENERATOR)
 
     with Image.open(drawn) as picture:
         small = picture.convert("RGB")
         small.thumbnail((WIDTH, WIDTH))
-        small.quantize(COLOURS).save(out, optimize=True)
+        small.quantize(COLOURS).save(out, "png", optimize=True, pnginfo=told)

@@ -6,7 +6,8 @@
     |- KernelError      equations, laws, integration           body, joint or rope, and simulation time
     |- ProtocolError    a message or process of a run          node, run and what arrived
     |- RecordingError   a recording or an output file          path and what to do
-    |  `- SignalError   nothing in it has this name            also a KeyError; names that were perhaps meant
+    |  |- SignalError   nothing in it has this name            also a KeyError; names that were perhaps meant
+    |  `- OutputError   nothing may be written there           what stands there stays; exit code 2
     `- Stopped          the user ended the run (Ctrl-C)        simulation time; the recording is finished
 
 All other rooms import these names and add none: `except HeavyliftError` catches whatever a user did wrong.
@@ -19,6 +20,7 @@ __all__ = [
     "HeavyliftError",
     "KernelError",
     "ModelError",
+    "OutputError",
     "ProtocolError",
     "RecordingError",
     "SceneError",
@@ -59,6 +61,10 @@ class SignalError(RecordingError, KeyError):
     """A recording has nothing of this name."""
 
     __str__ = Exception.__str__  # not in quotes as that of a KeyError
+
+
+class OutputError(RecordingError):
+    """An output may not have this name: something else stands there, or it is no name for what is written."""
 
 
 class Stopped(HeavyliftError):

@@ -18,8 +18,8 @@ from .digest import Digest
 from .drawing import Box, RopeLine
 from .export import export
 from .info import info, info_data
+from .outputs import file_path
 from .part import Part
-from .partfile import file_path
 from .plot import plot
 from .reader import RecordedEvent, Recording, Topic
 from .recover import Recovered, recover

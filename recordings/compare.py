@@ -111,12 +111,12 @@ def _compared(A: Recording, B: Recording) -> Comparison:
     )
 
 
-def overlay(a: str | Path, b: str | Path, out: str | Path, patterns: Sequence[str] = ()) -> Path:
+def overlay(a: str | Path, b: str | Path, out: str | Path, patterns: Sequence[str] = (), force: bool = False) -> Path:
     """Draw both recordings over one another: the columns that match, or the worst of each of four signals."""
     out = checked(out)
     A, B = Recording(a), Recording(b)
     with A.reading(), B.reading():
-        return drawn(_figure(A, B, patterns), out)
+        return drawn(_figure(A, B, patterns), out, force)
 
 
 def _figure(A: Recording, B: Recording, patterns: Sequence[str]) -> Figure:

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from .curves_drawn import page, picture
 from .export import matching
+from .outputs import output_path
 from .paper import FORMATS
-from .partfile import output_path, writing
+from .partfile import PartFile
 from .reader import Recording
 from .signal import titles
 
@@ -56,13 +57,13 @@ class Figure:
     stages: list[tuple[float, str]]
 
 
-def curves(path: str | Path, patterns: Sequence[str], out: str | Path) -> Path:
+def curves(path: str | Path, patterns: Sequence[str], out: str | Path, force: bool = False) -> Path:
     """Draw the columns that match one of the patterns into a .png, .svg or .html file."""
     out = checked(out)
     rec = Recording(path)
     with rec.reading():
         figure = Figure(f"{rec.run.get('scene', '')}, {rec.path.name}", panels_of(rec, patterns), rec.stages())
-        return drawn(figure, out)
+        return drawn(figure, out, force)
 
 
 def checked(out: str | Path) -> Path:
@@ -70,15 +71,14 @@ def checked(out: str | Path) -> Path:
     return output_path(out, "a figure", (*FORMATS, ".html"))
 
 
-def drawn(figure: Figure, out: Path) -> Path:
+def drawn(figure: Figure, out: Path, force: bool = False) -> Path:
     """Write the figure in the form that the suffix asks for."""
-    if out.suffix.lower() == ".html":
-        text = page(figure)
-        with writing(out):
-            out.write_text(text)
-    else:
-        picture(figure, out)
-    return out
+    if out.suffix.lower() != ".html":
+        return picture(figure, out, force)
+    text = page(figure)
+    with PartFile(out, "a figure", (*FORMATS, ".html"), force) as file:
+        file.stream.write(text.encode())
+    return file.path
 
 
 def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:

@@ -24,7 +24,7 @@ NAMED = 16  # curves of a panel that the legend can name
 POINTS = 4000  # instants of a curve on the page
 
 
-def picture(figure: Figure, out: Path) -> None:
+def picture(figure: Figure, out: Path, force: bool = False) -> Path:
     """Draw the figure into a .png or .svg file."""
     from matplotlib.figure import Figure as Canvas
 
@@ -39,7 +39,7 @@ def picture(figure: Figure, out: Path) -> None:
             _panel(axes, panel, scale)
         grid[-1].set_xlabel(f"Time [{clock}]", color=INK)
         grid[-1].set_xlim(min(float(c.t[0]) for p in figure.panels for c in p.curves if len(c.t)) * scale, last * scale)
-        save(canvas, out)
+        return save(canvas, out, force)
 
 
 def _stages(axes: Axes, figure: Figure, last: float, scale: float, named: bool) -> None:

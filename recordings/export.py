@@ -7,15 +7,18 @@ their digits, so that nothing is lost on the way.
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Sequence
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError, SignalError
 from numpy.typing import NDArray
 
+from .outputs import GENERATOR, output_path
 from .part import chosen
-from .partfile import output_path, writing
+from .partfile import PartFile
 from .reader import Recording
 from .signal import titles
 from .text import meant
@@ -23,30 +26,31 @@ from .text import meant
 __all__ = ["export", "matching"]
 
 
-def export(path: str | Path, out: str | Path, patterns: Sequence[str] = ()) -> Path:
+def export(path: str | Path, out: str | Path, patterns: Sequence[str] = (), force: bool = False) -> Path:
     """Write the signals whose `signal/column` matches one of the patterns (default: all) to a .csv or .parquet file."""
     out = output_path(out, "a table", (".csv", ".parquet"))
     rec = Recording(path)
     with rec.reading():
         t, columns = _columns(rec, patterns)
-    with writing(out):
+    with PartFile(out, "a table", (".csv", ".parquet"), force) as file, file.writing():
         if out.suffix.lower() == ".csv":
-            with out.open("w", newline="") as file:
-                writer = csv.writer(file, lineterminator="\n")
-                writer.writerow(["time [s]", *columns])
-                writer.writerows(zip(t.tolist(), *(x.tolist() for x in columns.values()), strict=True))
+            text = io.TextIOWrapper(file.stream, "utf-8", newline="")
+            writer = csv.writer(text, lineterminator="\n")
+            writer.writerow(["time [s]", *columns])
+            writer.writerows(zip(t.tolist(), *(x.tolist() for x in columns.values()), strict=True))
+            text.detach()
         else:
-            _parquet(out, {"time [s]": t, **columns})
-    return out
+            _parquet(out, file.stream, {"time [s]": t, **columns})
+    return file.path
 
 
-def _parquet(out: Path, columns: dict[str, NDArray[np.float64]]) -> None:
+def _parquet(out: Path, stream: BinaryIO, columns: dict[str, NDArray[np.float64]]) -> None:
     try:
         import pyarrow
         from pyarrow import parquet
     except ImportError:
         raise RecordingError(f"{out}: Parquet needs pyarrow; install heavylift[parquet] or write a .csv") from None
-    parquet.write_table(pyarrow.table(columns), out)
+    parquet.write_table(pyarrow.table(columns, metadata={"made by": GENERATOR}), stream)
 
 
 def _columns(rec: Recording, patterns: Sequence[str]) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:

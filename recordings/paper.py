@@ -10,7 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from .partfile import writing
+from .outputs import GENERATOR
+from .partfile import PartFile
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,7 +31,10 @@ def on_paper() -> Iterator[None]:
         yield
 
 
-def save(figure: Figure, out: Path) -> None:
-    """Write a figure to a .png or .svg file; RecordingError if the system refuses."""
-    with writing(out):
-        figure.savefig(out, dpi=160, metadata={"Date": None} if out.suffix.lower() == ".svg" else None)
+def save(figure: Figure, out: Path, force: bool = False, dpi: int = 160) -> Path:
+    """Write a figure to a .png or .svg file, and return which (outputs.py); RecordingError if the system refuses."""
+    form = out.suffix.lower()[1:]
+    told = {"Date": None, "Creator": GENERATOR} if form == "svg" else {"Software": GENERATOR}
+    with PartFile(out, "a figure", FORMATS, force) as file, file.writing():
+        figure.savefig(file.stream, format=form, dpi=dpi, metadata=told)
+    return file.path

@@ -1,97 +1,240 @@
-"""The file under construction: `<name>.part`, locked by its run, renamed when it is finished.
+"""The file under construction: hidden until there is something to keep, `<path>.part` while a run writes it, named when
+it is whole.
 
-So a file that bears its final name is always whole, and two runs cannot write into one another.
+So a file that bears its final name is always whole, two runs cannot write into one another, and nothing that is there
+is lost: names are given by the system's calls that replace nothing (outputs.py has the rule).  What happens to the
+file meanwhile is noticed: a name that leads elsewhere, a size that is not what was written, and, if somebody else has
+written to it, other bytes.
 """
 
 from __future__ import annotations
 
+import ctypes
+import errno
 import fcntl
+import io
 import os
-from collections.abc import Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, suppress
+import secrets
+import zlib
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, suppress
 from pathlib import Path
-from typing import BinaryIO
+from types import TracebackType
+from typing import Any, Self
 
-from heavylift.kernel.errors import RecordingError
+from heavylift.kernel.errors import OutputError, RecordingError
 
-__all__ = ["PartFile", "beside", "file_path", "output_path", "writing"]
+from .outputs import PART, names, output_path, remains, writing
 
+__all__ = ["PartFile"]
 
-def file_path(path: object) -> Path:
-    """The path of what names a file: text or a Path; RecordingError for anything else."""
-    named = os.fspath(path) if isinstance(path, str | os.PathLike) else b""
-    if isinstance(named, bytes) or "\0" in named:
-        raise RecordingError(f"{path!r} names no file; give its path as text or as a Path, such as 'run.mcap'")
-    return Path(named)
-
-
-def output_path(path: str | Path, what: str = "", endings: Sequence[str] = ()) -> Path:
-    """The path if a file can have it, else a RecordingError: it is a folder, its folder is missing, or it has none of
-    the endings of what is written, so that no table or picture is written over a recording.
-    """
-    path = file_path(path)
-    if path.is_dir():
-        raise RecordingError(f"{path}: is a folder; give the name of a file in it, such as {path / 'run.mcap'}")
-    if not path.parent.is_dir():
-        raise RecordingError(
-            f"{path}: the folder {path.parent} does not exist; make it or choose another place with -o"
-        )
-    if endings and path.suffix.lower() not in endings:
-        these = f"{', '.join(endings[:-1])} or {endings[-1]}" if len(endings) > 1 else endings[0]
-        give = "one of these endings" if len(endings) > 1 else "this ending"
-        raise RecordingError(f"{path}: {what} is written as {these}; give it {give}")
-    return path
-
-
-def beside(path: Path, ending: str) -> Path:
-    """The file that is made of this one if no other name is given: run.mcap and -report.html give run-report.html."""
-    return path.parent / f"{path.stem}{ending}"
-
-
-@contextmanager
-def writing(path: Path) -> Iterator[None]:
-    """Turns the system's refusals into a sentence about this file."""
-    try:
-        yield
-    except OSError as error:
-        raise RecordingError(f"{path}: cannot be written ({error.strerror}); choose another place with -o") from None
+AT_FDCWD, RENAME_NOREPLACE = -100, 1  # of linux/fcntl.h and linux/fs.h
+OPENED = "/proc/self/fd"  # where Linux has names for open files
+BLOCK = 1 << 20  # [bytes] read at once
 
 
 class PartFile:
-    """`stream` writes to `<path>.part`; `finish()` gives the file its name."""
+    """`stream` writes to a file that has a name from `show()` or `finish()` on; `path` is what it will be or is.
 
-    def __init__(self, path: str | Path) -> None:
-        self.path = output_path(path)
-        self.part = self.path.with_name(self.path.name + ".part")
+    If `force`, an earlier output of heavylift of this name is replaced; else the next free name is taken.  Used as a
+    context, it is finished at its end, or leaves nothing when the body raises.
+    """
+
+    def __init__(
+        self, path: str | Path, what: str = "a recording", endings: Sequence[str] = (".mcap",), force: bool = False
+    ) -> None:
+        self.path = output_path(path, what, endings)
+        self._force, self._finished = force, False
+        self._at: Path | None = None
         with self.writing():
-            descriptor = os.open(self.part, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o644)
-        try:
+            self._at, descriptor = _unnamed(self.path)
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            mine = os.path.samestat(os.fstat(descriptor), os.stat(self.part))  # not just renamed by its run
-        except OSError:
-            mine = False
-        if not mine:
-            os.close(descriptor)
-            raise RecordingError(
-                f"{self.part}: another run is writing this file; wait for it or choose another name with -o"
-            )
-        with self.writing():
-            os.ftruncate(descriptor, 0)
-        self.stream: BinaryIO = open(descriptor, "wb", buffering=1 << 18)  # noqa: SIM115 - closed by finish()
+        self._raw = _Guarded(descriptor, self)
+        self.stream = io.BufferedWriter(self._raw, 1 << 18)
+
+    @property
+    def part(self) -> Path:
+        """Where the file is until it is whole."""
+        return self.path.with_name(self.path.name + PART)
 
     def writing(self) -> AbstractContextManager[None]:
         """Turns the system's refusals into a sentence."""
-        return writing(self.part)
+        return writing(self._at or self.path)
 
-    def finish(self) -> Path:
-        """Close the file and give it its final name."""
+    def show(self) -> None:
+        """Take the name `<path>.part`, or that of the next free path: what is written from now on is worth keeping."""
         with self.writing():
             self.stream.flush()
-            os.replace(self.part, self.path)  # while still locked
+            for path in names(self.path):
+                forced = self._force and path == self.path
+                if forced:
+                    self._clear()
+                elif remains(path):
+                    continue
+                part = path.with_name(path.name + PART)
+                try:
+                    self._name(part)
+                except FileExistsError:
+                    if forced:
+                        raise _written(part) from None
+                    continue
+                self.path = path
+                return
+
+    def check(self, whole: bool = False) -> None:
+        """RecordingError if what was written is not in the file any more, or not under its name; `whole`: to the last
+        byte, even if nothing tells that another has written to it.
+        """
+        if self._at is not None:
+            try:
+                there = os.stat(self._at, follow_symlinks=False)
+            except FileNotFoundError:
+                raise self._lost("deleted or renamed") from None
+            if not os.path.samestat(os.fstat(self._raw.fileno()), there):
+                raise self._lost("replaced by another file")
+        self._raw.check(whole)
+
+    def finish(self) -> Path:
+        """Close the file and give it its final name, while it is still locked; the path that it has now."""
+        with self.writing():
+            self.stream.flush()
+            self.check(whole=True)
+            if self._force and os.path.lexists(self.path):
+                output_path(self.path)  # still nothing but an earlier output
+                if self._at is None:
+                    self._name(_beside(self.path))
+                assert self._at is not None
+                os.replace(self._at, self.path)
+            else:
+                self._name_free()
+            self._at, self._finished = self.path, True
             self.stream.close()
         return self.path
 
-    def abandon(self) -> None:
-        """Close what cannot be finished; the part stays for whoever wants to read it."""
-        with suppress(OSError):
+    def abandon(self, keep: bool = True) -> None:
+        """Close what cannot be finished; if `keep`, the part stays for whoever wants to read it."""
+        with suppress(OSError, RecordingError):
             self.stream.close()
+        with suppress(OSError):
+            self._raw.close()
+        if self._at is not None and not keep and not self._finished:
+            self._at.unlink(missing_ok=True)
+
+    def _name_free(self) -> None:
+        """The name that it was to have, or the next one if something has come to stand there meanwhile."""
+        for path in names(self.path):
+            if path != self.path and remains(path):
+                continue
+            try:
+                self._name(path)
+            except FileExistsError:
+                continue
+            self.path = path
+            return
+
+    def _name(self, path: Path) -> None:
+        """Give the file this name, and take away the one that it had; FileExistsError if there is something."""
+        if self._at is None:  # with a descriptor of a folder `link` is `linkat`, which follows the name of an open file
+            opened = f"{OPENED}/{self._raw.fileno()}"
+            os.link(opened, path, src_dir_fd=self._raw.fileno(), follow_symlinks=True)
+        else:
+            _rename(self._at, path)
+        self._at = path
+
+    def _clear(self) -> None:
+        """Take away what a run of this name that was cut off has left, unless it is still being written."""
+        for path in remains(self.path):
+            if path == self.path:
+                continue
+            file = os.open(path, os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                path.unlink()
+            except BlockingIOError:
+                raise _written(path) from None
+            finally:
+                os.close(file)
+
+    def _lost(self, how: str) -> RecordingError:
+        return RecordingError(
+            f"{self._at or self.path}: was {how} while it was written; leave the file alone until it is whole, and "
+            "start again"
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            if error is None:
+                self.finish()
+        finally:
+            self.abandon(keep=False)
+
+
+class _Guarded(io.FileIO):
+    """A file that must have no other bytes than those that were written here, one after the other."""
+
+    def __init__(self, descriptor: int, owner: PartFile) -> None:
+        super().__init__(descriptor, "wb")
+        self._owner, self._size, self._crc = owner, 0, 0
+        self._written_ns = os.fstat(descriptor).st_mtime_ns
+
+    def write(self, data: Any) -> int:
+        """Append; RecordingError if the file is not what it was."""
+        self.check()
+        n = super().write(data)
+        self._crc = zlib.crc32(memoryview(data)[:n], self._crc)
+        self._size += n
+        self._written_ns = os.fstat(self.fileno()).st_mtime_ns
+        return n
+
+    def check(self, whole: bool = False) -> None:
+        """Size and time tell; where the time is another, the bytes do, since to look at all of them takes long."""
+        now = os.fstat(self.fileno())
+        if now.st_size < self._size:
+            raise self._owner._lost("cut")
+        if whole or now.st_mtime_ns != self._written_ns or now.st_size != self._size:
+            if now.st_size != self._size or self._read() != self._crc:
+                raise self._owner._lost("written to by somebody else")
+            self._written_ns = now.st_mtime_ns
+
+    def _read(self) -> int:
+        crc = place = 0
+        while place < self._size and (data := os.pread(self.fileno(), BLOCK, place)):
+            crc, place = zlib.crc32(data, crc), place + len(data)
+        return crc
+
+
+def _written(part: Path) -> OutputError:
+    return OutputError(f"{part}: another run is writing this file; wait for it or choose another name with -o")
+
+
+def _unnamed(path: Path) -> tuple[Path | None, int]:
+    """A new file in the folder of this path: without a name where the system can, else with one that nobody has."""
+    if hasattr(os, "O_TMPFILE") and os.path.isdir(OPENED):
+        try:
+            return None, os.open(path.parent, os.O_RDWR | os.O_TMPFILE | os.O_CLOEXEC, 0o644)
+        except OSError as error:
+            if error.errno not in (errno.EOPNOTSUPP, errno.EISDIR, errno.ENOENT, errno.EINVAL):
+                raise
+    at = _beside(path)
+    return at, os.open(at, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o644)
+
+
+def _beside(path: Path) -> Path:
+    return path.with_name(f".{secrets.token_hex(6)}{PART}")
+
+
+def _rename(old: Path, new: Path) -> None:
+    """Rename a file; FileExistsError if the new name is taken."""
+    if rename := getattr(ctypes.CDLL(None, use_errno=True), "renameat2", None):
+        if not rename(AT_FDCWD, os.fsencode(old), AT_FDCWD, os.fsencode(new), RENAME_NOREPLACE):
+            return
+        if (code := ctypes.get_errno()) not in (errno.EINVAL, errno.ENOSYS):  # a file system that cannot do it
+            raise OSError(code, os.strerror(code), str(new))
+    if os.path.lexists(new):
+        raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(new))
+    os.rename(old, new)

@@ -17,8 +17,8 @@ from heavylift.kernel.errors import RecordingError
 from numpy.typing import NDArray
 
 from .info import duration
+from .outputs import output_path
 from .paper import BAND, FORMATS, INK, LIMIT, QUIET, on_paper, save
-from .partfile import output_path
 from .reader import Recording
 from .settings import settings
 
@@ -48,14 +48,13 @@ class Curves(NamedTuple):
     quantity: str
 
 
-def plot(path: str | Path, out: str | Path, loaders: Mapping[str, str] | None = None) -> Path:
+def plot(path: str | Path, out: str | Path, loaders: Mapping[str, str] | None = None, force: bool = False) -> Path:
     """Draw the recording `path` into the file `out`; `loaders` are hook ropes by label, else as recorded."""
     out = output_path(out, "a figure", FORMATS)
     rec = Recording(path)
     with rec.reading(), on_paper():
         curves, scale = _curves(rec, loaders or rec.fact("loaders"))
-        save(_figure(rec, curves, [(t * scale, name) for t, name in rec.stages()]), out)
-    return out
+        return save(_figure(rec, curves, [(t * scale, name) for t, name in rec.stages()]), out, force)
 
 
 def _curves(rec: Recording, loaders: Mapping[str, str] | None) -> tuple[Curves, float]:

@@ -23,14 +23,13 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Message, Metadata, Schema
 
 from .container import BROKEN, INNER, LIMIT, MAGIC, RATIO, RECORD, unpacked
-from .partfile import file_path, output_path
+from .outputs import PART, beside, file_path, output_path
 from .rows import Peak
 from .samples import Field, SamplesForm
 from .sink import Sink
 
 __all__ = ["Recovered", "recover"]
 
-PART, RECOVERED = ".part", "-recovered"
 CHUNK = struct.Struct("<QQQ")  # how one begins: times of its first and last message [ns], size of what is packed
 PEAKS = ("rope/peak", "rope/peak_time")
 LONGEST_s = 1e8  # a chunk that tells of later times is damaged there, too
@@ -56,7 +55,7 @@ class Recovered:
         return f"{self.messages} messages until {self.sim_s:.3f} s; lost: {lost}"
 
 
-def recover(path: str | Path, out: str | Path | None = None, begun: bool = False) -> Recovered:
+def recover(path: str | Path, out: str | Path | None = None, begun: bool = False, force: bool = False) -> Recovered:
     """Copy what is readable into `out` (default: <name>-recovered.mcap); RecordingError if there is no run in it.
 
     `begun`: any run that did not come to its end will do, though nothing happened in it or its file is whole.
@@ -65,7 +64,7 @@ def recover(path: str | Path, out: str | Path | None = None, begun: bool = False
     if path.exists() and not path.is_file():
         raise RecordingError(f"{path}: is no file; give the name of a recording, such as run.mcap.part")
     name = path.name.removesuffix(PART)
-    out = output_path(out or path.with_name(Path(name).stem + RECOVERED + ".mcap"))
+    out = output_path(out or beside(path.with_name(name), "-recovered.mcap"), "a recording", (".mcap",))
     if path in (out, out.with_name(out.name + PART)):
         raise RecordingError(f"{out}: would overwrite what is to be recovered; choose another name with -o")
     try:
@@ -75,7 +74,7 @@ def recover(path: str | Path, out: str | Path | None = None, begun: bool = False
     with stream:
         if stream.read(len(MAGIC)) != MAGIC:
             raise RecordingError(f"{path}: is not a recording (not an MCAP file); there is nothing to recover")
-        copy = _Copy(path, out, begun)
+        copy = _Copy(path, out, begun, force)
         try:
             for record in _records(stream, path.stat().st_size, copy.found.lost):
                 copy.take(record)
@@ -138,8 +137,8 @@ def _parsed(opcode: int, record: bytes) -> Iterator[object]:
 class _Copy:
     """Takes records one by one; the new file is opened at the first channel, when facts and attachments are known."""
 
-    def __init__(self, path: Path, out: Path, begun: bool) -> None:
-        self._path, self._out, self._begun = path, out, begun
+    def __init__(self, path: Path, out: Path, begun: bool, force: bool) -> None:
+        self._path, self._out, self._begun, self._force = path, out, begun, force
         self._metadata: dict[str, dict[str, str]] = {}
         self._attachments: dict[str, bytes] = {}
         self._schemas: dict[int, Schema] = {}
@@ -166,7 +165,7 @@ class _Copy:
         if self._sink is None:
             if "run" not in self._metadata:
                 raise RecordingError(f"{self._path}: holds no run of heavylift; there is nothing to recover")
-            self._sink = Sink(self._out, self._metadata["run"], self._attachments)
+            self._sink = Sink(self._out, self._metadata["run"], self._attachments, self._force)
         return self._sink
 
     def _message(self, message: Message) -> None:
@@ -220,11 +219,10 @@ class _Copy:
             "sim_s": self.found.sim_s,
             "peaks": {name: peak._asdict() for name, peak in self._peaks().items()},
         }
-        sink.finish(facts)
+        self.found.path = sink.finish(facts)
         return self.found
 
     def abandon(self) -> None:
         """Leave nothing half-made behind."""
         if self._sink is not None:
-            self._sink.abandon()
-            self._out.with_name(self._out.name + PART).unlink(missing_ok=True)
+            self._sink.abandon(keep=False)

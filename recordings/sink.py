@@ -1,8 +1,8 @@
 """The MCAP file of a run as the recorder sees it: channels, messages, a flush twice a wall second, an end.
 
-The first record is the metadata `run`, on disk at once, then the attachments.  `format` among these facts is the
-number of the rules by which topics, schemas and facts are to be read.  A kill loses what was not flushed, at most a
-second: a thread of its own sees to that, whatever the run is busy with.
+The first record is the metadata `run`, then the attachments; both are in the file before anybody sees it.  `format`
+among these facts is the number of the rules by which topics, schemas and facts are to be read.  A kill loses what was
+not flushed, at most a second: a thread of its own sees to that, whatever the run is busy with.
 """
 
 from __future__ import annotations
@@ -44,26 +44,35 @@ def texts(facts: Mapping[str, object]) -> dict[str, str]:
 
 
 class Sink:
-    """Opens `<path>.part` and writes the facts and attachments; `finish` gives it its name."""
+    """Writes the facts and attachments, shows them as `<path>.part`; `finish` gives it its name."""
 
-    def __init__(self, path: str | Path, run: Mapping[str, object], attachments: Mapping[str, bytes]) -> None:
-        self._file = PartFile(path)
-        self.path = self._file.path
+    def __init__(
+        self, path: str | Path, run: Mapping[str, object], attachments: Mapping[str, bytes], force: bool = False
+    ) -> None:
+        self._file = PartFile(path, force=force)
         self.topics: dict[str, int] = {}
         self._schemas: dict[tuple[str, bytes], int] = {}
         self._lock, self._over = RLock(), Event()
         self._refused: RecordingError | None = None  # what the thread has met
         self._flushed = time.monotonic()
-        with self.writing():
-            self._writer = McapFile(self._file.stream, library())
-            self._writer.metadata("run", texts({"format": FORMAT, **run}))
-            self._file.stream.flush()
-            for name, data in attachments.items():
-                media = MEDIA.get(Path(name).suffix, "application/octet-stream")
-                self._writer.attachment(time.time_ns(), name, media, data)
-            self._file.stream.flush()
+        try:
+            with self.writing():
+                self._writer = McapFile(self._file.stream, library())
+                self._writer.metadata("run", texts({"format": FORMAT, **run}))
+                for name, data in attachments.items():
+                    media = MEDIA.get(Path(name).suffix, "application/octet-stream")
+                    self._writer.attachment(time.time_ns(), name, media, data)
+            self._file.show()
+        except BaseException:
+            self._file.abandon(keep=False)
+            raise
         self._thread = Thread(target=self._watch, name="heavylift-recording", daemon=True)
         self._thread.start()
+
+    @property
+    def path(self) -> Path:
+        """The recording's, which `finish` may change if something has come to stand there."""
+        return self._file.path
 
     def protobuf(self, topic: str, message: Any, facts: Mapping[str, object] | None = None) -> int:
         """A new channel of this protobuf message class (or of its descriptor)."""
@@ -111,10 +120,11 @@ class Sink:
             yield
 
     def flush(self) -> None:
-        """Put what was written on disk, at most twice a second of wall time."""
+        """Put what was written on disk and look whether it is still there, at most twice a second of wall time."""
         if time.monotonic() - self._flushed > FLUSH:
             with self.writing():
                 self._writer.flush()
+                self._file.check()
             self._flushed = time.monotonic()
 
     def _watch(self) -> None:
@@ -138,7 +148,7 @@ class Sink:
             self._writer.finish()
         return self._file.finish()
 
-    def abandon(self) -> None:
-        """Close a file that cannot be finished; without effect on a finished one."""
+    def abandon(self, keep: bool = True) -> None:
+        """Close a file that cannot be finished, and `keep` what there is of it; without effect on a finished one."""
         self._rest()
-        self._file.abandon()
+        self._file.abandon(keep)

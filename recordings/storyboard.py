@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from .drawing import SceneUpdate, boxes_of
 from .info import duration
+from .outputs import output_path
 from .paper import FORMATS, on_paper, save
-from .partfile import output_path
 from .reader import Recording
 from .signal import Signal
 
@@ -32,13 +32,12 @@ SWAY = 0.5  # [m] way between two of them that may be swing
 FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
 
 
-def storyboard(path: str | Path, out: str | Path, frames: int = 6) -> Path:
+def storyboard(path: str | Path, out: str | Path, frames: int = 6, force: bool = False) -> Path:
     """Draw `frames` instants of the recording into a .png or .svg; RecordingError if that cannot be done."""
     out = output_path(out, "a picture", FORMATS)
     rec = Recording(path)
     with rec.reading(), on_paper():
-        save(_figure(rec, frames), out)
-    return out
+        return save(_figure(rec, frames), out, force)
 
 
 def _figure(rec: Recording, frames: int) -> Figure:

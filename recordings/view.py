@@ -17,7 +17,8 @@ from .bundle import bundled
 from .content import event_text, facts_shown, is_inner, load_of, packed, shown, stage_name, thinned
 from .drawing import Box, boxes_of
 from .info import duration
-from .partfile import output_path, writing
+from .outputs import output_path
+from .partfile import PartFile
 from .reader import Recording, guarded
 from .samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout
 from .verdict import Judged, recorded_verdict
@@ -29,16 +30,16 @@ CLEARANCES = 3  # that the page tells
 EVENTS = 5000  # most events in a page
 
 
-def view(path: str | Path, out: str | Path, verdict: Judged | None = None) -> Path:
+def view(path: str | Path, out: str | Path, verdict: Judged | None = None, force: bool = False) -> Path:
     """Write the page of a recording to a .html file; RecordingError if one of them cannot be used.
 
     `verdict`: where the recording has none of its own.
     """
     out = output_path(out, "a page", (".html",))
     text = page(content(Recording(path), verdict))
-    with writing(out):
-        out.write_text(text)
-    return out
+    with PartFile(out, "a page", (".html",), force) as file:
+        file.stream.write(text.encode())
+    return file.path
 
 
 def page(run: dict[str, Any]) -> str:

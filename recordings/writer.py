@@ -44,8 +44,9 @@ class Waiting(NamedTuple):
 class Recorder:
     """Writes the recording `path`; `run` are the facts known at the start, `attachments` files by name.
 
-    At most every `lines_every` [s] of simulation time the ropes are drawn.  Used as a context, it closes the file as
-    failed when the body raises.
+    An earlier recording of this name stays and this one is run-2.mcap, unless `force` replaces it.  At most every
+    `lines_every` [s] of simulation time the ropes are drawn.  Used as a context, it closes the file as failed when the
+    body raises.
     """
 
     def __init__(
@@ -54,10 +55,11 @@ class Recorder:
         run: Mapping[str, object],
         attachments: Mapping[str, bytes] | None = None,
         lines_every: float = 1.0,
+        force: bool = False,
     ) -> None:
         self.digest = Digest()
         self._began = time.monotonic()
-        self._sink = Sink(path, run, attachments or {})
+        self._sink = Sink(path, run, attachments or {}, force)
         self._log = self._sink.protobuf("/log", Log)
         self._ports: dict[tuple[str, str], int] = {}
         self._rows: Rows | None = None
@@ -69,6 +71,11 @@ class Recorder:
         self._ticket = count()
         self._last_event = self._last_sample = self._settled = self._now = 0
         self._closed = False
+
+    @property
+    def path(self) -> Path:
+        """Where the recording is written: the name that was given, or the next free one."""
+        return self._sink.path
 
     @property
     def peaks(self) -> dict[str, Peak]:

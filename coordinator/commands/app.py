@@ -14,7 +14,7 @@ from heavylift.kernel.trust import allowed
 from . import completing
 from .helping import Command, Commands
 
-__all__ = ["After", "At", "File", "Json", "Run", "Scene", "Sets", "Strict", "app"]
+__all__ = ["After", "At", "File", "Force", "Json", "Run", "Scene", "Sets", "Strict", "app"]
 
 CODE = {"scene", "scenes", "verify", "strict", "connect"}  # parameters of commands that hear of Python code of others
 AllowCode = Annotated[
@@ -24,7 +24,9 @@ AllowCode = Annotated[
     ),
 ]
 EXIT_CODES = """Exit codes: 0 done; 1 the scene, the run or the file is at fault, or two runs differ; 2 the command line
-is wrong; 86 a process on this host has lost its run; 130 stopped by Ctrl-C. One sentence says what is wrong."""
+is wrong, or would overwrite what heavylift has not made; 86 a process on this host has lost its run; 130 stopped by
+Ctrl-C, 129, 131 and 143 by SIGHUP, SIGQUIT and SIGTERM; 141 nobody reads the output any more. One sentence says what is
+wrong."""
 
 
 class App(typer.Typer):
@@ -91,4 +93,5 @@ At = Annotated[float | None, typer.Option("--at", help="time of the run [s]; def
 After = Annotated[str, typer.Option("--after", help="at the end of this stage of the run")]
 Json = Annotated[bool, typer.Option("--json", help="one JSON object, SI units")]
 Strict = Annotated[bool, typer.Option("--strict", help="exit code 1 if the verdict is red")]
+Force = Annotated[bool, typer.Option("--force", help="replace an earlier output of this name")]
 Sets = Annotated[list[str] | None, typer.Option("--set", help="override a key: --set accuracy=0.5%")]

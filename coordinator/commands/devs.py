@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from .app import Json, app
+from .app import Force, Json, app
 
 
 @app.command()
@@ -18,6 +18,7 @@ def devs(
     model: Annotated[str, typer.Argument(help="module:function or file.py:function that returns a Coupled")],
     until: Annotated[str, typer.Option("--until", help="end of simulation: --until 10s; default no activity")] = "",
     output: Annotated[Path | None, typer.Option("-o", "--output", help="recording; default none")] = None,
+    force: Force = False,
     processes: Annotated[int, typer.Option("--processes", help="deal the nodes out over so many processes")] = 0,
     in_process: Annotated[bool, typer.Option("--in-process", help="all models in this process")] = False,
     microsteps: Annotated[int, typer.Option("--microsteps", help="so many steps in no time are a loop")] = 10_000,
@@ -39,11 +40,13 @@ def devs(
         end = ns(TIME.read(until)) if until else NEVER
     except ValueError as error:
         raise ModelError(f"--until: {error}") from None
-    run = run_models(model, end, output, in_process, processes=processes, microsteps=microsteps)
+    run = run_models(model, end, output, in_process, processes=processes, microsteps=microsteps, force=force)
     if as_json:
-        typer.echo(json.dumps({**dataclasses.asdict(run), "outcome": run.outcome.name.lower()}))
+        recording = str(run.recording) if run.recording else None
+        told = {**dataclasses.asdict(run), "outcome": run.outcome.name.lower(), "recording": recording}
+        typer.echo(json.dumps(told))
         return
     typer.echo(f"ended at {run.sim_s:g} s because {run.outcome.value}")
     typer.echo(f"{run.grants} grants in {run.wall_s:.2f} s\ndigest {run.digest}")
-    if output is not None:
-        typer.echo(f"wrote {output}")
+    if run.recording is not None:
+        typer.echo(f"wrote {run.recording}")

@@ -8,7 +8,7 @@ import tempfile
 import traceback
 
 import typer
-from heavylift.kernel.errors import HeavyliftError, Stopped
+from heavylift.kernel.errors import HeavyliftError, OutputError, Stopped
 
 from ..cli import STOPPED
 from ..printable import printable
@@ -33,7 +33,7 @@ def carry_out() -> None:
     except HeavyliftError as error:
         told = printable(str(error), keep="\n")
         print(f"heavylift: {told}" if "\n" not in told else told, file=sys.stderr)
-        sys.exit(1)
+        sys.exit(2 if isinstance(error, OutputError) else 1)
     except (typer.Abort, KeyboardInterrupt):
         print("heavylift: stopped", file=sys.stderr)
         sys.exit(STOPPED)
@@ -41,8 +41,6 @@ def carry_out() -> None:
         told = "no memory is left; end other programs or raise the limit, then `heavylift resume` the recording"
         print(f"heavylift: {told}", file=sys.stderr)
         sys.exit(1)
-    except BrokenPipeError:  # who reads our output, such as `head`, has enough
-        _discard_output()
     except Exception as error:
         if isinstance(error, OSError) and not error.filename and (why := _unwritable()):
             _discard_output()

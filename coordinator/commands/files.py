@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from . import completing
-from .app import File, Json, app
+from .app import File, Force, Json, app
 
 if TYPE_CHECKING:
     from heavylift.recordings.verdict import Judged
@@ -33,19 +33,20 @@ def plot(
     ] = None,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="figure: .png, .svg, or .html to zoom")] = None,
     lift: Annotated[bool, typer.Option("--lift", help="the lift itself at some instants")] = False,
+    force: Force = False,
 ) -> None:
     """Draw signals, limits and stages.    heavylift plot turnover.mcap 'rope/tension/*' 'pose/block/?' -o x.html"""
     from heavylift.recordings import curves, storyboard
     from heavylift.recordings import plot as tensions
-    from heavylift.recordings.partfile import beside
+    from heavylift.recordings.outputs import beside
 
     out = output or beside(file, ".png")
     if lift:
-        storyboard(file, out)
+        out = storyboard(file, out, force=force)
     elif signals or out.suffix.lower() == ".html":
-        curves(file, signals or ["rope/tension/*"], out)
+        out = curves(file, signals or ["rope/tension/*"], out, force)
     else:
-        tensions(file, out)
+        out = tensions(file, out, force=force)
     typer.echo(f"wrote {out}")
 
 
@@ -53,12 +54,14 @@ def plot(
 def view(
     file: File,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="page; default NAME.html")] = None,
+    force: Force = False,
 ) -> None:
     """Write one page with the lift in 3D, signals, stages, events.    heavylift view turnover.mcap"""
     from heavylift.recordings import view as write
-    from heavylift.recordings.partfile import beside
+    from heavylift.recordings.outputs import beside
 
-    typer.echo(f"wrote {write(file, output or beside(file, '.html'), _verdict(file))}; open it in a browser")
+    out = write(file, output or beside(file, ".html"), _verdict(file), force)
+    typer.echo(f"wrote {out}; open it in a browser")
 
 
 @app.command()
@@ -67,13 +70,14 @@ def report(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="document, .html or .pdf; default NAME-report.html")
     ] = None,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Write the planner's document: verdict, limits, clearances, stages.    heavylift report turnover.mcap"""
     import msgspec
     from heavylift.recordings import Recording
     from heavylift.recordings import report as write
-    from heavylift.recordings.partfile import beside
+    from heavylift.recordings.outputs import beside
     from heavylift.recordings.report import facts
 
     found = _verdict(file)
@@ -81,7 +85,7 @@ def report(
         told = msgspec.to_builtins(facts(Recording(file), found), enc_hook=str)
         typer.echo(msgspec.json.encode({"verdict": found, **told}).decode())
     if output is not None or not as_json:
-        out = write(file, output or beside(file, "-report.html"), found)
+        out = write(file, output or beside(file, "-report.html"), found, force)
         typer.echo(f"wrote {out}; open it in a browser", err=as_json)
 
 
@@ -104,6 +108,7 @@ def compare(
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="figure of both over one another: .png, .svg, .html")
     ] = None,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Say whether two runs are equal (exit code 0) or where they part (1).    heavylift compare a.mcap b.mcap"""
@@ -113,7 +118,7 @@ def compare(
 
     found = side_by_side(a, b)
     if output is not None:
-        typer.echo(f"wrote {overlay(a, b, output, signals or [])}", err=True)
+        typer.echo(f"wrote {overlay(a, b, output, signals or [], force)}", err=True)
     typer.echo(msgspec.json.encode(found, enc_hook=str).decode() if as_json else str(found))
     if not found.equal:
         raise typer.Exit(1)
@@ -126,11 +131,12 @@ def export(
     signals: Annotated[
         list[str] | None, typer.Option("--signal", help="signal or pattern, such as 'rope/tension/*'; default all")
     ] = None,
+    force: Force = False,
 ) -> None:
     """Write signals as a table, units in the names.    heavylift export turnover.mcap -o turnover.csv"""
     from heavylift.recordings import export as write
 
-    typer.echo(f"wrote {write(file, output, signals or [])}")
+    typer.echo(f"wrote {write(file, output, signals or [], force)}")
 
 
 @app.command()
@@ -142,9 +148,10 @@ def recover(
         ),
     ],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="default NAME-recovered.mcap")] = None,
+    force: Force = False,
 ) -> None:
     """Save what a killed run has left.    heavylift recover turnover.mcap.part"""
     from heavylift.recordings import recover as save
 
-    found = save(file, output)
+    found = save(file, output, force)
     typer.echo(f"wrote {found.path}: {found}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from heavylift.kernel.errors import UNREADABLE, RecordingError
 
-from .app import File, Json, app
+from .app import File, Force, Json, app
 from .running import live_page
 
 if TYPE_CHECKING:
@@ -170,16 +170,17 @@ def _watching(run: RecordedRun) -> AbstractContextManager[Watch]:
 def layout(
     file: File,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="default NAME-lichtblick.json")] = None,
+    force: Force = False,
 ) -> None:
     """Write the layout for Lichtblick or Foxglove that a recording has with it.    heavylift layout turnover.mcap"""
     from heavylift.recordings import Recording
     from heavylift.recordings.lichtblick import LAYOUT
-    from heavylift.recordings.partfile import beside, output_path, writing
+    from heavylift.recordings.outputs import beside
+    from heavylift.recordings.partfile import PartFile
 
     found = Recording(file).attachments.get(LAYOUT)
     if found is None:
         raise RecordingError(f"{file}: has no layout attached; record the scene with `heavylift run`")
-    path = output_path(output or beside(file, "-lichtblick.json"), "a layout", (".json",))
-    with writing(path):
-        path.write_bytes(found)
-    typer.echo(f"wrote {path}; in Lichtblick: import this layout, then open {file}")
+    with PartFile(output or beside(file, "-lichtblick.json"), "a layout", (".json",), force) as written:
+        written.stream.write(found)
+    typer.echo(f"wrote {written.path}; in Lichtblick: import this layout, then open {file}")

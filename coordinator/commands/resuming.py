@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from . import completing
-from .app import Json, Strict, app
+from .app import Force, Json, Strict, app
 
 
 @app.command()
@@ -20,6 +20,7 @@ def resume(
         ),
     ],
     output: Annotated[Path | None, typer.Option("-o", "--output", help="default NAME-resumed.mcap")] = None,
+    force: Force = False,
     strict: Strict = False,
     as_json: Json = False,
 ) -> None:
@@ -34,7 +35,7 @@ def resume(
 
         begun = Beginning.of(file, crew.directory.path)
         with Progress(begun.scene.plan) as watch:
-            result, path = go_on(file, begun, output, watch, crew)
-    summary(begun.scene.plan, result, path, as_json)
+            result = go_on(file, begun, output, watch, crew, force=force)
+    summary(begun.scene.plan, result, as_json)
     if strict and result.verdict is not None and result.verdict.red:
         raise typer.Exit(1)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .app import Json, Scene, Sets, Strict, app
+from .app import Force, Json, Scene, Sets, Strict, app
 from .hosts import Certificates, open_door
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ LEAST_s = 1.0  # that a process has for an answer
 def run(
     scene: Scene,
     output: Annotated[Path | None, typer.Option("-o", "--output", help="recording; default NAME.mcap")] = None,
+    force: Force = False,
     sets: Sets = None,
     in_process: Annotated[bool, typer.Option("--in-process", help="all models in this process")] = False,
     method: Annotated[str, typer.Option("--method", help="of integration: dopri5, radau5, ...")] = "",
@@ -78,11 +79,12 @@ def run(
                 deadline=patience,
                 pace=pace,
                 keyboard=keyboard,
+                force=force,
             )
     finally:
         if crew is not None:
             crew.end()
-    summary(loaded.plan, result, path, as_json)
+    summary(loaded.plan, result, as_json)
     if strict and result.verdict is not None and result.verdict.red:
         raise typer.Exit(1)
 

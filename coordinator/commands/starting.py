@@ -9,7 +9,7 @@ import typer
 from heavylift.kernel.errors import SceneError
 
 from . import completing
-from .app import Json, app
+from .app import Force, Json, app
 
 
 @app.command()
@@ -45,18 +45,20 @@ def gallery(
     output: Annotated[Path, typer.Option("-o", "--output", help="folder for GALLERY.md and pictures")] = Path(
         "gallery"
     ),
+    force: Force = False,
 ) -> None:
     """Run scenes and write a page with a picture of each.    heavylift gallery lift tandem -o my-gallery"""
     from heavylift.nodes.scene import bundled, load
+    from heavylift.recordings.partfile import PartFile
 
     from ..gallery import draw, page
 
     loaded = [load(scene) for scene in scenes or bundled()]
     for scene in loaded:
-        typer.echo(f"wrote {draw(scene, output / 'pictures')}")
-    path = output / "GALLERY.md"
-    path.write_text(page(loaded), encoding="utf-8")
-    typer.echo(f"wrote {path}")
+        typer.echo(f"wrote {draw(scene, output / 'pictures', force)}")
+    with PartFile(output / "GALLERY.md", "a page", (".md",), force) as written:
+        written.stream.write(page(loaded).encode())
+    typer.echo(f"wrote {written.path}")
 
 
 @app.command()

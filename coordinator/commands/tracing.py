@@ -7,28 +7,28 @@ from typing import Annotated
 
 import typer
 
-from .app import File, Json, app
+from .app import File, Force, Json, app
 
 
 @app.command()
 def trace(
     file: File,
     perfetto: Annotated[Path | None, typer.Option("--perfetto", help="file for ui.perfetto.dev, .json")] = None,
+    force: Force = False,
     as_json: Json = False,
 ) -> None:
     """Show who worked and who waited for whom in a run.    heavylift trace turnover.mcap --perfetto trace.json"""
     import json
 
-    from heavylift.kernel.errors import RecordingError
+    from heavylift.recordings.partfile import PartFile
 
     from ..trace import Timeline, data, text, trace_events
 
     timeline = Timeline(file)
     if perfetto is not None:
-        try:
-            perfetto.write_text(json.dumps(trace_events(timeline)))
-        except OSError as error:
-            raise RecordingError(f"{perfetto}: cannot be written ({error.strerror}); give another path") from None
+        with PartFile(perfetto, "a trace", (".json",), force) as written:
+            written.stream.write(json.dumps(trace_events(timeline)).encode())
+        perfetto = written.path
     typer.echo(json.dumps(data(timeline)) if as_json else text(timeline))
     if perfetto is not None and not as_json:
         typer.echo(f"\nwrote {perfetto}; open it at ui.perfetto.dev")

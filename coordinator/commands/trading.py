@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from .app import Json, Scene, Sets, app
+from .app import Force, Json, Scene, Sets, app
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene.units import Dimension
@@ -20,6 +20,7 @@ def tradeoff(
         list[Path] | None,
         typer.Option("-o", "--output", help="report: .html, .png, .svg, .csv, .json; default NAME-tradeoff.html"),
     ] = None,
+    force: Force = False,
     ask: Annotated[str, typer.Option("--ask", help="what must be right: --ask 'rope tension, swing'")] = "",
     accuracy: Annotated[
         str, typer.Option("--accuracy", help="of each quantity asked; default the scene's own if it asks, else 1 %")
@@ -50,8 +51,7 @@ def tradeoff(
     measured = measure(loaded, ask, limit, seconds, lambda told: typer.echo(f"  {told}", err=True))
     if coupling:
         measured = communicating(loaded, measured)
-    for path in outputs:
-        write(measured, path)
+    outputs = [write(measured, path, force) for path in outputs]
     if as_json:
         typer.echo(json.dumps(data(measured)))
         return

@@ -14,6 +14,7 @@ from heavylift.kernel.errors import UNREADABLE, RecordingError
 from heavylift.nodes.devs import Event, Tag, encode
 from heavylift.nodes.models.messages import OperatorCommand
 from heavylift.recordings import Recording, file_path
+from heavylift.recordings.outputs import COMMANDS
 
 __all__ = ["COMMAND", "OPERATOR", "Given", "command", "journal_of", "journaled", "operator_commands"]
 
@@ -34,7 +35,7 @@ def command(given: Given) -> Event:
 
 def journal_of(recording: Path) -> Path:
     """Where the commands of a run are journaled until its recording is whole."""
-    return recording.with_name(recording.name + ".commands")
+    return recording.with_name(recording.name + COMMANDS)
 
 
 def journaled(recording: Path) -> set[Given]:

@@ -49,12 +49,13 @@ class Desk:
 
     def __init__(
         self,
-        recording: Path,
+        recording: Callable[[], Path],
         tempo: Tempo,
         read: Callable[[str], OperatorCommand] | None = None,
         why: Callable[[OperatorAnswer], str] = lambda answer: answer.refused,
     ) -> None:
-        """`read` makes a command of an operator's words or raises a HeavyliftError; None: nobody takes commands.
+        """`recording`: where it is written, once it is.  `read` makes a command of an operator's words or raises a
+        HeavyliftError; None: nobody takes commands.
 
         `why` says for people why a command is refused.
         """
@@ -67,8 +68,7 @@ class Desk:
         self._closed = False
 
     def repeat(self, commands: Iterable[Given], core: OpenCoordinator) -> None:
-        """Order what was ordered in another run; what an earlier run into the same file left in its journal is past."""
-        journal_of(self._recording).unlink(missing_ok=True)
+        """Order what was ordered in another run."""
         for given in commands:
             self._order(given, core)
 
@@ -194,7 +194,7 @@ class Desk:
     def _order(self, given: Given, core: OpenCoordinator) -> None:
         """It is on the disk before anything can come of it."""
         if self._journal is None:
-            self._journal = Journal(journal_of(self._recording))
+            self._journal = Journal(journal_of(self._recording()), exclusive=True)
         self._journal.append(msgspec.msgpack.encode(given), sync=True)
         core.inject(command(given))
         self._taken.add(given.tag.t)
@@ -208,7 +208,7 @@ class Desk:
         self.close()
         if self._journal is not None:
             self._journal.close()
-            if self._recording.exists():  # it holds the commands
+            if self._recording().exists():  # it holds the commands
                 self._journal.delete()
 
 

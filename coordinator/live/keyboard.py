@@ -9,6 +9,7 @@ import os
 import select
 import sys
 import time
+from contextlib import suppress
 from types import TracebackType
 from typing import Self
 
@@ -38,7 +39,8 @@ class Keyboard:
         if self.there:
             import termios
 
-            termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._before)
+            with suppress(termios.error):  # the terminal is gone
+                termios.tcsetattr(sys.stdin, termios.TCSADRAIN, self._before)
             self.there = False
 
     def wait(self, seconds: float | None) -> str:

@@ -45,7 +45,7 @@ class Result:
     """How a run ended: times and what they went into (`budget`, known when all nodes are gone), digest, per rope (peak
     tension [N], when [s]), how well the energy closes, what the action list still waited for when a time bound
     ended the run ("" = nothing), how late it was where it was paced by the clock, what the kernel has to say, and the
-    verdict."""
+    verdict.  `recording`: where it was written, the name that was given or the next free one."""
 
     sim_s: float
     wall_s: float
@@ -59,15 +59,22 @@ class Result:
     lateness: Lateness | None = None
     notes: tuple[str, ...] = ()
     verdict: Judged | None = None
+    recording: Path = Path()
 
 
 class Record(FileTape):
     """The recording of one run, with peaks and energy audit."""
 
     def __init__(
-        self, scene: LoadedScene, models: dict[str, NodeModel], output: Path, placement: Placement, page: Spectator
+        self,
+        scene: LoadedScene,
+        models: dict[str, NodeModel],
+        output: Path,
+        placement: Placement,
+        page: Spectator,
+        force: bool = False,
     ) -> None:
-        self._page, self._output = page, output
+        self._page = page
         self._plan = plan = scene.plan
         self._energy: EnergyAudit | None = None
         self._layout = SampleLayout([])
@@ -97,7 +104,7 @@ class Record(FileTape):
         self._facts: dict[str, object] = facts
         self._conduct = Conduct()
         self._collector = Collector(self._layout)
-        super().__init__(output, facts, attachments)
+        super().__init__(output, facts, attachments, force)
         for name, model in models.items():
             for port in model.ports.values():
                 if isinstance(port, OutPort):
@@ -165,6 +172,7 @@ class Record(FileTape):
         if lateness is not None:
             facts["lateness"] = lateness._asdict()
         self.close(facts)
+        result = replace(result, recording=self.recorder.path)
         self._end_for_all(
             "finished", {"digest": result.digest, "verdict": result.verdict.line if result.verdict else ""}
         )
@@ -194,7 +202,7 @@ class Record(FileTape):
             {"name": name, "tension": p.tension, "time": p.time, "rated": limits.get(name)}
             for name, p in self.recorder.peaks.items()
         ]
-        self._page.end(status, told, peaks, str(self._output))
+        self._page.end(status, told, peaks, str(self.recorder.path))
 
 
 def _asked(scene: LoadedScene) -> dict[str, object]:

@@ -78,10 +78,12 @@ class Tape(Spent):
 class FileTape(Tape):
     """A recording; its ports are announced before the run begins."""
 
-    def __init__(self, output: Path, facts: Mapping[str, object], attachments: Mapping[str, bytes]) -> None:
+    def __init__(
+        self, output: Path, facts: Mapping[str, object], attachments: Mapping[str, bytes], force: bool = False
+    ) -> None:
         super().__init__()
         machine = {"python": sys.version.split()[0], "platform": platform.platform()}
-        self.recorder = Recorder(output, {**facts, **machine}, attachments)
+        self.recorder = Recorder(output, {**facts, **machine}, attachments, force=force)
         self.digest = self.recorder.digest
         self._began_ns = time.perf_counter_ns()
 

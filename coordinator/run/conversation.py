@@ -9,6 +9,7 @@ what the nodes declare, and says when the run is over.  `watch` hears of committ
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 
 from heavylift.kernel.errors import ProtocolError, Stopped
 from heavylift.nodes.devs import Event, Tag
@@ -66,6 +67,11 @@ class Conversation:
             hub.tell = self._tell
         else:
             hub.sampled = self._take_samples
+
+    def written_to(self, wanted: str | Path | None, given: Path | None) -> None:
+        """Say so if the recording does not get the name that it was to have."""
+        if given is not None and given != Path(wanted or ""):
+            self._watch.say(f"{wanted} is there already and stays; this run writes {given}")
 
     def welcome(self, node: str, config: bytes) -> None:
         """Tell a node what it is."""
@@ -133,7 +139,8 @@ class Conversation:
         self._take_samples()
         if isinstance(error, KeyboardInterrupt):
             at = self.now.t * 1e-9
-            return Stopped(f"stopped by the user at {at:.3f} s; the recording is complete up to there")
+            by = "the user" if str(error) in ("", "SIGINT") else error
+            return Stopped(f"stopped by {by} at {at:.3f} s; the recording is complete up to there")
         return error
 
     def _close(self) -> None:

@@ -48,7 +48,8 @@ __all__ = ["ModelRun", "run_models"]
 
 @dataclass(frozen=True)
 class ModelRun:
-    """How the run of a model ended: why, last event [s], wall time in all and of its rounds [s], grants, digest."""
+    """How the run of a model ended: why, last event [s], wall time in all and of its rounds [s], grants, digest, and
+    where it is recorded."""
 
     outcome: Outcome
     sim_s: float
@@ -56,6 +57,7 @@ class ModelRun:
     rounds_s: float
     grants: int
     digest: str
+    recording: Path | None = None
 
 
 def run_models(
@@ -68,6 +70,7 @@ def run_models(
     order: list[str] | None = None,
     processes: int = 0,
     microsteps: int = LIMIT,
+    force: bool = False,
 ) -> ModelRun:
     """Run the model of `build` = "module:function" to events at t < `until` [ns], or to the end of all activity.
 
@@ -101,10 +104,10 @@ def run_models(
     tempo = Tempo()
     with (
         allowed([reference]),  # in the processes, too: the caller names it, not a recording
-        Desk(file_path(model.name if output is None else output), tempo) as desk,
-        _tape(reference, model, output, lines, placement) as tape,
+        Desk(lambda: Path(model.name), tempo) as desk,  # no model takes commands
+        _tape(reference, model, output, lines, placement, force) as tape,
         joined(placement, in_process, None if in_process else Processes(_preload(reference))) as hub,
-        shown(hub, model.name, None if output is None else file_path(output)) as audience,
+        shown(hub, model.name, tape.recording) as audience,
     ):
         end = Tag(until) if until < NEVER else FOREVER
         talk = Conversation(
@@ -118,6 +121,7 @@ def run_models(
             desk=desk,
             microsteps=microsteps,
         )
+        talk.written_to(output, tape.recording)
         if isinstance(hub, Hub):
             desk.open(hub)
         try:
@@ -129,8 +133,9 @@ def run_models(
         except BaseException as error:
             raise talk.abort(error) from error
         wall_s = time.perf_counter() - started
-        run = ModelRun(outcome, tape.last_ns / 1e9, wall_s, played - greeted, talk.grants, tape.digest.hexdigest())
-        tape.close({"sim_s": run.sim_s, "wall_s": run.wall_s, "grants": run.grants, "outcome": outcome.value})
+        sim_s, digest = tape.last_ns / 1e9, tape.digest.hexdigest()
+        tape.close({"sim_s": sim_s, "wall_s": wall_s, "grants": talk.grants, "outcome": outcome.value})
+        run = ModelRun(outcome, sim_s, wall_s, played - greeted, talk.grants, digest, tape.recording)
     if log is not None:
         for line in sorted(lines, key=lambda line: (line.tag, line.path.split("."))):
             log(line)
@@ -141,6 +146,7 @@ class _Lines(Tape):
     """A tape without a file that keeps transitions."""
 
     lines: list[Transition]
+    recording: Path | None = None
 
     def samples(self, node: str, batch: bytes) -> int:
         """The transitions of a node."""
@@ -152,17 +158,27 @@ class _Lines(Tape):
 class _FileLines(_Lines, FileTape):
     """The same beside a recording."""
 
+    @property
+    def recording(self) -> Path:  # type: ignore[override]
+        """Where it is."""
+        return self.recorder.path
+
 
 def _tape(
-    reference: str, model: Coupled, output: str | Path | None, lines: list[Transition], placement: Placement
-) -> Tape:
+    reference: str,
+    model: Coupled,
+    output: str | Path | None,
+    lines: list[Transition],
+    placement: Placement,
+    force: bool,
+) -> _Lines:
     tape: _Lines
     if output is None:
         tape = _Lines()
     else:
         placed = {process: list(nodes) for process, nodes in placement.processes.items()}
         facts = {"model": reference, "nodes": list(model.children), "placement": placed}
-        tape = file = _FileLines(file_path(output), facts, {})
+        tape = file = _FileLines(file_path(output), facts, {}, force)
         for name, child in model.children.items():
             for port in child.ports.values():
                 if isinstance(port, OutPort):

@@ -96,11 +96,12 @@ def clock(seconds: float) -> str:
     return f"{s // 3600}:{s // 60 % 60:02}:{s % 60:02}"
 
 
-def summary(plan: Plan, result: Result, path: Path, as_json: bool = False) -> None:
+def summary(plan: Plan, result: Result, as_json: bool = False) -> None:
     """Print how the run ended and what each rope saw; as JSON, in SI units."""
     if as_json:
         verdict = msgspec.to_builtins(result.verdict)
-        print(json.dumps({"recording": str(path), **asdict(replace(result, verdict=None)), "verdict": verdict}))
+        told = asdict(replace(result, verdict=None)) | {"recording": str(result.recording), "verdict": verdict}
+        print(json.dumps(told))
         return
     console = Console(highlight=False)
     if result.peaks:
@@ -126,8 +127,9 @@ def summary(plan: Plan, result: Result, path: Path, as_json: bool = False) -> No
         console.print(f"energy balance closes to {result.energy_error:.1e} of the {moved}")
     if result.lateness is not None:
         console.print(f"by the clock: {result.lateness}")
-    console.print(f"digest {result.digest}\nwrote {path}")
-    console.print(f"\nnext: {command()} plot {path}")
+    path = result.recording
+    console.print(f"digest {result.digest}\nwrote {path}", markup=False, soft_wrap=True)
+    console.print(f"\nnext: {command()} plot {path}", markup=False, soft_wrap=True)
     if result.verdict is not None:
         tell_verdict(console, result.verdict)
 

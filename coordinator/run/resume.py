@@ -21,6 +21,7 @@ from heavylift.nodes.scene import LoadedScene, restored
 from heavylift.nodes.scene.plan import decode, functions
 from heavylift.recordings import file_path, recover
 from heavylift.recordings.container import BROKEN
+from heavylift.recordings.outputs import PART, beside
 
 from ..live.commands import OPERATOR, Given, journaled
 from ..record.scene import MERGED, RESOLVED, Result
@@ -32,8 +33,6 @@ from .scene import run
 from .watch import Watch
 
 __all__ = ["Beginning", "resume"]
-
-PART = ".part"
 
 
 @dataclass(frozen=True)
@@ -105,18 +104,21 @@ def resume(
     watch: Watch | None = None,
     processes: Processes | None = None,
     in_process: bool = False,
-) -> tuple[Result, Path]:
+    force: bool = False,
+) -> Result:
     """Run what was cut off into `output` (default: <name>-resumed.mcap); what is left stays as it is."""
     part = file_path(part)
-    target = file_path(output) if output else part.with_name(Path(part.name.removesuffix(PART)).stem + "-resumed.mcap")
+    target = file_path(output) if output else beside(part.with_name(part.name.removesuffix(PART)), "-resumed.mcap")
     if part in (target, target.with_name(target.name + PART)):
         raise RecordingError(f"{target}: would overwrite what is to be resumed; choose another name with -o")
     follower = Follower(begun.events)
     checked = _Checked(part, follower, len(begun.events), watch or Watch())
-    result = run(begun.scene, target, in_process, watch=checked, processes=processes, commands=begun.commands)
+    result = run(
+        begun.scene, target, in_process, watch=checked, processes=processes, commands=begun.commands, force=force
+    )
     if missing := follower.reach(FOREVER):
         raise _parted(part, missing)
-    return result, target
+    return result
 
 
 def _parted(part: Path, found: Deviation) -> RecordingError:

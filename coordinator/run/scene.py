@@ -72,8 +72,11 @@ def run(
     pace: Pace | None = None,
     commands: Sequence[Given] = (),
     keyboard: Keyboard | None = None,
+    force: bool = False,
 ) -> Result:
     """Simulate a scene (loaded, or its path or name) into a recording.
+
+    An earlier recording of this name stays, and the new one is run-2.mcap, as the result says; `force` replaces it.
 
     `order`: names of the nodes in the order in which they are started.
 
@@ -94,18 +97,19 @@ def run(
     tempo = Tempo(pace or Pace(NEVER if in_process else AHEAD_ns))
     with (
         Desk(
-            file,
+            lambda: record.recorder.path,
             tempo,
             lambda words: OperatorCommand(words, msgspec.msgpack.encode(spoken(lift, words))),
             lambda answer: located(lift.plan, answer.refused, answer.at),
         ) as desk,
-        Record(lift, models, file, placed, page or Spectator()) as record,
+        Record(lift, models, file, placed, page or Spectator(), force) as record,
         joined(placed, in_process, processes, door, deadline) as hub,
-        shown(hub, lift.plan.name, file, angles(m.declare() for m in models.values())) as audience,
+        shown(hub, lift.plan.name, record.recorder.path, angles(m.declare() for m in models.values())) as audience,
     ):
         if isinstance(hub, Hub):
             desk.open(hub)
         played = _Run(lift, models, hub, record, watch or Watch(), audience, tempo, desk)
+        played.talk.written_to(file, record.recorder.path)
         desk.repeat(commands, played.talk.core)
         for sentence in lift.verdict.notes if lift.verdict else ():
             record.note(0, sentence)
@@ -148,9 +152,7 @@ class _Run(Watch):
         wires = [Coupling(*wire) for wire in couplings(self._plan)]
         outside = [Coupling(OPERATOR, COMMAND, COMMANDER, "command")]
         finish = COMMANDER, "finished"
-        self.talk = Conversation(
-            hub, wires, end, record, self, finish, audience, tempo, desk, outside, sampler=KERNEL
-        )
+        self.talk = Conversation(hub, wires, end, record, self, finish, audience, tempo, desk, outside, sampler=KERNEL)
 
     def say(self, sentence: str) -> None:
         """Passed on."""

@@ -30,12 +30,12 @@ LIMIT = 1 << 30  # bytes of an entry: a longer one is damage
 
 
 class Journal:
-    """Writes a new journal at `path`; an older one there is lost."""
+    """Writes a new journal at `path`; an older one there is lost, or if `exclusive` in the way."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, exclusive: bool = False) -> None:
         self.path = path
         try:
-            self._file = _new(path)
+            self._file = _new(path, os.O_EXCL if exclusive else os.O_TRUNC)
         except OSError as error:
             raise self._refused(error) from None
 
@@ -132,8 +132,8 @@ class Follower:
         self.close()
 
 
-def _new(path: Path) -> int:
-    return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_APPEND | os.O_CLOEXEC, 0o600)
+def _new(path: Path, how: int = os.O_TRUNC) -> int:
+    return os.open(path, os.O_WRONLY | os.O_CREAT | how | os.O_APPEND | os.O_CLOEXEC, 0o600)
 
 
 def _write(file: int, data: bytes) -> None:

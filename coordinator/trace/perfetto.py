@@ -11,6 +11,8 @@ from __future__ import annotations
 from bisect import bisect_right
 from typing import Any
 
+from heavylift.recordings.outputs import GENERATOR
+
 from .timeline import Timeline
 from .waits import COORDINATOR
 
@@ -35,7 +37,8 @@ def trace_events(timeline: Timeline) -> Entry:
         slices += [_slice(f"held by {span.by}", span.begin, span.end, pid, tid, {}) for span in lane.held]
     slices += [_slice("decides", begin, end, 1, 1, {}) for begin, end in _decisions(timeline)]
     events = slices + _arrows(timeline, where) + _counters(timeline)
-    return {"traceEvents": found + sorted(events, key=lambda e: e["ts"]), "displayTimeUnit": "ms"}
+    events.sort(key=lambda e: e["ts"])
+    return {"traceEvents": found + events, "displayTimeUnit": "ms", "otherData": {"generator": GENERATOR}}
 
 
 def _decisions(timeline: Timeline) -> list[tuple[int, int]]:

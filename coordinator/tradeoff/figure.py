@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from heavylift.recordings.paper import save
 
 from .playing import Played
 from .verdict import Row, front
@@ -35,9 +36,9 @@ FLOOR = 1e-9  # relative error
 POINTS = 1500  # of a curve over time
 
 
-def drawn(measured: Measured, out: Path) -> None:
-    """Write the figure as .png or .svg."""
-    _canvas(measured, "path").savefig(out, dpi=110, metadata={"Date": None} if out.suffix == ".svg" else None)
+def drawn(measured: Measured, out: Path, force: bool = False) -> Path:
+    """Write the figure as .png or .svg, and return where."""
+    return save(_canvas(measured, "path"), out, force, dpi=110)
 
 
 def inline(measured: Measured) -> str:

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import msgspec
-from heavylift.kernel.errors import RecordingError
-from heavylift.recordings.partfile import output_path
+from heavylift.recordings.outputs import output_path
+from heavylift.recordings.partfile import PartFile
 
 from .answers import Answer, answers
 from .figure import drawn
@@ -28,28 +28,24 @@ KINDS = (".html", ".png", ".svg", ".csv", ".json")
 
 def checked(out: str | Path) -> Path:
     """The path if a report can be written there."""
-    path = output_path(out)
-    if path.suffix.lower() not in KINDS:
-        raise RecordingError(f"{path}: a trade-off is written as {', '.join(KINDS)}; give it one of these endings")
-    return path
+    return output_path(out, "a trade-off", KINDS)
 
 
-def write(measured: Measured, out: str | Path) -> Path:
-    """Write in the form that the ending asks for; RecordingError if it cannot be written."""
+def write(measured: Measured, out: str | Path, force: bool = False) -> Path:
+    """Write in the form that the ending asks for, and return where (recordings/outputs.py)."""
     path = checked(out)
-    try:
-        match path.suffix.lower():
-            case ".html":
-                path.write_text(page(measured))
-            case ".csv":
-                path.write_text(_csv(measured))
-            case ".json":
-                path.write_text(_json(data(measured)))
-            case _:
-                drawn(measured, path)
-    except OSError as error:
-        raise RecordingError(f"{path}: cannot be written ({error.strerror}); choose another place") from None
-    return path
+    match path.suffix.lower():
+        case ".html":
+            text = page(measured)
+        case ".csv":
+            text = _csv(measured)
+        case ".json":
+            text = _json(data(measured))
+        case _:
+            return drawn(measured, path, force)
+    with PartFile(path, "a trade-off", KINDS, force) as file:
+        file.stream.write(text.encode())
+    return file.path
 
 
 def _json(whole: dict[str, Any]) -> str:

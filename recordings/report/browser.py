@@ -15,8 +15,8 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stab
 PATIENCE = 60.0  # [s]
 
 
-def print_page(page: str, out: Path) -> None:
-    """Print a self-contained page; RecordingError if there is no browser or it does not print."""
+def print_page(page: str, out: Path) -> bytes:
+    """A self-contained page as the PDF that `out` is to be; RecordingError if no browser prints it."""
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if found is None:
         raise RecordingError(
@@ -30,7 +30,7 @@ def print_page(page: str, out: Path) -> None:
         target = [f"--user-data-dir={folder}/profile", f"--print-to-pdf={printed}", source.as_uri()]
         try:
             subprocess.run([found, *flags, *target], capture_output=True, timeout=PATIENCE, check=True)
-            shutil.copyfile(printed, out)
+            return printed.read_bytes()
         except (OSError, subprocess.SubprocessError) as error:
             raise RecordingError(
                 f"{out}: {Path(found).name} did not print it ({type(error).__name__}); write "

@@ -15,7 +15,8 @@ from pathlib import Path
 from heavylift.kernel.errors import RecordingError
 
 from ..info import duration
-from ..partfile import output_path, writing
+from ..outputs import GENERATOR, output_path
+from ..partfile import PartFile
 from ..plot import plot
 from ..reader import Recording
 from ..settings import settings
@@ -38,10 +39,12 @@ td.bad { color: #a3182b; font-weight: 600; }
 img { max-width: 100%; } .verdict { padding: 8px 12px; border-radius: 4px; background: #e9f4ec; }
 .verdict.bad { background: #fbe9ea; } @media print { body { margin: 0; } h2, tr, img { break-inside: avoid; } }
 """
+MADE = f'<meta name="generator" content="{GENERATOR}">'
+PRINTED = f"% {GENERATOR}\n".encode()  # a comment behind the end of a PDF
 Cell = str | tuple[str, bool]  # text, and whether it is beyond what it should be
 
 
-def report(path: str | Path, out: str | Path, verdict: Judged | None = None) -> Path:
+def report(path: str | Path, out: str | Path, verdict: Judged | None = None, force: bool = False) -> Path:
     """Write the document of a recording to a .html or .pdf file; RecordingError if one of them cannot be used.
 
     `verdict`: of who knows the scene, where the recording has none of its own (`heavylift report` gives it).
@@ -50,12 +53,10 @@ def report(path: str | Path, out: str | Path, verdict: Judged | None = None) -> 
     rec = Recording(path)
     verdict = verdict or recorded_verdict(rec)
     page = _page(rec, facts(rec, verdict), _pictures(rec), verdict)
-    if out.suffix.lower() == ".pdf":
-        print_page(page, out)
-        return out
-    with writing(out):
-        out.write_text(page)
-    return out
+    data = print_page(page, out) + PRINTED if out.suffix.lower() == ".pdf" else page.encode()
+    with PartFile(out, "a report", (".html", ".pdf"), force) as file:
+        file.stream.write(data)
+    return file.path
 
 
 def _page(rec: Recording, found: Facts, pictures: list[str], verdict: Judged | None) -> str:
@@ -84,7 +85,7 @@ def _page(rec: Recording, found: Facts, pictures: list[str], verdict: Judged | N
         f'<p class="quiet">{escape(_amplified(found, limits))}</p>' if any(s.dynamic for s in found.stages) else "",
         *(f'<p><img src="data:image/png;base64,{data}" alt=""></p>' for data in pictures),
     ]  # fmt: skip
-    head = f'<meta charset="utf-8"><title>{escape(title)}</title><style>{STYLE}</style>'
+    head = f'<meta charset="utf-8">{MADE}<title>{escape(title)}</title><style>{STYLE}</style>'
     return f'<!doctype html><html lang="en"><head>{head}</head><body>{"".join(parts)}</body></html>\n'
 
 

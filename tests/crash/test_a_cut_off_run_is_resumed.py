@@ -88,9 +88,9 @@ def test_it_is_the_whole_run(part: Path, whole: str) -> None:
     before = part.read_bytes()
     begun = Beginning.of(part)
     assert 0 < len(begun.events) <= EVENTS
-    result, path = resume(part, begun, in_process=True)
-    assert (result.digest, path.name) == (whole, "lift-resumed.mcap")
-    assert RecordedRun(path).events[: len(begun.events)] == begun.events
+    result = resume(part, begun, in_process=True)
+    assert (result.digest, result.recording.name) == (whole, "lift-resumed.mcap")
+    assert RecordedRun(result.recording).events[: len(begun.events)] == begun.events
     assert part.read_bytes() == before
 
 
@@ -126,7 +126,7 @@ def test_what_an_operator_ordered_is_ordered_again(tmp_path: Path) -> None:
     begun = Beginning.of(tmp_path / "cut.mcap.part")
     assert [event.t for event in begun.events if event.source == "operator"][:1] == [3 * 10**9]
     assert [given.tag.t for given in begun.commands] == [3 * 10**9, 4 * 10**9, 5 * 10**9]
-    result, _ = resume(tmp_path / "cut.mcap.part", begun, tmp_path / "resumed.mcap", in_process=True)
+    result = resume(tmp_path / "cut.mcap.part", begun, tmp_path / "resumed.mcap", in_process=True)
     assert result.digest == RecordedRun(tmp_path / "whole.mcap").recording.result["digest"]
 
 

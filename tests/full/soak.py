@@ -38,9 +38,9 @@ def scene(name: str, *changed: str) -> Callable[[Path, bool], str]:
 
 
 def queue(recorded: bool) -> Callable[[Path, bool], str]:
-    return lambda path, apart: run_models(
-        QUEUE, until=ns(20), output=path if recorded else None, in_process=not apart
-    ).digest
+    return lambda path, apart: (
+        run_models(QUEUE, until=ns(20), output=path if recorded else None, in_process=not apart).digest
+    )
 
 
 KINDS = [scene("pendulum", "end=2 s"), queue(True), scene("lift", "end=5 s"), queue(False)]

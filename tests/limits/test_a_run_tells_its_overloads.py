@@ -32,7 +32,7 @@ def test_the_summary_is_red(
     monkeypatch.setenv("FORCE_COLOR", "1")
     scene = load("lift", [SLING])
     result = run(scene, tmp_path / "lift.mcap", in_process=True)
-    summary(scene.plan, result, tmp_path / "lift.mcap")
+    summary(scene.plan, result)
     lines = [line for line in capsys.readouterr().out.splitlines() if TOLD in line]
     assert len(lines) == 2, "the finding and the verdict"
     assert all(line.startswith("\x1b[1;31m") for line in lines), "bold red"
@@ -103,7 +103,7 @@ def test_empty_hooks_and_stages_at_rest_are_not_red(tmp_path: Path) -> None:
 def test_a_lift_within_its_limits_is_green(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = load("lift")
     result = run(scene, tmp_path / "lift.mcap", in_process=True)
-    summary(scene.plan, result, tmp_path / "lift.mcap", as_json=True)
+    summary(scene.plan, result, as_json=True)
     told = json.loads(capsys.readouterr().out)["verdict"]
     assert [f for f in told["findings"] if f["severity"] != "note"] == []
     assert not told["limits"]["red"]

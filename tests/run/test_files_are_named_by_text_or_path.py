@@ -58,8 +58,9 @@ def test_a_run_takes_its_scene_and_its_recording_by_either(kind: type, tmp_path:
     run(load(scene), out, in_process=True)
     first = Recording(out)
     assert first.result["digest"] == Recording(Path(out)).result["digest"]
-    run(scene, out, in_process=True)
-    assert Recording(out).result["digest"] == first.result["digest"]
+    second = run(scene, out, in_process=True).recording
+    assert second == tmp_path / "out-2.mcap"
+    assert Recording(second).result["digest"] == first.result["digest"]
     assert paused(scene).epoch == 0
     assert info(out).startswith(str(out))
 

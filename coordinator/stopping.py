@@ -1,0 +1,123 @@
+"""How a command is stopped: by a signal, or because nobody reads what it prints any more.
+
+SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGQUIT raise `Interrupted` in the main thread, and the run ends in order.  Such an
+exception can be lost: what is raised in a callback of the garbage collector, in `__del__`, in a callback of a weak
+reference or of foreign code, Python prints and forgets.  As long as somebody handles it, it exists; a timer that finds
+it gone before the `end` raises it anew.  Signals that come while it is handled change nothing, and one that was ignored
+when the command began (`nohup`, a shell's `&`) stays so.
+
+A reader that leaves standard output (`| head`) ends the command with 141, as SIGPIPE would; one that leaves standard
+error is not missed.  A run prints its summary when its recording is whole.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import weakref
+from contextlib import suppress
+from types import FrameType
+from typing import Any
+
+__all__ = ["Interrupted", "ReaderLeft", "Stopping", "heard"]
+
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+LOOK_s = 0.05  # between two looks for an exception that was lost
+
+
+class Interrupted(KeyboardInterrupt):
+    """A signal has asked for the end."""
+
+
+class ReaderLeft(BaseException):
+    """Nobody reads standard output any more; no error of the command."""
+
+
+class Stopping:
+    """From now on these signals end what the main thread does."""
+
+    def __init__(self) -> None:
+        self._over = False
+        self._signal = signal.SIGINT
+        self._raised: Any = lambda: None
+        self._taken = [number for number in SIGNALS if signal.getsignal(number) != signal.SIG_IGN]
+        for number in self._taken:
+            signal.signal(number, self._asked)
+        signal.signal(signal.SIGALRM, self._look)
+        self._unraisable, sys.unraisablehook = sys.unraisablehook, self._lost
+
+    def end(self) -> None:
+        """The command has ended; there is nothing left to stop, while Python ends neither."""
+        self._over = True
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        for number in self._taken:
+            signal.signal(number, signal.SIG_IGN)
+
+    @property
+    def code(self) -> int:
+        """The exit code of a command that a signal has ended, as shells count."""
+        return 128 + self._signal
+
+    def _asked(self, number: int, frame: FrameType | None) -> None:
+        self._signal = signal.Signals(number)
+        signal.setitimer(signal.ITIMER_REAL, LOOK_s, LOOK_s)
+        self._look(number, frame)
+
+    def _look(self, number: int, frame: FrameType | None) -> None:
+        """Raise it, unless it is handled already."""
+        if self._over or self._raised() is not None:
+            return
+        error = Interrupted(self._signal.name)
+        self._raised = weakref.ref(error)
+        try:
+            raise error
+        finally:
+            del error  # whom only this frame holds would never be lost
+
+    def _lost(self, what: Any) -> None:
+        """It comes again, so nobody needs to be told."""
+        if what.exc_type is not Interrupted:
+            self._unraisable(what)
+
+
+def heard() -> None:
+    """Let standard error drop what nobody hears, and standard output raise ReaderLeft when nobody does."""
+    if sys.stdout is not None:
+        sys.stdout = _Heard(sys.stdout, True)
+    if sys.stderr is not None:
+        sys.stderr = _Heard(sys.stderr, False)
+
+
+class _Heard:
+    """A stream that tells, or does not tell, that its reader has left: a pipe is closed, a terminal gone."""
+
+    def __init__(self, stream: Any, tells: bool) -> None:
+        self._stream, self._tells = stream, tells
+
+    def write(self, text: str) -> int:
+        try:
+            return int(self._stream.write(text))
+        except OSError as error:
+            self._left(error)
+            return len(text)
+
+    def flush(self) -> None:
+        try:
+            self._stream.flush()
+        except OSError as error:
+            self._left(error)
+
+    def _left(self, error: OSError) -> None:
+        if self._tells and not isinstance(error, BrokenPipeError):
+            raise error
+        with suppress(OSError):  # nobody stumbles over the rest, Python at its end neither
+            os.dup2(os.open(os.devnull, os.O_WRONLY), self._stream.fileno())
+        if self._tells:
+            raise ReaderLeft
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
+
+    def __iter__(self) -> Any:
+        return iter(self._stream)

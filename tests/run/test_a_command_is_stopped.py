@@ -1,0 +1,136 @@
+"""Signals stop a command as Ctrl-C does, even where Python loses what they raise; readers may leave."""
+
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+from command import HEAVYLIFT, PATIENCE_s, descendants, gone, start, until
+from heavylift.recordings import Recording
+
+CODES = {signal.SIGINT: 130, signal.SIGTERM: 143, signal.SIGHUP: 129, signal.SIGQUIT: 131}
+
+
+@pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT], ids=lambda n: n.name)
+@pytest.mark.large(beyond=2)
+def test_a_run_ends_in_order(number, where, tmp_path, monkeypatch):
+    (tmp_path / "tmp").mkdir()
+    monkeypatch.setenv("TMPDIR", str(tmp_path / "tmp"))
+    run = start(tmp_path, "run", "lift", "--rate", "4", *where)
+    until(run, "take up slack")
+    processes = descendants(run.pid)
+    run.send_signal(number)
+    _, error = run.communicate(timeout=PATIENCE_s)
+    assert run.returncode == CODES[number]
+    assert error.splitlines()[-1].startswith(f"heavylift: stopped by {number.name} at ")
+    assert gone(processes)
+    assert Recording(tmp_path / "lift.mcap").result["status"] == "failed"
+    assert sorted(p.name for p in tmp_path.rglob("*")) == ["lift.mcap", "tmp"]
+
+
+IGNORANT = """
+import os, signal
+from heavylift.coordinator.stopping import Stopping
+signal.signal(signal.SIGHUP, signal.SIG_IGN)
+stopping = Stopping()
+os.kill(os.getpid(), signal.SIGHUP)
+stopping.end()
+os.kill(os.getpid(), signal.SIGTERM)
+"""
+
+
+def test_a_signal_that_was_ignored_before_or_comes_when_all_is_done_does_nothing():
+    assert subprocess.run([sys.executable, "-c", IGNORANT], capture_output=True, timeout=PATIENCE_s).returncode == 0
+
+
+LOSING = """
+import ctypes, gc, os, signal, time, weakref
+from heavylift.coordinator.stopping import Stopping
+
+Stopping()
+
+def signalled(*_):
+    os.kill(os.getpid(), signal.SIGTERM)
+    return 0
+
+class Dying:
+    def __del__(self): signalled()
+
+def finalizer(): Dying()
+
+def weak_reference():
+    class Thing: pass
+    thing = Thing()
+    reference = weakref.ref(thing, signalled)
+    del thing
+
+def collector():
+    gc.callbacks.append(signalled)
+    gc.collect()
+    gc.callbacks.clear()
+
+def foreign_code(): ctypes.CFUNCTYPE(ctypes.c_int)(signalled)()
+
+def bare_except():
+    try: signalled()
+    except BaseException: pass
+
+try:
+    HOW()
+    print("lost")
+    time.sleep(60)
+    print("went on")
+except KeyboardInterrupt as error:
+    print(error)
+"""
+
+
+@pytest.mark.parametrize("how", ["finalizer", "weak_reference", "collector", "foreign_code", "bare_except"])
+def test_what_a_signal_raises_is_raised_anew_where_python_loses_it(how):
+    done = subprocess.run(
+        [sys.executable, "-c", LOSING.replace("HOW", how)], capture_output=True, text=True, timeout=PATIENCE_s
+    )
+    assert (done.stdout, done.stderr) == ("lost\nSIGTERM\n", "")
+
+
+SWALLOWING = """\
+import os, signal
+from heavylift.coordinator.run.conversation import Conversation
+
+class Dying:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+
+def play(self, before=Conversation.play):
+    Dying()
+    return before(self)
+
+Conversation.play = play
+"""
+
+
+@pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
+def test_a_run_that_loses_its_ctrl_c_is_stopped_nevertheless(where, tmp_path):
+    (tmp_path / "patch").mkdir()
+    (tmp_path / "patch" / "sitecustomize.py").write_text(SWALLOWING)
+    done = subprocess.run(
+        [HEAVYLIFT, "run", "lift", "--rate", "1", *where],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(tmp_path / "patch")},
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE_s,
+    )
+    assert done.returncode == 130
+    assert done.stderr.splitlines()[-1].startswith("heavylift: stopped by the user at ")
+    assert Recording(tmp_path / "lift.mcap").result["status"] == "failed"
+
+
+def test_a_run_whose_readers_have_left_is_recorded_to_its_end(tmp_path):
+    run = start(tmp_path, "run", "pendulum", "--in-process")
+    run.stdout.close()
+    run.stderr.close()
+    assert run.wait(PATIENCE_s) == 141
+    assert Recording(tmp_path / "pendulum.mcap").result["status"] == "finished"
