@@ -55,7 +55,7 @@ def _with_allow_code(function: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(function)
     def command(*args: Any, allow_code: list[Path] | None = None, **kwargs: Any) -> Any:
-        with allowed([*map(str, allow_code or []), *_code_set(kwargs.get("sets") or ())]):
+        with allowed([*map(str, allow_code or []), *_code_set(kwargs.get("sets") or [])]):
             return function(*args, **kwargs)
 
     more = inspect.Parameter("allow_code", inspect.Parameter.KEYWORD_ONLY, default=None, annotation=AllowCode)
