@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import cache
 from importlib import metadata
 
 import msgspec
@@ -24,6 +25,7 @@ NODE_MODULE = "heavylift.coordinator.participants.node_process"
 PRELOAD = (NODE_MODULE, "heavylift.nodes.models", "heavylift.nodes.scene.plan")  # what every node of a scene imports
 
 
+@cache
 def version() -> str:
     """The version of heavylift that this process runs."""
     return metadata.version("heavylift")

@@ -110,7 +110,7 @@ class _Shown:
 
     def __init__(self, session: zenoh.Session, at: str) -> None:
         self.publisher = session.declare_publisher(at, congestion_control=zenoh.CongestionControl.DROP)
-        self._listener = self.publisher.declare_matching_listener(Callback(self._turn, indirect=False))
+        self.listener = self.publisher.declare_matching_listener(Callback(self._turn, indirect=False))
         self.heard = matched(self.publisher)
 
     def _turn(self, status: zenoh.MatchingStatus) -> None:

@@ -178,4 +178,6 @@ class LocalLink(_Sender):
     def close(self) -> None:
         """Leave the run."""
         self._handler = None
-        self._inbox.undeclare()  # type: ignore[no-untyped-call]
+        declared: list[Any] = [self._inbox, self._out, self._samples]
+        for each in declared:
+            each.undeclare()
