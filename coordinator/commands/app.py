@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import wraps
 from pathlib import Path
 from typing import Annotated, Any
@@ -38,7 +38,7 @@ class App(typer.Typer):
         return lambda function: register(_with_allow_code(function))
 
 
-def _code_set(sets: list[str]) -> list[str]:
+def _code_set(sets: Iterable[str]) -> list[str]:
     """The functions that --set names, as the scene will name them: whoever types them allows them."""
     found = []
     for key, _, value in (setting.partition("=") for setting in sets):
