@@ -19,20 +19,20 @@ STOPPED, UNHEARD = 130, 141
 def main() -> None:
     """Entry point of the command `heavylift`."""
     stopping = Stopping()
-    try:
+    with heard():
         try:
-            start_again()
-            heard()
-            from .commands.ending import carry_out  # takes a fifth of a second, in which Ctrl-C may come
+            try:
+                start_again()
+                from .commands.ending import carry_out  # takes a fifth of a second, in which Ctrl-C may come
 
-            carry_out()
-        finally:
+                carry_out()
+            finally:
+                stopping.end()
+        except KeyboardInterrupt:
             stopping.end()
-    except KeyboardInterrupt:
-        stopping.end()
-        print("heavylift: stopped", file=sys.stderr)
-        sys.exit(stopping.code)
-    except ReaderLeft:
-        sys.exit(UNHEARD)
-    except SystemExit as end:
-        sys.exit(stopping.code if end.code == STOPPED else end.code)
+            print("heavylift: stopped", file=sys.stderr)
+            sys.exit(stopping.code)
+        except ReaderLeft:
+            sys.exit(UNHEARD)
+        except SystemExit as end:
+            sys.exit(stopping.code if end.code == STOPPED else end.code)

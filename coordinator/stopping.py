@@ -16,7 +16,8 @@ import os
 import signal
 import sys
 import weakref
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any
 
@@ -41,18 +42,19 @@ class Stopping:
         self._over = False
         self._signal = signal.SIGINT
         self._raised: Any = lambda: None
-        self._taken = [number for number in SIGNALS if signal.getsignal(number) != signal.SIG_IGN]
-        for number in self._taken:
-            signal.signal(number, self._asked)
-        signal.signal(signal.SIGALRM, self._look)
+        taken = [number for number in SIGNALS if signal.getsignal(number) != signal.SIG_IGN]
+        self._before = {number: signal.signal(number, self._asked) for number in taken}
+        self._before[signal.SIGALRM] = signal.signal(signal.SIGALRM, self._look)
         self._unraisable, sys.unraisablehook = sys.unraisablehook, self._lost
 
     def end(self) -> None:
-        """The command has ended; there is nothing left to stop, while Python ends neither."""
+        """The command has ended; there is nothing left to stop."""
         self._over = True
         signal.setitimer(signal.ITIMER_REAL, 0.0)
-        for number in self._taken:
-            signal.signal(number, signal.SIG_IGN)
+        sys.unraisablehook = self._unraisable
+        for number, before in self._before.items():
+            signal.signal(number, before)
+        self._before = {}
 
     @property
     def code(self) -> int:
@@ -81,12 +83,17 @@ class Stopping:
             self._unraisable(what)
 
 
-def heard() -> None:
+@contextmanager
+def heard() -> Iterator[None]:
     """Let standard error drop what nobody hears, and standard output raise ReaderLeft when nobody does."""
-    if sys.stdout is not None:
-        sys.stdout = _Heard(sys.stdout, True)
-    if sys.stderr is not None:
-        sys.stderr = _Heard(sys.stderr, False)
+    out, err = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = out and _Heard(out, True), err and _Heard(err, False)
+    try:
+        yield
+        if out is not None:
+            sys.stdout.flush()
+    finally:
+        sys.stdout, sys.stderr = out, err
 
 
 class _Heard:

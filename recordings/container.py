@@ -25,7 +25,7 @@ from mcap.reader import SeekingReader
 from mcap.records import Attachment, Chunk, ChunkIndex, Metadata
 from mcap.summary import Summary
 
-from .outputs import file_path
+from .outputs import file_path, unnamable
 
 __all__ = ["BROKEN", "INNER", "LIMIT", "MAGIC", "RATIO", "RECORD", "Container", "Raw", "unpacked"]
 
@@ -88,6 +88,8 @@ class Container:
 
     def _open(self) -> None:
         path = self.path
+        if refused := unnamable(path):
+            raise self.error(f"cannot be opened ({refused}); check the name")
         if path.is_dir():
             raise self.error("is a folder; give the name of a recording, such as run.mcap")
         if path.exists() and not path.is_file():

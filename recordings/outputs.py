@@ -20,7 +20,18 @@ from heavylift.kernel.errors import OutputError, RecordingError
 
 from .mcapfile import MAGIC
 
-__all__ = ["COMMANDS", "GENERATOR", "PART", "beside", "file_path", "names", "output_path", "remains", "writing"]
+__all__ = [
+    "COMMANDS",
+    "GENERATOR",
+    "PART",
+    "beside",
+    "file_path",
+    "names",
+    "output_path",
+    "remains",
+    "unnamable",
+    "writing",
+]
 
 PART, COMMANDS = ".part", ".commands"  # of a run that is being written
 GENERATOR = "heavylift"  # by which a file says who made it
@@ -42,6 +53,15 @@ def file_path(path: object) -> Path:
     if isinstance(named, bytes) or "\0" in named:
         raise RecordingError(f"{path!r} names no file; give its path as text or as a Path, such as 'run.mcap'")
     return Path(named)
+
+
+def unnamable(path: Path) -> str:
+    """Why no file can have this name, with what a run adds to it; "" if one can."""
+    try:
+        _mode(path.with_name(path.name + COMMANDS))
+    except OSError as error:
+        return error.strerror or type(error).__name__
+    return ""
 
 
 def output_path(path: str | Path, what: str = "", endings: Sequence[str] = ()) -> Path:

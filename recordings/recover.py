@@ -23,7 +23,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Message, Metadata, Schema
 
 from .container import BROKEN, INNER, LIMIT, MAGIC, RATIO, RECORD, unpacked
-from .outputs import PART, beside, file_path, output_path
+from .outputs import PART, beside, file_path, output_path, unnamable
 from .rows import Peak
 from .samples import Field, SamplesForm
 from .sink import Sink
@@ -61,6 +61,8 @@ def recover(path: str | Path, out: str | Path | None = None, begun: bool = False
     `begun`: any run that did not come to its end will do, though nothing happened in it or its file is whole.
     """
     path = file_path(path)
+    if refused := unnamable(path):
+        raise RecordingError(f"{path}: cannot be opened ({refused}); check the name")
     if path.exists() and not path.is_file():
         raise RecordingError(f"{path}: is no file; give the name of a recording, such as run.mcap.part")
     name = path.name.removesuffix(PART)

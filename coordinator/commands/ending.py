@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import tempfile
@@ -53,6 +54,9 @@ def carry_out() -> None:
             asked = type(error).__name__ == "NoArgsIsHelpError"
             print(error.format_message() if asked else f"heavylift: {error.format_message()}", file=sys.stderr)
             sys.exit(error.exit_code)
+        if refused := _refused(error):
+            print(f"heavylift: {refused}", file=sys.stderr)
+            sys.exit(1)
         with tempfile.NamedTemporaryFile("w", prefix="heavylift-", suffix=".txt", delete=False) as file:
             traceback.print_exc(file=file)
         print(
@@ -61,6 +65,17 @@ def carry_out() -> None:
             file=sys.stderr,
         )
         sys.exit(1)
+
+
+def _refused(error: Exception) -> str:
+    """What the system refuses is no defect of heavylift: a sentence, or "" if it is something else."""
+    if isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM:
+        return "the system gives no more memory; end other programs or raise the limit (`ulimit -v`)"
+    if not isinstance(error, OSError):
+        return ""
+    if error.errno in (errno.EMFILE, errno.ENFILE):
+        return "too many files are open for the system's limit; raise it, for instance with `ulimit -n 256`"
+    return f"{error.filename}: {error.strerror}; give another name or place" if error.filename else ""
 
 
 def _unwritable() -> str:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -41,6 +42,7 @@ LOOK_s = 0.05  # between two looks at a keeper that owes an answer
 STACKS_s = 0.5  # in which a process writes where it is
 TAIL_chars = 300
 GONE = ("", "Z")  # what the system says of a process that has ended
+FILES = 32  # that the coordinator of a small run opens
 
 
 class Processes:
@@ -48,6 +50,11 @@ class Processes:
 
     def __init__(self, preload: Sequence[str] = (), fork: bool = sys.platform == "linux") -> None:
         """`preload`: modules for every node that start no thread; without `fork`, fresh interpreters."""
+        if (files := resource.getrlimit(resource.RLIMIT_NOFILE)[0]) < FILES:
+            raise ProtocolError(
+                f"only {files} files may be open at once, and a run in processes needs at least {FILES}; raise the "
+                "limit (`ulimit -n 256`) or run --in-process"
+            )
         self.directory = RunDirectory.chosen()
         self.pids: dict[str, int] = {}
         """Process id of each process that has been started."""

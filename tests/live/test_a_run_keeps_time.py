@@ -80,7 +80,7 @@ def test_a_run_is_the_same_at_any_rate_and_nothing_comes_early(tmp_path: Path) -
         assert paced.lateness is not None
         assert paced.lateness.max == pytest.approx(oversleeps, abs=ROUNDING_s)
         assert clock.time - 100.0 == pytest.approx(plain.sim_s / rate, abs=oversleeps + ROUNDING_s)
-        told = Recording(tmp_path / "paced.mcap").fact("lateness")
+        told = Recording(paced.recording).fact("lateness")
         assert told == pytest.approx(paced.lateness._asdict())
 
 

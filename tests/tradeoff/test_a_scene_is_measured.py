@@ -91,7 +91,7 @@ def test_the_page_says_nothing_of_settings_that_there_are_not(measured, tmp_path
         (["--budget", "soon"], "--budget 'soon': "),
         (["--accuracy", "20 %"], "--accuracy '20 %': 20 % is out of range"),
         (["--coupling"], "--coupling: nothing hangs on a hook rope in pendulum.yaml; leave the option out"),
-        (["-o", "report.pdf"], "report.pdf: a trade-off is written as .html, .png, .svg, .csv, .json"),
+        (["-o", "report.pdf"], "report.pdf: a trade-off is written as .html, .png, .svg, .csv or .json"),
     ],
 )
 def test_what_cannot_be_done_is_refused_in_one_sentence(monkeypatch, capsys, arguments, sentence):
