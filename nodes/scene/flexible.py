@@ -149,4 +149,4 @@ def _member(data: bytes, key: str) -> Any:
     with ZipFile(BytesIO(data)) as archive, archive.open(f"{key}.npy") as member:
         if archive.getinfo(f"{key}.npy").file_size > LARGEST:
             raise ValueError
-        return np.array(np.lib.format.read_array(BytesIO(member.read(LARGEST)), allow_pickle=False), float)
+        return np.array(np.load(BytesIO(member.read(LARGEST)), allow_pickle=False), float)

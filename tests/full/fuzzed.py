@@ -159,12 +159,12 @@ def frames(folder: Path) -> Any:
     plan = load("pendulum").plan
     from heavylift.nodes.scene.plan import encode
 
-    model = m.encode(m.Welcome(0, parts.encode(parts.ModelPart(RING))))
+    model = m.encode(m.Welcome(1, parts.encode(parts.ModelPart(RING))))
     wire = _conversation()
     corpus = [
         *wire,
         model,
-        m.encode(m.Welcome(0, parts.encode(parts.ScenePart(encode(plan))))),
+        m.encode(m.Welcome(1, parts.encode(parts.ScenePart(encode(plan))))),
         m.encode(m.Fail(Tag(1), "a.b", "cannot", "Traceback")),
         m.encode(m.Stop(Tag(9))),
         m.encode(m.Checkpoint(3, b"\x95\x01\x02", "")),

@@ -44,7 +44,7 @@ def simulated(islands: str = "apart") -> Simulation | Islands:
     plan = scene(islands).plan
     models = build(plan)
     kernel = KernelNode(configured(plan, models), lambda batch: None)
-    kernel._flush = lambda least: None
+    kernel._flush = lambda *least: None
     core = Coordinator([*models, KERNEL], couplings(plan), Tag(ns(END)), (COMMANDER, "finished"), lambda event: None)
     run_in_memory(core, [*(Node(n, Simulator(m)) for n, m in models.items()), Node(KERNEL, kernel)])
     return kernel.simulation

@@ -60,8 +60,9 @@ def test_a_re_rigging_with_a_step_left_out_cannot_be_run(tmp_path: Path, stage: 
 def _run_without(stage: str, folder: Path, end: str = "95 s") -> Reading:
     """The beginning of the lift without the action of this stage."""
     scene = parse(without(stage), "turnover.yaml", [f"end={end}"] if end else [])
-    run(scene, folder / f"{stage}.mcap", in_process=True)
-    return Reading(folder / f"{stage}.mcap")
+    path = folder / f"{stage or 'whole'}.mcap"
+    run(scene, path, in_process=True)
+    return Reading(path)
 
 
 def without(stage: str) -> str:

@@ -25,7 +25,7 @@ SECOND = 0.5  # [s] between samples: what they show is known to one of them
 
 
 def verdict(tmp_path: Path, text: str, *settings: str, commands: tuple[Given, ...] = ()) -> Judged:
-    result = run(parse(text, overrides=settings), tmp_path / "run.mcap", in_process=True, commands=commands)
+    result = run(parse(text, overrides=settings), tmp_path / "run.mcap", in_process=True, commands=commands, force=True)
     assert result.verdict is not None
     return result.verdict
 
