@@ -84,26 +84,25 @@ def test_a_successor_is_killed_while_it_hears_the_story(digest: str) -> None:
 
 KEPT = r"its process is gone, and the one that keeps all is lost: "
 KILLED = r"it was ended by signal 9 \(SIGKILL\)"
-STOPPED = r"its process \d+ is stopped \(SIGSTOP\) and was not continued within 0.3 s"
+STOPPED = r"its process \d+ is stopped \(SIGSTOP\) and was not continued within 1 s"
 
 
 @pytest.mark.parametrize("point", [70, MESSAGES], ids=["run", "exit"])
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "stopped"])
 def test_a_lost_keeper_that_nobody_needs_does_no_harm(digest: str, point: int, number: int) -> None:
-    run, notes = play({point: keeper(number)}, deadline=0.3)
+    run, notes = play({point: keeper(number)}, deadline=1.0)
     assert (run.digest, notes) == (digest, [])
 
 
 @pytest.mark.parametrize("point", [1, 3, 70, MESSAGES], ids=["start", "all welcomed", "run", "exit"])
 @pytest.mark.parametrize(("number", "how"), [(signal.SIGKILL, KILLED), (signal.SIGSTOP, STOPPED)])
 def test_a_lost_keeper_is_replaced_when_it_is_needed(digest: str, point: int, number: int, how: str) -> None:
-    run, notes = play({point: both(strike("south"), keeper(number))}, deadline=0.3)
+    run, notes = play({point: both(strike("south"), keeper(number))}, deadline=1.0)
     assert run.digest == digest
     told = [note.split(": ", 1)[1] for note in notes]
-    assert all(
-        re.fullmatch(rf"{KEPT}{how}|it left the run|its process (was ended by|has ended, and) .*", each)
-        for each in told
-    )
+    slow = r"its process has (not said|done no step) for 1 s.*"  # on a loaded machine
+    told_so = rf"{KEPT}{how}|it left the run|its process (was ended by|has ended, and) .*|{slow}"
+    assert [each for each in told if not re.fullmatch(told_so, each)] == []
     if point == 70:
         assert set(replaced(notes)) == {"east", "north", "south"}
 
