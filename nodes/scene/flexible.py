@@ -36,6 +36,7 @@ from .units import (
 __all__ = ["Beam", "Matrices"]
 
 LARGEST = 1 << 25  # of a matrix [bytes]
+# what zipfile and NumPy raise of archives that are damaged, or packed in a way that they do not know
 BROKEN = (BadZipFile, MemoryError, zlib.error, EOFError, OverflowError, NotImplementedError, RuntimeError, TypeError)
 
 
