@@ -77,12 +77,12 @@ class Processes:
     def _launch(self) -> None:
         pipe = subprocess.PIPE
         try:
-            self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - until the keeper has ended
-            self._keeper = subprocess.Popen(
+            errors = tempfile.TemporaryFile()  # noqa: SIM115 - until the keeper has ended
+            keeper = subprocess.Popen(
                 self._command,
                 stdin=pipe,
                 stdout=pipe,
-                stderr=self._errors,
+                stderr=errors,
                 pass_fds=(self._life_line,),
                 start_new_session=True,
                 env={**os.environ, **SEED},
@@ -91,10 +91,12 @@ class Processes:
             raise ProtocolError(
                 f"no process can be started ({error.strerror}); end others or raise the limits of this user (ulimit)"
             ) from None
-        self._orders: SimpleQueue[bytes] = SimpleQueue()
-        self._owed: deque[float] = deque()  # when it got the orders that it has not obeyed
-        self._lost = ""  # how, in a sentence about the processes that it kept
-        orders, reports = self._keeper.stdin, self._keeper.stdout
+        with self._change:  # another thread asks for deaths: it sees the old keeper as lost, or the new one
+            self._errors, self._keeper = errors, keeper
+            self._orders: SimpleQueue[bytes] = SimpleQueue()
+            self._owed: deque[float] = deque()  # when it got the orders that it has not obeyed
+            self._lost = ""  # how, in a sentence about the processes that it kept
+        orders, reports = keeper.stdin, keeper.stdout
         assert orders is not None
         assert reports is not None
         self._threads = [
@@ -138,13 +140,13 @@ class Processes:
             self._lost = self._lost or f"its process is gone, and the one that keeps all is lost: {how}"
             self._change.notify_all()
 
-    def _has_ended(self) -> bool:
-        """Whether the keeper is lost; it stays a zombie, so that its process group can be nobody else's."""
+    def _loss(self) -> str:
+        """How the keeper was lost, or ""; it stays a zombie, so that its process group can be nobody else's."""
         with self._change:
             if not self._lost and (ended := _ended(self._keeper)) is not None:
                 self._errors.seek(0)
                 self.give_up("it " + _exit(ended, self._errors.read().decode(errors="replace")))
-            return bool(self._lost)
+            return self._lost
 
     def kill(self, process: str, look: Callable[[], None] = lambda: None) -> None:
         """Kill a process if it is there, and return when the system has forgotten it.
@@ -152,12 +154,12 @@ class Processes:
         `look` is called while the keeper has not obeyed; it may `give_up`.
         """
         self._order(do="signal", signal=int(signal.SIGKILL), name=process)
-        while not self._has_ended() and self.owed_since is not None:
+        while not self._loss() and self.owed_since is not None:
             look()
             with self._change:
                 self._change.wait(LOOK_s)
         until = time.monotonic() + REAP_s
-        while not self._has_ended() and process in self._alive() and time.monotonic() < until:
+        while not self._loss() and process in self._alive() and time.monotonic() < until:
             with self._change:
                 self._change.wait(LOOK_s)
         if self._lost:
@@ -207,8 +209,8 @@ class Processes:
 
     def deaths(self) -> dict[str, str]:
         """How each process that has ended did so, with the last line that it wrote."""
-        if self._has_ended():  # who is there may go on as long as nobody needs a keeper
-            return {name: self._lost for name in self._commands if self.state(name) in GONE}
+        if lost := self._loss():  # who is there may go on as long as nobody needs a keeper
+            return {name: lost for name in self._commands if self.state(name) in GONE}
         with self._change:
             exits, orphans, alive = dict(self._exits), dict(self._orphans), self._alive()
         found = {name: f"its process {_exit(how, self.output(name))}" for name, how in exits.items()} | orphans
