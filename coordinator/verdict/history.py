@@ -1,23 +1,43 @@
 """What a run has shown, as columns: times, poses, tensions, and which rope lines hung from when on.
 
-Taken from the samples while they are recorded (`Collector`), or from a recording (`history_of`).
+Taken from the samples while they are recorded (`Collector`), or from a recording (`history_of`).  A run may be long:
+who judges it looks at one part after the other, and a collector keeps its rows in a temporary file.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from array import array
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from heavylift.recordings import Recording, SampleLayout
 from heavylift.recordings.drawing import Rig, RopeLine
 from heavylift.recordings.samples import POSE
+from heavylift.recordings.spool import Spool
 from numpy.typing import NDArray
 
-__all__ = ["Collector", "History", "history_of"]
+__all__ = ["BLOCK", "Collector", "History", "Past", "blocks", "history_of"]
 
 Floats = NDArray[np.float64]
 NUMBERS = ("rope/tension", "rope/length")
+BLOCK = 4096  # samples that are looked at together
+
+
+class Past(Protocol):
+    """All that a run has shown, or what can be asked for it part by part."""
+
+    @property
+    def t(self) -> Floats:
+        """(n,) [s], in order."""
+
+    @property
+    def rope_names(self) -> Collection[str]:
+        """Whose tensions are known."""
+
+    def part(self, first: int, end: int) -> History:
+        """The samples from `first` to before `end`."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +50,31 @@ class History:
     tensions: Mapping[str, Floats]
     lengths: Mapping[str, Floats]
     rigs: Sequence[Rig]
+
+    @property
+    def rope_names(self) -> Collection[str]:
+        """Whose tensions are known."""
+        return self.tensions
+
+    def part(self, first: int, end: int) -> History:
+        """The samples from `first` to before `end`."""
+        return self.of(np.arange(first, min(end, len(self.t))))
+
+    def of(self, kept: NDArray[np.intp]) -> History:
+        """Some of the samples."""
+        if len(kept) == len(self.t):
+            return self
+        poses, tensions, lengths = (
+            {name: np.take(x.T, kept, axis=-1).T for name, x in columns.items()}
+            for columns in (self.poses, self.tensions, self.lengths)
+        )
+        return History(self.t[kept], poses, tensions, lengths, self.rigs)
+
+
+def blocks(past: Past) -> Iterator[History]:
+    """All of it in parts, each of which begins with the last sample of the one before it; at least one."""
+    for first in range(0, max(1, len(past.t)), BLOCK):
+        yield past.part(max(0, first - 1), first + BLOCK)
 
 
 class Collector:
@@ -44,27 +89,37 @@ class Collector:
             self._names.append(list(channel.names) if channel else [])
             columns += range(channel.start, channel.stop) if channel else []
         self._columns = np.array(columns, np.intp)
-        self._times: list[int] = []
-        self._rows: list[Floats] = []
+        self._times = array("q")
+        self._rows = Spool("what the verdict is made of")
         self.rigs: list[Rig] = []
 
     def samples(self, first: int, times: Sequence[int], rows: Floats) -> None:
         """Rows (m, width) at these times [ns], numbered from `first` on; what is here already is passed over."""
         skip = len(self._times) - first
         if skip < len(times):
-            self._times += times[skip:]
-            self._rows.append(rows[skip:, self._columns])
+            self._times.extend(times[skip:])
+            self._rows.write(rows[skip:, self._columns].tobytes())
 
     def ropes(self, t_ns: int, lines: Sequence[RopeLine]) -> None:
         """These lines hang from now on."""
         self.rigs.append(Rig(t_ns, list(lines)))
 
-    def history(self) -> History:
-        """All of it, once the run is over."""
-        t = np.array(self._times, np.float64) * 1e-9
-        table = np.empty((len(self._columns), len(t)))  # a column is one piece of memory, as all sums run along it
-        if self._rows:
-            np.concatenate([rows.T for rows in self._rows], axis=1, out=table)
+    @property
+    def t(self) -> Floats:
+        """(n,) [s]."""
+        return np.array(self._times, np.float64) * 1e-9
+
+    @property
+    def rope_names(self) -> Collection[str]:
+        """Whose tensions are known."""
+        return self._names[0]
+
+    def part(self, first: int, end: int) -> History:
+        """The samples from `first` to before `end`."""
+        t = np.array(self._times[first:end], np.float64) * 1e-9
+        width = len(self._columns)
+        rows = np.frombuffer(self._rows.read(8 * width * len(t), 8 * width * first)).reshape(len(t), width)
+        table = np.ascontiguousarray(rows.T)  # a column is one piece of memory, as all sums run along it
         columns = iter(table[7 * len(self._bodies) :])
         poses = {body: table[7 * i : 7 * i + 7].T for i, body in enumerate(self._bodies)}
         tensions, lengths = [{name: next(columns) for name in names} for names in self._names]

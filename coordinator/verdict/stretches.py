@@ -47,13 +47,17 @@ class Stretches:
 
 
 def whole(
-    shapes: list[Moving], pairs: Sequence[tuple[int, int]], common: Floats, groups: Sequence[int] | None = None
+    shapes: list[Moving],
+    pairs: Sequence[tuple[int, int]],
+    common: Floats,
+    groups: Sequence[int] | None = None,
+    between: tuple[int, int] | None = None,
 ) -> Stretches:
-    """All pairs over the whole run in its longest stretches, bounded by boxes along the world's axes; motion is taken
-    against a common motion (n, 3)."""
-    n, size = len(shapes[0].t), SIZES[0]
-    starts = np.arange(0, max(1, n - 1), size)
-    ends = np.minimum(starts + size, n - 1)
+    """All pairs over all samples, or those from one to another, in the longest stretches, bounded by boxes along the
+    world's axes; motion is taken against a common motion (n, 3)."""
+    size, (first, last) = SIZES[0], between or (0, len(shapes[0].t) - 1)
+    starts = np.arange(first, max(first + 1, last), size)
+    ends = np.minimum(starts + size, last)
     middles = (starts + ends) // 2
     known: dict[str, Floats] = {}  # of bodies that never turn, whose shapes move alike
     moved = np.array([_excursions(s, starts, ends, middles, common, known) for s in shapes])
@@ -96,18 +100,19 @@ def _excursions(
     straight = s.shape.body if isinstance(s.shape, Solid) and len(s.turn) == 1 else ""
     if straight in known:
         return known[straight]
-    path, counts = s.centre - common, np.diff(starts, append=len(common))
-    moved = lengths(path - _repeated(path[middles], counts))
+    inside, counts = slice(starts[0], ends[-1] + 1), np.diff(starts, append=ends[-1] + 1)
+    path = s.centre - common
+    moved = lengths(path[inside] - _repeated(path[middles], counts))
     last = lengths(path[ends] - path[middles])  # the first of the next
     if len(s.turn) > 1:
-        moved += s.spun(s.turn, _repeated(s.turn[middles], counts))
+        moved += s.spun(s.turn[inside], _repeated(s.turn[middles], counts))
         last += s.spun(s.turn[ends], s.turn[middles])
     if len(s.stray):
         stray = np.zeros(len(path))
         stray[:-1] = s.stray
         np.maximum(stray[1:], s.stray, out=stray[1:])
-        moved += stray
-    found: Floats = np.maximum(np.maximum.reduceat(moved, starts), last)
+        moved += stray[inside]
+    found: Floats = np.maximum(np.maximum.reduceat(moved, starts - starts[0]), last)
     if straight:
         known[straight] = found
     return found
