@@ -145,7 +145,8 @@ class KernelNode:
         rows, self._before = self.simulation.rows, end.t
         rows[:] = [row for row in rows if row[0] < end.t]
         if (present := self.simulation.present_ns) <= end.t:  # else the run is broken off behind what was worked ahead
-            self.simulation.interrupt(max(end.t - 1, present), self._pause)  # a step that ends with the run may be history
+            at = max(end.t - 1, present)  # a step that ends with the run may be history
+            self.simulation.interrupt(at, self._pause)
             self.simulation.settle()
             rows[-1] = (end.t - 1, rows[-1][1])
         self._flush()

@@ -9,12 +9,13 @@ from __future__ import annotations
 from array import array
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
 from heavylift.recordings import Recording, SampleLayout
 from heavylift.recordings.drawing import Rig, RopeLine
-from heavylift.recordings.samples import POSE
+from heavylift.recordings.samples import POSE, SampleChannel
 from heavylift.recordings.spool import Spool
 from numpy.typing import NDArray
 
@@ -126,16 +127,15 @@ class Collector:
         return History(t, poses, tensions, lengths, self.rigs)
 
 
-def history_of(rec: Recording) -> History:
+def history_of(rec: Recording) -> Collector:
     """What a recording holds of it."""
-    bodies = [name for name in rec.signals() if name.startswith(POSE)]
-    rec.load([*bodies, *(name for name in NUMBERS if name in rec.signals())])
-    t = np.zeros(0)
-    numbers: dict[str, dict[str, Floats]] = {name: {} for name in NUMBERS}
-    for name in (x for x in NUMBERS if x in rec.signals()):
-        signal = rec.signal(name)
-        numbers[name] = {x: signal.values[:, i] for i, x in enumerate(signal.names)}
-        t = signal.t
-    poses = {name.removeprefix(POSE): rec.signal(name).values for name in bodies}
-    tensions, lengths = numbers.values()
-    return History(rec.signal(bodies[0]).t if bodies else t, poses, tensions, lengths, rec.rigs())
+    names = [name for name in rec.signals() if name.startswith(POSE) or name in NUMBERS]
+    ends = np.cumsum([0, *(len(rec.columns(name)) for name in names)]).tolist()
+    columns = [(name, rec.columns(name), rec.unit(name)) for name in names]
+    layout = SampleLayout([SampleChannel(*x, *place) for x, place in zip(columns, pairwise(ends), strict=True)])
+    found, number = Collector(layout), 0
+    for times, values in rec.blocks(names):
+        found.samples(number, times, np.hstack(values))
+        number += len(times)
+    found.rigs = rec.rigs()
+    return found
