@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .moving import Moving
-from .steps import SHARP, Minimum, between, seen, steps_of
-from .stretches import SIZES, Stretches, bounded, cut, whole
+from .steps import SHARP, Minimum, Steps, between, seen, steps_of
+from .stretches import SIZES, Stretches, bounded, cut, in_pieces, whole
 from .together import Together
 
 __all__ = ["SHARP", "Known", "nearest", "nearest_of_each", "search", "whole"]
@@ -98,11 +98,11 @@ def search(shapes: list[Moving], start: Stretches, known: Known) -> None:
     if len(now.a):
         all_ = Together(shapes, np.unique(np.concatenate([now.a, now.b])))
         for size in (*SIZES[1:], 0):
-            now = known.open(bounded(all_, now))
+            now = known.open(in_pieces(now, lambda some: bounded(all_, some)))
             _look(shapes, now, known)
             now = known.open(now)
             if size:
-                now = cut(all_, now, size)
+                now = in_pieces(now, lambda some, size=size: cut(all_, some, size))  # type: ignore[misc]
         _step(all_, now, known)
 
 
@@ -134,7 +134,13 @@ def _look(shapes: list[Moving], now: Stretches, known: Known, each: int = PROMIS
 
 def _step(all_: Together, now: Stretches, known: Known) -> None:
     """Look into steps from a sample to the next, those that seem nearest first."""
-    everything = steps_of(all_, now, len(all_.shapes[0].t))
+    n, bars = len(all_.shapes[0].t), known.bars()
+
+    def near(some: Stretches) -> Steps:
+        found = steps_of(all_, some, n)
+        return found.of(found.least < bars[found.group])
+
+    everything = in_pieces(now, near)
     groups = np.unique(everything.group)
     least = [float(everything.least[everything.group == g].min()) for g in groups]
     for g in groups[np.argsort(least, kind="stable")].tolist():

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, TypeVar
 
 import numpy as np
 from heavylift.nodes.limits.shapes import Solid
@@ -13,11 +14,13 @@ from .distance import bounds
 from .moving import Moving, lengths
 from .together import Together
 
-__all__ = ["SIZES", "Stretches", "bounded", "cut", "whole"]
+__all__ = ["SIZES", "Stretches", "bounded", "cut", "in_pieces", "whole"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 SIZES = (64, 16, 4, 1)  # samples in a stretch, from the first cut to the last
+PIECE = 1 << 14  # stretches that are looked at together
+Some = TypeVar("Some")
 
 
 @dataclass(frozen=True)
@@ -74,6 +77,25 @@ def whole(
     least = np.sqrt(square) - way
     i, j = np.nonzero(there[a] & there[b])
     return Stretches(a[i], b[i], starts[j], ends[j], way[i, j], least[i, j], group[i])
+
+
+def in_pieces(now: Stretches, look: Callable[[Stretches], Some]) -> Some:
+    """What a look at all stretches gives, taken at so many at once that little memory is needed."""
+    found = [look(now.of(np.arange(i, min(i + PIECE, len(now.a))))) for i in range(0, max(1, len(now.a)), PIECE)]
+    return found[0] if len(found) == 1 else joined(found)
+
+
+def joined(parts: Sequence[Some]) -> Some:
+    """Arrays end to end, and tuples of them."""
+    one: Any = parts[0]
+    if isinstance(one, np.ndarray):
+        return np.concatenate(parts)  # type: ignore[arg-type,return-value]
+    if isinstance(one, tuple):
+        columns = [joined(x) for x in zip(*parts, strict=True)]  # type: ignore[call-overload]
+        found: Some = type(one)(*columns) if hasattr(one, "_fields") else tuple(columns)
+        return found
+    made: Some = type(one)(*(joined([getattr(x, f.name) for x in parts]) for f in fields(one)))
+    return made
 
 
 def _reach(s: Moving, k: Indices) -> Floats:
