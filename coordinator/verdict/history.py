@@ -23,7 +23,7 @@ __all__ = ["BLOCK", "Collector", "History", "Past", "blocks", "history_of"]
 
 Floats = NDArray[np.float64]
 NUMBERS = ("rope/tension", "rope/length")
-BLOCK = 4096  # samples that are looked at together
+BLOCK = 2048  # samples that are looked at together
 
 
 class Past(Protocol):
