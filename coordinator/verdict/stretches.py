@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from heavylift.nodes.limits.shapes import Solid
@@ -86,16 +86,17 @@ def in_pieces(now: Stretches, look: Callable[[Stretches], Some]) -> Some:
 
 
 def joined(parts: Sequence[Some]) -> Some:
-    """Arrays end to end, and tuples of them."""
-    one: Any = parts[0]
+    """Arrays end to end, and tuples and classes of them."""
+    one, all_ = cast("Any", parts[0]), cast("Any", parts)
+    found: Any
     if isinstance(one, np.ndarray):
-        return np.concatenate(parts)  # type: ignore[arg-type,return-value]
-    if isinstance(one, tuple):
-        columns = [joined(x) for x in zip(*parts, strict=True)]  # type: ignore[call-overload]
-        found: Some = type(one)(*columns) if hasattr(one, "_fields") else tuple(columns)
-        return found
-    made: Some = type(one)(*(joined([getattr(x, f.name) for x in parts]) for f in fields(one)))
-    return made
+        found = np.concatenate(all_)
+    elif isinstance(one, tuple):
+        columns = [joined(x) for x in zip(*all_, strict=True)]
+        found = type(one)(*columns) if hasattr(one, "_fields") else tuple(columns)
+    else:
+        found = type(one)(*(joined([getattr(x, f.name) for x in all_]) for f in fields(one)))
+    return cast("Some", found)
 
 
 def _reach(s: Moving, k: Indices) -> Floats:

@@ -11,7 +11,7 @@ import pytest
 from heavylift.coordinator.run import run
 from heavylift.coordinator.verdict import clearances as looking
 from heavylift.coordinator.verdict import history as kept
-from heavylift.coordinator.verdict import verdict_of
+from heavylift.coordinator.verdict import stretches, verdict_of
 from heavylift.coordinator.verdict.history import Collector, history_of
 from heavylift.coordinator.verdict.moving import moving
 from heavylift.coordinator.verdict.nearest import SHARP
@@ -86,6 +86,12 @@ def test_the_verdict_is_that_of_the_whole(recorded: Recording, monkeypatch: pyte
     assert len(found.clearances) == len(expected.clearances) == 10
     for a, b in zip(found.clearances, expected.clearances, strict=True):
         assert abs(a.distance - b.distance) <= SHARP
+
+
+def test_stretches_are_looked_at_in_pieces(recorded: Recording, monkeypatch: pytest.MonkeyPatch) -> None:
+    expected = verdict_of(recorded)
+    monkeypatch.setattr(stretches, "PIECE", 37)
+    assert verdict_of(recorded) == expected
 
 
 def test_a_part_bounds_what_happens_in_it_as_the_whole_does(
