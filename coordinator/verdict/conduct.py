@@ -11,12 +11,13 @@ from typing import Any
 
 from heavylift.nodes.devs import Event
 from heavylift.nodes.limits.findings import Finding
+from heavylift.nodes.models.conditions import terms
 from heavylift.nodes.models.messages import Limit, OperatorCommand, Overload, Skipped, Stage
-from heavylift.nodes.scene.actions import Action, Move, Turn
+from heavylift.nodes.scene.actions import Action, Condition, Landed, Move, Turn
 from heavylift.nodes.scene.plan import Plan, drive_name
 from heavylift.recordings import Recording
 
-__all__ = ["Conduct", "conduct_findings", "conduct_of"]
+__all__ = ["Conduct", "conduct_findings", "conduct_of", "landing"]
 
 UPPER = "upper limit"
 FINISHED = "finished"
@@ -96,6 +97,21 @@ def conduct_findings(plan: Plan, said: Conduct) -> Iterator[Finding]:
         yield Finding(severity=severity, kind="cut", subject="run", sentence=told, t=said.end)  # type: ignore[arg-type]
     for t, note in said.notes:
         yield Finding(severity="warning", kind="computation", subject="kernel", sentence=note, t=t)
+
+
+def landing(plan: Plan, said: Conduct) -> list[tuple[float, float]]:
+    """From when to when [s] orders to land are carried out."""
+    ends = [t for t, _, _ in said.stages[1:]] + [max(said.end, *(t for t, _, _ in said.stages), 0.0)]
+    return [
+        (t, end)
+        for (t, number, _), end in zip(said.stages, ends, strict=False)
+        if number < len(plan.actions)
+        and any(isinstance(x, Move) and _lands(x.until) for x in plan.actions[number].orders)
+    ]
+
+
+def _lands(until: Condition | None) -> bool:
+    return any(isinstance(x, Landed) for x in terms(until))
 
 
 def _stops(plan: Plan, said: Conduct) -> Iterator[Finding]:
