@@ -121,7 +121,8 @@ def _lowest(s: Moving, k: int) -> Floats:
     R, half = (x[0] for x in s.axes(np.array([k])))
     down = np.where(np.abs(R[2]) > 1e-6, -np.sign(R[2]), 0.0)
     point: Floats = s.centre[k] + R @ (down * half)
-    return point - np.array([0.0, 0.0, s.radius])
+    point[2] -= s.radius
+    return point
 
 
 def _stands(plan: Plan, history: History) -> tuple[Flags, Floats]:
@@ -163,8 +164,10 @@ def _meant(plan: Plan, history: History, near: Flags, stands: Flags, landing: Sp
 def _trolleys(plan: Plan, history: History) -> Floats:
     """(n, 2) the middle of the trolleys, which does not swing."""
     names = sorted({line.a.body for rope in plan.rig.hook_ropes for line in rope.lines} & set(history.poses))
-    found: Floats = sum((history.poses[name][:, :2] for name in names), np.zeros((len(history.t), 2)))
-    return found / max(1, len(names))
+    found = np.zeros((len(history.t), 2))
+    for name in names:
+        found += history.poses[name][:, :2] / len(names)
+    return found
 
 
 def _runs(flags: Flags) -> Iterator[tuple[int, int]]:

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from heavylift.nodes.statics.state import REEVING, reeved
 from heavylift.recordings import Recording, SampleLayout
 from heavylift.recordings.drawing import Rig, RopeLine
 from heavylift.recordings.samples import POSE
@@ -17,12 +18,13 @@ from numpy.typing import NDArray
 __all__ = ["Collector", "History", "history_of"]
 
 Floats = NDArray[np.float64]
-NUMBERS = ("rope/tension", "rope/length")
+NUMBERS = ("rope/tension", "rope/length", REEVING)
 
 
 @dataclass(frozen=True)
 class History:
-    """t (n,) [s], in order; poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope -> (n,) [N]; unstretched
+    """t (n,) [s], in order; poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope -> (n,), of its most
+    loaded part [N]; unstretched
     lengths: rope -> (n,) [m]; rigs: the rope lines that hang, each set from its time on."""
 
     t: Floats
@@ -67,8 +69,8 @@ class Collector:
             np.concatenate([rows.T for rows in self._rows], axis=1, out=table)
         columns = iter(table[7 * len(self._bodies) :])
         poses = {body: table[7 * i : 7 * i + 7].T for i, body in enumerate(self._bodies)}
-        tensions, lengths = [{name: next(columns) for name in names} for names in self._names]
-        return History(t, poses, tensions, lengths, self.rigs)
+        tensions, lengths, parts = [{name: next(columns) for name in names} for names in self._names]
+        return History(t, poses, tensions | _most(parts), lengths, self.rigs)
 
 
 def history_of(rec: Recording) -> History:
@@ -82,5 +84,14 @@ def history_of(rec: Recording) -> History:
         numbers[name] = {x: signal.values[:, i] for i, x in enumerate(signal.names)}
         t = signal.t
     poses = {name.removeprefix(POSE): rec.signal(name).values for name in bodies}
-    tensions, lengths = numbers.values()
-    return History(rec.signal(bodies[0]).t if bodies else t, poses, tensions, lengths, rec.rigs())
+    tensions, lengths, parts = numbers.values()
+    return History(rec.signal(bodies[0]).t if bodies else t, poses, tensions | _most(parts), lengths, rec.rigs())
+
+
+def _most(parts: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Of ropes over sheaves the most loaded part at each time."""
+    found: dict[str, Floats] = {}
+    for part, tension in parts.items():
+        rope = reeved(part)
+        found[rope] = np.maximum(found[rope], tension) if rope in found else tension
+    return found

@@ -48,7 +48,7 @@ def _geometry(bench: Bench) -> None:
 def _limits(bench: Bench) -> None:
     """The table of limits, on tensions, poses and lengths."""
     plan, shown, said = bench.plan, bench.history, bench.conduct
-    if not plan.limits or not shown.tensions:
+    if not plan.limits or not len(shown.t):
         return
     signals = signals_of_run(
         plan, shown.t, shown.tensions, shown.poses, shown.rigs,

@@ -224,4 +224,10 @@ def untouched(plan: Plan) -> tuple[str, ...]:
         if bare:
             more = f" and {len(bare) - 3} more" if len(bare) > 3 else ""
             found.append(f"whether {', '.join(bare[:3])}{more} of {mechanism.name} meet anything: they have no shapes")
+        if mechanism.system.all_ropes:
+            found.append(f"whether ropes of {mechanism.name} meet anything")
+        if mechanism.system.reevings:
+            found.append("what ropes over sheaves carry between samples")
+        if plan.cranes:
+            found.append(f"whether {mechanism.name} meets cranes, block or loaders")
     return tuple(found)
