@@ -10,6 +10,7 @@ from heavylift.coordinator.run import run
 from heavylift.coordinator.verdict import judge
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import History
+from heavylift.kernel.errors import SceneError
 from heavylift.nodes.limits import Limit, Use, judge_path, judge_run, signals_of
 from heavylift.nodes.limits.limit import Quantity
 from heavylift.nodes.limits.reading import READERS
