@@ -10,11 +10,12 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 from heavylift.nodes.limits.findings import Finding
-from heavylift.nodes.limits.shapes import Kind, Solid, Strand, relation
+from heavylift.nodes.limits.shapes import GROUND, Kind, Solid, Strand, relation
 from heavylift.nodes.scene.plan import Plan
 from heavylift.recordings.verdict import Clearance
 from numpy.typing import NDArray
 
+from .ground import TOUCH, Ground, Low, Spans
 from .history import BLOCK, History, Past
 from .moving import Moving, matrices, moving
 from .nearest import Known, search
@@ -23,21 +24,30 @@ from .stretches import whole
 
 __all__ = ["LIMIT", "clearances", "findings"]
 
+Floats = NDArray[np.float64]
 SMALLEST = 10  # clearances that are told
 LIMIT = 0.5  # clearance of a scene that says nothing [m]
-TOUCH = 0.01  # depth of a penetration that is only numbers, such as of a pad that yields [m]
 ORDER: tuple[Kind, ...] = (
-    "rope", "sling", "loader", "mechanism", "block", "trolley", "portal", "stools", "ground",
+    "rope", "sling", "loader", "mechanism", "block", "trolley", "portal", "stools",
 )  # fmt: skip
 THINNEST = 1e-3  # time between samples that are looked at, at least [s]
 
 
-def clearances(plan: Plan, history: Past, limit: float = LIMIT) -> list[Clearance]:
-    """All that are below their limit and, if those are fewer, the smallest ten; smallest first."""
+def clearances(plan: Plan, history: Past, limit: float = LIMIT, landing: Spans = ()) -> list[Clearance]:
+    """All that are below their limit and, if those are fewer, the smallest ten; smallest first.
+
+    `landing`: from when to when [s] orders to land are carried out.
+    """
     known, nearest = Known(SMALLEST, limit), dict[int, Clearance]()
-    things = _Things(plan, limit)
+    things, ground = _Things(plan, limit), Ground(plan, limit)
+    lowest: dict[tuple[str, bool], Clearance] = {}
+    for part, between in thinned(history):
+        ground.survey(part, between)
+    ground.settle(landing)
     for part, between in thinned(history):
         shapes = moving(plan, part)
+        for x, sunk in ground.look(shapes, part, between):
+            lowest[x.shape.shape.thing, sunk] = _lowest(x)
         pairs, groups = things.pairs(shapes)
         # what need not keep apart is told if it goes through
         most = np.where(np.array(things.limits) > 0.0, np.inf, -TOUCH)
@@ -47,7 +57,8 @@ def clearances(plan: Plan, history: Past, limit: float = LIMIT) -> list[Clearanc
         for i, m in enumerate(known.take()):
             if m is not None and m.least < most[i]:
                 nearest[i] = _told(things.limits[i], m)
-    told = sorted(nearest.values(), key=lambda c: (c.distance, c.a, c.b))
+    told = [c for (thing, sunk), c in lowest.items() if sunk or (thing, True) not in lowest]
+    told = sorted([*told, *nearest.values()], key=lambda c: (c.distance, c.a, c.b))
     return [c for i, c in enumerate(told) if i < SMALLEST or _red(c)]
 
 
@@ -62,7 +73,7 @@ def _red(c: Clearance) -> bool:
 
 def _the(thing: str) -> str:
     """A thing with its article, unless it has a name of its own."""
-    common = thing in ("block", "ground", "stools") or thing.partition(" ")[0] in ("rope", "portal", "upper", "lower")
+    common = thing in ("block", GROUND, "stools") or thing.partition(" ")[0] in ("rope", "portal", "upper", "lower")
     return f"the {thing}" if common else thing
 
 
@@ -88,17 +99,17 @@ def _finding(c: Clearance) -> Finding:
 
 def thinned(past: Past) -> Iterator[tuple[History, tuple[int, int]]]:
     """Parts without samples of the same instant, as events leave them, each with the first and the last of its samples
-    between which to look; one more on either side tells what accelerations are at those."""
+    between which to look; two more on either side tell what is about those, and what accelerations are."""
     kept = np.flatnonzero(np.diff(past.t, prepend=-np.inf) >= THINNEST)
     n = len(kept)
     for first in range(0, max(min(n, 1), n - 1), BLOCK):
         last = min(first + BLOCK, n - 1)
-        begin, end = max(0, first - 1), min(n, last + 2)
+        begin, end = max(0, first - 2), min(n, last + 3)
         part = past.part(int(kept[begin]), int(kept[end - 1]) + 1)
         yield part.of(kept[begin:end] - kept[begin]), (first - begin, last - begin)
 
 
-def _common(plan: Plan, history: History) -> NDArray[np.float64]:
+def _common(plan: Plan, history: History) -> Floats:
     """(n, 3) the motion that most shapes share: that of the cranes along their rails."""
     mains = [history.poses[f"{c.name}.main"][:, :3] for c in plan.cranes if f"{c.name}.main" in history.poses]
     return np.mean(mains, axis=0) if mains else np.zeros((len(history.t), 3))
@@ -162,13 +173,25 @@ def _told(limit: float, m: Minimum) -> Clearance:
     a, b, p, q = m.a, m.b, m.near.a, m.near.b
     if (a.shape.thing, b.shape.thing) != _names(a, b):
         a, b, p, q = b, a, q, p
-    place = f"at x, y, z = {p[0]:.1f}, {p[1]:.1f}, {p[2]:.1f} m"
     parts = [x for x in (_part(a, p, m.t), _part(b, q, m.t)) if x]
+    return _clearance(a.shape.thing, b.shape.thing, m.least, m.t, limit, p, q, parts)
+
+
+def _lowest(x: Low) -> Clearance:
+    part = _part(x.shape, x.p, x.t)
+    below = x.p * (1.0, 1.0, 0.0)
+    return _clearance(x.shape.shape.thing, GROUND, x.distance, x.t, x.limit, x.p, below, [part] if part else [])
+
+
+def _clearance(
+    a: str, b: str, least: float, t: float, limit: float, p: Floats, q: Floats, parts: Sequence[str]
+) -> Clearance:
+    place = f"at x, y, z = {p[0]:.1f}, {p[1]:.1f}, {p[2] + 0.0:.1f} m"
     return Clearance(
-        a=a.shape.thing,
-        b=b.shape.thing,
-        distance=round(m.least, 4) + 0.0,
-        t=m.t,
+        a=a,
+        b=b,
+        distance=round(least, 4) + 0.0,
+        t=t,
         limit=limit,
         p_WA=_rounded(p),
         p_WB=_rounded(q),
@@ -176,7 +199,7 @@ def _told(limit: float, m: Minimum) -> Clearance:
     )
 
 
-def _part(s: Moving, p: NDArray[np.float64], t: float) -> str:
+def _part(s: Moving, p: Floats, t: float) -> str:
     """Which point of a shape is meant, in words."""
     if isinstance(s.shape, Solid) and s.shape.kind == "block":
         k = int(np.argmin(np.abs(s.t - t)))
@@ -187,6 +210,6 @@ def _part(s: Moving, p: NDArray[np.float64], t: float) -> str:
     return f"{part} of {s.shape.thing}" if part and s.shape.kind != "stools" else ""
 
 
-def _rounded(p: NDArray[np.float64]) -> tuple[float, float, float]:
+def _rounded(p: Floats) -> tuple[float, float, float]:
     x, y, z = (round(float(v), 3) + 0.0 for v in p)
     return x, y, z

@@ -7,12 +7,13 @@ who judges it looks at one part after the other, and a collector keeps its rows 
 from __future__ import annotations
 
 from array import array
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Protocol
 
 import numpy as np
+from heavylift.nodes.statics.state import REEVING, reeved
 from heavylift.recordings import Recording, SampleLayout
 from heavylift.recordings.drawing import Rig, RopeLine
 from heavylift.recordings.samples import POSE, SampleChannel
@@ -22,7 +23,7 @@ from numpy.typing import NDArray
 __all__ = ["BLOCK", "Collector", "History", "Past", "blocks", "history_of"]
 
 Floats = NDArray[np.float64]
-NUMBERS = ("rope/tension", "rope/length")
+NUMBERS = ("rope/tension", "rope/length", REEVING)
 BLOCK = 2048  # samples that are looked at together
 
 
@@ -33,29 +34,20 @@ class Past(Protocol):
     def t(self) -> Floats:
         """(n,) [s], in order."""
 
-    @property
-    def rope_names(self) -> Collection[str]:
-        """Whose tensions are known."""
-
     def part(self, first: int, end: int) -> History:
         """The samples from `first` to before `end`."""
 
 
 @dataclass(frozen=True)
 class History:
-    """t (n,) [s], in order; poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope -> (n,) [N]; unstretched
-    lengths: rope -> (n,) [m]; rigs: the rope lines that hang, each set from its time on."""
+    """t (n,) [s], in order; poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope -> (n,), of its most
+    loaded part [N]; unstretched lengths: rope -> (n,) [m]; rigs: the rope lines that hang, each from its time on."""
 
     t: Floats
     poses: Mapping[str, Floats]
     tensions: Mapping[str, Floats]
     lengths: Mapping[str, Floats]
     rigs: Sequence[Rig]
-
-    @property
-    def rope_names(self) -> Collection[str]:
-        """Whose tensions are known."""
-        return self.tensions
 
     def part(self, first: int, end: int) -> History:
         """The samples from `first` to before `end`."""
@@ -110,11 +102,6 @@ class Collector:
         """(n,) [s]."""
         return np.array(self._times, np.float64) * 1e-9
 
-    @property
-    def rope_names(self) -> Collection[str]:
-        """Whose tensions are known."""
-        return self._names[0]
-
     def part(self, first: int, end: int) -> History:
         """The samples from `first` to before `end`."""
         t = np.array(self._times[first:end], np.float64) * 1e-9
@@ -123,8 +110,8 @@ class Collector:
         table = np.ascontiguousarray(rows.T)  # a column is one piece of memory, as all sums run along it
         columns = iter(table[7 * len(self._bodies) :])
         poses = {body: table[7 * i : 7 * i + 7].T for i, body in enumerate(self._bodies)}
-        tensions, lengths = [{name: next(columns) for name in names} for names in self._names]
-        return History(t, poses, tensions, lengths, self.rigs)
+        tensions, lengths, parts = [{name: next(columns) for name in names} for names in self._names]
+        return History(t, poses, tensions | _most(parts), lengths, self.rigs)
 
 
 def history_of(rec: Recording) -> Collector:
@@ -138,4 +125,13 @@ def history_of(rec: Recording) -> Collector:
         found.samples(number, times, np.hstack(values))
         number += len(times)
     found.rigs = rec.rigs()
+    return found
+
+
+def _most(parts: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Of ropes over sheaves the most loaded part at each time."""
+    found: dict[str, Floats] = {}
+    for part, tension in parts.items():
+        rope = reeved(part)
+        found[rope] = np.maximum(found[rope], tension) if rope in found else tension
     return found

@@ -18,7 +18,7 @@ from heavylift.recordings.verdict import Clearance, Found, Judged, LimitTable, r
 from ..record.limits import judged, signals_of_run, table
 from .clearances import LIMIT, clearances
 from .clearances import findings as too_near
-from .conduct import Conduct, conduct_findings, conduct_of
+from .conduct import Conduct, conduct_findings, conduct_of, landing
 from .history import Past, blocks, history_of
 
 __all__ = ["JUDGES", "judge", "verdict_of"]
@@ -48,7 +48,7 @@ def _geometry(bench: Bench) -> None:
 def _limits(bench: Bench) -> None:
     """The table of limits, on tensions, poses and lengths."""
     plan, shown, said = bench.plan, bench.history, bench.conduct
-    if not plan.limits or not shown.rope_names:
+    if not plan.limits or not len(shown.t):
         return
     stages = [(t, name) for t, _, name in said.stages if name]
     signals = (
@@ -66,7 +66,7 @@ def _limits(bench: Bench) -> None:
 def _clearances(bench: Bench) -> None:
     """What came too near to what."""
     limit = next((x.value for x in bench.plan.limits if x.quantity == "clearance" and x.value is not None), LIMIT)
-    bench.clearances += clearances(bench.plan, bench.history, limit)
+    bench.clearances += clearances(bench.plan, bench.history, limit, landing(bench.plan, bench.conduct))
     bench.findings += too_near(bench.clearances)
     bench.not_looked_at += untouched(bench.plan)
 

@@ -25,7 +25,7 @@ __all__ = ["judge", "judge_path", "judge_run", "limits_of", "uses_of", "uses_of_
 
 SAME = 1e-6  # of the worst value: what comes so close to it came to it first
 YIELDS = dict.fromkeys(("hook height", "rope length", "rails", "girder"), 0.05)  # [m] of servos, stretch and bounces
-ELSEWHERE = ("clearance", "wind")  # judged by who looks at shapes, or by nobody
+ELSEWHERE = ("clearance",)  # judged by who looks at shapes
 
 
 def limits_of(plan: Plan) -> tuple[Limit, ...]:

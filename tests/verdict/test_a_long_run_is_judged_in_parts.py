@@ -127,7 +127,6 @@ def test_what_is_judged_waits_in_a_file(monkeypatch: pytest.MonkeyPatch) -> None
         begin = max(0, first - 10)
         past.samples(begin, list(range(begin, first + 20)), rows[begin : first + 20])
     assert past._rows._file._rolled  # type: ignore[attr-defined]
-    assert past.rope_names == ["r"]
     for first, end in ((0, 300), (7, 20), (250, 999)):
         part = past.part(first, end)
         assert np.array_equal(part.tensions["r"], rows[first:end, 0])
