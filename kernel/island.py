@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import copy
 from typing import Any
 
@@ -41,6 +42,9 @@ class Island(Simulation):
         at = self.method.row_layout.at
         self.X[self._at["peak"]] = self.struck[at["peak"]]
         self.X[self._at["peak_time"]] = self.struck[at["peak_time"]] - self.epoch * 1e-9
+
+    def _show_rest(self, pause: Callable[[], None]) -> None:
+        """Islands show it, together with others, as far as they have not yet."""
 
     def tells(self, subscribed: frozenset[str]) -> bool:
         """Whether somebody subscribed to what happens next."""

@@ -92,6 +92,7 @@ class Islands:
         self._reached = 0
         self.order = CallOrder()
         self._stopped: list[Island] = []  # those that stand at the epoch
+        self._pause: Callable[[], None] = lambda: None
         self._cut(loose_ropes(self.system, ties))
 
     def _cut(self, loose: frozenset[str]) -> None:
@@ -207,7 +208,12 @@ class Islands:
         self.log += [(t, e) for t, _, e in sorted(new, key=lambda x: x[:2])]
         self.notes += sorted(told, key=lambda note: note.t_ns)
         resting = [p.shown(self._reached) if p.resting else None for p in self.parts]
-        self.rows += self._joining.take([p.rows for p in self.parts], resting)
+        more = True
+        while more:
+            more = any([p.unroll(self._joining.next_ns) for p in self.parts])
+            self.rows += self._joining.take([p.rows for p in self.parts], resting)
+            if more:
+                self._pause()
 
     # ---- events and commands --------------------------------------------------------------------------------
 
@@ -227,14 +233,18 @@ class Islands:
         self._collect()
         return events
 
-    def interrupt(self, t_ns: int) -> None:
-        """Go to t_ns, so that commands can be given there; islands without one go on (see `Simulation.interrupt`)."""
+    def interrupt(self, t_ns: int, pause: Callable[[], None] = lambda: None) -> None:
+        """Go to t_ns, so that commands can be given there; islands without one go on (see `Simulation.interrupt`).
+
+        `pause` is called in `settle` and commands, too.
+        """
         check_time(t_ns)
         if self.order.phase in (PAUSED, STOPPED) and t_ns == self.epoch:
             return
         self.order.check_settled("interrupt", self.epoch)
         check_present(t_ns, self.present_ns)
-        self.run(t_ns)
+        self._pause = pause
+        self.run(t_ns, pause)
         if self.event and self.next_ns < t_ns:
             raise passed_by(t_ns, self.next_ns, [name for p in self._firing for name in p.falling])
         self.epoch, self._stopped = t_ns, []

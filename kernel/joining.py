@@ -122,26 +122,28 @@ class Joining:
             row[rope.apart] = rope.sign * (rope.span(frames) - row[rope.length])
         return row
 
-    def take(
-        self,
-        samples: Sequence[Rows],
-        resting: Sequence[np.ndarray | None],
-    ) -> Rows:
+    @property
+    def next_ns(self) -> int:
+        """Time of the next periodic sample [ns]."""
+        return self.number * self._period
+
+    def take(self, samples: Sequence[Rows], resting: Sequence[np.ndarray | None]) -> Rows:
         """Rows that are complete; taken from `samples` of each island, and from the row in which it rests, if so."""
         out: Rows = []
+        before: list[np.ndarray] = []
         while True:
-            t = self.number * self._period
-            for rows in samples:
-                while rows and rows[0][0] < t:
-                    rows.pop(0)  # of a rest, and shown already
+            t = self.next_ns
             ready = [bool(rows) and rows[0][0] == t for rows in samples]
             if not any(ready) or not all(r or x is not None for r, x in zip(ready, resting, strict=True)):
                 break
             out += self._struck(t)
             now = [rows.pop(0)[1] if r else x for r, rows, x in zip(ready, samples, resting, strict=True)]
-            out.append((t, self.whole([x for x in now if x is not None])))
+            parts = [x for x in now if x is not None]
+            if len(parts) != len(before) or any(a is not b for a, b in zip(parts, before, strict=True)):
+                row, before = self.whole(parts), parts
+            out.append((t, row))  # the same one as long as all rest
             self.number += 1
-        return out + self._struck(self.number * self._period)
+        return out + self._struck(self.next_ns)
 
     def _struck(self, before: int) -> Rows:
         out = [x for x in self.struck if x[0] < before]

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from .angles import starting
+from .blocks import ROWS
 from .call_order import GOING, PAUSED, SETTLED, STOPPED, check_present, check_time, passed_by
 from .describe import System
 from .errors import KernelError
@@ -67,6 +68,8 @@ class Simulation(Eventful):
         options = (tolerance, sample_ns, h_max, native, opt, cache, method, step, formulation, fused)
         super().__init__(subscribed, system, *options)
         self._still = False
+        self._rested: tuple[int, int, np.ndarray] | None = None
+        """A rest that is over: its first sample without a row [ns], what it ends before [ns], its row."""
         self._sets_of_ropes: set[frozenset[str]] = set()  # whose loads were looked at
         never = lean is False or isinstance(self.method.method, Peer)
         self.thrift = None if never else Thrift(bool(lean))
@@ -212,8 +215,8 @@ class Simulation(Eventful):
 
     # ---- stops --------------------------------------------------------------------------------------------
 
-    def interrupt(self, t_ns: int) -> None:
-        """Integrate to t_ns, so that commands can be given there.
+    def interrupt(self, t_ns: int, pause: Callable[[], None] = lambda: None) -> None:
+        """Integrate to t_ns, so that commands can be given there; `pause` is called now and then, as in `run`.
 
         Raises KernelError for a time before steps that are committed, or behind an event that somebody subscribed to.
         """
@@ -223,12 +226,12 @@ class Simulation(Eventful):
             return
         self.order.check_settled("interrupt", self.epoch)
         check_present(t_ns, self.present_ns)
-        self.run(t_ns)  # what ends or happens unheard by then comes first
+        self.run(t_ns, pause)  # what ends or happens unheard by then comes first
         if self.event and self._event_ns < t_ns:
             raise passed_by(t_ns, self._event_ns, self.falling)
         self._restore()
         if self._still:
-            self._rest(t_ns)
+            self._rest(t_ns, pause)
         else:
             self._led(self._local(t_ns))
         self._commit()
@@ -239,15 +242,30 @@ class Simulation(Eventful):
         self._instant = 0
         self.order.phase = PAUSED
 
-    def _rest(self, t_ns: int) -> None:
-        """Samples of a scene at rest up to t_ns: nothing is integrated, all are equal."""
+    def _rest(self, t_ns: int, pause: Callable[[], None]) -> None:
+        """Samples of a scene at rest up to t_ns: nothing is integrated, all are one row."""
         self._still = False
         self._note_peaks()
-        row = np.array(self.method.row_layout.pack(self.row()))
-        while self._samples * self._sample_ns <= t_ns:
-            self._keep(self._samples * self._sample_ns, row.copy())
-            self._samples += 1
+        if (first := self._samples * self._sample_ns) <= t_ns:
+            self._keep(first, np.array(self.method.row_layout.pack(self.row())))
+            self._rested = first, t_ns + 1, self.rows.pop()[1]
+            self._samples = t_ns // self._sample_ns + 1
+            self._show_rest(pause)
         self._set(t=self._local(t_ns))
+
+    def _show_rest(self, pause: Callable[[], None]) -> None:
+        while self.unroll():
+            pause()
+
+    def unroll(self, start_ns: int = 0) -> bool:
+        """Turn the next of a rest's samples from a time on into rows; whether that is not all of them."""
+        if self._rested is None:
+            return False
+        first, end, row = self._rested
+        times = range(max(first, start_ns), end, self._sample_ns)
+        self.rows += [(t, row) for t in times[:ROWS]]
+        self._rested = (times[ROWS], end, row) if len(times) > ROWS else None
+        return self._rested is not None
 
     def settle(self) -> None:
         """Derivative and guards after a jump; a guard that is below zero now is an event at once."""

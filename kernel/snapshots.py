@@ -30,6 +30,7 @@ KEPT = (
     "_event_ns",
     "_instant",
     "_still",
+    "_rested",
     "_snapshot",
     "_missed",
     "_checked",

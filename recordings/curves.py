@@ -20,6 +20,7 @@ from .outputs import output_path
 from .paper import FORMATS
 from .partfile import PartFile
 from .reader import Recording
+from .settings import settings
 from .signal import titles
 
 __all__ = ["Curve", "Figure", "Panel", "checked", "curves", "drawn", "larger"]
@@ -62,7 +63,9 @@ def curves(path: str | Path, patterns: Sequence[str], out: str | Path, force: bo
     out = checked(out)
     rec = Recording(path)
     with rec.reading():
-        figure = Figure(f"{rec.run.get('scene', '')}, {rec.path.name}", panels_of(rec, patterns), rec.stages())
+        said = "; ".join(settings(rec.run).values())
+        title = f"{rec.run.get('scene', '')}, {rec.path.name}" + (f"\n{said}" if said else "")
+        figure = Figure(title, panels_of(rec, patterns), rec.stages())
         return drawn(figure, out, force)
 
 

@@ -13,17 +13,16 @@ from __future__ import annotations
 
 import hashlib
 import struct
-import tempfile
 from collections.abc import Iterator
 from heapq import merge
 from typing import Any
 
 import msgspec
-from heavylift.kernel.errors import RecordingError
+
+from .spool import Spool
 
 __all__ = ["Digest"]
 
-IN_MEMORY = 1 << 20  # bytes; what is more goes into a file
 _LENGTH = struct.Struct("<I")
 
 
@@ -62,7 +61,7 @@ class _Sorted:
     """Tuples in their order; those that come in order wait on disk."""
 
     def __init__(self) -> None:
-        self._file = tempfile.SpooledTemporaryFile(IN_MEMORY)  # noqa: SIM115 - closed with its last reference
+        self._file = Spool("what the digest is made of")
         self._last: tuple[Any, ...] = ()
         self._late: list[tuple[Any, ...]] = []
         self.count = 0
@@ -74,18 +73,13 @@ class _Sorted:
             return
         self._last = entry
         data = msgspec.msgpack.encode(entry)
-        try:
-            self._file.write(_LENGTH.pack(len(data)) + data)
-        except OSError as error:
-            raise RecordingError(
-                f"{tempfile.gettempdir()}: what the digest is made of cannot be written ({error.strerror}); make room "
-                "or set TMPDIR"
-            ) from None
+        self._file.write(_LENGTH.pack(len(data)) + data)
 
     def all(self) -> Iterator[tuple[Any, ...]]:
         return merge(self._written(), sorted(self._late))
 
     def _written(self) -> Iterator[tuple[Any, ...]]:
-        self._file.seek(0)
-        while head := self._file.read(_LENGTH.size):
+        head = self._file.read(_LENGTH.size, at=0)
+        while head:
             yield msgspec.msgpack.decode(self._file.read(*_LENGTH.unpack(head)), type=tuple)
+            head = self._file.read(_LENGTH.size)

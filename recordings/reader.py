@@ -13,12 +13,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from functools import cached_property, wraps
+from itertools import islice
 from pathlib import Path
 from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
 
 import msgspec
 import numpy as np
 from heavylift.kernel.errors import SignalError
+from numpy.typing import NDArray
 
 from .container import Container, Raw
 from .drawing import Log, Rig, frames_template
@@ -30,6 +32,8 @@ from .text import meant
 
 __all__ = ["RecordedEvent", "Recording", "Topic", "guarded"]
 
+BLOCK = 4096  # rows that are decoded together
+Floats = NDArray[np.float64]
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -197,37 +201,66 @@ class Recording:
                 raise SignalError(f"{self.path}: has no signal {name}; {meant(name, self.signals())}")
         wanted = [name for name in names if name not in self._signals]
         with self._file.reading():
-            self._load_numbers([name for name in wanted if name in self._fields])
-            if any(name not in self._fields for name in wanted):
-                self._load_poses()
+            numbers = [name for name in wanted if name in self._fields]
+            if numbers:
+                self._keep(numbers, self._numbers(numbers))
+            if len(numbers) < len(wanted):  # all of them: they stand in one message
+                poses = [POSE + body for body in self._bodies]
+                self._keep(poses, self._poses(poses))
 
-    def _load_numbers(self, names: Sequence[str]) -> None:
-        if not names:
-            return
+    def blocks(self, names: Sequence[str]) -> Iterator[tuple[list[int], list[Floats]]]:
+        """Times [ns] and values of these signals, a few thousand rows at a time, as far as there are all of them."""
+        numbers = [name for name in names if name in self._fields]
+        poses = [name for name in names if name not in self._fields]
+        with self._file.reading():
+            parts = [self._numbers(numbers)] if numbers else []
+            parts += [self._poses(poses)] if poses else []
+            for found in zip(*parts, strict=False):
+                n = min(len(times) for times, _ in found)
+                values = {name: x[:n] for _, part in found for name, x in part.items()}
+                yield found[0][0][:n], [values[name] for name in names]
+
+    def _numbers(self, names: Sequence[str]) -> Iterator[tuple[list[int], dict[str, Floats]]]:
         form = SamplesForm(list(self._fields.values()))
         tags = form.image[form.fixed].tobytes()
-        times: list[int] = []
-        found: dict[str, list[bytes]] = {name: [] for name in names}
-        for raw in self.messages("/samples"):
-            data = np.frombuffer(raw.data, np.uint8)
-            if len(data) != len(form.image) or data[form.fixed].tobytes() != tags:
-                raise ValueError("a sample has other fields than its channel")
-            times.append(raw.publish_time)
-            for name, rows in found.items():
-                rows.append(raw.data[form.places[name]])
-        t = np.array(times, np.float64) / 1e9
-        for name, rows in found.items():
-            field = self._fields[name]
-            values = np.frombuffer(b"".join(rows), "<f8").reshape(len(t), len(field.columns))
-            self._signals[name] = Signal(t, values, field.columns, field.unit, name)
+        messages = self.messages("/samples")
+        while block := list(islice(messages, BLOCK)):
+            times: list[int] = []
+            found: dict[str, list[bytes]] = {name: [] for name in names}
+            for raw in block:
+                data = np.frombuffer(raw.data, np.uint8)
+                if len(data) != len(form.image) or data[form.fixed].tobytes() != tags:
+                    raise ValueError("a sample has other fields than its channel")
+                times.append(raw.publish_time)
+                for name, rows in found.items():
+                    rows.append(raw.data[form.places[name]])
+            yield (
+                times,
+                {
+                    name: np.frombuffer(b"".join(rows), "<f8").reshape(len(times), len(self._fields[name].columns))
+                    for name, rows in found.items()
+                },
+            )
 
-    def _load_poses(self) -> None:
-        """All of them: they stand in one message."""
-        found = list(self.messages("/poses"))
-        poses = frames_template(self._bodies).decode([raw.data for raw in found]).reshape(-1, len(self._bodies), 7)
-        t = np.array([raw.publish_time for raw in found], np.float64) / 1e9
-        for i, body in enumerate(self._bodies):
-            self._signals[POSE + body] = Signal(t, poses[:, i], list(POSE_COLUMNS), POSE_UNIT, POSE + body)
+    def _poses(self, names: Sequence[str]) -> Iterator[tuple[list[int], dict[str, Floats]]]:
+        form, places = frames_template(self._bodies), {POSE + body: i for i, body in enumerate(self._bodies)}
+        messages = self.messages("/poses")
+        while block := list(islice(messages, BLOCK)):
+            poses = form.decode([raw.data for raw in block]).reshape(-1, len(self._bodies), 7)
+            yield [raw.publish_time for raw in block], {name: poses[:, places[name]] for name in names}
+
+    def _keep(self, names: Sequence[str], parts: Iterator[tuple[list[int], dict[str, Floats]]]) -> None:
+        """Read these signals whole."""
+        times: list[int] = []
+        found: dict[str, list[Floats]] = {name: [np.zeros((0, len(self.columns(name))))] for name in names}
+        for some, values in parts:
+            times += some
+            for name, x in values.items():
+                found[name].append(x)
+        t = np.array(times, np.float64) / 1e9
+        for name in names:
+            values_ = np.concatenate(found.pop(name))
+            self._signals[name] = Signal(t, values_, self.columns(name), self.unit(name), name)
 
     @cached_property
     def _signals(self) -> dict[str, Signal]:

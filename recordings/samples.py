@@ -1,8 +1,8 @@
 """Rows of numbers: which columns of a kernel sample belong to which topic, and how they look in the file.
 
 A sample is one float64 row; the layout is announced once and cuts the row into channels.  Batches travel as
-msgpack `[first number, [t_ns, ...], rows, notes]`, rows being little-endian float64 in C order; notes are sentences
-for people, `[number, t_ns, sentence]`, and may be left out.  Channels
+msgpack `[first number, [t_ns, ...], rows, notes]`, rows being little-endian float64 in C order, or a single one that
+all are equal to; notes are sentences for people, `[number, t_ns, sentence]`, and may be left out.  Channels
 `pose/<body>` (x y z, then quaternion x y z w of the body frame in the world) are drawn as
 foxglove.FrameTransforms; all others are fields of one `heavylift.Samples` message per row, made straight
 from the row's bytes (protobuf encoding: tag, length, doubles).
@@ -105,12 +105,14 @@ def decode_batch(payload: bytes, width: int) -> Batch:
     except UNREADABLE as error:
         raise RecordingError(f"a batch of samples is not [number, times, rows]: {error}") from None
     first, times, data = wire.first, wire.times, wire.rows
-    if len(data) != 8 * width * len(times):
+    n = 1 if times and len(data) == 8 * width else len(times)
+    if len(data) != 8 * width * n:
         raise RecordingError(
             f"samples from number {first}: {len(times)} rows of {width} values are {8 * width * len(times)} "
             f"bytes, but {len(data)} came; the sender's layout differs from the announced one"
         )
-    return Batch(first, times, np.frombuffer(data, "<f8").reshape(len(times), width), wire.notes)
+    rows = np.frombuffer(data, "<f8").reshape(n, width)
+    return Batch(first, times, np.broadcast_to(rows, (len(times), width)), wire.notes)
 
 
 class Field(msgspec.Struct, frozen=True):

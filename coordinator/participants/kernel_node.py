@@ -30,7 +30,7 @@ from .parts import KernelConfig
 
 __all__ = ["KernelConfig", "KernelNode"]
 
-BATCH = 64  # samples in one message
+BATCH = 64  # samples in one message, but for those of a rest, which are one row
 SILENT = 2**30  # microstep of silent tags
 
 
@@ -124,7 +124,8 @@ class KernelNode:
         if fires:
             self.simulation.fire()
         elif bag:
-            self.simulation.interrupt(tag.t)
+            self._before = tag.t  # all before it is history
+            self.simulation.interrupt(tag.t, self._pause)
         self._last = tag
         if fires or bag or told:
             self._spoke = tag
@@ -144,7 +145,8 @@ class KernelNode:
         rows, self._before = self.simulation.rows, end.t
         rows[:] = [row for row in rows if row[0] < end.t]
         if (present := self.simulation.present_ns) <= end.t:  # else the run is broken off behind what was worked ahead
-            self.simulation.interrupt(max(end.t - 1, present))  # a step that ends with the run may be history
+            at = max(end.t - 1, present)  # a step that ends with the run may be history
+            self.simulation.interrupt(at, self._pause)
             self.simulation.settle()
             rows[-1] = (end.t - 1, rows[-1][1])
         self._flush()
@@ -177,9 +179,11 @@ class KernelNode:
     def _flush(self) -> None:
         """Batches begin where steps or grants end, which a successor repeats."""
         rows, notes = self.simulation.rows, self.simulation.notes
-        while ready := min(BATCH, bisect_left(rows, self._before, key=lambda row: row[0])):
-            some, rows[:] = rows[:ready], rows[ready:]
-            values = published(self.simulation.method, np.array([row for _, row in some]))
+        while ready := bisect_left(rows, self._before, key=lambda row: row[0]):
+            same = next((i for i in range(1, ready) if rows[i][1] is not rows[0][1]), ready)
+            n = same if same > 1 else min(BATCH, ready)
+            some, rows[:] = rows[:n], rows[n:]
+            values = published(self.simulation.method, np.array([row for _, row in some[: 1 if same > 1 else n]]))
             new = [(number, *notes[number]) for number in range(self._noted, len(notes))]
             batch = (self._sent, [t for t, _ in some], values.astype("<f8").tobytes(), *([new] if new else []))
             self._publish(msgspec.msgpack.encode(batch))

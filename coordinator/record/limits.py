@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from heavylift.nodes.limits.findings import Finding
-from heavylift.nodes.limits.judging import judge, uses_of_run
+from heavylift.nodes.limits.judging import judge, uses_of
 from heavylift.nodes.limits.limit import Use
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.limits.signals import Signals, hooked_in, rotations
@@ -30,9 +30,9 @@ class Judged:
     findings: Sequence[Finding]
 
 
-def judged(plan: Plan, signals: Signals) -> Judged:
-    """The limits of a run."""
-    uses = uses_of_run(plan, signals)
+def judged(plan: Plan, parts: Iterable[Signals]) -> Judged:
+    """The limits of a run, of which each part begins with the last instant of the one before it."""
+    uses = uses_of(plan, parts)
     return Judged(plan, uses, judge(plan, uses, dynamic=True))
 
 

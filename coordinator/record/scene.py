@@ -184,7 +184,7 @@ class Record(FileTape):
         said.notes = [(note.t_ns * 1e-9, note.sentence) for note in self.recorder.notes]
         said.peaks, said.end, said.unfinished = result.peaks, result.sim_s, result.unfinished
         try:
-            return judge(self._plan, self._collector.history(), said)
+            return judge(self._plan, self._collector, said)
         except Exception as error:
             told = f"red: no verdict could be made, which is a defect of heavylift ({type(error).__name__}: {error})"
             return Judged(red=True, line=told)

@@ -42,12 +42,16 @@ class Exchange:
         self._data = {key(run, "samples", *at[n]): (n, Reader(run, n, Topic.SAMPLES, FIRST_EPOCH)) for n in self.nodes}
         self._batches: deque[zenoh.Sample] = deque()
         self._shown: dict[tuple[str, str], _Shown] = {}
-        keep = Callback(self._batches.append, indirect=False)
+        keep = Callback(self._arrived, indirect=False)
         self._data_subscriber = session.declare_subscriber(key(run, "samples", "*", "*"), keep)
 
     def send(self, node: str, payload: bytes) -> None:
         """Send a protocol message to a node."""
         self._publishers[node].put(self._writers[node].frame(payload))
+
+    def _arrived(self, sample: zenoh.Sample) -> None:
+        """A batch has come; called by a thread of the bus, or of the sender."""
+        self._batches.append(sample)
 
     def samples(self) -> list[tuple[str, bytes]]:
         """All (node, batch) that have arrived since the last call, in order per node."""

@@ -41,6 +41,8 @@ ANSWER_s = 1.0  # in which a process says that it is alive
 WAKE = HUB  # in place of a node's name: a message of the hub to itself
 REMOTE_s = 600.0  # in which somebody starts a process on another host
 ANSWERED_s = 0.5  # in which an answer reaches who has asked
+BATCHES = 32  # of samples that may wait before their senders do
+FULL_s = 0.5  # for which a batch that has come holds up the next at most
 LEAVE_s = 2.0  # in which remote processes leave a run that is over
 
 
@@ -77,6 +79,13 @@ class Hub(Exchange):
         leave = Callback(self._leave, indirect=False)
         self._leaving = self._session.declare_queryable(key(run, "leave", "*"), leave)
         self._lookout.start()
+
+    def _arrived(self, sample: zenoh.Sample) -> None:
+        """Senders wait while many batches do: who samples faster than it is recorded must not fill the memory."""
+        super()._arrived(sample)
+        deadline = time.monotonic() + FULL_s
+        while len(self._batches) > BATCHES and time.monotonic() < deadline:
+            time.sleep(0.001)
 
     def ticket(self, process: str) -> Ticket:
         """What this process needs to join."""

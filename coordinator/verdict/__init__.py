@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from heavylift.nodes.scene.plan import Plan
 
     from .conduct import Conduct
-    from .history import History
+    from .history import Past
 
 __all__ = ["judge", "verdict_of"]
 
 
-def judge(plan: Plan, history: History, conduct: Conduct) -> Judged:
+def judge(plan: Plan, history: Past, conduct: Conduct) -> Judged:
     """The verdict of a run."""
     from .judging import judge as made  # with the library of collisions: not before it is needed
 

@@ -6,47 +6,59 @@ or must only not go through each other (`nodes.limits.shapes.relation`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from heavylift.nodes.limits.findings import Finding
-from heavylift.nodes.limits.shapes import Kind, Solid, Strand, relation
+from heavylift.nodes.limits.shapes import GROUND, Kind, Solid, Strand, relation
 from heavylift.nodes.scene.plan import Plan
 from heavylift.recordings.verdict import Clearance
 from numpy.typing import NDArray
 
-from .history import History
+from .ground import TOUCH, Ground, Low, Spans
+from .history import BLOCK, History, Past
 from .moving import Moving, matrices, moving
-from .nearest import nearest_of_each
+from .nearest import Known, search
 from .steps import Minimum
 from .stretches import whole
 
 __all__ = ["LIMIT", "clearances", "findings"]
 
+Floats = NDArray[np.float64]
 SMALLEST = 10  # clearances that are told
 LIMIT = 0.5  # clearance of a scene that says nothing [m]
-TOUCH = 0.01  # depth of a penetration that is only numbers, such as of a pad that yields [m]
 ORDER: tuple[Kind, ...] = (
-    "rope", "sling", "loader", "mechanism", "block", "trolley", "portal", "stools", "ground",
+    "rope", "sling", "loader", "mechanism", "block", "trolley", "portal", "stools",
 )  # fmt: skip
 THINNEST = 1e-3  # time between samples that are looked at, at least [s]
 
 
-def clearances(plan: Plan, history: History, limit: float = LIMIT) -> list[Clearance]:
-    """All that are below their limit and, if those are fewer, the smallest ten; smallest first."""
-    history = thinned(history)
-    if not len(history.t):
-        return []
-    shapes = moving(plan, history)
-    pairs, groups, limits = _pairs(plan, shapes, limit)
-    if not pairs:
-        return []
-    start = whole(shapes, pairs, _common(plan, history), groups)
-    most = np.where(np.array(limits) > 0.0, np.inf, -TOUCH)  # what need not keep apart is told if it goes through
-    found = nearest_of_each(shapes, start, most, SMALLEST, limit)
-    told = sorted(
-        (_told(limits[i], m) for i, m in enumerate(found) if m is not None), key=lambda c: (c.distance, c.a, c.b)
-    )
+def clearances(plan: Plan, history: Past, limit: float = LIMIT, landing: Spans = ()) -> list[Clearance]:
+    """All that are below their limit and, if those are fewer, the smallest ten; smallest first.
+
+    `landing`: from when to when [s] orders to land are carried out.
+    """
+    known, nearest = Known(SMALLEST, limit), dict[int, Clearance]()
+    things, ground = _Things(plan, limit), Ground(plan, limit)
+    lowest: dict[tuple[str, bool], Clearance] = {}
+    for part, between in thinned(history):
+        ground.survey(part, between)
+    ground.settle(landing)
+    for part, between in thinned(history):
+        shapes = moving(plan, part)
+        for x, sunk in ground.look(shapes, part, between):
+            lowest[x.shape.shape.thing, sunk] = _lowest(x)
+        pairs, groups = things.pairs(shapes)
+        # what need not keep apart is told if it goes through
+        most = np.where(np.array(things.limits) > 0.0, np.inf, -TOUCH)
+        known.groups(most)
+        if pairs:
+            search(shapes, whole(shapes, pairs, _common(plan, part), groups, between), known)
+        for i, m in enumerate(known.take()):
+            if m is not None and m.least < most[i]:
+                nearest[i] = _told(things.limits[i], m)
+    told = [c for (thing, sunk), c in lowest.items() if sunk or (thing, True) not in lowest]
+    told = sorted([*told, *nearest.values()], key=lambda c: (c.distance, c.a, c.b))
     return [c for i, c in enumerate(told) if i < SMALLEST or _red(c)]
 
 
@@ -61,7 +73,7 @@ def _red(c: Clearance) -> bool:
 
 def _the(thing: str) -> str:
     """A thing with its article, unless it has a name of its own."""
-    common = thing in ("block", "ground", "stools") or thing.partition(" ")[0] in ("rope", "portal", "upper", "lower")
+    common = thing in ("block", GROUND, "stools") or thing.partition(" ")[0] in ("rope", "portal", "upper", "lower")
     return f"the {thing}" if common else thing
 
 
@@ -85,55 +97,61 @@ def _finding(c: Clearance) -> Finding:
     )
 
 
-def thinned(history: History) -> History:
-    """Without samples of the same instant, as events leave them."""
-    kept = np.flatnonzero(np.diff(history.t, prepend=-np.inf) >= THINNEST)
-    if len(kept) == len(history.t):
-        return history
+def thinned(past: Past) -> Iterator[tuple[History, tuple[int, int]]]:
+    """Parts without samples of the same instant, as events leave them, each with the first and the last of its samples
+    between which to look; two more on either side tell what is about those, and what accelerations are."""
+    kept = np.flatnonzero(np.diff(past.t, prepend=-np.inf) >= THINNEST)
+    n = len(kept)
+    for first in range(0, max(min(n, 1), n - 1), BLOCK):
+        last = min(first + BLOCK, n - 1)
+        begin, end = max(0, first - 2), min(n, last + 3)
+        part = past.part(int(kept[begin]), int(kept[end - 1]) + 1)
+        yield part.of(kept[begin:end] - kept[begin]), (first - begin, last - begin)
 
-    def of(columns: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[np.float64]]:
-        return {name: np.take(x.T, kept, axis=-1).T for name, x in columns.items()}
 
-    return History(history.t[kept], of(history.poses), of(history.tensions), of(history.lengths), history.rigs)
-
-
-def _common(plan: Plan, history: History) -> NDArray[np.float64]:
+def _common(plan: Plan, history: History) -> Floats:
     """(n, 3) the motion that most shapes share: that of the cranes along their rails."""
     mains = [history.poses[f"{c.name}.main"][:, :3] for c in plan.cranes if f"{c.name}.main" in history.poses]
     return np.mean(mains, axis=0) if mains else np.zeros((len(history.t), 3))
 
 
-def _pairs(plan: Plan, shapes: list[Moving], limit: float) -> tuple[list[tuple[int, int]], list[int], list[float]]:
-    """Which shapes can meet, the number of the things that they are of, and the limit of each two things [m]."""
-    pairs: list[tuple[int, int]] = []
-    groups: list[int] = []
-    numbers: dict[tuple[str, str], int] = {}
-    limits: dict[int, float] = {}
-    known: dict[tuple[int, int], int | None] = {}  # of shapes that are alike
+class _Things:
+    """Two things each by a number, and the limit of those [m]."""
 
-    def number(a: Moving, b: Moving) -> int | None:
+    def __init__(self, plan: Plan, limit: float) -> None:
+        self._plan, self._limit = plan, limit
+        self._numbers: dict[tuple[str, str], int] = {}
+        self._kinds: dict[object, int] = {}
+        self._known: dict[tuple[int, int], int | None] = {}  # of shapes that are alike
+        self.limits: list[float] = []
+
+    def pairs(self, shapes: list[Moving]) -> tuple[list[tuple[int, int]], list[int]]:
+        """Which shapes can meet, and the number of the things that they are of."""
+        pairs: list[tuple[int, int]] = []
+        groups: list[int] = []
+        alike = [self._kinds.setdefault(_alike(s), len(self._kinds)) for s in shapes]
+        for i, a in enumerate(shapes):
+            for j in range(i + 1, len(shapes)):
+                key = alike[i], alike[j]
+                if key not in self._known:
+                    self._known[key] = self._number(a, shapes[j])
+                group = self._known[key]
+                if group is not None:
+                    pairs.append((i, j))
+                    groups.append(group)
+        return pairs, groups
+
+    def _number(self, a: Moving, b: Moving) -> int | None:
         """The number of two things; None of shapes that mean nothing to each other."""
         if a.shape.thing == b.shape.thing or not (_moves(a) or _moves(b)):
             return None
-        means = relation(plan, a.shape, b.shape)
+        means = relation(self._plan, a.shape, b.shape)
         if means == "joined":
             return None
-        found = numbers.setdefault(_names(a, b), len(numbers))
-        limits[found] = limit if means == "apart" else 0.0
+        found = self._numbers.setdefault(_names(a, b), len(self._numbers))
+        limit = self._limit if means == "apart" else 0.0
+        self.limits[found : found + 1] = [limit]
         return found
-
-    kinds: dict[object, int] = {}
-    alike = [kinds.setdefault(_alike(s), len(kinds)) for s in shapes]
-    for i, a in enumerate(shapes):
-        for j in range(i + 1, len(shapes)):
-            key = alike[i], alike[j]
-            if key not in known:
-                known[key] = number(a, shapes[j])
-            group = known[key]
-            if group is not None:
-                pairs.append((i, j))
-                groups.append(group)
-    return pairs, groups, [limits[i] for i in range(len(limits))]
 
 
 def _alike(s: Moving) -> object:
@@ -155,13 +173,25 @@ def _told(limit: float, m: Minimum) -> Clearance:
     a, b, p, q = m.a, m.b, m.near.a, m.near.b
     if (a.shape.thing, b.shape.thing) != _names(a, b):
         a, b, p, q = b, a, q, p
-    place = f"at x, y, z = {p[0]:.1f}, {p[1]:.1f}, {p[2]:.1f} m"
     parts = [x for x in (_part(a, p, m.t), _part(b, q, m.t)) if x]
+    return _clearance(a.shape.thing, b.shape.thing, m.least, m.t, limit, p, q, parts)
+
+
+def _lowest(x: Low) -> Clearance:
+    part = _part(x.shape, x.p, x.t)
+    below = x.p * (1.0, 1.0, 0.0)
+    return _clearance(x.shape.shape.thing, GROUND, x.distance, x.t, x.limit, x.p, below, [part] if part else [])
+
+
+def _clearance(
+    a: str, b: str, least: float, t: float, limit: float, p: Floats, q: Floats, parts: Sequence[str]
+) -> Clearance:
+    place = f"at x, y, z = {p[0]:.1f}, {p[1]:.1f}, {p[2] + 0.0:.1f} m"
     return Clearance(
-        a=a.shape.thing,
-        b=b.shape.thing,
-        distance=round(m.least, 4) + 0.0,
-        t=m.t,
+        a=a,
+        b=b,
+        distance=round(least, 4) + 0.0,
+        t=t,
         limit=limit,
         p_WA=_rounded(p),
         p_WB=_rounded(q),
@@ -169,7 +199,7 @@ def _told(limit: float, m: Minimum) -> Clearance:
     )
 
 
-def _part(s: Moving, p: NDArray[np.float64], t: float) -> str:
+def _part(s: Moving, p: Floats, t: float) -> str:
     """Which point of a shape is meant, in words."""
     if isinstance(s.shape, Solid) and s.shape.kind == "block":
         k = int(np.argmin(np.abs(s.t - t)))
@@ -180,6 +210,6 @@ def _part(s: Moving, p: NDArray[np.float64], t: float) -> str:
     return f"{part} of {s.shape.thing}" if part and s.shape.kind != "stools" else ""
 
 
-def _rounded(p: NDArray[np.float64]) -> tuple[float, float, float]:
+def _rounded(p: Floats) -> tuple[float, float, float]:
     x, y, z = (round(float(v), 3) + 0.0 for v in p)
     return x, y, z

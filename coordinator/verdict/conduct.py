@@ -11,12 +11,13 @@ from typing import Any
 
 from heavylift.nodes.devs import Event
 from heavylift.nodes.limits.findings import Finding
+from heavylift.nodes.models.conditions import terms
 from heavylift.nodes.models.messages import Limit, OperatorCommand, Overload, Skipped, Stage
-from heavylift.nodes.scene.actions import Action, Move, Turn
-from heavylift.nodes.scene.plan import Plan, drive_name
+from heavylift.nodes.scene.actions import Action, Condition, Landed, Move, Turn
+from heavylift.nodes.scene.plan import Plan, driven
 from heavylift.recordings import Recording
 
-__all__ = ["Conduct", "conduct_findings", "conduct_of"]
+__all__ = ["Conduct", "conduct_findings", "conduct_of", "landing"]
 
 UPPER = "upper limit"
 FINISHED = "finished"
@@ -98,23 +99,34 @@ def conduct_findings(plan: Plan, said: Conduct) -> Iterator[Finding]:
         yield Finding(severity="warning", kind="computation", subject="kernel", sentence=note, t=t)
 
 
+def landing(plan: Plan, said: Conduct) -> list[tuple[float, float]]:
+    """From when to when [s] orders to land are carried out."""
+    ends = [t for t, _, _ in said.stages[1:]] + [max(said.end, *(t for t, _, _ in said.stages), 0.0)]
+    return [
+        (t, end)
+        for (t, number, _), end in zip(said.stages, ends, strict=False)
+        if number < len(plan.actions)
+        and any(isinstance(x, Move) and _lands(x.until) for x in plan.actions[number].orders)
+    ]
+
+
+def _lands(until: Condition | None) -> bool:
+    return any(isinstance(x, Landed) for x in terms(until))
+
+
 def _stops(plan: Plan, said: Conduct) -> Iterator[Finding]:
     """Hooks that were two-blocked, and drives that came to the end of their way; each once."""
     names = {h.rope: f"the hook {h.name} of {c.name}" for c in plan.cranes for h in c.hooks}
-    for crane in plan.cranes:
-        names[drive_name(crane.name, "gantry")] = crane.name
-        names[drive_name(crane.name, "upper")] = f"the upper trolley of {crane.name}"
-        names[drive_name(crane.name, "lower")] = f"the lower trolley of {crane.name}"
     seen = set()
     for t, actor, limit in said.stopped:
         if (actor, limit) in seen:
             continue
         seen.add((actor, limit))
         if limit == UPPER:
-            told = f"{names.get(actor, actor)} was two-blocked: its upper limit switch stopped it"
+            told = f"{names.get(actor) or driven(actor)} was two-blocked: its upper limit switch stopped it"
             yield Finding(severity="red", kind="two-blocked", subject=actor, sentence=told, t=t)
         else:
-            told = f"{names.get(actor, actor)} was stopped by its limit '{limit}'"
+            told = f"{names.get(actor) or driven(actor)} was stopped by its limit '{limit}'"
             yield Finding(severity="warning", kind="limit", subject=actor, sentence=told, t=t)
 
 

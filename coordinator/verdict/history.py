@@ -1,35 +1,73 @@
 """What a run has shown, as columns: times, poses, tensions, and which rope lines hung from when on.
 
-Taken from the samples while they are recorded (`Collector`), or from a recording (`history_of`).
+Taken from the samples while they are recorded (`Collector`), or from a recording (`history_of`).  A run may be long:
+who judges it looks at one part after the other, and a collector keeps its rows in a temporary file.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from array import array
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Protocol
 
 import numpy as np
+from heavylift.nodes.statics.state import REEVING, reeved
 from heavylift.recordings import Recording, SampleLayout
 from heavylift.recordings.drawing import Rig, RopeLine
-from heavylift.recordings.samples import POSE
+from heavylift.recordings.samples import POSE, SampleChannel
+from heavylift.recordings.spool import Spool
 from numpy.typing import NDArray
 
-__all__ = ["Collector", "History", "history_of"]
+__all__ = ["BLOCK", "Collector", "History", "Past", "blocks", "history_of"]
 
 Floats = NDArray[np.float64]
-NUMBERS = ("rope/tension", "rope/length")
+NUMBERS = ("rope/tension", "rope/length", REEVING)
+BLOCK = 2048  # samples that are looked at together
+
+
+class Past(Protocol):
+    """All that a run has shown, or what can be asked for it part by part."""
+
+    @property
+    def t(self) -> Floats:
+        """(n,) [s], in order."""
+
+    def part(self, first: int, end: int) -> History:
+        """The samples from `first` to before `end`."""
 
 
 @dataclass(frozen=True)
 class History:
-    """t (n,) [s], in order; poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope -> (n,) [N]; unstretched
-    lengths: rope -> (n,) [m]; rigs: the rope lines that hang, each set from its time on."""
+    """t (n,) [s], in order; poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope -> (n,), of its most
+    loaded part [N]; unstretched lengths: rope -> (n,) [m]; rigs: the rope lines that hang, each from its time on."""
 
     t: Floats
     poses: Mapping[str, Floats]
     tensions: Mapping[str, Floats]
     lengths: Mapping[str, Floats]
     rigs: Sequence[Rig]
+
+    def part(self, first: int, end: int) -> History:
+        """The samples from `first` to before `end`."""
+        return self.of(np.arange(first, min(end, len(self.t))))
+
+    def of(self, kept: NDArray[np.intp]) -> History:
+        """Some of the samples."""
+        if len(kept) == len(self.t):
+            return self
+        poses, tensions, lengths = (
+            {name: np.take(x.T, kept, axis=-1).T for name, x in columns.items()}
+            for columns in (self.poses, self.tensions, self.lengths)
+        )
+        return History(self.t[kept], poses, tensions, lengths, self.rigs)
+
+
+def blocks(past: Past) -> Iterator[History]:
+    """All of it in parts, each of which begins with the last sample of the one before it; at least one."""
+    for first in range(0, max(1, len(past.t)), BLOCK):
+        yield past.part(max(0, first - 1), first + BLOCK)
 
 
 class Collector:
@@ -44,43 +82,56 @@ class Collector:
             self._names.append(list(channel.names) if channel else [])
             columns += range(channel.start, channel.stop) if channel else []
         self._columns = np.array(columns, np.intp)
-        self._times: list[int] = []
-        self._rows: list[Floats] = []
+        self._times = array("q")
+        self._rows = Spool("what the verdict is made of")
         self.rigs: list[Rig] = []
 
     def samples(self, first: int, times: Sequence[int], rows: Floats) -> None:
         """Rows (m, width) at these times [ns], numbered from `first` on; what is here already is passed over."""
         skip = len(self._times) - first
         if skip < len(times):
-            self._times += times[skip:]
-            self._rows.append(rows[skip:, self._columns])
+            self._times.extend(times[skip:])
+            self._rows.write(rows[skip:, self._columns].tobytes())
 
     def ropes(self, t_ns: int, lines: Sequence[RopeLine]) -> None:
         """These lines hang from now on."""
         self.rigs.append(Rig(t_ns, list(lines)))
 
-    def history(self) -> History:
-        """All of it, once the run is over."""
-        t = np.array(self._times, np.float64) * 1e-9
-        table = np.empty((len(self._columns), len(t)))  # a column is one piece of memory, as all sums run along it
-        if self._rows:
-            np.concatenate([rows.T for rows in self._rows], axis=1, out=table)
+    @property
+    def t(self) -> Floats:
+        """(n,) [s]."""
+        return np.array(self._times, np.float64) * 1e-9
+
+    def part(self, first: int, end: int) -> History:
+        """The samples from `first` to before `end`."""
+        t = np.array(self._times[first:end], np.float64) * 1e-9
+        width = len(self._columns)
+        rows = np.frombuffer(self._rows.read(8 * width * len(t), 8 * width * first)).reshape(len(t), width)
+        table = np.ascontiguousarray(rows.T)  # a column is one piece of memory, as all sums run along it
         columns = iter(table[7 * len(self._bodies) :])
         poses = {body: table[7 * i : 7 * i + 7].T for i, body in enumerate(self._bodies)}
-        tensions, lengths = [{name: next(columns) for name in names} for names in self._names]
-        return History(t, poses, tensions, lengths, self.rigs)
+        tensions, lengths, parts = [{name: next(columns) for name in names} for names in self._names]
+        return History(t, poses, tensions | _most(parts), lengths, self.rigs)
 
 
-def history_of(rec: Recording) -> History:
+def history_of(rec: Recording) -> Collector:
     """What a recording holds of it."""
-    bodies = [name for name in rec.signals() if name.startswith(POSE)]
-    rec.load([*bodies, *(name for name in NUMBERS if name in rec.signals())])
-    t = np.zeros(0)
-    numbers: dict[str, dict[str, Floats]] = {name: {} for name in NUMBERS}
-    for name in (x for x in NUMBERS if x in rec.signals()):
-        signal = rec.signal(name)
-        numbers[name] = {x: signal.values[:, i] for i, x in enumerate(signal.names)}
-        t = signal.t
-    poses = {name.removeprefix(POSE): rec.signal(name).values for name in bodies}
-    tensions, lengths = numbers.values()
-    return History(rec.signal(bodies[0]).t if bodies else t, poses, tensions, lengths, rec.rigs())
+    names = [name for name in rec.signals() if name.startswith(POSE) or name in NUMBERS]
+    ends = np.cumsum([0, *(len(rec.columns(name)) for name in names)]).tolist()
+    columns = [(name, rec.columns(name), rec.unit(name)) for name in names]
+    layout = SampleLayout([SampleChannel(*x, *place) for x, place in zip(columns, pairwise(ends), strict=True)])
+    found, number = Collector(layout), 0
+    for times, values in rec.blocks(names):
+        found.samples(number, times, np.hstack(values))
+        number += len(times)
+    found.rigs = rec.rigs()
+    return found
+
+
+def _most(parts: Mapping[str, Floats]) -> dict[str, Floats]:
+    """Of ropes over sheaves the most loaded part at each time."""
+    found: dict[str, Floats] = {}
+    for part, tension in parts.items():
+        rope = reeved(part)
+        found[rope] = np.maximum(found[rope], tension) if rope in found else tension
+    return found

@@ -18,8 +18,8 @@ from heavylift.recordings.verdict import Clearance, Found, Judged, LimitTable, r
 from ..record.limits import judged, signals_of_run, table
 from .clearances import LIMIT, clearances
 from .clearances import findings as too_near
-from .conduct import Conduct, conduct_findings, conduct_of
-from .history import History, history_of
+from .conduct import Conduct, conduct_findings, conduct_of, landing
+from .history import Past, blocks, history_of
 
 __all__ = ["JUDGES", "judge", "verdict_of"]
 
@@ -32,7 +32,7 @@ class Bench:
     """What all judges have found so far, and what they could not look at."""
 
     plan: Plan
-    history: History
+    history: Past
     conduct: Conduct
     findings: list[Finding] = field(default_factory=list)
     not_looked_at: list[str] = field(default_factory=list)
@@ -48,12 +48,15 @@ def _geometry(bench: Bench) -> None:
 def _limits(bench: Bench) -> None:
     """The table of limits, on tensions, poses and lengths."""
     plan, shown, said = bench.plan, bench.history, bench.conduct
-    if not plan.limits or not shown.tensions:
+    if not plan.limits or not len(shown.t):
         return
-    signals = signals_of_run(
-        plan, shown.t, shown.tensions, shown.poses, shown.rigs,
-        stages=[(t, name) for t, _, name in said.stages if name], peaks=said.peaks, crossings=said.overloads,
-        lengths=shown.lengths,
+    stages = [(t, name) for t, _, name in said.stages if name]
+    signals = (
+        signals_of_run(
+            plan, part.t, part.tensions, part.poses, part.rigs,
+            stages=stages, peaks=said.peaks, crossings=said.overloads, lengths=part.lengths,
+        )
+        for part in blocks(shown)
     )  # fmt: skip
     found = judged(plan, signals)
     bench.findings += found.findings
@@ -63,7 +66,7 @@ def _limits(bench: Bench) -> None:
 def _clearances(bench: Bench) -> None:
     """What came too near to what."""
     limit = next((x.value for x in bench.plan.limits if x.quantity == "clearance" and x.value is not None), LIMIT)
-    bench.clearances += clearances(bench.plan, bench.history, limit)
+    bench.clearances += clearances(bench.plan, bench.history, limit, landing(bench.plan, bench.conduct))
     bench.findings += too_near(bench.clearances)
     bench.not_looked_at += untouched(bench.plan)
 
@@ -78,7 +81,7 @@ Judge = Callable[[Bench], None]
 JUDGES: tuple[Judge, ...] = (_geometry, _limits, _clearances, _conduct)
 
 
-def judge(plan: Plan, history: History, conduct: Conduct) -> Judged:
+def judge(plan: Plan, history: Past, conduct: Conduct) -> Judged:
     """The verdict of a run."""
     bench = Bench(plan, history, conduct)
     for one in JUDGES:

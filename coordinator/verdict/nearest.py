@@ -14,27 +14,42 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .moving import Moving
-from .steps import SHARP, Minimum, between, seen, steps_of
-from .stretches import SIZES, Stretches, bounded, cut, whole
+from .steps import SHARP, Minimum, Steps, between, seen, steps_of
+from .stretches import SIZES, Stretches, bounded, cut, in_pieces, whole
 from .together import Together
 
-__all__ = ["SHARP", "nearest", "nearest_of_each", "whole"]
+__all__ = ["SHARP", "Known", "nearest", "nearest_of_each", "search", "whole"]
 
 Floats = NDArray[np.float64]
 PROMISING = 3  # stretches of two things that are looked at exactly on each level
 
 
-class _Known:
+class Known:
     """The nearest that is known of each group, and the bar below which a stretch is still looked at.
 
     Of groups without a bar of their own (`most` infinite) all below `limit` and the `smallest` ones are looked for.
     """
 
-    def __init__(self, most: Floats, smallest: int, limit: float) -> None:
-        self.found: list[Minimum | None] = [None] * len(most)
-        self._most, self._smallest, self._limit = most, smallest, limit
-        self.free = np.flatnonzero(np.isinf(most))
-        self._least = np.full(len(most), np.inf)
+    def __init__(self, smallest: int, limit: float) -> None:
+        self.found: list[Minimum | None] = []
+        self.smallest, self._limit = smallest, limit
+        self._least = np.zeros(0)
+
+    def groups(self, most: Floats) -> None:
+        """These are the bars of all groups, of which some may be new."""
+        self._most, self.free = most, np.flatnonzero(np.isinf(most))
+        self.found += [None] * (len(most) - len(self.found))
+        self._least = np.append(self._least, np.full(len(most) - len(self._least), np.inf))
+
+    @property
+    def seen(self) -> int:
+        """Of how many groups something is known."""
+        return int(np.isfinite(self._least).sum())
+
+    def take(self) -> list[Minimum | None]:
+        """What was found since the last time, with the shapes that it is of; what is known stays."""
+        found, self.found = self.found, [None] * len(self.found)
+        return found
 
     def add(self, group: int, found: Minimum) -> None:
         """What was seen of a group, if it is nearer than all before."""
@@ -44,8 +59,8 @@ class _Known:
     def bars(self) -> Floats:
         """(groups,) what a stretch must be able to come below [m]."""
         most = self._most
-        if 0 < self._smallest <= len(self.free):
-            last = np.partition(self._least[self.free], self._smallest - 1)[self._smallest - 1]
+        if 0 < self.smallest <= len(self.free):
+            last = np.partition(self._least[self.free], self.smallest - 1)[self.smallest - 1]
             most = np.minimum(most, max(float(last), self._limit))
         found: Floats = np.minimum(most, self._least - SHARP)
         return found
@@ -69,37 +84,43 @@ def nearest_of_each(
 ) -> list[Minimum | None]:
     """The minimum of each group of stretches, None where they stay farther apart than its `most` [m]; of groups whose
     `most` is infinite only those that are below `limit` or among so many smallest ones need be the minimum."""
-    known = _Known(most, smallest, limit)
-    if smallest and len(start.a):
-        _begin(shapes, start, known, smallest)
+    known = Known(smallest, limit)
+    known.groups(most)
+    search(shapes, start, known)
+    return [m if m is not None and m.least < bar else None for m, bar in zip(known.take(), most.tolist(), strict=True)]
+
+
+def search(shapes: list[Moving], start: Stretches, known: Known) -> None:
+    """Look for what is nearer than what is known."""
+    if known.smallest and len(start.a):
+        _begin(shapes, start, known)
     now = known.open(start)
     if len(now.a):
         all_ = Together(shapes, np.unique(np.concatenate([now.a, now.b])))
         for size in (*SIZES[1:], 0):
-            now = known.open(bounded(all_, now))
+            now = known.open(in_pieces(now, lambda some: bounded(all_, some)))
             _look(shapes, now, known)
             now = known.open(now)
             if size:
-                now = cut(all_, now, size)
+                now = in_pieces(now, lambda some, size=size: cut(all_, some, size))  # type: ignore[misc]
         _step(all_, now, known)
-    return [m if m is not None and m.least < bar else None for m, bar in zip(known.found, most.tolist(), strict=True)]
 
 
-def _begin(shapes: list[Moving], start: Stretches, known: _Known, smallest: int) -> None:
+def _begin(shapes: list[Moving], start: Stretches, known: Known) -> None:
     """Look at the most promising samples of groups that seem nearest, until something is known of as many as asked."""
     least = np.full(len(known.found), np.inf)
     np.minimum.at(least, start.group, start.least)
     order = known.free[np.argsort(least[known.free], kind="stable")]
     order = order[np.isfinite(least[order])]
-    while len(order) and sum(m is not None for m in known.found) < smallest:
+    while len(order) and known.seen < known.smallest:
         chosen = np.zeros(len(least), bool)
-        chosen[order[: 2 * smallest]] = True
+        chosen[order[: 2 * known.smallest]] = True
         some = start.of(chosen[start.group])
         _look(shapes, some, known, 1)
-        order = order[2 * smallest :]
+        order = order[2 * known.smallest :]
 
 
-def _look(shapes: list[Moving], now: Stretches, known: _Known, each: int = PROMISING) -> None:
+def _look(shapes: list[Moving], now: Stretches, known: Known, each: int = PROMISING) -> None:
     """Look exactly at the samples in the middle of the most promising stretches of each group."""
     gap, middle = now.least + now.moved, now.middle
     order = np.lexsort((gap, now.group))
@@ -111,9 +132,15 @@ def _look(shapes: list[Moving], now: Stretches, known: _Known, each: int = PROMI
             known.add(g, seen(a, b, k))
 
 
-def _step(all_: Together, now: Stretches, known: _Known) -> None:
+def _step(all_: Together, now: Stretches, known: Known) -> None:
     """Look into steps from a sample to the next, those that seem nearest first."""
-    everything = steps_of(all_, now, len(all_.shapes[0].t))
+    n, bars = len(all_.shapes[0].t), known.bars()
+
+    def near(some: Stretches) -> Steps:
+        found = steps_of(all_, some, n)
+        return found.of(found.least < bars[found.group])
+
+    everything = in_pieces(now, near)
     groups = np.unique(everything.group)
     least = [float(everything.least[everything.group == g].min()) for g in groups]
     for g in groups[np.argsort(least, kind="stable")].tolist():

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from heavylift.nodes.limits.shapes import Solid
@@ -13,11 +14,13 @@ from .distance import bounds
 from .moving import Moving, lengths
 from .together import Together
 
-__all__ = ["SIZES", "Stretches", "bounded", "cut", "whole"]
+__all__ = ["SIZES", "Stretches", "bounded", "cut", "in_pieces", "whole"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 SIZES = (64, 16, 4, 1)  # samples in a stretch, from the first cut to the last
+PIECE = 1 << 14  # stretches that are looked at together
+Some = TypeVar("Some")
 
 
 @dataclass(frozen=True)
@@ -47,13 +50,17 @@ class Stretches:
 
 
 def whole(
-    shapes: list[Moving], pairs: Sequence[tuple[int, int]], common: Floats, groups: Sequence[int] | None = None
+    shapes: list[Moving],
+    pairs: Sequence[tuple[int, int]],
+    common: Floats,
+    groups: Sequence[int] | None = None,
+    between: tuple[int, int] | None = None,
 ) -> Stretches:
-    """All pairs over the whole run in its longest stretches, bounded by boxes along the world's axes; motion is taken
-    against a common motion (n, 3)."""
-    n, size = len(shapes[0].t), SIZES[0]
-    starts = np.arange(0, max(1, n - 1), size)
-    ends = np.minimum(starts + size, n - 1)
+    """All pairs over all samples, or those from one to another, in the longest stretches, bounded by boxes along the
+    world's axes; motion is taken against a common motion (n, 3)."""
+    size, (first, last) = SIZES[0], between or (0, len(shapes[0].t) - 1)
+    starts = np.arange(first, max(first + 1, last), size)
+    ends = np.minimum(starts + size, last)
     middles = (starts + ends) // 2
     known: dict[str, Floats] = {}  # of bodies that never turn, whose shapes move alike
     moved = np.array([_excursions(s, starts, ends, middles, common, known) for s in shapes])
@@ -70,6 +77,26 @@ def whole(
     least = np.sqrt(square) - way
     i, j = np.nonzero(there[a] & there[b])
     return Stretches(a[i], b[i], starts[j], ends[j], way[i, j], least[i, j], group[i])
+
+
+def in_pieces(now: Stretches, look: Callable[[Stretches], Some]) -> Some:
+    """What a look at all stretches gives, taken at so many at once that little memory is needed."""
+    found = [look(now.of(np.arange(i, min(i + PIECE, len(now.a))))) for i in range(0, max(1, len(now.a)), PIECE)]
+    return found[0] if len(found) == 1 else joined(found)
+
+
+def joined(parts: Sequence[Some]) -> Some:
+    """Arrays end to end, and tuples and classes of them."""
+    one, all_ = cast("Any", parts[0]), cast("Any", parts)
+    found: Any
+    if isinstance(one, np.ndarray):
+        found = np.concatenate(all_)
+    elif isinstance(one, tuple):
+        columns = [joined(x) for x in zip(*all_, strict=True)]
+        found = type(one)(*columns) if hasattr(one, "_fields") else tuple(columns)
+    else:
+        found = type(one)(*(joined([getattr(x, f.name) for x in all_]) for f in fields(one)))
+    return cast("Some", found)
 
 
 def _reach(s: Moving, k: Indices) -> Floats:
@@ -96,18 +123,19 @@ def _excursions(
     straight = s.shape.body if isinstance(s.shape, Solid) and len(s.turn) == 1 else ""
     if straight in known:
         return known[straight]
-    path, counts = s.centre - common, np.diff(starts, append=len(common))
-    moved = lengths(path - _repeated(path[middles], counts))
+    inside, counts = slice(starts[0], ends[-1] + 1), np.diff(starts, append=ends[-1] + 1)
+    path = s.centre - common
+    moved = lengths(path[inside] - _repeated(path[middles], counts))
     last = lengths(path[ends] - path[middles])  # the first of the next
     if len(s.turn) > 1:
-        moved += s.spun(s.turn, _repeated(s.turn[middles], counts))
+        moved += s.spun(s.turn[inside], _repeated(s.turn[middles], counts))
         last += s.spun(s.turn[ends], s.turn[middles])
     if len(s.stray):
         stray = np.zeros(len(path))
         stray[:-1] = s.stray
         np.maximum(stray[1:], s.stray, out=stray[1:])
-        moved += stray
-    found: Floats = np.maximum(np.maximum.reduceat(moved, starts), last)
+        moved += stray[inside]
+    found: Floats = np.maximum(np.maximum.reduceat(moved, starts - starts[0]), last)
     if straight:
         known[straight] = found
     return found

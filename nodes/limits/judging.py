@@ -6,14 +6,14 @@ against the breaking force over the product of partial factors; a path at rest h
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .findings import Finding
 from .limit import Limit, Use
-from .reading import Reading, axis_of, read
+from .reading import axis_of, read
 from .signals import Signals, signals_of
 from .telling import finding_of, sorted_findings
 
@@ -25,7 +25,7 @@ __all__ = ["judge", "judge_path", "judge_run", "limits_of", "uses_of", "uses_of_
 
 SAME = 1e-6  # of the worst value: what comes so close to it came to it first
 YIELDS = dict.fromkeys(("hook height", "rope length", "rails", "girder"), 0.05)  # [m] of servos, stretch and bounces
-ELSEWHERE = ("clearance", "wind")  # judged by who looks at shapes, or by nobody
+ELSEWHERE = ("clearance",)  # judged by who looks at shapes
 
 
 def limits_of(plan: Plan) -> tuple[Limit, ...]:
@@ -35,12 +35,12 @@ def limits_of(plan: Plan) -> tuple[Limit, ...]:
 
 def uses_on_path(plan: Plan, states: Sequence[StaticState]) -> list[Use]:
     """The worst of each limit on the equilibrium path."""
-    return uses_of(plan, signals_of(states))
+    return uses_of(plan, [signals_of(states)])
 
 
-def uses_of_run(plan: Plan, signals: Signals) -> list[Use]:
-    """The worst of each limit in a run."""
-    return uses_of(plan, signals)
+def uses_of_run(plan: Plan, *parts: Signals) -> list[Use]:
+    """The worst of each limit in a run, of one piece or in parts (see `uses_of`)."""
+    return uses_of(plan, parts)
 
 
 def judge_path(plan: Plan, states: Sequence[StaticState]) -> list[Finding]:
@@ -58,63 +58,97 @@ def judge(plan: Plan, uses: Sequence[Use], *, dynamic: bool) -> list[Finding]:
     return sorted_findings([told for use in uses if (told := finding_of(plan, use, dynamic=dynamic)) is not None])
 
 
-def uses_of(plan: Plan, signals: Signals) -> list[Use]:
-    """The worst of each limit; a limit that nothing could be read of has a Use without a value."""
+def uses_of(plan: Plan, parts: Iterable[Signals]) -> list[Use]:
+    """The worst of each limit; a limit that nothing could be read of has a Use without a value.
+
+    Parts follow one another in time, each begins with the last instant of the one before it.
+    """
     peaks = ("sling peak", "rope peak")
-    return [
-        _use(plan, limit, signals)
-        for limit in plan.limits
-        if limit.quantity not in ELSEWHERE and (signals.dynamic or limit.quantity not in peaks)
-    ]
+    found: list[_Worst] = []
+    for i, signals in enumerate(parts):
+        if i == 0:
+            left = ELSEWHERE if signals.dynamic else (*ELSEWHERE, *peaks)
+            found = [_Worst(limit, signals.dynamic) for limit in plan.limits if limit.quantity not in left]
+        for one in found:
+            one.see(plan, signals)
+    return [one.use() for one in found]
 
 
-def _use(plan: Plan, limit: Limit, signals: Signals) -> Use:
-    reading = read(plan, limit, signals)
-    if reading is None or not (len(reading.values) or reading.exact):
-        return Use(limit, None)
-    bounds = axis_of(plan, limit, signals) if limit.chart else None
-    if bounds is not None:
-        return _by_chart(limit, signals, reading, bounds)
-    k, value = _worst(limit, reading)
-    if k is None and reading.exact is None:
-        return Use(limit, None)
-    t = float(signals.t[k]) if k is not None else 0.0
-    if reading.exact and (k is None or _worse(limit, reading.exact[0], value)):
-        value, t, k = *reading.exact, None
-    use = limit.use(value) if limit.known else None
-    tolerance = YIELDS.get(limit.quantity, 0.0) if signals.dynamic or limit.quantity == "hook height" else 0.0
-    return Use(limit, value, t, signals.stage_at(t, k), use, _action(signals, k), tolerance=tolerance)
+class _Worst:
+    """The worst value of a limit, and where it is met first."""
 
+    def __init__(self, limit: Limit, dynamic: bool) -> None:
+        self._limit = limit
+        self._tolerance = YIELDS.get(limit.quantity, 0.0) if dynamic or limit.quantity == "hook height" else 0.0
+        self._exact: Use | None = None
+        self._most = -np.inf
+        self._first: list[tuple[float, Use]] = []  # how bad, rising: each may come near enough to the worst
 
-def _worst(limit: Limit, reading: Reading) -> tuple[int | None, float]:
-    """Where the worst value is met first, and that value."""
-    values = reading.values
-    finite = np.isfinite(values)
-    if not finite.any():
-        return None, 0.0
-    how = -values if limit.least else values
-    if limit.between is not None:
-        how = np.abs(2.0 * values - sum(limit.between))
-    most = float(how.max() if finite.all() else how[finite].max())
-    k = int(np.argmax(how >= most - SAME * abs(most)))  # nan is never as much
-    return k, float(values[k])
-
-
-def _worse(limit: Limit, a: float, b: float) -> bool:
-    return a < b if limit.least else a > b
-
-
-def _by_chart(limit: Limit, signals: Signals, reading: Reading, xs: np.ndarray) -> Use:
-    """The largest use along a chart."""
-    uses = np.array([limit.use(float(v), float(x)) for v, x in zip(reading.values, xs, strict=True)])
-    k = int(np.nanargmax(uses))
-    value, t, use, bound = float(reading.values[k]), float(signals.t[k]), float(uses[k]), limit.at(float(xs[k]))
-    if reading.exact:
-        x = float(np.interp(reading.exact[1], signals.t, xs))
-        if limit.use(reading.exact[0], x) > use:
+    def see(self, plan: Plan, signals: Signals) -> None:
+        """The next instants."""
+        limit = self._limit
+        reading = read(plan, limit, signals)
+        if reading is None:
+            return
+        xs = axis_of(plan, limit, signals) if limit.chart else None
+        if reading.exact and (self._exact is None or signals.t[0] <= reading.exact[1]):
             value, t = reading.exact
-            return Use(limit, value, t, signals.stage_at(t), limit.use(value, x), 0, limit.at(x))
-    return Use(limit, value, t, signals.stage_at(t, k), use, _action(signals, k), bound)
+            x = None if xs is None else float(np.interp(t, signals.t, xs))
+            self._exact = self._made(signals, value, t, None, x)
+        if xs is not None:
+            self._see_chart(signals, reading.values, xs)
+        else:
+            self._see_values(signals, reading.values)
+
+    def _see_chart(self, signals: Signals, values: np.ndarray, xs: np.ndarray) -> None:
+        uses = np.array([self._limit.use(float(v), float(x)) for v, x in zip(values, xs, strict=True)])
+        if np.isnan(uses).all():
+            return
+        k = int(np.nanargmax(uses))
+        if uses[k] > self._most:
+            self._most = float(uses[k])
+            self._first = [(self._most, self._made(signals, float(values[k]), float(signals.t[k]), k, float(xs[k])))]
+
+    def _see_values(self, signals: Signals, values: np.ndarray) -> None:
+        finite = np.isfinite(values)
+        if not finite.any():
+            return
+        how = self._how(values)
+        self._most = max(self._most, float(how.max() if finite.all() else how[finite].max()))
+        how = np.where(np.isnan(how), -np.inf, how)
+        highest = np.maximum.accumulate(np.append(self._first[-1][0] if self._first else -np.inf, how))
+        least = self._most - SAME * abs(self._most)
+        new = np.flatnonzero((how > highest[:-1]) & (how >= least)).tolist()
+        self._first = [x for x in self._first if x[0] >= least]
+        self._first += [(float(how[k]), self._made(signals, float(values[k]), float(signals.t[k]), k)) for k in new]
+
+    def _how(self, values: np.ndarray) -> np.ndarray:
+        if self._limit.between is not None:
+            return np.abs(2.0 * values - sum(self._limit.between))
+        return -values if self._limit.least else values
+
+    def _made(self, signals: Signals, value: float, t: float, k: int | None, x: float | None = None) -> Use:
+        """What is met at an instant, or between them (None), at x of the chart."""
+        limit = self._limit
+        if x is not None:
+            action = _action(signals, k)
+            return Use(limit, value, t, signals.stage_at(t, k), limit.use(value, x), action, limit.at(x))
+        use = limit.use(value) if limit.known else None
+        return Use(limit, value, t, signals.stage_at(t, k), use, _action(signals, k), tolerance=self._tolerance)
+
+    def use(self) -> Use:
+        """The worst of all that was seen."""
+        exact, found = self._exact, self._first[0][1] if self._first else None
+        if exact is None or found is None:
+            return exact or found or Use(self._limit, None)
+        return exact if self._exceeds(exact, found) else found
+
+    def _exceeds(self, a: Use, b: Use) -> bool:
+        assert a.value is not None
+        assert b.value is not None
+        if b.bound is not None:
+            return (a.use or 0.0) > (b.use or 0.0)
+        return a.value < b.value if self._limit.least else a.value > b.value
 
 
 def _action(signals: Signals, k: int | None) -> int:

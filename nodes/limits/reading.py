@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.kernel.describe import WORLD, Point
+from heavylift.kernel.forces.describe import Signal, Wind
 
 from .limit import Limit
 from .reeving import drum_end_factor, lead_factor
@@ -182,6 +183,35 @@ def _coordinate(axis: int) -> Callable[[Plan, Limit, Signals], Reading | None]:
     return reader
 
 
+# air
+
+
+def _wind(plan: Plan, limit: Limit, signals: Signals) -> Reading | None:
+    """Speed of the strongest wind that the scene tells [m/s]: at each instant, and at the bends of its histories as far
+    as a run went; of a path at rest, which knows no time, all that are before the end of the scene."""
+    winds = [f.signal for m in plan.mechanisms for f in m.system.forces if isinstance(f, Wind)]
+    if not winds and not limit.known:
+        return None
+    ran = signals.dynamic and len(signals.t) > 0
+    end = float(signals.t[-1]) if ran else np.inf if plan.end is None else plan.end
+    times = sorted({0.0, *(t for s in winds for t in s.times if t <= end)} | ({end} if np.isfinite(end) else set()))
+    exact = max(((_strongest(winds, np.array([t])).item(), t) for t in times), key=lambda x: (x[0], -x[1]))
+    return Reading(_strongest(winds, signals.t), exact)
+
+
+def _strongest(winds: list[Signal], t: Column) -> Column:
+    """(n,) the largest speed of any wind [m/s]; at a jump the larger side."""
+    speeds = [np.zeros(len(t))]
+    for s in winds:
+        if not s.times:
+            speeds.append(np.full(len(t), abs(s.value)))
+            continue
+        speeds.append(np.abs(np.interp(t, s.times, s.values)))
+        for at, value in zip(s.times, s.values, strict=True):
+            speeds.append(np.where(t == at, abs(value), 0.0))
+    return np.asarray(np.max(speeds, axis=0))
+
+
 READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
     "hook load": _load,
     "trolley load": _load,
@@ -202,6 +232,7 @@ READERS: dict[str, Callable[[Plan, Limit, Signals], Reading | None]] = {
     "rope length": _unwound,
     "rails": _coordinate(ALONG),
     "girder": _coordinate(ACROSS),
+    "wind": _wind,
 }
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["GROUND", "STOOLS", "Kind", "Relation", "Solid", "Strand", "relation", "solids", "strands", "untouched"]
 
-Kind = Literal["block", "portal", "trolley", "loader", "rope", "sling", "stools", "ground", "mechanism"]
+Kind = Literal["block", "portal", "trolley", "loader", "rope", "sling", "stools", "mechanism"]
 Relation = Literal["apart", "through", "joined"]
 
 WORLD, GROUND, STOOLS = "world", "ground", "stools"
@@ -27,7 +27,6 @@ LEG, GIRDER = 4.0, 8.0  # widths of a portal's legs and of its girder [m]
 DECK = 2.0  # from the exits of the ropes to the girder, which lies between their two levels [m]
 TROLLEY = 4.0  # height of a trolley [m]
 STOOL = 1.0  # edge of a stool [m]
-HALF_SPACE = 1e4  # edges of the box that the ground is [m]
 E_STEEL, FILL = 105e9, 0.586  # of a wire rope [Pa], and its metal over the circle around it: 44 mm 6x36, 890.6 mm2
 
 
@@ -65,9 +64,6 @@ def solids(plan: Plan) -> tuple[Solid, ...]:
         found += _loader(loader, plan)
     if plan.block:
         found += [_block(plan.block), *_stools(plan.block)]
-    if plan.cranes:
-        middle = (0.0, 0.0, -HALF_SPACE / 2)
-        found.append(Solid(GROUND, "", "ground", WORLD, middle, (HALF_SPACE, HALF_SPACE, HALF_SPACE)))
     return (*found, *(shape for mechanism in plan.mechanisms for shape in _contacts(mechanism)))
 
 
@@ -174,9 +170,9 @@ def relation(plan: Plan, a: Solid | Strand, b: Solid | Strand) -> Relation:
     owners = {*_owner(plan, one), *_owner(plan, two)}
     same_crane = len(owners) == 1 and "" not in owners
     match kinds:
-        case ("block", "stools") | ("ground", "portal" | "rope" | "stools" | "trolley"):
+        case ("block", "stools"):
             return "joined"
-        case ("block", "ground" | "sling") | ("ground", "loader" | "sling") | ("sling", "sling" | "stools"):
+        case ("block", "sling") | ("sling", "sling" | "stools"):
             joined = isinstance(one, Strand) and isinstance(two, Strand) and one.ends == two.ends
             return "joined" if joined else "through"
         case ("portal", "trolley") | ("portal" | "rope", "rope" | "trolley") if same_crane and kinds != (
@@ -218,7 +214,8 @@ def untouched(plan: Plan) -> tuple[str, ...]:
     found = []
     if plan.cranes:
         found.append("ropes beside the girder and the trolleys of their own crane, whose openings no scene gives")
-        found.append("how near block, loaders and slings come to the ground, as long as they do not touch it")
+    if plan.block:
+        found.append("the block beside its stools, and near the ground while it is lifted off or set down")
     if plan.rig.slings:
         found.append("slings while they are slack")
     shaped = {s.body for s in solids(plan)}
@@ -227,4 +224,10 @@ def untouched(plan: Plan) -> tuple[str, ...]:
         if bare:
             more = f" and {len(bare) - 3} more" if len(bare) > 3 else ""
             found.append(f"whether {', '.join(bare[:3])}{more} of {mechanism.name} meet anything: they have no shapes")
+        if mechanism.system.all_ropes:
+            found.append(f"whether ropes of {mechanism.name} meet anything")
+        if mechanism.system.reevings:
+            found.append("what ropes over sheaves carry between samples")
+        if plan.cranes:
+            found.append(f"whether {mechanism.name} meets cranes, block or loaders")
     return tuple(found)

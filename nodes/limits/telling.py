@@ -264,6 +264,11 @@ def _ends(what: str, axis: str) -> Callable[[Use, bool], str]:
     return sentence
 
 
+def _blown(use: Use, ran: bool) -> str:
+    verb = "was" if ran else "would be"
+    return f"the wind {verb} {shown(use.limit, use.value)}, lifting is allowed up to {shown(use.limit, _bound(use))}"
+
+
 WORDS: dict[str, Words] = {
     "hook load": Words("overload", _carries(lambda hook: f"the hook {hook}"), refused=True),
     "trolley load": Words("overload", _carries(_trolley), refused=True),
@@ -284,4 +289,5 @@ WORDS: dict[str, Words] = {
     "rope length": Words("drum", _long, refused=True),
     "rails": Words("end", _ends("rails", "x"), refused=True),
     "girder": Words("end", _ends("girder", "y"), refused=True),
+    "wind": Words("wind", _blown),
 }

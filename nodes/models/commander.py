@@ -15,7 +15,7 @@ from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, OutPort, ns
 from heavylift.nodes.scene import actions as scene
 from heavylift.nodes.scene.places import ASIDE, WHEN, located, numbered, place
-from heavylift.nodes.scene.plan import Plan
+from heavylift.nodes.scene.plan import Plan, driven
 
 from .checks import check
 from .conditions import Moment, crossings, holds, next_time, words
@@ -102,7 +102,7 @@ class Commander(Atomic):
             condition = action.when or scene.MovesDone()
             where = condition.where or action.where
             lacks = words(condition, self.picture, moment)
-        stuck = "".join(f"; {job.actor} stopped ({job.limit})" for job in self.jobs if job.limit)
+        stuck = "".join(f"; {driven(job.actor)} stopped ({job.limit})" for job in self.jobs if job.limit)
         since = seconds(self.since)
         return f"still waiting for {lacks} since {since}{stuck}, {where or 'end'}" if lacks else ""
 

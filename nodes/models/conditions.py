@@ -23,7 +23,7 @@ from heavylift.nodes.scene.actions import (
     Slings,
     Turn,
 )
-from heavylift.nodes.scene.plan import Plan
+from heavylift.nodes.scene.plan import Plan, driven
 
 from .picture import OFF, Picture
 from .refused import Refused
@@ -107,7 +107,7 @@ def _words(term: Condition, picture: Picture, moment: Moment) -> str:
             states = _list([f"{name} is {picture.ropes[name]}" for name in wrong])
             return f"{term.text or f'{term.each} of {len(term.names)} slings {term.state}'} ({states})"
         case MovesDone():
-            return f"{term.text or 'moves done'} ({_list([f'{v} of {a}' for v, a in _open(term, moment)])})"
+            return f"{term.text or 'moves done'} ({_list([f'{v} of {driven(a)}' for v, a in _open(term, moment)])})"
         case Lifted() | Landed():
             wanted = "lifted" if isinstance(term, Lifted) else "landed"
             return f"{term.text or f'{term.model} {wanted}'}"

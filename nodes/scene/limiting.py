@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from math import prod
 
+from heavylift.kernel.forces.describe import Wind
 from heavylift.nodes.limits.limit import Limit, Quantity
 from heavylift.nodes.limits.reeving import drum_ends, lead_factor
 from heavylift.nodes.limits.standards import (
@@ -35,21 +36,30 @@ ROLLING = 0.98  # efficiency of a sheave on rolling bearings
 def build_limits(yard: Yard, mechanism: plan.Mechanism | None) -> tuple[Limit, ...]:
     """All rows, crane by crane, then the rig's and the scene's."""
     rows = [row for crane in yard.cranes for row in _crane(yard, crane, yard.scene.cranes[crane.name])]
-    return (*rows, *_rig(yard), *_ropes(yard, mechanism), *_scene(yard))
+    return (*rows, *_rig(yard), *_ropes(yard, mechanism), *_scene(yard, mechanism))
 
 
-def _scene(yard: Yard) -> Iterator[Limit]:
+def _scene(yard: Yard, mechanism: plan.Mechanism | None) -> Iterator[Limit]:
     """What counts for everything that is lifted."""
-    if not yard.cranes:
-        return
     limits, written_ = yard.scene.limits, "limits" in yard.scene.model_fields_set
-    where = yard.source.where(("limits",)) if written_ else yard.cranes[0].where
-    by = "the scene" if "clearance" in limits.model_fields_set else "assumed"
-    yield Limit(
-        subject="all", quantity="clearance", unit="m", value=limits.clearance, least=True, source=by, where=where
-    )
-    by, note = ("the scene" if limits.wind else ""), "no wind is modelled"
-    yield Limit(subject="all", quantity="wind", unit="m/s", value=limits.wind, source=by, note=note, where=where)
+    where = yard.source.where(("limits",)) if written_ or not yard.cranes else yard.cranes[0].where
+    for key in () if yard.cranes else sorted(limits.model_fields_set - {"ropes", "wind"}):
+        yard.fault(
+            ("limits", written(key)), "nothing is judged by it, for the scene has no cranes: leave it out", on_key=True
+        )
+    if yard.cranes:
+        by = "the scene" if "clearance" in limits.model_fields_set else "assumed"
+        yield Limit(
+            subject="all", quantity="clearance", unit="m", value=limits.clearance, least=True, source=by, where=where
+        )
+    winds = tuple(f.name for f in mechanism.system.forces if isinstance(f, Wind)) if mechanism else ()
+    if yard.cranes or winds or limits.wind is not None:
+        by = "the scene" if limits.wind is not None else ""
+        note = "" if winds and by else "give it under 'limits: {wind: ...}'" if winds else "no wind is modelled"
+        yield Limit(
+            subject="all", quantity="wind", unit="m/s", value=limits.wind, elements=winds, source=by, note=note,
+            where=where,
+        )  # fmt: skip
 
 
 def _ropes(yard: Yard, mechanism: plan.Mechanism | None) -> Iterator[Limit]:

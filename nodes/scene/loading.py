@@ -88,8 +88,11 @@ class LoadedScene:
 
     @cached_property
     def uses(self) -> list[Use]:
-        """The worst of each limit on that path."""
-        return uses_on_path(self.plan, [*self.states, *goal_states(self.plan, self.statics)]) if self.states else []
+        """The worst of each limit on that path, of a lift also where its moves are to lead."""
+        if not self.plan.limits or (self.scene.block and not self.states):
+            return []
+        goals = goal_states(self.plan, self.statics) if self.scene.block else []
+        return uses_on_path(self.plan, [*self.statics.states, *goals])
 
     @cached_property
     def findings(self) -> list[Finding]:

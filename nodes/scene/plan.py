@@ -255,6 +255,15 @@ def drive_name(crane: str, axis: Literal["gantry", "upper", "lower"]) -> str:
     return f"{crane}.gantry.drive" if axis == "gantry" else f"{crane}.{axis}-slide.drive"
 
 
+def driven(actuator: str) -> str:
+    """What an actuator moves, in a planner's words: a crane, a trolley of it, else its own name."""
+    name = actuator.removesuffix(".drive")
+    crane, _, axis = name.rpartition(".")
+    if name == actuator or axis not in ("gantry", "upper-slide", "lower-slide"):
+        return actuator
+    return crane if axis == "gantry" else f"the {axis.removesuffix('-slide')} trolley of {crane}"
+
+
 def encode(plan: Plan) -> bytes:
     """The plan as canonical JSON."""
     return msgspec.json.encode(plan)

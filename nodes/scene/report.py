@@ -80,7 +80,7 @@ def report(
         rows = _rows(built, followed)
         lines += _page(followed, rows) + _limits(built, uses, findings)
     else:
-        lines += _ropes_at_rest(statics) + _told(findings)
+        lines += _ropes_at_rest(statics) + (_limits(built, uses, findings) if uses else _told(findings))
     lines += ["", pruning] if pruning else []
     return Report(built.name, *counts, mobility, tuple(rows), tuple(lines), tuple(uses), tuple(findings))
 
@@ -141,9 +141,10 @@ def _line(label: str, cells: list[str]) -> str:
 
 def _limits(built: plan.Plan, uses: Sequence[Use], findings: Sequence[Finding]) -> list[str]:
     """What is used of each limit, where it comes from, and what nobody judges."""
-    table = [HEAD, *rows_of(uses)]
-    widths = [max(len(cells[i]) for cells in table) for i in range(len(HEAD) - 1)]
-    lines = ["", "Limits on the path at rest:"]
+    read = rows_of(uses)
+    table = [HEAD, *read] if read else []
+    widths = [max(len(cells[i]) for cells in table) for i in range(len(HEAD) - 1)] if read else []
+    lines = ["", "Limits on the path at rest:"] if read else [""]
     for cells in table:
         lines.append(
             "  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(cells, widths, strict=False)) + f"  {cells[-1]}"
@@ -159,7 +160,8 @@ def _told(findings: Sequence[Finding]) -> list[str]:
 
 
 def _ropes_at_rest(statics: Followed) -> list[str]:
-    """What the first ropes of a mechanism carry at rest, at the end of each action."""
+    """What the first ropes of a mechanism carry at rest, over sheaves their most loaded part, at the end of each
+    action."""
     ends = [a for a, b in pairwise(statics.states) if a.action != b.action] + list(statics.states[-1:])
     ropes = list(ends[0].tensions)[:COLUMNS] if ends else []
     lines = ["", _line("rope tension at rest [kN]", ropes)] if ropes else []

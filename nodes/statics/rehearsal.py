@@ -13,6 +13,7 @@ from heavylift.kernel.analysis.path import EquilibriumPath, Rest
 from heavylift.kernel.describe import System
 from heavylift.kernel.errors import HeavyliftError, ModelError
 from heavylift.kernel.methods.at_rest import AtRest
+from heavylift.kernel.samples import shown
 from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.switching import StateEvent as Switched
 from heavylift.nodes.devs import Coupled, Out, Simulator, Tag, ns, succ
@@ -22,7 +23,7 @@ from heavylift.nodes.models.inputs import obey
 from heavylift.nodes.models.roster import TURN, first_lugs
 from heavylift.nodes.scene.plan import Plan
 
-from .state import Acted, Pose, StaticState
+from .state import REEVING, Acted, Pose, StaticState, reeved
 
 __all__ = ["Rehearsal"]
 
@@ -208,6 +209,8 @@ class Rehearsal:
         system = s.program.system
         tensions = dict(zip((r.name for r in system.ropes), map(float, row.tension), strict=True))
         tensions |= zip((r.name for r in system.rigid_ropes), map(float, row.pull), strict=True)
+        parts = [(reeved(part), float(row.shown[i])) for part, i in shown(s.program).get((REEVING, "N"), ())]
+        tensions |= {rope: max(x for other, x in parts if other == rope) for rope, _ in parts}
         supports = dict(zip((u.name for u in system.supports), map(float, row.normal), strict=True))
         poses = row.poses.reshape(-1, 12).tolist()
         block = {pad.support.name for pad in self.plan.block.pads} if self.plan.block else set()

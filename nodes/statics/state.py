@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-__all__ = ["Acted", "Pose", "StaticState"]
+__all__ = ["REEVING", "Acted", "Pose", "StaticState", "reeved"]
+
+REEVING = "reeving/tension"  # topic of the parts of ropes over sheaves, of which the most loaded stands for the rope
 
 Pose = tuple[tuple[float, float, float], tuple[tuple[float, float, float], ...]]  # p_WB [m], R_WB (3, 3)
 
@@ -18,7 +20,7 @@ class StaticState:
     action: int  # number of the action that led here, from 1; 0: the start
     stage: str
     event: str  # what happens here ("taut loader-1.sling-1", "lifted"), or nothing
-    tensions: Mapping[str, float]  # rope, hook rope or sling -> tension [N]
+    tensions: Mapping[str, float]  # rope, hook rope or sling -> tension, of its most loaded part [N]
     supports: Mapping[str, float]  # support -> normal force [N]
     poses: Mapping[str, Pose]  # body -> its frame in the world
     coordinates: Mapping[str, float]  # joint -> its first coordinate [m or rad]
@@ -35,3 +37,8 @@ class Acted:
 
     before: StaticState
     taut: tuple[str, ...]
+
+
+def reeved(part: str) -> str:
+    """The rope over sheaves that a part is of."""
+    return part.rpartition(".")[0]

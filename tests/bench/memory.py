@@ -2,9 +2,11 @@
 
     python tests/bench/memory.py [--json] [--short]
 
-The silent scene is the bundled pendulum, which swings and says nothing.  Memory is the largest resident set that any
-process of a run ever had, which is the coordinator's, or in process the only one.  What a kill takes away is the wall
-time between `kill -9` and the moment at which the run had reached the last row that can be recovered.
+Silent scenes are the bundled pendulum, which swings and says nothing, and the bundled lift with all its columns, limits
+and clearances: at rest, since nobody gives an order, or swinging once it is up.  Memory is the largest resident set
+that any process of a run ever had, its verdict included: the coordinator's, or in process the only one.  What a kill
+takes away is the wall time between `kill -9` and the moment at which the run had reached the last row that can be
+recovered.
 """
 
 import json
@@ -21,17 +23,27 @@ from heavylift.coordinator import run_models
 from heavylift.coordinator.run import conversation, run
 from heavylift.coordinator.run.watch import Watch
 from heavylift.nodes.devs import ns
-from heavylift.nodes.scene import load
+from heavylift.nodes.scene import bundled, parse
 from heavylift.recordings import recover
 
 SHORT = "--short" in sys.argv
-SILENT = [(36_000, 2), (600, 200)]  # [s] and [Hz]
+SWINGS, RESTS, LIFTED = "pendulum", "lift at rest", "lift"
+SILENT = [(SWINGS, 36_000, 2), (SWINGS, 600, 200), (RESTS, 36_000, 2), (RESTS, 600, 200), (LIFTED, 600, 200)]  # s, Hz
+SHORTLY = [(SWINGS, 36_000, 2), (RESTS, 60, 200), (LIFTED, 60, 20)]
+KILLED = [(SWINGS, 36_000, 2), (SWINGS, 600, 200), (RESTS, 600, 200)]
 SPANS = (100, 300) if SHORT else (100, 300, 1000, 2000)  # [s] of the queue
 ENDLESS_s = 4.0 if SHORT else 20.0  # wall time of a run without an end
 KILLS = 1 if SHORT else 3
 RSS_MB, LOST_s, GROWTH = 250.0, 1.0, 1.1  # targets
 QUEUE = f"{Path(__file__).with_name('queues.py')}:build"
 CHILD = "--child"
+
+
+def scene(name, end, hz):
+    text = bundled()[name.split()[0]].read_text()
+    if name == RESTS:
+        text = f"{text[: text.index('actions:')]}actions:\n  - wait: {end} s\n"
+    return parse(text.replace("wait: 60 s", f"wait: {end} s"), overrides=[f"end={end} s", f"samples={hz} Hz"])
 
 
 class Told(Watch):
@@ -42,13 +54,12 @@ class Told(Watch):
 
 
 def child(what, folder, where, *of):
-    """One run in this process: `silent` END HZ, `told` END HZ, or the `queue` without an end."""
+    """One run in this process: `silent` or `told` SCENE END HZ, or the `queue` without an end."""
     inside = where == "in-process"
     if what == "queue":
         run_models(QUEUE, output=Path(folder) / "run.mcap", in_process=inside)
         return
-    scene = load("pendulum", [f"end={of[0]} s", f"samples={of[1]} Hz"])
-    run(scene, Path(folder) / "run.mcap", in_process=inside, watch=Told() if what == "told" else None)
+    run(scene(*of), Path(folder) / "run.mcap", in_process=inside, watch=Told() if what == "told" else None)
 
 
 def start(what, folder, where, *of):
@@ -78,10 +89,10 @@ def memory(pid, field):
     return next((int(line.split()[1]) / 1024 for line in lines if line.startswith(field)), 0.0)
 
 
-def largest(where, end, hz):
+def largest(where, *of):
     """Largest resident set of any process of a silent run [MB]."""
     with tempfile.TemporaryDirectory() as folder:
-        process, most = start("silent", folder, where, end, hz), 0.0
+        process, most = start("silent", folder, where, *of), 0.0
         while True:
             pid, status, usage = os.wait4(process.pid, os.WNOHANG)
             if pid:
@@ -91,10 +102,10 @@ def largest(where, end, hz):
             time.sleep(0.05)
 
 
-def lost(where, end, hz, after):
+def lost(where, name, end, hz, after):
     """Wall seconds of a silent run that a kill takes away, so many seconds after the first samples."""
     with tempfile.TemporaryDirectory() as folder:
-        process, reached = start("told", folder, where, end, hz), []
+        process, reached = start("told", folder, where, name, end, hz), []
         while not reached or reached[-1][0] - reached[0][0] < after:
             if t_ns := int(process.stdout.readline()):
                 reached.append((time.monotonic(), t_ns))
@@ -150,11 +161,13 @@ def measured():
         yield f"bytes of GRANT per event, {span} s of a queue", value, "B", GROWTH * first
     for where in ("in-process", "processes"):
         yield f"growth of a queue without an end, {where}", grown(where), "MB", 5.0
-        for end, hz in SILENT:
-            if not SHORT or (where, hz) == ("in-process", 2):
-                yield f"largest process, {end} s at {hz} Hz, {where}", largest(where, end, hz), "MB", RSS_MB
-            worst = max(lost(where, 100 * end, hz, 1.1 + 0.37 * k) for k in range(KILLS))
-            yield f"lost by kill -9, {hz} Hz, {where}", worst, "s", LOST_s
+        for name, end, hz in SHORTLY if SHORT else SILENT:
+            if not SHORT or where == "in-process":
+                title = f"largest process, {name}, {end} s at {hz} Hz, {where}"
+                yield title, largest(where, name, end, hz), "MB", RSS_MB
+        for name, end, hz in KILLED:
+            worst = max(lost(where, name, 100 * end, hz, 1.1 + 0.37 * k) for k in range(KILLS))
+            yield f"lost by kill -9, {name}, {hz} Hz, {where}", worst, "s", LOST_s
 
 
 def main():
@@ -162,7 +175,7 @@ def main():
         row = {"name": title, "value": round(value, 3), "unit": unit, "peer": None, "peer_value": None, "ratio": None}
         row |= {"target": target, "met": target is None or value <= target}
         wanted = f"   target {target:.4g} {unit}" if target else ""
-        print(json.dumps(row) if "--json" in sys.argv else f"{title:<56} {value:8.2f} {unit}{wanted}", flush=True)
+        print(json.dumps(row) if "--json" in sys.argv else f"{title:<64} {value:8.2f} {unit}{wanted}", flush=True)
 
 
 if __name__ == "__main__":

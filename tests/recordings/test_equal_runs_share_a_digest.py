@@ -10,8 +10,7 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-from heavylift.recordings import Digest, Recorder, Recording
-from heavylift.recordings import digest as digest_module
+from heavylift.recordings import Digest, Recorder, Recording, spool
 from numpy.typing import NDArray
 
 EVENTS: list[tuple[Any, ...]] = [
@@ -96,9 +95,9 @@ def test_what_waits_in_a_file_is_the_same(monkeypatch: pytest.MonkeyPatch) -> No
     rows = [(n, n, bytes(8)) for n in range(1000)]
     late = [*events[100:], *events[:100]], [*rows[1:], rows[0]]
     expected = digest(events, rows)
-    monkeypatch.setattr(digest_module, "IN_MEMORY", 1000)
+    monkeypatch.setattr(spool, "IN_MEMORY", 1000)
     out = Digest()
     for event in events:
         out.event(*event)
-    assert out._events._file._rolled  # type: ignore[attr-defined]
+    assert out._events._file._file._rolled  # type: ignore[attr-defined]
     assert (digest(events, rows), digest(*late)) == (expected, expected)

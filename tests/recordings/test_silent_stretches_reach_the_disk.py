@@ -10,8 +10,9 @@ from heavylift.coordinator.participants.kernel_node import BATCH
 from heavylift.coordinator.protocol.core import Coordinator
 from heavylift.coordinator.run import run
 from heavylift.kernel.errors import RecordingError
-from heavylift.nodes.scene import load
-from heavylift.recordings import Recorder, recover
+from heavylift.kernel.simulation import ROWS as REST
+from heavylift.nodes.scene import bundled, load, parse
+from heavylift.recordings import Recorder, Recording, recover
 from heavylift.recordings.mcapfile import McapFile
 from heavylift.recordings.writer import Waiting
 
@@ -44,6 +45,27 @@ def test_rows_do_not_wait_for_the_next_event(in_process: bool, tmp_path: Path, m
     if in_process:
         run(load("pendulum", SWING), tmp_path / "swing.mcap", in_process=True)
         assert max(rows) > ROWS - BATCH
+
+
+def test_rows_of_a_rest_neither_wait_nor_travel_one_by_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A lift to which nobody gives an order: its last 2000 rows are made when the run ends."""
+    text = bundled()["lift"].read_text()
+    lift = parse(
+        f"{text[: text.index('actions:')]}actions:\n  - wait: 12 s\n", overrides=["end=12 s", "samples=200 Hz"]
+    )
+    rows, sizes, sampled = waiting(monkeypatch), [0], Recorder.samples
+
+    def counted(recorder: Recorder, payload: bytes) -> None:
+        sizes.append(len(payload))
+        sampled(recorder, payload)
+
+    monkeypatch.setattr(Recorder, "samples", counted)
+    run(lift, tmp_path / "rest.mcap", in_process=True)
+    found = Recording(tmp_path / "rest.mcap").signal("rope/tension")
+    assert len(found.t) == 2 + 200 * 12
+    assert (found.values[200:] == found.values[200]).all()
+    assert max(rows) <= 2 * REST
+    assert sum(sizes) < 8 * 2 * BATCH * len(found.t), "a tenth of what each by itself would take"
 
 
 def test_what_is_written_is_on_disk_before_the_next_is_said(tmp_path: Path) -> None:

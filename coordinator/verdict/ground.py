@@ -1,0 +1,219 @@
+"""How near things come to the ground, which is the plane z = 0: their lowest points, with a bound between samples.
+
+A block that stands, is lifted off or is set down comes near the ground on purpose: until it is carried aside of where
+it stands, and while it is ordered to land, it must only not go into the ground.  A hook that carries nothing may come
+as low as it likes above it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from heavylift.nodes.limits.shapes import Kind, Solid, Strand
+from heavylift.nodes.scene.plan import Plan
+from numpy.typing import NDArray
+
+from .history import History
+from .moving import Moving, chords, moving
+
+__all__ = ["TOUCH", "Ground", "Low"]
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Spans = Sequence[tuple[float, float]]
+ABOVE: tuple[Kind, ...] = ("block", "loader", "sling", "trolley")
+PARTS = ("girder", "cross beam")  # of a portal, which stands on the ground with the others
+TOUCH = 0.01  # depth of a penetration that is only numbers, such as of a pad that yields [m]
+CONTACT = 1e-3  # between a pad and its stool that is none [m]
+ASIDE = 1.0  # from where a block stands: as far as it and its trolleys go, it is lifted off or set down [m]
+
+
+@dataclass(frozen=True)
+class Low:
+    """The lowest point of a thing: its distance from the ground [m], when [s], its place (3,); the limit to keep [m],
+    0 where it must only not go into the ground."""
+
+    shape: Moving
+    distance: float
+    t: float
+    p: Floats
+    limit: float
+
+
+@dataclass(frozen=True)
+class _Gap:
+    """Of one shape: the gap at each sample (n,) and the least one from each sample to the next (n - 1,) [m]."""
+
+    shape: Moving
+    at: Floats
+    after: Floats
+
+    @property
+    def about(self) -> Floats:
+        """(n,) the least gap about each sample."""
+        found = self.at.copy()
+        np.minimum(found[1:], self.after, out=found[1:])
+        np.minimum(found[:-1], self.after, out=found[:-1])
+        return found
+
+
+class Ground:
+    """The nearest of each thing: first all parts of a run are surveyed, then each is looked at."""
+
+    def __init__(self, plan: Plan, limit: float) -> None:
+        self._plan, self._limit = plan, limit
+        self._columns: list[tuple[NDArray[Any], ...]] = []  # t, near, stands, block, trolleys
+        self._meant = np.zeros(0, bool)
+        self._at = 0  # of all samples, that from which the next part is looked at
+        self._least: dict[tuple[str, bool], float] = {}
+
+    def survey(self, part: History, between: tuple[int, int]) -> None:
+        """When the block of a part is near the ground, or stands, and where."""
+        plan, pose = self._plan, part.poses.get(self._plan.block.name) if self._plan.block else None
+        if plan.block is None or pose is None or not plan.cranes:
+            return
+        first, last = between
+        inside = slice(first, last if last < len(part.t) - 1 else last + 1)
+        block = next(s for s in moving(plan, part) if s.shape.kind == "block")
+        near, (stands, _) = _gap(block).about < self._limit, _stands(plan, part)
+        columns = part.t, near, stands, pose[:, :2], _trolleys(plan, part)
+        self._columns.append(tuple(x[inside].copy() for x in columns))
+
+    def settle(self, landing: Spans) -> None:
+        """All parts were surveyed; `landing`: from when to when [s] orders to land are carried out."""
+        if self._columns:
+            columns = [np.concatenate(x) for x in zip(*self._columns, strict=True)]
+            self._meant = _meant(landing, *columns)
+            self._columns = []
+
+    def look(self, shapes: Sequence[Moving], part: History, between: tuple[int, int]) -> Iterator[tuple[Low, bool]]:
+        """What is nearer than before, from the first to the last sample; and whether it went into the ground."""
+        plan, n, (first, last) = self._plan, len(part.t), between
+        if not plan.cranes:
+            return
+        inside = (np.arange(n) >= first) & (np.arange(n) <= last)
+        meant = np.zeros(n, bool)
+        if len(self._meant):
+            meant[first : last + 1] = self._meant[self._at : self._at + last + 1 - first]
+        self._at += last - first
+        things: dict[str, list[_Gap]] = {}
+        for s in shapes:
+            if s.shape.kind in ABOVE or (isinstance(s.shape, Solid) and s.shape.part in PARTS):
+                things.setdefault(s.shape.thing, []).append(_gap(s))
+        _, sinks = _stands(plan, part)
+        for thing, gaps in things.items():
+            kind = gaps[0].shape.shape.kind
+            free = inside
+            if kind in ("block", "sling"):
+                free = inside & ~meant
+            elif kind == "loader":
+                free = inside & _loaded(plan, part, thing)
+            below = _least(gaps, inside, 0.0, sinks if kind == "block" else None)
+            for through, x in ((True, below), (False, _least(gaps, free, self._limit))):
+                if x is None or (through and x.distance >= -TOUCH):
+                    continue
+                if x.distance < self._least.get((thing, through), np.inf):
+                    self._least[thing, through] = x.distance
+                    yield x, through
+
+
+def _gap(s: Moving) -> _Gap:
+    """Of a shape that goes straight from sample to sample, but for what it strays and, as it turns, w^2 r / 8."""
+    k = np.arange(len(s.t) if len(s.turn) > 1 else 1)
+    if isinstance(s.shape, Strand):
+        at = s.centre[:, 2] - np.abs(s.turn[:, 2]) / 2 - s.radius
+    else:
+        R, half = s.axes(k)
+        at = s.centre[:, 2] - (np.abs(R[:, 2, :]) * half).sum(axis=1) - s.radius
+    after = np.minimum(at[1:], at[:-1]) - s.stray
+    if len(s.turn) > 1 and isinstance(s.shape, Solid):
+        angle = 2.0 * np.arcsin(np.minimum(1.0, chords(s.turn[1:], s.turn[:-1]) / 2))
+        after -= angle * angle * s.reach / 8.0
+    return _Gap(s, at, after)
+
+
+def _least(gaps: Sequence[_Gap], free: Flags, limit: float, sinks: Floats | None = None) -> Low | None:
+    """The least of a thing's shapes at and between samples that are free; `sinks` (n,): by how much its pads yield."""
+    best: Low | None = None
+    for gap in gaps:
+        there = free if gap.shape.there is None else free & gap.shape.there
+        at = np.where(there, gap.at if sinks is None else gap.at + sinks, np.inf)
+        after = np.where(there[1:] & there[:-1], gap.after if sinks is None else gap.after + sinks[1:], np.inf)
+        k, j = int(np.argmin(at)), int(np.argmin(after)) if len(after) else 0
+        value = min(float(at[k]), float(after[j]) if len(after) else np.inf)
+        if np.isfinite(value) and (best is None or value < best.distance):
+            if at[k] > value:
+                k = j if gap.at[j] <= gap.at[j + 1] else j + 1
+            best = Low(gap.shape, value, float(gap.shape.t[k]), _lowest(gap.shape, k), limit)
+    return best
+
+
+def _lowest(s: Moving, k: int) -> Floats:
+    """(3,) the middle of what of a shape is lowest at a sample."""
+    R, half = (x[0] for x in s.axes(np.array([k])))
+    down = np.where(np.abs(R[2]) > 1e-6, -np.sign(R[2]), 0.0)
+    point: Floats = s.centre[k] + R @ (down * half)
+    point[2] -= s.radius
+    return point
+
+
+def _stands(plan: Plan, history: History) -> tuple[Flags, Floats]:
+    """(n,) when the block stands on a pad, and by how much its pads yield at most [m]."""
+    n = len(history.t)
+    depth = np.zeros(n)
+    pose = history.poses.get(plan.block.name) if plan.block else None
+    if plan.block is None or pose is None:
+        return np.zeros(n, bool), depth
+    x, y, z, w = pose[:, 3:].T
+    row = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)  # the third of R
+    deepest = np.full(n, -np.inf)
+    for pad in plan.block.pads:
+        height = pose[:, 2] + sum(p * r for p, r in zip(pad.support.point.p, row, strict=True))
+        np.maximum(deepest, pad.support.height - height, out=deepest)
+    return deepest >= -CONTACT, np.maximum(depth, deepest)
+
+
+def _meant(landing: Spans, t: Floats, near: Flags, stands: Flags, block: Floats, trolleys: Floats) -> Flags:
+    """(n,) when the block is near the ground on purpose: it stands, or near the ground it is about to, or just did."""
+    anchors = stands.copy()
+    for first, last in landing:
+        anchors |= near & (t >= first) & (t <= last)
+    found = anchors.copy()
+    if not found.any():
+        return found
+    for first, last in _runs(near | stands):
+        at = np.flatnonzero(anchors[first:last]) + first
+        if len(at):
+            k = np.arange(first, last)
+            i = np.searchsorted(at, k)
+            for other in (at[np.minimum(i, len(at) - 1)], at[np.maximum(i - 1, 0)]):
+                carried = [np.hypot(*(x[k] - x[other]).T) > ASIDE for x in (block, trolleys)]
+                found[k] |= ~(carried[0] & carried[1])
+    return found
+
+
+def _trolleys(plan: Plan, history: History) -> Floats:
+    """(n, 2) the middle of the trolleys, which does not swing."""
+    names = sorted({line.a.body for rope in plan.rig.hook_ropes for line in rope.lines} & set(history.poses))
+    found = np.zeros((len(history.t), 2))
+    for name in names:
+        found += history.poses[name][:, :2] / len(names)
+    return found
+
+
+def _runs(flags: Flags) -> Iterator[tuple[int, int]]:
+    """From where to where (exclusive) flags are set without a gap."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
+    yield from zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+
+
+def _loaded(plan: Plan, history: History, loader: str) -> Flags:
+    """(n,) when a sling of a loader is taut."""
+    found = np.zeros(len(history.t), bool)
+    for sling in plan.rig.slings:
+        if sling.loader == loader and sling.name in history.tensions:
+            found |= history.tensions[sling.name] > 0.0
+    return found
