@@ -122,17 +122,25 @@ class Ground:
 
 def _gap(s: Moving) -> _Gap:
     """Of a shape that goes straight from sample to sample, but for what it strays and, as it turns, w^2 r / 8."""
-    k = np.arange(len(s.t) if len(s.turn) > 1 else 1)
+    at = s.centre[:, 2] - s.radius
     if isinstance(s.shape, Strand):
-        at = s.centre[:, 2] - np.abs(s.turn[:, 2]) / 2 - s.radius
+        at -= np.abs(s.turn[:, 2]) / 2
     else:
-        R, half = s.axes(k)
-        at = s.centre[:, 2] - (np.abs(R[:, 2, :]) * half).sum(axis=1) - s.radius
+        up = _up(s.turn)
+        for half, own in zip(s.half.tolist(), zip(*s.shape.R, strict=True), strict=True):
+            along = sum((x * r for x, r in zip(own, up, strict=True) if x), np.zeros(1))
+            at -= half * np.abs(along)
     after = np.minimum(at[1:], at[:-1]) - s.stray
     if len(s.turn) > 1 and isinstance(s.shape, Solid):
         angle = 2.0 * np.arcsin(np.minimum(1.0, chords(s.turn[1:], s.turn[:-1]) / 2))
         after -= angle * angle * s.reach / 8.0
     return _Gap(s, at, after)
+
+
+def _up(turn: Floats) -> tuple[Floats, Floats, Floats]:
+    """The third row of the rotations of quaternions (n, 4)."""
+    x, y, z, w = turn.T
+    return 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
 
 
 def _least(gaps: Sequence[_Gap], free: Flags, limit: float, sinks: Floats | None = None) -> Low | None:
@@ -167,8 +175,7 @@ def _stands(plan: Plan, history: History) -> tuple[Flags, Floats]:
     pose = history.poses.get(plan.block.name) if plan.block else None
     if plan.block is None or pose is None:
         return np.zeros(n, bool), depth
-    x, y, z, w = pose[:, 3:].T
-    row = 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)  # the third of R
+    row = _up(pose[:, 3:])
     deepest = np.full(n, -np.inf)
     for pad in plan.block.pads:
         height = pose[:, 2] + sum(p * r for p, r in zip(pad.support.point.p, row, strict=True))

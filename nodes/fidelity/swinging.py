@@ -21,6 +21,7 @@ from heavylift.kernel.elementary import cos, sin
 __all__ = ["Swing", "away", "envelope", "excursion", "farthest"]
 
 KNOWN = 0.05  # relative uncertainty of a frequency from lengths alone
+STILL = 1e-6  # excursion of nothing that moves [m]
 PLACES = 15  # at which it is tried
 Omegas = tuple[float, float]  # lowest and highest that it may be [rad/s]
 
@@ -37,9 +38,10 @@ class Swing:
 
 
 def excursion(swings: Iterable[Swing], omegas: Omegas) -> float:
-    """How far the load swings out at least [m]; of no move, as far as a step of a ramp of 1 cm/s2 would."""
+    """How far the load swings out at least [m]; where nothing moves, as far as a step of a ramp of 1 cm/s2 would."""
     sizes = [min(max(_ramp(s, w), _left(s, w)) for w in _frequencies(omegas)) for s in swings]
-    return max(sizes, default=0.01 / (omegas[1] * omegas[1]))
+    found = max(sizes, default=0.0)
+    return found if found > STILL else 0.01 / (omegas[1] * omegas[1])
 
 
 def farthest(swings: Iterable[Swing], omegas: Omegas) -> float:

@@ -7,7 +7,7 @@ from itertools import pairwise
 from heavylift.nodes.limits.findings import Finding
 from heavylift.nodes.models.conditions import terms
 from heavylift.nodes.scene import plan
-from heavylift.nodes.scene.actions import Move, Turn
+from heavylift.nodes.scene.actions import Move, Slings, Turn
 
 from .follow import Followed
 
@@ -42,13 +42,15 @@ def _falls(built: plan.Plan, path: Followed) -> list[Finding]:
 
 
 def _at_once(built: plan.Plan, path: Followed) -> list[Finding]:
-    """Stages whose moves end where they begin, since what they wait for holds already."""
+    """Stages whose moves end where they begin, since what they wait for holds already; slings without slack may be
+    taut at the start."""
     found = []
     times = [x.before.t for x in path.acted] + ([path.states[-1].t] if path.known and path.states else [])
     for number, (begin, end) in enumerate(pairwise(times), 1):
         action = built.actions[number - 1]
         waits = [o.until for o in action.orders if isinstance(o, Move | Turn) and o.until is not None]
-        if waits and end == begin and len(waits) == len(action.orders):
+        tight = all(isinstance(term, Slings) and term.state == "taut" for until in waits for term in terms(until))
+        if waits and end == begin and len(waits) == len(action.orders) and not (tight and begin == 0.0):
             words = " and ".join(dict.fromkeys(term.text for until in waits for term in terms(until)))
             sentence = f"the stage '{action.stage or number}' ends at once: '{words}' holds already as it begins"
             found.append(_finding(built, number, "red", "stage", action.stage or f"action {number}", sentence, begin))
@@ -59,7 +61,8 @@ def _cut(built: plan.Plan, path: Followed) -> list[Finding]:
     if not path.cut or not path.states:
         return []
     last = path.states[-1]
-    sentence = f"the scene ends at {built.end:g} s before its action list is done: {path.cut}"
+    ends = "the action list never comes to its end" if built.end is None else f"the scene ends at {built.end:g} s"
+    sentence = f"{ends}: {path.cut}" if built.end is None else f"{ends} before its action list is done: {path.cut}"
     return [_finding(built, last.action, "red", "cut", "end", sentence, built.end)]
 
 

@@ -87,6 +87,7 @@ class Rehearsal:
         try:
             happened = self.path.start()
             self._collect()
+            happened += self._tight()
             self.simulator.start()
             first = self.models.commander.actions
             self.acted += [self._begun()] * first.index
@@ -115,6 +116,12 @@ class Rehearsal:
             self.cut, self.why = (waits, "") if self.ended else ("", waits)
 
     # ---- models and path ----------------------------------------------------------------------------------
+
+    def _tight(self) -> list[Switched]:
+        """Slings that begin taut, which the models take for slack."""
+        carried = self.states[-1].tensions
+        slings = [s.name for s in self.plan.rig.slings if s.lug and carried[s.name] > 0.0]
+        return [Switched(name, "taut", carried[name]) for name in slings]
 
     def _transit(self, tag: Tag) -> list[Switched]:
         """Let the models speak at a tag; what that changes at rest."""
