@@ -1,13 +1,15 @@
 """Sees an `output` that changes the state of its model: lambda is a function of the state, called whenever asked for.
 
-Looked at are the first outputs, the first of every class, and then all at the times that SPARSE divides, wherever the
-model runs.  Attributes are compared by identity, and by their bytes where they can change in place; what has no bytes,
-such as a generator, by identity alone.  The larger the states, the more of these looks are left out.
+Looked at are the first outputs, the first of every class, and then all of one tag in about EVERY, at distances that no
+cycle of speakers can meet always or never, the same in every run.  Attributes are compared by identity, and by their
+bytes where they can change in place; what has no bytes, such as a generator, by identity alone.  The larger the states,
+the more of these looks are left out.
 """
 
 import io
 import pickle
 from operator import is_
+from random import Random
 from typing import Any
 
 from heavylift.kernel.errors import ModelError
@@ -21,43 +23,45 @@ from .tags import Instant
 __all__ = ["Witness", "image"]
 
 FIRST = 256  # outputs that are all looked at, fewer of large states
-SPARSE = 251  # [ns], prime, so that few periods meet it always or never
+EVERY = 251  # tags of which one is looked at, on average; at most twice as many pass by
 BYTES = 4096  # of state for which one look is left out
 _FIXED = (bool, int, float, str, bytes, type(None), Message, Port, Model)
 _still: dict[type, bool] = {}  # whether values of a class cannot change in place
 
 
-_State = tuple[Atomic, dict[str, Any], dict[str, bytes]]  # its attributes; the bytes of those that can change in place
+State = tuple[Atomic, dict[str, Any], dict[str, bytes]]  # its attributes; the bytes of those that can change in place
 
 
 class Witness:
-    """Compares the states of atomics `before` and `after` they speak."""
+    """Compares the states of atomics `before` and `after` a tag, once `left` is negative or if one of them is `new`."""
 
-    def __init__(self, atomics: list[Atomic]) -> None:
-        self._atomics, self._first, self._skip = atomics, FIRST, 0
-        self._new = {type(m) for m in atomics if type(m).output is not Atomic.output}
-        self._seen: list[_State] = []
-        self._t = -1  # [ns] of the last look
+    def __init__(self) -> None:
+        self.left = 0  # tags that are passed by
+        self.new: set[int] = set()  # atomics of classes that have not spoken
+        self._first, self._met, self._random = FIRST, set[type](), Random(EVERY)
 
-    def before(self, t: int, imminent: list[int]) -> None:
-        """Take note of those who are about to speak at `t` [ns]."""
-        self._seen = []
+    def meet(self, atomics: list[Atomic]) -> None:
+        """Take note of who is there."""
+        self._atomics = atomics
+        unknown = {cls for cls in {*map(type, atomics)} - self._met if cls.output is not Atomic.output}
+        self.new = {m._index for m in atomics if type(m) in unknown} if unknown else set()
+
+    def before(self, imminent: list[int]) -> list[State]:
+        """The states of those who are about to speak and are looked at."""
+        if self.left >= 0:
+            imminent = sorted(self.new.intersection(imminent))
+        elif self._first > 0:
+            self._first, self.left = self._first - len(imminent), 0
+        else:
+            self.left = self._random.randrange(2 * EVERY - 1)
         some = [self._atomics[i] for i in imminent]
-        if self._first > 0:
-            some = some[: self._first]
-            self._first -= len(some)
-        elif self._new:
-            some = [m for m in some if type(m) in self._new]
-        elif self._skip or t == self._t:
-            self._skip = max(self._skip - 1, 0)
-            return
-        self._t, self._skip = t, 0
-        self._new.difference_update(map(type, some))
-        self._seen = [(m, vars(m).copy(), _changeable(vars(m))) for m in some]
+        if not self.new.isdisjoint(imminent):
+            self._met.update(map(type, some))
+            self.meet(self._atomics)
+        return [(m, vars(m).copy(), _changeable(vars(m))) for m in some]
 
-    def after(self, tag: Instant) -> int:
-        """ModelError names who has changed which attribute; else what divides the next time [ns] to look at."""
-        seen, self._seen = self._seen, []
+    def after(self, tag: Instant, seen: list[State]) -> None:
+        """ModelError names who has changed which attribute."""
         for m, was, kept in seen:
             now = vars(m)
             if len(now) == len(was) and all(map(is_, now.values(), was.values())):
@@ -67,13 +71,15 @@ class Witness:
                 changed = {key for key in changed if image(was.get(key, m)) != image(now.get(key, m))}
             if kept:
                 cost = sum(map(len, kept.values())) // BYTES
-                self._first, self._skip = self._first - cost, self._skip + cost
+                if self._first > 0:
+                    self._first -= cost
+                else:
+                    self.left += cost * EVERY
                 if (then := _changeable(now)) != kept:
                     changed |= {key for key in kept if kept[key] != then.get(key)}
             if changed:
                 told = f"output() must not change the state: it changed {min(changed)}, do that in a transition"
                 fail(m, tag, "output", ModelError(told))
-        return 1 if self._new or self._first > 0 else SPARSE
 
 
 def _changeable(state: dict[str, Any]) -> dict[str, bytes]:
