@@ -8,6 +8,8 @@ the more of these looks are left out.
 
 import io
 import pickle
+from collections.abc import Iterable
+from gc import get_referents
 from operator import is_
 from random import Random
 from typing import Any
@@ -25,11 +27,12 @@ __all__ = ["Witness", "image"]
 FIRST = 256  # outputs that are all looked at, fewer of large states
 EVERY = 251  # tags of which one is looked at, on average; at most twice as many pass by
 BYTES = 4096  # of state for which one look is left out
-_FIXED = (bool, int, float, str, bytes, type(None), Message, Port, Model)
+_FIXED = (bool, int, float, str, bytes, type, type(None), Message, Port, Model)
 _still: dict[type, bool] = {}  # whether values of a class cannot change in place
 
 
-State = tuple[Atomic, dict[str, Any], dict[str, bytes]]  # its attributes; the bytes of those that can change in place
+State = tuple[Atomic, list[Any] | None, dict[str, Any], dict[str, bytes]]
+"""What a model refers to if nothing of it can change in place; else its attributes, and the bytes of those that can."""
 
 
 class Witness:
@@ -48,25 +51,30 @@ class Witness:
 
     def before(self, imminent: list[int]) -> list[State]:
         """The states of those who are about to speak and are looked at."""
-        if self.left >= 0:
-            imminent = sorted(self.new.intersection(imminent))
-        elif self._first > 0:
-            self._first, self.left = self._first - len(imminent), 0
-        else:
-            self.left = self._random.randrange(2 * EVERY - 1)
-        some = [self._atomics[i] for i in imminent]
-        if not self.new.isdisjoint(imminent):
+        atomics, unmet = self._atomics, self.new.intersection(imminent)
+        looked_at: Iterable[int] = {type(atomics[i]): i for i in sorted(unmet)}.values()  # one of each new class
+        if self.left < 0 and self._first > 0:
+            looked_at = {*looked_at, *imminent[: self._first]}
+            self._first, self.left = self._first - len(looked_at), 0
+        elif self.left < 0:
+            looked_at, self.left = imminent, self._random.randrange(2 * EVERY - 1)
+        some = [atomics[i] for i in sorted(looked_at)]
+        if unmet:
             self._met.update(map(type, some))
-            self.meet(self._atomics)
-        return [(m, vars(m).copy(), _changeable(vars(m))) for m in some]
+            self.meet(atomics)
+        return [_state(m) for m in some]
 
     def after(self, tag: Instant, seen: list[State]) -> None:
         """ModelError names who has changed which attribute."""
-        for m, was, kept in seen:
+        for m, known, was, kept in seen:
+            changed = set[str]()
+            if known is not None:
+                found = get_referents(m)
+                if len(found) == len(known) and all(map(is_, found, known)):
+                    continue
+                changed = _named(vars(m), known, found)
             now = vars(m)
-            if len(now) == len(was) and all(map(is_, now.values(), was.values())):
-                changed = set[str]()
-            else:
+            if known is None and not (len(now) == len(was) and all(map(is_, now.values(), was.values()))):
                 changed = {key for key in was.keys() | now.keys() if was.get(key, m) is not now.get(key, m)}
                 changed = {key for key in changed if image(was.get(key, m)) != image(now.get(key, m))}
             if kept:
@@ -82,16 +90,35 @@ class Witness:
                 fail(m, tag, "output", ModelError(told))
 
 
+def _state(m: Atomic) -> State:
+    """Without a look at `vars(m)` where that is not needed: CPython 3.11 reads attributes more slowly afterwards."""
+    known = get_referents(m)
+    if all(_is_still(x) or x is m.ports or x is m._present for x in known):
+        return m, known, {}, {}
+    return m, None, vars(m).copy(), _changeable(vars(m))
+
+
+def _named(now: dict[str, Any], known: list[Any], found: list[Any]) -> set[str]:
+    """Attributes that refer to something else of another value."""
+    if len(known) > len(found):
+        return {"an attribute, which it deleted"}
+    if len(known) < len(found):
+        was = {*map(id, known)}
+        return {key for key, x in now.items() if id(x) not in was} or {"what attributes there are"}
+    new = {id(y) for x, y in zip(known, found, strict=True) if x is not y and image(x) != image(y)}
+    return {key for key, x in now.items() if id(x) in new}
+
+
+def _is_still(x: object) -> bool:
+    kind = type(x)
+    if kind not in _still:
+        _still[kind] = issubclass(kind, _FIXED)
+    return _still[kind]
+
+
 def _changeable(state: dict[str, Any]) -> dict[str, bytes]:
     """The bytes of attributes that can change in place."""
-    found = {}
-    for key, x in state.items():
-        kind = type(x)
-        if kind not in _still:
-            _still[kind] = issubclass(kind, _FIXED)
-        if not _still[kind]:
-            found[key] = image(x)
-    return found
+    return {key: image(x) for key, x in state.items() if not _is_still(x)}
 
 
 def image(x: object) -> bytes:
