@@ -96,7 +96,7 @@ def hints_of(cls: type) -> dict[str, Any]:
 def _plain(self: Message) -> bool:
     """`__plain__` of a class when it is asked first, which gives way to its own."""
     cls = type(self)
-    cls.__plain__ = _compiled({f"m.{name}": hint for name, hint in hints_of(cls).items()})  # type: ignore[method-assign]
+    cls.__plain__ = _compiled({f"m.{name}": hint for name, hint in hints_of(cls).items()})  # type: ignore[assignment, method-assign]
     return self.__plain__()
 
 

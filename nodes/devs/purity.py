@@ -41,12 +41,13 @@ class Witness:
     def __init__(self) -> None:
         self.left = 0  # tags that are passed by
         self.new: set[int] = set()  # atomics of classes that have not spoken
-        self._first, self._met, self._random = FIRST, set[type](), Random(EVERY)
+        self._first, self._met, self._random = FIRST, set[type[Atomic]](), Random(EVERY)
 
     def meet(self, atomics: list[Atomic]) -> None:
         """Take note of who is there."""
         self._atomics = atomics
-        unknown = {cls for cls in {*map(type, atomics)} - self._met if cls.output is not Atomic.output}
+        classes: set[type[Atomic]] = {*map(type, atomics)}
+        unknown = {cls for cls in classes - self._met if cls.output is not Atomic.output}
         self.new = {m._index for m in atomics if type(m) in unknown} if unknown else set()
 
     def before(self, imminent: list[int]) -> list[State]:
