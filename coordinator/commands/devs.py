@@ -22,6 +22,7 @@ def devs(
     processes: Annotated[int, typer.Option("--processes", help="deal the nodes out over so many processes")] = 0,
     in_process: Annotated[bool, typer.Option("--in-process", help="all models in this process")] = False,
     microsteps: Annotated[int, typer.Option("--microsteps", help="so many steps in no time are a loop")] = 10_000,
+    deadline: Annotated[str, typer.Option("--deadline", help="for a process to say that it gets on")] = "60 s",
     as_json: Json = False,
 ) -> None:
     """Run a DEVS model, each child a process.    heavylift devs my_models:build --until 10s -o run.mcap"""
@@ -33,6 +34,7 @@ def devs(
     from heavylift.nodes.scene.units import TIME
 
     from ..run.models import run_models
+    from .running import patience_s
 
     if PathFinder.find_spec(model.partition(":")[0].partition(".")[0], [os.getcwd()]):
         sys.path.append(os.getcwd())  # a module in the folder where the user stands; what is installed comes first
@@ -40,7 +42,10 @@ def devs(
         end = ns(TIME.read(until)) if until else NEVER
     except ValueError as error:
         raise ModelError(f"--until: {error}") from None
-    run = run_models(model, end, output, in_process, processes=processes, microsteps=microsteps, force=force)
+    patience = patience_s(deadline)
+    run = run_models(
+        model, end, output, in_process, processes=processes, microsteps=microsteps, force=force, deadline=patience
+    )
     if as_json:
         recording = str(run.recording) if run.recording else None
         told = {**dataclasses.asdict(run), "outcome": run.outcome.name.lower(), "recording": recording}

@@ -21,7 +21,7 @@ __all__ = ["carry_out"]
 def carry_out() -> None:
     """Do what the command line says; SystemExit with its exit code unless that is 0."""
     try:
-        code = app(standalone_mode=False)  # of a command that ends with typer.Exit
+        code = app(prog_name="heavylift", standalone_mode=False)  # of a command that ends with typer.Exit
         if code == STOPPED:  # what typer makes of Ctrl-C where nobody hears it
             print("heavylift: stopped", file=sys.stderr)
         if sys.stdout is not None:  # what does not go out is noticed here, not when Python ends

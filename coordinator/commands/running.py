@@ -60,7 +60,7 @@ def run(
 
         pace = None if rate is None else RealTime(rate)
         given = [f"{key}={text}" for key, text in (("method", method), ("step", step)) if text]
-        patience = _seconds(deadline)
+        patience = patience_s(deadline)
         loaded = load(scene, [*(sets or []), *given])
         nodes = node_names(loaded.plan)
         placement = place(nodes, KERNEL, loaded.placement, places or [], processes, [*loaded.remote, *(remote or [])])
@@ -109,7 +109,7 @@ def live_page(view: bool) -> Iterator[Spectator | None]:
         yield page
 
 
-def _seconds(text: str) -> float:
+def patience_s(text: str) -> float:
     """A deadline as a user writes it [s]."""
     from heavylift.kernel.errors import SceneError
     from heavylift.nodes.scene.units import DURATION

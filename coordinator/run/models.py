@@ -37,6 +37,7 @@ from ..participants.transitions import read
 from ..protocol.core import Outcome
 from ..record.tape import FileTape, Tape
 from ..supervision.processes import Processes
+from ..supervision.succession import DEADLINE_s
 from ..transport.hub import Hub
 from ..transport.link import LOCAL
 from .conversation import Conversation
@@ -71,13 +72,15 @@ def run_models(
     processes: int = 0,
     microsteps: int = LIMIT,
     force: bool = False,
+    deadline: float = DEADLINE_s,
 ) -> ModelRun:
     """Run the model of `build` = "module:function" to events at t < `until` [ns], or to the end of all activity.
 
     Each child has a process of its own, unless `processes` is their number or all are in this one.  `log` hears of
     every transition of every process when the run is over, in the order of a flat run.  A loop is who moves at
-    `microsteps` tags in which no time passes.  Raises HeavyliftError: one
-    sentence, after a recording is finished and all processes are gone.
+    `microsteps` tags in which no time passes.  A process that owes an answer for `deadline` [s] is asked whether it
+    gets on, and replaced if it does not.  Raises HeavyliftError: one sentence, after a recording is finished and all
+    processes are gone.
     """
     if importing():
         raise ModelError(
@@ -106,7 +109,7 @@ def run_models(
         allowed([reference]),  # in the processes, too: the caller names it, not a recording
         Desk(lambda: Path(model.name), tempo) as desk,  # no model takes commands
         _tape(reference, model, output, lines, placement, force) as tape,
-        joined(placement, in_process, None if in_process else Processes(_preload(reference))) as hub,
+        joined(placement, in_process, None if in_process else Processes(_preload(reference)), deadline=deadline) as hub,
         shown(hub, model.name, tape.recording) as audience,
     ):
         end = Tag(until) if until < NEVER else FOREVER

@@ -70,7 +70,7 @@ class Processes:
         self._launch()
         try:
             self.directory.make()  # the keeper knows of it already, and so nobody leaves it behind
-        except ProtocolError:
+        except BaseException:  # Ctrl-C, too
             self.end()
             raise
 

@@ -17,6 +17,7 @@ import resource
 import secrets
 import shutil
 import tempfile
+import weakref
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -92,6 +93,7 @@ class RunDirectory:
         self.path = path
         self.socket = str(path / "hub.sock")
         self._lock = -1
+        self._removal = weakref.finalize(self, _remove, path, os.getpid())  # a signal may come before anybody owns it
 
     @classmethod
     def chosen(cls) -> Self:
@@ -131,10 +133,15 @@ class RunDirectory:
 
     def remove(self) -> None:
         """Delete the directory and all in it."""
-        shutil.rmtree(self.path, ignore_errors=True)
+        self._removal()
         if self._lock >= 0:
             os.close(self._lock)
             self._lock = -1
+
+
+def _remove(path: Path, maker: int) -> None:
+    if os.getpid() == maker:  # not a fork of it
+        shutil.rmtree(path, ignore_errors=True)
 
 
 def _sweep(place: Path) -> None:

@@ -7,10 +7,11 @@ MessagePack map in field order. The class name identifies the type in a recordin
 are refused. What is sent is what its bytes say (`travelling`), so that no receiver sees where a tree was cut.
 """
 
+import re
 import types
 import typing
-from collections.abc import Mapping
-from enum import Enum
+from collections.abc import Callable, Mapping
+from enum import Enum, Flag
 from typing import Any
 
 import msgspec
@@ -41,17 +42,18 @@ class _MessageType(msgspec.StructMeta):
         if not cls.__struct_config__.frozen:
             raise ModelError(f"message {name} is not frozen: a receiver could change it, remove frozen=False")
         try:
-            hints = typing.get_type_hints(cls, localns={name: cls}, include_extras=False)
+            hints = hints_of(cls)
         except NameError as error:
             raise ModelError(
                 f"message {name}: {error}; define the types of its fields at the top of its module"
             ) from None
-        for field in cls.__struct_fields__:
-            if not _immutable(hints[field], cls):
+        for field, hint in hints.items():
+            if not _immutable(hint, cls):
                 raise ModelError(
-                    f"message {name}, field {field}: {shown(hints[field])} can be changed by a receiver, "
+                    f"message {name}, field {field}: {shown(hint)} can be changed by a receiver, "
                     f"use numbers, str, bytes, tuple[...], enums or other messages"
                 )
+        cls.__plain__ = _plain
         _REGISTRY[name] = typing.cast("type[Message]", cls)
 
 
@@ -61,8 +63,14 @@ class Message(msgspec.Struct, frozen=True, metaclass=_MessageType):
     units: typing.ClassVar[Mapping[str, str]] = {}
     """Units of its fields, for those who watch a run; "m or rad" where it depends on what is meant."""
 
+    def __plain__(self) -> bool:
+        """Whether its fields are surely what its bytes say; False leaves that open."""
+        return True
+
     def __post_init__(self) -> None:
         """Refuse containers that a receiver, or the sender afterwards, could change: no annotation keeps them out."""
+        if self.__plain__():
+            return
         for i, x in enumerate(astuple(self)):
             if type(x) not in _SCALARS and _changeable(x):
                 raise ModelError(
@@ -79,10 +87,73 @@ def _changeable(x: object) -> bool:
     return isinstance(x, set) or hasattr(type(x), "__setitem__")
 
 
+def hints_of(cls: type) -> dict[str, Any]:
+    """The types of a struct's fields, with what is annotated."""
+    hints = typing.get_type_hints(cls, localns={cls.__name__: cls}, include_extras=True)
+    return {name: hints[name] for name in cls.__struct_fields__}  # type: ignore[attr-defined]
+
+
+def _plain(self: Message) -> bool:
+    """`__plain__` of a class when it is asked first, which gives way to its own."""
+    cls = type(self)
+    cls.__plain__ = _compiled({f"m.{name}": hint for name, hint in hints_of(cls).items()})  # type: ignore[assignment, method-assign]
+    return self.__plain__()
+
+
+def _compiled(hints: dict[str, Any]) -> Callable[[Any], bool]:
+    """A function of m that checks expressions: a loop over fields costs more than all else that sending does."""
+    names: dict[str, Any] = {"halves": re.compile("[\ud800-\udfff]").search}
+    try:
+        text = " and ".join(_check(x, hint, names) for x, hint in hints.items())
+        return typing.cast("Callable[[Any], bool]", eval(f"lambda m: {text or True}", names))
+    except (NotImplementedError, SyntaxError):  # a type of which only the bytes tell; a field called `from`
+        return lambda m: False
+
+
+def _check(x: str, hint: Any, names: dict[str, Any]) -> str:
+    """An expression that is true if x arrives as it is; NotImplementedError for other types."""
+    origin, args = typing.get_origin(hint), typing.get_args(hint)
+    if origin in (typing.Union, types.UnionType):
+        return f"({' or '.join(_check(x, arg, names) for arg in args)})"
+    if origin is tuple and args[1:] == (Ellipsis,):
+        return f"(type({x}) is tuple and all(map({_named(_compiled({'m': args[0]}), names)}, {x})))"
+    if origin is tuple:
+        parts = (_check(f"{x}[{i}]", arg, names) for i, arg in enumerate(args))
+        return f"({' and '.join([f'type({x}) is tuple and len({x}) == {len(args)}', *parts])})"
+    more = _MORE.get(hint) if origin is None else None
+    if more is None and origin is None and isinstance(hint, type):
+        whole = issubclass(hint, Enum) and not issubclass(hint, Flag) and all(map(_returns, hint))
+        more = "and {x}.__plain__()" if issubclass(hint, Message) else "" if whole else None
+    if more is None:
+        raise NotImplementedError
+    return f"(type({x}) is {_named(hint, names)} {more.format(x=x)})"
+
+
+_MORE: dict[Any, str] = {
+    **dict.fromkeys((bool, float, bytes, type(None)), ""),
+    int: f"and {-(2**63)} <= {{x}} < {2**64}",
+    str: "and ({x}.isascii() or not halves({x}))",  # halves of characters have no bytes
+}
+
+
+def _returns(member: Enum) -> bool:
+    try:
+        return msgspec.msgpack.decode(encode(member), type=type(member)) is member  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        return False
+
+
+def _named(x: object, names: dict[str, Any]) -> str:
+    names[name := f"_{len(names)}"] = x
+    return name
+
+
 def _immutable(hint: Any, owner: type) -> bool:
     if hint in PLAIN or hint is owner or hint is Ellipsis:
         return True
     origin, args = typing.get_origin(hint), typing.get_args(hint)
+    if origin is typing.Annotated:
+        return _immutable(args[0], owner)
     if origin is typing.Literal:
         return True
     if origin in (tuple, typing.Union, types.UnionType):

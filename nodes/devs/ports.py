@@ -52,13 +52,13 @@ class InPort(Port[M]):
 class OutPort(Port[M]):
     """A bound out port; `exits` are the simulator's ways out of the root."""
 
-    __slots__ = ("_arrives", "_sent", "exits", "lookahead")
+    __slots__ = ("_sent", "exits", "lookahead")
 
     def __init__(self, owner: "Model", name: str, type: type[M], lookahead: int) -> None:
         super().__init__(owner, name, type)
         self.lookahead = lookahead
         self.exits: tuple[tuple[OutPort[Any], int], ...] = ()
-        self._sent = self._arrives = None  # type: Any
+        self._sent: M | None = None
 
     def __getstate__(self) -> tuple[Any, ...]:
         return self.owner, self.name, self.type, self.lookahead
@@ -72,13 +72,14 @@ class OutPort(Port[M]):
                 raise ModelError(f"port {self.name} was sent to outside output(): only output() may speak")
             raise ModelError(f"{self!r} was sent to by another model: output() may only speak by its own ports")
         if value is not self._sent:  # what is sent over and over is looked at once
-            if type(value) is not self.type and not isinstance(value, self.type):
-                told = f"port {self.name} carries {self.type.__name__}, not {type(value).__name__}: {value!r}"
-                raise ModelError(told)
-            self._arrives = travelling(value, f"port {self.name}")
+            if type(value) is not self.type or not value.__plain__():
+                if not isinstance(value, self.type):
+                    told = f"port {self.name} carries {self.type.__name__}, not {type(value).__name__}: {value!r}"
+                    raise ModelError(told)
+                value = travelling(value, f"port {self.name}")
             self._sent = value
         present.sources.append(self)
-        present.values.append(self._arrives)
+        present.values.append(value)
 
 
 class In(Generic[M]):

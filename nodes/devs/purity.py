@@ -1,13 +1,17 @@
 """Sees an `output` that changes the state of its model: lambda is a function of the state, called whenever asked for.
 
-Looked at are the first outputs, the first of every class, and then all at the times that SPARSE divides, wherever the
-model runs.  Attributes are compared by identity, and by their bytes where they can change in place; what has no bytes,
-such as a generator, by identity alone.  The larger the states, the more of these looks are left out.
+Looked at are the first outputs, the first of every class, and then all of one tag in about EVERY, at distances that no
+cycle of speakers can meet always or never, the same in every run.  Attributes are compared by identity, and by their
+bytes where they can change in place; what has no bytes, such as a generator, by identity alone.  The larger the states,
+the more of these looks are left out.
 """
 
 import io
 import pickle
+from collections.abc import Iterable
+from gc import get_referents
 from operator import is_
+from random import Random
 from typing import Any
 
 from heavylift.kernel.errors import ModelError
@@ -21,71 +25,101 @@ from .tags import Instant
 __all__ = ["Witness", "image"]
 
 FIRST = 256  # outputs that are all looked at, fewer of large states
-SPARSE = 251  # [ns], prime, so that few periods meet it always or never
+EVERY = 251  # tags of which one is looked at, on average; at most twice as many pass by
 BYTES = 4096  # of state for which one look is left out
-_FIXED = (bool, int, float, str, bytes, type(None), Message, Port, Model)
+_FIXED = (bool, int, float, str, bytes, type, type(None), Message, Port, Model)
 _still: dict[type, bool] = {}  # whether values of a class cannot change in place
 
 
-_State = tuple[Atomic, dict[str, Any], dict[str, bytes]]  # its attributes; the bytes of those that can change in place
+State = tuple[Atomic, list[Any] | None, dict[str, Any], dict[str, bytes]]
+"""What a model refers to if nothing of it can change in place; else its attributes, and the bytes of those that can."""
 
 
 class Witness:
-    """Compares the states of atomics `before` and `after` they speak."""
+    """Compares the states of atomics `before` and `after` a tag, once `left` is negative or if one of them is `new`."""
 
-    def __init__(self, atomics: list[Atomic]) -> None:
-        self._atomics, self._first, self._skip = atomics, FIRST, 0
-        self._new = {type(m) for m in atomics if type(m).output is not Atomic.output}
-        self._seen: list[_State] = []
-        self._t = -1  # [ns] of the last look
+    def __init__(self) -> None:
+        self.left = 0  # tags that are passed by
+        self.new: set[int] = set()  # atomics of classes that have not spoken
+        self._first, self._met, self._random = FIRST, set[type[Atomic]](), Random(EVERY)
 
-    def before(self, t: int, imminent: list[int]) -> None:
-        """Take note of those who are about to speak at `t` [ns]."""
-        self._seen = []
-        some = [self._atomics[i] for i in imminent]
-        if self._first > 0:
-            some = some[: self._first]
-            self._first -= len(some)
-        elif self._new:
-            some = [m for m in some if type(m) in self._new]
-        elif self._skip or t == self._t:
-            self._skip = max(self._skip - 1, 0)
-            return
-        self._t, self._skip = t, 0
-        self._new.difference_update(map(type, some))
-        self._seen = [(m, vars(m).copy(), _changeable(vars(m))) for m in some]
+    def meet(self, atomics: list[Atomic]) -> None:
+        """Take note of who is there."""
+        self._atomics = atomics
+        classes: set[type[Atomic]] = {*map(type, atomics)}
+        unknown = {cls for cls in classes - self._met if cls.output is not Atomic.output}
+        self.new = {m._index for m in atomics if type(m) in unknown} if unknown else set()
 
-    def after(self, tag: Instant) -> int:
-        """ModelError names who has changed which attribute; else what divides the next time [ns] to look at."""
-        seen, self._seen = self._seen, []
-        for m, was, kept in seen:
+    def before(self, imminent: list[int]) -> list[State]:
+        """The states of those who are about to speak and are looked at."""
+        atomics, unmet = self._atomics, self.new.intersection(imminent)
+        looked_at: Iterable[int] = {type(atomics[i]): i for i in sorted(unmet)}.values()  # one of each new class
+        if self.left < 0 and self._first > 0:
+            looked_at = {*looked_at, *imminent[: self._first]}
+            self._first, self.left = self._first - len(looked_at), 0
+        elif self.left < 0:
+            looked_at, self.left = imminent, self._random.randrange(2 * EVERY - 1)
+        some = [atomics[i] for i in sorted(looked_at)]
+        if unmet:
+            self._met.update(map(type, some))
+            self.meet(atomics)
+        return [_state(m) for m in some]
+
+    def after(self, tag: Instant, seen: list[State]) -> None:
+        """ModelError names who has changed which attribute."""
+        for m, known, was, kept in seen:
+            changed = set[str]()
+            if known is not None:
+                found = get_referents(m)
+                if len(found) == len(known) and all(map(is_, found, known)):
+                    continue
+                changed = _named(vars(m), known, found)
             now = vars(m)
-            if len(now) == len(was) and all(map(is_, now.values(), was.values())):
-                changed = set[str]()
-            else:
+            if known is None and not (len(now) == len(was) and all(map(is_, now.values(), was.values()))):
                 changed = {key for key in was.keys() | now.keys() if was.get(key, m) is not now.get(key, m)}
                 changed = {key for key in changed if image(was.get(key, m)) != image(now.get(key, m))}
             if kept:
                 cost = sum(map(len, kept.values())) // BYTES
-                self._first, self._skip = self._first - cost, self._skip + cost
+                if self._first > 0:
+                    self._first -= cost
+                else:
+                    self.left += cost * EVERY
                 if (then := _changeable(now)) != kept:
                     changed |= {key for key in kept if kept[key] != then.get(key)}
             if changed:
                 told = f"output() must not change the state: it changed {min(changed)}, do that in a transition"
                 fail(m, tag, "output", ModelError(told))
-        return 1 if self._new or self._first > 0 else SPARSE
+
+
+def _state(m: Atomic) -> State:
+    """Without a look at `vars(m)` where that is not needed: CPython 3.11 reads attributes more slowly afterwards."""
+    known = get_referents(m)
+    if all(_is_still(x) or x is m.ports or x is m._present for x in known):
+        return m, known, {}, {}
+    return m, None, vars(m).copy(), _changeable(vars(m))
+
+
+def _named(now: dict[str, Any], known: list[Any], found: list[Any]) -> set[str]:
+    """Attributes that refer to something else of another value."""
+    if len(known) > len(found):
+        return {"an attribute, which it deleted"}
+    if len(known) < len(found):
+        was = {*map(id, known)}
+        return {key for key, x in now.items() if id(x) not in was} or {"what attributes there are"}
+    new = {id(y) for x, y in zip(known, found, strict=True) if x is not y and image(x) != image(y)}
+    return {key for key, x in now.items() if id(x) in new}
+
+
+def _is_still(x: object) -> bool:
+    kind = type(x)
+    if kind not in _still:
+        _still[kind] = issubclass(kind, _FIXED)
+    return _still[kind]
 
 
 def _changeable(state: dict[str, Any]) -> dict[str, bytes]:
     """The bytes of attributes that can change in place."""
-    found = {}
-    for key, x in state.items():
-        kind = type(x)
-        if kind not in _still:
-            _still[kind] = issubclass(kind, _FIXED)
-        if not _still[kind]:
-            found[key] = image(x)
-    return found
+    return {key: image(x) for key, x in state.items() if not _is_still(x)}
 
 
 def image(x: object) -> bytes:

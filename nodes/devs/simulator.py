@@ -67,7 +67,6 @@ class Simulator:
         ]
         self._ahead = min((ahead for _, ahead in self._speakers), default=NEVER)
         self.lookahead = promised(self.model, self.atomics)
-        self._witness, self._look = Witness(self.atomics), 1  # of all times [ns] those that it divides
         for m in (*self.atomics, self.model):
             m._present = self._present
 
@@ -78,8 +77,8 @@ class Simulator:
         self._spoken = False  # whether lambda has run for it
         self._staged: list[tuple[InPort[Any], Message]] = []
         self._observed = Observed()
-        self._schedule = Schedule(self.atomics)
-        self._witness, self._look = Witness(self.atomics), 1
+        self._schedule, self._witness = Schedule(self.atomics), Witness()
+        self._witness.meet(self.atomics)
         self._present.now, self._present.speaker = (0, 0), None
         for m in self.atomics:
             self._begin(m, self._last)
@@ -261,6 +260,7 @@ class Simulator:
         self._adopt()
         still_promised(self.model.path, Tag(*self._last), promises, self.lookahead)
         self._schedule = Schedule(self.atomics)
+        self._witness.meet(self.atomics)
         for m in self.atomics:
             if m in before:
                 self._schedule.enter(m, self._last[0])
@@ -279,7 +279,8 @@ class Simulator:
         self._due, self._busy, self._spoken, self._observed = None, False, False, Observed()
         self._present.now = self._last
         self._adopt()
-        self._schedule = Schedule(self.atomics)
+        self._schedule, self._witness = Schedule(self.atomics), Witness()
+        self._witness.meet(self.atomics)
         for m in self.atomics:
             self._schedule.enter(m, self._last[0])
 
@@ -291,13 +292,13 @@ class Simulator:
         return self._present
 
     def _speak(self, tag: Instant) -> None:
-        present, atomics = self._present, self.atomics
+        present, atomics, witness, imminent = self._present, self.atomics, self._witness, self._schedule.imminent
         present.now, present.sources, present.values = tag, [], []
-        passed_by = tag[0] % self._look
-        if not passed_by:
-            self._witness.before(tag[0], self._schedule.imminent)
+        witness.left -= 1
+        looked_at = witness.left < 0 or (witness.new and not witness.new.isdisjoint(imminent))
+        seen = witness.before(imminent) if looked_at else None
         try:
-            for i in self._schedule.imminent:
+            for i in imminent:
                 present.speaker = m = atomics[i]
                 try:
                     m.output()
@@ -308,8 +309,8 @@ class Simulator:
                     fail(m, tag, "output", ModelError(told))
         finally:
             present.speaker = None
-        if not passed_by:
-            self._look = self._witness.after(tag)
+        if seen:
+            witness.after(tag, seen)
         if self._promises:
             keep_promises(tag, present.sources)
 

@@ -5,56 +5,32 @@ text in an int, NumPy's scalars, ints of more than 64 bits, halves of characters
 declared. An int in a float field arrives as that float.
 """
 
-import typing
-from enum import Enum
 from math import isnan
-from types import UnionType
 from typing import Any, TypeVar
 
 import msgspec
 from heavylift.kernel.errors import ModelError
 from msgspec.structs import astuple
 
-from .messages import PLAIN, Message, decoder, encode, shown
+from .messages import Message, decoder, encode, hints_of, shown
 
 _NOT_SENT = (TypeError, ValueError, OverflowError, RecursionError, msgspec.MsgspecError)
 M = TypeVar("M", bound=Message)
 
 
-def travelling(value: M, port: str) -> M:
+def travelling(value: M, port: object) -> M:
     """The message as it arrives; ModelError names the port and the field that would arrive otherwise."""
     cls = type(value)
-    known = _KNOWN.get(cls)
-    if known is None:
-        known = _KNOWN[cls] = set() if all(map(_leaf, _hints(cls).values())) else frozenset()
+    read = decoder(cls)
+    if value.__plain__():
+        return value
     try:
-        payload = encode(value)  # fails beyond 64 bits and for halves of characters
-        if (kinds := tuple(map(type, astuple(value)))) in known:
-            return value
-        arrived: M | None = decoder(cls).decode(payload)
+        arrived: M | None = read.decode(encode(value))
     except _NOT_SENT:
         arrived = None
     if arrived is None or not _same(arrived, value):
         raise ModelError(f"{port}: message {cls.__name__}, {_misfit(value)}")
-    if isinstance(known, set) and kinds == tuple(map(type, astuple(arrived))):
-        known.add(kinds)
     return arrived
-
-
-_KNOWN: dict[type, set[tuple[type, ...]] | frozenset[tuple[type, ...]]] = {}
-"""Types of the fields of messages that arrived as they left; a frozenset for a class where types do not tell that."""
-
-
-def _leaf(hint: Any) -> bool:
-    """Whether a value of that type fits whatever it is."""
-    if typing.get_origin(hint) in (typing.Union, UnionType):
-        return all(map(_leaf, typing.get_args(hint)))
-    return hint in PLAIN or (isinstance(hint, type) and issubclass(hint, Enum))
-
-
-def _hints(cls: type) -> dict[str, Any]:
-    hints = typing.get_type_hints(cls, localns={cls.__name__: cls}, include_extras=True)
-    return {name: hints[name] for name in cls.__struct_fields__}  # type: ignore[attr-defined]
 
 
 def _same(a: Any, b: Any) -> bool:
@@ -70,7 +46,7 @@ def _same(a: Any, b: Any) -> bool:
 
 def _misfit(value: msgspec.Struct, within: str = "") -> str:
     """What is wrong with the first field that would arrive otherwise."""
-    for name, hint in _hints(type(value)).items():
+    for name, hint in hints_of(type(value)).items():
         x = getattr(value, name)
         try:
             fits = _same(msgspec.msgpack.decode(msgspec.msgpack.encode(x), type=hint), x)

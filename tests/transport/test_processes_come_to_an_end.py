@@ -1,5 +1,6 @@
 """A node dies, a coordinator dies, Ctrl-C: a sentence or an end, and nothing is left behind or hangs."""
 
+import gc
 import os
 import signal
 import subprocess
@@ -190,3 +191,10 @@ def test_twelve_nodes_stand() -> None:
         assert {hub.receive(PATIENCE_s) for _ in nodes} == {(node, b"hello") for node in nodes}
         hub.dismiss(b"stop")
         processes.end()
+
+
+def test_a_directory_that_nobody_came_to_own_is_removed() -> None:
+    """A signal may arrive between its making and whoever removes it."""
+    path = RunDirectory.chosen().make().path
+    gc.collect()
+    assert not path.exists()
