@@ -111,7 +111,7 @@ def _begin(c: Contacts, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.n
         return stick, u, share, prior, side
     x, creep, soft = r
     speed = np.sqrt((creep * creep).sum(axis=1))
-    slides = stick & (speed > SLIPS)
+    slides = stick & (speed > sqrt(SLIPS)) & (speed.max() > SLIPS)
     u[slides] = creep[slides] / speed[slides][:, None]
     share = np.sqrt(np.maximum(soft.min() / soft, LEAST))
     return stick & ~slides, u, share, prior if slides.any() else x, side
