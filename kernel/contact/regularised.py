@@ -106,7 +106,7 @@ def regularised(
     creep, softness = np.zeros((m, 2)), np.ones((m, 2))
     creep[rubs] = w / e
     c = mu[rubs] * np.maximum(xn[rubs], 1e-300)
-    own = np.sqrt((w * w).sum(axis=1) + e * e) / c * most / e * float(size[normal].mean())
+    own = (1.0 + (w * w).sum(axis=1) / (e * e)) ** 1.5 / c * most * float(size[normal].mean())
     softness[rubs] = own[:, None] / np.reshape(size, (m, 3))[rubs, 1:]
     return x, creep, softness
 
