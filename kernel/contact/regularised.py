@@ -18,7 +18,7 @@ from ..dense import solve
 __all__ = ["SLIPS", "regularised"]
 
 FIRST, LAST, FACTOR = 1.0, 1.1e-12, 0.03  # e, relative to the largest free acceleration
-SLIPS = 1e3  # times e that what slides is faster than; it is within 1 / (2 SLIPS^2) = 5e-9 of its limit
+SLIPS = 3e3  # times e that what slides is faster than; it is within 1 / (2 SLIPS^2) = 6e-8 of its limit
 DECIDED = 1e-2
 STEPS = 12  # of Newton's method for each e
 SETTLED = 1e-6  # change of a step, relative to e and to the limits, that is small enough
