@@ -20,7 +20,7 @@ __all__ = ["SLIPS", "regularised"]
 FIRST, LAST, FACTOR = 1.0, 1.1e-12, 0.03  # e, relative to the largest free acceleration
 SLIPS = 3e3  # times e that what slides is faster than; it is within 1 / (2 SLIPS^2) = 6e-8 of its limit
 DECIDED = 1e-2
-STEPS = 12  # of Newton's method for each e
+STEPS = 40  # of Newton's method for each e
 SETTLED = 1e-6  # change of a step, relative to e and to the limits, that is small enough
 
 
@@ -92,10 +92,13 @@ def regularised(
             D = xt * ((w * dw).sum(axis=1) / sigma)[:, None] + c[:, None] * dw + w * (mu[rubs] * dn[rubs])[:, None]
             dx = -(G + D) / sigma[:, None]
             w, xt, xn = w + dw, xt + dx, xn + dn
-            if np.abs(dx).max(initial=0.0) < SETTLED * most and np.abs(dn).max() < SETTLED * most and np.abs(dw).max(initial=0.0) < SETTLED * max(e, np.abs(w).max()):
+            largest = max(e, float(np.abs(w).max()))
+            size_of_step = max(float(np.abs(dx).max()) / most, float(np.abs(dn).max()) / most, float(np.abs(dw).max()) / largest)
+            if size_of_step <= SETTLED:
                 break
+        settled = size_of_step <= SETTLED
         z = max(1.0, float(np.sqrt((w * w).sum(axis=1)).max(initial=0.0)) / e)
-        if e <= max(LAST, DECIDED / z**3) * B:
+        if e <= LAST * B or (settled and e <= DECIDED / z**3 * B):
             break
         e *= FACTOR
     x = np.zeros(3 * m)
