@@ -17,7 +17,7 @@ import numpy as np
 from ..dense import dot
 from ..elementary import cos, sin
 from .complementarity import solve
-from .regularised import SLIPS, regularised
+from .regularised import regularised
 from .rounds import eliminate
 from .sweeps import sweep
 
@@ -109,10 +109,8 @@ def _begin(c: Contacts, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.n
     r = regularised(c.A, c.b, c.mu, c.moving, _size(c), f.x)
     if r is None:
         return stick, u, share, prior, side
-    x, creep, soft = r
-    speed = np.sqrt((creep * creep).sum(axis=1))
-    slides = stick & (speed > sqrt(SLIPS)) & (speed.max() > SLIPS)
-    u[slides] = creep[slides] / speed[slides][:, None]
+    x, slides, along, soft = r
+    u[slides] = along[slides]
     share = np.sqrt(np.maximum(soft.min() / soft, LEAST))
     return stick & ~slides, u, share, prior if slides.any() else x, side
 

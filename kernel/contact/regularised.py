@@ -20,13 +20,14 @@ __all__ = ["SLIPS", "regularised"]
 FIRST, LAST, FACTOR = 1.0, 1.1e-12, 0.03  # e, relative to the largest free acceleration
 SLIPS = 3e3  # times e that what slides is faster than; it is within 1 / (2 SLIPS^2) = 6e-8 of its limit
 DECIDED = 1e-2
+ROUGH = 1e-2  # change at which round-off may be what is left
 STEPS = 40  # of Newton's method for each e
 SETTLED = 1e-6  # change of a step, relative to e and to the limits, that is small enough
 
 
 def regularised(
     A: np.ndarray, b: np.ndarray, mu: np.ndarray, moving: np.ndarray, size: np.ndarray, x: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None:
     """x (3m,), creep w_t / e (m, 2) and softness (m, 2) of what holds, relative to that of the normals.
 
     Others as in `coulomb.Contacts`; `size` (3m,): softness of each row; x: forces to begin with.  None where steps do not
@@ -51,6 +52,7 @@ def regularised(
     T = A[:, tangents]
     while True:
         soft = e / most * size[normal] / float(size[normal].mean())
+        before = 1.0
         for _ in range(STEPS):
             c = mu[rubs] * xn[rubs]
             held = np.sqrt((xt * xt).sum(axis=1))
@@ -93,12 +95,14 @@ def regularised(
             dx = -(G + D) / sigma[:, None]
             w, xt, xn = w + dw, xt + dx, xn + dn
             largest = max(e, float(np.abs(w).max()))
-            size_of_step = max(float(np.abs(dx).max()) / most, float(np.abs(dn).max()) / most, float(np.abs(dw).max()) / largest)
-            if size_of_step <= SETTLED:
+            step = max(float(np.abs(dx).max()) / most, float(np.abs(dn).max()) / most, float(np.abs(dw).max()) / largest)
+            if step <= SETTLED or ROUGH > step > 0.5 * before:  # settled, or as far as round-off lets it
                 break
-        settled = size_of_step <= SETTLED
+            before = step
+        else:
+            break
         z = max(1.0, float(np.sqrt((w * w).sum(axis=1)).max(initial=0.0)) / e)
-        if e <= LAST * B or (settled and e <= DECIDED / z**3 * B):
+        if step > SETTLED or e <= max(LAST, DECIDED / z**3) * B:
             break
         e *= FACTOR
     x = np.zeros(3 * m)
@@ -106,12 +110,16 @@ def regularised(
     x[tangents] = xt.ravel()
     for i in np.flatnonzero(given):
         x[3 * i + 1 : 3 * i + 3] = -mu[i] * xn[i] * moving[i]
-    creep, softness = np.zeros((m, 2)), np.ones((m, 2))
-    creep[rubs] = w / e
-    c = mu[rubs] * np.maximum(xn[rubs], 1e-300)
-    own = (1.0 + (w * w).sum(axis=1) / (e * e)) ** 1.5 / c * most * float(size[normal].mean())
-    softness[rubs] = own[:, None] / np.reshape(size, (m, 3))[rubs, 1:]
-    return x, creep, softness
+    size = np.reshape(size, (m, 3))
+    softness, slides = np.ones((m, 2)), np.zeros(m, bool)
+    creep = np.sqrt((w * w).sum(axis=1)) / e
+    own = (1.0 + creep * creep) ** 1.5 / np.maximum(mu[rubs] * xn[rubs] / most, LAST) * float(size[:, 0].mean())
+    softness[rubs] = own[:, None] / size[rubs, 1:]
+    z = float(creep.max(initial=0.0))
+    slides[rubs] = (creep > sqrt(SLIPS)) & (z > SLIPS or e * z**3 > 2.0 * DECIDED * B)
+    u = np.zeros((m, 2))
+    u[rubs] = w / (np.maximum(creep, 1.0) * e)[:, None]
+    return x, slides, u, softness
 
 
 def _times(A: np.ndarray, x: np.ndarray) -> np.ndarray:
