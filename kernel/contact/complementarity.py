@@ -31,7 +31,14 @@ class Solution:
     found: bool
 
 
-def solve(A: np.ndarray, b: np.ndarray, lo: np.ndarray, hi: np.ndarray, side: np.ndarray | None = None, prior: np.ndarray | None = None) -> Solution:
+def solve(
+    A: np.ndarray,
+    b: np.ndarray,
+    lo: np.ndarray,
+    hi: np.ndarray,
+    side: np.ndarray | None = None,
+    prior: np.ndarray | None = None,
+) -> Solution:
     """A: (n, n), need not be symmetric and may be singular; `side` (n,): the set to begin with (default: all at rest
     at the bound nearest to zero, or free where there is none).
 

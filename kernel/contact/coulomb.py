@@ -127,7 +127,9 @@ def _swept(c: Contacts) -> Friction:
     speed = np.sqrt(w[1::3] * w[1::3] + w[2::3] * w[2::3])
     u = np.where(speed[:, None] > size, w.reshape(m, 3)[:, 1:] / np.maximum(speed, size)[:, None], 0.0)
     u = np.where(c.moving != 0.0, c.moving, u)
-    return Friction(x, w, x[::3] > 0.0, (np.abs(u).sum(axis=1) == 0.0) & (c.mu > 0.0), u, _share(x), np.zeros(3 * m), found)
+    return Friction(
+        x, w, x[::3] > 0.0, (np.abs(u).sum(axis=1) == 0.0) & (c.mu > 0.0), u, _share(x), np.zeros(3 * m), found
+    )
 
 
 def _share(x: np.ndarray) -> np.ndarray:

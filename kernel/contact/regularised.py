@@ -1,6 +1,6 @@
-"""Friction among contacts whose forces are not unique: Coulomb's law regularised, x_t = -mu x_n w_t / sqrt(w_t^2 + e^2).
+"""Friction among contacts whose forces are not unique: Coulomb's law, regularised as x_t = -mu x_n w_t / |(w_t, e)|.
 
-What sticks creeps by the order of e, and of all forces within the cones those are found that keep away from the
+What sticks creeps by the order of e, and of all forces within the cones it finds those that keep away from the
 limits; what slides moves far faster.  So whether a body slips does not depend on how its places share their load: it
 slips when no forces within all cones hold it (Moreau, Application of convex analysis, 1976: the limit of friction is
 the yield surface of the body as a whole).  Newton's method on w_t and x_t together, with e decreasing, as for total
@@ -15,11 +15,11 @@ import numpy as np
 
 from ..dense import solve
 
-__all__ = ["SLIPS", "regularised"]
+__all__ = ["regularised"]
 
 FIRST, LAST, FACTOR = 1.0, 1.1e-12, 0.03  # e, relative to the largest free acceleration
 SLIPS = 3e3  # times e that what slides is faster than; it is within 1 / (2 SLIPS^2) = 6e-8 of its limit
-DECIDED = 1e-2
+DECIDED = 1e-2  # of e z^3, z = w_t / e, which is 1/2 at the limit: below it tells on which side of it the forces are
 ROUGH = 1e-2  # change at which round-off may be what is left
 STEPS = 40  # of Newton's method for each e
 SETTLED = 1e-6  # change of a step, relative to e and to the limits, that is small enough
@@ -28,10 +28,10 @@ SETTLED = 1e-6  # change of a step, relative to e and to the limits, that is sma
 def regularised(
     A: np.ndarray, b: np.ndarray, mu: np.ndarray, moving: np.ndarray, size: np.ndarray, x: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None:
-    """x (3m,), creep w_t / e (m, 2) and softness (m, 2) of what holds, relative to that of the normals.
+    """x (3m,); which slide (m,) and whither u (m, 2); softness (m, 2) of tangents that hold, relative to the normals'.
 
-    Others as in `coulomb.Contacts`; `size` (3m,): softness of each row; x: forces to begin with.  None where steps do not
-    converge.
+    Others as in `coulomb.Contacts`; `size` (3m,): softness of each row; x: forces to begin with.  None where nothing
+    pushes, or for a singular step.
     """
     m = len(mu)
     given = np.abs(moving).sum(axis=1) > 0.0
@@ -95,7 +95,9 @@ def regularised(
             dx = -(G + D) / sigma[:, None]
             w, xt, xn = w + dw, xt + dx, xn + dn
             largest = max(e, float(np.abs(w).max()))
-            step = max(float(np.abs(dx).max()) / most, float(np.abs(dn).max()) / most, float(np.abs(dw).max()) / largest)
+            step = max(
+                float(np.abs(dx).max()) / most, float(np.abs(dn).max()) / most, float(np.abs(dw).max()) / largest
+            )
             if step <= SETTLED or ROUGH > step > 0.5 * before:  # settled, or as far as round-off lets it
                 break
             before = step
