@@ -16,8 +16,8 @@ __all__ = ["Lopsided"]
 
 
 class Lopsided(Proximal):
-    """Functions `factorise` (A, size, soft -> C, mu, pivot) and `multipliers` (C, mu, b, prior -> x) for one pattern of zeros
-    of a matrix with two sides: rows may push otherwise than they sense.
+    """Functions `factorise` (A, size, soft -> C, mu, pivot) and `multipliers` (C, mu, b, prior -> x) for one pattern of
+    zeros of a matrix with two sides: rows may push otherwise than they sense.
 
     `couples`: pairs (r, s), r > s, of rows that share a degree of freedom; entries stand for (r, s) and (s, r).
     """

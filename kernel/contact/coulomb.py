@@ -50,8 +50,8 @@ class Contacts:
 @dataclass(frozen=True)
 class Friction:
     """x (3m,) impulses or forces, w (3m,); push (m,), stick (m,) booleans; u (m, 2) directions of sliding;
-    share (m, 2): by its square, what each tangent should hold of the friction where that is not unique; prior (3m,): forces next to
-    which those are that are not unique.
+    share (m, 2): by its square, what each tangent should hold of the friction where that is not unique;
+    prior (3m,): forces next to which those are that are not unique.
 
     `found` is False where no set fulfils all conditions.
     """

@@ -118,7 +118,7 @@ def regularised(
     own = (1.0 + creep * creep) ** 1.5 / np.maximum(mu[rubs] * xn[rubs] / most, LAST) * float(size[:, 0].mean())
     softness[rubs] = own[:, None] / size[rubs, 1:]
     z = float(creep.max(initial=0.0))
-    slides[rubs] = (creep > sqrt(SLIPS)) & (z > SLIPS or e * z**3 > 2.0 * DECIDED * B)
+    slides[rubs] = (creep > sqrt(SLIPS)) & (z > SLIPS or e * z**3 > 10.0 * DECIDED * B)
     u = np.zeros((m, 2))
     u[rubs] = w / (np.maximum(creep, 1.0) * e)[:, None]
     return x, slides, u, softness
