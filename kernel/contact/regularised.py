@@ -75,8 +75,7 @@ def regularised(
                 M[:, i] -= across[:, 0] * v[0] + across[:, 1] * v[1]
                 g = G[k] / sigma[k]
                 r += across[:, 0] * g[0] + across[:, 1] * g[1]
-            for k in range(2 * len(rubs)):
-                M[m + k, m + k] -= 1.0
+            M[m:, m:] -= np.eye(2 * len(rubs))
             for i in range(m):
                 if on[i]:
                     M[i, i] += soft[i]
