@@ -9,10 +9,11 @@ import re
 
 __all__ = ["natural"]
 
-Key = tuple[tuple[str | int, ...], str]
+Key = tuple[tuple[str | tuple[int, str], ...], str]
 
 
 def natural(name: str) -> Key:
     """Sort key of a name: its words and its numbers in turn; equal ones, such as "1" and "01", by their letters."""
     parts = re.split(r"([0-9]+)", name)
-    return tuple(int(part) if i % 2 else part for i, part in enumerate(parts)), name
+    numbers = (part.lstrip("0") for part in parts)  # in order of their lengths: no name is too long for that
+    return tuple((len(x), x) if i % 2 else parts[i] for i, x in enumerate(numbers)), name

@@ -93,7 +93,7 @@ class Recording:
         """RecordingError if another version of heavylift made the file, by other rules."""
         found = self.run.get("format", "1")
         if found != str(FORMAT):
-            newer = found.isdecimal() and int(found) > FORMAT
+            newer = found.isdecimal() and len(found) < 10 and int(found) > FORMAT
             what = "update heavylift" if newer else "run the scene again, or read it with the version that made it"
             raise self._file.error(
                 f"has format {found[:20]} ({self.library[:60]}), this is heavylift for format {FORMAT}; {what}"

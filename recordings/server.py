@@ -132,7 +132,7 @@ class _Handler(BaseHTTPRequestHandler):
             self.send_header("Content-Type", "text/event-stream")
             self._send_policy()
             last = self.headers.get("Last-Event-ID", "")
-            self._send_from(int(last) + 1 if last.isdecimal() else 0)
+            self._send_from(int(last) + 1 if last.isdecimal() and len(last) < 10 else 0)
         finally:
             with owner.change:
                 owner.readers -= 1
@@ -143,7 +143,7 @@ class _Handler(BaseHTTPRequestHandler):
         owner = self.server.owner
         while True:
             with owner.change:
-                if not owner.closing and len(owner.messages) == at:
+                if not owner.closing and len(owner.messages) <= at:
                     owner.change.wait(PULSE)
                 new, closing = owner.messages[at:], owner.closing
             for message in new or ([] if closing else [b": still here\n\n"]):

@@ -68,13 +68,14 @@ class Lookout:
     def token(self, sample: zenoh.Sample) -> None:
         """An incarnation has come or gone; called by Zenoh."""
         process, epoch = str(sample.key_expr).split("/")[-2:]
-        if int(epoch) != self.epochs.get(process):
+        present = self.epochs.get(process)
+        if present is None or epoch != str(present):
             return
         if sample.kind == zenoh.SampleKind.DELETE:
-            self._bell.put((process, int(epoch)))
+            self._bell.put((process, present))
         else:
             self.joined.add(process)
-            self._report(News(process, int(epoch), None))
+            self._report(News(process, present, None))
             self.notice()
 
     def supervise(self, deaths: Callable[[], Mapping[str, str]]) -> None:

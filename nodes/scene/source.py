@@ -218,7 +218,7 @@ def override(source: Source, setting: str) -> None:
     """Lays one `dotted.path=text` over the scene; its marks point into the setting itself."""
     dotted, equals, text = setting.partition("=")
     file = "--set"
-    path: Path = tuple(int(part) if part.isdigit() else part for part in dotted.strip().split("."))
+    path: Path = tuple(int(part) if part.isdecimal() and len(part) < 10 else part for part in dotted.strip().split("."))
     mark = Mark(file, 1, len(dotted) + 2 + len(text) - len(text.lstrip()), setting)
     if not equals or not dotted.strip():
         source.faults.append(Fault((), "write a setting as key=value", mark=Mark(file, 1, 1, setting)))

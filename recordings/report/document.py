@@ -188,7 +188,7 @@ def _limits(limits: LimitTable) -> list[str]:
 def _beyond(cell: str) -> bool:
     """Whether a cell is a use of more than everything."""
     number = cell.removesuffix(" %")
-    return number != cell and number.replace(".", "", 1).isdigit() and float(number) > 100.0
+    return number != cell and number.replace(".", "", 1).isdecimal() and float(number) > 100.0
 
 
 def _stage(s: StageUse, band: float | None, judged: bool) -> list[Cell]:

@@ -7,6 +7,7 @@ coordinator before it begins, the keeper with what it preloads, the nodes with t
 from __future__ import annotations
 
 import functools
+import itertools
 import json
 import os
 import resource
@@ -14,6 +15,7 @@ import signal
 import sys
 import threading
 import time
+from pathlib import Path
 from typing import Any, ClassVar
 
 from heavylift.coordinator.participants import node_process, participant
@@ -23,6 +25,7 @@ from heavylift.coordinator.transport.session import Ticket
 
 PLAN: dict[str, Any] = json.loads(os.environ.get("HEAVYLIFT_INJECT", "{}"))
 WHO, PHASE, ACT = (PLAN.get(word, "") for word in ("who", "phase", "act"))
+MEASURED = "detection, recovery, replay:"  # what the coordinator says of a successor [s]
 ROOM_bytes = 1 << 20  # that a process without memory still gets
 
 
@@ -35,29 +38,41 @@ def once(what: str) -> bool:
     return True
 
 
+def hit(number: int) -> None:
+    """Send this process a signal, and note when."""
+    note()
+    os.kill(os.getpid(), number)
+
+
+def note() -> None:
+    """Keep the moment of a blow for those who measure how long it takes to see it."""
+    Path(PLAN["folder"], "blow").write_text(str(time.monotonic()))
+
+
 def strike() -> None:
     """Do what is planned to this process, now or, if the system does it, a random moment later."""
     if not once("struck"):
         return
     signals = {"KILL": signal.SIGKILL, "STOP": signal.SIGSTOP, "SEGV": signal.SIGSEGV}
     if ACT in signals:
-        hit = functools.partial(os.kill, os.getpid(), signals[ACT])
-        threading.Timer(PLAN["delay"], hit).start() if PLAN["delay"] and WHO != "keeper" else hit()
-    elif ACT == "exit(0)":
+        late = threading.Timer(PLAN["delay"], hit, [signals[ACT]])
+        late.start() if PLAN["delay"] and WHO != "keeper" else hit(signals[ACT])
+        return
+    note()
+    if ACT == "exit(0)":
         os._exit(0)
-    elif ACT == "memory":
+    if ACT == "memory":
         pages = int(open("/proc/self/statm").read().split()[0])  # noqa: SIM115
         room = pages * resource.getpagesize() + ROOM_bytes
         resource.setrlimit(resource.RLIMIT_AS, (room, room))
         bytearray(64 << 20)
-    else:
-        raise RuntimeError("injected")
+    raise RuntimeError("injected")
 
 
 def lose(node: str) -> None:
     """Kill this process, so that there is something to recover from."""
     if once(f"lost {node}"):
-        os.kill(os.getpid(), signal.SIGKILL)
+        hit(signal.SIGKILL)
 
 
 class Counted:
@@ -130,15 +145,18 @@ def coordinate() -> None:
     """The coordinator: tell when processes were lost and came back; strike, or let the keeper be struck, in time."""
     from heavylift.coordinator.run import conversation, models
     from heavylift.coordinator.run.joining import joined
+    from heavylift.coordinator.supervision.processes import Processes
     from heavylift.coordinator.supervision.succession import Succession
 
     participant.PRELOAD = (*participant.PRELOAD, "injected")  # type: ignore[assignment]
     preload = models._preload
     models._preload = lambda reference: [*preload(reference), "injected"]
     models.joined = functools.partial(joined, deadline=PLAN.get("deadline", 2.0))  # type: ignore[attr-defined]
-    lost: dict[str, float] = {}
+    seen: dict[str, tuple[float, float]] = {}  # when a process was struck, and when that was noticed
+    there: dict[str, tuple[float, float, float]] = {}  # and when its successor had joined
     sent = 0
-    send, on_loss, on_join = Succession.send, Succession.on_loss, Succession.on_join
+    send, on_loss, on_join, go_on = Succession.send, Succession.on_loss, Succession.on_join, Succession._go_on
+    give_up = Processes.give_up
     dismiss = conversation.Conversation.dismiss
 
     def due(hub: Succession | None) -> None:
@@ -159,15 +177,30 @@ def coordinate() -> None:
     def loses(self: Succession, process: str, how: str) -> None:
         if WHO == "coordinator" and PHASE == "recovery" and not PLAN["late"]:
             strike()
-        lost[process] = time.monotonic()
+        now, blow = time.monotonic(), Path(PLAN["folder"], "blow")
+        seen[process] = float(blow.read_text()) if blow.exists() else now, now
         on_loss(self, process, how)
 
+    def gives_up(self: Processes, how: str) -> None:
+        """With the keeper all is lost, and only now that is known."""
+        if not self._lost:
+            now = time.monotonic()
+            seen.update({process: (struck, now) for process, (struck, _) in list(seen.items())})
+        give_up(self, how)
+
     def joins(self: Succession, process: str) -> None:
-        if process in lost:
-            print(f"recovered in {time.monotonic() - lost.pop(process):.3f} s", file=sys.stderr)
+        if process in seen:
+            there[process] = *seen.pop(process), time.monotonic()
         on_join(self, process)
         if WHO == "coordinator" and PHASE == "recovery" and PLAN["late"] and self.epoch(process) > 1:
             strike()
+
+    def goes_on(self: Succession, node: str, life: Any) -> None:
+        go_on(self, node, life)
+        process = self.placement.process_of[node]
+        if process in there and all(self._lives[other].ready for other in self.placement.processes[process]):
+            at = [*there.pop(process), time.monotonic()]
+            print(MEASURED, *(f"{b - a:.3f}" for a, b in itertools.pairwise(at)), process, file=sys.stderr)
 
     def dismisses(self: conversation.Conversation, end: Any) -> Any:
         if PHASE == "exit" and not PLAN["late"]:
@@ -178,6 +211,7 @@ def coordinate() -> None:
         return left
 
     Succession.send, Succession.on_loss, Succession.on_join = sends, loses, joins  # type: ignore[method-assign]
+    Succession._go_on, Processes.give_up = goes_on, gives_up  # type: ignore[method-assign]
     conversation.Conversation.dismiss = dismisses  # type: ignore[method-assign]
     if WHO == "coordinator" and PHASE == "start" and PLAN["point"] == 0 and ACT in ("KILL", "STOP", "SEGV"):
         PLAN["delay"] = PLAN["start_delay"]

@@ -27,6 +27,8 @@ TOKENS = (
     b" &a ",
     b" *a ",
     b"!!int ",
+    b"9" * 5000,
+    "\u00b2".encode(),
 )
 Folded = tuple[Callable[[bytes], Any], Callable[[Any], bytes]]
 

@@ -13,6 +13,7 @@ G = 9.81
 
 def test_numbers_in_names_count() -> None:
     wanted = ["H1", "H2", "H10", "H10a", "loader-2.sling-1", "loader-2.sling-10", "loader-10.sling-1", "x", "x01", "x1"]
+    wanted += ["y" + "8" * 5000, "y" + "9" * 5000, "y1" + "0" * 5000]
     for seed in range(10):
         assert sorted(Random(seed).sample(wanted, len(wanted)), key=natural) == wanted
 

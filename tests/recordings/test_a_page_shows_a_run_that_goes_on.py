@@ -40,7 +40,7 @@ def ask(page: LivePage, path: str = "", **headers: str) -> tuple[int, bytes]:
 class Browser:
     """Reads the messages of a page as an EventSource does."""
 
-    def __init__(self, page: LivePage, after: int | None = None) -> None:
+    def __init__(self, page: LivePage, after: int | str | None = None) -> None:
         url = urlsplit(page.url)
         self._connection = http.client.HTTPConnection(url.hostname or "", url.port, timeout=PATIENCE_s)
         self._connection.request(
@@ -130,6 +130,8 @@ def test_two_browsers_see_the_same_whenever_they_come(
             break
     assert told == first
     assert next(iter(again))[0] == seen + 1, "who comes back goes on where it was"
+    for nonsense in ("9" * 5000, "-1", "x"):
+        assert next(iter(Browser(live, after=nonsense)))[0] == told[0][0]
     kinds = [kind for _, kind, _ in told]
     assert kinds[0] == "begin"
     assert kinds[-1] == "end"

@@ -45,10 +45,11 @@ def test_a_later_version_is_told(recorded: Path, tmp_path: Path, begin: Callable
         RecordingError, match=r"has format 3 \(heavylift .*\), this is heavylift for format 2; update heavy"
     ):
         Recording(tmp_path / "later.mcap")
-    with Recorder(tmp_path / "early.mcap", {"format": 1}) as rec:
-        rec.log(0, "info", "x", "x")
-    with pytest.raises(RecordingError, match=r"has format 1 .*; run the scene again, or read it with the version that"):
-        Recording(tmp_path / "early.mcap")
+    for number, early in enumerate(("1", "9" * 5000, "\u00b2", "")):
+        with Recorder(tmp_path / f"{number}.mcap", {"format": early}) as rec:
+            rec.log(0, "info", "x", "x")
+        with pytest.raises(RecordingError, match=rf"has format {early[:20]} .*; run the scene again, or read it with"):
+            Recording(tmp_path / f"{number}.mcap")
 
 
 def bombs(path: Path, chunks: int, size: int) -> None:

@@ -136,6 +136,8 @@ def test_settings_are_bounded_too() -> None:
     base = HEAD + "extends: pendulum\n"
     assert "levels" in refused(base, (f"a={'[' * 5000}",))
     assert "digits" in refused(base, (f"seed={'9' * 5000}",))
+    for number in ("9" * 5000, "\u00b2", "\u0663"):
+        assert number[:20] in refused(base, (f"mechanism.{number}=1",))
 
 
 def test_a_scene_is_a_regular_file_of_bounded_size(folder: Path) -> None:
