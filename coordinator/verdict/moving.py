@@ -3,7 +3,8 @@
 A shape is a rounded box: half edges `half` along the columns of R, and a radius around it; ropes are capsules whose
 axis is the third column, balls have no edges.  Between two samples its middle and its ends go straight, and stray from
 that by at most h^2 / 8 times their acceleration, which is taken as twice the largest that second differences show at
-both samples; the speeds that samples hold are those of joints, so poses alone are used.
+both samples; the speeds that samples hold are those of joints, so poses alone are used, and what shakes faster than the
+samples is not bounded: verdicts say so.
 """
 
 from __future__ import annotations
