@@ -7,7 +7,6 @@ process of a run ever had, which is the coordinator's, or in process the only on
 time between `kill -9` and the moment at which the run had reached the last row that can be recovered.
 """
 
-import json
 import os
 import signal
 import subprocess
@@ -20,32 +19,28 @@ from pathlib import Path
 from heavylift.coordinator import run_models
 from heavylift.coordinator.run import conversation, run
 from heavylift.coordinator.run.watch import Watch
+from heavylift.kernel.errors import Stopped
 from heavylift.nodes.devs import ns
 from heavylift.nodes.scene import load
-from heavylift.recordings import recover
+from shared.processes import Told, family, lost
+from shared.rows import SHORT, options, row
 
-SHORT = "--short" in sys.argv
-SILENT = [(36_000, 2), (600, 200)]  # [s] and [Hz]
-SPANS = (100, 300) if SHORT else (100, 300, 1000, 2000)  # [s] of the queue
-ENDLESS_s = 4.0 if SHORT else 20.0  # wall time of a run without an end
+SILENT = [(3_600, 2)] if SHORT else [(36_000, 2), (600, 200)]  # [s] and [Hz]
+SPANS = (30, 60) if SHORT else (100, 300, 1000, 2000)  # [s] of the queue
+ENDLESS_s = 1.0 if SHORT else 20.0  # wall time of a run without an end
+BEGUN_bytes = 100_000  # of a recording
 KILLS = 1 if SHORT else 3
 RSS_MB, LOST_s, GROWTH = 250.0, 1.0, 1.1  # targets
-QUEUE = f"{Path(__file__).with_name('queues.py')}:build"
+QUEUE = f"{Path(__file__).with_name('shared') / 'queues.py'}:build"
 CHILD = "--child"
-
-
-class Told(Watch):
-    """Says on standard output which simulation time was reached."""
-
-    def progress(self, t_ns):
-        print(t_ns, flush=True)
 
 
 def child(what, folder, where, *of):
     """One run in this process: `silent` END HZ, `told` END HZ, or the `queue` without an end."""
     inside = where == "in-process"
     if what == "queue":
-        run_models(QUEUE, output=Path(folder) / "run.mcap", in_process=inside)
+        with suppress(Stopped):
+            run_models(QUEUE, output=Path(folder) / "run.mcap", in_process=inside)
         return
     scene = load("pendulum", [f"end={of[0]} s", f"samples={of[1]} Hz"])
     run(scene, Path(folder) / "run.mcap", in_process=inside, watch=Told() if what == "told" else None)
@@ -53,20 +48,8 @@ def child(what, folder, where, *of):
 
 def start(what, folder, where, *of):
     told = subprocess.PIPE if what == "told" else subprocess.DEVNULL
-    return subprocess.Popen([sys.executable, __file__, CHILD, what, folder, where, *map(str, of)], stdout=told)
-
-
-def family(pid):
-    """This process and all that descend from it."""
-    parents = {}
-    for entry in Path("/proc").iterdir():
-        if entry.name.isdigit():
-            with suppress(OSError):
-                parents[int(entry.name)] = int((entry / "stat").read_text().rpartition(")")[2].split()[1])
-    found = [pid]
-    for each in found:
-        found += [p for p, parent in parents.items() if parent == each]
-    return found
+    command = [sys.executable, __file__, CHILD, what, folder, where, *map(str, of)]
+    return subprocess.Popen(command, stdout=told, text=True)
 
 
 def memory(pid, field):
@@ -91,18 +74,10 @@ def largest(where, end, hz):
             time.sleep(0.05)
 
 
-def lost(where, end, hz, after):
+def killed(where, end, hz, after):
     """Wall seconds of a silent run that a kill takes away, so many seconds after the first samples."""
     with tempfile.TemporaryDirectory() as folder:
-        process, reached = start("told", folder, where, end, hz), []
-        while not reached or reached[-1][0] - reached[0][0] < after:
-            if t_ns := int(process.stdout.readline()):
-                reached.append((time.monotonic(), t_ns))
-        os.kill(process.pid, signal.SIGKILL)
-        killed = time.monotonic()
-        process.wait()
-        saved = round(recover(Path(folder) / "run.mcap.part", Path(folder) / "saved.mcap").sim_s * 1e9)
-        return killed - max(wall for wall, t_ns in reached if t_ns <= saved)
+        return lost(start("told", folder, where, end, hz), Path(folder), after)
 
 
 def granted(span):
@@ -132,7 +107,11 @@ def grown(where):
     """By how much [MB] the process that grows most does, in the second half of a run without an end."""
     with tempfile.TemporaryDirectory() as folder:
         process = start("queue", folder, where)
-        time.sleep(2.0 + ENDLESS_s / 2)
+        part = Path(folder) / "run.mcap.part"
+        while not part.exists() or part.stat().st_size < BEGUN_bytes:
+            assert process.poll() is None
+            time.sleep(0.05)
+        time.sleep(ENDLESS_s / 2)
         before = {pid: memory(pid, "VmRSS") for pid in family(process.pid)}
         time.sleep(ENDLESS_s / 2)
         after = {pid: memory(pid, "VmRSS") for pid in before}
@@ -151,18 +130,16 @@ def measured():
     for where in ("in-process", "processes"):
         yield f"growth of a queue without an end, {where}", grown(where), "MB", 5.0
         for end, hz in SILENT:
-            if not SHORT or (where, hz) == ("in-process", 2):
+            if not SHORT or where == "in-process":
                 yield f"largest process, {end} s at {hz} Hz, {where}", largest(where, end, hz), "MB", RSS_MB
-            worst = max(lost(where, 100 * end, hz, 1.1 + 0.37 * k) for k in range(KILLS))
+            worst = max(killed(where, 100 * end, hz, 1.1 + 0.37 * k) for k in range(KILLS))
             yield f"lost by kill -9, {hz} Hz, {where}", worst, "s", LOST_s
 
 
 def main():
+    options(__doc__)
     for title, value, unit, target in measured():
-        row = {"name": title, "value": round(value, 3), "unit": unit, "peer": None, "peer_value": None, "ratio": None}
-        row |= {"target": target, "met": target is None or value <= target}
-        wanted = f"   target {target:.4g} {unit}" if target else ""
-        print(json.dumps(row) if "--json" in sys.argv else f"{title:<56} {value:8.2f} {unit}{wanted}", flush=True)
+        row(title, value, unit, at_most=target)
 
 
 if __name__ == "__main__":

@@ -235,7 +235,14 @@ def main() -> None:
         (f"full round of {RING}, free", "us", (full_round, RING, 2), "HELICS tcp", (helics_round, RING, 2), 0.5),
         ("workload, lookahead of one gap", "events/s", (events, 1, 2), None, None, 10_000.0),
         ("workload, lookahead of ten gaps", "events/s", (events, 10, 2), None, None, 50_000.0),
-        (f"workload, {OBSERVERS} frozen observers", "DONEs/s", (observed, OBSERVERS, 2), "unwatched", (observed, 0, 2), 0.9),
+        (
+            f"workload, {OBSERVERS} frozen observers",
+            "1/s",
+            (observed, OBSERVERS, 2),
+            "unwatched",
+            (observed, 0, 2),
+            0.9,
+        ),
         ("empty message in one process", "us", (empty, 0, 1), None, None, 5.0),
         (f"grant, one of {RING}, in one process", "us", (local_grant, RING, 1), None, None, None),
     ]

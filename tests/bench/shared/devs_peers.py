@@ -4,8 +4,8 @@ Each function prepares a run and returns what is to be timed, or None where the 
 """
 
 import sys
-from functools import cache
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from .rows import peer_module
