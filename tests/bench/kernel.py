@@ -108,7 +108,7 @@ def whole_runs():
             continue
         target = FIFTH if np.isclose(error, PROMISED, rtol=1e-6).any() else 1.0
         name = f"{SECONDS} s at a tension error of {error:.0e}, {own[1]}"
-        row(name, own[0], "ms", f"MuJoCo RK4 ({peer[1]})", peer[0], at_most=target)
+        row(name, own[0], "ms", f"MuJoCo RK4 ({peer[1]})" if theirs else "MuJoCo RK4", peer[0], at_most=target)
         ratios += [own[0] / peer[0]] if theirs else []
     if ratios:
         row(f"work-precision curve: worst ratio at {len(ratios)} errors", max(ratios), at_most=1.0)

@@ -65,7 +65,7 @@ def main() -> None:
     given = options(__doc__ or "", {"--budget": budget, "scenes": {"nargs": "*", "choices": [*SCENES, "all", []]}})
     if SHORT:
         with tempfile.TemporaryDirectory() as folder:
-            case = Case(budget=20.0, settings=("end=1 s",))
+            case = Case(budget=90.0, settings=("end=1 s",))
             written({"pendulum": case}, ["pendulum"], given.budget, Path(folder), Path(folder) / "SETTINGS.md")
     else:
         written(SCENES, list(SCENES) if "all" in given.scenes else given.scenes, given.budget, HERE, PAGE)
