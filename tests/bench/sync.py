@@ -27,6 +27,7 @@ import threading
 import time
 from contextlib import suppress
 from itertools import pairwise
+from multiprocessing.synchronize import Event
 from statistics import median
 from typing import ClassVar
 
@@ -39,7 +40,7 @@ from heavylift.coordinator.transport.frame import Topic, Writer
 from heavylift.coordinator.transport.hub import LocalHub
 from heavylift.kernel.errors import Stopped
 from heavylift.nodes.devs import Simulator, Tag
-from shared.processes import Forked
+from shared.processes import FORK, Forked
 from shared.rows import SHORT, options, peer_module, row
 from shared.sync_models import GAP, Station, workload
 
@@ -185,20 +186,23 @@ def helics_round(n: int) -> float:
         port = free.getsockname()[1]
     near = "--local_interface=127.0.0.1 --loglevel=error"
     core = f"--federates=1 --broker_address=127.0.0.1 --brokerport={port} {near}"
-    federates = [Forked(federate, n, core, i) for i in range(n)]
+    ready = FORK.Event()
+    federates = [Forked(federate, n, core, i, ready) for i in range(n)]
     import helics as h  # type: ignore[import-untyped]  # not before they are forked: it has threads
 
     broker = h.helicsCreateBroker("tcp", "", f"-f {n} --localport={port} --name=b{port} {near}")
+    ready.set()
     rounds = zip(*(f.result() for f in federates), strict=True)
     h.helicsBrokerDisconnect(broker)
     h.helicsCloseLibrary()
     return cycle([max(at) for at in rounds], BLOCK) / BLOCK
 
 
-def federate(n: int, core: str, i: int) -> list[float]:
+def federate(n: int, core: str, i: int, ready: Event) -> list[float]:
     """One of n HELICS federates in a ring: when each of its rounds was done, on the clock of the machine."""
     import helics as h
 
+    ready.wait()
     info = h.helicsCreateFederateInfo()
     h.helicsFederateInfoSetCoreTypeFromString(info, "tcp")
     h.helicsFederateInfoSetCoreInitString(info, core)
