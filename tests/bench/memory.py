@@ -2,9 +2,11 @@
 
     python tests/bench/memory.py [--json] [--short]
 
-The silent scene is the bundled pendulum, which swings and says nothing.  Memory is the largest resident set that any
-process of a run ever had, which is the coordinator's, or in process the only one.  What a kill takes away is the wall
-time between `kill -9` and the moment at which the run had reached the last row that can be recovered.
+Silent scenes are the bundled pendulum, which swings and says nothing, and the bundled lift with all its columns, limits
+and clearances: at rest, since nobody gives an order, or swinging once it is up.  Memory is the largest resident set
+that any process of a run ever had, its verdict included: the coordinator's, or in process the only one.  What a kill
+takes away is the wall time between `kill -9` and the moment at which the run had reached the last row that can be
+recovered.
 """
 
 import os
@@ -21,29 +23,38 @@ from heavylift.coordinator.run import conversation, run
 from heavylift.coordinator.run.watch import Watch
 from heavylift.kernel.errors import Stopped
 from heavylift.nodes.devs import ns
-from heavylift.nodes.scene import load
+from heavylift.nodes.scene import bundled, parse
 from shared.processes import Told, family, lost
 from shared.rows import SHORT, options, row
 
-SILENT = [(3_600, 2)] if SHORT else [(36_000, 2), (600, 200)]  # [s] and [Hz]
+SWINGS, RESTS, LIFTED = "pendulum", "lift at rest", "lift"
+SILENT = [(SWINGS, 36_000, 2), (SWINGS, 600, 200), (RESTS, 36_000, 2), (RESTS, 600, 200), (LIFTED, 600, 200)]  # s, Hz
+SHORTLY = [(RESTS, 60, 20), (LIFTED, 10, 20)]
+KILLED = [(SWINGS, 36_000, 2), (SWINGS, 600, 200), (RESTS, 600, 200)][: 1 if SHORT else None]
 SPANS = (30, 60) if SHORT else (100, 300, 1000, 2000)  # [s] of the queue
 ENDLESS_s = 1.0 if SHORT else 20.0  # wall time of a run without an end
-BEGUN_bytes = 100_000  # of a recording
+BEGUN_bytes = 30_000  # of a recording
 KILLS = 1 if SHORT else 3
 RSS_MB, LOST_s, GROWTH = 250.0, 1.0, 1.1  # targets
 QUEUE = f"{Path(__file__).with_name('shared') / 'queues.py'}:build"
 CHILD = "--child"
 
 
+def scene(name, end, hz):
+    text = bundled()[name.split()[0]].read_text()
+    if name == RESTS:
+        text = f"{text[: text.index('actions:')]}actions:\n  - wait: {end} s\n"
+    return parse(text.replace("wait: 60 s", f"wait: {end} s"), overrides=[f"end={end} s", f"samples={hz} Hz"])
+
+
 def child(what, folder, where, *of):
-    """One run in this process: `silent` END HZ, `told` END HZ, or the `queue` without an end."""
+    """One run in this process: `silent` or `told` SCENE END HZ, or the `queue` without an end."""
     inside = where == "in-process"
     if what == "queue":
         with suppress(Stopped):
             run_models(QUEUE, output=Path(folder) / "run.mcap", in_process=inside)
         return
-    scene = load("pendulum", [f"end={of[0]} s", f"samples={of[1]} Hz"])
-    run(scene, Path(folder) / "run.mcap", in_process=inside, watch=Told() if what == "told" else None)
+    run(scene(*of), Path(folder) / "run.mcap", in_process=inside, watch=Told() if what == "told" else None)
 
 
 def start(what, folder, where, *of):
@@ -61,10 +72,10 @@ def memory(pid, field):
     return next((int(line.split()[1]) / 1024 for line in lines if line.startswith(field)), 0.0)
 
 
-def largest(where, end, hz):
+def largest(where, *of):
     """Largest resident set of any process of a silent run [MB]."""
     with tempfile.TemporaryDirectory() as folder:
-        process, most = start("silent", folder, where, end, hz), 0.0
+        process, most = start("silent", folder, where, *of), 0.0
         while True:
             pid, status, usage = os.wait4(process.pid, os.WNOHANG)
             if pid:
@@ -74,10 +85,10 @@ def largest(where, end, hz):
             time.sleep(0.05)
 
 
-def killed(where, end, hz, after):
+def killed(where, name, end, hz, after):
     """Wall seconds of a silent run that a kill takes away, so many seconds after the first samples."""
     with tempfile.TemporaryDirectory() as folder:
-        return lost(start("told", folder, where, end, hz), Path(folder), after)
+        return lost(start("told", folder, where, name, end, hz), Path(folder), after)
 
 
 def granted(span):
@@ -129,11 +140,13 @@ def measured():
         yield f"bytes of GRANT per event, {span} s of a queue", value, "B", GROWTH * first
     for where in ("in-process", "processes"):
         yield f"growth of a queue without an end, {where}", grown(where), "MB", 5.0
-        for end, hz in SILENT:
+        for name, end, hz in SHORTLY if SHORT else SILENT:
             if not SHORT or where == "in-process":
-                yield f"largest process, {end} s at {hz} Hz, {where}", largest(where, end, hz), "MB", RSS_MB
-            worst = max(killed(where, 100 * end, hz, 1.1 + 0.37 * k) for k in range(KILLS))
-            yield f"lost by kill -9, {hz} Hz, {where}", worst, "s", LOST_s
+                title = f"largest process, {name}, {end} s at {hz} Hz, {where}"
+                yield title, largest(where, name, end, hz), "MB", RSS_MB
+        for name, end, hz in KILLED:
+            worst = max(killed(where, name, 100 * end, hz, 1.1 + 0.37 * k) for k in range(KILLS))
+            yield f"lost by kill -9, {name}, {hz} Hz, {where}", worst, "s", LOST_s
 
 
 def main():
