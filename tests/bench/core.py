@@ -1,6 +1,6 @@
 """What one decision of the coordinator costs by itself: DONE taken, commits, floor, next GRANTs; no node, no transport.
 
-    python tests/bench/core.py [--json]
+    python tests/bench/core.py [--json] [--short]
 
 CPU time of this thread, the best of several runs.  Nodes are played by the bench: in `silent` one node at a time has an
 internal event, in `token` one token goes around (two GRANTs a hop), in `talk` each node speaks at times of its own.
@@ -8,8 +8,6 @@ Target: 15 us at 32 nodes with one imminent node.  `ports`: GRANTs that a ring o
 slow one of the ring reports to an observer, with a lookahead of its own for each port and with the least for all.
 """
 
-import json
-import sys
 import time
 from random import Random
 
@@ -18,8 +16,10 @@ from heavylift.coordinator.protocol.memory import run_in_memory
 from heavylift.coordinator.protocol.messages import Done, Grant, Hello
 from heavylift.coordinator.protocol.node import Node
 from heavylift.nodes.devs import FOREVER, Atomic, Bag, Event, In, Message, Out, Simulator, Tag
+from shared.rows import SHORT, options, row
 
-REPEATS, ROUNDS, TARGET_us = 5, 1500, 15.0
+REPEATS, ROUNDS, NODES, SPAN = (1, 100, (8, 32), 2_000) if SHORT else (5, 1500, (8, 32, 128), 20_000)
+TARGET_us = 15.0
 SHAPES = (("ring", "silent"), ("ring", "token"), ("ring", "talk"), ("star", "silent"), ("star", "talk"))
 
 
@@ -52,7 +52,7 @@ def decision(shape: str, kind: str, n: int) -> float:
         name, grant = grants.pop(0)
         if kind == "token":
             due[name] = FOREVER.t if grant.committed else grant.inputs[0].event.t + 7
-        elif grant.committed or (kind == "silent" and due[name] < grant.until.t):
+        elif grant.committed or (kind == "silent" and Tag(due[name]) < grant.until):
             due[name] += random.randrange(500 * n, 1500 * n)
         done = answer(name, grant, due[name], kind != "silent")
         began = time.thread_time_ns()
@@ -101,10 +101,10 @@ class Station(Atomic):
 
 
 def grants_of(by_port: bool) -> int:
-    """GRANTs of a ring of 8 with 8 numbers over 20 us of its time."""
+    """GRANTs of a ring of 8 with 8 numbers over SPAN [ns] of its time."""
     names = [f"s{i}" for i in range(8)]
     ways = [(a, "slow", b, "into") for a, b in zip(names, [*names[1:], names[0]], strict=True)]
-    core = Coordinator([*names, "z"], [*ways, *((name, "quick", "z", "into") for name in names)], Tag(20_000))
+    core = Coordinator([*names, "z"], [*ways, *((name, "quick", "z", "into") for name in names)], Tag(SPAN))
     nodes = [Node(name, Simulator(Station(name, i + 1, by_port))) for i, name in enumerate(names)]
     run_in_memory(core, [*nodes, Node("z", Simulator(Sink("z")))])
     return sum(node.gseq for node in core._by_rank)
@@ -118,22 +118,13 @@ class Sink(Atomic):
 
 
 def main() -> None:
-    lines = []
+    options(__doc__ or "")
     for shape, kind in SHAPES:
-        for n in (8, 32, 128):
+        for n in NODES:
             value = min(decision(shape, kind, n) for _ in range(REPEATS))
-            line: dict[str, object] = {"name": f"decision, {shape} of {n}, {kind}", "value": value, "unit": "us"}
-            if n == 32 and kind == "silent":
-                line |= {"target": TARGET_us, "met": value <= TARGET_us}
-            lines.append(line)
-    each, least = grants_of(True), grants_of(False)
-    lines.append({"name": "grants, lookahead of each port", "value": each, "unit": "", "peer": "least of all ports"})
-    lines[-1] |= {"peer_value": least, "ratio": least / each}
-    for line in lines:
-        if "--json" in sys.argv:
-            print(json.dumps(line))
-        else:
-            print(f"{line['name']:40} {line['value']:8.1f} {line['unit']}", line.get("peer_value", ""))
+            target = TARGET_us if n == 32 and kind == "silent" else None
+            row(f"decision, {shape} of {n}, {kind}", value, "us", at_most=target)
+    row("grants, lookahead of each port", grants_of(True), "", "least lookahead of all ports", grants_of(False))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """How fast the DEVS engine is: DEVStone, sparse generators, building, tracing; beside other engines where installed.
 
-    pip install '.[bench]' && PYTHONPATH=pypdevs/src python tests/bench/devs.py [--json]
+    pip install '.[bench]' && PYTHONPATH=pypdevs/src python tests/bench/devs.py [--json] [--short]
 
 CPU time of this thread, engines in turn and the best of all rounds, so that a busy machine slows all alike. Atomics do
 nothing but pass on one event, in every engine; a transition is a change of state (a confluent one counts twice).
@@ -10,19 +10,17 @@ with `2to3 -w -n src/pypdevs/minimal.py src/pypdevs/schedulers`, and put its `sr
 """
 
 import gc
-import json
-import sys
 import time
 from collections.abc import Callable
-from typing import NamedTuple
 
-from devs_peers import Run, pdevs_sparse, pdevs_stone, xdevs_stone
 from heavylift.nodes.devs import Atomic, Coupled, In, Message, Out, Simulator, Trace
+from shared.devs_peers import Run, pdevs_sparse, pdevs_stone, xdevs_stone
+from shared.rows import SHORT, options, row
 
-ROUNDS = 7
-W = D = 50
+ROUNDS, W, MANY = (1, 10, 50) if SHORT else (7, 50, 1000)
+D = W
 TRANSITIONS = 2 * (1 + (D - 1) * W * (W - 1) // 2)  # of DEVStone HI, internal and external
-PERIODS, SPAN = [1_000_003 + 7 * n for n in range(1000)], 60_000_000
+PERIODS, SPAN = [1_000_003 + 7 * n for n in range(MANY)], 60_000_000
 TICKS = sum((SPAN - 1) // period for period in PERIODS)
 
 
@@ -125,28 +123,8 @@ def seconds(contenders: dict[str, Callable[[], Run | None]]) -> dict[str, float]
     return least
 
 
-class Row(NamedTuple):
-    """One line of the result; `ratio` is what the target is for where there is a peer."""
-
-    name: str
-    value: float
-    unit: str
-    peer: str | None
-    peer_value: float | None
-    ratio: float | None
-    target: float
-    met: bool | None  # None: the peer is not installed
-
-
-def beside(name: str, n: int, mine: float, peer: str, theirs: float | None, target: float) -> Row:
-    """Our speed for n transitions and a peer's."""
-    ratio = theirs / mine if theirs else None
-    value = n / theirs / 1e6 if theirs else None
-    return Row(name, n / mine / 1e6, "M transitions/s", peer, value, ratio, target, ratio >= target if ratio else None)
-
-
-def rows() -> list[Row]:
-    """All measurements."""
+def main() -> None:
+    options(__doc__ or "")
     stones, generators = Simulator(seeded(W, D)), Simulator(sparse())
     t = seconds(
         {
@@ -157,36 +135,22 @@ def rows() -> list[Row]:
             "sparse": lambda: ours(generators, SPAN, False),
             "sparse traced": lambda: ours(generators, SPAN, True),
             "pdevs sparse": lambda: pdevs_sparse(PERIODS, SPAN),
-            "build 50": lambda: lambda: Simulator(seeded(50, 50)),
-            "build 100": lambda: lambda: Simulator(seeded(100, 100)),
+            "build": lambda: lambda: Simulator(seeded(W, D)),
+            "build 4": lambda: lambda: Simulator(seeded(2 * W, 2 * D)),
         }
     )
-    pdevs, stone, many = (
-        "PythonPDEVS minimal",
-        f"DEVStone HI {W}x{D}, traced",
-        f"{len(PERIODS)} generators, own periods",
-    )
-    overhead, growth = 100 * (t["traced"] / t["stones"] - 1), t["build 100"] / t["build 50"]
-    build = t["build 100"]
-    return [
-        beside(stone, TRANSITIONS, t["traced"], "xdevs flattened", t.get("xdevs stones"), 4.5),
-        beside(stone, TRANSITIONS, t["traced"], pdevs, t.get("pdevs stones"), 2.0),
-        beside(many, TICKS, t["sparse"], pdevs, t.get("pdevs sparse"), 2.0),
-        beside(f"{many}, traced", TICKS, t["sparse traced"], pdevs, t.get("pdevs sparse"), 1.0),
-        Row("overhead of the trace on DEVStone", overhead, "%", None, None, None, 12.0, overhead <= 12.0),
-        Row("DEVStone 100x100, built and flattened", build, "s", None, None, None, 0.3, build <= 0.3),
-        Row("building 4 times as many atomics takes", growth, "times as long", None, None, None, 6.0, growth <= 6.0),
-    ]
-
-
-def main() -> None:
-    for row in rows():
-        if "--json" in sys.argv:
-            print(json.dumps(row._asdict()))
-        else:
-            peer = f"   {row.peer} {row.peer_value:.3g}, ratio {row.ratio:.2f}" if row.ratio else ""
-            met = {None: f"   {row.peer} is not installed", True: "   met", False: "   MISSED"}[row.met]
-            print(f"{row.name:<40} {row.value:8.3g} {row.unit:<16} target {row.target:g}{peer}{met}")
+    pdevs, stone, many = "PythonPDEVS minimal", f"DEVStone HI {W}x{D}, traced", f"{MANY} generators, own periods"
+    for name, n, mine, peer, theirs, target in (
+        (stone, TRANSITIONS, "traced", "xdevs flattened", "xdevs stones", 4.5),
+        (stone, TRANSITIONS, "traced", pdevs, "pdevs stones", 2.0),
+        (many, TICKS, "sparse", pdevs, "pdevs sparse", 2.0),
+        (f"{many}, traced", TICKS, "sparse traced", pdevs, "pdevs sparse", 1.0),
+    ):
+        other = n / t[theirs] / 1e6 if theirs in t else None
+        row(name, n / t[mine] / 1e6, "M transitions/s", peer, other, at_least=target)
+    row("overhead of the trace on DEVStone", 100 * (t["traced"] / t["stones"] - 1), "%", at_most=12.0)
+    row(f"DEVStone {2 * W}x{2 * D}, built and flattened", t["build 4"], "s", at_most=0.3)
+    row("building 4 times as many atomics takes", t["build 4"] / t["build"], "times as long", at_most=6.0)
 
 
 if __name__ == "__main__":

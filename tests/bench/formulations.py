@@ -1,6 +1,6 @@
 """What the paper's formulations cost: one forward dynamics of a chain of n hinged links, the same text in machine code.
 
-    python tests/bench/formulations.py [--json] [--long]
+    python tests/bench/formulations.py [--json] [--short] [--long]
 
 Every formulation is traced and compiled alike (straight code, run-time parameters, strict IEEE), so the clock compares
 algorithms and nothing else; operations are counted in the traced graph.  Because zeros fold away, the augmented
@@ -9,9 +9,7 @@ formulation is a *sparse* solver here, as ADAMS has it; its textbook form, one d
 The growth is the exponent p of n^p between the last two lengths.
 """
 
-import json
 import math
-import sys
 import time
 
 import numpy as np
@@ -24,6 +22,7 @@ from heavylift.kernel.native import Library
 from heavylift.kernel.spatial import join
 from heavylift.kernel.symbol import select
 from heavylift.kernel.trees import Tree, cut, numbers, with_numbers
+from shared.rows import SHORT, options, row
 
 LENGTHS = {
     "recursive": (1, 2, 4, 8, 16, 24),
@@ -32,7 +31,7 @@ LENGTHS = {
     "augmented": (1, 2, 4, 8, 16),
 }
 DENSE = (4, 8, 16, 24)
-CALLS, RUNS = 2000, 10
+CALLS, RUNS = (100, 2) if SHORT else (2000, 10)
 PAPER = 2.0  # "2 to 20 times faster" than others
 CONTROL = 2  # run, calls left
 
@@ -99,42 +98,27 @@ def _clock(f) -> float:
     return float(time.perf_counter_ns() - began)
 
 
-def row(name: str, value: float, unit: str, peer: str, peer_value: float, target: float | None, met: bool) -> None:
-    ratio = value / peer_value if peer_value else None
-    if "--json" in sys.argv:
-        kept = {"name": name, "value": round(value, 3), "unit": unit, "peer": peer or None}
-        kept |= {"peer_value": round(peer_value, 3) or None, "ratio": ratio and round(ratio, 3)}
-        print(json.dumps(kept | {"target": target, "met": met}), flush=True)
-    else:
-        beside = f"{ratio:7.2f} x {peer}" if ratio else ""
-        goal = f"   target {target:g}: {'met' if met else 'MISSED'}" if target is not None else ""
-        print(f"{name:<44} {value:10.2f} {unit:<11} {beside}{goal}", flush=True)
-
-
 def main() -> None:
-    lengths = LENGTHS if "--long" in sys.argv else {k: v[:-1] for k, v in LENGTHS.items()}
+    given = options(__doc__ or "", {"--long": {"action": "store_true", "help": "the longest chains, too"}})
+    lengths = {k: v[:3] if SHORT else v if given.long else v[:-1] for k, v in LENGTHS.items()}
     times: dict[str, dict[int, float]] = {}
     counts: dict[str, dict[int, int]] = {}
     for formulation, ns in lengths.items():
         for n in ns:
             t, count = measured(n, formulation)
-            times.setdefault(formulation, {})[n] = t
+            times.setdefault(formulation, {})[n] = t / 1e3
             counts.setdefault(formulation, {})[n] = count
-            peer = times["recursive"].get(n, 0.0) / 1e3
-            row(f"{formulation}, chain of {n}", t / 1e3, "us", "recursive", peer, None, True)
-            row(f"{formulation}, chain of {n}, operations", count, "", "recursive", counts["recursive"][n], None, True)
+            row(f"{formulation}, chain of {n}", t / 1e3, "us", "recursive", times["recursive"][n])
+            row(f"{formulation}, chain of {n}, operations", count, "", "recursive", counts["recursive"][n])
     for n in DENSE:
         if n in times["recursive"]:
-            t = dense(n) / 1e3
-            row(f"dense KKT by LAPACK, chain of {n}", t, "us", "recursive", times["recursive"][n] / 1e3, None, True)
+            row(f"dense KKT by LAPACK, chain of {n}", dense(n) / 1e3, "us", "recursive", times["recursive"][n])
     for formulation, c in counts.items():
         a, b = sorted(c)[-2:]
         p = math.log(c[b] / c[a]) / math.log(b / a)
-        target = {"articulated": 1.1}.get(formulation)
-        row(f"growth of {formulation}, n = {a} to {b}", p, "power of n", "", 0.0, target, target is None or p <= target)
-    longest = max(set(times["augmented"]) & set(times["recursive"]))
-    factor = times["augmented"][longest] / times["recursive"][longest]
-    row(f"recursive faster than augmented, chain of {longest}", factor, "x", "", 0.0, PAPER, factor >= PAPER)
+        row(f"growth of {formulation}, n = {a} to {b}", p, "power", at_most={"articulated": 1.1}.get(formulation))
+    n = max(set(times["augmented"]) & set(times["recursive"]))
+    row(f"recursive faster than augmented, chain of {n}", times["augmented"][n] / times["recursive"][n], at_least=PAPER)
 
 
 if __name__ == "__main__":

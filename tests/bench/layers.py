@@ -1,6 +1,6 @@
 """Where the time of one grant cycle goes: the same round trip between two processes, layer by layer, beside a raw one.
 
-    taskset -c 1 python tests/bench/layers.py [--json]
+    taskset -c 1 python tests/bench/layers.py [--json] [--short]
 
 Each layer is measured in a process of its own, all on the cores that we may use (pin it to one), as the median cycle.
   raw      a GRANT's bytes over a unix socket, a DONE's bytes back          session  the same over the sessions of a run
@@ -10,10 +10,7 @@ Each layer is measured in a process of its own, all on the cores that we may use
 
 from __future__ import annotations
 
-import json
 import os
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 
@@ -28,10 +25,12 @@ from heavylift.coordinator.transport.keys import key
 from heavylift.coordinator.transport.link import Link
 from heavylift.coordinator.transport.session import RunDirectory, Ticket, new_password, new_run_id
 from heavylift.nodes.devs import Simulator, Tag
-from sync_models import turns
+from shared.processes import Forked
+from shared.rows import SHORT, options, row
+from shared.sync_models import turns
 from zenoh.handlers import FifoChannel
 
-CYCLES = 8000
+CYCLES = 200 if SHORT else 8000
 HALF_ns = 500
 LAYERS = ("raw", "session", "frames", "codec", "node", "run")
 BLOCK = zenoh.CongestionControl.BLOCK
@@ -137,17 +136,13 @@ def measure(layer: str) -> float:
 
 
 def main() -> None:
-    raw = 0.0
+    options(__doc__ or "")
+    raw = None
     for layer in LAYERS:
-        command = [sys.executable, __file__, "--one", layer]
-        value = float(subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout.split()[-1])
+        value = Forked(measure, layer).result()
         raw = raw or value
-        line = {"name": f"cycle, {layer}", "value": value, "unit": "us", "peer": "raw", "ratio": value / raw}
-        print(json.dumps(line) if "--json" in sys.argv else f"{layer:10} {value:8.1f} us {value / raw:6.1f} x raw")
+        row(f"cycle, {layer}", value, "us", "raw", raw)
 
 
 if __name__ == "__main__":
-    if sys.argv[1:2] == ["--one"]:
-        print(measure(sys.argv[2]))
-    else:
-        main()
+    main()

@@ -9,7 +9,6 @@ takes away is the wall time between `kill -9` and the moment at which the run ha
 recovered.
 """
 
-import json
 import os
 import signal
 import subprocess
@@ -22,20 +21,22 @@ from pathlib import Path
 from heavylift.coordinator import run_models
 from heavylift.coordinator.run import conversation, run
 from heavylift.coordinator.run.watch import Watch
+from heavylift.kernel.errors import Stopped
 from heavylift.nodes.devs import ns
 from heavylift.nodes.scene import bundled, parse
-from heavylift.recordings import recover
+from shared.processes import Told, family, lost
+from shared.rows import SHORT, options, row
 
-SHORT = "--short" in sys.argv
 SWINGS, RESTS, LIFTED = "pendulum", "lift at rest", "lift"
 SILENT = [(SWINGS, 36_000, 2), (SWINGS, 600, 200), (RESTS, 36_000, 2), (RESTS, 600, 200), (LIFTED, 600, 200)]  # s, Hz
-SHORTLY = [(SWINGS, 36_000, 2), (RESTS, 60, 200), (LIFTED, 60, 20)]
-KILLED = [(SWINGS, 36_000, 2), (SWINGS, 600, 200), (RESTS, 600, 200)]
-SPANS = (100, 300) if SHORT else (100, 300, 1000, 2000)  # [s] of the queue
-ENDLESS_s = 4.0 if SHORT else 20.0  # wall time of a run without an end
+SHORTLY = [(RESTS, 60, 20), (LIFTED, 10, 20)]
+KILLED = [(SWINGS, 36_000, 2), (SWINGS, 600, 200), (RESTS, 600, 200)][: 1 if SHORT else None]
+SPANS = (30, 60) if SHORT else (100, 300, 1000, 2000)  # [s] of the queue
+ENDLESS_s = 1.0 if SHORT else 20.0  # wall time of a run without an end
+BEGUN_bytes = 30_000  # of a recording
 KILLS = 1 if SHORT else 3
 RSS_MB, LOST_s, GROWTH = 250.0, 1.0, 1.1  # targets
-QUEUE = f"{Path(__file__).with_name('queues.py')}:build"
+QUEUE = f"{Path(__file__).with_name('shared') / 'queues.py'}:build"
 CHILD = "--child"
 
 
@@ -46,38 +47,20 @@ def scene(name, end, hz):
     return parse(text.replace("wait: 60 s", f"wait: {end} s"), overrides=[f"end={end} s", f"samples={hz} Hz"])
 
 
-class Told(Watch):
-    """Says on standard output which simulation time was reached."""
-
-    def progress(self, t_ns):
-        print(t_ns, flush=True)
-
-
 def child(what, folder, where, *of):
     """One run in this process: `silent` or `told` SCENE END HZ, or the `queue` without an end."""
     inside = where == "in-process"
     if what == "queue":
-        run_models(QUEUE, output=Path(folder) / "run.mcap", in_process=inside)
+        with suppress(Stopped):
+            run_models(QUEUE, output=Path(folder) / "run.mcap", in_process=inside)
         return
     run(scene(*of), Path(folder) / "run.mcap", in_process=inside, watch=Told() if what == "told" else None)
 
 
 def start(what, folder, where, *of):
     told = subprocess.PIPE if what == "told" else subprocess.DEVNULL
-    return subprocess.Popen([sys.executable, __file__, CHILD, what, folder, where, *map(str, of)], stdout=told)
-
-
-def family(pid):
-    """This process and all that descend from it."""
-    parents = {}
-    for entry in Path("/proc").iterdir():
-        if entry.name.isdigit():
-            with suppress(OSError):
-                parents[int(entry.name)] = int((entry / "stat").read_text().rpartition(")")[2].split()[1])
-    found = [pid]
-    for each in found:
-        found += [p for p, parent in parents.items() if parent == each]
-    return found
+    command = [sys.executable, __file__, CHILD, what, folder, where, *map(str, of)]
+    return subprocess.Popen(command, stdout=told, text=True)
 
 
 def memory(pid, field):
@@ -102,18 +85,10 @@ def largest(where, *of):
             time.sleep(0.05)
 
 
-def lost(where, name, end, hz, after):
+def killed(where, name, end, hz, after):
     """Wall seconds of a silent run that a kill takes away, so many seconds after the first samples."""
     with tempfile.TemporaryDirectory() as folder:
-        process, reached = start("told", folder, where, name, end, hz), []
-        while not reached or reached[-1][0] - reached[0][0] < after:
-            if t_ns := int(process.stdout.readline()):
-                reached.append((time.monotonic(), t_ns))
-        os.kill(process.pid, signal.SIGKILL)
-        killed = time.monotonic()
-        process.wait()
-        saved = round(recover(Path(folder) / "run.mcap.part", Path(folder) / "saved.mcap").sim_s * 1e9)
-        return killed - max(wall for wall, t_ns in reached if t_ns <= saved)
+        return lost(start("told", folder, where, name, end, hz), Path(folder), after)
 
 
 def granted(span):
@@ -143,7 +118,11 @@ def grown(where):
     """By how much [MB] the process that grows most does, in the second half of a run without an end."""
     with tempfile.TemporaryDirectory() as folder:
         process = start("queue", folder, where)
-        time.sleep(2.0 + ENDLESS_s / 2)
+        part = Path(folder) / "run.mcap.part"
+        while not part.exists() or part.stat().st_size < BEGUN_bytes:
+            assert process.poll() is None
+            time.sleep(0.05)
+        time.sleep(ENDLESS_s / 2)
         before = {pid: memory(pid, "VmRSS") for pid in family(process.pid)}
         time.sleep(ENDLESS_s / 2)
         after = {pid: memory(pid, "VmRSS") for pid in before}
@@ -166,16 +145,14 @@ def measured():
                 title = f"largest process, {name}, {end} s at {hz} Hz, {where}"
                 yield title, largest(where, name, end, hz), "MB", RSS_MB
         for name, end, hz in KILLED:
-            worst = max(lost(where, name, 100 * end, hz, 1.1 + 0.37 * k) for k in range(KILLS))
+            worst = max(killed(where, name, 100 * end, hz, 1.1 + 0.37 * k) for k in range(KILLS))
             yield f"lost by kill -9, {name}, {hz} Hz, {where}", worst, "s", LOST_s
 
 
 def main():
+    options(__doc__)
     for title, value, unit, target in measured():
-        row = {"name": title, "value": round(value, 3), "unit": unit, "peer": None, "peer_value": None, "ratio": None}
-        row |= {"target": target, "met": target is None or value <= target}
-        wanted = f"   target {target:.4g} {unit}" if target else ""
-        print(json.dumps(row) if "--json" in sys.argv else f"{title:<64} {value:8.2f} {unit}{wanted}", flush=True)
+        row(title, value, unit, at_most=target)
 
 
 if __name__ == "__main__":

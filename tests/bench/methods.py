@@ -1,21 +1,19 @@
 """Which solver: steps, evaluations and time of every method at equal error, SciPy's in the same run.
 
-    python tests/bench/methods.py [--json] [--seconds 10]
+    python tests/bench/methods.py [--json] [--short] [--seconds 10]
 
 `reference`: the 24-degree-of-freedom two-crane scene; `light`: a swinging load whose loader has 1e-6 of its mass;
 `stiff`: the same with a rope of 1e6 times its stiffness.  Errors are of rope tensions, relative to the largest (of the
 load's place [m] in the swinging scenes), against a run of dop853 or radau5 at a tight tolerance.  Times are thread
-times of one run after the code is compiled.
+times of one run after the code is compiled; beside them stands the fastest of SciPy's methods that is as exact.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
 import time
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,6 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 from goliath import scene
 from heavylift.kernel.describe import System
 from heavylift.kernel.simulation import Simulation
+from shared.rows import SHORT, options, row
 from small_scenes import SECOND, column, hand_over
 from test_the_stiffness_of_ropes import swing
 
@@ -52,42 +51,41 @@ def result(name: str, simulation: Simulation) -> np.ndarray:
     return simulation.state[:3].copy()
 
 
-def measure(seconds: int) -> list[dict[str, Any]]:
-    rows = []
-    for name, (system, reference, tolerances, methods) in SCENES.items():
-        exact = result(name, run(system, seconds, reference, TIGHT[reference])[0])
-        for method in methods:
-            for tolerance in tolerances:
-                simulation, spent = run(system, seconds, method, tolerance)
-                rows.append(
-                    {
-                        "scene": name,
-                        "method": method,
-                        "tolerance": tolerance,
-                        "steps": int(simulation["accepted"]),
-                        "rejected": int(simulation["rejected"]),
-                        "ms": 1e3 * spent,
-                        "error": float(np.abs(result(name, simulation) - exact).max()),
-                    }
-                )
-    return rows
+class Measured(NamedTuple):
+    """What one method did with one scene at one tolerance."""
+
+    method: str
+    tolerance: float
+    ms: float
+    error: float
+    steps: float
+    rejected: float
+
+
+def measure(name: str, seconds: int) -> list[Measured]:
+    """All methods at all tolerances; `--short`: at the first."""
+    system, reference, tolerances, methods = SCENES[name]
+    exact, found = result(name, run(system, seconds, reference, TIGHT[reference])[0]), []
+    for method in methods:
+        for tolerance in tolerances[:1] if SHORT else tolerances:
+            simulation, spent = run(system, seconds, method, tolerance)
+            error = float(np.abs(result(name, simulation) - exact).max())
+            steps = simulation["accepted"], simulation["rejected"]
+            found.append(Measured(method, tolerance, 1e3 * spent, error, *steps))
+    return found
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--json", action="store_true")
-    parser.add_argument("--seconds", type=int, default=10)
-    options = parser.parse_args()
-    rows = measure(options.seconds)
-    if options.json:
-        print(json.dumps(rows, indent=1))
-        return
-    print(f"{'scene':10} {'method':14} {'tolerance':>9} {'steps':>7} {'rejected':>8} {'ms':>9} {'error':>9}")
-    for r in rows:
-        print(
-            f"{r['scene']:10} {r['method']:14} {r['tolerance']:9.0e} {r['steps']:7} {r['rejected']:8} "
-            f"{r['ms']:9.1f} {r['error']:9.1e}"
-        )
+    given = options(__doc__ or "", {"--seconds": {"type": int, "default": 1 if SHORT else 10}})
+    for scene_name in SCENES:
+        found = measure(scene_name, given.seconds)
+        for x in found:
+            as_exact = [(y.ms, y.method) for y in found if y.method in PEERS and y.error <= x.error]
+            ms, peer = min(as_exact, default=(None, None)) if x.method not in PEERS else (None, None)
+            name = f"{scene_name}, {x.method} at {x.tolerance:.0e}"
+            row(f"{name}: time", x.ms, "ms", peer, ms)
+            for what in ("error", "steps", "rejected"):
+                row(f"{name}: {what}", getattr(x, what))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """What it gains to leave out what a scene does not require at the moment, and to solve islands apart.
 
-    python tests/bench/midrun.py [--json]
+    python tests/bench/midrun.py [--json] [--short]
 
 Work is attempted steps times operations of one evaluation, which does not depend on the machine; the peer is the same
 kernel in one piece with all laws in its code.  Seconds are those of this machine with machine code from the cache,
@@ -9,7 +9,6 @@ least of three: the steps alone for `crate` and `two lifts`, whole runs in one p
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from collections.abc import Callable
@@ -32,11 +31,13 @@ from heavylift.nodes.scene import LoadedScene, load
 sys.path.insert(0, str(Path(__file__).parents[1] / "islands"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 from contact_scenes import brick, floating
+from shared.rows import SHORT, options, row
 from test_islands_are_solved_apart import TWO, UP, played
 from test_two_cranes_of_which_one_idles import scene as two_cranes
 from test_what_is_not_required_leaves_the_code import on_the_ground, play
 
-RUNS, SECOND, HOUR = 3, 1_000_000_000, 100 * 3600
+SECOND, HOUR = 1_000_000_000, 100 * 3600
+RUNS, SWING_s, END = (1, 20, ["end=5 s"]) if SHORT else (3, 2000, [])
 
 
 class Metered(Simulation):
@@ -102,7 +103,7 @@ def crate(lean: bool | None) -> Made:
         s.start()
         began = time.perf_counter()
         play(s, before=12)
-        s.run(2000 * SECOND)
+        s.run(SWING_s * SECOND)
         return time.perf_counter() - began, s.count(), np.array([row for _, row in s.rows])
 
     return made
@@ -126,7 +127,8 @@ def least(made: Made) -> tuple[float, float, np.ndarray]:
 
 
 def main() -> None:
-    turnover, lift, cranes = load("turnover"), load("lift"), two_cranes()
+    options(__doc__ or "")
+    turnover, lift, cranes = load("turnover", END), load("lift", END), two_cranes(end=5.0 if SHORT else 45.0)
     cases: list[tuple[str, Made, Made, bool]] = [
         ("crate, in the air without its ground", crate(None), crate(False), True),
         ("turnover, where that pays", scene_run(turnover, None, False), scene_run(turnover, False, False), True),
@@ -141,15 +143,7 @@ def main() -> None:
         if same:
             assert rows.tobytes() == peer_rows.tobytes(), f"{name}: a bit has changed"
         for what, unit, value, other in (("work", "operations", n, peer_n), ("time", "s", s, peer_s)):
-            row = {"name": f"{name}: {what}", "value": round(value, 4), "unit": unit, "peer": "in one piece, all laws"}
-            row |= {
-                "peer_value": round(other, 4),
-                "ratio": round(value / other, 3),
-                "target": 1.0,
-                "met": value <= other,
-            }
-            told = f"{row['name']:<46} {value:12.4g} {unit:<10} of {other:12.4g}: {value / other:.2f}"
-            print(json.dumps(row) if "--json" in sys.argv else told)
+            row(f"{name}: {what}", value, unit, "in one piece, all laws", other, at_most=1.0)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """What a recording costs: share of a run's wall time, CPU and bytes per sample, and what a kill takes away.
 
-    python tests/bench/recording.py [--json]
+    python tests/bench/recording.py [--json] [--short]
 
 `turnover` in processes of its own, with a recording and with a recorder that does nothing, turn by turn; the medians of
 five pairs are compared.  The peer of the CPU time is the plain Writer of the mcap library, given the same messages at
@@ -10,9 +10,6 @@ and what the run had reached at the kill.
 
 import gc
 import io
-import json
-import os
-import signal
 import subprocess
 import sys
 import tempfile
@@ -23,49 +20,49 @@ from statistics import median
 import msgspec
 from heavylift.coordinator.record import tape
 from heavylift.coordinator.run import run
-from heavylift.coordinator.run.watch import Watch
 from heavylift.nodes.scene import load
-from heavylift.recordings import Digest, Recorder, Recording, recover
+from heavylift.recordings import Digest, Recorder, Recording
 from heavylift.recordings.mcapfile import McapFile
 from mcap.writer import Writer
+from shared.processes import Told, lost
+from shared.rows import SHORT, options, row
 
-PAIRS, KILLS = 5, 5
+PAIRS, KILLS, SCENE, TIMES = (1, 1, "pendulum", 1) if SHORT else (5, 5, "turnover", 3)
 SHARE, SIZE_MB, SAMPLE_B, LOST_s = 10.0, 20.0, 1200.0, 1.0  # targets
+CHILD = "--child"
+LONG = ["end=36000 s"] if SHORT else []  # it must not end before it is killed
 
 
 class Nothing:
     """A recorder that records nothing."""
 
-    def __init__(self, *_):
-        self.digest, self.peaks = Digest(), {}
+    def __init__(self, path, *_, **__):
+        self.path, self.digest, self.peaks, self.notes = path, Digest(), {}, []
 
     def __getattr__(self, name):
-        return lambda *_: None
-
-
-class Told(Watch):
-    """Says on standard output which simulation time was reached."""
-
-    def progress(self, t_ns):
-        print(t_ns, flush=True)
+        return lambda *_, **__: None
 
 
 def child(what, folder):
     """One run in this process: `recorded`, `bare`, or `told` at 20 Hz."""
     if what == "bare":
         tape.Recorder = Nothing
-    scene = load("turnover", ["samples=20 Hz"] if what == "told" else [])
+    scene = load(SCENE, ["samples=20 Hz", *LONG] if what == "told" else [])
     began = time.perf_counter()
     run(scene, Path(folder) / "run.mcap", watch=Told() if what == "told" else None)
     print(time.perf_counter() - began)
 
 
 def start(what, folder):
-    return subprocess.Popen([sys.executable, __file__, "--child", what, folder], stdout=subprocess.PIPE, text=True)
+    short = ["--short"] if SHORT else []
+    command = [sys.executable, __file__, CHILD, what, folder, *short]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
 
 
 def seconds(what, folder):
-    out, _ = start(what, folder).communicate()
+    process = start(what, folder)
+    out, _ = process.communicate()
+    assert process.returncode == 0, what
     return float(out.split()[-1])
 
 
@@ -83,15 +80,15 @@ def captured(rate, folder):
             super().samples(payload)
 
     tape.Recorder, path = Capturing, folder / f"{rate}.mcap"
-    run(load("turnover", [f"samples={rate} Hz"]), path)
+    run(load(SCENE, [f"samples={rate} Hz"]), path, in_process=True)
     tape.Recorder = Recorder
     return layouts[0], batches, path
 
 
 def cpu(work):
-    """Least CPU seconds of three times."""
+    """Least CPU seconds of several times."""
     times = []
-    for _ in range(3):
+    for _ in range(TIMES):
         gc.collect()
         began = time.process_time()
         work()
@@ -134,63 +131,36 @@ def packed(messages):
     return cpu(work)
 
 
-def lost(folder, after):
-    """Wall seconds of the run that a kill takes away, so many seconds after the first samples."""
-    process, reached = start("told", folder), []
-    assert process.stdout is not None
-    while not reached or reached[-1][0] - reached[0][0] < after:
-        t_ns = int(process.stdout.readline())
-        reached.append((time.monotonic(), t_ns))
-    os.kill(process.pid, signal.SIGKILL)
-    killed = time.monotonic()
-    process.wait()
-    saved = round(recover(Path(folder) / "run.mcap.part", Path(folder) / "saved.mcap").sim_s * 1e9)
-    return killed - max(wall for wall, t_ns in reached if t_ns <= saved)
-
-
 def main():
+    options(__doc__)
     with tempfile.TemporaryDirectory() as name:
-        for row in measured(Path(name)):
-            tell(*row)
+        measured(Path(name))
 
 
 def measured(folder):
-    """Name, value, unit, target, peer and its value of each measurement."""
-    seconds("recorded", folder)  # the cache is warm from here on
+    if not SHORT:
+        seconds("recorded", folder)  # the cache is warm from here on
     pairs = [(seconds("recorded", folder), seconds("bare", folder)) for _ in range(PAIRS)]
     share = 100 * (median(a for a, _ in pairs) / median(b for _, b in pairs) - 1)
-    yield "wall time of a run that goes into its recording", share, "%", SHARE
+    row("wall time of a run that goes into its recording", share, "%", at_most=SHARE)
     layout, batches, path = captured(2, folder)
-    yield "recording of turnover by default", path.stat().st_size / 1e6, "MB", SIZE_MB
+    row(f"recording of {SCENE} by default", path.stat().st_size / 1e6, "MB", at_most=SIZE_MB)
     n = sum(len(msgspec.msgpack.decode(batch)[1]) for batch in batches)
     whole = cpu(lambda: ours(layout, batches, folder / "ours.mcap"))
-    yield "CPU per sample: rounded, encoded, digested, packed", 1e6 * whole / n, "us"
+    row("CPU per sample: rounded, encoded, digested, packed", 1e6 * whole / n, "us")
     rec = Recording(folder / "ours.mcap")
     messages = list(rec.messages(*rec.topics))
-    peer = "mcap Writer", 1e6 * cpu(lambda: plain(messages)) / n
-    yield "CPU per sample: made messages packed", 1e6 * packed(messages) / n, "us", None, *peer
+    peer = 1e6 * cpu(lambda: plain(messages)) / n
+    row("CPU per sample: made messages packed", 1e6 * packed(messages) / n, "us", "mcap Writer", peer)
     _, batches, path = captured(20, folder)
     n = sum(len(msgspec.msgpack.decode(batch)[1]) for batch in batches)
-    yield "bytes per sample at 20 Hz", path.stat().st_size / n, "B", SAMPLE_B
-    yield "lost by kill -9, worst of five", max(lost(folder, 1.5 + 0.37 * k) for k in range(KILLS)), "s", LOST_s
-
-
-def tell(title, value, unit, target=None, peer=None, peer_value=None):
-    row = {
-        "name": title,
-        "value": round(value, 3),
-        "unit": unit,
-        "peer": peer,
-        "peer_value": peer_value and round(peer_value, 3),
-        "ratio": peer_value and round(value / peer_value, 3),
-        "target": target,
-        "met": target is None or value <= target,
-    }
-    beside = f"   {peer} {peer_value:.1f} {unit}" if peer else ""
-    wanted = f"   target {target:g} {unit}" if target else ""
-    text = json.dumps(row) if "--json" in sys.argv else f"{title:<52} {value:8.2f} {unit}{wanted}{beside}"
-    print(text, flush=True)
+    row("bytes per sample at 20 Hz", path.stat().st_size / n, "B", at_most=SAMPLE_B)
+    worst = 0.0
+    for k in range(KILLS):
+        with tempfile.TemporaryDirectory(dir=folder) as name:
+            worst = max(worst, lost(start("told", name), Path(name), 1.1 + 0.37 * k))
+    row(f"lost by kill -9, worst of {KILLS}", worst, "s", at_most=LOST_s)
 
 
 if __name__ == "__main__":
-    child(*sys.argv[2:]) if "--child" in sys.argv else main()
+    child(*sys.argv[2:4]) if sys.argv[1:2] == [CHILD] else main()

@@ -1,20 +1,24 @@
 """Measures the bundled scenes and writes what was found: settings/SCENE.json and .png, and the page SETTINGS.md.
 
-    python tests/bench/settings.py [--budget 300] [SCENE ...]        # or: all
+    python tests/bench/settings.py [--json] [--short] [--budget 300] [SCENE ...]        # or: all
 
-Without the name of a scene only the page is written anew, from the tables that are there.
+Without the name of a scene only the page is written anew, from the tables that are there; what its tables hold is
+printed.  `--short` measures the beginning of a pendulum and writes elsewhere.
 """
 
 from __future__ import annotations
 
-import argparse
 import json
+import sys
+import tempfile
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 from heavylift.coordinator.tradeoff import measure, write
 from heavylift.coordinator.tradeoff.communication import communicating
 from heavylift.nodes.scene import load
+from shared.rows import SHORT, options, row
 
 PAGE = Path(__file__).parents[2] / "nodes/scenes/SETTINGS.md"
 HERE = PAGE.parent / "settings"
@@ -57,27 +61,36 @@ How to read it
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--budget", type=float, help="seconds for each scene")
-    parser.add_argument("scenes", nargs="*", choices=[*SCENES, "all", []])
-    options = parser.parse_args()
-    for name in SCENES if "all" in options.scenes else options.scenes:
-        case = SCENES[name]
+    budget = {"type": float, "help": "seconds for each scene"}
+    given = options(__doc__ or "", {"--budget": budget, "scenes": {"nargs": "*", "choices": [*SCENES, "all", []]}})
+    if SHORT:
+        with tempfile.TemporaryDirectory() as folder:
+            case = Case(budget=90.0, settings=("end=1 s",))
+            written({"pendulum": case}, ["pendulum"], given.budget, Path(folder), Path(folder) / "SETTINGS.md")
+    else:
+        written(SCENES, list(SCENES) if "all" in given.scenes else given.scenes, given.budget, HERE, PAGE)
+
+
+def written(scenes: dict[str, Case], wanted: list[str], budget: float | None, folder: Path, page: Path) -> None:
+    """Measure what is wanted; write the page and print its tables."""
+    for name in wanted:
+        case = scenes[name]
         scene = load(name, case.settings)
-        measured = measure(scene, case.ask, budget=options.budget or case.budget, say=print)
+        measured = measure(scene, case.ask, budget=budget or case.budget, say=partial(print, file=sys.stderr))
         if scene.followed is not None:
             measured = communicating(scene, measured)
         for kind in ("json", "png"):
-            write(measured, HERE / f"{name}.{kind}")
-    found = [name for name in SCENES if (HERE / f"{name}.json").exists()]
-    parts = [HEAD, *(section(name) for name in found)]
-    PAGE.write_text("\n".join(parts))
+            write(measured, folder / f"{name}.{kind}")
+    tables = {x: json.loads((folder / f"{x}.json").read_text()) for x in scenes if (folder / f"{x}.json").exists()}
+    page.write_text("\n".join([HEAD, *(section(name, scenes[name], told) for name, told in tables.items())]))
+    for name, told in tables.items():
+        for a in told["answers"]:
+            if a["setting"] is not None:
+                row(f"{name}, {a['ask']} to {a['limit']:.2g}: {a['setting']}", a["real_time_factor"], "x real time")
 
 
-def section(name: str) -> str:
+def section(name: str, case: Case, told: dict) -> str:
     """A scene's part of the page."""
-    told = json.loads((HERE / f"{name}.json").read_text())
-    case = SCENES[name]
     given = f", {' '.join(case.settings)} ({case.why})" if case.settings else ""
     lines = [f"## {name}{given}", "", f"{told['verdict']}", "", f"![{name}](settings/{name}.png)", ""]
     lines += ["| asked | to | fastest setting | x real time | error |", "|---|---|---|---|---|"]

@@ -1,6 +1,6 @@
 """The measured map of stability: longest stable step against stiffness, mass ratio and rope length, beside theory.
 
-    python tests/bench/stability_map.py -o kernel/stability.png [--json]
+    python tests/bench/stability_map.py [--json] [--short] [-o kernel/stability.png]
 
 For each scene and method the longest fixed step that the kernel lets run is found by halving, each trial being a real
 run: 400 steps of a small push, after which the motion must not have grown.  The guard is switched off for that, so that
@@ -9,8 +9,7 @@ semi-implicit Euler and 2.828/w for Runge-Kutta, w being the scene's largest fre
 Methods that are stable at every step are drawn at the longest step tried.
 """
 
-import argparse
-import json
+import io
 import sys
 from dataclasses import replace
 from math import sqrt
@@ -24,6 +23,7 @@ from heavylift.kernel.describe import Body, Joint, Line, Point, Rope, System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.simulation import Simulation
 from heavylift.kernel.stepper import Stepper
+from shared.rows import SHORT, options, row
 from small_scenes import EA, LENGTH, MASS, SECOND, G, Z, hung
 
 matplotlib.use("Agg")
@@ -31,8 +31,9 @@ import matplotlib.pyplot as plt
 
 METHODS = {"semi-implicit-euler": 2.0, "rk4": 2.0 * sqrt(2.0), "ros34pw2": None, "radau5": None}
 COLOURS = dict(zip(METHODS, ("#b5541c", "#1f5fa8", "#3d8f4f", "#7a3fa0"), strict=True))
-STEPS, GROWN, LONGEST = 400, 3.0, 3.0  # of a trial; how much may be a beat of two modes; steps [s] tried at most
-HALVINGS = 8  # of the ratio between a stable and an unstable step: 2 % in the end
+STEPS = 40 if SHORT else 400  # of a trial
+GROWN, LONGEST = 3.0, 3.0  # how much may be a beat of two modes; steps [s] tried at most
+HALVINGS = 1 if SHORT else 8  # of the ratio between a stable and an unstable step: 2 % in the end
 
 
 def hanging(k: float, L: float = LENGTH) -> tuple[System, float]:
@@ -62,10 +63,11 @@ def two(ratio: float) -> tuple[System, float]:
     return scene, sqrt(half + sqrt(half * half - k * k / hook / MASS))
 
 
+POINTS = 1 if SHORT else 0  # of each axis, 0: enough to see its law
 AXES = {
-    "stiffness of the rope, 1/60 m of steel = 1": (np.logspace(-3, 4, 8), lambda x: hanging(EA / LENGTH * x)),
-    "load / hook": (np.logspace(-4, 6, 6), two),
-    "length of the rope [m]": (np.logspace(-1, 2, 7), lambda x: hanging(EA / x, x)),
+    "stiffness of the rope, 1/60 m of steel = 1": (np.logspace(-3, 4, POINTS or 8), lambda x: hanging(EA / LENGTH * x)),
+    "load / hook": (np.logspace(-4, 6, POINTS or 6), two),
+    "length of the rope [m]": (np.logspace(-1, 2, POINTS or 7), lambda x: hanging(EA / x, x)),
 }
 
 
@@ -107,10 +109,8 @@ def longest(scene: System, method: str, w: float, guarded: bool = False) -> floa
 
 
 def main() -> None:
-    p = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    p.add_argument("-o", "--output", type=Path, default=Path("stability.png"))
-    p.add_argument("--json", action="store_true")
-    given = p.parse_args()
+    output = {"dest": "output", "default": io.BytesIO(), "help": "where the map is drawn, else nowhere"}
+    given = options(__doc__ or "", {"-o": output})
     figure, panels = plt.subplots(1, 3, figsize=(13.5, 4.6), layout="constrained")
     for panel, (label, (values, scene_of)) in zip(panels, AXES.items(), strict=True):
         scenes = [scene_of(float(x)) for x in values]
@@ -127,10 +127,9 @@ def main() -> None:
                 panel.loglog(values, guard, "o", ms=10, mfc="none", color=COLOURS[method])
                 panel.loglog(fine, limit / frequency, "-", lw=1.0, color=COLOURS[method], label=f"{limit:.3g}/w")
             for x, h, g, (_, w) in zip(values, found, guard, scenes, strict=True):
-                theory = None if everywhere else limit / w
-                line = {"name": f"{label} {x:g}, {method}", "value": h, "unit": "s", "guard": g, "theory": theory}
-                ratio = f"  {h / theory:.3f} of theory" if theory else ""
-                print(json.dumps(line) if given.json else f"{line['name']:<64} {h:.4g} s, guard {g:.4g} s{ratio}")
+                theory = () if everywhere else (f"{limit:.3g}/w", limit / w)
+                row(f"{label} {x:g}, {method}", h, "s", *theory)
+                row(f"{label} {x:g}, {method}: the guard's limit", g, "s", "measured", h)
         panel.set_xlabel(label)
         panel.grid(True, which="major", lw=0.3)
     panels[0].set_ylabel("longest stable step [s]")

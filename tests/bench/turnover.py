@@ -1,12 +1,14 @@
-"""How long the founding lift takes on this machine: whole run, and start to first grant, cold and warm.
+"""How long the founding lift takes on this machine, beside its motion: start to first grant, exit, path, verdict.
 
-    python tests/bench/turnover.py [--json]
+    python tests/bench/turnover.py [--json] [--short]
 
-Whole processes, as a user starts them, all twelve of them and with full recording.  There is no peer that runs this
-scene; the reference is the budget.  Medians of three runs.
+Whole processes are as a user starts them, all twelve of them and with full recording, cold and warm; no peer runs this
+scene.  The equilibrium path is walked with compiled code that is warm, but anew for each plan.  The verdict with all
+clearances is timed where a run takes it, at its end in one process; beside it stands the kernel's time of the same run,
+so a slow machine shows as such.  The library of distances and the judges are imported before and counted on their own
+line.  Medians of three.
 """
 
-import json
 import os
 import subprocess
 import sys
@@ -15,18 +17,24 @@ import time
 from pathlib import Path
 from statistics import median
 
-HEAVYLIFT = Path(sys.executable).parent / "heavylift"
-RUN_s, COLD_s, WARM_s = 15.0, 3.0, 1.5  # budgets
+from heavylift.coordinator.record import scene as recording
+from heavylift.coordinator.run import run
+from heavylift.nodes.scene import load
+from heavylift.nodes.statics.rehearsal import Rehearsal
+from shared.rows import SHORT, options, row
+
+SCENE, END, TIMES = ("lift", ["end=10 s"], 1) if SHORT else ("turnover", [], 3)
+RUN_s, COLD_s, WARM_s, VERDICT_s, PATH_s = 15.0, 3.0, 1.5, 0.3, 1.0  # budgets
 
 
-def run(folder: Path, cache: Path) -> tuple[float, float]:
+def whole(folder: Path, cache: Path) -> tuple[float, float]:
     """Seconds to the first stage (the first grants are done) and to the exit."""
-    environment = {**os.environ, "HEAVYLIFT_CACHE": str(cache)}
+    command = [sys.executable, "-c", "from heavylift.coordinator.cli import main; main()", "run", SCENE, "--force"]
     began = time.perf_counter()
     process = subprocess.Popen(
-        [HEAVYLIFT, "run", "turnover"],
+        [*command, *(f"--set={x}" for x in END)],
         cwd=folder,
-        env=environment,
+        env={**os.environ, "HEAVYLIFT_CACHE": str(cache)},
         stderr=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
         text=True,
@@ -34,35 +42,62 @@ def run(folder: Path, cache: Path) -> tuple[float, float]:
     assert process.stderr is not None
     first = process.stderr.readline()
     granted = time.perf_counter() - began
-    assert "take up slack" in first, first
-    process.communicate()
-    assert process.returncode == 0
+    rest = process.communicate()[1]
+    assert process.returncode == 0, first + rest
+    assert load(SCENE).plan.actions[0].stage in first, first
     return granted, time.perf_counter() - began
 
 
+def path() -> float:
+    """Seconds of the walk along the equilibrium path."""
+    found = []
+    for _ in range(TIMES + 1):  # the first makes the code warm
+        rehearsal = Rehearsal(load(SCENE, END).plan)
+        began = time.perf_counter()
+        rehearsal.walk()
+        found.append(time.perf_counter() - began)
+        assert rehearsal.states
+    return median(found[1:])
+
+
+def verdicts(folder: Path) -> tuple[float, float, float]:
+    """Seconds of the verdict, of the kernel, and once of the imports."""
+    found, imports = [], []
+    judged = recording.judge
+
+    def timed(*arguments):  # type: ignore[no-untyped-def]
+        began = time.perf_counter()
+        import coal  # noqa: F401
+        import heavylift.coordinator.verdict.judging  # noqa: F401
+
+        ready = time.perf_counter()
+        verdict = judged(*arguments)
+        found.append(time.perf_counter() - ready)
+        imports.append(ready - began)
+        return verdict
+
+    recording.judge = timed
+    try:
+        runs = [run(load(SCENE, END), folder / "run.mcap", in_process=True) for _ in range(TIMES)]
+    finally:
+        recording.judge = judged
+    return median(found), median(r.budget.kernel for r in runs), imports[0]
+
+
 def main() -> None:
+    options(__doc__ or "")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        cold = [run(folder, folder / f"cache-{i}") for i in range(3)]
-        warm = [run(folder, folder / "cache-0") for _ in range(3)]
-    rows = [
-        ("start to first grant, cold cache", median(g for g, _ in cold), COLD_s),
-        ("start to first grant, warm cache", median(g for g, _ in warm), WARM_s),
-        ("turnover, start to exit, cold cache", median(e for _, e in cold), RUN_s),
-        ("turnover, start to exit, warm cache", median(e for _, e in warm), RUN_s),
-    ]
-    for title, value, target in rows:
-        row = {
-            "name": title,
-            "value": round(value, 3),
-            "unit": "s",
-            "peer": None,
-            "peer_value": None,
-            "ratio": round(value / target, 3),
-            "target": target,
-            "met": value <= target,
-        }
-        print(json.dumps(row) if "--json" in sys.argv else f"{title:<38} {value:6.2f} s   budget {target:g} s")
+        cold = [whole(folder, folder / f"cache-{i}") for i in range(TIMES)]
+        warm = [whole(folder, folder / "cache-0") for _ in range(TIMES)]
+        for what, found, to_grant in (("cold", cold, COLD_s), ("warm", warm, WARM_s)):
+            row(f"start to first grant, {what} cache", median(g for g, _ in found), "s", at_most=to_grant)
+            row(f"{SCENE}, start to exit, {what} cache", median(e for _, e in found), "s", at_most=RUN_s)
+        row(f"{SCENE}, equilibrium path", path(), "s", at_most=PATH_s)
+        verdict, kernel, imported = verdicts(folder)
+        name = f"{SCENE}, verdict and clearances"
+        row(name, verdict, "s", "kernel of the same run", kernel, at_most=VERDICT_s, absolute=True)
+        row("import of the judges and their library", imported, "s")
 
 
 if __name__ == "__main__":

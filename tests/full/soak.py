@@ -29,7 +29,7 @@ SHORT = "--short" in sys.argv
 RUNS, AT_ONCE = (60, 4) if SHORT else (1000, 20)
 RUNS = next((int(arg.partition("=")[2]) for arg in sys.argv if arg.startswith("--runs=")), RUNS)
 GROWTH = 1.0  # per cent of the resident set: target
-QUEUE = f"{Path(__file__).parents[1] / 'bench' / 'queues.py'}:build"
+QUEUE = f"{Path(__file__).parents[1] / 'bench' / 'shared' / 'queues.py'}:build"
 ALONE = "from pathlib import Path; from heavylift.coordinator.run import run; print(run('lift', Path('x.mcap')).digest)"
 
 

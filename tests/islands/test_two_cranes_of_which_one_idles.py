@@ -31,13 +31,13 @@ EMPTY = """
     working: [crane H1, crane H2, crane H3]"""
 
 
-def scene(islands: str = "apart") -> LoadedScene:
+def scene(islands: str = "apart", end: float = END) -> LoadedScene:
     given = bundled()["lift"].read_text()
     assert given.count(CRANE) == given.count(LOADER) == 1
     given = given.replace(CRANE, f"{CRANE}\n{IDLE}").replace(LOADER, LOADER + EMPTY)
     given = given.replace("all hooks:", "working hooks:").replace("all slings", "all working slings")
     given = given.replace("    trolleys:", "    crane upper trolley:")
-    return parse(given, overrides=[f"end={END} s", f"fidelity.islands={islands}"])
+    return parse(given, overrides=[f"end={end} s", f"fidelity.islands={islands}"])
 
 
 def simulated(islands: str = "apart") -> Simulation | Islands:

@@ -14,7 +14,7 @@ def box(mass, x, y, z):
     return ((i * (y * y + z * z), 0.0, 0.0), (0.0, i * (x * x + z * z), 0.0), (0.0, 0.0, i * (x * x + y * y)))
 
 
-def scene() -> System:
+def scene(hooks: tuple[float, ...] = HOOK_Y) -> System:
     bodies, joints, springs, drives, ropes = [], [], [], [], []
 
     def add(name, kind, parent, mass, size, place, axis, com=(0.0, 0.0, 0.0), v0=()):
@@ -32,7 +32,7 @@ def scene() -> System:
     joints[-1] = Joint("block-joint", "free", "world", "block", q0=(0.0, 0.0, 20.0, 0.0, 0.0, 0.0, 1.0), v0=v0)
     static = (3.0e5 + 6 * 5.0e3) * G / 6.0
     for i, x in enumerate((-7.0, 7.0)):
-        for j, y in enumerate(HOOK_Y):
+        for j, y in enumerate(hooks):
             n = 3 * i + j
             add(f"low{n}", "revolute", "block", 2.0e3, (1.0, 1.0, 1.0), (x, y, 5.0), ex, (0.0, 0.0, 0.5))
             add(f"up{n}", "revolute", f"low{n}", 3.0e3, (1.0, 1.0, 1.5), (0.0, 0.0, 1.0), ey, (0.0, 0.0, 0.75))

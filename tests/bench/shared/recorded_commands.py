@@ -47,13 +47,13 @@ class Clock:
         return result
 
 
-def kernel_alone(scene):
+def kernel_alone(scene, *overrides):
     """What the kernel was told; its tensions; attempted steps; and CPU seconds by what they were spent on."""
     began = time.process_time()
     original, room.KernelNode = room.KernelNode, Noting
     try:
         with tempfile.TemporaryDirectory() as folder:
-            runner.run(load(scene), Path(folder) / "run.mcap", in_process=True)
+            runner.run(load(scene, overrides), Path(folder) / "run.mcap", in_process=True)
     finally:
         room.KernelNode = original
     whole = time.process_time() - began
@@ -135,9 +135,10 @@ def pruned_alone(noted, method):
             run(tag.t)
             simulation.interrupt(tag.t)
             for order in orders:
-                kernel._apply(order, tag)
+                room.obey(simulation, order)
             simulation.settle()
-            kernel._flush(1)
+            kernel._before = tag.t
+            kernel._flush()
     run(noted.end.t - 1)
     kernel.finish(noted.end)
     alone = time.thread_time() - began - samples.seconds

@@ -3,17 +3,19 @@
 Each function prepares a run and returns what is to be timed, or None where the engine is not installed.
 """
 
-import importlib.util
 import sys
 from collections.abc import Callable
+from functools import cache
 from typing import Any
+
+from .rows import peer_module
 
 Run = Callable[[], object]
 
 
 def xdevs_stone(w: int, d: int) -> Run | None:
     """xdevs, flattened as ours is; its own DEVStone."""
-    if importlib.util.find_spec("xdevs") is None:
+    if not _xdevs():
         return None
     from xdevs.examples.devstone.devstone import DEVStone  # type: ignore[import-not-found]
     from xdevs.sim import Coordinator  # type: ignore[import-not-found]
@@ -103,9 +105,11 @@ def _run(simulator: Any, until: float) -> Run:
     return run
 
 
-def _pdevs() -> Any:
-    if importlib.util.find_spec("pypdevs") is None:
-        return None
-    from pypdevs import minimal  # type: ignore[import-not-found]
+@cache
+def _xdevs() -> Any:
+    return peer_module("xdevs", "xdevs", "pip install '.[bench]'")
 
-    return minimal
+
+@cache
+def _pdevs() -> Any:
+    return peer_module("pypdevs.minimal", "PythonPDEVS", "a clone, as `tests/bench/devs.py` describes")

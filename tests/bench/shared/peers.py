@@ -9,12 +9,15 @@ import ctypes
 from dataclasses import replace
 from pathlib import Path
 
-import mujoco
 import numpy as np
-import pinocchio as pin
 from goliath import HINGE_DAMPING, KP, KV, G
 from heavylift.kernel.graph import build_graph
-from native_loops import fastest, foreign
+
+from .native_loops import fastest, foreign
+from .rows import peer_module
+
+TEST = "pip install '.[test]'"
+mujoco, pin = peer_module("mujoco", "MuJoCo", TEST), peer_module("pinocchio", "Pinocchio", TEST)
 
 
 def mjcf(system, integrator, h, pins=()):
@@ -114,6 +117,8 @@ def cut_loose(system):
 
 def pinocchio_constrained(system):
     """Seconds of one `constraintDynamics` and of one `lcaba` of the scene cut loose, without ropes, by name."""
+    if pin is None:
+        return dict.fromkeys(("constraintDynamics", "lcaba"))
     from random_trees import pinocchio_model
 
     loose, pins = cut_loose(system)
