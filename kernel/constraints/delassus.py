@@ -16,8 +16,8 @@ __all__ = ["Lopsided"]
 
 
 class Lopsided(Proximal):
-    """Functions `factorise` (A, size, soft -> C, mu, pivot) and `multipliers` (C, mu, b -> x) for one pattern of zeros
-    of a matrix with two sides: rows may push otherwise than they sense.
+    """Functions `factorise` (A, size, soft -> C, mu, pivot) and `multipliers` (C, mu, b, prior -> x) for one pattern of
+    zeros of a matrix with two sides: rows may push otherwise than they sense.
 
     `couples`: pairs (r, s), r > s, of rows that share a degree of freedom; entries stand for (r, s) and (s, r).
     """
@@ -30,7 +30,7 @@ class Lopsided(Proximal):
         self.filled = [(r, s) for s in range(n) for r in self.lower[s]]
         size = 2 * len(self.filled) + n
         self.factorise = Function("factorise_rows", self._factorise, {"A": len(self.entries), "size": n, "soft": n})
-        self.multipliers = Function("multipliers", self._multipliers, {"C": size, "mu": n, "b": n})
+        self.multipliers = Function("multipliers", self._multipliers, {"C": size, "mu": n, "b": n, "prior": n})
         self._substitute = Function("substitute", self._substituted, {"C": size, "b": n})
 
     def _factorise(self, A: Any, size: Any, soft: Any) -> dict[str, Any]:

@@ -37,8 +37,10 @@ class Proximal:
 
     _substitute: Function  # (C, b -> x) of one factorisation
 
-    def _multipliers(self, C: Any, mu: Any, b: Any) -> dict[str, Any]:
-        x = self._substitute(C=C, b=b).x
+    def _multipliers(self, C: Any, mu: Any, b: Any, prior: Any = None) -> dict[str, Any]:
+        """Of redundant rows those next to `prior` (n,), to zero without."""
+        first = b if prior is None else [e + m * y for e, m, y in zip(b, mu, prior, strict=True)]
+        x = self._substitute(C=C, b=first).x
         for _ in range(PASSES - 1):
             x = self._substitute(C=C, b=[e + m * y for e, m, y in zip(b, mu, x, strict=True)]).x
         return {"x": x}

@@ -46,6 +46,7 @@ class Row:
     on: Any = 1.0  # 0: absent, as of a slack rope
     push: list[tuple[int, Any]] | None = None  # what it does to the bodies where it senses otherwise: sliding friction
     soft: Any = 1.0  # factor of its regularisation: of redundant rows, a soft one carries less
+    prior: Any = 0.0  # force next to which that of a redundant row is
 
 
 def held_rows(
@@ -206,9 +207,10 @@ class Rows:
         """What a unit of row s accelerates in row r."""
         return sum((y * self._W[s][ik] for ik, y in self._Y[r].items() if ik in self._W[s]), 0.0)
 
-    def solve(self, b: list[Any]) -> Any:
-        """(n,) multipliers x of least norm with G H^-1 G^T x = b."""
-        return self.constraints.delassus.multipliers(C=self._factors.C, mu=self._factors.mu, b=b).x
+    def solve(self, b: list[Any], prior: list[Any] | None = None) -> Any:
+        """(n,) multipliers x with G H^-1 G^T x = b, those next to `prior`, which contacts have, or of least norm."""
+        more = {"prior": prior or [0.0] * len(b)} if self.slots else {}
+        return self.constraints.delassus.multipliers(C=self._factors.C, mu=self._factors.mu, b=b, **more).x
 
     def approach(self) -> list[Any]:
         """(n,) second derivatives of the residuals under the forces, without multipliers."""
@@ -227,7 +229,7 @@ class Rows:
     def accelerate(self) -> None:
         """The multipliers that keep all rows at rest while the forces act."""
         self.free = self.approach()
-        self.multipliers = self.solve(self.held([-a for a in self.free]))
+        self.multipliers = self.solve(self.held([-a for a in self.free]), [row.prior for row in self.rows])
 
     @property
     def _rope_rows(self) -> list[Row]:

@@ -31,18 +31,26 @@ class Solution:
     found: bool
 
 
-def solve(A: np.ndarray, b: np.ndarray, lo: np.ndarray, hi: np.ndarray, side: np.ndarray | None = None) -> Solution:
+def solve(
+    A: np.ndarray,
+    b: np.ndarray,
+    lo: np.ndarray,
+    hi: np.ndarray,
+    side: np.ndarray | None = None,
+    prior: np.ndarray | None = None,
+) -> Solution:
     """A: (n, n), need not be symmetric and may be singular; `side` (n,): the set to begin with (default: all at rest
     at the bound nearest to zero, or free where there is none).
 
-    Singular problems are solved by proximal passes: of all solutions, the one whose redundant rows share equally.
+    Singular problems are solved by proximal passes: of all solutions, the one whose redundant rows share equally, or
+    are next to `prior` (n,).
     """
     n = len(b)
     if not n:
         return Solution(np.zeros(0), np.zeros(0), np.zeros(0), True)
     soft = SOFTNESS * sum(np.abs(np.diag(A)).tolist()) / n
     regular = A + soft * np.eye(n)
-    x = np.zeros(n)
+    x = np.zeros(n) if prior is None else prior
     s = start_of(n, np.where(lo == 0.0, -1.0, np.where(hi == 0.0, 1.0, 0.0)) if side is None else side)
     with np.errstate(all="ignore"):
         for _ in range(PASSES):

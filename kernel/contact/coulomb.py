@@ -17,6 +17,7 @@ import numpy as np
 from ..dense import dot
 from ..elementary import cos, sin
 from .complementarity import solve
+from .regularised import regularised
 from .rounds import eliminate
 from .sweeps import sweep
 
@@ -26,33 +27,31 @@ ROUNDS = 30  # changes between stick and slip, and turns of the directions
 TOGETHER = 10  # rounds in which all contacts change at once, before they do one by one
 FARTHEST = 0.7  # [rad] that a direction is turned at once
 CLEAR = 1e-6  # relative size of a normal velocity or acceleration that is left when a set is clear
-SPREADS = 60  # rounds of sharing among what sticks
 EASY = 0.9  # part of the limit of friction below which they need no better one
-NEAR = 1e-4  # how much nearer to their limits than necessary contacts may be
 TURN = 1e-12  # [rad] that is round-off
 LEAST = 1e-3  # part of the largest normal force below which a contact's share of friction is not lowered
 SMALL = 1e-9  # relative size of what counts as zero
+CREEP = 1e-6  # relative size of an acceleration against a slip that begins
 
 
 @dataclass(frozen=True)
 class Contacts:
     """m contacts: A (3m, 3m) Delassus matrix and b (3m,) free velocity or acceleration of the rows (normal, tangent,
-    tangent) of each; mu (m,); moving (m, 2): unit direction of a contact that slides already, else zero; pair (m,):
-    number of the pair of bodies (None: one pair)."""
+    tangent) of each; mu (m,); moving (m, 2): unit direction of a contact that slides already, else zero."""
 
     A: np.ndarray
     b: np.ndarray
     mu: np.ndarray
     moving: np.ndarray
-    pair: np.ndarray | None = None
-    floor: float = 0.0
-    """What the constraint rows add to each diagonal before they share forces in proportion."""
+    size: np.ndarray | None = None
+    """(3m,) in proportion to which constraint rows that are redundant share forces (None: to the diagonal)."""
 
 
 @dataclass(frozen=True)
 class Friction:
     """x (3m,) impulses or forces, w (3m,); push (m,), stick (m,) booleans; u (m, 2) directions of sliding;
-    share (m,): by its square, what a contact should hold of the friction where that is not unique.
+    share (m, 2): by its square, what each tangent should hold of the friction where that is not unique;
+    prior (3m,): forces next to which those are that are not unique.
 
     `found` is False where no set fulfils all conditions.
     """
@@ -63,6 +62,7 @@ class Friction:
     stick: np.ndarray
     u: np.ndarray
     share: np.ndarray
+    prior: np.ndarray
     found: bool
 
 
@@ -70,14 +70,12 @@ def settle(c: Contacts) -> Friction:
     """The set of contacts that push, stick and slide."""
     m = len(c.mu)
     given = np.abs(c.moving).sum(axis=1) > 0.0
-    stick = ~given & (c.mu > 0.0)
-    u = c.moving.copy()
-    share, side = _spread(c, stick, u)
+    stick, u, share, prior, side = _begin(c, given)
     for n in range(ROUNDS):
-        f, side = _inner(c, stick, u, share, side)
+        f, side = _inner(c, stick, u, share, prior, side)
         if not f.found:
             break
-        size_x, size_w = SMALL * np.abs(f.x).max(initial=0.0), SMALL * np.abs(c.b).max(initial=0.0)
+        size_x, size_w = SMALL * np.abs(f.x).max(initial=0.0), CREEP * np.abs(c.b).max(initial=0.0)
         changed = False
         for i in range(m):
             if given[i] or c.mu[i] == 0.0 or not (f.push[i] or stick[i]):
@@ -98,39 +96,23 @@ def settle(c: Contacts) -> Friction:
     return _swept(c)
 
 
-def _spread(c: Contacts, stick: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, dict[int, float]]:
-    """Shares with which no sticking contact comes nearer to its limit than it must, and the sides of the last solution.
-
-    Where forces are indeterminate, the largest |x_t| / mu x_n between two bodies becomes least by Lawson's weights
-    (thesis, UCLA 1961; Rice, Usow, Math. Comput. 22 (1968)): each is multiplied by what it leads to.  The weighted
-    mean is a lower bound.
-    """
-    share, side = np.ones(len(c.mu)), dict[int, float]()
-    at = np.flatnonzero(stick)
-    pair = np.zeros(len(c.mu)) if c.pair is None else c.pair
-    pairs = [at[pair[at] == k] for k in dict.fromkeys(pair[at].tolist())]
-    for n in range(SPREADS if len(at) else 0):
-        f, side = _inner(c, stick, u, share, side)
-        limit, held = c.mu * f.x[::3], np.sqrt(f.x[1::3] * f.x[1::3] + f.x[2::3] * f.x[2::3])
-        if not f.found or not limit[at].max() > 0.0:
-            break
-        before, done = share, n > 0
-        share = share.copy()
-        for own in pairs:
-            if not limit[own].max() > 0.0:
-                continue
-            part = held[own] / np.maximum(limit[own], LEAST * limit[own].max())
-            most, weight = float(part.max()), before[own] ** -2.0
-            least = float(np.sqrt((weight * held[own] ** 2).sum() / (weight * limit[own] ** 2).sum()))
-            if n and (most < EASY or most < (1.0 + NEAR) * least):
-                continue
-            done = False
-            if most > 0.0:
-                share[own] /= np.sqrt(np.maximum(part, LEAST * most))
-                share[own] = np.sqrt(np.maximum((share[own] / share[own].max()) ** 2, LEAST))
-        if done:
-            break
-    return share, side
+def _begin(c: Contacts, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[int, float]]:
+    """What sticks, directions of what slides, shares, and the sides of the last solution, to begin with."""
+    stick, u, share = ~given & (c.mu > 0.0), c.moving.copy(), np.ones((len(c.mu), 2))
+    prior = np.zeros(3 * len(c.mu))
+    if not stick.any():
+        return stick, u, share, prior, {}
+    f, side = _inner(c, stick, u, share, prior, {})
+    limit, held = c.mu * f.x[::3], np.sqrt(f.x[1::3] * f.x[1::3] + f.x[2::3] * f.x[2::3])
+    if not f.found or not limit[stick].max() > 0.0 or (held[stick] <= EASY * limit[stick]).all():
+        return stick, u, share, prior, side
+    r = regularised(c.A, c.b, c.mu, c.moving, _size(c), f.x)
+    if r is None:
+        return stick, u, share, prior, side
+    x, slides, along, soft = r
+    u[slides] = along[slides]
+    share = np.sqrt(np.maximum(soft.min() / soft, LEAST))
+    return stick & ~slides, u, share, prior if slides.any() else x, side
 
 
 def _swept(c: Contacts) -> Friction:
@@ -145,13 +127,16 @@ def _swept(c: Contacts) -> Friction:
     speed = np.sqrt(w[1::3] * w[1::3] + w[2::3] * w[2::3])
     u = np.where(speed[:, None] > size, w.reshape(m, 3)[:, 1:] / np.maximum(speed, size)[:, None], 0.0)
     u = np.where(c.moving != 0.0, c.moving, u)
-    return Friction(x, w, x[::3] > 0.0, (np.abs(u).sum(axis=1) == 0.0) & (c.mu > 0.0), u, _share(x), found)
+    return Friction(
+        x, w, x[::3] > 0.0, (np.abs(u).sum(axis=1) == 0.0) & (c.mu > 0.0), u, _share(x), np.zeros(3 * m), found
+    )
 
 
 def _share(x: np.ndarray) -> np.ndarray:
     """In proportion to the normal forces, so that contacts reach the limit of friction together."""
     most = float(x[::3].max(initial=0.0))
-    return np.sqrt(np.maximum(x[::3] / most, LEAST)) if most > 0.0 else np.ones(len(x) // 3)
+    share = np.sqrt(np.maximum(x[::3] / most, LEAST)) if most > 0.0 else np.ones(len(x) // 3)
+    return np.stack([share, share], axis=1)
 
 
 def _velocities(c: Contacts, x: np.ndarray) -> np.ndarray:
@@ -202,8 +187,15 @@ def _turn(c: Contacts, f: Friction, turns: np.ndarray, u: np.ndarray) -> float:
     return float(np.abs(angle).max())
 
 
+def _size(c: Contacts) -> np.ndarray:
+    """(3m,) softness of each row; a joint may not let a tangent move at all."""
+    size = np.diag(c.A) if c.size is None else c.size
+    out: np.ndarray = np.maximum(size, SMALL * size.max(initial=0.0))
+    return out
+
+
 def _inner(
-    c: Contacts, stick: np.ndarray, u: np.ndarray, share: np.ndarray, side: dict[int, float]
+    c: Contacts, stick: np.ndarray, u: np.ndarray, share: np.ndarray, prior: np.ndarray, side: dict[int, float]
 ) -> tuple[Friction, dict[int, float]]:
     """Normals against each other for given sticking contacts and directions of sliding."""
     m = len(c.mu)
@@ -215,13 +207,10 @@ def _inner(
     normal = np.array([k % 3 == 0 for k in rows])
     lo = np.where(normal, 0.0, -np.inf)
     start = np.array([side.get(k, -1.0 if k % 3 == 0 else 0.0) for k in rows])
-    diagonal = np.diag(c.A)
-    # a joint may not let a tangent move at all
-    size = np.maximum(diagonal, SMALL * diagonal.max(initial=0.0)) + c.floor
     # so that the solver regularises each row in proportion to its own diagonal, as the constraint rows are
-    scale = np.array([1.0 if k % 3 == 0 else share[k // 3] for k in rows]) / np.sqrt(size[rows])
+    scale = np.array([1.0 if k % 3 == 0 else share[k // 3, k % 3 - 1] for k in rows]) / np.sqrt(_size(c)[rows])
     A = columns[np.ix_(rows, rows)] * scale[:, None] * scale
-    s = solve(A, c.b[rows] * scale, lo, np.full(len(rows), np.inf), start)
+    s = solve(A, c.b[rows] * scale, lo, np.full(len(rows), np.inf), start, prior[rows] / scale)
     x = np.zeros(3 * m)
     x[rows] = s.x * scale
     push = np.zeros(m, bool)
@@ -229,4 +218,4 @@ def _inner(
     for i in np.flatnonzero(~stick):
         x[3 * i + 1 : 3 * i + 3] = -c.mu[i] * x[3 * i] * u[i]
     w = _velocities(c, x)
-    return Friction(x, w, push, stick.copy(), u.copy(), share, s.found), dict(zip(rows, s.side, strict=True))
+    return Friction(x, w, push, stick.copy(), u.copy(), share, prior, s.found), dict(zip(rows, s.side, strict=True))

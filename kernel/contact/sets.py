@@ -167,7 +167,7 @@ class ContactSets:
     def _impulses(self, problem: Condensed, on: list[Unilateral], bounce: np.ndarray, t: float) -> np.ndarray:
         b = problem.b.copy()
         b[::3] -= bounce
-        return self._settled(Contacts(problem.A, b, _friction(on), np.zeros((len(on), 2)), _pairs(on)), on, t).x
+        return self._settled(Contacts(problem.A, b, _friction(on), np.zeros((len(on), 2))), on, t).x
 
     def _held(self, problem: Condensed, on: list[Unilateral], x: np.ndarray, slow: set[int]) -> np.ndarray:
         """Impulses that end the motion of `slow` contacts together with those that push and stick."""
@@ -206,7 +206,7 @@ class ContactSets:
         for i, x in enumerate(on):
             if f.push[i] and f.x[3 * i] > LIGHT * f.x[::3].max():
                 moves = _moves(speed, x)
-                x.keep(bool(f.stick[i]), moves, moves or bool(loose[i]), float(f.share[i]), f.u[i])
+                x.keep(bool(f.stick[i]), moves, moves or bool(loose[i]), f.share[i], f.u[i], f.prior[3 * i : 3 * i + 3])
             else:
                 x.let_go()
 
@@ -216,8 +216,8 @@ class ContactSets:
         size = _length(v[:, 0], v[:, 1])
         moving = np.where(size[:, None] > RESTING, v / np.maximum(size, RESTING)[:, None], 0.0)
         problem = Condensed(A, free, rows, self._loops)
-        floor = MU_SHARED / MU * float(np.diag(A).sum()) / len(A)
-        return self._settled(Contacts(problem.A, problem.b, _friction(on), moving, _pairs(on), floor), on, t)
+        size = np.diag(A) + MU_SHARED / MU * float(np.diag(A).sum()) / len(A)
+        return self._settled(Contacts(problem.A, problem.b, _friction(on), moving, part(size, rows)), on, t)
 
     def _settled(self, c: Contacts, on: list[Unilateral], t: float) -> Friction:
         for i, x in enumerate(on):
@@ -259,11 +259,6 @@ def _moves(speed: np.ndarray, x: Unilateral) -> bool:
 
 def _rows(on: list[Unilateral]) -> list[int]:
     return [k for x in on for k in x.rows]
-
-
-def _pairs(on: list[Unilateral]) -> np.ndarray:
-    numbers: dict[tuple[int, int], int] = {}
-    return np.array([numbers.setdefault(x.bodies, len(numbers)) for x in on])
 
 
 def _friction(on: list[Unilateral]) -> np.ndarray:

@@ -29,7 +29,7 @@ from .reach import passes, reach
 
 __all__ = ["SLOT", "ContactRows", "Site", "SlotAt", "contact_numbers"]
 
-SLOT = HELD + 8
+SLOT = HELD + 12
 DEPTH = 1e-10  # [m] and [m/s] below which a touch is round-off
 SUNK = 1e-8  # [m] where a touch without speed counts
 RESTING = 1e-6  # [m/s] speed that counts as none at an event: what a nanosecond may change
@@ -44,9 +44,10 @@ class SlotAt:
     SLIPS: whether it slides away; a place at the limit of friction may be held by others.
     """
 
-    ON, STICK, SOFT = range(HELD, HELD + 3)
-    U = slice(HELD + 3, HELD + 5)
-    CANDIDATE, BACK, SLIPS = range(HELD + 5, HELD + 8)
+    ON, STICK = range(HELD, HELD + 2)
+    SOFT, U = slice(HELD + 2, HELD + 4), slice(HELD + 4, HELD + 6)
+    CANDIDATE, BACK, SLIPS = range(HELD + 6, HELD + 9)
+    PRIOR = slice(HELD + 9, HELD + 12)
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ class Site:
 def contact_numbers(c: Contact, weight: float) -> dict[tuple[str, str], list[float]]:
     """Numbers of P: friction and the force that counts as zero [N]; shapes; candidates held; slots."""
     pair = pair_of(c)
-    empty = [*[0.0] * HELD, 0.0, 1.0, 1.0, 0.0, 0.0, -1.0, DEPTH, 0.0]
+    empty = [*[0.0] * HELD, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, -1.0, DEPTH, 0.0, 0.0, 0.0, 0.0]
     out = {
         ("contact", c.name): [c.mu, 1e-9 * max(1.0, weight)],
         ("shapes", c.name): [*shape_numbers(c.a), *shape_numbers(c.b)],
@@ -127,8 +128,8 @@ class ContactRows:
             for i in range(x.site.per_slot):
                 six = slice(6 * i, 6 * i + 6)
                 push = [(a, x.pa), (b, -x.pb)] if i == 0 and x.site.per_slot > 1 else None
-                sense, soft = [(a, x.wa[six]), (b, -x.wb[six])], x.soft[0] if i else 1.0
-                out.append(Row(sense, x.gap[i], x.rate[i], x.bias[i], push=push, soft=soft))
+                sense, soft = [(a, x.wa[six]), (b, -x.wb[six])], x.soft[i - 1] if i else 1.0
+                out.append(Row(sense, x.gap[i], x.rate[i], x.bias[i], push=push, soft=soft, prior=x.prior[i]))
         return out
 
     def watched(self, numbers: Callable[[str, str], Any], ends: Mapping[int, Any]) -> list[Any]:
@@ -240,7 +241,8 @@ def _slot(pair: Pair, h: Any, mu: Any, A: Any, B: Any) -> dict[str, Any]:
     return out | {
         "on": [h[SlotAt.ON]],
         "stick": [h[SlotAt.STICK]],
-        "soft": [h[SlotAt.SOFT]],
+        "soft": list(h[SlotAt.SOFT]),
+        "prior": list(h[SlotAt.PRIOR]),
         "sliding": [u @ v],
         "onward": [u0 @ v],
         "back": [h[SlotAt.BACK]],

@@ -45,11 +45,6 @@ class Unilateral(ABC):
         return 0.0
 
     @property
-    def bodies(self) -> tuple[int, int]:
-        """Numbers of the bodies that share its friction with others."""
-        return (-1, -1)
-
-    @property
     def restitution(self) -> float:
         """Newton's coefficient."""
         return 0.0
@@ -64,9 +59,9 @@ class Unilateral(ABC):
         """From here on it does not push."""
 
     @abstractmethod
-    def keep(self, stick: bool, moves: bool, slips: bool, share: float, u: np.ndarray) -> None:
+    def keep(self, stick: bool, moves: bool, slips: bool, share: np.ndarray, u: np.ndarray, prior: np.ndarray) -> None:
         """It pushes: sticking, or at the limit of friction along u (2,), moving already or not, free to slip away or
-        held by others; `share` of friction."""
+        held by others; `share` of friction (2,); `prior` (3,) force that it has."""
 
 
 @dataclass(frozen=True)
@@ -85,10 +80,6 @@ class Slot(Unilateral):
     @property
     def restitution(self) -> float:
         return self.site.contact.restitution
-
-    @property
-    def bodies(self) -> tuple[int, int]:
-        return self.site.bodies
 
     @property
     def state(self) -> np.ndarray:
@@ -112,6 +103,7 @@ class Slot(Unilateral):
     def grip(self) -> None:
         """Stick, until the solver says more."""
         self.state[SlotAt.STICK], self.state[SlotAt.SOFT], self.state[SlotAt.U] = 1.0, 1.0, 0.0
+        self.state[SlotAt.PRIOR] = 0.0
 
     def slide(self) -> None:
         """Along the speed that it has, until the solver says more."""
@@ -120,13 +112,15 @@ class Slot(Unilateral):
     def let_go(self) -> None:
         self.numbers("held", self.name)[int(self.state[SlotAt.CANDIDATE])] = 0.0
         self.state[SlotAt.ON], self.state[SlotAt.CANDIDATE], self.state[SlotAt.SLIPS] = 0.0, -1.0, 0.0
+        self.state[SlotAt.PRIOR] = 0.0
 
-    def keep(self, stick: bool, moves: bool, slips: bool, share: float, u: np.ndarray) -> None:
+    def keep(self, stick: bool, moves: bool, slips: bool, share: np.ndarray, u: np.ndarray, prior: np.ndarray) -> None:
         h = self.state
         h[SlotAt.SLIPS] = float(slips)
         h[SlotAt.STICK] = float(stick or self.mu == 0.0)
         h[SlotAt.BACK] = DEPTH if moves else BEGIN
         h[SlotAt.SOFT], h[SlotAt.U] = 1.0 / share**2, 0.0 if stick else u
+        h[SlotAt.PRIOR] = prior
 
 
 @dataclass(frozen=True)
@@ -151,7 +145,7 @@ class Rope(Unilateral):
     def let_go(self) -> None:
         self._state[RigidAt.TAUT] = 0.0
 
-    def keep(self, stick: bool, moves: bool, slips: bool, share: float, u: np.ndarray) -> None:
+    def keep(self, stick: bool, moves: bool, slips: bool, share: np.ndarray, u: np.ndarray, prior: np.ndarray) -> None:
         """It is taut already."""
 
 

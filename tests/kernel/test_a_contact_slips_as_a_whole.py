@@ -6,13 +6,15 @@ from math import atan, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.contact.describe import Box, Contact, Plane
+from heavylift.kernel.contact.describe import Ball, Box, Contact, Plane
 from heavylift.kernel.describe import WORLD, Body, Joint, Point, System
 from heavylift.kernel.forces.describe import Load, Signal
 from heavylift.kernel.simulation import Simulation
+from scipy.optimize import linprog
 from small_scenes import SECOND, G, events, hand_over, started, times
 
 INSTANT = 1e-7  # [s] by which a slip may be late: forces that grow for some nanoseconds beyond the limit, and 1e-9 m g
+SIDES = 360  # of the polygons that stand for circles of friction: 4e-5 too large
 RAMP = 1.5  # times the limit is reached after a second
 
 
@@ -122,3 +124,57 @@ def test_a_body_that_comes_to_rest_sticks_once() -> None:
     assert [what for _, what in events(s)] in ([["slip", "stick"], ["stick"]])
     assert times(s, "ground", "stick") == [pytest.approx(1.0, abs=1e-6)]
     assert s.state[0] == pytest.approx(2.0 * 0.5 * mu * G * 0.5**2, rel=1e-6)
+
+
+def collapse(feet: np.ndarray, mu: np.ndarray, weight: float, at: np.ndarray, towards: np.ndarray) -> float:
+    """Largest force along `towards` at a point that the feet (n, 3) hold: static theorem, a linear program."""
+    n, (x, y, z) = len(feet), feet.T
+    bearing = np.linalg.pinv(np.array([np.ones(n), y, -x]))
+    height = at[2] - z[0]
+    still, more = bearing[:, 0] * weight, bearing @ [0.0, towards[1] * height, -towards[0] * height]
+    angle = 2.0 * np.pi * np.arange(SIDES) / SIDES
+    rows = np.kron(np.eye(n), np.stack([np.cos(angle), np.sin(angle)], axis=1))
+    within = np.hstack([rows, -np.repeat(mu * more, SIDES)[:, None]])
+    balance = np.zeros((3, 2 * n + 1))
+    balance[0, 0:-1:2] = balance[1, 1:-1:2] = 1.0
+    balance[2, 0:-1:2], balance[2, 1:-1:2] = -y, x
+    balance[:, -1] = [*towards[:2], at[0] * towards[1] - at[1] * towards[0]]
+    bounds = [(None, None)] * (2 * n) + [(0.0, None)]
+    found = linprog(-np.eye(2 * n + 1)[-1], within, np.repeat(mu * still, SIDES), balance, np.zeros(3), bounds=bounds)
+    assert (still + found.x[-1] * more > 0.0).all(), "no foot lifts"
+    return float(found.x[-1])
+
+
+def pushed_aside(random: np.random.Generator, feet: np.ndarray, shape, mu: np.ndarray, size) -> list[float]:
+    """Times at which something slips on the ground under a force that grows to `RAMP` times the limit in a second,
+    at a random point in a random direction."""
+    mass, at, heading = 10.0 ** random.uniform(-1, 5), random.uniform(-0.3, 0.3, 3) * size, random.uniform(0.0, 6.28)
+    towards = np.array([np.cos(heading), np.sin(heading), 0.0])
+    limit = collapse(feet, mu, mass * G, at, towards)
+    load = Load("push", Point("box", tuple(at)), tuple(towards), signal=growing(RAMP * limit))
+    joint = free("box", float(-feet[0, 2]))
+    s = started(System((block("box", mass, size),), (joint,), forces=(load,), contacts=shape, gravity=G))
+    hand_over(s, 7 * SECOND // 10)
+    assert {what for _, what in events(s)} == {"slip"}
+    return [t * 1e-9 for t, _ in s.log]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_box_that_is_pushed_aside_of_its_centre_slips_and_turns_at_its_limit(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    size, mu = random.uniform((0.5, 0.5, 0.2), (3.0, 3.0, 0.5)), random.uniform(0.05, 0.3)
+    corners = 0.5 * size * np.array([(x, y, -1.0) for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
+    ground = (Contact("ground", Box("box", tuple(size)), Plane(), mu),)
+    slips = pushed_aside(random, corners, ground, np.full(4, mu), tuple(size))
+    assert slips == [pytest.approx(1.0 / RAMP, rel=1e-4)]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_plate_on_three_pads_of_unlike_friction_slips_at_its_limit(seed: int) -> None:
+    random = np.random.default_rng(100 + seed)
+    angle, radius = 2.0 * np.pi * np.arange(3) / 3 + random.uniform(-0.4, 0.4, 3), random.uniform(1.0, 2.0, 3)
+    feet = np.stack([radius * np.cos(angle), radius * np.sin(angle), np.full(3, -0.2)], axis=1)
+    mu = random.uniform(0.05, 0.3, 3)
+    pads = tuple(Contact(f"pad-{i}", Ball("box", tuple(p)), Plane(), float(mu[i])) for i, p in enumerate(feet))
+    slips = pushed_aside(random, feet, pads, mu, (1.0, 1.0, 0.4))
+    assert slips[0] == pytest.approx(1.0 / RAMP, rel=1e-4)
