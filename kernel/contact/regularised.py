@@ -76,13 +76,13 @@ def regularised(
                 g = G[k] / sigma[k]
                 r += across[:, 0] * g[0] + across[:, 1] * g[1]
             M[m:, m:] -= np.eye(2 * len(rubs))
-            for i in range(m):
-                if on[i]:
-                    M[i, i] += soft[i]
-                    r[i] -= soft[i] * xn[i]
+            for j in range(m):
+                if on[j]:
+                    M[j, j] += soft[j]
+                    r[j] -= soft[j] * xn[j]
                 else:
-                    M[i], r[i] = 0.0, -xn[i]
-                    M[i, i] = 1.0
+                    M[j], r[j] = 0.0, -xn[j]
+                    M[j, j] = 1.0
             try:
                 d = np.array(solve(M.tolist(), r.tolist()))
             except ZeroDivisionError:

@@ -161,6 +161,7 @@ def pushed_aside(random: np.random.Generator, feet: np.ndarray, shape, mu: np.nd
 
 
 @pytest.mark.parametrize("seed", range(6))
+@pytest.mark.large(beyond=2)
 def test_a_box_that_is_pushed_aside_of_its_centre_slips_and_turns_at_its_limit(seed: int) -> None:
     random = np.random.default_rng(seed)
     size, mu = random.uniform((0.5, 0.5, 0.2), (3.0, 3.0, 0.5)), random.uniform(0.05, 0.3)
@@ -171,6 +172,7 @@ def test_a_box_that_is_pushed_aside_of_its_centre_slips_and_turns_at_its_limit(s
 
 
 @pytest.mark.parametrize("seed", range(6))
+@pytest.mark.large(beyond=2)
 def test_a_plate_on_three_pads_of_unlike_friction_slips_at_its_limit(seed: int) -> None:
     random = np.random.default_rng(100 + seed)
     angle, radius = 2.0 * np.pi * np.arange(3) / 3 + random.uniform(-0.4, 0.4, 3), random.uniform(1.0, 2.0, 3)
