@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.nodes.fidelity import ASKABLE, Question, choose
-from heavylift.nodes.scene.modelling import planar
+from heavylift.nodes.scene.planar import planar
 from heavylift.nodes.scene.plan import Fidelity, Plan
 
 if TYPE_CHECKING:
