@@ -9,11 +9,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from heavylift.kernel.trust import allowed
 
 ONE_RUN = "turnover"  # the folder whose tests read one and the same run
+MATRICES = "full"  # the one whose files are shared out by the last of their parameters
 
 
 @pytest.fixture
@@ -32,12 +34,26 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", told)
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Shared(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return shared(nodeid)
+
+    return Shared(config, log)
+
+
+def shared(nodeid: str) -> str:
+    """What tests that share a worker have in common."""
+    path, _, test = nodeid.partition("::")
+    if Path(path).parent.name == MATRICES:
+        return f"{path} {test.rpartition('-')[2]}"
+    return ONE_RUN if Path(path).parent.name == ONE_RUN else path
+
+
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    for item in items:
-        if item.get_closest_marker("xdist_group"):
-            continue  # large matrices say themselves how they are shared out
-        group = ONE_RUN if item.path.parent.name == ONE_RUN else str(item.path)
-        item.add_marker(pytest.mark.xdist_group(group))
     if config.getoption("full") or any("::" in arg for arg in config.args):
         return
     cases: Counter[str] = Counter()

@@ -16,6 +16,7 @@ from heavylift.nodes.models.conditions import terms
 from heavylift.nodes.models.girder import sag
 from heavylift.nodes.scene.actions import Action, Lifted, Move, Turn
 from heavylift.nodes.scene.plan import Axis, Crane, HookRope, Loader, Plan, drive_name
+from heavylift.nodes.scene.verbs import VERBS
 
 from .hooks import Hook
 from .leaning import aside
@@ -152,7 +153,7 @@ def _hook(
     trolley, axis = _hangs_on(crane, rope)
     bend = max(_bend(plan, rope, y) for y in places)
     phases = [pi * y / crane.girder.span for y in places]
-    traversed = max((abs(m.by) for m in moves if m.verb == "traverse" and m.by is not None), default=0.0)
+    traversed = max((abs(m.by) for m in moves if VERBS[m.verb].along == "y" and m.by is not None), default=0.0)
     hangs = (share + loader.upper.mass + loader.lower.mass + trolley) * plan.gravity / axis.kp
     lever = abs(sum(line.a.p[2] for line in rope.lines) / len(rope.lines) - crane.girder.height)
     per_way = pi / crane.girder.span
@@ -227,8 +228,8 @@ def _swings(plan: Plan) -> Iterator[Swing]:
     """Of each action those moves sideways that differ."""
     for i, action in enumerate(plan.actions):
         left = sum(lasts(a) for a in plan.actions[i:])
-        sideways = (m for m in action.orders if isinstance(m, Move) and m.verb in ("travel", "traverse"))
-        yield from dict.fromkeys(Swing(m.accel, *profile(m), left, m.verb == "travel") for m in sideways)
+        sideways = (m for m in action.orders if isinstance(m, Move) and VERBS[m.verb].along)
+        yield from dict.fromkeys(Swing(m.accel, *profile(m), left, VERBS[m.verb].along == "x") for m in sideways)
 
 
 def _mirrored(plan: Plan, ordered: set[str], carrying: set[str]) -> bool:
@@ -285,4 +286,7 @@ def _trolleys(crane: Crane) -> tuple[str, str]:
 def _told(action: Action, sides: dict[str, float]) -> list[Sided]:
     """The moves of an action: where, whether of a rope, speed, acceleration, way and goal."""
     moves = (order for order in action.orders if isinstance(order, Move) and order.actuator in sides)
-    return [(sides[m.actuator], float(m.verb == "traverse"), m.speed, m.accel, m.by or 0.0, m.to or 0.0) for m in moves]
+    return [
+        (sides[m.actuator], float(VERBS[m.verb].along == "y"), m.speed, m.accel, m.by or 0.0, m.to or 0.0)
+        for m in moves
+    ]

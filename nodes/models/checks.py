@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from heavylift.nodes.scene.actions import Brake, Hookup, Move, Order, Turn, Unhook
 from heavylift.nodes.scene.fidelity import held_by
 from heavylift.nodes.scene.plan import Plan
+from heavylift.nodes.scene.verbs import VERBS
 
 from .picture import OFF, Picture
 from .refused import Refused
@@ -28,7 +29,7 @@ def check(order: Order, plan: Plan, owners: Mapping[str, str], picture: Picture,
         case Move():
             if owners.get(order.actuator) != order.model:
                 raise Refused(f"{order.model} has no hook or drive {order.actuator}")
-            if order.verb in ("travel", "traverse"):
+            if VERBS[order.verb].along:
                 _check_ground(order, plan, picture)
         case Hookup():
             _check_hookup(order, plan, picture, lugs)
@@ -43,7 +44,7 @@ def check(order: Order, plan: Plan, owners: Mapping[str, str], picture: Picture,
 def joints_moved(order: Order, plan: Plan, lugs: Mapping[str, str]) -> list[str]:
     """Joints that an order moves by their drives; raises Refused for a turn that no hook can follow."""
     match order:
-        case Move(verb="travel" | "traverse"):
+        case Move() if VERBS[order.verb].along:
             return [order.actuator.removesuffix(".drive")]
         case Turn():
             return [f.actuator.removesuffix(".drive") for f in followers(plan, lugs)]

@@ -10,6 +10,8 @@ from typing import Literal, TypeAlias
 import msgspec
 from heavylift.kernel.describe import Threshold
 
+from .verbs import MOTIONS
+
 
 class Item(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
     """Anything written in a scene; `where` is file:line:column."""
@@ -91,7 +93,7 @@ class Move(Item, frozen=True, kw_only=True, tag="move"):
     actuator stops by itself at its end positions and reports the limit.
     """
 
-    verb: Literal["travel", "traverse", "hoist", "lower", "drive"]
+    verb: str
     model: str
     actuator: str
     speed: float
@@ -99,6 +101,10 @@ class Move(Item, frozen=True, kw_only=True, tag="move"):
     by: float | None = None
     to: float | None = None
     until: Condition | None = None
+
+    def __post_init__(self) -> None:
+        if self.verb not in MOTIONS:
+            raise ValueError(f"no drive or winch can {self.verb}")
 
 
 class Turn(Item, frozen=True, kw_only=True, tag="turn"):

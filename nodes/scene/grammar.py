@@ -19,7 +19,6 @@ from .phrases import (
     GroundTest,
     Hooking,
     Motion,
-    MotionVerb,
     OrderPhrase,
     PhraseError,
     Simple,
@@ -30,9 +29,8 @@ from .phrases import (
     Waiting,
 )
 from .units import Dimension
+from .verbs import VERBS, Verb
 
-MOTIONS = ("travel", "traverse", "hoist", "lower", "drive")
-VERBS = (*MOTIONS, "turn", "hook", "unhook", "lock", "unlock", "engage", "release", "wait")
 QUANTITIES = {
     "angle": units.ANGLE,
     "height": units.LENGTH,
@@ -147,40 +145,41 @@ def _order(r: _Reader) -> OrderPhrase:
     verb = r.take(*VERBS)
     if not verb:
         raise r.error(f"an order begins with a verb, not {r._found()}", closest(r.next, VERBS))
-    if verb == "wait":
-        return Waiting(r.quantity(units.DURATION))
-    if verb == "hook":
-        return _hooking(r)
-    if verb == "turn":
-        rate = r.positive(units.RATE)
-        ramp = r.positive(units.ANGULAR_ACCELERATION) if r.take("ramp") else None
-        r.expect("to", after="after the rate")
-        return Turning(rate, r.quantity(units.ANGLE), ramp, _or_until(r))
-    if verb in MOTIONS:
-        return _motion(r, cast(MotionVerb, verb))
+    match VERBS[verb].becomes:
+        case "wait":
+            return Waiting(r.quantity(units.DURATION))
+        case "hook":
+            return _hooking(r)
+        case "turn":
+            rate = r.positive(units.RATE)
+            ramp = r.positive(units.ANGULAR_ACCELERATION) if r.take("ramp") else None
+            r.expect("to", after="after the rate")
+            return Turning(rate, r.quantity(units.ANGLE), ramp, _or_until(r))
+        case "move":
+            return _motion(r, VERBS[verb])
     if r.next:
         raise PhraseError(f"'{verb}' stands alone, without '{r.text[r.at :]}'", "", column)
-    return Simple(cast(Literal["unhook", "lock", "unlock", "engage", "release"], verb))
+    return Simple(verb)
 
 
-def _motion(r: _Reader, verb: MotionVerb) -> Motion:
-    turning = verb == "drive" and bool(re.match(rf"{units.NUMBER}\s*(?:deg|rad)", r.text[r.at :]))
+def _motion(r: _Reader, verb: Verb) -> Motion:
+    written = bool(re.match(rf"{units.NUMBER}\s*(?:deg|rad)", r.text[r.at :]))
+    turning = verb.units == "turning" or (verb.units == "either" and written)
     speed = r.positive(units.RATE if turning else units.SPEED)
     ramp_of = units.ANGULAR_ACCELERATION if turning else units.ACCELERATION
     stroke = units.ANGLE if turning else units.LENGTH
     ramp = r.positive(ramp_of) if r.take("ramp") else None
     word = r.expect("by", "to", "until", after="after the speed")
     if word == "until":
-        return Motion(verb, speed, turning, ramp, until=_condition(r))
+        return Motion(verb.name, speed, turning, ramp, until=_condition(r))
     if word == "to":
         to = r.quantity(stroke)
         of_rope = bool(r.take("of"))
         if of_rope:
             r.expect("rope", after="after 'of'")
-        return Motion(verb, speed, turning, ramp, to=to, of_rope=of_rope, until=_or_until(r))
-    signed = verb in {"hoist", "lower"}
-    by = r.positive(stroke) if signed else r.quantity(stroke)
-    return Motion(verb, speed, turning, ramp, by=by, until=_or_until(r))
+        return Motion(verb.name, speed, turning, ramp, to=to, of_rope=of_rope, until=_or_until(r))
+    by = r.positive(stroke) if verb.sign else r.quantity(stroke)
+    return Motion(verb.name, speed, turning, ramp, by=by, until=_or_until(r))
 
 
 def _or_until(r: _Reader) -> Test | None:
@@ -219,7 +218,7 @@ def _test(r: _Reader) -> Test:
     state = r.take("lifted", "landed")
     if state:
         return GroundTest(cast(Literal["lifted", "landed"], state), column)
-    first = r.take("moves", *MOTIONS, "turn")
+    first = r.take("moves", *(verb.name for verb in VERBS.values() if verb.becomes in ("move", "turn")))
     if first:
         r.expect("done", after=f"after '{first}'")
         return DoneTest(() if first == "moves" else (first,))

@@ -6,7 +6,7 @@ Each check sees the action, the static state in which it begins and what the pat
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from math import degrees, radians, sqrt
 
 from heavylift.kernel.elementary import atan2
@@ -19,6 +19,7 @@ from heavylift.nodes.statics.state import Acted, StaticState
 from . import actions, plan, schema
 from .findings import Findings, Told
 from .geometry import goal_checks, reach
+from .verbs import MOTIONS, VERBS
 
 __all__ = ["order_checks"]
 
@@ -152,7 +153,7 @@ def _turns(x: Order) -> Told:
 
 def _drags(x: Order) -> Told:
     """No crane moves sideways with slings that hold on to a block on its stools."""
-    for m in _moves(x, "travel", "traverse"):
+    for m in _moves(x, [verb.name for verb in VERBS.values() if verb.along]):
         tied = x.carrying(x.moved(m)) if x.state.grounded else []
         if tied:
             told = f"{m.model} would {m.verb} while the block is on its stools and {tied[0]} taut"
@@ -161,14 +162,15 @@ def _drags(x: Order) -> Told:
 
 def _fast(x: Order) -> Told:
     """No actuator is faster than it can, with or without a load."""
-    for m in _moves(x, "travel", "traverse", "hoist", "lower"):
-        crane = x.scene.cranes[m.model]
-        sideways = {"travel": crane.gantry_speed, "traverse": crane.trolley_speed}
+    for m in _moves(x, MOTIONS):
+        crane, verb = x.scene.cranes[m.model], VERBS[m.verb]
         hangs = not x.state.grounded and bool(x.carrying(x.moved(m)))
-        limit, how = sideways.get(m.verb, crane.hoist_speed if hangs else crane.empty_hoist_speed), ""
-        lifts = any(_lifts(x, step, m) for step in x.steps) and m.verb in ("hoist", "lower")
+        limit, how = verb.limit(crane, loaded=hangs), ""
+        if limit is None:
+            continue
+        lifts = verb.sign != 0 and any(_lifts(x, step, m) for step in x.steps)
         if abs(m.speed) <= limit * SAME and lifts:
-            limit, how = crane.hoist_speed, " with a load"
+            limit, how = verb.limit(crane, loaded=True) or limit, " with a load"
         if abs(m.speed) > limit * SAME:
             told = f"{m.verb} {abs(m.speed) * 60:g} m/min is faster than {m.model} can{how}"
             yield m.actuator, m.where, f"{told}: {limit * 60:g} m/min"
@@ -221,7 +223,7 @@ def _lean(built: plan.Plan, x: StaticState) -> float:
     return float(atan2(sqrt(1.0 - upright * upright), upright))
 
 
-def _moves(x: Order, *verbs: str) -> Iterator[actions.Move]:
+def _moves(x: Order, verbs: Iterable[str]) -> Iterator[actions.Move]:
     for order in x.action.orders:
         if isinstance(order, actions.Move) and order.verb in verbs and order.model in x.scene.cranes:
             yield order

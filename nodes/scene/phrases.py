@@ -24,7 +24,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-MotionVerb = Literal["travel", "traverse", "hoist", "lower", "drive"]
 State = Literal["taut", "slack"]
 
 
@@ -101,7 +100,7 @@ Test: TypeAlias = SlingTest | DoneTest | GroundTest | CrossTest | AfterTest | Al
 class Motion:
     """A drive, trolley, crane or winch moves; `angular` tells what kind of speed was written."""
 
-    verb: MotionVerb
+    verb: str
     speed: float
     angular: bool
     ramp: float | None = None
@@ -132,7 +131,7 @@ class Hooking:
 class Simple:
     """An order of one word."""
 
-    verb: Literal["unhook", "lock", "unlock", "engage", "release"]
+    verb: str
 
 
 @dataclass(frozen=True)

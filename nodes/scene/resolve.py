@@ -9,7 +9,8 @@ from . import actions, phrases, plan, schema
 from .conditions import Conditions
 from .faults import closest
 from .source import Fault, Path
-from .targets import KINDS, Actor, targets
+from .targets import Actor, targets
+from .verbs import VERBS
 from .yard import Yard, by_beam
 
 TURN_TIME = 20.0  # a turn without `ramp` reaches its rate in this time [s]
@@ -68,8 +69,8 @@ class _Resolver:
             self._fault(path, f"there is no '{target}' to give an order to", closest(words, known), on_key=True)
             return ()
         verb = _verb(phrase)
-        if found and found[0].kind not in KINDS[verb]:
-            fitting = [v for v, kinds in KINDS.items() if found[0].kind in kinds]
+        if found and found[0].kind not in VERBS[verb].kinds:
+            fitting = [fit.name for fit in VERBS.values() if found[0].kind in fit.kinds]
             self._fault(path, f"'{target}' cannot {verb}", f"it can: {', '.join(fitting)}")
             return ()
         return found
@@ -90,7 +91,7 @@ class _Resolver:
             case phrases.Simple("unhook"):
                 return [actions.Unhook(sling=s, where=where) for a in found for s in self._slings_of(a)]
             case phrases.Simple():
-                engaged = phrase.verb in {"lock", "engage"}
+                engaged = VERBS[phrase.verb].engages
                 return [
                     actions.Brake(
                         model=actor.loader or actor.model,
@@ -118,7 +119,7 @@ class _Resolver:
             if winding:
                 told = "a winch knows the length of its rope, not a height: write 'to 61 m of rope'"
             self._fault(path, told)
-        sign = -1.0 if phrase.verb == "hoist" else 1.0
+        sign = float(VERBS[phrase.verb].sign or 1)
         endless = phrase.by is None and phrase.to is None
         by = None if phrase.by is None else (sign if winding else 1.0) * phrase.by
         return actions.Move(
@@ -159,7 +160,7 @@ class _Resolver:
 
     def _alone(self, path: Path, orders: dict[str, phrases.OrderPhrase]) -> None:
         for target, phrase in orders.items():
-            if isinstance(phrase, phrases.Motion) and phrase.verb != "travel":
+            if isinstance(phrase, phrases.Motion) and VERBS[phrase.verb].along != "x":
                 told = f"'{target}' must not {phrase.verb} while the block turns: it follows the turn"
                 self._fault((*path, target), told, on_key=True)
 

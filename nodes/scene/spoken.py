@@ -15,6 +15,7 @@ from .machines import build_machines
 from .phrases import PhraseError
 from .resolve import build_orders
 from .source import Mark, Path, Source
+from .verbs import VERBS
 
 if TYPE_CHECKING:
     from .loading import LoadedScene
@@ -65,9 +66,8 @@ def _refused(scene: LoadedScene, order: actions.Order) -> str:
         return "a block that the scene never turns cannot be turned"
     crane = scene.scene.cranes.get(order.model) if isinstance(order, actions.Move) else None
     if crane is not None and isinstance(order, actions.Move):
-        limits = {"travel": crane.gantry_speed, "traverse": crane.trolley_speed}
-        limit = limits.get(order.verb, crane.empty_hoist_speed)
-        if abs(order.speed) > limit * (1 + 1e-9):
+        limit = VERBS[order.verb].limit(crane, loaded=False)
+        if limit is not None and abs(order.speed) > limit * (1 + 1e-9):
             speeds = f"{abs(order.speed) * 60:g} m/min is faster than {order.model} can: {limit * 60:g} m/min"
             return f"{order.verb} {speeds}"
     return ""

@@ -6,27 +6,10 @@ One table, so that an unknown target is answered with the nearest known one.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 from . import plan
+from .verbs import Kind
 from .yard import Yard
-
-Kind = Literal["gantry", "trolley", "hook", "block", "drive", "winch", "brake", "lock", "none"]
-KINDS: dict[str, tuple[Kind, ...]] = {
-    "travel": ("gantry",),
-    "traverse": ("trolley",),
-    "hoist": ("hook", "winch"),
-    "lower": ("hook", "winch"),
-    "drive": ("drive",),
-    "turn": ("block",),
-    "hook": ("hook",),
-    "unhook": ("hook",),
-    "lock": ("hook", "lock"),
-    "unlock": ("hook", "lock"),
-    "engage": ("brake",),
-    "release": ("brake",),
-    "wait": ("none",),
-}
 
 
 @dataclass(frozen=True)

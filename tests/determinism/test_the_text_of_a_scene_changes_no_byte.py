@@ -22,7 +22,12 @@ from rewritten import apart, block, commented, data, flow, other_units, shuffled
 
 LARGE = {"ramp", "turnover"}  # runs of many seconds
 SCENES = [pytest.param(name, marks=[pytest.mark.large] if name in LARGE else []) for name in sorted(bundled())]
-TEXTS = 5  # of each kind
+
+
+@pytest.fixture
+def seeds(request: pytest.FixtureRequest) -> range:
+    """Of the texts of each kind."""
+    return range(5 if request.config.getoption("full") else 1)
 
 
 def text(name: str) -> str:
@@ -57,16 +62,16 @@ REWRITTEN: dict[str, Callable[[str, Random], str]] = {
 
 @pytest.mark.parametrize("name", sorted(bundled()))
 @pytest.mark.parametrize("kind", REWRITTEN)
-def test_every_text_of_a_scene_has_one_plan(name: str, kind: str) -> None:
+def test_every_text_of_a_scene_has_one_plan(name: str, kind: str, seeds: range) -> None:
     want = placeless(load(name).plan)
-    for seed in range(TEXTS if kind != "in other units" else 1):
+    for seed in seeds:
         found = placeless(parse(REWRITTEN[kind](text(name), Random(seed)), f"text-{seed}.yaml").plan)
         assert found == want, f"seed {seed}"
 
 
 @pytest.mark.parametrize("name", sorted(bundled()))
-def test_a_scene_in_two_files_has_the_plan_of_the_whole(name: str, tmp_path: Path) -> None:
-    for seed in range(TEXTS):
+def test_a_scene_in_two_files_has_the_plan_of_the_whole(name: str, tmp_path: Path, seeds: range) -> None:
+    for seed in seeds:
         found = load(apart(data(text(name)), Random(seed), tmp_path))
         assert placeless(found.plan) == placeless(load(name).plan), f"seed {seed}"
 

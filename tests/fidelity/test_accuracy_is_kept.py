@@ -8,6 +8,7 @@ LOOSE, FINE = 0.05, 0.01
 MUCH = 10  # times less than the richest rung costs
 
 
+@pytest.mark.large
 @pytest.mark.parametrize("seed", SEEDS)
 def test_what_is_asked_is_as_accurate_as_asked_and_costs_less_the_less_is_asked(seed):
     true = reference(seed)

@@ -16,11 +16,10 @@ from loads_and_swings import bar
 from small_scenes import SECOND, column, hand_over, started
 from table import EXTREMES
 
-SHARED_OUT = [pytest.param(i, marks=pytest.mark.xdist_group(i.name)) for i in (*INTEGRATORS, *PEERS)]
 PHASE, ENERGY = 2e-4, 2e-7  # drift in 1e6 s: in periods, and of what swings; measured 9.3e-5 and 9.5e-8
 
 
-@pytest.mark.parametrize("integrator", SHARED_OUT, ids=lambda i: i.name)
+@pytest.mark.parametrize("integrator", [*INTEGRATORS, *PEERS], ids=lambda i: i.name)
 @pytest.mark.parametrize("extreme", EXTREMES, ids=lambda x: x.name)
 def test_no_finite_wrong_answer_without_a_word(extreme, integrator):
     found = cell(extreme, integrator)

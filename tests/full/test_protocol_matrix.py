@@ -15,9 +15,7 @@ from random_models import distributed, flat, wave
 ORDERS = 4
 
 
-@pytest.mark.parametrize(
-    "block", [pytest.param(block, marks=pytest.mark.xdist_group(f"models {block}")) for block in range(14)]
-)
+@pytest.mark.parametrize("block", range(14))
 def test_thousands_of_models_log_for_log(block: int) -> None:
     waves = 0
     for seed in range(1000 + 100 * block, 1100 + 100 * block):

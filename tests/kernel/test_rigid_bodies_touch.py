@@ -197,7 +197,7 @@ def test_a_beam_lies_across_another_on_four_crossings_of_edges():
 
 
 @pytest.mark.parametrize("seed", [0, 8])
-@pytest.mark.large(beyond=1)
+@pytest.mark.large
 def test_a_cube_tumbles_over_the_edge_of_another(seed):
     """Vertices on faces and edges on edges, one after the other and together: the balance closes, nothing sinks in."""
     s = started(tumbling(seed), **FINE, sample_ns=5_000_000)

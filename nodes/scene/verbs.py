@@ -1,0 +1,59 @@
+"""The verbs of the action list: one row each, which grammar, targets, checks and the kernel of the commander read.
+
+A verb that moves a drive or a winch is a row and nothing else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+__all__ = ["MOTIONS", "VERBS", "Kind", "Verb"]
+
+Kind = Literal["gantry", "trolley", "hook", "block", "drive", "winch", "brake", "lock", "none"]
+Becomes = Literal["move", "turn", "hook", "unhook", "brake", "wait"]
+
+
+@dataclass(frozen=True)
+class Verb:
+    """`kinds` of actors can be given it, and it `becomes` such an order of the plan."""
+
+    name: str
+    kinds: tuple[Kind, ...]
+    becomes: Becomes
+    sign: int = 0
+    """Of the coordinate that it moves, as hoisting shortens a rope; 0: the number says it."""
+    units: Literal["sliding", "turning", "either"] = "sliding"
+    """Of way, speed and ramp."""
+    speeds: tuple[str, str] | None = None
+    """Keys of a crane with the highest speed, with a load and without."""
+    along: Literal["", "x", "y"] = ""
+    """Axis of the crane along which it carries what hangs there."""
+    engages: bool = False
+
+    def limit(self, crane: object, *, loaded: bool) -> float | None:
+        """The highest speed of a scene's crane [m/s], if it has one."""
+        return float(getattr(crane, self.speeds[0 if loaded else 1])) if self.speeds else None
+
+
+HOISTING = ("hoist_speed", "empty_hoist_speed")
+
+VERBS: dict[str, Verb] = {
+    verb.name: verb
+    for verb in (
+        Verb("travel", ("gantry",), "move", speeds=("gantry_speed", "gantry_speed"), along="x"),
+        Verb("traverse", ("trolley",), "move", speeds=("trolley_speed", "trolley_speed"), along="y"),
+        Verb("hoist", ("hook", "winch"), "move", sign=-1, speeds=HOISTING),
+        Verb("lower", ("hook", "winch"), "move", sign=1, speeds=HOISTING),
+        Verb("drive", ("drive",), "move", units="either"),
+        Verb("turn", ("block",), "turn", units="turning"),
+        Verb("hook", ("hook",), "hook"),
+        Verb("unhook", ("hook",), "unhook"),
+        Verb("lock", ("hook", "lock"), "brake", engages=True),
+        Verb("unlock", ("hook", "lock"), "brake"),
+        Verb("engage", ("brake",), "brake", engages=True),
+        Verb("release", ("brake",), "brake"),
+        Verb("wait", ("none",), "wait"),
+    )
+}
+MOTIONS = tuple(verb.name for verb in VERBS.values() if verb.becomes == "move")
