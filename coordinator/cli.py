@@ -9,11 +9,9 @@ from __future__ import annotations
 import sys
 
 from .hashing import start_again
-from .stopping import ReaderLeft, Stopping, heard
+from .stopping import STOPPED, UNHEARD, ReaderLeft, Stopping, heard
 
-__all__ = ["STOPPED", "UNHEARD", "main"]
-
-STOPPED, UNHEARD = 130, 141
+__all__ = ["main"]
 
 
 def main() -> None:

@@ -21,7 +21,9 @@ from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any
 
-__all__ = ["Interrupted", "ReaderLeft", "Stopping", "heard"]
+__all__ = ["STOPPED", "UNHEARD", "Interrupted", "ReaderLeft", "Stopping", "heard"]
+
+STOPPED, UNHEARD = 130, 141  # exit codes: Ctrl-C; nobody reads
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 LOOK_s = 0.05  # between two looks for an exception that was lost

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,10 +18,8 @@ from .constraints.ropes import RigidAt
 from .describe import Brake, Rope, Stop
 from .forces.describe import Reeving, Signal
 from .placing import Placing
+from .rate import Program
 from .symbol import named, scope
-
-if TYPE_CHECKING:
-    from .rate import Program
 
 __all__ = ["Applying"]
 

@@ -15,12 +15,12 @@ from .flexible.description import REFUSED, WARNED
 from .flexible.small_deflections import NEVER, told
 from .forces.describe import Load, Wind
 from .notes import Note
+from .running import Running
 from .switching import StateEvent
 
 if TYPE_CHECKING:
     from .graph import Link
     from .rate import Program
-    from .stepper import Stepper
 
 __all__ = ["bent", "check_bending", "check_compression", "pass_limit"]
 
@@ -31,7 +31,7 @@ LASTING = 0.1  # [s] that compression lasts in a row of samples before it counts
 LAST = (REFUSED / WARNED) ** 2  # the second limit, as part of the first one, squared
 
 
-def pass_limit(run: Stepper, name: str, t_ns: int) -> StateEvent:
+def pass_limit(run: Running, name: str, t_ns: int) -> StateEvent:
     """A flexible body has come to the limit that holds now; its value is the part of the length that it bends by.
 
     Raises KernelError at the second one.
@@ -44,12 +44,12 @@ def pass_limit(run: Stepper, name: str, t_ns: int) -> StateEvent:
     return StateEvent(name, "bent", _use(run, link)[0] * WARNED)
 
 
-def bent(run: Stepper, name: str, t_ns: int) -> Note:
+def bent(run: Running, name: str, t_ns: int) -> Note:
     """What is to be said of a body at the first limit."""
     return Note(t_ns, _told(run, run.program.graph.links[run.program.graph.number(name)], t_ns, refused=False))
 
 
-def check_bending(run: Stepper) -> None:
+def check_bending(run: Running) -> None:
     """Of the present pose, for statics: raises KernelError where a body is beyond the second limit, notes the first."""
     t_ns = run.epoch + round(run["t"] * 1e9)
     if run.program.axial:
@@ -64,7 +64,7 @@ def check_bending(run: Stepper) -> None:
                 run.notes.append(bent(run, link.body.name, t_ns))
 
 
-def check_compression(run: Stepper, row: np.ndarray, t_ns: int, lasting: float = LASTING) -> None:
+def check_compression(run: Running, row: np.ndarray, t_ns: int, lasting: float = LASTING) -> None:
     """Of a row of the native table: raises KernelError where a body that nothing else holds is compressed beyond its
     buckling load, notes what is near to it, if that has been so for a time [s]."""
     program, at = run.program, run.method.row_layout.at
@@ -124,11 +124,11 @@ def _held(program: Program, i: int) -> bool:
     return bool(carried & ends)
 
 
-def _use(run: Stepper, link: Link) -> tuple[float, bool]:
+def _use(run: Running, link: Link) -> tuple[float, bool]:
     assert link.modes is not None, "of a flexible body"
     return link.modes.smallness.largest(run.state[link.q_modes])
 
 
-def _told(run: Stepper, link: Link, t_ns: int, refused: bool) -> str:
+def _told(run: Running, link: Link, t_ns: int, refused: bool) -> str:
     use, turns = _use(run, link)
     return told(link.body.name, link.joint.name, t_ns * 1e-9, turns, use, refused)

@@ -15,7 +15,7 @@ from .checks import check_options
 from .describe import System
 from .emit import module
 from .errors import KernelError
-from .evaluation import Evaluation
+from .evaluation import Evaluation, evaluate
 from .fastest import Fastest, fastest
 from .methods.at_rest import AtRest
 from .methods.choice import choose, control_of
@@ -228,7 +228,7 @@ class Blocks:
 
     def instant(self) -> Evaluation:
         """All that the equations say of the present state, on floats: forces, accelerations, guards."""
-        return self.program.evaluate(self["t"], self.state.copy(), self.P, self._among())
+        return evaluate(self.program, self["t"], self.state.copy(), self.P, self._among())
 
     def _close(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """One Newton step onto the constraints from y; gaps and slips before it, pivots of the rows."""

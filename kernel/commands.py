@@ -17,7 +17,8 @@ from .constraints.ropes import RigidAt
 from .contact.sets import Act, ContactSets
 from .describe import Vector
 from .errors import KernelError
-from .locking import lock_of, moving_drive
+from .halting import moving_drive
+from .locking import lock_of
 from .parameters import PROFILE, RopeAt
 from .stepper import Stepper
 from .switching import StateEvent, Switches

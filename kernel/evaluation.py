@@ -7,7 +7,7 @@ the order in which they stand: `placing`, then `applying`, then here acceleratio
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from . import laws
 from .applying import Applying
@@ -15,15 +15,18 @@ from .clearance import NEVER_NEAR, pads_of
 from .constraints.rows import Rows
 from .describe import Drive, RigidRope, Threshold
 from .placing import Reference
+from .rate import Program
 from .spatial import join
 from .symbol import maximum, minimum, sqrt
 
-if TYPE_CHECKING:
-    from .rate import Program
-
-__all__ = ["Evaluation"]
+__all__ = ["Evaluation", "evaluate"]
 
 ROUNDED = 1e-14  # part of the coordinates that rows may gape by rounding
+
+
+def evaluate(program: Program, t: Any, y: Any, P: Any, inside: Any = None, forces: bool = True) -> Evaluation:
+    """The scene's equations at time t [s]; `inside`: a time within the present step (see `laws.profile`)."""
+    return Evaluation(program, t, y, P, t if inside is None else inside, forces)
 
 
 class Evaluation(Applying):

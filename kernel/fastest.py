@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from .analysis.modes import KineticShares
+from .evaluation import evaluate
+from .kinetic_shares import KineticShares
 
 __all__ = ["Fastest", "fastest"]
 
@@ -48,7 +49,7 @@ def fastest(simulation: Any, J: np.ndarray) -> Fastest | None:
     shape = vectors[:, k] * np.exp(-1j * np.angle(vectors[:, k][np.argmax(np.abs(vectors[: p.nq, k]))]))
     if size == 0.0 or not np.abs(shape[p.nq :]).any():
         return None
-    bodies, _ = KineticShares(simulation, y[: p.nq]).shares(shape[p.nq :])
+    bodies, _ = KineticShares(p, simulation.P, y[: p.nq]).shares(shape[p.nq :])
     aside = np.real(shape[: p.nq])
     aside *= ASIDE / max(float(np.abs(aside).max()), 1e-300)
     speed = np.real(shape[p.nq :] / s[k])
@@ -58,7 +59,7 @@ def fastest(simulation: Any, J: np.ndarray) -> Fastest | None:
         there = y.copy()
         there[: p.nq] += move * aside
         there[p.nq : p.nq + p.nv] = rush * speed
-        return p.evaluate(simulation["t"], there, simulation.P, simulation._among())
+        return evaluate(p, simulation["t"], there, simulation.P, simulation._among())
 
     with np.errstate(all="ignore"):  # what is not finite stays out of the ranking below
         here, ahead, back, fast, slow = at(0.0, 0.0), at(1.0, 0.0), at(-1.0, 0.0), at(0.0, 1.0), at(0.0, -1.0)

@@ -24,7 +24,7 @@ from .spanning import spanning_tree
 if TYPE_CHECKING:
     from .flexible.modes import Modes
 
-__all__ = ["Freedoms", "Graph", "Link", "build_graph", "children_of", "path_matrix"]
+__all__ = ["Freedoms", "Graph", "Link", "build_graph", "children_of", "coordinate_names", "path_matrix"]
 
 
 class Freedoms(ABC):
@@ -227,3 +227,14 @@ def _check_start(joint: Joint) -> None:
     for given, n, what in ((joint.q0, kind.n_q, "coordinates"), (joint.v0, kind.n_v, "velocities")):
         if given and len(given) != n:
             raise KernelError(f"joint '{joint.name}': {len(given)} initial {what}; a {joint.kind} joint has {n}")
+
+
+def coordinate_names(graph: Graph) -> tuple[list[str], list[str]]:
+    """Names of all coordinates q and velocities v: joint and component, body and mode."""
+    q: list[str] = []
+    v: list[str] = []
+    for k in graph.links:
+        modes = [f"{k.body.name}.mode{i + 1}" for i in range(k.n_modes)]
+        q += [*(f"{k.joint.name}.{c}" for c in JOINTS[k.joint.kind].coordinates), *modes]
+        v += [*(f"{k.joint.name}.{c}" for c in JOINTS[k.joint.kind].velocities), *modes]
+    return q, v

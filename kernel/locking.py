@@ -9,7 +9,7 @@ Closed loops and rigid ropes add their impulse by a projection in the same metri
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -21,14 +21,9 @@ from .graph import Graph
 from .joints import JOINTS
 from .kinematics import kinematics
 from .ltdl import ltdl
-from .spatial import join
 from .trees import Tree, numbers, with_numbers
 
-if TYPE_CHECKING:
-    from .evaluation import Evaluation
-    from .rate import Program
-
-__all__ = ["check_locks", "halt_function", "halted", "lock_of", "moving_drive"]
+__all__ = ["check_locks", "halt_function", "lock_of"]
 
 
 def lock_of(system: System, name: str) -> Lock:
@@ -37,12 +32,6 @@ def lock_of(system: System, name: str) -> Lock:
         if lock.name == name:
             return lock
     raise KernelError(f"'{name}': no lock of this name; there are {', '.join(x.name for x in system.locks) or 'none'}")
-
-
-def moving_drive(program: Program, v: np.ndarray) -> str:
-    """The first prescribed drive that is in motion, "" if none."""
-    drives = (d for d in program.system.drives if d.kind == "prescribed")
-    return next((d.name for d in drives if v[program.driven(d)[1]] != 0.0), "")
 
 
 def check_locks(system: System, graph: Graph) -> None:
@@ -84,25 +73,3 @@ def halt_function(k: int, tree: Tree) -> Function:
         return {"after": after, "impulse": [row(i, jump) for i in t.prescribed_dofs]}
 
     return Function(f"halt{k}", halt, {"q": tree.q.stop - tree.q.start, "v": nv, "P": len(numbers(tree))})
-
-
-def halted(x: Evaluation) -> Any:
-    """(ny,) the state with all locked joints at rest; heat and work of the impulses are in the accounts."""
-    p = x.program
-    v, accounts = list(x.v), dict(zip(p.accounts, x.accounts, strict=True))
-    locks = {lock.joint: lock.name for lock in p.system.locks}
-    drives = {p.driven(d)[1]: d.name for d in p.system.drives}
-    for i, (tree, shared) in enumerate(p.instances):
-        if not tree.locked_dofs:
-            continue
-        out = shared.halt(q=x.q[tree.q], v=x.v[tree.v], P=x.numbers("tree", str(i)))
-        v[tree.v] = list(out.after)
-        for k, impulse in zip(tree.prescribed_dofs, out.impulse, strict=True):
-            n, speed = tree.v.start + k, x.v[tree.v.start + k]
-            if k in tree.locked_dofs:
-                joint = p.graph.links[tree.first + tree.body_of_dof[k]].joint.name
-                account, work = ("heat", locks[joint]), -0.5 * impulse * speed
-            else:
-                account, work = ("work", drives[n]), impulse * speed
-            accounts[account] = accounts[account] + work
-    return join(x.q, v, list(accounts.values()), x.counted)

@@ -8,18 +8,26 @@ of (S_j u_j) x (S_i u_i) (Featherstone 2008, section 4.4, with S as a product of
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
+from .describe import Joint, JointKind
 from .joints import JOINTS, Motion
 from .spatial import axis_rotation, cross, join, motion_cross, quaternion_matrix, quaternion_rate
 
-if TYPE_CHECKING:
-    from .describe import Joint, JointKind
-    from .trees import TreeBody
-
 __all__ = ["axes_of", "columns", "placement", "rates"]
+
+
+class Jointed(Protocol):
+    """A body with its joint (`trees.TreeBody`), in numbers or symbols."""
+
+    @property
+    def kind(self) -> JointKind: ...
+    @property
+    def axes(self) -> Any: ...
+    @property
+    def pitch(self) -> Any: ...
 
 
 def axes_of(joint: Joint) -> np.ndarray:
@@ -56,7 +64,7 @@ def rates(kind: JointKind, q: Any, v: Any) -> Any:
     return join(quaternion_matrix(*q[i:]) @ v[:i], quaternion_rate(q[i:], v[i:])) if i else quaternion_rate(q, v)
 
 
-def columns(b: TreeBody, q: Any, v: Any, R_WJ: Any, R_WB: Any, r: Any) -> tuple[list[Any], Any]:
+def columns(b: Jointed, q: Any, v: Any, R_WJ: Any, R_WB: Any, r: Any) -> tuple[list[Any], Any]:
     """Velocity columns S, each (6,), and the bias (6,) of the joint itself (None where its structure says zero).
 
     World axes about the tree's point; r (3,) from that point to the child's origin [m].

@@ -15,16 +15,14 @@ from __future__ import annotations
 
 from functools import cached_property
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .errors import KernelError
 from .methods.method import Rate, inside
+from .running import Running
 from .symbol import any_of, maximum, select
-
-if TYPE_CHECKING:
-    from .stepper import Stepper
 
 __all__ = ["POINTS", "STATES", "begin", "climb", "last", "remember", "watch"]
 
@@ -89,7 +87,7 @@ class _Point(NamedTuple):
 class _Step:
     """One accepted step between two ends, each given by the names of its time, state, derivative and tensions."""
 
-    def __init__(self, run: Stepper, start: tuple[str, ...], end: tuple[str, ...]) -> None:
+    def __init__(self, run: Running, start: tuple[str, ...], end: tuple[str, ...]) -> None:
         self._run, self._ends = run, tuple([run.X[run._at[name]].copy() for name in names] for names in (start, end))
         self._among = 0.5 * float(self._ends[0][0] + self._ends[1][0])
 
@@ -118,7 +116,7 @@ class _Step:
         return _Point(float(t), T, (ahead - T) / AHEAD)
 
 
-def climb(run: Stepper) -> None:
+def climb(run: Running) -> None:
     """Look for the hills that the last two steps, just committed, have shown; they count among the peaks."""
     names = ("t", "t0", "ta", "Ta", "Tb", "T", "top", "skips")
     seen = SimpleNamespace(**{name: run.X[run._at[name]] for name in names})
@@ -126,7 +124,7 @@ def climb(run: Stepper) -> None:
     _search(run, np.flatnonzero(due), _Step(run, LAST, NOW), _Step(run, BEFORE, LAST))
 
 
-def last(run: Stepper) -> None:
+def last(run: Running) -> None:
     """Before an event or a command: hills in the last step, after which nothing more would show them."""
     at = run._at
     if "top" not in at or not run["t"] > run["t0"]:
@@ -142,7 +140,7 @@ def last(run: Stepper) -> None:
         _search(run, np.flatnonzero(high), step)
 
 
-def _search(run: Stepper, hills: np.ndarray, step: _Step, first: _Step | None = None) -> None:
+def _search(run: Running, hills: np.ndarray, step: _Step, first: _Step | None = None) -> None:
     """Raise the peaks of ropes to the tops of their hills, in `step` or in the one before it; all else stays."""
     X, M = run.X.copy(), None if run.M is None else run.M.copy()
     found: list[tuple[int, float, float]] = []

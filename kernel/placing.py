@@ -6,18 +6,16 @@ winches may follow measured ones as well.  A reference is a profile plus f(s) = 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from .angles import Label, on_turn
 from .describe import Measured
 from .elementary import atan2, cos, sin
+from .rate import Program
 from .spatial import cross
 from .symbol import named, sqrt
-
-if TYPE_CHECKING:
-    from .rate import Program
 
 __all__ = ["Placing", "Reference", "attitude"]
 

@@ -23,7 +23,6 @@ from .constraints.constraints import Constraints
 from .contact.slots import ContactRows
 from .describe import WORLD, Brake, Drive, JointSpring, Stop, System
 from .errors import KernelError
-from .evaluation import Evaluation
 from .forces.law import Poses
 from .forces.table import shared
 from .function import Function
@@ -113,7 +112,7 @@ class Program:
         ]
         self.constraints = Constraints(self.graph, system.rigid_ropes, self.contacts)
         self.instances = self._share(trees)
-        self.constraints.link(self)
+        self.constraints.link(self.instances)
         self.profile = Function("profile", profile, {"t": 2, "p": PROFILE})
         self.calm = calm
         kinds = sorted({(len(r.lines), r.name in calm, bool(r.mass)) for r in system.ropes})
@@ -128,7 +127,7 @@ class Program:
             out.contacts = self.contacts.without(names)
             ropes = tuple(r for r in self.system.rigid_ropes if r.name not in names)
             out.constraints = Constraints(self.graph, ropes, out.contacts)
-            out.constraints.link(out)
+            out.constraints.link(out.instances)
         return out
 
     @property
@@ -241,10 +240,6 @@ class Program:
                 return 0.0
             a, b, axis = turns
         return turned_at_start(self.graph, self.poses_at_start, a, b, axis)
-
-    def evaluate(self, t: Any, y: Any, P: Any, inside: Any = None, forces: bool = True) -> Evaluation:
-        """The scene's equations at time t [s]; `inside`: a time within the present step (see `laws.profile`)."""
-        return Evaluation(self, t, y, P, t if inside is None else inside, forces)
 
     def sharing(self, tree: Tree) -> str:
         """Trees for which this is equal share their functions."""

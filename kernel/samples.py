@@ -10,12 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .graph import Graph
-from .joints import JOINTS
+from .graph import coordinate_names
 from .rate import Program
 from .stepping import Stepping
 
-__all__ = ["Channel", "channels", "coordinate_names", "published"]
+__all__ = ["Channel", "channels", "published"]
 
 
 POSE = "m, quaternion x y z w"
@@ -30,17 +29,6 @@ class Channel:
     unit: str
     start: int
     stop: int
-
-
-def coordinate_names(graph: Graph) -> tuple[list[str], list[str]]:
-    """Names of all coordinates q and velocities v: joint and component, body and mode."""
-    q: list[str] = []
-    v: list[str] = []
-    for k in graph.links:
-        modes = [f"{k.body.name}.mode{i + 1}" for i in range(k.n_modes)]
-        q += [*(f"{k.joint.name}.{c}" for c in JOINTS[k.joint.kind].coordinates), *modes]
-        v += [*(f"{k.joint.name}.{c}" for c in JOINTS[k.joint.kind].velocities), *modes]
-    return q, v
 
 
 def shown(p: Program) -> dict[tuple[str, str], list[tuple[str, int]]]:

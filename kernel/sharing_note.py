@@ -7,16 +7,12 @@ plane of a planar linkage, are not worth a word.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from .constraints.assembly import INDEPENDENT
 from .constraints.ropes import RigidAt
 from .notes import Note
-
-if TYPE_CHECKING:
-    from .stepper import Stepper
+from .running import Running
 
 __all__ = ["note_shared_loads"]
 
@@ -24,7 +20,7 @@ LOADED = 1e-6  # part of the largest reaction from which something is carried
 NAMED = 6
 
 
-def note_shared_loads(simulation: Stepper, looked: set[frozenset[str]]) -> None:
+def note_shared_loads(simulation: Running, looked: set[frozenset[str]]) -> None:
     """Add the note, once for each set of taut ropes; `looked`: the sets that were looked at."""
     p = simulation.program
     c = p.constraints
@@ -49,7 +45,7 @@ def note_shared_loads(simulation: Stepper, looked: set[frozenset[str]]) -> None:
         simulation.notes.append(Note(simulation.epoch, told))
 
 
-def _sharing(simulation: Stepper) -> list[str]:
+def _sharing(simulation: Running) -> list[str]:
     """Joints and ropes of groups in which something carries what is not determined."""
     from .analysis.reactions import reactions
 

@@ -8,15 +8,12 @@ from __future__ import annotations
 
 from copy import deepcopy
 from hashlib import sha256
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from .errors import KernelError
 from .methods.peers import Peer
-
-if TYPE_CHECKING:
-    from .simulation import Simulation
 
 __all__ = ["BLOCKS", "KEPT", "foreign", "go_on", "kept"]
 
@@ -38,7 +35,7 @@ KEPT = (
 )
 
 
-def kept(s: Simulation) -> dict[str, Any]:
+def kept(s: Any) -> dict[str, Any]:
     """All that the future depends on; raises KernelError for a method of SciPy, which keeps its history to itself."""
     if isinstance(s.method.method, Peer):
         raise KernelError(f"method {s.method.method.name}: SciPy keeps its history; choose a method of our own")
@@ -51,7 +48,7 @@ def kept(s: Simulation) -> dict[str, Any]:
     return deepcopy({**{name: getattr(s, name) for name in KEPT}, **beside, **led})
 
 
-def go_on(s: Simulation, snapshot: dict[str, Any]) -> None:
+def go_on(s: Any, snapshot: dict[str, Any]) -> None:
     """Bring a started simulation to the point of a snapshot; raises KernelError for one of another scene."""
     if not isinstance(snapshot, dict) or snapshot.get("scene") != _scene(s):
         raise foreign()
@@ -82,7 +79,7 @@ def foreign() -> KernelError:
     )
 
 
-def _scene(s: Simulation) -> str:
+def _scene(s: Any) -> str:
     """What tells scenes with their options apart: names, numbers at the start, places in X, method, steps, samples."""
     p, options = s.program, [s._sample_ns, *(s[name] for name in ("tol", "h_max"))]
     names = [[b.name for b in p.system.bodies], [k.joint.name for k in p.graph.links], p.guards, p.accounts]

@@ -13,7 +13,7 @@ import numpy as np
 from .bending import check_compression
 from .blocks import FOREVER_NS, NEVER, ROWS, Blocks
 from .constraints.assembly import assemble, locked, lost
-from .constraints.ropes import RigidAt, resolve
+from .constraints.ropes import RigidAt
 from .errors import KernelError
 from .failures import check_lengths, check_sliders, given_up, too_small, undefined, unsolved
 from .fastest import fastest
@@ -21,6 +21,7 @@ from .methods.peers import PeerCode
 from .methods.stability import check_step, unresolved
 from .notes import Note
 from .peaks import climb
+from .rope_impacts import resolve
 from .switching import StateEvent
 from .unfollowed import check_followed
 

@@ -14,9 +14,10 @@ from .columns import columns, row_layout
 from .constraints.projection import projection
 from .contact.impact import kick, kicking, survey, surveying
 from .emit import Parts, Sequence, While
+from .evaluation import evaluate
 from .function import OPAQUE, Function, flatten
+from .halting import halted
 from .layout import Layout
-from .locking import halted
 from .methods.control import Control, ErrorControl
 from .methods.method import Method, Rate, inside
 from .methods.peers import Peer
@@ -65,20 +66,20 @@ class Stepping:
         asked = [name for name, there in extra.items() if there]
         self.rate_sizes = {"dy": p.ny, "T": n_ropes, "G": n_guards, **dict.fromkeys(asked, 1)}
 
-        def evaluate(t: Any, y: Any, P: Any) -> dict[str, Any]:
-            x = required.evaluate(t[0], y, P, t[1])
+        def rate(t: Any, y: Any, P: Any) -> dict[str, Any]:
+            x = evaluate(required, t[0], y, P, t[1])
             return {"dy": x.dy, "T": x.pulls, "G": x.guards, **{name: [getattr(x, name)] for name in asked}}
 
         def take(s: SimpleNamespace, rate: Rate, row: Row) -> None:
             step(s, rate, method, control)
 
         state = {"t": 1, "y": p.ny, "P": n_p}
-        self.f_rate = Function("rate", evaluate, {**state, "t": 2}, vectors=["dy"])
+        self.f_rate = Function("rate", rate, {**state, "t": 2}, vectors=["dy"])
         self.f_project = projection(p, required) if rows["gap"] else None
 
         def row(t: Any, y: Any, P: Any) -> dict[str, Any]:
             at = self.f_project(t=t, y=y, P=P).place if self.f_project else y
-            return {"values": columns(p.evaluate(t[0], at, P))}
+            return {"values": columns(evaluate(p, t[0], at, P))}
 
         self.f_row = Function("row", row, state, ["values"], rare=True)
         self.functions: dict[str, Function | Parts] = {
@@ -121,7 +122,7 @@ class Stepping:
         """Brings the locked joints to rest at once."""
         p = self.program
         blocks = {"t": 1, "y": p.ny, "P": n_p}
-        at_once = Function("halted", lambda t, y, P: {"after": halted(p.evaluate(t[0], y, P))}, blocks, ["after"])
+        at_once = Function("halted", lambda t, y, P: {"after": halted(evaluate(p, t[0], y, P))}, blocks, ["after"])
 
         def body(X: Any, P: Any) -> dict[str, Any]:
             s = self.layout.unpack(X)

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from .analysis.modes import KineticShares
 from .errors import KernelError
+from .kinetic_shares import KineticShares
 from .methods.method import Method
 from .methods.stability import bent, missed
 
@@ -52,7 +52,7 @@ def _energies(simulation: Any, J: np.ndarray) -> list[tuple[complex, float]]:
     rate = simulation.rate_now()[:n]
     s, V = np.linalg.eig(J)
     amplitudes = np.linalg.lstsq(V, rate.astype(complex), rcond=None)[0]
-    kinetic = KineticShares(simulation, y[: p.nq])
+    kinetic = KineticShares(p, simulation.P, y[: p.nq])
     rest, found = y[speeds].astype(complex), list[tuple[complex, float]]()
     for k in np.flatnonzero(s.imag > 0.0):
         shape = 2.0 * amplitudes[k] / s[k] * V[speeds, k]

@@ -16,8 +16,9 @@ import numpy as np
 from heavylift.kernel.errors import RecordingError
 from numpy.typing import NDArray
 
-from .curves import Curve, Figure, Panel, checked, drawn, larger
+from .curves import checked, drawn, larger
 from .export import matching
+from .figure import Curve, Figure, Panel
 from .reader import RecordedEvent, Recording
 from .samples import POSE
 from .text import table

@@ -7,15 +7,13 @@ pictures, .html is a page with zoom and cursor that needs no network.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
 from heavylift.kernel.errors import RecordingError
-from numpy.typing import NDArray
 
 from .curves_drawn import page, picture
 from .export import matching
+from .figure import Curve, Figure, Panel
 from .outputs import output_path
 from .paper import FORMATS
 from .partfile import PartFile
@@ -23,39 +21,10 @@ from .reader import Recording
 from .settings import settings
 from .signal import titles
 
-__all__ = ["Curve", "Figure", "Panel", "checked", "curves", "drawn", "larger"]
+__all__ = ["checked", "curves", "drawn", "larger"]
 
 LARGER = {"N": (1e-3, "kN"), "N m": (1e-3, "kN m"), "J": (1e-6, "MJ")}
 MANY = 60  # curves: more than that nobody can tell apart
-
-
-@dataclass
-class Curve:
-    """Times (n,) [s] and values (n,) in the unit of its panel; the line is dashed for a second recording."""
-
-    name: str
-    t: NDArray[np.float64]
-    y: NDArray[np.float64]
-    dashed: bool = False
-
-
-@dataclass
-class Panel:
-    """Curves of one unit, and limits by name of what they belong to."""
-
-    unit: str
-    curves: list[Curve]
-    limits: dict[str, float] = field(default_factory=dict)
-    title: str = ""
-
-
-@dataclass
-class Figure:
-    """Panels with a common time; stages are (start [s], name)."""
-
-    title: str
-    panels: list[Panel]
-    stages: list[tuple[float, str]]
 
 
 def curves(path: str | Path, patterns: Sequence[str], out: str | Path, force: bool = False) -> Path:

@@ -10,12 +10,11 @@ import numpy as np
 
 from .bundle import bundled
 from .content import packed
+from .figure import Figure, Panel
 from .paper import BAND, INK, LIMIT, QUIET, on_paper, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from .curves import Figure, Panel
 
 __all__ = ["page", "picture"]
 

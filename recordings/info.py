@@ -11,19 +11,10 @@ import msgspec
 from .reader import Recording
 from .samples import POSE
 from .settings import settings
-from .text import table
+from .text import duration, table
 from .verdict import Judged, recorded_verdict
 
-__all__ = ["duration", "info", "info_data"]
-
-
-def duration(seconds: float) -> str:
-    """A time span for people: 3.2 s, 4 min 05 s, 1 h 06 min 04 s."""
-    if seconds < 60:
-        return f"{seconds:.3g} s"
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours} h {minutes:02} min {rest:02} s" if hours else f"{minutes} min {rest:02} s"
+__all__ = ["info", "info_data"]
 
 
 def info(path: str | Path, verdict: Judged | None = None) -> str:

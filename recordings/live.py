@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from .content import Shown, event_text, facts_shown, is_inner, load_of, packed, shown, stage_name, thinned
 from .drawing import Box, RopeLine
-from .info import duration
 from .samples import SampleLayout
 from .server import PageServer
 from .sink import texts
 from .spectator import Spectator
+from .text import duration
 
 __all__ = ["LivePage"]
 

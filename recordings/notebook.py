@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 
-from .info import duration
-from .reader import Recording, guarded
 from .samples import POSE
 from .settings import settings
-from .signal import Signal
-
-if TYPE_CHECKING:
-    from .part import Part
+from .text import duration
 
 __all__ = ["part_html", "recording_html", "signal_html"]
 
@@ -24,7 +20,49 @@ WIDTH, HEIGHT, POINTS = 460, 110, 300
 FACTS = ("scene", "seed", "samples_hz")
 
 
-def signal_html(signal: Signal) -> str:
+class Columns(Protocol):
+    """A signal (`signal.Signal`)."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def names(self) -> list[str]: ...
+    @property
+    def t(self) -> np.ndarray: ...
+    @property
+    def values(self) -> np.ndarray: ...
+    def __len__(self) -> int: ...
+
+
+class Run(Protocol):
+    """A recording (`reader.Recording`)."""
+
+    @property
+    def path(self) -> Path: ...
+    @property
+    def run(self) -> dict[str, Any]: ...
+    @property
+    def result(self) -> dict[str, Any]: ...
+    def fact(self, name: str, default: Any = None) -> Any: ...
+    def signals(self) -> list[str]: ...
+    def columns(self, name: str) -> list[str]: ...
+    def unit(self, name: str) -> str: ...
+    def signal(self, name: str) -> Columns: ...
+    def stages(self) -> list[tuple[float, str]]: ...
+
+
+class Named(Protocol):
+    """A part of a recording (`part.Part`)."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def signals(self) -> list[str]: ...
+
+
+def signal_html(signal: Columns) -> str:
     """Least and largest value of each column, and its curve."""
     rows = []
     for name, column in zip(signal.names, signal.values.T, strict=True):
@@ -36,8 +74,7 @@ def signal_html(signal: Signal) -> str:
     return _heading(title) + drawing(signal) + _table(["", "least", "at", "largest", "at", "last"], rows)
 
 
-@guarded
-def recording_html(rec: Recording) -> str:
+def recording_html(rec: Run) -> str:
     """Facts, the tensions, peaks of the ropes, and which signals there are."""
     facts = [[name.replace("_", " "), rec.run[name]] for name in FACTS if name in rec.run]
     facts += [[name, text] for name, text in settings(rec.run).items()]
@@ -54,12 +91,12 @@ def recording_html(rec: Recording) -> str:
     return "".join(parts) + _table(["signal", "unit", "columns"], rows)
 
 
-def part_html(part: Part) -> str:
+def part_html(part: Named) -> str:
     """The signals of a part of the scene."""
     return _heading(part.name) + _table(["signal"], [[name] for name in part.signals])
 
 
-def drawing(signal: Signal) -> str:
+def drawing(signal: Columns) -> str:
     """The curves of a signal as an SVG element: of many samples the least and the largest of equal parts."""
     t, values = signal.t, signal.values
     good = values[np.isfinite(values)]
@@ -86,7 +123,7 @@ def _seen(column: np.ndarray) -> list[int]:
     return sorted(set().union(*both))
 
 
-def _at(signal: Signal, k: int) -> str:
+def _at(signal: Columns, k: int) -> str:
     return f"{signal.t[k]:.6g} s"
 
 

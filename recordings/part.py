@@ -6,22 +6,35 @@ loader has the hook rope that carries it, too, since its tension is what people 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any, Protocol
 
 from heavylift.kernel.errors import SignalError
 
+from .notebook import part_html
 from .samples import POSE
 from .signal import Signal, joined, only
 from .text import meant
 
-if TYPE_CHECKING:
-    from .reader import RecordedEvent, Recording
-
 __all__ = ["Part", "chosen"]
 
 
-def chosen(rec: Recording, pattern: str) -> list[tuple[str, str]]:
+class Signals(Protocol):
+    """What parts ask of their recording (`reader.Recording`)."""
+
+    @property
+    def path(self) -> Path: ...
+    def signals(self) -> list[str]: ...
+    def columns(self, name: str) -> list[str]: ...
+    def signal(self, name: str) -> Signal: ...
+    def load(self, names: Sequence[str]) -> None: ...
+    def fact(self, name: str, default: Any = None) -> Any: ...
+    def events(self, source: str | None = None) -> list[Any]: ...
+
+
+def chosen(rec: Signals, pattern: str) -> list[tuple[str, str]]:
     """(signal, column) pairs that are named by `signal`, `signal/column` or a pattern such as "rope/tension/*"."""
     every = [(name, column) for name in rec.signals() for column in rec.columns(name)]
     return [(name, column) for name, column in every if name == pattern or fnmatchcase(f"{name}/{column}", pattern)]
@@ -30,7 +43,7 @@ def chosen(rec: Recording, pattern: str) -> list[tuple[str, str]]:
 class Part:
     """Signals by attribute: `part.tension`, `part.pose`; dir(part) and `part.signals` tell which there are."""
 
-    def __init__(self, rec: Recording, name: str, columns: dict[str, list[str]]) -> None:
+    def __init__(self, rec: Signals, name: str, columns: dict[str, list[str]]) -> None:
         self._rec, self.name, self._columns = rec, name, columns
         self._words: dict[str, list[str]] = {}
         for signal in columns:
@@ -38,7 +51,7 @@ class Part:
             self._words.setdefault(word, []).append(signal)
 
     @staticmethod
-    def of(rec: Recording, name: str) -> Part:
+    def of(rec: Signals, name: str) -> Part:
         """The part of this name; "loader/1" is loader-1."""
         names = (name, name.replace("/", "-"))
         carried = {rope for loader, rope in rec.fact("loaders", {}).items() if loader in names}
@@ -67,7 +80,7 @@ class Part:
         return list(self._columns)
 
     @property
-    def events(self) -> list[RecordedEvent]:
+    def events(self) -> list[Any]:
         """What the model of this name has said."""
         return self._rec.events(source=self.name.replace("/", "-"))
 
@@ -88,8 +101,6 @@ class Part:
         return [*super().__dir__(), *self._words]
 
     def _repr_html_(self) -> str:
-        from .notebook import part_html
-
         return part_html(self)
 
     def __repr__(self) -> str:

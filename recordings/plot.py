@@ -16,11 +16,11 @@ import numpy as np
 from heavylift.kernel.errors import RecordingError
 from numpy.typing import NDArray
 
-from .info import duration
 from .outputs import output_path
 from .paper import BAND, FORMATS, INK, LIMIT, QUIET, on_paper, save
 from .reader import Recording
 from .settings import settings
+from .text import duration
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

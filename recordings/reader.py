@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from .container import Container, Raw
 from .drawing import Log, Rig, frames_template
+from .notebook import recording_html
 from .part import Part, chosen
 from .samples import POSE, POSE_COLUMNS, POSE_UNIT, SAMPLER, Field, SamplesForm
 from .signal import Signal, only
@@ -164,9 +165,8 @@ class Recording:
         return Part(self, name, found) if found else Part.of(self, name)
 
     def _repr_html_(self) -> str:
-        from .notebook import recording_html
-
-        return recording_html(self)
+        with self.reading():
+            return recording_html(self)
 
     def __repr__(self) -> str:
         status = self.result.get("status", "cut off")

@@ -15,6 +15,7 @@ import numpy as np
 from heavylift.kernel.errors import RecordingError, SignalError
 from numpy.typing import NDArray
 
+from .notebook import signal_html
 from .samples import POSE
 from .text import meant
 
@@ -63,8 +64,6 @@ class Signal:
         return pyarrow.table({"time [s]": self.t, **dict(zip(titles(self), self.values.T, strict=True))})
 
     def _repr_html_(self) -> str:
-        from .notebook import signal_html
-
         return signal_html(self)
 
     def __repr__(self) -> str:

@@ -14,11 +14,11 @@ from heavylift.kernel.errors import RecordingError
 from numpy.typing import NDArray
 
 from .drawing import SceneUpdate, boxes_of
-from .info import duration
 from .outputs import output_path
 from .paper import FORMATS, on_paper, save
 from .reader import Recording
 from .signal import Signal
+from .text import duration
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from difflib import get_close_matches
 
-__all__ = ["meant", "table"]
+__all__ = ["duration", "meant", "table"]
 
 MOST = 30  # names in a sentence
 
@@ -34,3 +34,12 @@ def meant(name: str, names: Sequence[str]) -> str:
         return f"did you mean {' or '.join(near)}?"
     more = f" and {len(names) - MOST} more" if len(names) > MOST else ""
     return f"there are {', '.join(names[:MOST]) or 'none'}{more}"
+
+
+def duration(seconds: float) -> str:
+    """A time span for people: 3.2 s, 4 min 05 s, 1 h 06 min 04 s."""
+    if seconds < 60:
+        return f"{seconds:.3g} s"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes:02} min {rest:02} s" if hours else f"{minutes} min {rest:02} s"

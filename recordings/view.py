@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from .bundle import bundled
 from .content import event_text, facts_shown, is_inner, load_of, packed, shown, stage_name, thinned
 from .drawing import Box, boxes_of
-from .info import duration
 from .outputs import output_path
 from .partfile import PartFile
 from .reader import Recording, guarded
 from .samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout
+from .text import duration
 from .verdict import Judged, recorded_verdict
 
 __all__ = ["content", "drawn_boxes", "page", "sample_rows", "view"]

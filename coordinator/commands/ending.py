@@ -11,8 +11,8 @@ import traceback
 import typer
 from heavylift.kernel.errors import HeavyliftError, OutputError, Stopped
 
-from ..cli import STOPPED
 from ..printable import printable
+from ..stopping import STOPPED
 from .app import app
 
 __all__ = ["carry_out"]

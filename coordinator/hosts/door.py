@@ -8,12 +8,16 @@ from __future__ import annotations
 
 import re
 import socket
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Self
 
+import zenoh
 from heavylift.kernel.errors import ProtocolError
 
+from ..transport.hub import Hub
 from .certificates import Credentials
+from .gate import Gate
 
 __all__ = ["Door"]
 
@@ -52,6 +56,10 @@ class Door:
         """The endpoint that another host can connect to, where this one listens on all interfaces."""
         host, _, port = self.endpoint.removeprefix("tls/").rpartition(":")
         return f"tls/{socket.gethostname() if host in ALL else host}:{port}"
+
+    def gate(self, hub: Hub, session: zenoh.Session, scene: str, say: Callable[[str], None]) -> Gate:
+        """Begins to answer those who ask to join; arguments as of `Gate`."""
+        return Gate(hub, session, scene, say)
 
     def listening(self) -> dict[str, Any]:
         """Zenoh's settings of the coordinator's side."""

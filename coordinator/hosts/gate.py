@@ -15,7 +15,6 @@ import math
 import time
 from collections.abc import Callable
 from threading import Lock
-from typing import TYPE_CHECKING
 
 import msgspec
 import zenoh
@@ -24,12 +23,10 @@ from zenoh.handlers import Callback
 
 from ..participants.participant import version
 from ..printable import printable
+from ..transport.hub import Hub
 from ..transport.keys import JOIN, key
 from ..transport.link import JOIN_s
 from ..transport.session import Ticket
-
-if TYPE_CHECKING:
-    from ..transport.hub import Hub
 
 __all__ = ["Answer", "Ask", "Gate"]
 

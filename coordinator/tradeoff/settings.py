@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.nodes.fidelity import ASKABLE, Question, choose
-from heavylift.nodes.scene.modelling import planar
 from heavylift.nodes.scene.plan import Fidelity, Plan
+from heavylift.nodes.scene.planar import planar
 
 if TYPE_CHECKING:
     from heavylift.nodes.fidelity.question import Asked

@@ -12,11 +12,9 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, Protocol
 
 import zenoh
-from heavylift.coordinator.hosts.door import Door
-from heavylift.coordinator.hosts.gate import Gate
 from heavylift.coordinator.hosts.placement import Placement
 from heavylift.coordinator.transport.exchange import Exchange
 from heavylift.coordinator.transport.frame import Reader, Topic, Writer
@@ -24,6 +22,7 @@ from heavylift.coordinator.transport.keys import HUB, OBSERVER, OPERATOR, check_
 from heavylift.coordinator.transport.link import FIFO, LOCAL, JOIN_s, LocalLink, matched
 from heavylift.coordinator.transport.lookout import Lookout
 from heavylift.coordinator.transport.session import (
+    Listening,
     RunDirectory,
     Ticket,
     hub_session,
@@ -44,6 +43,22 @@ ANSWERED_s = 0.5  # in which an answer reaches who has asked
 BATCHES = 32  # of samples that may wait before their senders do
 FULL_s = 0.5  # for which a batch that has come holds up the next at most
 LEAVE_s = 2.0  # in which remote processes leave a run that is over
+
+
+class Gate(Protocol):
+    """Lets processes of other hosts join; `hosts`: remote process -> the host from which it has joined."""
+
+    hosts: dict[str, str]
+
+    def free(self, process: str) -> None: ...
+
+
+class Door(Listening, Protocol):
+    """The door of a run for processes of other hosts, with whoever asks there who they are."""
+
+    @property
+    def seen_from_afar(self) -> str: ...
+    def gate(self, hub: Hub, session: zenoh.Session, scene: str, say: Callable[[str], None]) -> Gate: ...
 
 
 class Hub(Exchange):
@@ -95,7 +110,7 @@ class Hub(Exchange):
     def admit(self, scene: str, say: Callable[[str], None]) -> None:
         """Let the processes of other hosts join a run of the scene with this fingerprint; `say` how, and who did."""
         if self._door is not None:
-            self._gate = Gate(self, self._session, scene, say)
+            self._gate = self._door.gate(self, self._session, scene, say)
             for process in sorted(self.placement.remote):
                 say(f"waiting for process {process}; {self.invitation(process)}")
 

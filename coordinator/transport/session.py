@@ -21,7 +21,7 @@ import weakref
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Protocol, Self
 
 import msgspec
 import zenoh
@@ -30,10 +30,8 @@ from heavylift.kernel.errors import ProtocolError
 from .access import access
 from .keys import AFAR, OBSERVER, OPERATOR
 
-if TYPE_CHECKING:
-    from ..hosts.door import Door
-
 __all__ = [
+    "Listening",
     "RunDirectory",
     "Ticket",
     "hub_session",
@@ -53,6 +51,15 @@ CONNECT_ms = 10_000
 WAIT_BEFORE_CLOSE_us = 600_000_000
 # All of Zenoh's tasks on one thread: a third less time per round than its five thread pools.
 RUNTIME = "(rx:(handover:app),acc:(handover:app),tx:(handover:app),net:(handover:app),app:(worker_threads:1))"
+
+
+class Listening(Protocol):
+    """Where processes of other hosts connect (`hosts.door.Door`): an address, and Zenoh's settings of both sides."""
+
+    @property
+    def endpoint(self) -> str: ...
+    def listening(self) -> dict[str, Any]: ...
+    def connecting(self) -> dict[str, Any]: ...
 
 
 class Ticket(msgspec.Struct, frozen=True):
@@ -177,7 +184,7 @@ def hub_session(
     run: str,
     directory: RunDirectory,
     passwords: Mapping[str, str],
-    door: Door | None = None,
+    door: Listening | None = None,
     remote: Iterable[str] = (),
 ) -> zenoh.Session:
     """The coordinator's session: listens on the run's socket for the users of `passwords` and nobody else.
@@ -219,7 +226,7 @@ def node_session(ticket: Ticket) -> zenoh.Session:
     return _open(config, f"process {ticket.process} cannot join run {ticket.run} at {ticket.socket}")
 
 
-def remote_session(door: Door) -> zenoh.Session:
+def remote_session(door: Listening) -> zenoh.Session:
     """The session of a process on another host; who it is says its certificate."""
     config = _config("client", connect=[door.endpoint])
     config["transport"]["link"] |= {"protocols": ["tls"], "tls": door.connecting()}

@@ -12,18 +12,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..formulations.embedding import velocity_transformation
-from ..kinematics import elastic, kinematics
-from ..samples import coordinate_names
-from ..spatial import spatial_inertia
-from ..trees import with_numbers
+from ..kinetic_shares import KineticShares
 from .linearise import damping, stiffness
 from .poses import Poses
 
 if TYPE_CHECKING:
     from ..simulation import Simulation
 
-__all__ = ["KineticShares", "Mode", "Modes", "modes"]
+__all__ = ["Mode", "Modes", "modes"]
 
 GROWS = 0.1  # [1/s] below which growth is rounding, too: a mast of a kilometre falls faster
 FREE = 1e-2  # [rad/s] below which a motion has no frequency but only rounding
@@ -70,7 +66,7 @@ def modes(simulation: Simulation) -> Modes:
     A = np.block([[np.zeros((n, n)), np.eye(n)], [stiffness(poses, q, basis), damping(poses, q, basis)]])
     s, vectors = np.linalg.eig(A)
     poses.accelerations(q)  # leaves the simulation at its own pose
-    energy = KineticShares(simulation, q)
+    energy = KineticShares(simulation.program, simulation.P, q)
     found, decays = [], []
     for k in np.argsort(np.abs(s), kind="stable"):
         if abs(s[k]) < FREE:
@@ -84,47 +80,3 @@ def modes(simulation: Simulation) -> Modes:
             w = abs(s[k])
             found.append(Mode(w / (2.0 * pi), -float(s[k].real / w), shape, *energy.shares(shape)))
     return Modes(tuple(found), tuple(sorted(decays)), (int(np.sum(np.abs(s) < FREE)) + 1) // 2)
-
-
-class KineticShares:
-    """Kinetic energy by bodies and by joint velocities, at one pose."""
-
-    def __init__(self, simulation: Simulation, q: np.ndarray) -> None:
-        p = simulation.program
-        self._parts = []
-        for i, (tree, _) in enumerate(p.instances):
-            numbered = with_numbers(tree, simulation.P[p.parameters.at["tree", str(i)]])
-            still = np.zeros(tree.v.stop - tree.v.start)
-            K = kinematics(numbered, q[tree.q], still, 0.0, [0.0] * len(tree.prescribed_dofs))
-            for n, V in enumerate(velocity_transformation(tree, K)):
-                b, r, R = numbered.bodies[n], K.r[n], K.R[n]
-                J = spatial_inertia(b.mass, r + R @ b.com, R @ b.inertia @ R.T)
-                H = np.array(V.T @ J @ V, dtype=float)
-                if b.elastic is not None:
-                    own = elastic(numbered, K, n)
-                    H += np.array(V.T @ own.I @ V, dtype=float)
-                    coupled = np.array([c @ V for c in own.C], dtype=float).reshape(b.n_modes, len(H))
-                    H[b.v_modes] += coupled
-                    H[:, b.v_modes] += coupled.T
-                    H[b.v_modes, b.v_modes] += np.diag(np.array(own.mass, dtype=float))
-                self._parts.append((b.name, tree.v, H))
-        self._velocities = coordinate_names(p.graph)[1]
-
-    def energy(self, shape: np.ndarray) -> float:
-        """Of an oscillation with these complex velocities, or twice that of real ones [J]."""
-        return float(sum((shape[at].conj() @ H @ shape[at]).real for _, at, H in self._parts))
-
-    def shares(self, shape: np.ndarray) -> tuple[tuple[tuple[str, float], ...], tuple[tuple[str, float], ...]]:
-        """Of bodies and of joint velocities, largest first."""
-        bodies: dict[str, float] = {}
-        joints = np.zeros(len(shape))
-        for name, at, H in self._parts:
-            x = shape[at]
-            bodies[name] = float((x.conj() @ H @ x).real)
-            joints[at] += np.diag(H) * np.abs(x) ** 2
-        return _ranked(bodies), _ranked(dict(zip(self._velocities, map(float, joints), strict=True)))
-
-
-def _ranked(parts: dict[str, float]) -> tuple[tuple[str, float], ...]:
-    total = sum(parts.values()) or 1.0
-    return tuple(sorted(((name, x / total) for name, x in parts.items()), key=lambda e: (-e[1], e[0])))

@@ -9,18 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ..constraints.jacobian import pose_of
 from ..dynamics import composites
+from ..running import Running
 from ..spatial import cross
 from .indeterminacy import COMPONENTS, Indeterminacy, Key, indeterminacies
 from .inverse import accelerated
-
-if TYPE_CHECKING:
-    from ..stepper import Stepper
 
 __all__ = ["Reaction", "Reactions", "reactions"]
 
@@ -58,7 +56,7 @@ class Reactions(dict[str, Reaction]):
         return bool(self.tensions or self.contacts or any(r.indeterminate for r in self.values()))
 
 
-def reactions(simulation: Stepper, least: bool = True) -> Reactions:
+def reactions(simulation: Running, least: bool = True) -> Reactions:
     """Reaction of every joint by name, at the present instant of a simulation; those that close loops come last.
 
     `least`: whether what rigid bodies do not determine is of least norm, not what the solver of the motion found.

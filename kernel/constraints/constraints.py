@@ -6,28 +6,40 @@ Rows couple where the paths of what they hold, from the ground, share a degree o
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Mapping, Sequence
+from types import SimpleNamespace
+from typing import Any, Protocol
 
 from ..describe import RigidRope
 from ..graph import Graph
+from ..trees import Tree
 from .blockwise import Blockwise
 from .closures import CLOSURES, closure_function, residual_unit
 from .delassus import Lopsided
 from .ropes import rigid_rope
-
-if TYPE_CHECKING:
-    from ..contact.slots import ContactRows
-    from ..rate import Program
 
 __all__ = ["Constraints"]
 
 BLOCK = 6  # rows of a block at most
 
 
+class Contacts(Protocol):
+    """The rows of contacts, as `contact.slots` makes them."""
+
+    @property
+    def names(self) -> list[str]: ...
+    @property
+    def held(self) -> Sequence[tuple[int, ...]]: ...
+    @property
+    def present(self) -> Sequence[Any]: ...
+    def slots(self, numbers: Callable[[str, str], Any], ends: Mapping[int, Any]) -> list[SimpleNamespace]: ...
+    def rows(self, slots: list[SimpleNamespace]) -> list[Any]: ...
+
+
 class Constraints:
     """The rows of a scene's loops, then those of its rigid ropes and contacts, and the functions that they share."""
 
-    def __init__(self, graph: Graph, ropes: tuple[RigidRope, ...], contacts: ContactRows) -> None:
+    def __init__(self, graph: Graph, ropes: tuple[RigidRope, ...], contacts: Contacts) -> None:
         self.loops, self.ropes, self.contacts = graph.loops, ropes, contacts
         self.of = [(j, i) for j in self.loops for i in range(len(CLOSURES[j.kind]))]
         self.names = [*(f"joint '{j.name}'" for j, _ in self.of), *(f"rope '{r.name}'" for r in ropes)]
@@ -45,17 +57,17 @@ class Constraints:
     def __len__(self) -> int:
         return len(self.held)
 
-    def link(self, program: Program) -> None:
-        """Once the trees are known: which of them rows touch, and which rows couple."""
+    def link(self, instances: Sequence[tuple[Tree, Any]]) -> None:
+        """Once the trees are known, with the functions of each: which of them rows touch, and which rows couple."""
         self.instance = {
-            tree.first + b: (i, b) for i, (tree, _) in enumerate(program.instances) for b in range(len(tree.bodies))
+            tree.first + b: (i, b) for i, (tree, _) in enumerate(instances) for b in range(len(tree.bodies))
         }
         self.linked = sorted({self.instance[b][0] for b in self.bodies})
         self.paths = []
         for pair in self.held:
             path: dict[tuple[int, int], None] = {}
             for i, b in (self.instance[body] for body in pair if body >= 0):
-                opened = program.instances[i][1].opened
+                opened = instances[i][1].opened
                 assert opened is not None, "a tree that rows touch is open"
                 path |= dict.fromkeys((i, k) for k in opened.paths[b])
             self.paths.append(path)

@@ -8,31 +8,42 @@ is left, and costs one evaluation per step.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from ..burden import at_the_hook
 from ..describe import Joint, RigidRope
+from ..graph import Graph
 from ..laws import attachment
 from ..spatial import cross, join
 from ..symbol import select
+from ..trees import Tree
 from .blockwise import Blockwise
 from .closures import CLOSURES
+from .constraints import Constraints
 from .delassus import Lopsided
 from .factors import OpenTree
 from .ropes import SLACK, RigidAt
-
-if TYPE_CHECKING:
-    from ..rate import Program
 
 __all__ = ["Row", "Rows", "held_rows"]
 
 ROUNDED = 1e-12  # part of a row that is round-off
 _Parts = dict[tuple[int, int], Any]  # per tree and degree of freedom
+
+
+class Scene(Protocol):
+    """What rows depend on of a compiled scene."""
+
+    @property
+    def graph(self) -> Graph: ...
+    @property
+    def constraints(self) -> Constraints: ...
+    @property
+    def instances(self) -> Sequence[tuple[Tree, Any]]: ...
 
 
 @dataclass(frozen=True)
@@ -50,30 +61,30 @@ class Row:
 
 
 def held_rows(
-    program: Program,
+    scene: Scene,
     ends: Mapping[int, Any],
     numbers: Callable[[str, str], Any],
     lengths: Mapping[str, tuple[Any, Any, Any]],
 ) -> list[Row]:
     """The rows of loops, then of rigid ropes, where bodies are at `ends`; arguments as of `Rows`."""
-    rows = [row for j in program.constraints.loops for row in _loop(program, j, ends, numbers("loop", j.name))]
-    ropes = program.constraints.ropes
-    return rows + [_rope(program, r, ends, numbers("rigid", r.name), lengths[r.name]) for r in ropes]
+    rows = [row for j in scene.constraints.loops for row in _loop(scene, j, ends, numbers("loop", j.name))]
+    ropes = scene.constraints.ropes
+    return rows + [_rope(scene, r, ends, numbers("rigid", r.name), lengths[r.name]) for r in ropes]
 
 
-def _loop(program: Program, j: Joint, ends: Mapping[int, Any], p: Any) -> list[Row]:
-    a, b = (program.graph.number(x) for x in (j.parent, j.child))
-    x = program.constraints.closures[j.kind](p=p, A=ends[a], B=ends[b])
+def _loop(scene: Scene, j: Joint, ends: Mapping[int, Any], p: Any) -> list[Row]:
+    a, b = (scene.graph.number(x) for x in (j.parent, j.child))
+    x = scene.constraints.closures[j.kind](p=p, A=ends[a], B=ends[b])
     return [
         Row([(a, -x.wa[6 * i : 6 * i + 6]), (b, x.wb[6 * i : 6 * i + 6])], x.gap[i], x.rate[i], x.bias[i])
         for i in range(len(CLOSURES[j.kind]))
     ]
 
 
-def _rope(program: Program, r: RigidRope, ends: Mapping[int, Any], p: Any, L: tuple[Any, Any, Any]) -> Row:
-    bodies = [(program.graph.number(line.a.body), program.graph.number(line.b.body)) for line in r.lines]
+def _rope(scene: Scene, r: RigidRope, ends: Mapping[int, Any], p: Any, L: tuple[Any, Any, Any]) -> Row:
+    bodies = [(scene.graph.number(line.a.body), scene.graph.number(line.b.body)) for line in r.lines]
     at = {f"{e}{n}": ends[i] for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)}
-    x = program.constraints.pulls[len(r.lines)](L=list(L), p=p, **at)
+    x = scene.constraints.pulls[len(r.lines)](L=list(L), p=p, **at)
     wrenches = [(i, getattr(x, f"w{e}{n}")) for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)]
     on = select(p[RigidAt.HOOKED] > 0.0, p[RigidAt.TAUT], 0.0)
     return Row(wrenches, x.gap[0], x.rate[0], x.bias[0], on)
@@ -84,7 +95,7 @@ class Rows:
 
     def __init__(
         self,
-        program: Program,
+        scene: Scene,
         arguments: dict[int, dict[str, Any]],
         ends: Mapping[int, Any],
         numbers: Callable[[str, str], Any],
@@ -92,11 +103,11 @@ class Rows:
     ) -> None:
         """`arguments`: what the motion of each linked tree depends on; `ends`: bodies; `numbers`: of P; `lengths`: of
         rigid ropes with two rates."""
-        self.constraints, self._instances = program.constraints, program.instances
+        self.constraints, self._instances = scene.constraints, scene.instances
         self._arguments, self._ends, self._numbers = arguments, ends, numbers
-        self._graph, self._lengths = program.graph, lengths
+        self._graph, self._lengths = scene.graph, lengths
         self._trees = {i: self._opened(i).factor(**x) for i, x in arguments.items()}
-        self.rows = held_rows(program, ends, numbers, lengths)
+        self.rows = held_rows(scene, ends, numbers, lengths)
         self.slots = self.constraints.contacts.slots(numbers, ends)
         self.rows += self.constraints.contacts.rows(self.slots)
         self._project()
@@ -122,7 +133,7 @@ class Rows:
         return np.array([float(self._entry(r, r)) > ROUNDED * float(size) for r, size in each], dtype=bool)
 
     def _opened(self, i: int) -> OpenTree:
-        opened = self._instances[i][1].opened
+        opened: OpenTree | None = self._instances[i][1].opened
         assert opened is not None, "a tree that rows touch is open"
         return opened
 

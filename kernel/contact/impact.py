@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
-from ..evaluation import Evaluation
+from ..evaluation import Evaluation, evaluate
 from ..function import Function
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ def surveying(program: Program) -> Function:
     """t, y, P -> delassus (n * n,), velocities `speed` and free accelerations `free` (n,) of all rows."""
 
     def body(t: Any, y: Any, P: Any) -> dict[str, Any]:
-        rows = program.evaluate(t[0], y, P, t[1]).constraint_rows()
+        rows = evaluate(program, t[0], y, P, t[1]).constraint_rows()
         return {
             "delassus": rows.entries(),
             "speed": rows.held([r.rate for r in rows.rows]),

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from ..describe import System
+from ..evaluation import evaluate
 from ..function import symbols
+from ..graph import coordinate_names
 from ..rate import Program
-from ..samples import coordinate_names
 from ..symbol import Graph as Trace
 from ..symbol import Sym, is_sym
 from ..trees import Tree, numbers, with_numbers
@@ -54,7 +55,7 @@ def coordinates(system: System, formulation: str) -> Section:
     program = _Named(system, formulation)
     with Trace(opaque=True) as trace:
         y, P = symbols("y", program.ny), symbols("P", len(program.parameters.initial))
-        program.evaluate(symbols("t", 1)[0], y, P)
+        evaluate(program, symbols("t", 1)[0], y, P)
     names = _input_names(program)
     seen: dict[str, Equation] = {}
     for label, value in trace.equations:

@@ -10,7 +10,6 @@ nodes, each section of which moves as the mean of its nodes; its own equations d
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,9 +18,7 @@ from .beam import BENDING_Y, BENDING_Z
 from .description import Beam
 from .eigenmodes import largest
 from .numbers import rounded
-
-if TYPE_CHECKING:
-    from .modes import Modes
+from .shapes import Shapes
 
 __all__ = ["Column"]
 
@@ -36,7 +33,7 @@ SAME = 1e-9  # part of the length between nodes of one section
 class Column:
     """A flexible body under axial loads; `softens`: whether its own equations know of them."""
 
-    def __init__(self, modes: Modes, K: np.ndarray, held: list[int]) -> None:
+    def __init__(self, modes: Shapes, K: np.ndarray, held: list[int]) -> None:
         self.softens = modes.flexible.beam is not None
         nodes = modes.nodes
         self.axis, sections = (np.array([1.0, 0.0, 0.0]), [[j] for j in range(len(nodes))])
@@ -105,7 +102,7 @@ def _definite(G: np.ndarray) -> bool:
     return True
 
 
-def _basis(modes: Modes, K: np.ndarray, held: list[int], G: np.ndarray) -> np.ndarray:
+def _basis(modes: Shapes, K: np.ndarray, held: list[int], G: np.ndarray) -> np.ndarray:
     """(6n, m) shapes with K = 1."""
     loose = set(held)
     free = [d for d in range(len(K)) if d not in loose]
@@ -161,7 +158,7 @@ def _between_sections(
     return out
 
 
-def _root(modes: Modes, along: np.ndarray) -> float:
+def _root(modes: Shapes, along: np.ndarray) -> float:
     """Where the frame of a body given by matrices holds it: of the nodes most held, the one nearest to its origin."""
     nodal = modes.flexible.nodal
     assert nodal is not None, "of matrices"

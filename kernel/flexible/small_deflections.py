@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import degrees, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -20,9 +20,7 @@ from ..symbol import maximum
 from .algebra import sizes
 from .description import WARNED
 from .numbers import rounded
-
-if TYPE_CHECKING:
-    from .modes import Modes
+from .shapes import Shapes
 
 __all__ = ["NEVER", "Smallness", "smallness", "told"]
 
@@ -72,7 +70,7 @@ class Smallness:
         return sqrt(float(use[first])), self.turns[first]
 
 
-def smallness(modes: Modes) -> Smallness:
+def smallness(modes: Shapes) -> Smallness:
     """The rows (13) of a body: at equal distances along a beam, else at the nodes that a mode moves or turns most."""
     found: list[tuple[np.ndarray | None, np.ndarray | None]] = []
     if beam := modes.flexible.beam:

@@ -17,6 +17,7 @@ import numpy as np
 from ..dense import inverse, least_norm
 from ..emit import Parts, While
 from ..errors import KernelError
+from ..evaluation import evaluate
 from ..function import OPAQUE, Function, Primitive
 from ..motion import rates
 from ..rate import Program
@@ -104,7 +105,7 @@ class RosenbrockW(Method):
         """What stands in M: H + e C + e^2 K with e = gamma h, H and K, column by column."""
         h, _ = length(s)
         e = GAMMA * h
-        x = Linearised(self.program.evaluate(s.t, s.y, s.P))
+        x = Linearised(evaluate(self.program, s.t, s.y, s.P))
         n, stride = self.program.nv, self._factors.stride
         s.factor = 1.0
 

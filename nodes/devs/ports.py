@@ -6,18 +6,29 @@ is a promise: after a transition at t, no output that was not already scheduled 
 t + L. It is checked, not added.
 """
 
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, overload
+from typing import Any, Generic, Protocol, TypeVar, overload
 
 from heavylift.kernel.errors import ModelError
 
 from .messages import Message, decoder
 from .travelling import travelling
 
-if TYPE_CHECKING:
-    from .models import Model
-
 M = TypeVar("M", bound=Message)
 D = TypeVar("D")
+
+
+class Owner(Protocol):
+    """What is asked of the model of a port (`models.Model`)."""
+
+    name: str
+    _present: Any
+
+    @property
+    def path(self) -> str: ...
+    @property
+    def parent(self) -> Any: ...
+    @property
+    def ports(self) -> Any: ...
 
 
 class Port(Generic[M]):
@@ -25,7 +36,7 @@ class Port(Generic[M]):
 
     __slots__ = ("name", "owner", "routes", "type")
 
-    def __init__(self, owner: "Model", name: str, type: type[M]) -> None:
+    def __init__(self, owner: "Owner", name: str, type: type[M]) -> None:
         self.owner, self.name, self.type = owner, name, type
         self.routes: tuple[tuple[Any, InPort[Any], int], ...] = ()  # the simulator's ways to atomics
 
@@ -54,7 +65,7 @@ class OutPort(Port[M]):
 
     __slots__ = ("_sent", "exits", "lookahead")
 
-    def __init__(self, owner: "Model", name: str, type: type[M], lookahead: int) -> None:
+    def __init__(self, owner: "Owner", name: str, type: type[M], lookahead: int) -> None:
         super().__init__(owner, name, type)
         self.lookahead = lookahead
         self.exits: tuple[tuple[OutPort[Any], int], ...] = ()
@@ -91,8 +102,8 @@ class In(Generic[M]):
     @overload
     def __get__(self, model: None, owner: type) -> "In[M]": ...
     @overload
-    def __get__(self, model: "Model", owner: type) -> InPort[M]: ...
-    def __get__(self, model: "Model | None", owner: type) -> "In[M] | InPort[M]":
+    def __get__(self, model: "Owner", owner: type) -> InPort[M]: ...
+    def __get__(self, model: "Owner | None", owner: type) -> "In[M] | InPort[M]":
         """The declaration; an initialised model has its bound port under the same name."""
         if model is not None:
             raise ModelError(f"{owner.__name__}: call super().__init__(name) before using ports")
@@ -109,8 +120,8 @@ class Out(Generic[M]):
     @overload
     def __get__(self, model: None, owner: type) -> "Out[M]": ...
     @overload
-    def __get__(self, model: "Model", owner: type) -> OutPort[M]: ...
-    def __get__(self, model: "Model | None", owner: type) -> "Out[M] | OutPort[M]":
+    def __get__(self, model: "Owner", owner: type) -> OutPort[M]: ...
+    def __get__(self, model: "Owner | None", owner: type) -> "Out[M] | OutPort[M]":
         """The declaration; an initialised model has its bound port under the same name."""
         if model is not None:
             raise ModelError(f"{owner.__name__}: call super().__init__(name) before using ports")

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING
 import msgspec
 from heavylift.nodes.models.assembly import system
 from heavylift.nodes.scene.fidelity import ALONG
-from heavylift.nodes.scene.modelling import planar
 from heavylift.nodes.scene.plan import Fidelity, Plan
+from heavylift.nodes.scene.planar import planar
 
 from .always import ALWAYS
 from .case import Case, case_of

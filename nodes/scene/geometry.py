@@ -20,6 +20,8 @@ from .findings import Findings, Told
 
 SAME_LEVEL = 5.0  # trolleys whose ropes leave closer together in height run into each other [m]
 TOUCH = 1e-6  # [m]
+REACHED = 6e-3  # [m] by which a sling may be too short: it stretches more than that
+BESIDE = 0.05  # of its length, that a hook may hang beside the lug of a sling that is too short
 SURFACE = 0.01  # so deep below a face a sling still lies on it, and a block on stools that yield [m]
 
 
@@ -140,10 +142,21 @@ def _ropes_overloaded(scene: schema.Scene, built: plan.Plan) -> Told:
             yield rope.name, rope.where, f"{told}: {loader.name} and the hook block alone are too heavy for it"
 
 
+def reach(sling: plan.Sling, lug: str, beam: tuple[float, ...], p: tuple[float, ...]) -> str:
+    """A sentence if a sling is too short for its lug or hangs too far beside it, else nothing."""
+    dx, dy, dz = (a - b for a, b in zip(beam, p, strict=True))
+    gap, beside = sqrt(dx * dx + dy * dy + dz * dz) - sling.L0, sqrt(dx * dx + dy * dy)
+    if gap <= REACHED:
+        return ""
+    if beside > BESIDE * sling.L0:
+        told = f"the hook stands {beside:.1f} m beside the lug {lug}, too far for the {sling.L0:g} m of {sling.name}"
+        return f"{told} ({gap * 1000:.0f} mm are missing): move crane or trolley first"
+    told = f"{sling.name} is {gap * 1000:.0f} mm too short for the lug {lug}"
+    return f"{told}: lower the hook or take a longer sling than {sling.L0:g} m"
+
+
 def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Told:
     """Each sling that is hooked at the start reaches its lug, not overstretched and not through the block."""
-    from .orders import reach  # which looks at geometry, too
-
     assert built.block is not None
     assert scene.block is not None
     loaders, lugs = {x.name: x for x in built.loaders}, {lug.name: lug.p for lug in built.block.lugs}

@@ -35,9 +35,10 @@ from .geometry import start_checks, step_checks
 from .held import held_orders
 from .limiting import build_limits
 from .machines import build_machines
-from .modelling import build_fidelity, planar
+from .modelling import build_fidelity
 from .orders import order_checks
 from .placing import placement_faults
+from .planar import planar
 from .report import Report, report
 from .resolve import build_actions
 from .source import Fault, Source, override, read

@@ -18,13 +18,11 @@ from heavylift.nodes.statics.state import Acted, StaticState
 
 from . import actions, plan, schema
 from .findings import Findings, Told
-from .geometry import goal_checks
+from .geometry import goal_checks, reach
 from .verbs import MOTIONS, VERBS
 
-__all__ = ["order_checks", "reach"]
+__all__ = ["order_checks"]
 
-REACHED = 6e-3  # [m] by which a sling may be too short: it stretches more than that
-BESIDE = 0.05  # of its length, that a hook may hang beside the lug of a sling that is too short
 SAME = 1.0 + 1e-6  # times a speed that is not faster
 FALLS = 1.0  # [m] that a block sinks at once when it is let go
 TIPS = radians(10.0)  # of a block that leans as it is lifted
@@ -118,19 +116,6 @@ def _reaches(x: Order) -> Told:
             beam = world(x.before, s.beam.body, s.beam.p)
             if told := reach(s, order.lug, beam, world(x.before, x.plan.block.name, lugs[order.lug])):
                 yield s.loader, order.where, told
-
-
-def reach(sling: plan.Sling, lug: str, beam: tuple[float, ...], p: tuple[float, ...]) -> str:
-    """A sentence if a sling is too short for its lug or hangs too far beside it, else nothing."""
-    dx, dy, dz = (a - b for a, b in zip(beam, p, strict=True))
-    gap, beside = sqrt(dx * dx + dy * dy + dz * dz) - sling.L0, sqrt(dx * dx + dy * dy)
-    if gap <= REACHED:
-        return ""
-    if beside > BESIDE * sling.L0:
-        told = f"the hook stands {beside:.1f} m beside the lug {lug}, too far for the {sling.L0:g} m of {sling.name}"
-        return f"{told} ({gap * 1000:.0f} mm are missing): move crane or trolley first"
-    told = f"{sling.name} is {gap * 1000:.0f} mm too short for the lug {lug}"
-    return f"{told}: lower the hook or take a longer sling than {sling.L0:g} m"
 
 
 def _hangs(x: Order) -> Told:

@@ -14,13 +14,13 @@ from pathlib import Path
 
 from heavylift.kernel.errors import RecordingError
 
-from ..info import duration
 from ..outputs import GENERATOR, output_path
 from ..partfile import PartFile
 from ..plot import plot
 from ..reader import Recording
 from ..settings import settings
 from ..storyboard import storyboard
+from ..text import duration
 from ..verdict import Judged, LimitTable, recorded_verdict
 from .browser import print_page
 from .facts import CraneUse, Facts, HookUse, RopeUse, StageUse, facts

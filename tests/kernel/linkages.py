@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from heavylift.kernel.describe import WORLD, Body, Joint, System
+from heavylift.kernel.evaluation import evaluate
 from heavylift.kernel.rate import Program
 from random_trees import nested, random_state, random_system, rotation
 from scipy.spatial.transform import Rotation
@@ -66,7 +67,7 @@ def looped(
 def poses(system: System) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Place and rotation of each body at the start."""
     program = Program(system)
-    x = program.evaluate(0.0, program.initial_state(), program.parameters.initial)
+    x = evaluate(program, 0.0, program.initial_state(), program.parameters.initial)
     rows = np.array(x.poses_and_energies()[0], dtype=float).reshape(-1, 12)
     found = {k.body.name: (r[:3], r[3:].reshape(3, 3)) for k, r in zip(program.graph.links, rows, strict=True)}
     return {WORLD: (np.zeros(3), np.eye(3)), **found}

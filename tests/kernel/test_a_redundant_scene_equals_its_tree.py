@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from goliath import scene
 from heavylift.kernel.describe import WORLD, Joint, System
+from heavylift.kernel.evaluation import evaluate
 from heavylift.kernel.rate import Program
 from heavylift.kernel.simulation import Simulation
 from linkages import poses
@@ -74,7 +75,7 @@ def posed(seed: int) -> tuple[System, System]:
     springs = tuple(x for x in tree.springs if not is_loader(x.joint.removesuffix("-joint"), "low"))
     tree = replace(tree, joints=tuple(joints), springs=springs)
     program = Program(tree)
-    ends = program.evaluate(0.0, program.initial_state(), program.parameters.initial).ends
+    ends = evaluate(program, 0.0, program.initial_state(), program.parameters.initial).ends
     at = poses(tree)
     ropes = []
     for r in tree.ropes:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from heavylift.kernel.describe import Body, Drive, Joint, Stop, System
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.evaluation import evaluate
 from heavylift.kernel.flexible.beam import beam_matrices, hermite
 from heavylift.kernel.flexible.description import Beam, Flexible
 from heavylift.kernel.forces.describe import Load
@@ -148,6 +149,6 @@ def test_machine_code_of_a_slider_is_the_text():
     simulation.state[: len(y)] = y
     simulation._call("refresh")
     native = simulation.X[simulation.method.layout.at["f"]][: len(y)]
-    plain = simulation.program.evaluate(0.0, simulation.state, simulation.program.parameters.initial).dy[: len(y)]
+    plain = evaluate(simulation.program, 0.0, simulation.state, simulation.program.parameters.initial).dy[: len(y)]
     plain = np.asarray(plain, float)
     assert native == pytest.approx(plain, rel=1e-11, abs=1e-11 * np.abs(plain).max())

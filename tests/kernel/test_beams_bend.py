@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from heavylift.kernel.analysis import equilibrium, modes
 from heavylift.kernel.describe import Body, Joint, Line, Point, Rope, System
+from heavylift.kernel.evaluation import evaluate
 from heavylift.kernel.flexible.beam import beam_matrices, nodes_of
 from heavylift.kernel.flexible.description import Beam, Flexible, Nodal
 from heavylift.kernel.rate import Program
@@ -48,7 +49,7 @@ def accelerations(program):
 
     def a(q):
         y = np.concatenate([q, np.zeros(program.ny - program.nq)])
-        return np.asarray(program.evaluate(0.0, y, P_).dy[program.nq : program.nq + program.nv], float)
+        return np.asarray(evaluate(program, 0.0, y, P_).dy[program.nq : program.nq + program.nv], float)
 
     return a
 

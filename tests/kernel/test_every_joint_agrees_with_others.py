@@ -7,6 +7,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from heavylift.kernel.describe import Body, Joint, JointSpring, System
+from heavylift.kernel.evaluation import evaluate
 from heavylift.kernel.joints import JOINTS
 from heavylift.kernel.kinematics import kinematics
 from heavylift.kernel.rate import Program
@@ -36,7 +37,7 @@ def joint(kind, name="j", parent="world", child="a", **more):
 
 
 def accelerations(program, q, v):
-    return np.asarray(program.evaluate(0.0, [*q, *v], program.parameters.initial).dy[program.nq :], float)
+    return np.asarray(evaluate(program, 0.0, [*q, *v], program.parameters.initial).dy[program.nq :], float)
 
 
 def pinocchio_accelerations(graph, q, v):

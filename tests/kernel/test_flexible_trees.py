@@ -7,6 +7,7 @@ import pytest
 from flexible_trees import flexible_tree
 from heavylift.kernel.analysis import inverse_dynamics, momentum
 from heavylift.kernel.describe import Body
+from heavylift.kernel.evaluation import evaluate
 from heavylift.kernel.rate import Program
 from heavylift.kernel.simulation import Simulation
 from random_trees import random_state
@@ -29,7 +30,7 @@ def state_of(program, seed, scale=0.1):
 
 def evaluated(program, q, v):
     y = np.concatenate([q, v, np.zeros(program.ny - program.nq - program.nv)])
-    return program.evaluate(0.0, y, program.parameters.initial)
+    return evaluate(program, 0.0, y, program.parameters.initial)
 
 
 def energy(program, q, v):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from goliath import scene
 from heavylift.kernel.describe import Body, Joint, Line, Point, Rope, System
+from heavylift.kernel.evaluation import evaluate
 from heavylift.kernel.methods.stiffness import Linearised
 from heavylift.kernel.motion import rates
 from small_scenes import SECOND, G, Y, hand_over, started
@@ -21,11 +22,11 @@ def test_the_matrix_is_that_of_finite_differences():
     p, y, t = s.program, s.state.copy(), 0.0
     y[p.nq : p.nq + p.nv] = 0.0
     n = slice(p.nq, p.nq + p.nv)
-    x = Linearised(p.evaluate(t, y, s.P))
+    x = Linearised(evaluate(p, t, y, s.P))
     H, C, K = (np.array(A, float) for A in (x.H, x.C, x.K))
 
     def slope(move):
-        there, back = (p.evaluate(t, y + sign * STEP * move, s.P).dy[n] for sign in (1.0, -1.0))
+        there, back = (evaluate(p, t, y + sign * STEP * move, s.P).dy[n] for sign in (1.0, -1.0))
         return (np.array(there, float) - np.array(back, float)) / (2.0 * STEP)
 
     got_C, got_K = np.zeros_like(C), np.zeros_like(K)
