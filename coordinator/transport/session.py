@@ -236,25 +236,11 @@ def _guest_session(directory: Path, user: str) -> zenoh.Session:
     return _open(config, f"an {user} cannot join the run in {directory}")
 
 
-_idle: dict[int, list[zenoh.Session]] = {}  # local sessions by process: a fork has none of its parent's
-
-
 def local_session() -> zenoh.Session:
-    """A session without any end point: all nodes of a run live in this process.
-
-    One that an earlier run of this process has given back by `rest_session`, if there is any: the bus keeps some memory
-    of every session for ever.
-    """
-    if _idle.get(os.getpid()):
-        return _idle[os.getpid()].pop()
+    """A session without any end point: all nodes of a run live in this process."""
     config = _config("peer")
     config["transport"]["link"]["protocols"] = []
     return _open(config, "the run in this process cannot start")
-
-
-def rest_session(session: zenoh.Session) -> None:
-    """Give back a local session on which nothing is declared any more."""
-    _idle.setdefault(os.getpid(), []).append(session)
 
 
 def _config(mode: str, listen: list[str] | None = None, connect: list[str] | None = None) -> dict[str, Any]:
