@@ -93,7 +93,7 @@ class Exchange:
             self.send(node, payload)
 
     def close(self) -> None:
-        """End the session; one with publishers stays in memory for ever, but a guest that does not read holds that up."""
+        """End the session."""  # with publishers it stays in memory for ever; who does not read holds their end up
         alone = not self._session.is_closed() and not self._session.info.links()
         while alone and self._shown:
             self._shown.popitem()[1].close()

@@ -109,9 +109,11 @@ class RunDirectory:
         """Make the directory."""
         _sweep(self.path.parent)
         try:
-            os.mkdir(self.path, 0o700)
-            self._lock = os.open(self.path, os.O_RDONLY | os.O_CLOEXEC)
+            made = self.path.with_name(f".{self.path.name}")  # nobody sweeps it before it is locked
+            os.mkdir(made, 0o700)
+            self._lock = os.open(made, os.O_RDONLY | os.O_CLOEXEC)
             fcntl.flock(self._lock, fcntl.LOCK_EX)
+            os.rename(made, self.path)
         except OSError as error:
             raise ProtocolError(
                 f"{self.path}: the run's directory cannot be made ({error.strerror}); set TMPDIR to another place"
@@ -139,15 +141,17 @@ class RunDirectory:
 
 def _sweep(place: Path) -> None:
     """Remove what runs of this user have left here that were killed with all who could have done so."""
-    for socket in place.glob(f"{PREFIX}{'[0-9a-f]' * 8}/hub.sock"):
+    for left in place.glob(f"{PREFIX}{'[0-9a-f]' * 8}"):
         try:
-            lock = os.open(socket.parent, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC)
+            lock = os.open(left, os.O_RDONLY | os.O_NOFOLLOW | os.O_DIRECTORY | os.O_CLOEXEC)
         except OSError:
             continue
         with suppress(OSError):  # locked: it lives
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if os.fstat(lock).st_uid == os.getuid():
-                shutil.rmtree(socket.parent, ignore_errors=True)
+            names = set(os.listdir(lock))
+            ours = "hub.sock" in names or names <= {"users", OBSERVER, OPERATOR}  # ended before it could listen
+            if ours and os.fstat(lock).st_uid == os.getuid():
+                shutil.rmtree(left, ignore_errors=True)
         os.close(lock)
 
 

@@ -76,8 +76,7 @@ def test_of_this_incarnation_it_ends_the_run(hub: Hub, wire: list[bytes], topic:
         west._session.put(key(hub.run, topic, "west", "west"), wire[("in", "samples", "out").index(topic)])
         west.send("west", b"next")
         with pytest.raises(ProtocolError, match=rf"^node west, message 1 on '{topic}': .*\(it had arrived before\)"):
-            hub.receive(10.0)
-            hub.samples()
+            assert (hub.receive(10.0), hub.samples()) == (("west", b"next"), [])
 
 
 def test_of_another_node_it_ends_the_run_in_ones_own_place_and_does_not_arrive_in_its(

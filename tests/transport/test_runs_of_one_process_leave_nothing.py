@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.transport.hub import Hub, LocalHub
+from heavylift.coordinator.transport.session import RunDirectory
 
 RUNS = 30
 EACH_kB = 40  # what a run may leave in the allocator's pools; a session that is closed as it is leaves 60 to 110
@@ -61,3 +62,20 @@ def test_two_runs_at_once_have_a_session_each() -> None:
     with LocalHub(["a"]) as one, LocalHub(["a"]) as other:
         assert one._session is not other._session
         assert [talk(hub) for hub in (one, other)] == [b"word heard"] * 2
+
+
+def test_a_run_removes_what_others_have_left_that_were_killed_at_any_moment(tmp_path: Path) -> None:
+    left = {"0": [], "1": ["users"], "2": ["users", "operator", "hub.sock"], "3": ["hub.sock", "west.log"]}
+    stays = {"a": ["thesis.txt"], "b": ["users", "thesis.txt"]}
+    for last, names in (left | stays).items():
+        (tmp_path / f"heavylift-0000000{last}").mkdir()
+        for name in names:
+            (tmp_path / f"heavylift-0000000{last}" / name).touch()
+    (tmp_path / "heavylift-0000000c").symlink_to(tmp_path / "heavylift-0000000a")
+    (tmp_path / "heavylift-0000000d").touch()
+    living = RunDirectory(tmp_path / "heavylift-0000000e").make()
+    new = RunDirectory(tmp_path / "heavylift-0000000f").make()
+    assert {path.name[-1] for path in tmp_path.iterdir()} == {*"abcdef"}
+    for directory in (living, new):
+        directory.remove()
+    assert {path.name[-1] for path in tmp_path.iterdir()} == {*"abcd"}
