@@ -15,11 +15,7 @@ from heavylift.kernel.errors import out_of_memory
 
 HEAVYLIFT = Path(sys.executable).with_name("heavylift")
 MB = 1 << 20
-RUNS = (
-    "run pendulum -o x.mcap",
-    "run lift --set end=3s -o x.mcap --deadline 5s",
-    "run pendulum --in-process -o x.mcap",
-)
+RUNS = ("run pendulum -o x.mcap --deadline 5s", "run lift --set end=3s -o x.mcap --deadline 5s")
 
 
 def test_what_is_a_lack_of_memory() -> None:
@@ -51,6 +47,7 @@ def test_a_run_within_a_limit(tmp_path: Path, line: str, limit_MB: int) -> None:
     )
     assert "internal error" not in ended.stderr
     assert "Traceback" not in ended.stderr
-    assert ended.returncode == 0 or "memory" in ended.stderr.splitlines()[-1].lower()
+    last = ended.stderr.splitlines()[-1:]  # OpenBLAS ends a process by itself, with a sentence of its own
+    assert ended.returncode == 0 or last[0].startswith(("heavylift: ", "OpenBLAS error: Memory"))
     RunDirectory(tmp_path / "heavylift-0123abcd").make().remove()  # sweeps, should even the keeper have been lost
     assert {path.name for path in tmp_path.iterdir()} <= {"x.mcap", "x.mcap.part"}
