@@ -5,9 +5,9 @@
 A thousand runs one after the other, of four kinds in turn: a mechanism and the small lift with recordings, a network of
 DEVS models with and without one; every 25th has processes of its own.  After each tenth of the runs the resident set,
 open files and threads are looked at, when the helpers of the bus have left that had nothing to do for a while; growth
-counts from the least of the second to fifth tenth to the least of the others.  Threads share one arena of the allocator here: how the blocks of threads that have
-ended are spread over several of them moves the resident set by two per cent to and fro.  Then twenty runs of the lift
-at once, in processes.
+is that of the least from the second to fifth tenth to the others.  Threads share one arena of the allocator here: how
+the blocks of threads that have ended are spread over several moves the resident set by two per cent.  Then twenty runs
+of the lift at once, in processes.
 """
 
 from __future__ import annotations
