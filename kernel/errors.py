@@ -13,6 +13,8 @@
 All other rooms import these names and add none: `except HeavyliftError` catches whatever a user did wrong.
 """
 
+import errno
+
 import msgspec
 
 __all__ = [
@@ -26,11 +28,23 @@ __all__ = [
     "SceneError",
     "SignalError",
     "Stopped",
+    "out_of_memory",
 ]
 
 
 UNREADABLE = (msgspec.MsgspecError, UnicodeDecodeError, OverflowError, RecursionError, MemoryError)
 """What msgspec raises of bytes of others that are not what they should be."""
+
+
+def out_of_memory(error: BaseException | None) -> bool:
+    """Whether an error, or what it came from, is a lack of memory, be it for a library or a thread."""
+    while error is not None:
+        refused = isinstance(error, ImportError | OSError) and "failed to map segment" in str(error)
+        refused |= isinstance(error, RuntimeError) and "can't start new thread" in str(error)
+        if refused or isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM:
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 class HeavyliftError(Exception):

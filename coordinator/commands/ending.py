@@ -9,7 +9,7 @@ import tempfile
 import traceback
 
 import typer
-from heavylift.kernel.errors import HeavyliftError, OutputError, Stopped
+from heavylift.kernel.errors import HeavyliftError, OutputError, Stopped, out_of_memory
 
 from ..printable import printable
 from ..stopping import STOPPED
@@ -38,10 +38,6 @@ def carry_out() -> None:
     except (typer.Abort, KeyboardInterrupt):
         print("heavylift: stopped", file=sys.stderr)
         sys.exit(STOPPED)
-    except MemoryError:
-        told = "no memory is left; end other programs or raise the limit, then `heavylift resume` the recording"
-        print(f"heavylift: {told}", file=sys.stderr)
-        sys.exit(1)
     except Exception as error:
         if isinstance(error, OSError) and not error.filename and (why := _unwritable()):
             _discard_output()
@@ -69,8 +65,9 @@ def carry_out() -> None:
 
 def _refused(error: Exception) -> str:
     """What the system refuses is no defect of heavylift: a sentence, or "" if it is something else."""
-    if isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM:
-        return "the system gives no more memory; end other programs or raise the limit (`ulimit -v`)"
+    if out_of_memory(error):
+        then = "then `heavylift resume` the recording, if there is one"
+        return f"the system gives no more memory; end other programs or raise the limit (`ulimit -v`), {then}"
     if not isinstance(error, OSError):
         return ""
     if error.errno in (errno.EMFILE, errno.ENFILE):

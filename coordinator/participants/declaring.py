@@ -12,6 +12,7 @@ from hashlib import blake2b
 from typing import Any
 
 import msgspec
+from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.devs import Coupled, InPort, Model, Port
 from heavylift.nodes.devs.canonical import Freezer
 
@@ -39,7 +40,10 @@ def declaration(child: Model) -> bytes:
 
 def difference(here: bytes, there: bytes) -> str:
     """What the first difference is, "" if there is none."""
-    (ports, found), (its_ports, its) = _DECODER.decode(here), _DECODER.decode(there)
+    try:
+        (ports, found), (its_ports, its) = _DECODER.decode(here), _DECODER.decode(there)
+    except UNREADABLE:
+        return "what it declares"
     if ports != its_ports:
         return "its ports"
     for path in sorted({*found, *its}):

@@ -14,7 +14,7 @@ from hashlib import blake2b
 from heapq import heappop, heappush
 
 import msgspec
-from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError
+from heavylift.kernel.errors import HeavyliftError, ModelError, ProtocolError, out_of_memory
 from heavylift.nodes.devs import FOREVER, Delivery, Event, Keepable, Steppable, Tag, after, succ
 
 from .distance import plus
@@ -162,8 +162,8 @@ class Node:
     @staticmethod
     def failure(name: str, error: Exception, tag: Tag = _BEGIN) -> Fail:
         """What a node says when it cannot go on; without memory its process is lost, and the model is not wrong."""
-        if isinstance(error, MemoryError):
-            raise error
+        if out_of_memory(error):
+            raise MemoryError from error
         sentence = (
             str(error) if isinstance(error, HeavyliftError) else f"{name} at {tag}: {type(error).__name__}: {error}"
         )

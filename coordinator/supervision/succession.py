@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 from types import TracebackType
 
 import msgspec
+from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.devs import Tag
 
 from ..hosts.door import Door
@@ -278,7 +279,7 @@ class Succession(Hub):
             return m.Alive(int(waited * 1e9)) if waited < max(self._deadline, JOIN_s) else None
         try:
             return msgspec.msgpack.decode(self.ask(process) or b"", type=m.Alive)
-        except msgspec.MsgspecError:  # nothing, or nothing that it could say
+        except UNREADABLE:  # nothing, or nothing that it could say
             return None
 
 

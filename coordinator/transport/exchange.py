@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import zenoh
 from heavylift.coordinator.hosts.placement import Placement
@@ -97,7 +97,12 @@ class Exchange:
             self.send(node, payload)
 
     def close(self) -> None:
-        """End the session."""
+        """End the session."""  # with publishers it stays in memory for ever; who does not read holds their end up
+        alone = not self._session.is_closed() and not self._session.info.links()
+        while alone and self._shown:
+            self._shown.popitem()[1].close()
+        while alone and self._publishers:
+            self._publishers.popitem()[1].undeclare()  # type: ignore[no-untyped-call]
         self._session.close()  # type: ignore[no-untyped-call]
 
     def __enter__(self) -> Self:
@@ -114,8 +119,12 @@ class _Shown:
 
     def __init__(self, session: zenoh.Session, at: str) -> None:
         self.publisher = session.declare_publisher(at, congestion_control=zenoh.CongestionControl.DROP)
-        self.listener = self.publisher.declare_matching_listener(Callback(self._turn, indirect=False))
+        self._listener: Any = self.publisher.declare_matching_listener(Callback(self._turn, indirect=False))
         self.heard = matched(self.publisher)
+
+    def close(self) -> None:
+        self._listener.undeclare()
+        self.publisher.undeclare()  # type: ignore[no-untyped-call]
 
     def _turn(self, status: zenoh.MatchingStatus) -> None:
         self.heard = status.matching

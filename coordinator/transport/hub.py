@@ -12,7 +12,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, Protocol
+from typing import Protocol
 
 import zenoh
 from heavylift.coordinator.hosts.placement import Placement
@@ -29,7 +29,6 @@ from heavylift.coordinator.transport.session import (
     local_session,
     new_password,
     new_run_id,
-    rest_session,
 )
 from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback, FifoChannel
@@ -285,7 +284,6 @@ class LocalHub(Exchange):
         self._subscriber = self._session.declare_subscriber(key(self.run, "out", "*", "*"), keep)
         self._ready: deque[str] = deque()
         self._links: dict[str, LocalLink] = {}
-        self._left = False
         self.sampled: Callable[[], None] = lambda: None
         """Called when a node has sampled, in the middle of its work."""
 
@@ -313,14 +311,7 @@ class LocalHub(Exchange):
         return got
 
     def close(self) -> None:
-        """Leave the session to the next run of this process."""
-        if self._session.is_closed() or self._left:
-            return
-        self._left = True
-        for link in self._links.values():
-            link.close()
-        declared: list[Any] = [self._subscriber, self._data_subscriber, *self._publishers.values()]
-        declared += [x for shown in self._shown.values() for x in (shown.listener, shown.publisher)]
-        for each in declared:
-            each.undeclare()
-        rest_session(self._session)
+        """End the session."""
+        while self._links:
+            self._links.popitem()[1].close()
+        super().close()

@@ -178,6 +178,5 @@ class LocalLink(_Sender):
     def close(self) -> None:
         """Leave the run."""
         self._handler = None
-        declared: list[Any] = [self._inbox, self._out, self._samples]
-        for each in declared:
-            each.undeclare()
+        for publisher in (self._out, self._samples):
+            publisher.undeclare()  # type: ignore[no-untyped-call]

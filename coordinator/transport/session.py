@@ -118,9 +118,11 @@ class RunDirectory:
         """Make the directory."""
         _sweep(self.path.parent)
         try:
-            os.mkdir(self.path, 0o700)
-            self._lock = os.open(self.path, os.O_RDONLY | os.O_CLOEXEC)
+            made = self.path.with_name(f".{self.path.name}")  # nobody sweeps it before it is locked
+            os.mkdir(made, 0o700)
+            self._lock = os.open(made, os.O_RDONLY | os.O_CLOEXEC)
             fcntl.flock(self._lock, fcntl.LOCK_EX)
+            os.rename(made, self.path)
         except OSError as error:
             raise ProtocolError(
                 f"{self.path}: the run's directory cannot be made ({error.strerror}); set TMPDIR to another place"
@@ -153,15 +155,17 @@ def _remove(path: Path, maker: int) -> None:
 
 def _sweep(place: Path) -> None:
     """Remove what runs of this user have left here that were killed with all who could have done so."""
-    for socket in place.glob(f"{PREFIX}{'[0-9a-f]' * 8}/hub.sock"):
+    for left in place.glob(f"{PREFIX}{'[0-9a-f]' * 8}"):
         try:
-            lock = os.open(socket.parent, os.O_RDONLY | os.O_NOFOLLOW | os.O_CLOEXEC)
+            lock = os.open(left, os.O_RDONLY | os.O_NOFOLLOW | os.O_DIRECTORY | os.O_CLOEXEC)
         except OSError:
             continue
         with suppress(OSError):  # locked: it lives
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            if os.fstat(lock).st_uid == os.getuid():
-                shutil.rmtree(socket.parent, ignore_errors=True)
+            names = set(os.listdir(lock))
+            ours = "hub.sock" in names or names <= {"users", OBSERVER, OPERATOR}  # ended before it could listen
+            if ours and os.fstat(lock).st_uid == os.getuid():
+                shutil.rmtree(left, ignore_errors=True)
         os.close(lock)
 
 
@@ -250,25 +254,11 @@ def _guest_session(directory: Path, user: str) -> zenoh.Session:
     return _open(config, f"an {user} cannot join the run in {directory}")
 
 
-_idle: dict[int, list[zenoh.Session]] = {}  # local sessions by process: a fork has none of its parent's
-
-
 def local_session() -> zenoh.Session:
-    """A session without any end point: all nodes of a run live in this process.
-
-    One that an earlier run of this process has given back by `rest_session`, if there is any: the bus keeps some memory
-    of every session for ever.
-    """
-    if _idle.get(os.getpid()):
-        return _idle[os.getpid()].pop()
+    """A session without any end point: all nodes of a run live in this process."""
     config = _config("peer")
     config["transport"]["link"]["protocols"] = []
     return _open(config, "the run in this process cannot start")
-
-
-def rest_session(session: zenoh.Session) -> None:
-    """Give back a local session on which nothing is declared any more."""
-    _idle.setdefault(os.getpid(), []).append(session)
 
 
 def _config(mode: str, listen: list[str] | None = None, connect: list[str] | None = None) -> dict[str, Any]:

@@ -43,6 +43,7 @@ _UNIT = "|".join(
     re.escape(u).replace(r"\ ", r"\s+")
     for u in sorted({u for d in units.DIMENSIONS for u in d.units if u}, key=lambda u: -len(u))
 )
+LONGEST = 10_000  # characters of a phrase
 _TOKEN = re.compile(r">=|<=|==|=|>|<|[\[\],]|[^\s\[\],<>=]+")
 
 
@@ -67,6 +68,8 @@ class _Reader:
 
     def __init__(self, text: str) -> None:
         self.text, self.at = text, 0
+        if len(text) > LONGEST:
+            raise self.error(f"a phrase has at most {LONGEST} characters, this one has {len(text)}")
         self._skip()
 
     @property

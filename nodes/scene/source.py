@@ -227,6 +227,9 @@ def override(source: Source, setting: str) -> None:
     if inner.faults:
         source.faults.append(Fault(path, inner.faults[0].sentence, mark=mark))
         return
+    if len(path) > DEEPEST:
+        source.faults.append(Fault((), f"a setting has at most {DEEPEST} levels, this one has {len(path)}", mark=mark))
+        return
     at: Any = source.data
     for depth, part in enumerate(path[:-1]):
         below = _child(at, part)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from heavylift.kernel.errors import SceneError
 
 from . import actions
-from .grammar import read_order
+from .grammar import LONGEST, read_order
 from .machines import build_machines
 from .phrases import PhraseError
 from .resolve import build_orders
@@ -30,6 +30,8 @@ NOWHERE = ""  # a command stands in no file, and its orders, which are on record
 def spoken(scene: LoadedScene, words: str) -> actions.Action:
     """The orders that the words mean; raises SceneError."""
     words = " ".join(words.split())
+    if len(words) > LONGEST:
+        raise SceneError(f"{NAME}: it has {len(words)} characters, say what to do in at most {LONGEST}")
     target, colon, rest = words.partition(":")
     phrase = rest.strip()
     at = len(words) - len(phrase)

@@ -26,7 +26,7 @@ from heavylift.coordinator.run import run
 from heavylift.coordinator.run.resume import Beginning
 from heavylift.coordinator.supervision.journal import Journal
 from heavylift.coordinator.transport.frame import Reader, Topic, Writer
-from heavylift.kernel.errors import HeavyliftError
+from heavylift.kernel.errors import UNREADABLE, HeavyliftError
 from heavylift.nodes.devs import Simulator, Tag
 from heavylift.nodes.scene import load, parse
 from heavylift.nodes.scene.spoken import spoken
@@ -185,7 +185,7 @@ def frames(folder: Path) -> Any:
     def play(case: bytes) -> None:
         where, data = case[0], case[1:]
         for decode in (m.decode, parts.decode, transitions.read, lambda x: decode_batch(x, 2)):
-            with suppress(HeavyliftError, msgspec.MsgspecError, UnicodeDecodeError):
+            with suppress(HeavyliftError, *UNREADABLE):
                 decode(data)
         for kind in (Ask, Answer, Order, Reply, Notice, m.Alive):
             _decoded(data, kind)
@@ -207,7 +207,7 @@ KINDS: dict[str, Kind] = {f.__name__: f for f in (scenes, recordings, commands, 
 
 
 def _decoded(data: bytes, kind: Any) -> None:
-    with suppress(msgspec.MsgspecError, UnicodeDecodeError):
+    with suppress(*UNREADABLE):
         msgspec.msgpack.decode(data, type=kind)
 
 

@@ -77,6 +77,11 @@ def test_a_mistake_is_a_sentence_with_a_caret(text: str, sentence: str, column: 
     assert caret.startswith(f"{' ' * (4 + column)}^{' ' + hint if hint else ''}")
 
 
+def test_a_command_without_end_is_not_repeated() -> None:
+    with pytest.raises(SceneError, match=r"^command: it has 1000010 characters, say what to do in at most 10000$"):
+        spoken(LIFT, "crane H1: " + "9" * 1_000_000)
+
+
 def commander(*given: tuple[int, OperatorCommand | Done | Lifted]):  # type: ignore[no-untyped-def]
     """What the commander of `lift` says when it hears these at these times [ns], as (seconds, message)."""
     heard = [(t, "command" if isinstance(what, OperatorCommand) else "report", what) for t, what in given]

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import random
 import struct
+import sys
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -52,10 +53,12 @@ def test_a_later_version_is_told(recorded: Path, tmp_path: Path, begin: Callable
             Recording(tmp_path / f"{number}.mcap")
 
 
-def bombs(path: Path, chunks: int, size: int) -> None:
-    """A file of a few kilobytes whose chunks unpack to very much."""
-    frame = zstandard.compress(bytes(size))
-    head = struct.pack("<QQQII", 0, 0, size, zlib.crc32(bytes(size)), 4) + b"zstd" + struct.pack("<Q", len(frame))
+def bombs(path: Path, chunks: int, size: int, claim: int | None = None, frame: bytes = b"") -> None:
+    """A file of a few kilobytes whose chunks unpack to `size` bytes, or to what is in a frame that claims another."""
+    crc = 0 if frame else zlib.crc32(bytes(size))
+    frame = frame or zstandard.compress(bytes(size))
+    head = struct.pack("<QQQII", 0, 0, size if claim is None else claim, crc, 4) + b"zstd"
+    head += struct.pack("<Q", len(frame))
     with path.open("wb") as stream:
         file = McapFile(stream, "bomb")
         file.metadata("run", {"format": "2"})
@@ -91,6 +94,62 @@ def test_what_would_unpack_to_very_much_is_refused_at_once(tmp_path: Path) -> No
     with patience(5.0):
         lost = recover(path).lost
     assert lost[-1].endswith("would unpack to more than any run records")
+
+
+BIG = 512 << 20
+
+
+def bomb(says: int | None = BIG) -> bytes:
+    """A frame of noughts that says how many they are, or something else, or nothing."""
+    packer = zstandard.ZstdCompressor(write_content_size=says is not None).compressobj(size=BIG)
+    frame = b"".join(packer.compress(bytes(1 << 20)) for _ in range(BIG >> 20)) + packer.flush()
+    return frame if says is None else frame.replace(struct.pack("<I", BIG), struct.pack("<I", says), 1)
+
+
+def peak_kB() -> int:
+    """The most that this process had in memory since the last call."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    Path("/proc/self/clear_refs").write_text("5")
+    return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM"))
+
+
+def attached(path: Path, claim: int) -> None:
+    """A file with an attachment whose own length is not that of its record."""
+    with path.open("wb") as stream:
+        file = McapFile(stream, "bomb")
+        file.metadata("run", {"format": "2"})
+        file.attachment(0, "scene.yaml", "text/yaml", b"1234567890")
+        file.finish()
+    data = path.read_bytes()
+    length = struct.pack("<Q", 10)
+    path.write_bytes(data.replace(length + b"1234567890", struct.pack("<Q", claim) + b"1234567890"))
+
+
+CRAFTED: dict[str, Callable[[Path], None]] = {
+    "a chunk that says little": lambda path: bombs(path, 3, 1000, None, bomb()),
+    "a chunk that says much": lambda path: bombs(path, 3, 1000, BIG, bomb()),
+    "an index that says much": lambda path: bombs(path, 3, BIG, 1000, bomb()),
+    "a frame that says little": lambda path: bombs(path, 3, 1000, None, bomb(1000)),
+    "a frame that does not say": lambda path: bombs(path, 3, 1000, None, bomb(None)),
+    "a frame behind another": lambda path: bombs(path, 3, 1000, None, zstandard.compress(bytes(1000)) + bomb()),
+    "a frame with the largest window": lambda path: bombs(
+        path, 3, 1000, None, b"\x28\xb5\x2f\xfd\x40\xff\xe8\x02" + b"\x43\x1f\x00\x00"
+    ),
+    "an attachment that says much": lambda path: attached(path, 1 << 36),
+    "an attachment that says too much": lambda path: attached(path, (1 << 64) - 1),
+}
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+@pytest.mark.parametrize("kind", CRAFTED)
+def test_a_bomb_takes_no_memory(kind: str, recorded: Path, tmp_path: Path) -> None:
+    path = tmp_path / "bomb.mcap"
+    CRAFTED[kind](path)
+    peak_kB()
+    before = peak_kB()
+    for sentence in read_in_all_ways(path, recorded, tmp_path, pictures=False):
+        assert "\n" not in sentence
+    assert peak_kB() - before < BIG >> 12  # a quarter of it
 
 
 def test_nested_text_does_not_exhaust_the_stack(tmp_path: Path) -> None:

@@ -136,6 +136,7 @@ def test_settings_are_bounded_too() -> None:
     base = HEAD + "extends: pendulum\n"
     assert "levels" in refused(base, (f"a={'[' * 5000}",))
     assert "digits" in refused(base, (f"seed={'9' * 5000}",))
+    assert "at most 40 levels, this one has 500" in refused(base, (f"{'a.' * 499}a=1",))
     for number in ("9" * 5000, "\u00b2", "\u0663"):
         assert number[:20] in refused(base, (f"mechanism.{number}=1",))
 

@@ -85,3 +85,10 @@ def test_a_wrong_phrase(text: str) -> None:
     with pytest.raises(PhraseError) as refusal:
         read_order(text)
     assert (refusal.value.column, str(refusal.value)) == WRONG[text]
+
+
+def test_a_phrase_without_end_is_not_read() -> None:
+    for text in ("lower " + "9" * 1_500_000, "lower 1 m" + " " * 1_500_000, "when " + "x" * 1_500_000):
+        for read in (read_order, read_condition):
+            with pytest.raises(PhraseError, match=f"a phrase has at most 10000 characters, this one has {len(text)}"):
+                read(text)

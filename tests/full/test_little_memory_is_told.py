@@ -1,0 +1,53 @@
+"""With less memory than a run needs it ends in one sentence that says so, or goes on; nothing of it is left."""
+
+from __future__ import annotations
+
+import errno
+import os
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.transport.session import RunDirectory
+from heavylift.kernel.errors import out_of_memory
+
+HEAVYLIFT = Path(sys.executable).with_name("heavylift")
+MB = 1 << 20
+RUNS = ("run pendulum -o x.mcap --deadline 5s", "run lift --set end=3s -o x.mcap --deadline 5s")
+
+
+def test_what_is_a_lack_of_memory() -> None:
+    unmapped = "libscipy_openblas.so: failed to map segment from shared object"
+    hidden = OSError("Could not find/load shared object file 'libllvmlite.so'")
+    hidden.__context__ = OSError(unmapped)
+    thread = RuntimeError("can't start new thread")
+    for lack in (MemoryError(), ImportError(unmapped), hidden, OSError(errno.ENOMEM, "Cannot allocate memory"), thread):
+        assert out_of_memory(lack)
+    for other in (ImportError("no module"), OSError(errno.ENOSPC, "No space left on device"), KeyError("x")):
+        assert not out_of_memory(other)
+
+
+@pytest.mark.large
+@pytest.mark.parametrize("line", RUNS)
+@pytest.mark.parametrize("limit_MB", range(300, 1200, 75))
+def test_a_run_within_a_limit(tmp_path: Path, line: str, limit_MB: int) -> None:
+    def bounded() -> None:
+        resource.setrlimit(resource.RLIMIT_AS, (limit_MB * MB, limit_MB * MB))
+
+    ended = subprocess.run(
+        [HEAVYLIFT, *line.split()],
+        cwd=tmp_path,
+        env={**os.environ, "TMPDIR": str(tmp_path)},
+        preexec_fn=bounded,
+        capture_output=True,
+        text=True,
+        timeout=120.0,
+    )
+    assert "internal error" not in ended.stderr
+    assert "Traceback" not in ended.stderr
+    last = ended.stderr.splitlines()[-1:]  # OpenBLAS ends a process by itself, with a sentence of its own
+    assert ended.returncode == 0 or last[0].startswith(("heavylift: ", "OpenBLAS error: Memory"))
+    RunDirectory(tmp_path / "heavylift-0123abcd").make().remove()  # sweeps, should even the keeper have been lost
+    assert {path.name for path in tmp_path.iterdir()} <= {"x.mcap", "x.mcap.part"}

@@ -1,0 +1,123 @@
+"""Frames are recorded on the wire and sent again, bit-equal or spoiled, by members, guests and strangers of a run.
+
+What a member may write ends the run in a sentence, or is dropped if it is of an earlier incarnation; what nobody may
+write does not arrive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from random import Random
+
+import pytest
+import zenoh
+from heavylift.coordinator.transport.frame import Writer
+from heavylift.coordinator.transport.hub import Hub
+from heavylift.coordinator.transport.keys import key
+from heavylift.coordinator.transport.link import Link
+from heavylift.coordinator.transport.session import observer_session, operator_session
+from heavylift.kernel.errors import ProtocolError
+
+TOPICS = ("in", "out", "samples")
+
+
+@pytest.fixture
+def wire(monkeypatch: pytest.MonkeyPatch) -> list[bytes]:
+    """All frames that anybody has made."""
+    frames: list[bytes] = []
+    frame = Writer.frame
+
+    def heard(self: Writer, payload: bytes) -> bytes:
+        frames.append(frame(self, payload))
+        return frames[-1]
+
+    monkeypatch.setattr(Writer, "frame", heard)
+    return frames
+
+
+@pytest.fixture
+def hub() -> Iterator[Hub]:
+    with Hub(["west", "east"]) as hub:
+        yield hub
+
+
+def spoken(hub: Hub, link: Link, words: bytes) -> None:
+    """A grant, samples and the answer."""
+    hub.send(link.nodes[0], words)
+    assert link.receive() == (link.nodes[0], words)
+    link.sample(link.nodes[0], words)
+    link.send(link.nodes[0], words)
+    assert hub.receive(10.0) == (link.nodes[0], words)
+    assert hub.samples() == [(link.nodes[0], words)]
+
+
+def said_again(session: zenoh.Session, hub: Hub, wire: list[bytes], *processes: str) -> None:
+    for process in processes:
+        for topic in TOPICS:
+            for frame in wire:
+                session.put(key(hub.run, topic, process, process), frame)
+
+
+def test_of_an_earlier_incarnation_it_is_dropped(hub: Hub, wire: list[bytes]) -> None:
+    with Link(hub.ticket("west")) as first:
+        spoken(hub, first, b"first")
+        hub.renew("west")
+        out = wire[1:]  # its samples and its answer
+        with Link(hub.ticket("west")) as second:
+            for topic, frame in zip(("samples", "out"), out, strict=True):
+                second._session.put(key(hub.run, topic, "west", "west"), frame)
+            spoken(hub, second, b"second")
+
+
+@pytest.mark.parametrize("topic", ["out", "samples"])
+def test_of_this_incarnation_it_ends_the_run(hub: Hub, wire: list[bytes], topic: str) -> None:
+    with Link(hub.ticket("west")) as west:
+        spoken(hub, west, b"grant")
+        west._session.put(key(hub.run, topic, "west", "west"), wire[("in", "samples", "out").index(topic)])
+        west.send("west", b"next")
+        with pytest.raises(ProtocolError, match=rf"^node west, message 1 on '{topic}': .*\(it had arrived before\)"):
+            assert (hub.receive(10.0), hub.samples()) == (("west", b"next"), [])
+
+
+def test_of_another_node_it_ends_the_run_in_ones_own_place_and_does_not_arrive_in_its(
+    hub: Hub, wire: list[bytes]
+) -> None:
+    with Link(hub.ticket("west")) as west, Link(hub.ticket("east")) as east:
+        spoken(hub, west, b"grant")
+        said_again(east._session, hub, wire, "west")
+        spoken(hub, east, b"grant")
+        spoken(hub, west, b"next")
+        east._session.put(key(hub.run, "out", "east", "east"), wire[2])
+        with pytest.raises(ProtocolError, match=r"^node east, message 1 on 'out': a message of node west arrived"):
+            hub.receive(10.0)
+
+
+def test_guests_disturb_nobody_whatever_they_say(hub: Hub, wire: list[bytes]) -> None:
+    rng = Random(1)
+    with (
+        observer_session(hub.directory.path) as observer,
+        operator_session(hub.directory.path) as operator,
+        Link(hub.ticket("west")) as west,
+    ):
+        spoken(hub, west, b"grant")
+        for guest in (observer, operator):
+            said_again(guest, hub, [*wire, *map(rng.randbytes, (0, 1, 30, 3000))], "west", "east", "*")
+            for chunk in ("1", "2", "0", "-1", "x", "9" * 5000):
+                guest.liveliness().declare_token(key(hub.run, "alive", "west", chunk))
+        spoken(hub, west, b"next")
+        assert hub.epoch("west") == 1
+
+
+def test_a_member_that_says_nonsense_ends_the_run_in_a_sentence(wire: list[bytes]) -> None:
+    rng = Random(2)
+    for number in range(12):
+        with Hub(["west"]) as hub, Link(hub.ticket("west")) as west:
+            spoken(hub, west, b"grant %d" % number)
+            for chunk in ("2", "0", "x", "9" * 5000):  # incarnations that nobody has begun
+                west._session.liveliness().declare_token(key(hub.run, "alive", "west", chunk))
+            frame = bytearray(rng.choice(wire[-3:]))
+            for _ in range(rng.choice((0, 1, 4, 40))):
+                frame[rng.randrange(len(frame))] = rng.randrange(256)
+            west._session.put(key(hub.run, "out", "west", "west"), bytes(frame[: rng.choice((len(frame), 10))]))
+            with pytest.raises(ProtocolError, match=r"^node west, message 1 on 'out': "):
+                hub.receive(10.0)
