@@ -155,7 +155,7 @@ def test_who_runs_models_in_a_process_of_other_hashes_is_told(monkeypatch: pytes
 def test_a_long_chain_without_delay_runs_where_that_is_allowed(where: dict[str, Any]) -> None:
     said = run("chain(60)", microsteps=40, **where)
     assert "zero-time loop between nodes, 40 microsteps" in said, said
-    assert said.endswith("or allow more with the option microsteps (heavylift devs --microsteps)")
+    assert said.endswith("or allow more microsteps (a scene's key microsteps, heavylift devs --microsteps)")
     assert run("chain(60)", microsteps=80, **where) == flat("chain(60)", microsteps=80)
     assert flat("chain(10_005)", microsteps=10_100).count("Transition") == 20_010
 
