@@ -26,6 +26,7 @@ def drive(
 ) -> list[Said]:
     """All that leaves the model at t < `until` [ns]; inputs are (time [ns] or tag, in port, message)."""
     simulator = Simulator(model, log)
+    simulator._present.node = True
     simulator.start()
     timed = ((_tag(model, when, port), port, value) for when, port, value in inputs)
     waiting = sorted(timed, key=lambda entry: entry[0])

@@ -119,8 +119,9 @@ class Participant:
         from heavylift.nodes.models import build_one
         from heavylift.nodes.scene.plan import decode
 
-        model = build_one(decode(part.plan), self.name)
-        acting = Simulator(model)
+        plan = decode(part.plan)
+        model = build_one(plan, self.name)
+        acting = Simulator(model, microsteps=plan.microsteps)
         self._pauses = lambda: acting.passed
 
         def waits(end: Tag) -> str:

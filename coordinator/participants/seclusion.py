@@ -11,16 +11,14 @@ from enum import Enum
 from types import FunctionType, MethodType
 from typing import Any, NoReturn
 
-from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Coupled, Message, Model
+from heavylift.nodes.devs.models import out_of_reach
 
 __all__ = ["secluded"]
 
 _FIXED = {"__class__", "_path", "name", "parent", "path"}
 _STRUCTURE = {*vars(Coupled), *vars(Model), "children", "ports"} - _FIXED
 _PLAIN = (bool, int, float, str, bytes, type(None), Enum, Message)
-_CURE = "in a run each child of {} is a node of its own; send messages, or put what belongs together into one Coupled"
-
 
 _ghosts: dict[tuple[type, Any], Any] = {}
 
@@ -68,5 +66,4 @@ def _plain(x: object) -> bool:
 
 
 def _refuse(model: Model, name: str, *value: object) -> NoReturn:
-    path = model.path
-    raise ModelError(f"{path}.{name} is out of reach: {_CURE.format(path.partition('.')[0])}")
+    raise out_of_reach(model.path, name)

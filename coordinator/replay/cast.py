@@ -78,7 +78,7 @@ def _of_plan(plan: Plan) -> Cast:
     def make(name: str, publish: Callable[[bytes], None]) -> Steppable:
         if name == KERNEL:
             return KernelNode(configured(plan, build(plan)), publish)
-        return Simulator(build_one(plan, name))
+        return Simulator(build_one(plan, name), microsteps=plan.microsteps)
 
     wiring = [Coupling(*wire) for wire in couplings(plan)]
     listens = COMMAND in build_one(plan, COMMANDER).ports

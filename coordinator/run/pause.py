@@ -113,8 +113,9 @@ def paused(scene: LoadedScene | str | Path, at: float | None = None, after: str 
         raise SceneError(f"--at {at:g} s: the time must lie between 0 and {LAST.t * 1e-9:g} s")
     stages = _Stages(after)
     end = Tag(ns(at) + 1) if at is not None else LAST if plan.end is None else Tag(ns(plan.end))
-    core = Coordinator([*models, KERNEL], couplings(plan), end, (COMMANDER, "finished"), stages)
-    nodes = [Node(name, Simulator(model)) for name, model in models.items()]
+    limit = plan.microsteps
+    core = Coordinator([*models, KERNEL], couplings(plan), end, (COMMANDER, "finished"), stages, limit)
+    nodes = [Node(name, Simulator(model, microsteps=limit)) for name, model in models.items()]
     try:
         run_in_memory(core, [*nodes, Node(KERNEL, kernel)])
     except _Ended:

@@ -152,7 +152,8 @@ class _Run(Watch):
         wires = [Coupling(*wire) for wire in couplings(self._plan)]
         outside = [Coupling(OPERATOR, COMMAND, COMMANDER, "command")]
         finish = COMMANDER, "finished"
-        self.talk = Conversation(hub, wires, end, record, self, finish, audience, tempo, desk, outside, sampler=KERNEL)
+        limit = self._plan.microsteps
+        self.talk = Conversation(hub, wires, end, record, self, finish, audience, tempo, desk, outside, limit, KERNEL)
 
     def say(self, sentence: str) -> None:
         """Passed on."""

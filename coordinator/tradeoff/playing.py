@@ -108,8 +108,9 @@ def play(plan: Plan, limit: float) -> Played:
     kernel = _Limited(configured(plan, models), batches.append)
     heard = _Heard()
     end = Tag(ns(plan.end)) if plan.end else LAST
-    core = _Counting([*models, KERNEL], couplings(plan), end, (COMMANDER, "finished"), heard)
-    nodes = [*(Node(name, Simulator(m)) for name, m in models.items()), Node(KERNEL, kernel)]
+    most = plan.microsteps
+    core = _Counting([*models, KERNEL], couplings(plan), end, (COMMANDER, "finished"), heard, most)
+    nodes = [*(Node(name, Simulator(m, microsteps=most)) for name, m in models.items()), Node(KERNEL, kernel)]
     prepared = time.perf_counter()
     kernel.allowed, kernel.deadline = limit, prepared + limit
     cpu = time.process_time()

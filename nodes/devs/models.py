@@ -28,10 +28,12 @@ Child = TypeVar("Child", bound="Model")
 class Present:
     """What a simulator and its models share: the tag, who speaks and what has been said, changes asked for."""
 
-    __slots__ = ("changes", "live", "now", "sources", "speaker", "values")
+    __slots__ = ("busy", "changes", "live", "node", "now", "sources", "speaker", "values")
 
     def __init__(self, live: bool = False) -> None:
         self.live = live
+        self.node = False  # whether a model without a parent is one node, and no whole model
+        self.busy = False  # in the middle of a tag, or of a start
         self.now: Instant = (0, 0)
         self.speaker: Model | None = None  # whose output() runs
         self.sources: list[Port[Any]] = []  # of the messages of this tag, and
@@ -40,6 +42,15 @@ class Present:
 
 
 IDLE = Present()  # of models that no simulator has
+
+
+def out_of_reach(path: str, name: str) -> ModelError:
+    """The sentence about an attribute of a model that the models of a run must not touch."""
+    root = path.partition(".")[0]
+    return ModelError(
+        f"{path}.{name} is out of reach: in a run each child of {root} is a node of its own; send messages, or put "
+        "what belongs together into one Coupled"
+    )
 
 
 _DECLARED: dict[type, list[tuple[str, In[Any] | Out[Any]]]] = {}
@@ -174,15 +185,22 @@ class Coupled(Model):
 
     def add(self, child: Child) -> Child:
         """Take a child in; its name must be new here."""
-        self._change(lambda: self._add(child))
+        self._change("add", lambda: self._add(child))
         return child
 
     def remove(self, name: str) -> None:
         """Let a child go, with all couplings to and from it."""
-        self._change(lambda: self._remove(name))
+        self._change("remove", lambda: self._remove(name))
 
-    def _change(self, change: Callable[[], None]) -> None:
+    def _reachable(self, name: str) -> None:
+        """What is around the nodes of a run stays, even if one simulator runs all of them."""
+        present = self._present
+        if self.parent is None and not present.node and (present.busy or present.speaker is not None):
+            raise out_of_reach(self.path, name)
+
+    def _change(self, name: str, change: Callable[[], None]) -> None:
         """At once; in a model that runs, after all transitions of this tag."""
+        self._reachable(name)
         root: Model = self
         while not root._present.live and root.parent is not None:
             root = root.parent
@@ -211,19 +229,25 @@ class Coupled(Model):
         self._coupled = {c: None for c in self._coupled if child not in (c[0].owner, c[1].owner)}
         child.parent, child._path, child._present = None, "", IDLE
 
+    def add_in(self, name: str, type: type[M]) -> InPort[M]:
+        """Add an in port."""
+        self._reachable("add_in")
+        return super().add_in(name, type)
+
     def add_out(self, name: str, type: type[M], lookahead: int = 0) -> OutPort[M]:
         """Add an out port; lookahead belongs to the atomics behind it."""
+        self._reachable("add_out")
         if lookahead:
             raise ModelError(f"{self.path}: port {name}: declare the lookahead on the atomic that sends")
         return super().add_out(name, type)
 
     def connect(self, source: Port[Message] | Port[Any], target: Port[Message] | Port[Any]) -> None:
         """Couple a child's or the own source to a child's or the own target (EIC, IC or EOC, by owner)."""
-        self._change(lambda: self._connect(source, target))
+        self._change("connect", lambda: self._connect(source, target))
 
     def disconnect(self, source: Port[Message] | Port[Any], target: Port[Message] | Port[Any]) -> None:
         """Undo a coupling."""
-        self._change(lambda: self._disconnect(source, target))
+        self._change("disconnect", lambda: self._disconnect(source, target))
 
     def _disconnect(self, source: Port[Any], target: Port[Any]) -> None:
         if (source, target) not in self._coupled:

@@ -8,6 +8,7 @@ the more of these looks are left out.
 
 import io
 import pickle
+from collections import Counter
 from collections.abc import Iterable
 from gc import get_referents
 from operator import is_
@@ -106,8 +107,17 @@ def _named(now: dict[str, Any], known: list[Any], found: list[Any]) -> set[str]:
     if len(known) < len(found):
         was = {*map(id, known)}
         return {key for key, x in now.items() if id(x) not in was} or {"what attributes there are"}
-    new = {id(y) for x, y in zip(known, found, strict=True) if x is not y and image(x) != image(y)}
-    return {key for key, x in now.items() if id(x) in new}
+    values = list(now.values())
+    shift = next(
+        (i for i in range(len(found)) if len(found) - i >= len(values) and all(map(is_, found[i:], values))), 0
+    )
+    places = [i for i, (x, y) in enumerate(zip(known, found, strict=True)) if x is not y and image(x) != image(y)]
+    keys = {i + shift: key for i, key in enumerate(now)}
+    more = Counter(map(id, found)) - Counter(map(id, known))  # an attribute in place of another moves those between
+    new = [i for i in places if id(found[i]) in more]
+    if len(new) > more.total() or not new and len(places) > len(values):
+        return {"what attributes there are"}
+    return {keys.get(i, "what attributes there are") for i in new or places}
 
 
 def _is_still(x: object) -> bool:

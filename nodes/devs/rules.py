@@ -9,7 +9,7 @@ from .models import Atomic
 from .tags import Instant, Tag
 
 LIMIT = 10_000  # microsteps at one time that are taken for a loop, unless a run is told otherwise
-LONGER = ", or allow more with the option microsteps (heavylift devs --microsteps)"
+LONGER = ", or allow more microsteps (a scene's key microsteps, heavylift devs --microsteps)"
 TAIL = 32  # microsteps before the limit whose models are named as the loop
 
 

@@ -51,7 +51,6 @@ class Simulator:
         self._present, self._observed = Present(live=True), Observed()
         self.atomics: list[Atomic] = []
         self._due: Tag | None = None  # the next tag, once it is looked for
-        self._busy = False  # in the middle of a tag
         self._adopt()
 
     def _adopt(self) -> None:
@@ -73,13 +72,13 @@ class Simulator:
     def start(self) -> None:
         """Set every atomic to its initial state at (0, 0); starting again is a fresh run."""
         self._last: Instant = (-1, 0)
-        self._due, self._busy = None, False
+        self._due = None
         self._spoken = False  # whether lambda has run for it
         self._staged: list[tuple[InPort[Any], Message]] = []
         self._observed = Observed()
         self._schedule, self._witness = Schedule(self.atomics), Witness()
         self._witness.meet(self.atomics)
-        self._present.now, self._present.speaker = (0, 0), None
+        self._present.now, self._present.speaker, self._present.busy = (0, 0), None, False
         for m in self.atomics:
             self._begin(m, self._last)
 
@@ -87,10 +86,12 @@ class Simulator:
         """Initial state of an atomic that comes in after the tag `last`."""
         m._t, m._last, m._wait, m._port, m._more = NEVER, max(last[0], 0), None, None, None
         m._set = last[0] if last[0] >= 0 else -NEVER
+        self._present.busy = True
         try:
             m.start()
         except (Exception, SystemExit) as error:
             fail(m, self._present.now, "start", error)
+        self._present.busy = False
         if m._wait is not None:
             if NEVER - m._last <= m._wait < NEVER:
                 fail(m, self._present.now, "start", ModelError(beyond(m._wait)))
@@ -100,7 +101,7 @@ class Simulator:
     @property
     def next_time(self) -> Tag:
         """Tag of the next internal transition; FOREVER when all are passive."""
-        if self._busy:
+        if self._present.busy:
             at = f"{self.model.path} at {Tag(*self._present.now)}"
             raise ModelError(f"{at}: a transition of this tag failed, or runs the simulator itself; start again")
         if self._present.changes:
@@ -190,7 +191,7 @@ class Simulator:
         """
         present, schedule, atomics, trace = self._present, self._schedule, self.atomics, self.trace
         move, patience, speakers = schedule.move, self._patience.start, self._speakers
-        self._spoken, self._busy = False, True
+        self._spoken, present.busy = False, True
         while True:
             (t, k), soon = tag, schedule.soon
             present.now = tag
@@ -237,13 +238,13 @@ class Simulator:
                 trace.note(tag, atomics, imminent, sources, values)
             due = None if present.changes else schedule.next(tag)
             if due is None or due >= until or (silent and (silent == 1 or due[1] >= patience)):
-                self._last, self._due, self._busy = tag, None if due is None else tag_of(due), False
+                self._last, self._due, present.busy = tag, None if due is None else tag_of(due), False
                 return
             self._speak(due)
             if silent:
                 silent -= 1
                 if present.sources and leaving(present.sources):
-                    self._last, self._due, self._busy, self._spoken = tag, tag_of(due), False, True
+                    self._last, self._due, present.busy, self._spoken = tag, tag_of(due), False, True
                     return
             tag, imminent, sources, values = due, schedule.imminent, present.sources, present.values
 
@@ -276,8 +277,8 @@ class Simulator:
     def restore(self, snapshot: bytes) -> None:
         """Go on from a snapshot; `model` and `atomics` are new ones then."""
         self.model, (self._last, self._staged) = thawed(snapshot, self.model)
-        self._due, self._busy, self._spoken, self._observed = None, False, False, Observed()
-        self._present.now = self._last
+        self._due, self._spoken, self._observed = None, False, Observed()
+        self._present.now, self._present.busy = self._last, False
         self._adopt()
         self._schedule, self._witness = Schedule(self.atomics), Witness()
         self._witness.meet(self.atomics)

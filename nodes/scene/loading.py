@@ -169,6 +169,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
             method=scene.method,
             step=scene.step,
             seed=scene.seed,
+            microsteps=scene.microsteps,
             samples_hz=scene.samples,
             end=scene.end,
             cranes=tuple(yard.cranes),

@@ -22,6 +22,7 @@ from typing import Literal
 import msgspec
 from heavylift.kernel.describe import Line, MethodName, Point, Support, System, Vector
 from heavylift.kernel.trust import named
+from heavylift.nodes.devs.rules import LIMIT
 from heavylift.nodes.limits.limit import Limit
 
 from .actions import Action as Action
@@ -237,6 +238,7 @@ class Plan(Item, frozen=True, kw_only=True):
     method: MethodName = "dopri5"
     step: float | None = None  # of fixed steps [s]
     seed: int = 0
+    microsteps: int = LIMIT  # in which no time passes, and that are a loop
     samples_hz: float = 10.0
     start: float = 0.0  # value of the Master "turn" at the start: the block's theta [rad]
     end: float | None = None

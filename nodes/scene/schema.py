@@ -11,6 +11,7 @@ from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 from heavylift.kernel.describe import MethodName
+from heavylift.nodes.devs.rules import LIMIT
 from heavylift.nodes.fidelity.question import USUAL, Asked
 from pydantic import (
     AfterValidator,
@@ -344,6 +345,7 @@ class Scene(Base):
     tolerance: Annotated[float, Field(ge=1e-12, le=0.1)] | None = None  # of a step, instead of accuracy's
     step: Duration | None = None  # fixed steps instead of steps as long as the accuracy allows
     seed: Annotated[int, Field(ge=0)] = 0
+    microsteps: Annotated[int, Field(ge=1, le=2**31 - 1)] = LIMIT  # so many steps in no time are a loop
     end: Duration | None = None
     cranes: dict[Name, Crane] = Field(default_factory=dict)
     block: Block | None = None

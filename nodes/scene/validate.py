@@ -93,6 +93,8 @@ def _fault(data: Any, error: dict[str, Any]) -> Fault:
         return Fault(path, told)
     if kind in {"greater_than_equal", "greater_than"}:
         return Fault(path, f"{next(iter(context.values()))} or more is needed here, not {given}")
+    if kind == "less_than_equal":
+        return Fault(path, f"{context['le']} or less is needed here, not {given}")
     if kind == "value_error" and error["loc"] and error["loc"][-1] == "[key]":
         return Fault(path, str(context["error"]), on_key=True)
     if kind == "value_error":

@@ -72,7 +72,7 @@ class Rehearsal:
         self._hears = subscriptions(plan)
         self.path = EquilibriumPath(Simulation(_placed(system(plan)), method=AtRest.name), frozenset(self._hears))
         self.models = Models(plan)
-        self.simulator = Simulator(self.models)
+        self.simulator = Simulator(self.models, microsteps=plan.microsteps)
         self.states: list[StaticState] = []
         self.acted: list[Acted] = []
         self.stages: list[str] = []

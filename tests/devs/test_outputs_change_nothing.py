@@ -133,3 +133,42 @@ def test_large_states_are_looked_at_less_often() -> None:
     simulator.run(10 * 251 * 100)
     assert simulator.next_time == Tag(10 * 251 * 100)
     assert 2 <= looks <= 30, "of 25 000 outputs"
+
+
+class Bare(Atomic):
+    """Of attributes that cannot change in place, so that nobody looks at their names before."""
+
+    def start(self) -> None:
+        self.a, self.b, self.c = "one", "two", "three"
+        self.hold_in(10)
+
+    def internal(self) -> None:
+        self.hold_in(10)
+
+
+def exchange(self: Any) -> None:
+    self.b, self.c = self.c, self.b
+
+
+def replace(self: Any) -> None:
+    del self.b
+    self.d = "four"
+
+
+UNCHANGEABLE: list[tuple[str, Callable[[Any], object]]] = [
+    ("b", lambda self: put("b", self.a)(self)),
+    ("a", lambda self: put("a", self.c)(self)),
+    ("c", lambda self: put("c", "new")(self)),
+    ("b", exchange),
+    ("d", lambda self: put("d", "new")(self)),
+    ("what attributes there are", lambda self: put("d", self.a)(self)),
+    ("an attribute, which it deleted", lambda self: delattr(self, "b")),
+    ("d", replace),
+]
+
+
+@pytest.mark.parametrize(("key", "spoil"), UNCHANGEABLE)
+def test_attributes_that_cannot_change_in_place_are_named_as_well(key: str, spoil: Callable[[Any], object]) -> None:
+    told = f"r.a at (0.00000001 s, 0): output() must not change the state: it changed {key}, do that in a transition"
+    spoiled = type("Spoiled", (Bare,), {"output": spoil})
+    assert ran(45, spoiled("a")) == told

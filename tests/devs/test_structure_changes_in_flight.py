@@ -1,9 +1,13 @@
 """Atomics and couplings come and go at an instant: after all its transitions, and never half."""
 
+import re
+from collections.abc import Callable
+
 import pytest
 from devs_stories import Generator, Item, Relay, Sink, coupled
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Out, Simulator, Tag, Trace, Transition, ns
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Out, Simulator, Tag, Trace, ns
+from heavylift.nodes.testing import drive
 
 
 class Breeder(Atomic):
@@ -37,8 +41,9 @@ class Remover(Atomic):
         self.passivate()
 
 
-def started(model: Coupled, log: list[Transition] | None = None) -> Simulator:
-    simulator = Simulator(model, None if log is None else log.append)
+def started(yard: Coupled) -> Simulator:
+    """Of a site that the yard is a child of."""
+    simulator = Simulator(coupled("site", [yard]))
     simulator.start()
     return simulator
 
@@ -91,7 +96,8 @@ def test_the_clock_of_the_others_runs_on() -> None:
     simulator = started(coupled("yard", [g, b, relay, sink], (g.out, b.into), (g.out, relay.into)))
     simulator.trace = Trace()
     simulator.run(ns(10))
-    assert (Tag(ns(3.5)), "yard.relay", "internal") in [(line.tag, line.path, line.kind) for line in simulator.trace]
+    lines = [(line.tag, line.path, line.kind) for line in simulator.trace]
+    assert (Tag(ns(3.5)), "site.yard.relay", "internal") in lines
 
 
 def test_between_runs_the_structure_changes_before_the_next_tag() -> None:
@@ -109,7 +115,8 @@ def test_impossible_changes_name_place_and_time() -> None:
     simulator = started(coupled("yard", [Remover("x", "nobody", ns(2))]))
     with pytest.raises(ModelError) as error:
         simulator.run(ns(5))
-    assert str(error.value) == ("yard: there is no child nobody to remove; it has x (a change of yard at (2 s, 0))")
+    told = "site.yard: there is no child nobody to remove; it has x (a change of site.yard at (2 s, 0))"
+    assert str(error.value) == told
 
 
 def test_a_promised_lookahead_holds() -> None:
@@ -128,10 +135,14 @@ def test_a_promised_lookahead_holds() -> None:
 
     yard = coupled("yard", [speaker := Speaker("speaker"), Adder("adder", "", ns(1))])
     yard.connect(speaker.out, yard.add_out("out", Item))
+    site = coupled("site", [yard])
+    site.connect(yard.ports["out"], site.add_out("out", Item))
+    simulator = Simulator(site)
+    simulator.start()
     with pytest.raises(ModelError) as error:
-        started(yard).run(ns(5))
+        simulator.run(ns(5))
     assert str(error.value) == (
-        "yard at (1 s, 0): the lookahead of port out falls from 1000000000 ns to 0 ns, but others rely on it; "
+        "site at (1 s, 0): the lookahead of port out falls from 1000000000 ns to 0 ns, but others rely on it; "
         "give what is added no less lookahead"
     )
 
@@ -156,6 +167,80 @@ def test_what_is_added_keeps_its_promise_from_the_change_on() -> None:
     with pytest.raises(ModelError) as error:
         started(coupled("yard", [Adder("adder", "", ns(1))])).run(ns(5))
     assert str(error.value) == (
-        "yard.hasty at (1.5 s, 0): port out promises a lookahead of 1000000000 ns and speaks 500000000 ns after the "
-        "transition that scheduled it; hold for longer or declare less"
+        "site.yard.hasty at (1.5 s, 0): port out promises a lookahead of 1000000000 ns and speaks 500000000 ns after "
+        "the transition that scheduled it; hold for longer or declare less"
     )
+
+
+CHANGES: dict[str, Callable[[Coupled], object]] = {
+    "add": lambda yard: yard.add(Sink("late")),
+    "remove": lambda yard: yard.remove("sink"),
+    "connect": lambda yard: yard.connect(yard.children["g"].ports["out"], yard.children["spare"].ports["into"]),
+    "disconnect": lambda yard: yard.disconnect(*yard.couplings[0]),
+    "add_in": lambda yard: yard.add_in("job", Item),
+    "add_out": lambda yard: yard.add_out("done", Item),
+}
+WHEN = {"start": 0, "output": 1, "internal": 1, "external": 2}
+
+
+class Restless(Atomic):
+    """Due at 1 s; changes what is around it in one of its functions."""
+
+    into = In(Item)
+
+    def __init__(self, function: str, change: str) -> None:
+        super().__init__("m")
+        self.function, self.change = function, change
+
+    def act(self, function: str) -> None:
+        if function == self.function:
+            assert self.parent is not None
+            CHANGES[self.change](self.parent)
+
+    def start(self) -> None:
+        self.hold_in(ns(1))
+        self.act("start")
+
+    def output(self) -> None:
+        self.act("output")
+
+    def internal(self) -> None:
+        self.passivate()
+        self.act("internal")
+
+    def external(self, e: int, x: Bag) -> None:
+        self.act("external")
+
+
+def changing(function: str, change: str) -> Coupled:
+    g, m, sink, spare = Generator("g", ns(2), count=1), Restless(function, change), Sink("sink"), Sink("spare")
+    return coupled("yard", [g, m, sink, spare], (g.out, sink.into), (g.out, m.into))
+
+
+def run(yard: Coupled) -> None:
+    simulator = Simulator(yard)
+    simulator.start()
+    simulator.run(ns(5))
+
+
+@pytest.mark.parametrize("change", CHANGES)
+@pytest.mark.parametrize("function", WHEN)
+def test_the_root_stays_while_it_runs(function: str, change: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    told = f"yard.m at ({WHEN[function]} s, 0): yard.{change} is out of reach: in a run each child of yard is a node "
+    with pytest.raises(ModelError, match=f"^{re.escape(told)}"):
+        run(changing(function, change))
+    if function != "output":
+        drive(changing(function, change), until=ns(5))  # what is driven alone is one node, which may
+        monkeypatch.setattr(Coupled, "_reachable", lambda root, name: None)
+        run(changing(function, change))
+
+
+@pytest.mark.parametrize("change", CHANGES)
+def test_the_root_may_change_between_runs(change: str) -> None:
+    yard = changing("", change)
+    simulator = Simulator(yard)
+    simulator.start()
+    simulator.run(ns(1.5))
+    CHANGES[change](yard)
+    simulator.run(ns(5))
+    assert ("late" in yard.children, "sink" in yard.children) == (change == "add", change != "remove")

@@ -57,6 +57,12 @@ class Ticker(Atomic):
     def disconnect(self) -> None:
         self.parent.disconnect(*self.parent.couplings[0])
 
+    def more_in(self) -> None:
+        self.parent.add_in("job", Note)
+
+    def more_out(self) -> None:
+        self.parent.add_out("done", Note)
+
     def children(self) -> None:
         self.text = str(len(self.parent.children))
 

@@ -66,6 +66,36 @@ def test_the_command_runs_a_module_of_this_folder_and_a_file(tmp_path):
     assert by_file.stdout.splitlines()[2] == by_module.stdout.splitlines()[2] != ""
 
 
+STUCK = """
+import os, time
+from heavylift.nodes.devs import Atomic, Coupled
+
+class Stuck(Atomic):
+    def start(self): self.hold_in(5)
+    def internal(self):
+        self.passivate()
+        if not os.path.exists("seen"):
+            open("seen", "w").close()
+            time.sleep(3600)
+
+def build():
+    root = Coupled("yard")
+    root.add(Stuck("stuck"))
+    return root
+"""
+
+
+def test_who_does_not_get_on_within_the_deadline_is_replaced(tmp_path):
+    (tmp_path / "stuck.py").write_text(STUCK)
+    done = command("stuck.py:build", "--deadline", "1 s", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "seen").exists(), "the first one sleeps for an hour"
+    assert done.stdout.startswith("ended at 0 s because")
+    refused = command("stuck.py:build", "--deadline", "soon", cwd=tmp_path)
+    told = "heavylift: --deadline 'soon': 'soon' is no time: write a number and a unit of s, min, h, ms, days\n"
+    assert (refused.returncode, refused.stderr) == (1, told)
+
+
 @pytest.mark.parametrize("where", [[], ["--in-process"]], ids=["processes", "one process"])
 def test_a_mistake_in_a_model_is_told_with_its_path_and_time(where):
     done = command("rings:failing", *where, cwd=HERE)
