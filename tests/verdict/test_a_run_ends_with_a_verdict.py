@@ -12,8 +12,11 @@ import pytest
 from heavylift.coordinator.live.commands import Given
 from heavylift.coordinator.live.desk import STOP
 from heavylift.coordinator.run import run
+from heavylift.coordinator.run.progress import Progress
+from heavylift.coordinator.run.watch import Watch
 from heavylift.coordinator.verdict import verdict_of
-from heavylift.nodes.devs import Tag, ns
+from heavylift.kernel.errors import HeavyliftError, KernelError, ModelError
+from heavylift.nodes.devs import Event, Tag, ns
 from heavylift.nodes.models.messages import OperatorCommand
 from heavylift.nodes.scene import bundled, parse
 from heavylift.recordings import Recording, info, info_data, report
@@ -103,6 +106,42 @@ def test_an_operator_who_stops_the_run_is_told(tmp_path: Path) -> None:
     found = verdict(tmp_path, LIFT, commands=(stop,))
     assert kinds(found) == ["operator"]
     assert found.findings[0].t == 5.0
+
+
+class Ends(Watch):
+    """Something ends the run when it begins a stage."""
+
+    def __init__(self, error: BaseException) -> None:
+        self.error = error
+
+    def event(self, event: Event) -> None:
+        if event.type == "Stage":
+            raise self.error
+
+
+@pytest.mark.parametrize("error", [KernelError("it broke"), ModelError("stuck"), KeyboardInterrupt(), None])
+def test_a_run_that_an_error_ends_is_red_with_all_that_is_known(
+    error: BaseException | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = LIFT.replace("P1: [-8 m, -6 m, 4.3 m]", "P1: [-8 m, -6 m, 5.2 m]").replace("sling: 10 m", "sling: 12 m")
+    if error is None:  # nothing can happen any more
+        begin = text[: text.index("actions:")].replace("end: 60 s\n", "")
+        text = begin + "actions:\n  - stage: never\n    when: all slings taut\n    wait: 1 s\n"
+    scene = parse(text.replace("slack: 50 mm", "slack: 1.5 m"))
+    with pytest.raises(HeavyliftError) as failed, Progress(scene.plan, as_json=error is None):
+        run(scene, tmp_path / "run.mcap", in_process=True, watch=Ends(error) if error else None)
+    rec = Recording(tmp_path / "run.mcap")
+    found = recorded_verdict(rec)
+    assert found is not None
+    assert (found.red, kinds(found)) == (True, ["cut", "geometry"])
+    assert found.line == "red: the run did not reach its end, and 1 more"
+    assert str(failed.value) == rec.result["reason"] != "", "why is told once, as the reason"
+    out = capsys.readouterr().out
+    if error is None:
+        told = json.loads(out)
+        assert (told["error"], msgspec.convert(told["verdict"], Judged)) == (rec.result["reason"], found)
+    else:
+        assert (failed.value.verdict, out) == (found, "")
 
 
 def test_a_mechanism_has_a_verdict_too(tmp_path: Path) -> None:
