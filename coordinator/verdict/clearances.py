@@ -11,14 +11,16 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from heavylift.nodes.limits.findings import Finding
 from heavylift.nodes.limits.shapes import GROUND, Kind, Solid, Strand, relation
+from heavylift.nodes.models import system
 from heavylift.nodes.scene.plan import Plan
 from heavylift.recordings.verdict import Clearance
 from numpy.typing import NDArray
 
 from .ground import TOUCH, Ground, Low, Spans
 from .history import BLOCK, History, Past
-from .moving import Moving, matrices, moving
+from .moving import Moving, moving
 from .nearest import Known, search
+from .rotating import matrices
 from .steps import Minimum
 from .stretches import whole
 
@@ -41,11 +43,12 @@ def clearances(plan: Plan, history: Past, limit: float = LIMIT, landing: Spans =
     known, nearest = Known(SMALLEST, limit), dict[int, Clearance]()
     things, ground = _Things(plan, limit), Ground(plan, limit)
     lowest: dict[tuple[str, bool], Clearance] = {}
+    joints = system(plan).joints if plan.cranes else ()
     for part, between in thinned(history):
         ground.survey(part, between)
     ground.settle(landing)
     for part, between in thinned(history):
-        shapes = moving(plan, part)
+        shapes = moving(plan, part, joints)
         for x, sunk in ground.look(shapes, part, between):
             lowest[x.shape.shape.thing, sunk] = _lowest(x)
         pairs, groups = things.pairs(shapes)

@@ -17,7 +17,8 @@ from heavylift.nodes.scene.plan import Plan
 from numpy.typing import NDArray
 
 from .history import History
-from .moving import Moving, chords, moving
+from .moving import Moving, moving
+from .rotating import chords
 
 __all__ = ["TOUCH", "Ground", "Low"]
 
@@ -77,7 +78,8 @@ class Ground:
             return
         first, last = between
         inside = slice(first, last if last < len(part.t) - 1 else last + 1)
-        block = next(s for s in moving(plan, part) if s.shape.kind == "block")
+        alone = History(part.t, {plan.block.name: pose}, {}, {}, ())
+        block = next(s for s in moving(plan, alone) if s.shape.kind == "block")
         near, (stands, _) = _gap(block).about < self._limit, _stands(plan, part)
         columns = part.t, near, stands, pose[:, :2], _trolleys(plan, part)
         self._columns.append(tuple(x[inside].copy() for x in columns))
