@@ -126,6 +126,7 @@ class _Things:
         self._numbers: dict[tuple[str, str], int] = {}
         self._kinds: dict[object, int] = {}
         self._known: dict[tuple[int, int], int | None] = {}  # of shapes that are alike
+        self._last: tuple[list[int], list[tuple[int, int]], list[int]] = [], [], []
         self.limits: list[float] = []
 
     def pairs(self, shapes: list[Moving]) -> tuple[list[tuple[int, int]], list[int]]:
@@ -133,6 +134,8 @@ class _Things:
         pairs: list[tuple[int, int]] = []
         groups: list[int] = []
         alike = [self._kinds.setdefault(_alike(s), len(self._kinds)) for s in shapes]
+        if alike == self._last[0]:
+            return self._last[1], self._last[2]
         for i, a in enumerate(shapes):
             for j in range(i + 1, len(shapes)):
                 key = alike[i], alike[j]
@@ -142,6 +145,7 @@ class _Things:
                 if group is not None:
                     pairs.append((i, j))
                     groups.append(group)
+        self._last = alike, pairs, groups
         return pairs, groups
 
     def _number(self, a: Moving, b: Moving) -> int | None:

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 from heavylift.coordinator.live.commands import Given
 from heavylift.coordinator.live.desk import STOP
@@ -99,6 +100,32 @@ def test_a_stage_that_ended_at_once_is_red_with_its_line(tmp_path: Path) -> None
     still = UP + "  - stage: nowhere\n    crane: travel 10 m/min to 40 m\n"
     found = verdict(tmp_path, LIFT.replace(UP, still), "end=80 s")
     assert [f.subject for f in found.findings] == ["nowhere"], "it stood there already"
+
+
+@pytest.mark.parametrize(
+    ("half", "rope", "sling", "severity", "degrees"),
+    [(6.0, 85.7, 5.0, "warning", 53.1), (7.5, 85.85, 6.2, "red", 62.5)],
+)
+def test_bridles_that_are_too_wide_are_told(
+    half: float, rope: float, sling: float, severity: str, degrees: float, tmp_path: Path
+) -> None:
+    """Beams of 4 m between lugs that are 12 m and 15 m apart; the hook begins just above them."""
+    text = LIFT.replace("P1: [-8 m", f"P1: [{-6 - half} m").replace("P2: [-4 m", f"P2: [{-6 + half} m")
+    text = text.replace("H1, sling: 10 m", f"H1, rope: {rope} m, sling: {sling} m").replace(
+        "[20 m, 16 m", "[28 m, 16 m"
+    )
+    legs = [f for f in verdict(tmp_path, text, "end=6 s").findings if f.kind == "bridle"]
+    assert [(f.severity, f.subject) for f in legs] == [(severity, f"loader-1.sling-{i}") for i in (1, 2)]
+    for leg in legs:
+        assert leg.value is not None
+        assert np.degrees(leg.value) == pytest.approx(degrees, abs=0.2)
+
+
+def test_a_centre_of_mass_outside_the_block_is_red_with_its_line(tmp_path: Path) -> None:
+    found = verdict(tmp_path, LIFT.replace("  size: [20", "  com: [0 m, 0 m, -4.5 m]\n  size: [20"), "end=1 s")
+    assert kinds(found) == ["geometry", "cut"]
+    assert "is 0.5 m outside the block" in found.line
+    assert found.findings[0].where.startswith("scene.yaml:8:"), "the block"
 
 
 def test_an_operator_who_stops_the_run_is_told(tmp_path: Path) -> None:
