@@ -48,7 +48,12 @@ def out_of_memory(error: BaseException | None) -> bool:
 
 
 class HeavyliftError(Exception):
-    """A sentence for the user: where, when (simulation time), what is wrong and what to do."""
+    """A sentence for the user: where, when (simulation time), what is wrong and what to do.
+
+    `verdict`: that on what was recorded of a run that the error has ended.
+    """
+
+    verdict: object = None
 
 
 class SceneError(HeavyliftError):

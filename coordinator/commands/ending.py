@@ -30,10 +30,12 @@ def carry_out() -> None:
             sys.exit(code)
     except Stopped as error:
         print(f"heavylift: {printable(str(error))}", file=sys.stderr)
+        _judged(error)
         sys.exit(STOPPED)
     except HeavyliftError as error:
         told = printable(str(error), keep="\n")
         print(f"heavylift: {told}" if "\n" not in told else told, file=sys.stderr)
+        _judged(error)
         sys.exit(2 if isinstance(error, OutputError) else 1)
     except (typer.Abort, KeyboardInterrupt):
         print("heavylift: stopped", file=sys.stderr)
@@ -61,6 +63,20 @@ def carry_out() -> None:
             file=sys.stderr,
         )
         sys.exit(1)
+
+
+def _judged(error: HeavyliftError) -> None:
+    """The verdict on what was recorded of a run that the error has ended."""
+    if error.verdict is None:
+        return
+    from heavylift.recordings.verdict import Judged
+    from rich.console import Console
+
+    from ..run.progress import tell_verdict
+
+    assert isinstance(error.verdict, Judged)
+    tell_verdict(Console(highlight=False), error.verdict)
+    sys.stdout.flush()
 
 
 def _refused(error: Exception) -> str:

@@ -34,7 +34,7 @@ def resume(
         from ..run.resume import resume as go_on
 
         begun = Beginning.of(file, crew.directory.path)
-        with Progress(begun.scene.plan) as watch:
+        with Progress(begun.scene.plan, as_json) as watch:
             result = go_on(file, begun, output, watch, crew, force=force)
     summary(begun.scene.plan, result, as_json)
     if strict and result.verdict is not None and result.verdict.red:

@@ -66,7 +66,7 @@ def run(
         placement = place(nodes, KERNEL, loaded.placement, places or [], processes, [*loaded.remote, *(remote or [])])
         door = open_door(placement.remote, listen, keys, in_process)
         path = output or Path(f"{loaded.plan.name}.mcap")
-        with live_page(view) as page, Keyboard() as keyboard, Progress(loaded.plan) as watch:
+        with live_page(view) as page, Keyboard() as keyboard, Progress(loaded.plan, as_json) as watch:
             result = simulate(
                 loaded,
                 path,

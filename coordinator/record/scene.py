@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.kernel.describe import System
-from heavylift.kernel.errors import UNREADABLE, ProtocolError
+from heavylift.kernel.errors import UNREADABLE, HeavyliftError, ProtocolError
 from heavylift.nodes.devs import Event, OutPort
 from heavylift.nodes.fidelity.own import modelled_as
 from heavylift.nodes.models import KERNEL, NodeModel, system
@@ -165,7 +165,9 @@ class Record(FileTape):
             lateness=lateness,
             notes=tuple(self.notes),
         )
-        result = replace(result, verdict=self._judged(result))
+        said = self._conduct
+        said.peaks, said.end, said.unfinished = result.peaks, result.sim_s, result.unfinished
+        result = replace(result, verdict=self._judged())
         facts: dict[str, object] = {"sim_s": result.sim_s, "wall_s": wall_s, "grants": grants, "unfinished": unfinished}
         facts |= {"energy_error": result.energy_error, "energy_turned_over": result.energy_turned_over}
         facts["verdict"] = msgspec.to_builtins(result.verdict)
@@ -178,11 +180,10 @@ class Record(FileTape):
         )
         return result
 
-    def _judged(self, result: Result) -> Judged:
+    def _judged(self) -> Judged:
         """The verdict; the recording is finished even if none can be made."""
         said = self._conduct
         said.notes = [(note.t_ns * 1e-9, note.sentence) for note in self.recorder.notes]
-        said.peaks, said.end, said.unfinished = result.peaks, result.sim_s, result.unfinished
         try:
             return judge(self._plan, self._collector, said)
         except Exception as error:
@@ -192,9 +193,22 @@ class Record(FileTape):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        super().__exit__(kind, error, trace)
+        told = {"reason": str(error)}
+        try:
+            if isinstance(error, HeavyliftError):
+                error.verdict = verdict = self._judged_as_it_failed(error)
+                self.facts = {"verdict": msgspec.to_builtins(verdict)}
+                told["verdict"] = verdict.line
+        finally:
+            super().__exit__(kind, error, trace)
         if error is not None:
-            self._end_for_all("failed", {"reason": str(error)})
+            self._end_for_all("failed", told)
+
+    def _judged_as_it_failed(self, error: HeavyliftError) -> Judged:
+        said = self._conduct
+        said.status, said.reason, said.end = "failed", str(error), self.last_ns * 1e-9
+        said.peaks = {name: (p.tension, p.time) for name, p in self.recorder.peaks.items()}
+        return self._judged()
 
     def _end_for_all(self, status: str, told: dict[str, str]) -> None:
         limits = rated(self._plan)

@@ -85,6 +85,8 @@ class FileTape(Tape):
         machine = {"python": sys.version.split()[0], "platform": platform.platform()}
         self.recorder = Recorder(output, {**facts, **machine}, attachments, force=force)
         self.digest = self.recorder.digest
+        self.facts: dict[str, object] = {}
+        """What is put on record of a run that an error ends."""
         self._began_ns = time.perf_counter_ns()
 
     def port(self, model: str, port: str, type_: type[Message]) -> None:
@@ -134,7 +136,7 @@ class FileTape(Tape):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if error is not None:
-            self.recorder.close("failed", str(error) or type(error).__name__)
+            self.recorder.close("failed", str(error) or type(error).__name__, self.facts)
 
 
 def _summary(message: m.AnyMessage) -> dict[str, object]:

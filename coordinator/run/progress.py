@@ -15,6 +15,7 @@ from types import TracebackType
 from typing import Self
 
 import msgspec
+from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.devs import Event
 from heavylift.nodes.limits.findings import Finding
 from heavylift.nodes.limits.telling import likewise
@@ -35,8 +36,8 @@ __all__ = ["Progress", "summary", "tell_verdict"]
 class Progress(Watch):
     """Draws simulated time, real-time factor, stage and actions begun out of all."""
 
-    def __init__(self, plan: Plan) -> None:
-        self._plan = plan
+    def __init__(self, plan: Plan, as_json: bool = False) -> None:
+        self._plan, self._json = plan, as_json
         self._actions = max(1, len(plan.actions))
         self._console = Console(stderr=True)
         self._live = (
@@ -55,6 +56,9 @@ class Progress(Watch):
     ) -> None:
         if self._live is not None:
             self._live.stop()
+        if self._json and isinstance(error, HeavyliftError) and error.verdict is not None:
+            print(json.dumps({"error": str(error), "verdict": msgspec.to_builtins(error.verdict)}))
+            error.verdict = None  # is told
 
     def event(self, event: Event) -> None:
         """A stage begins, or a joint is locked."""
@@ -135,7 +139,7 @@ def summary(plan: Plan, result: Result, as_json: bool = False) -> None:
 
 
 def tell_verdict(console: Console, verdict: Judged) -> None:
-    """What was found, the smallest clearance, and the verdict as the last line."""
+    """Print what was found, the smallest clearance, and the verdict as the last line."""
     styles = {"red": "bold red", "warning": "yellow", "note": None}
     grouped = likewise(msgspec.convert(msgspec.to_builtins(f), Finding) for f in verdict.findings)
     if grouped:

@@ -11,14 +11,16 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from heavylift.nodes.limits.findings import Finding
 from heavylift.nodes.limits.shapes import GROUND, Kind, Solid, Strand, relation
+from heavylift.nodes.models import system
 from heavylift.nodes.scene.plan import Plan
 from heavylift.recordings.verdict import Clearance
 from numpy.typing import NDArray
 
 from .ground import TOUCH, Ground, Low, Spans
 from .history import BLOCK, History, Past
-from .moving import Moving, matrices, moving
+from .moving import Moving, moving
 from .nearest import Known, search
+from .rotating import matrices
 from .steps import Minimum
 from .stretches import whole
 
@@ -41,11 +43,12 @@ def clearances(plan: Plan, history: Past, limit: float = LIMIT, landing: Spans =
     known, nearest = Known(SMALLEST, limit), dict[int, Clearance]()
     things, ground = _Things(plan, limit), Ground(plan, limit)
     lowest: dict[tuple[str, bool], Clearance] = {}
+    joints = system(plan).joints if plan.cranes else ()
     for part, between in thinned(history):
         ground.survey(part, between)
     ground.settle(landing)
     for part, between in thinned(history):
-        shapes = moving(plan, part)
+        shapes = moving(plan, part, joints)
         for x, sunk in ground.look(shapes, part, between):
             lowest[x.shape.shape.thing, sunk] = _lowest(x)
         pairs, groups = things.pairs(shapes)
@@ -123,6 +126,7 @@ class _Things:
         self._numbers: dict[tuple[str, str], int] = {}
         self._kinds: dict[object, int] = {}
         self._known: dict[tuple[int, int], int | None] = {}  # of shapes that are alike
+        self._last: tuple[list[int], list[tuple[int, int]], list[int]] = [], [], []
         self.limits: list[float] = []
 
     def pairs(self, shapes: list[Moving]) -> tuple[list[tuple[int, int]], list[int]]:
@@ -130,6 +134,8 @@ class _Things:
         pairs: list[tuple[int, int]] = []
         groups: list[int] = []
         alike = [self._kinds.setdefault(_alike(s), len(self._kinds)) for s in shapes]
+        if alike == self._last[0]:
+            return self._last[1], self._last[2]
         for i, a in enumerate(shapes):
             for j in range(i + 1, len(shapes)):
                 key = alike[i], alike[j]
@@ -139,6 +145,7 @@ class _Things:
                 if group is not None:
                     pairs.append((i, j))
                     groups.append(group)
+        self._last = alike, pairs, groups
         return pairs, groups
 
     def _number(self, a: Moving, b: Moving) -> int | None:

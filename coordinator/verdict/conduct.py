@@ -88,7 +88,7 @@ def conduct_findings(plan: Plan, said: Conduct) -> Iterator[Finding]:
         told = f"an operator stopped the run{rest}" if ends else f"an operator ordered '{words}'"
         yield Finding(severity="red" if ends else "note", kind="operator", subject="operator", sentence=told, t=t)
     if said.status != FINISHED:
-        told = f"the run {said.status}: {said.reason}" if said.reason else "the recording is cut off"
+        told = "the run did not reach its end" if said.reason else "the recording is cut off"
         yield Finding(severity="red", kind="cut", subject="run", sentence=told, t=said.end)
     elif said.unfinished and not any(ends for _, _, ends in said.words):
         bound = f"the end of the scene at {plan.end:g} s" if plan.end is not None else "its end"

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .moving import cross
+from .rotating import cross
 
 __all__ = ["Near", "Placed", "bounds", "bounds_along", "bounds_between", "exactly"]
 

@@ -17,7 +17,8 @@ from heavylift.nodes.scene.plan import Plan
 from numpy.typing import NDArray
 
 from .history import History
-from .moving import Moving, chords, moving
+from .moving import Moving, moving
+from .rotating import chords
 
 __all__ = ["TOUCH", "Ground", "Low"]
 
@@ -77,7 +78,8 @@ class Ground:
             return
         first, last = between
         inside = slice(first, last if last < len(part.t) - 1 else last + 1)
-        block = next(s for s in moving(plan, part) if s.shape.kind == "block")
+        alone = History(part.t, {plan.block.name: pose}, {}, {}, ())
+        block = next(s for s in moving(plan, alone) if s.shape.kind == "block")
         near, (stands, _) = _gap(block).about < self._limit, _stands(plan, part)
         columns = part.t, near, stands, pose[:, :2], _trolleys(plan, part)
         self._columns.append(tuple(x[inside].copy() for x in columns))
@@ -111,11 +113,10 @@ class Ground:
                 free = inside & ~meant
             elif kind == "loader":
                 free = inside & _loaded(plan, part, thing)
-            below = _least(gaps, inside, 0.0, sinks if kind == "block" else None)
-            for through, x in ((True, below), (False, _least(gaps, free, self._limit))):
-                if x is None or (through and x.distance >= -TOUCH):
-                    continue
-                if x.distance < self._least.get((thing, through), np.inf):
+            known = self._least.get((thing, True), -TOUCH), self._least.get((thing, False), np.inf)
+            below = _least(gaps, inside, 0.0, known[0], sinks if kind == "block" else None)
+            for through, x in ((True, below), (False, _least(gaps, free, self._limit, known[1]))):
+                if x is not None:
                     self._least[thing, through] = x.distance
                     yield x, through
 
@@ -143,8 +144,9 @@ def _up(turn: Floats) -> tuple[Floats, Floats, Floats]:
     return 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
 
 
-def _least(gaps: Sequence[_Gap], free: Flags, limit: float, sinks: Floats | None = None) -> Low | None:
-    """The least of a thing's shapes at and between samples that are free; `sinks` (n,): by how much its pads yield."""
+def _least(gaps: Sequence[_Gap], free: Flags, limit: float, known: float, sinks: Floats | None = None) -> Low | None:
+    """The least of a thing's shapes at and between samples that are free, None if it is not below what is known;
+    `sinks` (n,): by how much its pads yield."""
     best: Low | None = None
     for gap in gaps:
         there = free if gap.shape.there is None else free & gap.shape.there
@@ -152,7 +154,7 @@ def _least(gaps: Sequence[_Gap], free: Flags, limit: float, sinks: Floats | None
         after = np.where(there[1:] & there[:-1], gap.after if sinks is None else gap.after + sinks[1:], np.inf)
         k, j = int(np.argmin(at)), int(np.argmin(after)) if len(after) else 0
         value = min(float(at[k]), float(after[j]) if len(after) else np.inf)
-        if np.isfinite(value) and (best is None or value < best.distance):
+        if value < (known if best is None else best.distance):
             if at[k] > value:
                 k = j if gap.at[j] <= gap.at[j + 1] else j + 1
             best = Low(gap.shape, value, float(gap.shape.t[k]), _lowest(gap.shape, k), limit)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Protocol
 
@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 __all__ = ["BLOCK", "Collector", "History", "Past", "blocks", "history_of"]
 
 Floats = NDArray[np.float64]
-NUMBERS = ("rope/tension", "rope/length", REEVING)
+SPEED = "joint/velocity"
+NUMBERS = ("rope/tension", "rope/length", REEVING, SPEED)
 BLOCK = 2048  # samples that are looked at together
 
 
@@ -41,13 +42,15 @@ class Past(Protocol):
 @dataclass(frozen=True)
 class History:
     """t (n,) [s], in order; poses: body -> (n, 7) [m, quaternion x y z w]; tensions: rope -> (n,), of its most
-    loaded part [N]; unstretched lengths: rope -> (n,) [m]; rigs: the rope lines that hang, each from its time on."""
+    loaded part [N]; unstretched lengths: rope -> (n,) [m]; rigs: the lines that hang, each from its time on; speeds of
+    joints: joint.component -> (n,) [m/s, rad/s]."""
 
     t: Floats
     poses: Mapping[str, Floats]
     tensions: Mapping[str, Floats]
     lengths: Mapping[str, Floats]
     rigs: Sequence[Rig]
+    speeds: Mapping[str, Floats] = field(default_factory=dict)
 
     def part(self, first: int, end: int) -> History:
         """The samples from `first` to before `end`."""
@@ -57,11 +60,11 @@ class History:
         """Some of the samples."""
         if len(kept) == len(self.t):
             return self
-        poses, tensions, lengths = (
+        poses, tensions, lengths, speeds = (
             {name: np.take(x.T, kept, axis=-1).T for name, x in columns.items()}
-            for columns in (self.poses, self.tensions, self.lengths)
+            for columns in (self.poses, self.tensions, self.lengths, self.speeds)
         )
-        return History(self.t[kept], poses, tensions, lengths, self.rigs)
+        return History(self.t[kept], poses, tensions, lengths, self.rigs, speeds)
 
 
 def blocks(past: Past) -> Iterator[History]:
@@ -110,8 +113,8 @@ class Collector:
         table = np.ascontiguousarray(rows.T)  # a column is one piece of memory, as all sums run along it
         columns = iter(table[7 * len(self._bodies) :])
         poses = {body: table[7 * i : 7 * i + 7].T for i, body in enumerate(self._bodies)}
-        tensions, lengths, parts = [{name: next(columns) for name in names} for names in self._names]
-        return History(t, poses, tensions | _most(parts), lengths, self.rigs)
+        tensions, lengths, parts, speeds = [{name: next(columns) for name in names} for names in self._names]
+        return History(t, poses, tensions | _most(parts), lengths, self.rigs, speeds)
 
 
 def history_of(rec: Recording) -> Collector:

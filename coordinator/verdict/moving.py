@@ -3,22 +3,24 @@
 A shape is a rounded box: half edges `half` along the columns of R, and a radius around it; ropes are capsules whose
 axis is the third column, balls have no edges.  Between two samples its middle and its ends go straight, and stray from
 that by at most h^2 / 8 times their acceleration, which is taken as twice the largest that second differences show at
-both samples; the speeds that samples hold are those of joints, so poses alone are used, and what shakes faster than the
-samples is not bounded: verdicts say so.
+both samples.  What shakes faster than the samples shows in the speeds of its joints, which raise the bound.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from heavylift.kernel.describe import Vector
+from heavylift.kernel.describe import Joint, Vector
 from heavylift.nodes.limits.shapes import Solid, Strand, solids, strands
 from heavylift.nodes.scene.plan import Plan
 from numpy.typing import NDArray
 
 from .history import History
+from .rotating import chords, dots, lengths, matrices, onto
+from .speeds import Twist, strays, twists
 
 __all__ = ["Moving", "moving"]
 
@@ -31,8 +33,9 @@ WORLD = "world"
 class Frame:
     """How a body moved: its origin p (n, 3) [m] and its turn, quaternions (n, 4), or (1, 4) if it never turns."""
 
-    def __init__(self, t: Floats, pose: Floats) -> None:
+    def __init__(self, t: Floats, pose: Floats, twist: Twist | None = None) -> None:
         pose = np.asfortranarray(pose)  # each column in one piece of memory
+        self._pose, self._twist = pose, twist
         self.t, self.p = t, pose[:, :3]
         q = pose[:, 3:]
         self.turn = q if (q != q[0]).any() else q[:1]
@@ -51,6 +54,14 @@ class Frame:
     def turn_strays(self) -> Floats:
         """(n - 1,) the same of its turn."""
         return _turn_bend(self.t, self.turn)
+
+    @cached_property
+    def shakes(self) -> tuple[Floats, Floats]:
+        """(n - 1,) by its speeds, how far its origin may leave its chords [m], and points more per metre from it."""
+        if self._twist is None:
+            nothing = np.zeros(max(0, len(self.t) - 1))
+            return nothing, nothing
+        return strays(self.t, self._pose, self._twist)
 
     def place(self, x: Vector) -> Floats:
         """(n, 3) where one of its points is in the world [m]."""
@@ -74,6 +85,7 @@ class Moving:
     radius: float
     there: NDArray[np.bool_] | None = None
     frame: Frame | None = None  # of the body that a solid is fixed on
+    ends: tuple[tuple[Frame | None, Vector], ...] = ()  # of a strand, on their bodies
 
     @cached_property
     def reach(self) -> float:
@@ -134,6 +146,17 @@ class Moving:
     @cached_property
     def stray(self) -> Floats:
         """(n - 1,) how far a point of the shape may be between two samples from where it is taken to be [m]."""
+        found = self._bent
+        if self.frame is not None and isinstance(self.shape, Solid):
+            found = np.maximum(found, _shaken(self.frame, _size(self.shape.centre) + self.reach))
+        for frame, p in self.ends:
+            if frame is not None:
+                found = np.maximum(found, _shaken(frame, _size(p)))
+        return found
+
+    @property
+    def _bent(self) -> Floats:
+        """The same by accelerations that poses show."""
         frame = self.frame
         if len(self.turn) == 1:
             return frame.strays if frame else _bend(self.t, self.centre)
@@ -146,10 +169,26 @@ class Moving:
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def moving(plan: Plan, history: History) -> list[Moving]:
-    """All shapes of a plan as they moved; what has no pose on record is left out."""
+def _size(p: Vector) -> float:
+    return float(np.linalg.norm(p))
+
+
+def _shaken(frame: Frame, away: float) -> Floats:
+    """(n - 1,) by its speeds, how far points of a body up to so far from its origin may leave their chords [m]."""
+    origin, turn = frame.shakes
+    return origin + away * turn
+
+
+def moving(plan: Plan, history: History, joints: Sequence[Joint] = ()) -> list[Moving]:
+    """All shapes of a plan as they moved; what has no pose on record is left out.
+
+    `joints`: those whose speeds tell how bodies shake.
+    """
     found = []
-    frames = {name: Frame(history.t, pose) for name, pose in history.poses.items()} if len(history.t) else {}
+    fast = twists(joints, history)
+    frames = {}
+    if len(history.t):
+        frames = {name: Frame(history.t, pose, fast.get(name)) for name, pose in history.poses.items()}
     for solid in solids(plan):
         frame = frames.get(solid.body)
         if solid.body == WORLD:
@@ -189,7 +228,8 @@ def _ropes(plan: Plan, history: History, frames: dict[str, Frame]) -> list[Movin
         along = q - p
         half = np.array([0.0, 0.0, float(lengths(along).max()) / 2])
         shape = known[rope]
-        out.append(Moving(shape, history.t, (p + q) / 2, along, half, shape.radius, there))
+        ends = (frames.get(a_body), a), (frames.get(b_body), b)
+        out.append(Moving(shape, history.t, (p + q) / 2, along, half, shape.radius, there, ends=ends))
     return out
 
 
@@ -203,59 +243,6 @@ def _place(
         still = np.broadcast_to(p, (len(history.t), 3)) if body == WORLD else None
         known[key] = frame.place(p) if frame is not None else still
     return known[key]
-
-
-def cross(a: Floats, b: Floats) -> Floats:
-    """(n, 3) cross products; NumPy's own takes four times as long."""
-    (x, y, z), (u, v, w) = a.T, b.T
-    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=1)
-
-
-def lengths(x: Floats) -> Floats:
-    """(...,) norms of vectors (..., 3 or 4); NumPy's own takes three times as long."""
-    found: Floats = np.sqrt(dots(x, x))
-    return found
-
-
-def dots(a: Floats, b: Floats) -> Floats:
-    """(...,) products of vectors (..., k), summed in one order."""
-    found: Floats = a[..., 0] * b[..., 0]
-    for i in range(1, a.shape[-1]):
-        found += a[..., i] * b[..., i]
-    return found
-
-
-def chords(a: Floats, b: Floats) -> Floats:
-    """(...,) by how much a point at 1 m from an axis moves from turns (..., 4) to others, at most."""
-    w = dots(a, b)
-    found: Floats = 2.0 * np.sqrt(np.maximum(0.0, 1.0 - w * w))
-    return found
-
-
-def matrices(q: Floats) -> Floats:
-    """(n, 3, 3) of unit quaternions x y z w, each element in one piece of memory."""
-    x, y, z, w = q.T
-    R = np.empty((3, 3, len(q)))
-    R[0, 0], R[1, 1], R[2, 2] = 1 - 2 * (y * y + z * z), 1 - 2 * (x * x + z * z), 1 - 2 * (x * x + y * y)
-    R[0, 1], R[1, 0] = 2 * (x * y - z * w), 2 * (x * y + z * w)
-    R[0, 2], R[2, 0] = 2 * (x * z + y * w), 2 * (x * z - y * w)
-    R[1, 2], R[2, 1] = 2 * (y * z - x * w), 2 * (y * z + x * w)
-    found: Floats = R.transpose(2, 0, 1)
-    return found
-
-
-def onto(n: Floats) -> Floats:
-    """(m, 3, 3) rotations whose third column is a unit vector (Duff et al. 2017, JCGT 6(1), Building an orthonormal
-    basis, revisited)."""
-    x, y, z = n.T
-    sign = np.where(z >= 0.0, 1.0, -1.0)
-    a = -1.0 / (sign + z)
-    b = x * y * a
-    R = np.empty((len(n), 3, 3))
-    R[:, :, 0] = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=1)
-    R[:, :, 1] = np.stack([b, sign + y * y * a, -y], axis=1)
-    R[:, :, 2] = n
-    return R
 
 
 def _turn_bend(t: Floats, turn: Floats) -> Floats:

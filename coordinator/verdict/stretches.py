@@ -11,7 +11,8 @@ from heavylift.nodes.limits.shapes import Solid
 from numpy.typing import NDArray
 
 from .distance import bounds
-from .moving import Moving, lengths
+from .moving import Moving
+from .rotating import lengths
 from .together import Together
 
 __all__ = ["SIZES", "Stretches", "bounded", "cut", "in_pieces", "whole"]

@@ -7,7 +7,8 @@ from heavylift.nodes.limits.shapes import Strand
 from numpy.typing import NDArray
 
 from .distance import Placed
-from .moving import IDENTITY, Moving, chords, dots, lengths, matrices, onto
+from .moving import IDENTITY, Moving
+from .rotating import chords, dots, lengths, matrices, onto
 
 __all__ = ["Together"]
 

@@ -214,7 +214,7 @@ def untouched(plan: Plan) -> tuple[str, ...]:
     found = []
     if plan.cranes:
         found.append("ropes beside the girder and the trolleys of their own crane, whose openings no scene gives")
-        found.append(f"what shakes faster than samples show, {plan.samples_hz:g} in a second")
+        found.append(f"what shakes faster than samples of places and speeds show, {plan.samples_hz:g} in a second")
     if plan.block:
         found.append("the block beside its stools, and near the ground while it is lifted off or set down")
     if plan.rig.slings:

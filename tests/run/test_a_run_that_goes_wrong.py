@@ -145,9 +145,10 @@ actions:
     wait: 1 s
 """
     )
-    code, _, error = finish(tmp_path, "run", "never.yaml")
+    code, told, error = finish(tmp_path, "run", "never.yaml")
     assert code == 1
     assert error.splitlines()[-1].startswith("heavylift: still waiting for all ropes slack (rope is taut) since 0 s")
+    assert told.splitlines()[-1] == "verdict: red: the run did not reach its end"
 
 
 def no_folder(tmp_path):

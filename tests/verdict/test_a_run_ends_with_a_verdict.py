@@ -8,12 +8,16 @@ import sys
 from pathlib import Path
 
 import msgspec
+import numpy as np
 import pytest
 from heavylift.coordinator.live.commands import Given
 from heavylift.coordinator.live.desk import STOP
 from heavylift.coordinator.run import run
+from heavylift.coordinator.run.progress import Progress
+from heavylift.coordinator.run.watch import Watch
 from heavylift.coordinator.verdict import verdict_of
-from heavylift.nodes.devs import Tag, ns
+from heavylift.kernel.errors import HeavyliftError, KernelError, ModelError
+from heavylift.nodes.devs import Event, Tag, ns
 from heavylift.nodes.models.messages import OperatorCommand
 from heavylift.nodes.scene import bundled, parse
 from heavylift.recordings import Recording, info, info_data, report
@@ -43,7 +47,7 @@ def test_a_lift_without_trouble_is_green_and_says_what_nobody_looked_at(tmp_path
     assert (ground.b, ground.distance) == ("ground", pytest.approx(2.0, abs=0.05)), "as the block leaves its stools"
     assert beams.distance == pytest.approx(12.0 - 5.0, abs=0.05), "beams of 5 m, hooks 12 m apart"
     assert "slings while they are slack" in found.not_looked_at
-    assert "what shakes faster than samples show, 2 in a second" in found.not_looked_at
+    assert "what shakes faster than samples of places and speeds show, 2 in a second" in found.not_looked_at
     rec = Recording(tmp_path / "run.mcap")
     assert recorded_verdict(rec) == found
     del rec.result["verdict"]
@@ -98,11 +102,73 @@ def test_a_stage_that_ended_at_once_is_red_with_its_line(tmp_path: Path) -> None
     assert [f.subject for f in found.findings] == ["nowhere"], "it stood there already"
 
 
+@pytest.mark.parametrize(
+    ("half", "rope", "sling", "severity", "degrees"),
+    [(6.0, 85.7, 5.0, "warning", 53.1), (7.5, 85.85, 6.2, "red", 62.5)],
+)
+def test_bridles_that_are_too_wide_are_told(
+    half: float, rope: float, sling: float, severity: str, degrees: float, tmp_path: Path
+) -> None:
+    """Beams of 4 m between lugs that are 12 m and 15 m apart; the hook begins just above them."""
+    text = LIFT.replace("P1: [-8 m", f"P1: [{-6 - half} m").replace("P2: [-4 m", f"P2: [{-6 + half} m")
+    text = text.replace("H1, sling: 10 m", f"H1, rope: {rope} m, sling: {sling} m").replace(
+        "[20 m, 16 m", "[28 m, 16 m"
+    )
+    legs = [f for f in verdict(tmp_path, text, "end=6 s").findings if f.kind == "bridle"]
+    assert [(f.severity, f.subject) for f in legs] == [(severity, f"loader-1.sling-{i}") for i in (1, 2)]
+    for leg in legs:
+        assert leg.value is not None
+        assert np.degrees(leg.value) == pytest.approx(degrees, abs=0.2)
+
+
+def test_a_centre_of_mass_outside_the_block_is_red_with_its_line(tmp_path: Path) -> None:
+    found = verdict(tmp_path, LIFT.replace("  size: [20", "  com: [0 m, 0 m, -4.5 m]\n  size: [20"), "end=1 s")
+    assert kinds(found) == ["geometry", "cut"]
+    assert "is 0.5 m outside the block" in found.line
+    assert found.findings[0].where.startswith("scene.yaml:8:"), "the block"
+
+
 def test_an_operator_who_stops_the_run_is_told(tmp_path: Path) -> None:
     stop = Given(Tag(ns(5.0)), msgspec.msgpack.encode(OperatorCommand(STOP)))
     found = verdict(tmp_path, LIFT, commands=(stop,))
     assert kinds(found) == ["operator"]
     assert found.findings[0].t == 5.0
+
+
+class Ends(Watch):
+    """Something ends the run when it begins a stage."""
+
+    def __init__(self, error: BaseException) -> None:
+        self.error = error
+
+    def event(self, event: Event) -> None:
+        if event.type == "Stage":
+            raise self.error
+
+
+@pytest.mark.parametrize("error", [KernelError("it broke"), ModelError("stuck"), KeyboardInterrupt(), None])
+def test_a_run_that_an_error_ends_is_red_with_all_that_is_known(
+    error: BaseException | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = LIFT.replace("P1: [-8 m, -6 m, 4.3 m]", "P1: [-8 m, -6 m, 5.2 m]").replace("sling: 10 m", "sling: 12 m")
+    if error is None:  # nothing can happen any more
+        begin = text[: text.index("actions:")].replace("end: 60 s\n", "")
+        text = begin + "actions:\n  - stage: never\n    when: all slings taut\n    wait: 1 s\n"
+    scene = parse(text.replace("slack: 50 mm", "slack: 1.5 m"))
+    with pytest.raises(HeavyliftError) as failed, Progress(scene.plan, as_json=error is None):
+        run(scene, tmp_path / "run.mcap", in_process=True, watch=Ends(error) if error else None)
+    rec = Recording(tmp_path / "run.mcap")
+    found = recorded_verdict(rec)
+    assert found is not None
+    assert (found.red, kinds(found)) == (True, ["cut", "geometry"])
+    assert found.line == "red: the run did not reach its end, and 1 more"
+    assert str(failed.value) == rec.result["reason"] != "", "why is told once, as the reason"
+    out = capsys.readouterr().out
+    if error is None:
+        told = json.loads(out)
+        assert (told["error"], msgspec.convert(told["verdict"], Judged)) == (rec.result["reason"], found)
+    else:
+        assert (failed.value.verdict, out) == (found, "")
 
 
 def test_a_mechanism_has_a_verdict_too(tmp_path: Path) -> None:

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from heavylift.coordinator.run import run
 from heavylift.coordinator.verdict.distance import Placed, exactly
+from heavylift.coordinator.verdict.history import history_of
 from heavylift.coordinator.verdict.moving import Moving
 from heavylift.coordinator.verdict.nearest import SHARP, nearest, nearest_of_each, whole
+from heavylift.coordinator.verdict.speeds import strays, twists
 from heavylift.nodes.limits.shapes import Solid, Strand
+from heavylift.nodes.models import system
+from heavylift.nodes.scene import load
+from heavylift.recordings import Recording
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
@@ -115,3 +123,46 @@ def test_a_search_of_all_things_at_once_finds_the_smallest_that_searches_one_by_
             assert wanted.sum() >= smallest
             assert told[wanted] == pytest.approx(least[wanted], abs=CLOSE)
             assert (told >= least - CLOSE).all(), "of the others at most what was seen on the way"
+
+
+def test_what_shakes_faster_than_samples_shows_in_its_speeds() -> None:
+    """At 9.7 Hz, seen twice in a second: hardly a way from sample to sample."""
+    t, w, size = np.arange(0.0, 20.0, 0.5), 2 * np.pi * 9.7, 0.05
+    still, phase = np.zeros(len(t)), w * t
+    pose = np.zeros((len(t), 7))
+    pose[:, 0] = size * np.sin(phase)
+    pose[:, 3:] = Rotation.from_rotvec(np.outer(size * np.sin(phase), (0, 0, 1))).as_quat()
+    speed = size * w * np.cos(phase)
+    v, turning = np.stack([speed, still, still], axis=1), np.stack([still, still, speed], axis=1)
+    origin, each_metre = strays(t, pose, (v, turning))
+    assert np.mean(origin > size) > 0.9
+    assert np.mean(each_metre > size) > 0.9
+    calm = strays(t, pose, (0.0 * v, 0.0 * turning))[1]
+    assert calm.max() < 3 * size, "the ways between samples alone"
+
+
+def test_calm_motion_strays_no_more_than_its_accelerations_tell() -> None:
+    """Of a constant acceleration, straight and turning: twice h^2 / 8 times it."""
+    t, a = np.arange(0.0, 5.0, 0.5), 0.3
+    pose = np.zeros((len(t), 7))
+    pose[:, 1] = a * t**2 / 2
+    pose[:, 3:] = Rotation.from_rotvec(np.outer(a * t**2 / 2, (1, 0, 0))).as_quat()
+    pose[::2, 3:] *= -1.0
+    speed = np.zeros((2, len(t), 3))
+    speed[0, :, 1] = speed[1, :, 0] = a * t
+    for found in strays(t, pose, (speed[0], speed[1])):
+        assert found == pytest.approx(np.full(len(t) - 1, a * 0.25 / 4))
+
+
+def test_speeds_of_bodies_are_those_of_their_places(tmp_path: Path) -> None:
+    scene = load("lift", ["samples=50 Hz", "end=4 s"])
+    run(scene, tmp_path / "run.mcap", in_process=True)
+    past = history_of(Recording(tmp_path / "run.mcap")).part(0, 200)
+    past = past.of(np.flatnonzero(np.diff(past.t, prepend=-1.0) > 0.01))
+    found, h = twists(system(scene.plan).joints, past), np.diff(past.t)[:, None]
+    assert set(found) >= set(past.poses)
+    for body, pose in past.poses.items():
+        v, w = found[body]
+        turned = (Rotation.from_quat(pose[1:, 3:]) * Rotation.from_quat(pose[:-1, 3:]).inv()).as_rotvec()
+        for one, mean in ((v, np.diff(pose[:, :3], axis=0) / h), (w, turned / h)):
+            assert np.abs((one[1:] + one[:-1]) / 2 - mean).max() < 1e-4 + 0.05 * np.abs(one).max(), body

@@ -1,0 +1,86 @@
+"""How fast bodies go at samples, from the speeds of their joints, and how far that lets them leave straight ways.
+
+A point that has the velocities v0 and v1 at two samples and the mean velocity s between them strays by about h / 4
+(|v0 - s| + |v1 - s|): of a constant acceleration that is twice h^2 / 8 times it, and of what shakes faster than the
+samples it is more than that moves, unless it happens to turn back at both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from heavylift.kernel.describe import Joint
+from numpy.typing import NDArray
+
+from .history import History
+from .rotating import cross, dots, lengths, matrices
+
+__all__ = ["Twist", "strays", "twists"]
+
+Floats = NDArray[np.float64]
+Twist = tuple[Floats, Floats]  # (n, 3) of a body's origin [m/s] and (n, 3) angular [rad/s], both in the world
+SINGLE = {"prismatic": "speed", "revolute": "rate"}
+FREE = ("vx", "vy", "vz"), ("wx", "wy", "wz")
+
+
+def twists(joints: Sequence[Joint], history: History) -> dict[str, Twist]:
+    """Of each body whose joints up to the world are free, sliding, hinged or fixed; those that are locked rest."""
+    n, poses, speeds = len(history.t), history.poses, history.speeds
+    still = np.zeros((n, 3))
+    found: dict[str, Twist] = {"world": (still, still)}
+    if not speeds:
+        return {}
+    for joint in joints:  # from the world on
+        known, pose = found.get(joint.parent), poses.get(joint.child)
+        if known is None or pose is None:
+            continue
+        parent = poses.get(joint.parent, IDENTITY)
+        v, w = known
+        v = v + cross(w, pose[:, :3] - parent[:, :3])
+        if joint.kind == "free" and joint.parent == "world":
+            R = matrices(pose[:, 3:])
+            rates = [[speeds.get(f"{joint.name}.{x}", still[:, 0]) for x in names] for names in FREE]
+            v, w = (sum((R[:, :, i] * x[:, None] for i, x in enumerate(one)), still) for one in rates)
+            v = v - cross(w, _turned(R, joint.p_CJ))
+        elif joint.kind in SINGLE:
+            axis = _turned(matrices(parent[:, 3:]), (np.array(joint.R_PJ) @ joint.axis).tolist())
+            along = axis * speeds.get(f"{joint.name}.{SINGLE[joint.kind]}", still[:, 0])[:, None]
+            if joint.kind == "prismatic":
+                v = v + along
+            else:
+                v, w = v - cross(along, _turned(matrices(pose[:, 3:]), joint.p_CJ)), w + along
+        elif joint.kind != "fixed":
+            continue
+        found[joint.child] = v, w
+    return found
+
+
+IDENTITY = np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]])
+
+
+def strays(t: Floats, pose: Floats, twist: Twist) -> tuple[Floats, Floats]:
+    """(n - 1,) of a body's origin [m], and more of a point for each metre that it is away from that."""
+    v, w = twist
+    h = np.maximum(np.diff(t), 1e-9)[:, None]
+    return _strays(h, v, np.diff(pose[:, :3], axis=0) / h), _strays(h, w, _turns(pose[:, 3:]) / h)
+
+
+def _strays(h: Floats, v: Floats, mean: Floats) -> Floats:
+    found: Floats = h[:, 0] / 4 * (lengths(v[:-1] - mean) + lengths(v[1:] - mean))
+    return found
+
+
+def _turns(q: Floats) -> Floats:
+    """(n - 1, 3) rotation vectors from each quaternion (x y z w) to the next [rad]."""
+    a, b = q[:-1], q[1:]
+    sine = a[:, 3:] * b[:, :3] - b[:, 3:] * a[:, :3] - cross(b[:, :3], a[:, :3])
+    sine *= np.where(dots(a, b) < 0.0, -1.0, 1.0)[:, None]
+    size = lengths(sine)
+    found: Floats = sine * (2.0 * np.arcsin(np.minimum(1.0, size)) / np.maximum(size, 1e-300))[:, None]
+    return found
+
+
+def _turned(R: Floats, x: Sequence[float]) -> Floats:
+    """(n, 3) a vector of a body in the world."""
+    return sum((R[:, :, i] * x[i] for i in range(3)), np.zeros(3))
