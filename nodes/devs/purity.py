@@ -115,7 +115,7 @@ def _named(now: dict[str, Any], known: list[Any], found: list[Any]) -> set[str]:
     keys = {i + shift: key for i, key in enumerate(now)}
     more = Counter(map(id, found)) - Counter(map(id, known))  # an attribute in place of another moves those between
     new = [i for i in places if id(found[i]) in more]
-    if len(new) > more.total() or not new and len(places) > len(values):
+    if len(new) > more.total() or (not new and len(places) > len(values)):
         return {"what attributes there are"}
     return {keys.get(i, "what attributes there are") for i in new or places}
 
