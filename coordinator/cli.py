@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import sys
 
-from .hashing import start_again
+from heavylift.coordinator.supervision.hash_seed import start_again
+
 from .stopping import STOPPED, UNHEARD, ReaderLeft, Stopping, heard
 
 __all__ = ["main"]
@@ -21,7 +22,9 @@ def main() -> None:
         try:
             try:
                 start_again()
-                from .commands.ending import carry_out  # takes a fifth of a second, in which Ctrl-C may come
+                from heavylift.coordinator.commands.common.ending import (
+                    carry_out,  # takes a fifth of a second, in which Ctrl-C may come
+                )
 
                 carry_out()
             finally:

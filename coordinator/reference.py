@@ -28,9 +28,9 @@ MODULES = (
     "heavylift.recordings",
     "heavylift.nodes.devs",
     "heavylift.nodes.testing",
-    "heavylift.kernel.describe",
-    "heavylift.kernel.forces.describe",
-    "heavylift.kernel.simulation",
+    "heavylift.kernel.description.mechanics",
+    "heavylift.kernel.description.forces",
+    "heavylift.kernel.simulation.simulation",
     "heavylift.kernel.analysis",
     "heavylift.kernel.forces.mathematics",
     "heavylift.kernel.errors",
@@ -49,7 +49,7 @@ def page() -> str:
 
 
 def _commands() -> Iterator[str]:
-    from .commands import app
+    from heavylift.coordinator.commands import app
 
     group: Any = typer.main.get_command(app)
     for name in sorted(group.commands):
@@ -64,7 +64,8 @@ def _commands() -> Iterator[str]:
 
 
 def _keys() -> Iterator[str]:
-    from heavylift.nodes.scene import json_schema, phrases
+    from heavylift.nodes.scene import json_schema
+    from heavylift.nodes.scene.language import phrases
 
     schema = json_schema()
     grammar = inspect.cleandoc((phrases.__doc__ or "").partition("\n\n")[2])

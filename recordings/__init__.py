@@ -12,25 +12,25 @@ Elsewhere:  export("run.mcap", "run.csv", ["rope/tension/*"])
 Equal runs: Digest().hexdigest() is one line that two equal runs share.
 """
 
-from .compare import Comparison, Difference, compare, overlay
-from .curves import curves
-from .digest import Digest
-from .drawing import Box, RopeLine
-from .export import export
-from .info import info, info_data
-from .outputs import file_path
-from .part import Part
-from .plot import plot
-from .reader import RecordedEvent, Recording, Topic
-from .recover import Recovered, recover
-from .report import report
-from .rows import Peak
-from .samples import SampleChannel, SampleLayout
-from .signal import Signal
-from .spectator import Spectator
-from .storyboard import storyboard
-from .view import view
-from .writer import Recorder
+from heavylift.recordings.format.digest import Digest
+from heavylift.recordings.format.samples import SampleChannel, SampleLayout
+from heavylift.recordings.format.viewer_messages import Box, RopeLine
+from heavylift.recordings.read.export import export
+from heavylift.recordings.read.info import info, info_data
+from heavylift.recordings.read.part import Part
+from heavylift.recordings.read.reader import RecordedEvent, Recording, Topic
+from heavylift.recordings.read.recover import Recovered, recover
+from heavylift.recordings.read.signal import Signal
+from heavylift.recordings.render.compare import Comparison, Difference, compare, overlay
+from heavylift.recordings.render.curves import curves
+from heavylift.recordings.render.plot import plot
+from heavylift.recordings.render.storyboard import storyboard
+from heavylift.recordings.render.view import view
+from heavylift.recordings.report import report
+from heavylift.recordings.write.outputs import file_path
+from heavylift.recordings.write.rows import Peak
+from heavylift.recordings.write.spectator import Spectator
+from heavylift.recordings.write.writer import Recorder
 
 __all__ = [
     "Box",

@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
-from .app import Force, Json, app
+from heavylift.coordinator.commands.common.app import Force, Json, app
 
 
 @app.command()
@@ -29,11 +28,11 @@ def devs(
     import dataclasses
     import json
 
+    from heavylift.coordinator.run.models import run_models
     from heavylift.kernel.errors import ModelError
     from heavylift.nodes.devs import NEVER, ns
-    from heavylift.nodes.scene.units import TIME
+    from heavylift.nodes.scene.text.units import TIME
 
-    from ..run.models import run_models
     from .running import patience_s
 
     if PathFinder.find_spec(model.partition(":")[0].partition(".")[0], [os.getcwd()]):

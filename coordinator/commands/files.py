@@ -6,12 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-
-from . import completing
-from .app import File, Force, Json, app
+from heavylift.coordinator.commands.common import completing
+from heavylift.coordinator.commands.common.app import File, Force, Json, app
 
 if TYPE_CHECKING:
-    from heavylift.recordings.verdict import Judged
+    from heavylift.recordings.read.verdict import Judged
 
 
 @app.command()
@@ -38,7 +37,7 @@ def plot(
     """Draw signals, limits and stages.    heavylift plot turnover.mcap 'rope/tension/*' 'pose/block/?' -o x.html"""
     from heavylift.recordings import curves, storyboard
     from heavylift.recordings import plot as tensions
-    from heavylift.recordings.outputs import beside
+    from heavylift.recordings.write.outputs import beside
 
     out = output or beside(file, ".png")
     if lift:
@@ -58,7 +57,7 @@ def view(
 ) -> None:
     """Write one page with the lift in 3D, signals, stages, events.    heavylift view turnover.mcap"""
     from heavylift.recordings import view as write
-    from heavylift.recordings.outputs import beside
+    from heavylift.recordings.write.outputs import beside
 
     out = write(file, output or beside(file, ".html"), _verdict(file), force)
     typer.echo(f"wrote {out}; open it in a browser")
@@ -77,8 +76,8 @@ def report(
     import msgspec
     from heavylift.recordings import Recording
     from heavylift.recordings import report as write
-    from heavylift.recordings.outputs import beside
     from heavylift.recordings.report import facts
+    from heavylift.recordings.write.outputs import beside
 
     found = _verdict(file)
     if as_json:
@@ -91,9 +90,8 @@ def report(
 
 def _verdict(file: Path) -> Judged | None:
     """The verdict that a recording has, or made again of what it holds."""
+    from heavylift.coordinator.verdict import verdict_of
     from heavylift.recordings import Recording
-
-    from ..verdict import verdict_of
 
     return verdict_of(Recording(file))
 

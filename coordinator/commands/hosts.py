@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-
-from .app import Sets, app
+from heavylift.coordinator.commands.common.app import Sets, app
 
 if TYPE_CHECKING:
-    from ..hosts.door import Door
+    from heavylift.coordinator.hosts.door import Door
 
 __all__ = ["Certificates", "open_door"]
 
@@ -21,10 +20,9 @@ Certificates = Annotated[
 
 def open_door(remote: frozenset[str], listen: str, keys: Path, in_process: bool) -> Door | None:
     """The door of a run with remote processes; None where there are none."""
+    from heavylift.coordinator.hosts.certificates import COORDINATOR, Credentials
+    from heavylift.coordinator.hosts.door import Door
     from heavylift.kernel.errors import SceneError
-
-    from ..hosts.certificates import COORDINATOR, Credentials
-    from ..hosts.door import Door
 
     names = ", ".join(sorted(remote))
     if in_process and remote:
@@ -47,7 +45,7 @@ def certificates(
     days: Annotated[int, typer.Option("--days", min=1, help="how long they are valid")] = 365,
 ) -> None:
     """Make keys for processes on other hosts.    heavylift certificates keys west east --host 192.168.1.10"""
-    from ..hosts.certificates import make_certificates
+    from heavylift.coordinator.hosts.certificates import make_certificates
 
     written = make_certificates(directory, names, hosts or [], days)
     for path in written:
@@ -66,16 +64,15 @@ def node(
     sets: Sets = None,
 ) -> None:
     """Take part in a run on another host.    heavylift node east --connect tls/192.168.1.10:7447 --certificates keys"""
-    from ..hosts.certificates import Credentials
-    from ..hosts.door import Door
-    from ..hosts.remote_node import play
+    from heavylift.coordinator.hosts.certificates import Credentials
+    from heavylift.coordinator.hosts.door import Door
+    from heavylift.coordinator.hosts.remote_node import play
 
     wanted = ""
     if scene:
+        from heavylift.coordinator.participants.parts import fingerprint
+        from heavylift.nodes.plan.plan import encode
         from heavylift.nodes.scene import load
-        from heavylift.nodes.scene.plan import encode
-
-        from ..participants.parts import fingerprint
 
         wanted = fingerprint(encode(load(scene, sets or []).plan))
     door = Door.at(connect, Credentials.load(keys, name))

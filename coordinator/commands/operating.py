@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Annotated
 
 import typer
-
-from . import completing
-from .app import Json, Run, app
+from heavylift.coordinator.commands.common import completing
+from heavylift.coordinator.commands.common.app import Json, Run, app
 
 __all__: list[str] = []
 
@@ -54,7 +53,7 @@ def command(
     as_json: Json = False,
 ) -> None:
     """Give an order and tell what becomes of it.    heavylift command lift "crane H1: hoist 3 m/min by 1 m" """
-    from ..live.orders import PATIENCE_s
+    from heavylift.coordinator.live.orders import PATIENCE_s
 
     patience = _duration("--wait", wait)
     _order(run, "command", as_json, patience or PATIENCE_s, text=words, wait=patience > 0.0)
@@ -69,7 +68,7 @@ def stop(run: Run = "", as_json: Json = False) -> None:
 def _duration(option: str, text: str) -> float:
     """A time as a user writes it, zero or more [s]."""
     from heavylift.kernel.errors import ProtocolError
-    from heavylift.nodes.scene.units import TIME
+    from heavylift.nodes.scene.text.units import TIME
 
     try:
         length = TIME.read(text)
@@ -85,9 +84,8 @@ def _order(run: str, do: str, as_json: bool, patience: float | None = None, **to
     import json
 
     import msgspec
+    from heavylift.coordinator.live.orders import Order, PATIENCE_s, ask
     from heavylift.kernel.errors import ProtocolError
-
-    from ..live.orders import Order, PATIENCE_s, ask
 
     what = msgspec.convert({"do": do, **told}, Order)
     answer = ask(run, what, patience or PATIENCE_s, lambda said: typer.echo(said, err=True))

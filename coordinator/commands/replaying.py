@@ -6,19 +6,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from heavylift.coordinator.commands.common.app import File, Force, Json, app
 from heavylift.kernel.errors import UNREADABLE, RecordingError
 
-from .app import File, Force, Json, app
 from .running import live_page
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
+    from heavylift.coordinator.replay import Outcome, RecordedRun
+    from heavylift.coordinator.replay.picture import Picture
+    from heavylift.coordinator.run.watch import Watch
     from heavylift.recordings import Spectator
-
-    from ..replay import Outcome, RecordedRun
-    from ..replay.picture import Picture
-    from ..run.watch import Watch
 
 
 @app.command()
@@ -44,8 +43,8 @@ def replay(
     Keys: space pauses and goes on, s steps, + and - change the rate, q ends. --verify and --live: exit code 1 if
     something deviates.
     """
-    from ..replay import RecordedRun, single
-    from ..replay import verify as prove
+    from heavylift.coordinator.replay import RecordedRun, single
+    from heavylift.coordinator.replay import verify as prove
 
     run = RecordedRun(file)
     if verify and live:
@@ -95,9 +94,9 @@ def _publish(
     topics: list[str],
     view: bool,
 ) -> None:
-    from ..live.keyboard import Keyboard
-    from ..replay import Player, Publisher, Replay, Said
-    from ..run.progress import command
+    from heavylift.coordinator.live.keyboard import Keyboard
+    from heavylift.coordinator.replay import Player, Publisher, Replay, Said
+    from heavylift.coordinator.run.progress import command
 
     if not 0.0 < rate < float("inf"):
         raise RecordingError(f"{run.path}: --rate {rate:g} is no speed; give a number above 0, such as 20")
@@ -145,7 +144,7 @@ def _picture(run: RecordedRun, page: Spectator | None, start: int) -> Picture | 
     """What the page shows, if there is one."""
     if page is None:
         return None
-    from ..replay.picture import Picture
+    from heavylift.coordinator.replay.picture import Picture
 
     return Picture(run, page, start)
 
@@ -154,11 +153,10 @@ def _watching(run: RecordedRun) -> AbstractContextManager[Watch]:
     """What shows the user where the replay is: stages, if the recording is one of a scene."""
     from contextlib import nullcontext
 
-    from heavylift.nodes.scene.plan import decode
-
-    from ..record.scene import RESOLVED
-    from ..run.progress import Progress
-    from ..run.watch import Watch
+    from heavylift.coordinator.record.scene import RESOLVED
+    from heavylift.coordinator.run.progress import Progress
+    from heavylift.coordinator.run.watch import Watch
+    from heavylift.nodes.plan.plan import decode
 
     try:
         return Progress(decode(run.recording.attachments[RESOLVED]))
@@ -174,9 +172,9 @@ def layout(
 ) -> None:
     """Write the layout for Lichtblick or Foxglove that a recording has with it.    heavylift layout turnover.mcap"""
     from heavylift.recordings import Recording
-    from heavylift.recordings.lichtblick import LAYOUT
-    from heavylift.recordings.outputs import beside
-    from heavylift.recordings.partfile import PartFile
+    from heavylift.recordings.render.lichtblick import LAYOUT
+    from heavylift.recordings.write.outputs import beside
+    from heavylift.recordings.write.partfile import PartFile
 
     found = Recording(file).attachments.get(LAYOUT)
     if found is None:

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
-from . import completing
-from .app import Force, Json, Strict, app
+from heavylift.coordinator.commands.common import completing
+from heavylift.coordinator.commands.common.app import Force, Json, Strict, app
 
 
 @app.command()
@@ -25,13 +24,13 @@ def resume(
     as_json: Json = False,
 ) -> None:
     """Run to its end what was cut off, checked against what was recorded.    heavylift resume lift.mcap.part"""
-    from ..participants.participant import PRELOAD
-    from ..supervision.processes import Processes
+    from heavylift.coordinator.participants.participant import PRELOAD
+    from heavylift.coordinator.supervision.processes import Processes
 
     with Processes(PRELOAD) as crew:
-        from ..run.progress import Progress, summary
-        from ..run.resume import Beginning
-        from ..run.resume import resume as go_on
+        from heavylift.coordinator.run.progress import Progress, summary
+        from heavylift.coordinator.run.resume import Beginning
+        from heavylift.coordinator.run.resume import resume as go_on
 
         begun = Beginning.of(file, crew.directory.path)
         with Progress(begun.scene.plan, as_json) as watch:

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from heavylift.coordinator.commands.common.app import Force, Json, Scene, Sets, Strict, app
 
-from .app import Force, Json, Scene, Sets, Strict, app
 from .hosts import Certificates, open_door
 
 if TYPE_CHECKING:
@@ -44,19 +44,18 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Simulate a scene and record it.    heavylift run turnover -o monday.mcap"""
-    from ..participants.participant import PRELOAD
-    from ..supervision.processes import Processes
+    from heavylift.coordinator.participants.participant import PRELOAD
+    from heavylift.coordinator.supervision.processes import Processes
 
     crew = None if in_process else Processes(PRELOAD)  # starts while the rest is imported
     try:
+        from heavylift.coordinator.live.keyboard import Keyboard
+        from heavylift.coordinator.live.pace import RealTime
+        from heavylift.coordinator.run import run as simulate
+        from heavylift.coordinator.run.progress import Progress, summary
+        from heavylift.coordinator.transport.placement import place
         from heavylift.nodes.models import KERNEL, node_names
         from heavylift.nodes.scene import load
-
-        from ..hosts.placement import place
-        from ..live.keyboard import Keyboard
-        from ..live.pace import RealTime
-        from ..run import run as simulate
-        from ..run.progress import Progress, summary
 
         pace = None if rate is None else RealTime(rate)
         given = [f"{key}={text}" for key, text in (("method", method), ("step", step)) if text]
@@ -98,7 +97,7 @@ def live_page(view: bool) -> Iterator[Spectator | None]:
     import os
     import webbrowser
 
-    from heavylift.recordings.live import LivePage
+    from heavylift.recordings.render.live import LivePage
 
     with LivePage() as page:
         typer.echo(f"watch it at {page.url}", err=True)
@@ -112,7 +111,7 @@ def live_page(view: bool) -> Iterator[Spectator | None]:
 def patience_s(text: str) -> float:
     """A deadline as a user writes it [s]."""
     from heavylift.kernel.errors import SceneError
-    from heavylift.nodes.scene.units import DURATION
+    from heavylift.nodes.scene.text.units import DURATION
 
     try:
         seconds = DURATION.read(text)

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 import typer
-
-from .app import After, At, Json, Scene, Sets, app
+from heavylift.coordinator.commands.common.app import After, At, Json, Scene, Sets, app
 
 
 @app.command()
@@ -15,11 +14,10 @@ def check(scene: Scene, as_json: Json = False, sets: Sets = None) -> None:
     from dataclasses import asdict
 
     import msgspec
+    from heavylift.coordinator.participants.pause import check_steps
+    from heavylift.coordinator.run.stages import page, required
     from heavylift.nodes.scene import check as examine
     from heavylift.nodes.scene import load
-
-    from ..run.pause import check_steps
-    from ..run.stages import page, required
 
     loaded = load(scene, sets or [])
     check_steps(loaded)
@@ -68,12 +66,11 @@ def statics(scene: Scene, at: At = None, after: After = "", as_json: Json = Fals
     """Find where a scene comes to rest, and what ropes, pads and joints then carry.    heavylift statics lift"""
     import json
 
+    from heavylift.coordinator.participants.pause import paused, resting
     from heavylift.kernel.analysis import equilibrium, reactions
     from heavylift.kernel.analysis import modes as about
     from heavylift.kernel.analysis.tables import statics_data, statics_text
     from heavylift.nodes.scene import load
-
-    from ..run.pause import paused, resting
 
     loaded = load(scene, sets or [])
     if at is None:
@@ -93,12 +90,11 @@ def modes(scene: Scene, at: At = None, after: After = "", as_json: Json = False,
     """Show frequencies, damping and modes about the pose at rest.    heavylift modes lift --after up"""
     import json
 
+    from heavylift.coordinator.participants.pause import paused, resting
     from heavylift.kernel.analysis import equilibrium
     from heavylift.kernel.analysis import modes as about
     from heavylift.kernel.analysis.tables import modes_data, modes_text
     from heavylift.nodes.scene import load
-
-    from ..run.pause import paused, resting
 
     loaded = load(scene, sets or [])
     if at is None:

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from heavylift.coordinator.commands.common import completing
+from heavylift.coordinator.commands.common.app import Force, Json, app
 from heavylift.kernel.errors import SceneError
-
-from . import completing
-from .app import Force, Json, app
 
 
 @app.command()
@@ -20,9 +19,8 @@ def new(
     ] = "lift",
 ) -> None:
     """Write a scene to start from, with comments.    heavylift new my-lift"""
+    from heavylift.coordinator.run.progress import command
     from heavylift.nodes.scene import begun
-
-    from ..run.progress import command
 
     path = Path(f"{name}.yaml")
     text = begun(name, like)
@@ -49,9 +47,9 @@ def gallery(
 ) -> None:
     """Run scenes and write a page with a picture of each.    heavylift gallery lift tandem -o my-gallery"""
     from heavylift.nodes.scene import bundled, load
-    from heavylift.recordings.partfile import PartFile
+    from heavylift.recordings.write.partfile import PartFile
 
-    from ..gallery import draw, page
+    from .gallery import draw, page
 
     loaded = [load(scene) for scene in scenes or bundled()]
     for scene in loaded:
@@ -76,7 +74,7 @@ def doctor(as_json: Json = False) -> None:
     """Check the installation: versions, rights, a short run in processes.    heavylift doctor"""
     import json
 
-    from ..health import findings
+    from .health import findings
 
     found = []
     for finding in findings():

@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
-from .app import File, Force, Json, app
+from heavylift.coordinator.commands.common.app import File, Force, Json, app
 
 
 @app.command()
@@ -20,9 +19,8 @@ def trace(
     """Show who worked and who waited for whom in a run.    heavylift trace turnover.mcap --perfetto trace.json"""
     import json
 
-    from heavylift.recordings.partfile import PartFile
-
-    from ..trace import Timeline, data, text, trace_events
+    from heavylift.coordinator.trace import Timeline, data, text, trace_events
+    from heavylift.recordings.write.partfile import PartFile
 
     timeline = Timeline(file)
     if perfetto is not None:

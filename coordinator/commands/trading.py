@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-
-from .app import Force, Json, Scene, Sets, app
+from heavylift.coordinator.commands.common.app import Force, Json, Scene, Sets, app
 
 if TYPE_CHECKING:
-    from heavylift.nodes.scene.units import Dimension
+    from heavylift.nodes.scene.text.units import Dimension
 
 
 @app.command()
@@ -35,12 +34,11 @@ def tradeoff(
     """Measure speed against accuracy: which rung, method and step to use.    heavylift tradeoff lift --ask swing"""
     import json
 
+    from heavylift.coordinator.tradeoff import measure, write
+    from heavylift.coordinator.tradeoff.communication import communicating, hanging
+    from heavylift.coordinator.tradeoff.files import checked, data
     from heavylift.nodes.scene import load
-    from heavylift.nodes.scene.units import ACCURACY, DURATION
-
-    from ..tradeoff import measure, write
-    from ..tradeoff.communication import communicating, hanging
-    from ..tradeoff.files import checked, data
+    from heavylift.nodes.scene.text.units import ACCURACY, DURATION
 
     loaded = load(scene, sets or [])
     outputs = [checked(path) for path in output or ([] if as_json else [Path(f"{loaded.plan.name}-tradeoff.html")])]

@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
-from .app import app
+from heavylift.coordinator.commands.common.app import app
 
 
 @app.command()

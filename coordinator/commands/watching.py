@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 import typer
-
-from .app import Json, Run, app
+from heavylift.coordinator.commands.common.app import Json, Run, app
 
 
 @app.command()
@@ -21,10 +20,9 @@ def watch(
     from fnmatch import fnmatchcase
 
     import msgspec
+    from heavylift.coordinator.live import find, observe
+    from heavylift.coordinator.live.line import Lines
     from heavylift.kernel.errors import ProtocolError
-
-    from ..live import find, observe
-    from ..live.line import Lines
 
     found = find(run)
     lines, observer = Lines(found.notice), observe(found)

@@ -1,9 +1,8 @@
-"""Which process and which host runs which nodes, and how processes of other hosts take part.
+"""How processes on other hosts take part in a run.
 
-placement           nodes to processes
 door, gate          where others may connect, and who may join
 certificates, x509  by which both sides know each other
 remote_node         the process at the other end
 
-HOSTS.md tells it step by step.
+Which process hosts which nodes stands in `transport.placement`; HOSTS.md tells it all step by step.
 """

@@ -18,9 +18,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
+from heavylift.coordinator.transport.keys import check_names
 from heavylift.kernel.errors import ProtocolError
 
-from ..transport.keys import check_names
 from .x509 import library
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from typing import Any, Self
 
 import zenoh
+from heavylift.coordinator.transport.hub import Hub
 from heavylift.kernel.errors import ProtocolError
 
-from ..transport.hub import Hub
 from .certificates import Credentials
 from .gate import Gate
 

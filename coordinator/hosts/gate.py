@@ -18,15 +18,14 @@ from threading import Lock
 
 import msgspec
 import zenoh
+from heavylift.coordinator.participants.participant import version
+from heavylift.coordinator.transport.hub import Hub
+from heavylift.coordinator.transport.keys import JOIN, key
+from heavylift.coordinator.transport.link import JOIN_s
+from heavylift.coordinator.transport.printable import printable
+from heavylift.coordinator.transport.session import Ticket
 from heavylift.kernel.errors import UNREADABLE
 from zenoh.handlers import Callback
-
-from ..participants.participant import version
-from ..printable import printable
-from ..transport.hub import Hub
-from ..transport.keys import JOIN, key
-from ..transport.link import JOIN_s
-from ..transport.session import Ticket
 
 __all__ = ["Answer", "Ask", "Gate"]
 

@@ -12,16 +12,16 @@ from collections.abc import Callable
 
 import msgspec
 import zenoh
+from heavylift.coordinator.participants.node_process import serve
+from heavylift.coordinator.participants.participant import version
+from heavylift.coordinator.transport.keys import HUB, JOIN, key
+from heavylift.coordinator.transport.link import JOIN_s, Link
+from heavylift.coordinator.transport.printable import printable
+from heavylift.coordinator.transport.session import Ticket, remote_session
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
 from heavylift.nodes.models import KERNEL
 from zenoh.handlers import FifoChannel
 
-from ..participants.node_process import serve
-from ..participants.participant import version
-from ..printable import printable
-from ..transport.keys import HUB, JOIN, key
-from ..transport.link import JOIN_s, Link
-from ..transport.session import Ticket, remote_session
 from .door import Door
 from .gate import Answer, Ask
 
@@ -38,7 +38,7 @@ def play(name: str, door: Door, run: str, scene: str, say: Callable[[str], None]
     try:
         ticket = _ask(session, Ask(name, version(), socket.gethostname(), run, scene), door)
         if KERNEL in ticket.nodes:
-            from ..participants import kernel_node  # noqa: F401
+            from heavylift.coordinator.participants import kernel_node  # noqa: F401
         link = Link(ticket, session)
         playing = _Playing(session, ticket, door)
         say(printable(f"joined run {ticket.run} at {door.endpoint} with {', '.join(ticket.nodes)}"))

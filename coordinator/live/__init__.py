@@ -7,6 +7,11 @@
 
 On the coordinator's side `shown` makes a run findable and shows its events.  What holds for observers, for real time
 and for an operator's orders stands in LIVE.md.
+
+announce, audience, observe, line   how a run is found, what observers are shown, as a line for people
+orders, commands, command_queue     an operator's orders, and where a run takes them
+keyboard, keys, pace, run_control   keys of the terminal; how fast a run goes, and when it may go on
+show                                a run can be found and watched
 """
 
 from .announce import Found, Notice, find, running

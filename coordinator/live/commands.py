@@ -12,9 +12,9 @@ import msgspec
 from heavylift.coordinator.supervision.journal import read
 from heavylift.kernel.errors import UNREADABLE, RecordingError
 from heavylift.nodes.devs import Event, Tag, encode
-from heavylift.nodes.models.messages import OperatorCommand
+from heavylift.nodes.models.parts.messages import OperatorCommand
 from heavylift.recordings import Recording, file_path
-from heavylift.recordings.outputs import COMMANDS
+from heavylift.recordings.write.outputs import COMMANDS
 
 __all__ = ["COMMAND", "OPERATOR", "Given", "command", "journal_of", "journaled", "operator_commands"]
 

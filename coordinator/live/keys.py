@@ -15,9 +15,9 @@ from types import TracebackType
 from typing import Self
 
 import msgspec
-from heavylift.coordinator.live.keyboard import Keyboard
 
-from .desk import Asked, Desk
+from .command_queue import Asked, Desk
+from .keyboard import Keyboard
 from .orders import Order
 
 __all__ = ["Keys"]

@@ -7,8 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from heavylift.coordinator.transport.hub import Hub, LocalHub
-from heavylift.kernel.describe import System
-from heavylift.kernel.joints import JOINTS
+from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.devs import Message
 
 from .announce import Announcement

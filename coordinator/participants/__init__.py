@@ -1,9 +1,12 @@
 """What takes part in a run: nodes made of models or of the kernel, in processes of their own or in the coordinator's.
 
-participant         one node from WELCOME to BYE; node_process: a process of some of them
-parts, building     the config that a WELCOME carries, and the model that it names
-kernel_node         the kernel as a node
-transitions         of models, as a data topic
+participant              one node from WELCOME to BYE; node_process: a process of some of them, alive: says that it is
+parts, building          the config that a WELCOME carries, and the model that it names
+kernel_node              the kernel as a node; configuration: what it is told of a plan
+pause                    the mechanics of a scene at one instant, played in this process
+declaring                what coordinator and node must find alike before a run
+commons, seclusion       globals that children share; in its node a child is alone
+transitions              of models, as a data topic
 
 Node processes import these modules one by one and nothing else of this room.
 """

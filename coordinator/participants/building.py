@@ -16,11 +16,10 @@ from types import ModuleType
 from typing import Any
 from weakref import WeakSet
 
+from heavylift.coordinator.protocol.distance import Coupling
 from heavylift.kernel.errors import HeavyliftError, ModelError
 from heavylift.kernel.trust import foreign, refusal
 from heavylift.nodes.devs import Coupled, Model
-
-from ..protocol.distance import Coupling
 
 __all__ = ["built", "child", "couplings", "importing", "module"]
 

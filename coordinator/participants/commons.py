@@ -13,7 +13,7 @@ from typing import Any
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Coupled, In, Model, Out
-from heavylift.nodes.devs.purity import image
+from heavylift.nodes.devs.execution.purity import image
 
 __all__ = ["Commons"]
 

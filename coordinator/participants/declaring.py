@@ -14,7 +14,7 @@ from typing import Any
 import msgspec
 from heavylift.kernel.errors import UNREADABLE
 from heavylift.nodes.devs import Coupled, InPort, Model, Port
-from heavylift.nodes.devs.canonical import Freezer
+from heavylift.nodes.devs.execution.canonical import Freezer
 
 __all__ = ["declaration", "difference"]
 

@@ -14,17 +14,17 @@ from collections.abc import Callable, Mapping, Sequence
 
 import msgspec
 import numpy as np
-from heavylift.kernel.describe import assembled
+from heavylift.kernel.description.mechanics import assembled
 from heavylift.kernel.errors import KernelError, ModelError
-from heavylift.kernel.islands import Islands, simulate
-from heavylift.kernel.samples import channels, published
-from heavylift.kernel.simulation import FOREVER_NS, Simulation
-from heavylift.kernel.switching import StateEvent as Switched
+from heavylift.kernel.islands.islands import Islands, simulate
+from heavylift.kernel.model.switching import StateEvent as Switched
+from heavylift.kernel.simulation.native.samples import channels, published
+from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
 from heavylift.nodes.devs import FOREVER, Delivery, Event, Slack, Tag, encode, succ
-from heavylift.nodes.devs.canonical import frozen, thawed
+from heavylift.nodes.devs.execution.canonical import frozen, thawed
 from heavylift.nodes.models import KERNEL
-from heavylift.nodes.models import messages as m
-from heavylift.nodes.models.inputs import obey
+from heavylift.nodes.models.parts import messages as m
+from heavylift.nodes.models.parts.inputs import obey
 
 from .parts import KernelConfig
 

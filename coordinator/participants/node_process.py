@@ -9,11 +9,11 @@ import os
 import traceback
 from functools import partial
 
+from heavylift.coordinator.transport.link import Link
+from heavylift.coordinator.transport.session import Ticket
 from heavylift.nodes.models import KERNEL
 
-from ..supervision.alive import life_sign
-from ..transport.link import Link
-from ..transport.session import Ticket
+from .alive import life_sign
 from .participant import Participant
 
 __all__ = ["main"]

@@ -12,17 +12,17 @@ from functools import cache
 from importlib import metadata
 
 import msgspec
+from heavylift.coordinator.protocol import messages as m
+from heavylift.coordinator.protocol.node import Node
 from heavylift.kernel.errors import ModelError, ProtocolError
 from heavylift.nodes.devs import Coupled, Simulator, Tag
 
-from ..protocol import messages as m
-from ..protocol.node import Node
 from . import parts
 
 __all__ = ["NODE_MODULE", "PRELOAD", "Participant", "version"]
 
 NODE_MODULE = "heavylift.coordinator.participants.node_process"
-PRELOAD = (NODE_MODULE, "heavylift.nodes.models", "heavylift.nodes.scene.plan")  # what every node of a scene imports
+PRELOAD = (NODE_MODULE, "heavylift.nodes.models", "heavylift.nodes.plan.plan")  # what every node of a scene imports
 
 
 @cache
@@ -117,7 +117,7 @@ class Participant:
             self._pauses = lambda: simulator.passed
             return Node(self.name, simulator), declared, parts.fingerprint(part.build.encode())
         from heavylift.nodes.models import build_one
-        from heavylift.nodes.scene.plan import decode
+        from heavylift.nodes.plan.plan import decode
 
         plan = decode(part.plan)
         model = build_one(plan, self.name)

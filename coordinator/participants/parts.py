@@ -9,9 +9,9 @@ from __future__ import annotations
 from hashlib import blake2b
 
 import msgspec
-from heavylift.kernel.describe import System
+from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.trust import named
-from heavylift.nodes.devs.rules import LIMIT
+from heavylift.nodes.devs.execution.rules import LIMIT
 
 __all__ = ["KernelConfig", "KernelPart", "ModelPart", "Part", "ScenePart", "decode", "encode", "fingerprint"]
 

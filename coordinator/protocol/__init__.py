@@ -1,8 +1,9 @@
 """The time protocol: conservative Parallel DEVS in one round trip per decision; no input or output, no clock.
 
-core, known         the coordinator's decisions, and what it knows of each node
+core, node_state    the coordinator's decisions, and what it knows of each node
 node                the node's side: runs a `Steppable` under grants
 messages, distance  what both say, with what holds for each; path lookahead
+invariants          what holds for every HELLO and DONE, row by row
 outside             events of an operator, who is no node
 cycle               names the way of messages that go around while time stands still
 memory              both sides in one loop, for tests and trials

@@ -20,13 +20,13 @@ from heapq import heappop, heappush
 
 from heavylift.kernel.errors import ModelError, ProtocolError
 from heavylift.nodes.devs import FOREVER, Delivery, Event, Tag, after, succ
-from heavylift.nodes.devs.rules import LIMIT
+from heavylift.nodes.devs.execution.rules import LIMIT
 
 from .cycle import CycleWatch
 from .distance import Coupling, distances, ways
 from .invariants import check_done, check_hello
-from .known import Known
 from .messages import Done, Fail, Grant, Hello
+from .node_state import Known
 
 AHEAD = 256  # of what a node has said: what may be held while it goes on
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Event, Tag
-from heavylift.nodes.devs.rules import LONGER
+from heavylift.nodes.devs.execution.rules import LONGER
 
 from .distance import Coupling
 

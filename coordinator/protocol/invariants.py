@@ -11,8 +11,8 @@ from typing import NamedTuple
 from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.devs import NEVER, Event, Tag, after
 
-from .known import Known
 from .messages import Done, Hello
+from .node_state import Known
 
 __all__ = ["EVENTS", "WHOLE", "check_done", "check_hello"]
 

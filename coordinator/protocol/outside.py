@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable
 
 from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.devs import FOREVER, Event, Tag
-from heavylift.nodes.devs.rules import LIMIT
+from heavylift.nodes.devs.execution.rules import LIMIT
 
 from .core import Coordinator
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from math import hypot
 
-from heavylift.kernel.describe import Line, Point, System
-from heavylift.kernel.forces.describe import Spring
+from heavylift.kernel.description.forces import Spring
+from heavylift.kernel.description.mechanics import Line, Point, System
 from heavylift.nodes.devs import Event
-from heavylift.nodes.limits.shapes import Kind, Solid, solids
-from heavylift.nodes.models import messages as m
-from heavylift.nodes.scene.plan import Plan
+from heavylift.nodes.models.parts import messages as m
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.plan.shapes import Kind, Solid, solids
 from heavylift.recordings import Box, RopeLine
 
 from .shapes import GREY, shapes_of

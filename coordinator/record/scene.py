@@ -8,24 +8,24 @@ from types import TracebackType
 from typing import TYPE_CHECKING
 
 import msgspec
-from heavylift.kernel.describe import System
+from heavylift.coordinator.live.commands import COMMAND, OPERATOR
+from heavylift.coordinator.live.pace import Lateness
+from heavylift.coordinator.transport.placement import Placement
+from heavylift.coordinator.verdict import judge
+from heavylift.coordinator.verdict.conduct import Conduct
+from heavylift.coordinator.verdict.history import Collector
+from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE, HeavyliftError, ProtocolError
 from heavylift.nodes.devs import Event, OutPort
 from heavylift.nodes.fidelity.own import modelled_as
 from heavylift.nodes.models import KERNEL, NodeModel, system
-from heavylift.nodes.models.messages import OperatorCommand, StateEvent
-from heavylift.nodes.scene.plan import HookRope, Plan, Sling, encode
+from heavylift.nodes.models.parts.messages import OperatorCommand, StateEvent
+from heavylift.nodes.plan.plan import HookRope, Plan, Sling, encode
 from heavylift.recordings import SampleLayout, Spectator
-from heavylift.recordings.lichtblick import LAYOUT, layout
-from heavylift.recordings.samples import decode_batch
-from heavylift.recordings.verdict import Judged
+from heavylift.recordings.format.samples import decode_batch
+from heavylift.recordings.read.verdict import Judged
+from heavylift.recordings.render.lichtblick import LAYOUT, layout
 
-from ..hosts.placement import Placement
-from ..live.commands import COMMAND, OPERATOR
-from ..live.pace import Lateness
-from ..verdict import judge
-from ..verdict.conduct import Conduct
-from ..verdict.history import Collector
 from .budget import Budget, clocked
 from .drawing import RopeLines, boxes, surroundings
 from .energy import EnergyAudit

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from heavylift.kernel.contact import describe as contact
-from heavylift.kernel.describe import WORLD, Body, System, Vector
+from heavylift.kernel.description import contacts as contact
+from heavylift.kernel.description.mechanics import WORLD, Body, System, Vector
 from heavylift.recordings import Box
 from numpy.typing import NDArray
 

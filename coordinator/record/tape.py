@@ -14,10 +14,10 @@ from types import TracebackType
 from typing import Self
 
 import msgspec
+from heavylift.coordinator.protocol import messages as m
 from heavylift.nodes.devs import Event, Message, Slack
 from heavylift.recordings import Digest, Recorder
 
-from ..protocol import messages as m
 from .budget import Spent, clocked
 
 __all__ = ["FileTape", "Tape"]

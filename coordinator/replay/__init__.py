@@ -6,6 +6,9 @@ picture     the same for the page that shows runs
 publish     the committed events and samples over Zenoh, at any rate, with keys
 verify      the whole scene simulated again: every event and sample must come again
 single      one model for real against the recorded rest: where it first deviates
+
+sampled     samples of a kernel that runs again, against the recorded ones
+deviation   where a new run parts from a recorded one
 """
 
 from .deviation import Deviation, Outcome

@@ -10,19 +10,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from heavylift.coordinator.live.commands import COMMAND, OPERATOR
+from heavylift.coordinator.participants import building
+from heavylift.coordinator.participants.kernel_node import KernelNode
+from heavylift.coordinator.participants.pause import configured
+from heavylift.coordinator.protocol.distance import Coupling
+from heavylift.coordinator.record.scene import RESOLVED
 from heavylift.kernel.errors import UNREADABLE, RecordingError
 from heavylift.kernel.trust import demand
 from heavylift.nodes.devs import Simulator, Steppable
 from heavylift.nodes.models import COMMANDER, KERNEL, build, build_one, couplings
-from heavylift.nodes.scene.plan import Plan, decode, functions
+from heavylift.nodes.plan.plan import Plan, decode, functions
 from heavylift.recordings import Recording
-
-from ..live.commands import COMMAND, OPERATOR
-from ..participants import building
-from ..participants.kernel_node import KernelNode
-from ..protocol.distance import Coupling
-from ..record.scene import RESOLVED
-from ..run.pause import configured
 
 __all__ = ["Cast", "cast_of"]
 

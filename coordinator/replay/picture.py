@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from heavylift.nodes.devs import Event
 from heavylift.recordings import Spectator
-from heavylift.recordings.view import drawn_boxes, sample_rows
+from heavylift.recordings.render.view import drawn_boxes, sample_rows
 
 from .recorded import RecordedRun
 

@@ -20,13 +20,13 @@ from types import TracebackType
 from typing import NamedTuple, Self
 
 import msgspec
+from heavylift.coordinator.live import shown
+from heavylift.coordinator.live.keyboard import Keyboard
+from heavylift.coordinator.transport.hub import Hub
 from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.devs import Event, ns
 from heavylift.recordings import RecordedEvent
 
-from ..live import shown
-from ..live.keyboard import Keyboard
-from ..transport.hub import Hub
 from .recorded import RecordedRun, plain
 
 __all__ = ["Player", "Publisher", "Replay", "Said"]

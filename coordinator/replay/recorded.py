@@ -10,11 +10,11 @@ from functools import cached_property
 from pathlib import Path
 
 import msgspec
+from heavylift.coordinator.protocol.core import Outcome
 from heavylift.kernel.errors import UNREADABLE, ModelError, RecordingError
 from heavylift.nodes.devs import FOREVER, Event, Tag, encode, message_type, ns
 from heavylift.recordings import RecordedEvent, Recording
 
-from ..protocol.core import Outcome
 from .cast import Cast, cast_of
 
 __all__ = ["RecordedRun", "plain"]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import msgspec
 import numpy as np
 from heavylift.recordings import SampleLayout
-from heavylift.recordings.columns import Columns
-from heavylift.recordings.samples import POSE, decode_batch
+from heavylift.recordings.format.columns import Columns
+from heavylift.recordings.format.samples import POSE, decode_batch
 from numpy.typing import NDArray
 
 from .deviation import Deviation

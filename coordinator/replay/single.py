@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from heavylift.coordinator.participants.kernel_node import KernelNode
 from heavylift.kernel.errors import RecordingError
 from heavylift.nodes.devs import Delivery, Steppable, Tag
 
-from ..participants.kernel_node import KernelNode
 from .deviation import Deviation, Follower, Outcome
 from .recorded import RecordedRun
 from .sampled import first_of, sample_apart

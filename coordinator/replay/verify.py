@@ -7,15 +7,15 @@ is ordered again at its tag.  A recording that was stopped or cut off is compare
 from __future__ import annotations
 
 import msgspec
+from heavylift.coordinator.participants.kernel_node import KernelNode
+from heavylift.coordinator.protocol.memory import run_in_memory
+from heavylift.coordinator.protocol.node import Node
+from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.nodes.devs import Event
 from heavylift.recordings import Digest, SampleLayout
-from heavylift.recordings.columns import Columns
-from heavylift.recordings.samples import decode_batch
+from heavylift.recordings.format.columns import Columns
+from heavylift.recordings.format.samples import decode_batch
 
-from ..participants.kernel_node import KernelNode
-from ..protocol.memory import run_in_memory
-from ..protocol.node import Node
-from ..protocol.outside import OpenCoordinator
 from .deviation import Deviation, Follower, Outcome
 from .recorded import RecordedRun
 from .sampled import first_of, sample_apart

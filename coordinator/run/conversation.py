@@ -11,20 +11,20 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from heavylift.coordinator.live.audience import Audience
+from heavylift.coordinator.live.command_queue import Desk
+from heavylift.coordinator.live.run_control import Tempo
+from heavylift.coordinator.participants.participant import version
+from heavylift.coordinator.protocol import messages as m
+from heavylift.coordinator.protocol.core import Outcome
+from heavylift.coordinator.protocol.distance import Coupling
+from heavylift.coordinator.protocol.outside import OpenCoordinator
+from heavylift.coordinator.record.tape import Tape
+from heavylift.coordinator.transport.hub import Hub, LocalHub
 from heavylift.kernel.errors import ProtocolError, Stopped
 from heavylift.nodes.devs import Event, Tag
-from heavylift.nodes.devs.rules import LIMIT
+from heavylift.nodes.devs.execution.rules import LIMIT
 
-from ..live.audience import Audience
-from ..live.desk import Desk
-from ..live.tempo import Tempo
-from ..participants.participant import version
-from ..protocol import messages as m
-from ..protocol.core import Outcome
-from ..protocol.distance import Coupling
-from ..protocol.outside import OpenCoordinator
-from ..record.tape import Tape
-from ..transport.hub import Hub, LocalHub
 from .watch import Watch
 
 __all__ = ["Conversation"]

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ..hosts.door import Door
-from ..hosts.placement import Placement
-from ..participants.participant import NODE_MODULE, PRELOAD, Participant
-from ..supervision.processes import Processes
-from ..supervision.succession import DEADLINE_s, Succession
-from ..transport.hub import Hub, LocalHub
+from heavylift.coordinator.hosts.door import Door
+from heavylift.coordinator.participants.participant import NODE_MODULE, PRELOAD, Participant
+from heavylift.coordinator.supervision.failover import DEADLINE_s, Succession
+from heavylift.coordinator.supervision.processes import Processes
+from heavylift.coordinator.transport.hub import Hub, LocalHub
+from heavylift.coordinator.transport.placement import Placement
 
 __all__ = ["joined"]
 

@@ -18,28 +18,28 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from heavylift.coordinator.live.command_queue import Desk
+from heavylift.coordinator.live.run_control import Tempo
+from heavylift.coordinator.live.show import shown
+from heavylift.coordinator.participants import parts
+from heavylift.coordinator.participants.building import built, couplings, importing, module
+from heavylift.coordinator.participants.declaring import declaration, difference
+from heavylift.coordinator.participants.participant import NODE_MODULE
+from heavylift.coordinator.participants.transitions import read
+from heavylift.coordinator.protocol.core import Outcome
+from heavylift.coordinator.record.tape import FileTape, Tape
+from heavylift.coordinator.supervision.failover import DEADLINE_s
+from heavylift.coordinator.supervision.hash_seed import fixed, loose
+from heavylift.coordinator.supervision.processes import Processes
+from heavylift.coordinator.transport.hub import Hub
+from heavylift.coordinator.transport.link import LOCAL
+from heavylift.coordinator.transport.placement import Placement
 from heavylift.kernel.errors import ModelError
 from heavylift.kernel.trust import allowed
 from heavylift.nodes.devs import FOREVER, NEVER, Coupled, OutPort, Tag, Transition
-from heavylift.nodes.devs.rules import LIMIT, Patience
+from heavylift.nodes.devs.execution.rules import LIMIT, Patience
 from heavylift.recordings import file_path
 
-from ..hashing import fixed, loose
-from ..hosts.placement import Placement
-from ..live.desk import Desk
-from ..live.show import shown
-from ..live.tempo import Tempo
-from ..participants import parts
-from ..participants.building import built, couplings, importing, module
-from ..participants.declaring import declaration, difference
-from ..participants.participant import NODE_MODULE
-from ..participants.transitions import read
-from ..protocol.core import Outcome
-from ..record.tape import FileTape, Tape
-from ..supervision.processes import Processes
-from ..supervision.succession import DEADLINE_s
-from ..transport.hub import Hub
-from ..transport.link import LOCAL
 from .conversation import Conversation
 from .joining import joined
 from .watch import Watch

@@ -15,19 +15,19 @@ from types import TracebackType
 from typing import Self
 
 import msgspec
+from heavylift.coordinator.record.scene import Result, rated
+from heavylift.coordinator.transport.printable import printable
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.nodes.devs import Event
-from heavylift.nodes.limits.findings import Finding
 from heavylift.nodes.limits.telling import likewise
-from heavylift.nodes.scene.plan import Plan
-from heavylift.recordings.verdict import Judged
+from heavylift.nodes.plan.finding import Finding
+from heavylift.nodes.plan.plan import Plan
+from heavylift.recordings.read.verdict import Judged
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from ..printable import printable
-from ..record.scene import Result, rated
 from .watch import Watch
 
 __all__ = ["Progress", "summary", "tell_verdict"]

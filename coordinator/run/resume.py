@@ -13,22 +13,22 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from heavylift.coordinator.live.commands import OPERATOR, Given, journaled
+from heavylift.coordinator.participants.pause import configured
+from heavylift.coordinator.record.scene import MERGED, RESOLVED, Result
+from heavylift.coordinator.replay.deviation import Deviation, Follower
+from heavylift.coordinator.replay.recorded import RecordedRun
+from heavylift.coordinator.supervision.processes import Processes
 from heavylift.kernel.errors import RecordingError
 from heavylift.kernel.trust import demand
 from heavylift.nodes.devs import FOREVER, Event
 from heavylift.nodes.models import build
+from heavylift.nodes.plan.plan import decode, functions
 from heavylift.nodes.scene import LoadedScene, restored
-from heavylift.nodes.scene.plan import decode, functions
 from heavylift.recordings import file_path, recover
-from heavylift.recordings.container import BROKEN
-from heavylift.recordings.outputs import PART, beside
+from heavylift.recordings.read.container import BROKEN
+from heavylift.recordings.write.outputs import PART, beside
 
-from ..live.commands import OPERATOR, Given, journaled
-from ..record.scene import MERGED, RESOLVED, Result
-from ..replay.deviation import Deviation, Follower
-from ..replay.recorded import RecordedRun
-from ..supervision.processes import Processes
-from .pause import configured
 from .scene import run
 from .watch import Watch
 

@@ -13,37 +13,37 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
-from heavylift.kernel.describe import System
+from heavylift.coordinator.hosts.door import Door
+from heavylift.coordinator.live.audience import Audience
+from heavylift.coordinator.live.command_queue import Desk
+from heavylift.coordinator.live.commands import COMMAND, OPERATOR, Given
+from heavylift.coordinator.live.keyboard import Keyboard
+from heavylift.coordinator.live.keys import Keys
+from heavylift.coordinator.live.pace import Pace
+from heavylift.coordinator.live.run_control import Tempo
+from heavylift.coordinator.live.show import angles, shown
+from heavylift.coordinator.participants.configuration import kernel_config
+from heavylift.coordinator.participants.parts import KernelPart, ScenePart, fingerprint
+from heavylift.coordinator.participants.parts import encode as part
+from heavylift.coordinator.protocol.core import Outcome
+from heavylift.coordinator.protocol.distance import Coupling
+from heavylift.coordinator.record.budget import Budget
+from heavylift.coordinator.record.scene import Record, Result
+from heavylift.coordinator.supervision.failover import DEADLINE_s
+from heavylift.coordinator.supervision.processes import Processes
+from heavylift.coordinator.transport.hub import Hub, LocalHub
+from heavylift.coordinator.transport.link import LOCAL
+from heavylift.coordinator.transport.placement import Placement
+from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import UNREADABLE, ModelError, ProtocolError
 from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, ns
 from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings
-from heavylift.nodes.models.messages import OperatorCommand
-from heavylift.nodes.scene.places import located
-from heavylift.nodes.scene.plan import encode
-from heavylift.nodes.scene.spoken import spoken
+from heavylift.nodes.models.parts.messages import OperatorCommand
+from heavylift.nodes.plan.places import located
+from heavylift.nodes.plan.plan import encode
+from heavylift.nodes.scene.operator_command import spoken
 from heavylift.recordings import Spectator, file_path
 
-from ..hosts.door import Door
-from ..hosts.placement import Placement
-from ..live.audience import Audience
-from ..live.commands import COMMAND, OPERATOR, Given
-from ..live.desk import Desk
-from ..live.keyboard import Keyboard
-from ..live.keys import Keys
-from ..live.pace import Pace
-from ..live.show import angles, shown
-from ..live.tempo import Tempo
-from ..participants.parts import KernelPart, ScenePart, fingerprint
-from ..participants.parts import encode as part
-from ..protocol.core import Outcome
-from ..protocol.distance import Coupling
-from ..record.budget import Budget
-from ..record.scene import Record, Result
-from ..supervision.processes import Processes
-from ..supervision.succession import DEADLINE_s
-from ..transport.hub import Hub, LocalHub
-from ..transport.link import LOCAL
-from .configuration import kernel_config
 from .conversation import Conversation
 from .joining import joined
 from .watch import Watch

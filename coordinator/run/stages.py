@@ -12,17 +12,17 @@ from math import cos, sin
 from typing import TYPE_CHECKING
 
 import numpy as np
-from heavylift.kernel.components import islands_of
-from heavylift.kernel.laws import BODY
+from heavylift.kernel.forces.laws import BODY
+from heavylift.kernel.islands.components import islands_of
 from heavylift.kernel.methods.choice import choose, control_of
-from heavylift.kernel.presence import AWAY, leaner
-from heavylift.kernel.rate import Program
-from heavylift.kernel.stepping import Stepping
+from heavylift.kernel.model.program import Program
+from heavylift.kernel.simulation.native.inactive_laws import AWAY, leaner
+from heavylift.kernel.simulation.native.native_functions import Stepping
 from heavylift.nodes.models import system
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
-    from heavylift.nodes.statics.lift import State
+    from heavylift.nodes.statics.static_state import State
 
 __all__ = ["Required", "page", "required"]
 

@@ -1,10 +1,11 @@
 """Node processes are started, watched, replaced when they die, and ended; no run ends otherwise for it.
 
-processes, keeper   start and end them; the small process between
-alive, vigil        whether one that owes an answer gets on with its work
-story, succession   what a node was told, and how a successor comes to the same point
-journal             a file that a killed process leaves readable
-differing           what is said of a model that answers otherwise than before
+processes, keeper       start and end them; the small process between
+stall_detector          whether one that owes an answer gets on with its work
+replay_log, failover    what a node was told, and how a successor comes to the same point
+journal                 a file that a killed process leaves readable
+differing               what is said of a model that answers otherwise than before
+hash_seed               one seed for the hashes of all processes
 
 What a run survives stands in CRASHES.md.
 """

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
+from heavylift.coordinator.protocol import messages as m
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Tag
-
-from ..protocol import messages as m
 
 __all__ = ["nondeterminism"]
 

@@ -25,11 +25,12 @@ from queue import SimpleQueue
 from types import TracebackType
 from typing import IO, Self
 
-from heavylift.coordinator.hashing import SEED
-from heavylift.coordinator.supervision.keeper import STACKS, python
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.session import RunDirectory
 from heavylift.kernel.errors import ProtocolError
+
+from .hash_seed import SEED
+from .keeper import STACKS, python
 
 __all__ = ["KEEPER", "Processes", "state"]
 

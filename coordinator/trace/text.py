@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
-from heavylift.recordings.text import table
+from heavylift.recordings.format.text import table
 
 from .timeline import Lane, Timeline
 from .waits import COORDINATOR, chains

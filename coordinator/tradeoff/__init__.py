@@ -11,6 +11,8 @@ measuring    the reference, its own convergence, then all settings
 verdict      which setting to use, and the next faster one that fails;  answers: for each quantity alone
 held         forces held between two solvers: the law of their damping;  distributed: the same run in processes
 figure, page, files   what is written
+
+communication   what processes would cost a scene;  honesty: what the numbers were measured on
 """
 
 from .files import write

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from .verdict import Row, judge
 
 if TYPE_CHECKING:
-    from heavylift.nodes.fidelity.question import Asked
+    from heavylift.nodes.plan.question import Asked
 
     from .measuring import Measured
 

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..participants.participant import PRELOAD
-from ..run import run
-from ..supervision.processes import Processes
+from heavylift.coordinator.participants.participant import PRELOAD
+from heavylift.coordinator.run import run
+from heavylift.coordinator.supervision.processes import Processes
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from heavylift.recordings.paper import save
+from heavylift.recordings.render.paper import save
 
 from .playing import Played
 from .verdict import Row, front

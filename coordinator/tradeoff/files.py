@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import msgspec
-from heavylift.recordings.outputs import output_path
-from heavylift.recordings.partfile import PartFile
+from heavylift.recordings.write.outputs import output_path
+from heavylift.recordings.write.partfile import PartFile
 
 from .answers import Answer, answers
 from .figure import drawn
@@ -32,7 +32,7 @@ def checked(out: str | Path) -> Path:
 
 
 def write(measured: Measured, out: str | Path, force: bool = False) -> Path:
-    """Write in the form that the ending asks for, and return where (recordings/outputs.py)."""
+    """Write in the form that the ending asks for, and return where (recordings/write/outputs.py)."""
     path = checked(out)
     match path.suffix.lower():
         case ".html":

@@ -11,11 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import hypot, log, pi, sqrt
 
-from heavylift.kernel.describe import Body, Joint, Point, System
-from heavylift.kernel.forces.describe import Load, Signal
-from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.description.forces import Load, Signal
+from heavylift.kernel.description.mechanics import Body, Joint, Point, System
+from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.fidelity.case import Case
-from heavylift.nodes.scene.plan import Plan
+from heavylift.nodes.plan.plan import Plan
 
 __all__ = ["EXCHANGES", "Held", "Pair", "held", "hook_pairs"]
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field, replace
 from math import ceil, floor, log10
 from typing import TYPE_CHECKING
 
+from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.errors import HeavyliftError, SceneError
-from heavylift.kernel.joints import JOINTS
 
 from .honesty import Machine, machine
 from .planning import Planner
@@ -24,7 +24,7 @@ from .settings import METHODS, Rung, Setting, chosen, ladder
 from .verdict import Row, Verdict, judge
 
 if TYPE_CHECKING:
-    from heavylift.nodes.fidelity.question import Asked
+    from heavylift.nodes.plan.question import Asked
     from heavylift.nodes.scene import LoadedScene
 
     from .distributed import Distributed

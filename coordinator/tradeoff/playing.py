@@ -11,22 +11,21 @@ from dataclasses import dataclass
 
 import msgspec
 import numpy as np
+from heavylift.coordinator.participants.kernel_node import KernelNode
+from heavylift.coordinator.participants.pause import configured
+from heavylift.coordinator.protocol.core import Coordinator
+from heavylift.coordinator.protocol.memory import run_in_memory
+from heavylift.coordinator.protocol.messages import Grant
+from heavylift.coordinator.protocol.node import Node
+from heavylift.coordinator.record.energy import EnergyAudit
 from heavylift.kernel.errors import KernelError, ModelError
 from heavylift.nodes.devs import Event, Simulator, Tag, ns
 from heavylift.nodes.models import COMMANDER, KERNEL, build, couplings
-from heavylift.nodes.models.messages import Finished, Stage
-from heavylift.nodes.scene.actions import Lifted, Move, Wait
-from heavylift.nodes.scene.plan import Plan
+from heavylift.nodes.models.parts.messages import Finished, Stage
+from heavylift.nodes.plan.actions import Lifted, Move, Wait
+from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings import SampleLayout
-from heavylift.recordings.samples import decode_batch
-
-from ..participants.kernel_node import KernelNode
-from ..protocol.core import Coordinator
-from ..protocol.memory import run_in_memory
-from ..protocol.messages import Grant
-from ..protocol.node import Node
-from ..record.energy import EnergyAudit
-from ..run.pause import configured
+from heavylift.recordings.format.samples import decode_batch
 
 __all__ = ["CUT", "Played", "Shown", "Span", "play"]
 

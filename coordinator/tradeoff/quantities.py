@@ -21,12 +21,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity import ASKABLE
-from heavylift.nodes.fidelity.question import SHORTEST, USUAL
+from heavylift.nodes.plan.question import SHORTEST, USUAL
 
 from .playing import Shown, Span
 
 if TYPE_CHECKING:
-    from heavylift.nodes.fidelity.question import Asked
+    from heavylift.nodes.plan.question import Asked
     from heavylift.nodes.scene import LoadedScene
 
 __all__ = ["MEANT", "askable", "asked", "default_limit", "errors", "farthest"]

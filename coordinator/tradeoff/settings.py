@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.nodes.fidelity import ASKABLE, Question, choose
-from heavylift.nodes.scene.plan import Fidelity, Plan
-from heavylift.nodes.scene.planar import planar
+from heavylift.nodes.plan.plan import Fidelity, Plan
+from heavylift.nodes.plan.planar import planar
 
 if TYPE_CHECKING:
-    from heavylift.nodes.fidelity.question import Asked
+    from heavylift.nodes.plan.question import Asked
     from heavylift.nodes.scene import LoadedScene
 
 __all__ = ["ASKABLE", "METHODS", "Rung", "Setting", "chosen", "ladder", "settings"]

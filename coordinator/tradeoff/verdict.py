@@ -10,7 +10,7 @@ from math import inf
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from heavylift.nodes.fidelity.question import Asked
+    from heavylift.nodes.plan.question import Asked
 
 __all__ = ["Row", "Verdict", "front", "judge", "percent"]
 

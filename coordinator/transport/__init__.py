@@ -3,7 +3,9 @@
 frame               every message: who says it, in which run, undamaged
 session, access     the sessions of a run, and who may do what on them; keys: names on the bus
 hub, link           the coordinator's end and the nodes' end; exchange: what hubs share
-lookout             which processes have joined, which are lost
+liveness            which processes have joined, which are lost
+placement           which process hosts which nodes
+printable           what others have written, as it may be printed
 
 What a message and a round cost, layer by layer, stands in SPEED.md.
 """

@@ -12,12 +12,13 @@ from types import TracebackType
 from typing import Any, Self
 
 import zenoh
-from heavylift.coordinator.hosts.placement import Placement
-from heavylift.coordinator.transport.frame import FIRST_EPOCH, Reader, Topic, Writer
-from heavylift.coordinator.transport.keys import key
-from heavylift.coordinator.transport.link import matched
 from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback
+
+from .frame import FIRST_EPOCH, Reader, Topic, Writer
+from .keys import key
+from .link import matched
+from .placement import Placement
 
 __all__ = ["Exchange"]
 

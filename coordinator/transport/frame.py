@@ -14,8 +14,9 @@ import struct
 from enum import IntEnum
 from zlib import crc32
 
-from heavylift.coordinator.printable import printable
 from heavylift.kernel.errors import ProtocolError
+
+from .printable import printable
 
 __all__ = ["FIRST_EPOCH", "LAST_EPOCH", "Reader", "Topic", "Writer"]
 

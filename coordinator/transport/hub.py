@@ -3,8 +3,8 @@
 Contract of both: messages of one node arrive in order, each once, each checked; anything else raises a
 ProtocolError. `samples` holds all batches that a node sent before the message that `receive` has given last.
 A process that is lost before `dismiss` makes `receive` raise, after all that it had said before its end; a hub
-that knows better replaces it (succession.py). What an earlier incarnation of a process still says is dropped.
-A watching thread wakes `receive` with a message to ourselves (lookout.py).
+that knows better replaces it (failover.py). What an earlier incarnation of a process still says is dropped.
+A watching thread wakes `receive` with a message to ourselves (liveness.py).
 """
 
 from __future__ import annotations
@@ -15,23 +15,16 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Protocol
 
 import zenoh
-from heavylift.coordinator.hosts.placement import Placement
-from heavylift.coordinator.transport.exchange import Exchange
-from heavylift.coordinator.transport.frame import Reader, Topic, Writer
-from heavylift.coordinator.transport.keys import HUB, OBSERVER, OPERATOR, check_names, key
-from heavylift.coordinator.transport.link import FIFO, LOCAL, JOIN_s, LocalLink, matched
-from heavylift.coordinator.transport.lookout import Lookout
-from heavylift.coordinator.transport.session import (
-    Listening,
-    RunDirectory,
-    Ticket,
-    hub_session,
-    local_session,
-    new_password,
-    new_run_id,
-)
 from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback, FifoChannel
+
+from .exchange import Exchange
+from .frame import Reader, Topic, Writer
+from .keys import HUB, OBSERVER, OPERATOR, check_names, key
+from .link import FIFO, LOCAL, JOIN_s, LocalLink, matched
+from .liveness import Lookout
+from .placement import Placement
+from .session import Listening, RunDirectory, Ticket, hub_session, local_session, new_password, new_run_id
 
 __all__ = ["Hub", "LocalHub"]
 

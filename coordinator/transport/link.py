@@ -14,11 +14,12 @@ from types import TracebackType
 from typing import Any, Self
 
 import zenoh
-from heavylift.coordinator.transport.frame import FIRST_EPOCH, Reader, Topic, Writer
-from heavylift.coordinator.transport.keys import key
-from heavylift.coordinator.transport.session import Ticket, node_session
 from heavylift.kernel.errors import ProtocolError
 from zenoh.handlers import Callback, FifoChannel
+
+from .frame import FIRST_EPOCH, Reader, Topic, Writer
+from .keys import key
+from .session import Ticket, node_session
 
 __all__ = ["Link", "LocalLink"]
 

@@ -14,10 +14,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from heavylift.recordings import Recording
-from heavylift.recordings.verdict import Judged
+from heavylift.recordings.read.verdict import Judged
 
 if TYPE_CHECKING:
-    from heavylift.nodes.scene.plan import Plan
+    from heavylift.nodes.plan.plan import Plan
 
     from .conduct import Conduct
     from .history import Past

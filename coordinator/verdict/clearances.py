@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from heavylift.nodes.limits.findings import Finding
-from heavylift.nodes.limits.shapes import GROUND, Kind, Solid, Strand, relation
 from heavylift.nodes.models import system
-from heavylift.nodes.scene.plan import Plan
-from heavylift.recordings.verdict import Clearance
+from heavylift.nodes.plan.finding import Finding
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.plan.shapes import GROUND, Kind, Solid, Strand, relation
+from heavylift.recordings.read.verdict import Clearance
 from numpy.typing import NDArray
 
 from .ground import TOUCH, Ground, Low, Spans

@@ -10,11 +10,11 @@ from itertools import pairwise
 from typing import Any
 
 from heavylift.nodes.devs import Event
-from heavylift.nodes.limits.findings import Finding
-from heavylift.nodes.models.conditions import terms
-from heavylift.nodes.models.messages import Limit, OperatorCommand, Overload, Skipped, Stage
-from heavylift.nodes.scene.actions import Action, Condition, Landed, Move, Turn
-from heavylift.nodes.scene.plan import Plan, driven
+from heavylift.nodes.models.commander.conditions import terms
+from heavylift.nodes.models.parts.messages import Limit, OperatorCommand, Overload, Skipped, Stage
+from heavylift.nodes.plan.actions import Action, Condition, Landed, Move, Turn
+from heavylift.nodes.plan.finding import Finding
+from heavylift.nodes.plan.plan import Plan, driven
 from heavylift.recordings import Recording
 
 __all__ = ["Conduct", "conduct_findings", "conduct_of", "landing"]

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from heavylift.nodes.limits.shapes import Kind, Solid, Strand
-from heavylift.nodes.scene.plan import Plan
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.plan.shapes import Kind, Solid, Strand
 from numpy.typing import NDArray
 
 from .history import History

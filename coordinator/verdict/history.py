@@ -15,9 +15,9 @@ from typing import Protocol
 import numpy as np
 from heavylift.nodes.statics.state import REEVING, reeved
 from heavylift.recordings import Recording, SampleLayout
-from heavylift.recordings.drawing import Rig, RopeLine
-from heavylift.recordings.samples import POSE, SampleChannel
-from heavylift.recordings.spool import Spool
+from heavylift.recordings.format.samples import POSE, SampleChannel
+from heavylift.recordings.format.spool import Spool
+from heavylift.recordings.format.viewer_messages import Rig, RopeLine
 from numpy.typing import NDArray
 
 __all__ = ["BLOCK", "Collector", "History", "Past", "blocks", "history_of"]

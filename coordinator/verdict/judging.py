@@ -7,19 +7,19 @@ from dataclasses import dataclass, field
 
 import msgspec
 from heavylift.kernel.errors import UNREADABLE
-from heavylift.nodes.limits.findings import Finding
 from heavylift.nodes.limits.geometry import geometry_findings
-from heavylift.nodes.limits.shapes import untouched
 from heavylift.nodes.limits.telling import likewise
-from heavylift.nodes.scene.plan import Plan, decode
+from heavylift.nodes.plan.finding import Finding
+from heavylift.nodes.plan.plan import Plan, decode
+from heavylift.nodes.plan.shapes import untouched
 from heavylift.recordings import Recording
-from heavylift.recordings.verdict import Clearance, Found, Judged, LimitTable, recorded_verdict
+from heavylift.recordings.read.verdict import Clearance, Found, Judged, LimitTable, recorded_verdict
 
-from ..record.limits import judged, signals_of_run, table
 from .clearances import LIMIT, clearances
 from .clearances import findings as too_near
 from .conduct import Conduct, conduct_findings, conduct_of, landing
 from .history import Past, blocks, history_of
+from .limits import judged, signals_of_run, table
 
 __all__ = ["JUDGES", "judge", "verdict_of"]
 

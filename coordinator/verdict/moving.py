@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from heavylift.kernel.describe import Joint, Vector
-from heavylift.nodes.limits.shapes import Solid, Strand, solids, strands
-from heavylift.nodes.scene.plan import Plan
+from heavylift.kernel.description.mechanics import Joint, Vector
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.plan.shapes import Solid, Strand, solids, strands
 from numpy.typing import NDArray
 
 from .history import History

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from heavylift.kernel.describe import Joint
+from heavylift.kernel.description.mechanics import Joint
 from numpy.typing import NDArray
 
 from .history import History

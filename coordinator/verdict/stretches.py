@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar, cast
 
 import numpy as np
-from heavylift.nodes.limits.shapes import Solid
+from heavylift.nodes.plan.shapes import Solid
 from numpy.typing import NDArray
 
 from .distance import bounds

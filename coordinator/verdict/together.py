@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from heavylift.nodes.limits.shapes import Strand
+from heavylift.nodes.plan.shapes import Strand
 from numpy.typing import NDArray
 
 from .distance import Placed

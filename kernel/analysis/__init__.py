@@ -1,18 +1,20 @@
 """What can be asked of a compiled scene at one instant, besides where it goes next.
 
-inverse     forces for given accelerations (the paper's Fig. 6 (a)-(e) read forwards)
-reactions   all six components that every joint carries, and which of them rigid bodies do not determine
-poses, linearise, equilibrium, modes   statics with one-sided laws; small motions about it
-mobility    degrees of freedom by the rank of the constraint Jacobian
-momentum    mass, centre, linear and angular momentum of a scene
+equilibrium, path, corrector, active   static equilibrium with one-sided laws; its path as drives and winches move
+modes, linearise, poses                small motions about a pose
+momentum                               mass, centre, linear and angular momentum
+tables                                 what was found, as text and as data
+
+Joint reactions, mobility and inverse dynamics are named here, too; they stand in `model.reactions` and `multibody`.
 """
 
+from heavylift.kernel.model.reactions.joint_reactions import Reaction, Reactions, reactions
+from heavylift.kernel.model.reactions.mobility import Mobility, mobility
+from heavylift.kernel.multibody.inverse_dynamics import inverse_dynamics
+
 from .equilibrium import Equilibrium, equilibrium
-from .inverse import inverse_dynamics
-from .mobility import Mobility, mobility
 from .modes import Mode, Modes, modes
 from .momentum import Momentum, momentum
-from .reactions import Reaction, Reactions, reactions
 
 __all__ = [
     "Equilibrium", "Mobility", "Mode", "Modes", "Momentum", "Reaction", "Reactions", "equilibrium", "inverse_dynamics",

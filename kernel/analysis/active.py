@@ -11,13 +11,13 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
+from heavylift.kernel.model.parameters import BrakeAt, SupportAt
+from heavylift.kernel.model.switching import StateEvent
 
-from ..parameters import BrakeAt, SupportAt
-from ..switching import StateEvent
 from .poses import Poses
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from heavylift.kernel.simulation.simulation import Simulation
 
 __all__ = ["RUBS", "give_way", "net", "switch"]
 

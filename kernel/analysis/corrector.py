@@ -10,9 +10,9 @@ from __future__ import annotations
 from math import inf
 
 import numpy as np
+from heavylift.kernel.model.tangent_stiffness import SECOND
+from heavylift.kernel.simulation.simulation import Simulation
 
-from ..simulation import Simulation
-from ..tangent import SECOND
 from .equilibrium import ROUNDING, STILL
 from .poses import Poses
 

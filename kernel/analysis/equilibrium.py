@@ -11,17 +11,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.model.tangent_stiffness import SECOND
+from heavylift.kernel.simulation.native.samples import channels, published
+from heavylift.kernel.simulation.safeguards.deflection_check import check_bending
 
-from ..bending import check_bending
-from ..errors import KernelError
-from ..samples import channels, published
-from ..switching import StateEvent
-from ..tangent import SECOND
 from .active import switch
 from .poses import Poses
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from heavylift.kernel.simulation.simulation import Simulation
 
 __all__ = ["Equilibrium", "equilibrium", "equilibrium_at", "relaxed"]
 

@@ -11,13 +11,13 @@ from math import pi
 from typing import TYPE_CHECKING
 
 import numpy as np
+from heavylift.kernel.model.kinetic_energy import KineticShares
 
-from ..kinetic_shares import KineticShares
 from .linearise import damping, stiffness
 from .poses import Poses
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from heavylift.kernel.simulation.simulation import Simulation
 
 __all__ = ["Mode", "Modes", "modes"]
 

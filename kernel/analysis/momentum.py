@@ -10,13 +10,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-
-from ..kinematics import elastic, kinematics
-from ..spatial import cross, spatial_inertia
-from ..trees import with_numbers
+from heavylift.kernel.algebra.spatial import cross, spatial_inertia
+from heavylift.kernel.multibody.kinematics import elastic, kinematics
+from heavylift.kernel.multibody.trees import with_numbers
 
 if TYPE_CHECKING:
-    from ..stepper import Stepper
+    from heavylift.kernel.simulation.stepper import Stepper
 
 __all__ = ["Momentum", "momentum"]
 

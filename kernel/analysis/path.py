@@ -17,16 +17,16 @@ from math import ceil, nan
 from types import SimpleNamespace
 
 import numpy as np
+from heavylift.kernel.algebra.elementary import power
+from heavylift.kernel.description.notes import Note
+from heavylift.kernel.description.profile import REST
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.model.references import Actuator
+from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.simulation.safeguards.deflection_check import check_bending
+from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
+from heavylift.kernel.simulation.stepper import NEVER
 
-from ..bending import check_bending
-from ..elementary import power
-from ..errors import KernelError
-from ..notes import Note
-from ..profile import REST
-from ..references import Actuator
-from ..simulation import FOREVER_NS, Simulation
-from ..stepper import NEVER
-from ..switching import StateEvent
 from .active import RUBS, give_way, net, switch
 from .corrector import BEND, Corrector
 from .equilibrium import Equilibrium, equilibrium_at, relaxed

@@ -9,11 +9,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-
-from ..tangent import FOURTH
+from heavylift.kernel.model.tangent_stiffness import FOURTH
 
 if TYPE_CHECKING:
-    from ..simulation import Simulation
+    from heavylift.kernel.simulation.simulation import Simulation
 
 __all__ = ["Poses"]
 

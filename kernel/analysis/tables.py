@@ -7,11 +7,11 @@ from math import inf, pi
 from typing import Any
 
 import numpy as np
+from heavylift.kernel.model.reactions.indeterminacy import COMPONENTS
+from heavylift.kernel.model.reactions.joint_reactions import Reactions
 
 from .equilibrium import Equilibrium
-from .indeterminacy import COMPONENTS
 from .modes import Mode, Modes
-from .reactions import Reactions
 
 __all__ = ["modes_data", "modes_text", "statics_data", "statics_text"]
 

@@ -1,7 +1,7 @@
 """The rows' matrix G H^-1 F with contacts, whose pushes F differ from what they sense G, entry by entry.
 
 Rows that share no tree do not couple: only entries that can be non-zero exist, so that a chain of loops costs in
-proportion to its length.  What redundant rows get is in `proximal`.
+proportion to its length.  What redundant rows get is in `proximal_passes`.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ..function import Function
-from .proximal import MU, MU_SHARED, TINY, Proximal, fill_in
+from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.constraints.complementarity.proximal_passes import MU, MU_SHARED, TINY, Proximal, fill_in
 
 __all__ = ["Lopsided"]
 

@@ -14,20 +14,20 @@ from types import SimpleNamespace
 from typing import Any, Protocol
 
 import numpy as np
+from heavylift.kernel.algebra.spatial import cross, join
+from heavylift.kernel.compiler.symbol import select
+from heavylift.kernel.description.mechanics import Joint, RigidRope
+from heavylift.kernel.forces.laws import attachment
+from heavylift.kernel.forces.rope_mass import at_the_hook
+from heavylift.kernel.multibody.graph import Graph
+from heavylift.kernel.multibody.trees import Tree
 
-from ..burden import at_the_hook
-from ..describe import Joint, RigidRope
-from ..graph import Graph
-from ..laws import attachment
-from ..spatial import cross, join
-from ..symbol import select
-from ..trees import Tree
-from .blockwise import Blockwise
-from .closures import CLOSURES
-from .constraints import Constraints
+from .block_matrix import Blockwise
 from .delassus import Lopsided
-from .factors import OpenTree
-from .ropes import SLACK, RigidAt
+from .loop_closures import CLOSURES
+from .rigid_ropes import SLACK, RigidAt
+from .row_structure import Constraints
+from .tree_factors import OpenTree
 
 __all__ = ["Row", "Rows", "held_rows"]
 

@@ -8,8 +8,9 @@ formulation, coordinates what is solved; the traced text itself, every quantity 
 
 from __future__ import annotations
 
-from ..describe import WORLD, System
-from ..graph import Graph, build_graph
+from heavylift.kernel.description.mechanics import WORLD, System
+from heavylift.kernel.multibody.graph import Graph, build_graph
+
 from .bodies import balance, balances, recursion
 from .coordinates import coordinates
 from .document import Section, as_latex, as_text

@@ -6,8 +6,9 @@ mass has the same terms and the levers of those forces.
 
 from __future__ import annotations
 
-from ..describe import WORLD, System
-from ..graph import Graph, children_of
+from heavylift.kernel.description.mechanics import WORLD, System
+from heavylift.kernel.multibody.graph import Graph, children_of
+
 from .document import Equation, Section
 from .laws import Acting, loops_at
 from .notation import Formula, cross, dual_cross, joined, law, sym, transposed

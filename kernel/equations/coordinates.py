@@ -10,15 +10,15 @@ from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numpy as np
+from heavylift.kernel.compiler.function import symbols
+from heavylift.kernel.compiler.symbol import Graph as Trace
+from heavylift.kernel.compiler.symbol import Sym, is_sym
+from heavylift.kernel.description.mechanics import System
+from heavylift.kernel.model.evaluation import evaluate
+from heavylift.kernel.model.program import Program
+from heavylift.kernel.multibody.graph import coordinate_names
+from heavylift.kernel.multibody.trees import Tree, numbers, with_numbers
 
-from ..describe import System
-from ..evaluation import evaluate
-from ..function import symbols
-from ..graph import coordinate_names
-from ..rate import Program
-from ..symbol import Graph as Trace
-from ..symbol import Sym, is_sym
-from ..trees import Tree, numbers, with_numbers
 from .document import Equation, Section
 from .notation import Formula, escaped
 

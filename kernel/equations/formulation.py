@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ..graph import Graph
+from heavylift.kernel.multibody.graph import Graph
+
 from .document import Equation, Section
 from .notation import Formula
 

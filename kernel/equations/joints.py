@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from ..describe import System
-from ..graph import Graph, Link
-from ..joints import JOINTS, THIRD
+from heavylift.kernel.description.joint_table import JOINTS, THIRD
+from heavylift.kernel.description.mechanics import System
+from heavylift.kernel.multibody.graph import Graph, Link
+
 from .document import Equation, Section
 from .laws import Acting
 from .notation import Formula, cross, joined, law, plain, sym, transposed

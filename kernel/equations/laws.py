@@ -9,9 +9,21 @@ from dataclasses import fields, is_dataclass
 from inspect import getdoc
 from typing import Any
 
-from ..describe import WORLD, Brake, Drive, JointSpring, Point, RigidRope, Rope, Stop, Support, System
-from ..forces.describe import Bushing, Characteristic, Load, Reeving, Spring, Torsion, UserLaw, Wind
-from ..graph import Graph
+from heavylift.kernel.description.forces import Bushing, Characteristic, Load, Reeving, Spring, Torsion, UserLaw, Wind
+from heavylift.kernel.description.mechanics import (
+    WORLD,
+    Brake,
+    Drive,
+    JointSpring,
+    Point,
+    RigidRope,
+    Rope,
+    Stop,
+    Support,
+    System,
+)
+from heavylift.kernel.multibody.graph import Graph
+
 from .document import Equation, Section
 from .notation import Formula, cross, joined, law, plain, sym
 

@@ -11,9 +11,9 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from heavylift.kernel.description.forces import Characteristic, Signal
 
-from .describe import Characteristic, Signal
-from .law import Answer, ForceLaw, Poses, Shown
+from .force_law import Answer, ForceLaw, Poses, Shown
 
 __all__ = ["CharacteristicLaw"]
 

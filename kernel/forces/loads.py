@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from heavylift.kernel.algebra.dense import norm
+from heavylift.kernel.compiler.symbol import sqrt
+from heavylift.kernel.description.forces import Load, Signal, Wind
 
-from ..dense import norm
-from ..laws import attachment
-from ..symbol import sqrt
-from .describe import Load, Signal, Wind
-from .law import Answer, ForceLaw, Poses, Shown, wrench
+from .force_law import Answer, ForceLaw, Poses, Shown, wrench
+from .laws import attachment
 
 __all__ = ["LoadLaw", "WindLaw"]
 

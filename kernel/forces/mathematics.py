@@ -4,7 +4,7 @@ Beside + - * / ** 2 and abs: no `if` on a value (select(condition, a, b) compute
 NumPy functions of values; NumPy arrays of values, `@` and slices are fine.
 """
 
-from ..elementary import atan2, cos, power, sin
-from ..symbol import maximum, minimum, select, sqrt
+from heavylift.kernel.algebra.elementary import atan2, cos, power, sin
+from heavylift.kernel.compiler.symbol import maximum, minimum, select, sqrt
 
 __all__ = ["atan2", "cos", "maximum", "minimum", "power", "select", "sin", "sqrt"]

@@ -19,12 +19,12 @@ from math import pi
 from typing import Any
 
 import numpy as np
+from heavylift.kernel.compiler.symbol import maximum, minimum, select
+from heavylift.kernel.description.forces import Reeving, Sheave, Signal
 
-from ..laws import attachment
-from ..symbol import maximum, minimum, select
-from .describe import Reeving, Sheave, Signal
-from .groups import FREE, Groups, slip_ratio
-from .law import Answer, Ended, ForceLaw, Poses, Shown, wrench
+from .force_law import Answer, Ended, ForceLaw, Poses, Shown, wrench
+from .laws import attachment
+from .rope_groups import FREE, Groups, slip_ratio
 from .sheaves import Node, Part, Way
 
 __all__ = ["ReevingLaw"]

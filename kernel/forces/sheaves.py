@@ -20,11 +20,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-
-from ..angles import on_turn
-from ..elementary import atan2
-from ..spatial import cross
-from ..symbol import maximum, minimum, select, sqrt
+from heavylift.kernel.algebra.elementary import atan2
+from heavylift.kernel.algebra.spatial import cross
+from heavylift.kernel.compiler.symbol import maximum, minimum, select, sqrt
+from heavylift.kernel.multibody.continuous_angles import on_turn
 
 __all__ = ["Node", "Part", "Way", "turn"]
 

@@ -10,17 +10,17 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from heavylift.kernel.algebra.elementary import atan2
+from heavylift.kernel.algebra.spatial import cross, join, skew
+from heavylift.kernel.compiler.symbol import sqrt
+from heavylift.kernel.description.forces import Bushing, Spring, Torsion
+from heavylift.kernel.multibody.continuous_angles import hinge, on_turn
 
-from ..angles import hinge, on_turn
-from ..elementary import atan2
-from ..laws import attachment
-from ..spatial import cross, join, skew
-from ..symbol import sqrt
-from .describe import Bushing, Spring, Torsion
-from .law import Answer, Ended, ForceLaw, Poses, Shown, wrench
+from .force_law import Answer, Ended, ForceLaw, Poses, Shown, wrench
+from .laws import attachment
 
 if TYPE_CHECKING:
-    from ..graph import Graph
+    from heavylift.kernel.multibody.graph import Graph
 
 __all__ = ["BushingLaw", "SpringLaw", "TorsionLaw"]
 

@@ -1,4 +1,4 @@
-"""The force table: a new force is a new entry here and its dataclass in `describe.py`.
+"""The force table: a new force is a new entry here and its dataclass in `forces.py`.
 
 `shared` turns the forces of a scene into traced functions, one per shape, that evaluation calls for each force with
 its own numbers, ends, signal and joint.
@@ -11,15 +11,27 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-from ..function import Function
-from ..graph import Graph
+from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.description.forces import (
+    Bushing,
+    Characteristic,
+    Force,
+    Load,
+    Reeving,
+    Signal,
+    Spring,
+    Torsion,
+    UserLaw,
+    Wind,
+)
+from heavylift.kernel.multibody.graph import Graph
+
 from .characteristic import CharacteristicLaw
-from .describe import Bushing, Characteristic, Force, Load, Reeving, Signal, Spring, Torsion, UserLaw, Wind
-from .law import Answer, ForceLaw, Poses
+from .force_law import Answer, ForceLaw, Poses
 from .loads import LoadLaw, WindLaw
 from .reeving import ReevingLaw
 from .springs import BushingLaw, SpringLaw, TorsionLaw
-from .user import UserLawEntry
+from .user_laws import UserLawEntry
 
 LISTS = ("guards", "shown", "turned", "turning")
 

@@ -5,11 +5,12 @@ method, choice           what every method tells: stages, interpolant, stability
 explicit, semi_implicit  Runge-Kutta pairs; symplectic Euler
 rosenbrock, stiffness    linearly implicit, with the stiffness of ropes in its matrix
 radau                    Radau IIA of order 5
-loops, linear_algebra    loops of native code; LU factors of dense systems
 control, stability       error-controlled and fixed steps; what fixed steps are refused
-peers                    SciPy's integrators as references
+small_motions            what the tolerance is relative to where nothing moves fast
+at_rest, peers           no steps at all, for statics; SciPy's integrators as references
 
-Acceptance of steps, location of guards, commits and samples are the same for all and stand in `kernel.steps`.
+Acceptance of steps, location of guards, commits and samples are the same for all and stand in
+`kernel.simulation.native.steps`.
 """
 
 from .choice import METHODS, choose

@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from math import isfinite
 
-from ..errors import KernelError
-from ..rate import Program
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.model.program import Program
+
 from .at_rest import AtRest
 from .control import Control, ErrorControl, FixedStep
 from .explicit import DormandPrince5, DormandPrince8, Kutta4

@@ -14,10 +14,11 @@ from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
-from ..elementary import power
-from ..small_motions import allowed
-from ..symbol import maximum, minimum, select, sqrt
+from heavylift.kernel.algebra.elementary import power
+from heavylift.kernel.compiler.symbol import maximum, minimum, select, sqrt
+
 from .method import Attempt, Exponents
+from .small_motions import allowed
 
 __all__ = ["Control", "ErrorControl", "FixedStep", "Verdict"]
 

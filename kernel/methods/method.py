@@ -14,10 +14,9 @@ from types import MappingProxyType, SimpleNamespace
 from typing import Any
 
 import numpy as np
-
-from ..emit import Parts
-from ..function import Function
-from ..symbol import any_of, minimum, select
+from heavylift.kernel.compiler.emit import Parts
+from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.symbol import any_of, minimum, select
 
 __all__ = ["Attempt", "Build", "Exponents", "Method", "Rate", "combine", "fallen_in", "inside", "length"]
 

@@ -1,7 +1,8 @@
 """SciPy's integrators on the same compiled equations: references to compare the kernel's own methods with.
 
 One adapter for all: SciPy takes the steps in Python, its dense output is copied as values at 13 nodes (exact for its
-polynomials, whose degree is at most 12), and all else (guards, samples, commits) is the native code of `stepping`.
+polynomials, whose degree is at most 12), and all else (guards, samples, commits) is the native code of
+`native_functions`.
 Where shapes could pass through each other unseen its steps are bounded as the kernel's own are (`contact.reach`).
 Steps are ten to a hundred times slower than the kernel's own.
 """
@@ -22,7 +23,7 @@ __all__ = ["PEERS", "Peer", "PeerCode"]
 PEERS = {"scipy-dop853": "DOP853", "scipy-radau": "Radau", "scipy-bdf": "BDF", "scipy-lsoda": "LSODA"}
 NODES = (0.5 - 0.5 * np.cos(np.pi * np.arange(13) / 12.0)).tolist()
 LOOSE = 4.0  # by how much LSODA's longest step may be shorter than it could be before it begins anew
-RUNNING, BREAK, EVENT, STILL, FAILED = 0.0, 1.0, 2.0, 3.0, 4.0  # as in `stepping`
+RUNNING, BREAK, EVENT, STILL, FAILED = 0.0, 1.0, 2.0, 3.0, 4.0  # as in `native_functions`
 
 
 class Code(Protocol):
@@ -65,7 +66,7 @@ class Peer(Method):
 
 
 class PeerCode:
-    """Stands in for `native.Library`: `advance` and `step` here, all else in `native`."""
+    """Stands in for `machine_code.Library`: `advance` and `step` here, all else in `native`."""
 
     def __init__(self, native: Code, method: Peer, at: dict[str, Any], sizes: Mapping[str, int]) -> None:
         self._native, self._method, self._at, self._sizes = native, method, at, sizes

@@ -13,17 +13,17 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from heavylift.kernel.algebra.dense import inverse
+from heavylift.kernel.algebra.elementary import power
+from heavylift.kernel.compiler.emit import Parts, While
+from heavylift.kernel.compiler.function import OPAQUE, Function, Primitive
+from heavylift.kernel.compiler.native_linear_algebra import Factors, solver
+from heavylift.kernel.compiler.native_loops import Code, padded
+from heavylift.kernel.compiler.symbol import maximum, minimum, select, sqrt
+from heavylift.kernel.model.program import Program
 
-from ..dense import inverse
-from ..elementary import power
-from ..emit import Parts, While
-from ..function import OPAQUE, Function, Primitive
-from ..rate import Program
-from ..small_motions import allowed
-from ..symbol import maximum, minimum, select, sqrt
-from .linear_algebra import Factors, solver
-from .loops import Code, padded
 from .method import Attempt, Build, Exponents, Method, Rate, combine, fallen_in, inside, length
+from .small_motions import allowed
 
 __all__ = ["Radau5"]
 

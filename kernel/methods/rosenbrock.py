@@ -13,17 +13,17 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from heavylift.kernel.algebra.dense import inverse, least_norm
+from heavylift.kernel.algebra.spatial import exact, join
+from heavylift.kernel.compiler.emit import Parts, While
+from heavylift.kernel.compiler.function import OPAQUE, Function, Primitive
+from heavylift.kernel.compiler.native_linear_algebra import Factors, product, solver
+from heavylift.kernel.compiler.native_loops import Code
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.model.evaluation import evaluate
+from heavylift.kernel.model.program import Program
+from heavylift.kernel.multibody.motion import rates
 
-from ..dense import inverse, least_norm
-from ..emit import Parts, While
-from ..errors import KernelError
-from ..evaluation import evaluate
-from ..function import OPAQUE, Function, Primitive
-from ..motion import rates
-from ..rate import Program
-from ..spatial import exact, join
-from .linear_algebra import Factors, product, solver
-from .loops import Code
 from .method import Attempt, Build, Exponents, Method, Rate, combine, fallen_in, length
 from .stiffness import Linearised
 

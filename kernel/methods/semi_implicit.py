@@ -10,11 +10,11 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+from heavylift.kernel.algebra.spatial import join
+from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.model.program import Program
+from heavylift.kernel.multibody.motion import rates
 
-from ..function import Function
-from ..motion import rates
-from ..rate import Program
-from ..spatial import join
 from .method import Attempt, Method, Rate, fallen_in
 
 __all__ = ["SemiImplicitEuler"]

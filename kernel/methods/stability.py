@@ -11,8 +11,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from heavylift.kernel.errors import KernelError
 
-from ..errors import KernelError
 from .method import Method
 
 __all__ = ["Balance", "bent", "check_step", "jacobian", "missed", "unresolved"]

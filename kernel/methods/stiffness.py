@@ -13,14 +13,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-
-from ..dynamics import composites, joint_space_inertia
-from ..evaluation import Evaluation
-from ..kinematics import Kinematics, kinematics, seen_from
-from ..parameters import RopeAt, StopAt
-from ..spatial import cross
-from ..symbol import select, sqrt
-from ..trees import Tree, with_numbers
+from heavylift.kernel.algebra.spatial import cross
+from heavylift.kernel.compiler.symbol import select, sqrt
+from heavylift.kernel.model.evaluation import Evaluation
+from heavylift.kernel.model.parameters import RopeAt, StopAt
+from heavylift.kernel.multibody.dynamics import composites, joint_space_inertia
+from heavylift.kernel.multibody.kinematics import Kinematics, kinematics, seen_from
+from heavylift.kernel.multibody.trees import Tree, with_numbers
 
 __all__ = ["Linearised"]
 

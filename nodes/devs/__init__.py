@@ -7,15 +7,20 @@ Simulator            Simulator(yard, log=lines.append): start(), then run(until)
 Trace                Simulator(yard, trace=Trace()): the same lines, made when read, so that keeping them costs little
 Steppable            what a node runs: next_time, outputs(), advance(tag, bag); Event and Delivery cross it
 Tag, ns, us, ms      time: whole nanoseconds and a microstep; succ and after lead on, FOREVER never comes
+
+tags, ports, messages, models   what these are made of; events: what crosses the border of a node
+travelling                      a message as each receiver gets it
+execution                       the abstract simulator
 """
+
+from heavylift.nodes.devs.execution.simulator import Simulator
+from heavylift.nodes.devs.execution.transitions import Trace, Transition
 
 from .events import Delivery, Event, Keepable, Order, Slack, Steppable
 from .messages import Message, decode, encode, message_type
 from .models import Atomic, Coupled, Model
 from .ports import Bag, In, InPort, Out, OutPort, Port
-from .simulator import Simulator
 from .tags import FOREVER, NEVER, Tag, after, ms, ns, succ, us
-from .transitions import Trace, Transition
 
 __all__ = [
     "FOREVER",

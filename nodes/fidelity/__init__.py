@@ -2,14 +2,16 @@
 
     choose(plan, followed, question, named) -> Verdict: fidelity, method, tolerance; every choice with its reason
 
-question   what a scene can ask                          case     the numbers of a scene that the rules need
-rules      one small function per rule                   choose   which of them may be taken together
-always     what is left out without a question           cost     states and evaluations, predicted
-method     method and tolerance by cost (STEPS.md)       verdict  the report, and what is not promised
+case, hooks, moving, swinging, off_lead   the numbers of a scene that the rules need
+rules, always      one small function per rule; what is left out without a question
+choose, cost       which rules may be taken together; states and evaluations, predicted
+method             method and tolerance by cost (STEPS.md)
+verdict, own       the report, and what is not promised; what the rung of a scene leaves out
 """
 
+from heavylift.nodes.plan.question import ASKABLE, Question
+
 from .choose import choose, unpromised
-from .question import ASKABLE, Question
 from .verdict import Verdict
 
 __all__ = ["ASKABLE", "Question", "Verdict", "choose", "unpromised"]

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from heavylift.kernel.describe import System
-from heavylift.kernel.elementary import power
-from heavylift.kernel.forces.describe import Wind
-from heavylift.nodes.scene.plan import Plan
+from heavylift.kernel.algebra.elementary import power
+from heavylift.kernel.description.forces import Wind
+from heavylift.kernel.description.mechanics import System
+from heavylift.nodes.plan.plan import Plan
 
 from .rules import STATES, Choice
 
@@ -69,7 +69,10 @@ def contact(plan: Plan, mechanics: System) -> Choice:
 
 def islands(plan: Plan, mechanics: System) -> Choice:
     """Machines that nothing ties together each have steps of their own; a group of them that rests takes none."""
-    from heavylift.kernel.components import islands_of, loose_ropes  # with arrays, which a process of a node lacks
+    from heavylift.kernel.islands.components import (  # with arrays, which a process of a node lacks
+        islands_of,
+        loose_ropes,
+    )
     from heavylift.nodes.models import hooked_later
 
     n = len(islands_of(mechanics, loose_ropes(mechanics, hooked_later(plan))))

@@ -11,20 +11,20 @@ from dataclasses import dataclass
 from math import inf, pi, sqrt
 from typing import TYPE_CHECKING
 
-from heavylift.kernel.elementary import cos, sin
-from heavylift.nodes.models.conditions import terms
-from heavylift.nodes.models.girder import sag
-from heavylift.nodes.scene.actions import Action, Lifted, Move, Turn
-from heavylift.nodes.scene.plan import Axis, Crane, HookRope, Loader, Plan, drive_name
-from heavylift.nodes.scene.verbs import VERBS
+from heavylift.kernel.algebra.elementary import cos, sin
+from heavylift.nodes.models.commander.conditions import terms
+from heavylift.nodes.models.parts.girder import sag
+from heavylift.nodes.plan.actions import Action, Lifted, Move, Turn
+from heavylift.nodes.plan.plan import Axis, Crane, HookRope, Loader, Plan, drive_name
+from heavylift.nodes.plan.verbs import VERBS
 
 from .hooks import Hook
-from .leaning import aside
 from .moving import Parting, by_ways, lasts, lifting, profile, turning
+from .off_lead import aside
 from .swinging import Swing, away, farthest
 
 if TYPE_CHECKING:
-    from heavylift.nodes.statics.lift import Following, Step
+    from heavylift.nodes.statics.static_state import Following, Step
 
 __all__ = ["Case", "case_of"]
 

@@ -16,20 +16,20 @@ from typing import TYPE_CHECKING
 
 import msgspec
 from heavylift.nodes.models.assembly import system
-from heavylift.nodes.scene.fidelity import ALONG
-from heavylift.nodes.scene.plan import Fidelity, Plan
-from heavylift.nodes.scene.planar import planar
+from heavylift.nodes.plan.fidelity import ALONG
+from heavylift.nodes.plan.plan import Fidelity, Plan
+from heavylift.nodes.plan.planar import planar
+from heavylift.nodes.plan.question import Asked, Question
 
 from .always import ALWAYS
 from .case import Case, case_of
 from .cost import cost
 from .method import METHODS, Stepped, stepped
-from .question import Asked, Question
 from .rules import RULES, Choice, Errors, chance
 from .verdict import INTEGRATION, Decided, Verdict, left
 
 if TYPE_CHECKING:
-    from heavylift.nodes.statics.lift import Following
+    from heavylift.nodes.statics.static_state import Following
 
 __all__ = ["choose", "unpromised"]
 

@@ -18,9 +18,9 @@ from functools import cache
 from itertools import pairwise
 from math import sqrt
 
-from heavylift.kernel.dense import eigenvalues
-from heavylift.nodes.models.chains import gauss
-from heavylift.nodes.scene.plan import Fidelity
+from heavylift.kernel.algebra.dense import eigenvalues
+from heavylift.nodes.models.parts.chains import gauss
+from heavylift.nodes.plan.plan import Fidelity
 
 from .case import Case
 

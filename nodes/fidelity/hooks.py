@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import combinations
 from math import fsum, sqrt
 
-from heavylift.kernel.dense import dot, least_norm, norm, singular_values, solve
+from heavylift.kernel.algebra.dense import dot, least_norm, norm, singular_values, solve
 
 __all__ = ["Hook", "coupling", "leaning", "redistribution"]
 

@@ -15,12 +15,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import sqrt
 
-from heavylift.kernel.elementary import power
-from heavylift.nodes.scene.plan import LOOSEST, Fidelity
+from heavylift.kernel.algebra.elementary import power
+from heavylift.nodes.plan.plan import LOOSEST, Fidelity
+from heavylift.nodes.plan.question import Asked
 
 from .case import Case
 from .cost import LONGEST, Cost, attempts, duration, radau_algebra, rosenbrock_algebra, states
-from .question import Asked
 from .rules import Errors, overshoot
 
 __all__ = ["METHODS", "Stepped", "stepped"]

@@ -11,12 +11,12 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 import msgspec
-from heavylift.nodes.models.conditions import terms
-from heavylift.nodes.scene.actions import Action, Condition, Lifted, Move, Turn, Wait
-from heavylift.nodes.scene.plan import Plan, drive_name
+from heavylift.nodes.models.commander.conditions import terms
+from heavylift.nodes.plan.actions import Action, Condition, Lifted, Move, Turn, Wait
+from heavylift.nodes.plan.plan import Plan, drive_name
 
 if TYPE_CHECKING:
-    from heavylift.nodes.statics.lift import Following, State
+    from heavylift.nodes.statics.static_state import Following, State
 
 __all__ = ["Parting", "by_ways", "lasts", "lifting", "profile", "turning"]
 

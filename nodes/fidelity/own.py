@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from heavylift.nodes.scene.plan import Fidelity, Plan
+from heavylift.nodes.plan.plan import Fidelity, Plan
+from heavylift.nodes.plan.question import Asked
 
 from .case import case_of
-from .question import Asked
 from .rules import Errors, girder, hinges, idle_drives, lumps, rope_elasticity, rope_mass
 from .verdict import EXACT, percent
 
 if TYPE_CHECKING:
-    from heavylift.nodes.statics.lift import Following
+    from heavylift.nodes.statics.static_state import Following
 
 __all__ = ["Modelled", "modelled_as"]
 

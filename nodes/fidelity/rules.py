@@ -11,12 +11,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import sqrt
 
-from heavylift.kernel.dense import norm
-from heavylift.nodes.scene.plan import Fidelity
+from heavylift.kernel.algebra.dense import norm
+from heavylift.nodes.plan.plan import Fidelity
+from heavylift.nodes.plan.question import Asked
 
 from .case import Case
 from .hooks import Hook, coupling, leaning, redistribution
-from .question import Asked
 from .swinging import envelope, excursion
 
 __all__ = ["RULES", "STATES", "Choice", "Errors", "Rule", "chance", "girder_states", "overshoot"]

@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import pi
 
-from heavylift.kernel.elementary import cos, sin
+from heavylift.kernel.algebra.elementary import cos, sin
 
 __all__ = ["Swing", "away", "envelope", "excursion", "farthest"]
 

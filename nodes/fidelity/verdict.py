@@ -9,11 +9,11 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 
 import msgspec
-from heavylift.nodes.scene.plan import Fidelity
+from heavylift.nodes.plan.plan import Fidelity
+from heavylift.nodes.plan.question import Asked, Question
 
 from .cost import Cost
 from .method import Stepped
-from .question import Asked, Question
 from .rules import Choice, Errors
 
 __all__ = ["EXACT", "INTEGRATION", "Decided", "Verdict"]

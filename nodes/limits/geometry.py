@@ -5,11 +5,11 @@ from __future__ import annotations
 from math import dist, hypot
 from typing import TYPE_CHECKING
 
-from .findings import Finding
+from heavylift.nodes.plan.finding import Finding
 
 if TYPE_CHECKING:
-    from heavylift.kernel.points import Vector
-    from heavylift.nodes.scene.plan import Plan
+    from heavylift.kernel.description.points import Vector
+    from heavylift.nodes.plan.plan import Plan
 
 __all__ = ["geometry_findings", "outside", "passes_through"]
 

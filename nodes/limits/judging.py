@@ -10,15 +10,15 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from heavylift.nodes.plan.finding import Finding
+from heavylift.nodes.plan.limit import Limit, Use
 
-from .findings import Finding
-from .limit import Limit, Use
 from .reading import axis_of, read
 from .signals import Signals, signals_of
 from .telling import finding_of, sorted_findings
 
 if TYPE_CHECKING:
-    from heavylift.nodes.scene.plan import Plan
+    from heavylift.nodes.plan.plan import Plan
     from heavylift.nodes.statics.state import StaticState
 
 __all__ = ["judge", "judge_path", "judge_run", "limits_of", "uses_of", "uses_of_run", "uses_on_path"]

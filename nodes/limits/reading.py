@@ -11,15 +11,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from heavylift.kernel.describe import WORLD, Point
-from heavylift.kernel.forces.describe import Signal, Wind
+from heavylift.kernel.description.forces import Signal, Wind
+from heavylift.kernel.description.mechanics import WORLD, Point
+from heavylift.nodes.plan.limit import Limit
 
-from .limit import Limit
 from .reeving import drum_end_factor, lead_factor
 from .signals import Column, Signals
 
 if TYPE_CHECKING:
-    from heavylift.nodes.scene.plan import HookRope, Plan
+    from heavylift.nodes.plan.plan import HookRope, Plan
 
 __all__ = ["READERS", "Reading", "axis_of", "read"]
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from heavylift.nodes.models.conditions import terms
-from heavylift.nodes.scene.actions import Lifted, Move
+from heavylift.nodes.models.commander.conditions import terms
+from heavylift.nodes.plan.actions import Lifted, Move
 
 from .standards import HOISTING, SHARING, daf_onshore, hoisting_factor
 
 if TYPE_CHECKING:
-    from heavylift.nodes.scene.plan import Plan
+    from heavylift.nodes.plan.plan import Plan
 
 __all__ = ["dynamics_foreseen", "hoisting_foreseen", "indeterminate", "shared"]
 

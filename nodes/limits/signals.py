@@ -11,7 +11,7 @@ from heavylift.nodes.statics.state import StaticState
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from heavylift.nodes.scene.plan import Plan
+    from heavylift.nodes.plan.plan import Plan
 
 __all__ = ["Signals", "hooked_in", "rotations", "signals_of", "signals_of_peaks"]
 

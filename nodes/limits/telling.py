@@ -10,13 +10,12 @@ from dataclasses import dataclass
 from math import degrees
 from typing import TYPE_CHECKING
 
+from heavylift.nodes.plan.finding import Finding
+from heavylift.nodes.plan.limit import Limit, Use
 from msgspec.structs import replace
 
-from .findings import Finding
-from .limit import Limit, Use
-
 if TYPE_CHECKING:
-    from heavylift.nodes.scene.plan import Plan
+    from heavylift.nodes.plan.plan import Plan
 
 __all__ = ["HEAD", "WORDS", "finding_of", "likewise", "rows", "shown", "sorted_findings", "unjudged"]
 

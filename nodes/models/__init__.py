@@ -3,8 +3,15 @@
 build(plan), build_one(plan, name)     the coupled model of each node
 system(plan)                           what they declare together, for the kernel
 couplings(plan), subscriptions(plan)   how nodes and kernel are wired, who hears which state event
-tree(plan), tree_data(plan)            the model tree as text, as plain data; `messages` holds everything that travels
+tree(plan), tree_data(plan)            the model tree as text, as plain data
+
+crane, loader, block, mechanism        the machines
+assembly, tree                         from a plan to models and couplings; their tree as text
+parts                                  what machines are made of: drives, gauges, slings, brakes; messages
+commander                              carries out the action list
 """
+
+from heavylift.nodes.models.commander.actuator_registry import hooked_later
 
 from .assembly import (
     COMMANDER,
@@ -19,7 +26,6 @@ from .assembly import (
     subscriptions,
     system,
 )
-from .roster import hooked_later
 from .tree import tree, tree_data
 
 __all__ = [

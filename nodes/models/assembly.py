@@ -9,21 +9,30 @@ from __future__ import annotations
 
 from typing import TypeAlias
 
-from heavylift.kernel.describe import WORLD, Master, Point, System, assembled
+from heavylift.kernel.description.mechanics import WORLD, Master, Point, System, assembled
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Coupled, In, Model, Out
-from heavylift.nodes.scene.plan import Plan
+from heavylift.nodes.models.commander.actuator_registry import TURN, machines, turns
+from heavylift.nodes.models.commander.commander import Commander
+from heavylift.nodes.models.parts.drive import DriveActor
+from heavylift.nodes.models.parts.fidelity_variants import hook_rope, sling
+from heavylift.nodes.models.parts.messages import (
+    Finished,
+    KernelInput,
+    OperatorAnswer,
+    OperatorCommand,
+    Order,
+    Report,
+    Skipped,
+    Stage,
+)
+from heavylift.nodes.models.parts.parts import LiveActor, Machine, RopeAtomic, declared
+from heavylift.nodes.plan.plan import Plan
 
 from .block import BlockModel
-from .commander import Commander
 from .crane import CraneModel
-from .drive import DriveActor
 from .loader import LoaderModel
 from .mechanism import MechanismModel
-from .messages import Finished, KernelInput, OperatorAnswer, OperatorCommand, Order, Report, Skipped, Stage
-from .parts import LiveActor, Machine, RopeAtomic, declared
-from .roster import TURN, machines, turns
-from .rungs import hook_rope, sling
 
 COMMANDER, KERNEL = "commander", "kernel"
 Coupling: TypeAlias = tuple[str, str, str, str]  # source model, its out port, target model, its in port

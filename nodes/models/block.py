@@ -6,15 +6,15 @@ degrees.
 
 from __future__ import annotations
 
-from heavylift.kernel.describe import WORLD, Joint, System
-from heavylift.nodes.scene.plan import Block, Plan
+from heavylift.kernel.description.mechanics import WORLD, Joint, System
+from heavylift.nodes.models.commander.conditions import watched
+from heavylift.nodes.models.parts.fidelity_variants import modelled
+from heavylift.nodes.models.parts.gauges import Gauge, Inclinometer
+from heavylift.nodes.models.parts.parts import BodyCoupled, JointCoupled, Law, Machine, body
+from heavylift.nodes.models.parts.rigging import Stools
+from heavylift.nodes.plan.plan import Block, Plan
 
-from .conditions import watched
-from .gauges import Gauge, Inclinometer
 from .loader import REST6
-from .parts import BodyCoupled, JointCoupled, Law, Machine, body
-from .rigging import Stools
-from .rungs import modelled
 
 
 class BlockModel(Machine):

@@ -7,17 +7,16 @@ hook blocks, for the ropes carry both.
 
 from __future__ import annotations
 
-from heavylift.kernel.describe import WORLD, Drive, Joint, System, Threshold, Vector
-from heavylift.nodes.scene.fidelity import held_by
-from heavylift.nodes.scene.plan import Axis, Crane, Hook, HookRope, Plan, Trolley
-
-from .chains import pieces
-from .conditions import watched
-from .drive import DriveActor, HeldActor, WinchActor
-from .gauges import Gauge, LoadCell
-from .girder import girder, on_girder, stiff_part
-from .parts import Actor, BodyCoupled, JointCoupled, Law, Machine, body
-from .rungs import modelled
+from heavylift.kernel.description.mechanics import WORLD, Drive, Joint, System, Threshold, Vector
+from heavylift.nodes.models.commander.conditions import watched
+from heavylift.nodes.models.parts.chains import pieces
+from heavylift.nodes.models.parts.drive import DriveActor, HeldActor, WinchActor
+from heavylift.nodes.models.parts.fidelity_variants import modelled
+from heavylift.nodes.models.parts.gauges import Gauge, LoadCell
+from heavylift.nodes.models.parts.girder import girder, on_girder, stiff_part
+from heavylift.nodes.models.parts.parts import Actor, BodyCoupled, JointCoupled, Law, Machine, body
+from heavylift.nodes.plan.fidelity import held_by
+from heavylift.nodes.plan.plan import Axis, Crane, Hook, HookRope, Plan, Trolley
 
 X: Vector = (1.0, 0.0, 0.0)
 Y: Vector = (0.0, 1.0, 0.0)

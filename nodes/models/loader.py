@@ -6,15 +6,14 @@ lock, which holds the beam while no sling is hooked.
 
 from __future__ import annotations
 
-from heavylift.kernel.describe import WORLD, Brake, Joint, JointSpring, Stop, System
-from heavylift.nodes.scene.plan import Loader, Plan
-
-from .conditions import watched
-from .gauges import Gauge, LoadCell
-from .messages import Latch
-from .parts import BodyCoupled, JointCoupled, Law, Machine, body
-from .rigging import LockActor, SlingActor
-from .rungs import modelled
+from heavylift.kernel.description.mechanics import WORLD, Brake, Joint, JointSpring, Stop, System
+from heavylift.nodes.models.commander.conditions import watched
+from heavylift.nodes.models.parts.fidelity_variants import modelled
+from heavylift.nodes.models.parts.gauges import Gauge, LoadCell
+from heavylift.nodes.models.parts.messages import Latch
+from heavylift.nodes.models.parts.parts import BodyCoupled, JointCoupled, Law, Machine, body
+from heavylift.nodes.models.parts.rigging import LockActor, SlingActor
+from heavylift.nodes.plan.plan import Loader, Plan
 
 REST6 = (0.0,) * 6
 

@@ -9,16 +9,15 @@ from __future__ import annotations
 
 import re
 
-from heavylift.kernel.describe import WORLD, RigidRope, Rope, System
+from heavylift.kernel.description.forces import Force, Reeving
+from heavylift.kernel.description.mechanics import WORLD, RigidRope, Rope, System
 from heavylift.kernel.errors import ModelError
-from heavylift.kernel.forces.describe import Force, Reeving
-from heavylift.nodes.scene.plan import Actuator, Mechanism, Plan
-
-from .conditions import watched
-from .drive import DriveActor, WinchActor
-from .gauges import Gauge
-from .parts import Actor, BodyCoupled, JointCoupled, Law, Machine
-from .rigging import BrakeActor, JointLockActor, SlingActor, Stools
+from heavylift.nodes.models.commander.conditions import watched
+from heavylift.nodes.models.parts.drive import DriveActor, WinchActor
+from heavylift.nodes.models.parts.gauges import Gauge
+from heavylift.nodes.models.parts.parts import Actor, BodyCoupled, JointCoupled, Law, Machine
+from heavylift.nodes.models.parts.rigging import BrakeActor, JointLockActor, SlingActor, Stools
+from heavylift.nodes.plan.plan import Actuator, Mechanism, Plan
 
 
 class MechanismModel(Machine):

@@ -8,15 +8,23 @@ from __future__ import annotations
 from typing import Any
 
 from heavylift.nodes.devs import Coupled, InPort, Model
-from heavylift.nodes.scene.plan import Plan
+from heavylift.nodes.models.commander.commander import Commander
+from heavylift.nodes.models.parts.parts import (
+    Actor,
+    BodyAtomic,
+    BodyCoupled,
+    JointAtomic,
+    JointCoupled,
+    LiveActor,
+    RopeAtomic,
+)
+from heavylift.nodes.plan.plan import Plan
 
 from .assembly import CommanderModel, Rig, build
 from .block import BlockModel
-from .commander import Commander
 from .crane import CraneModel
 from .loader import LoaderModel
 from .mechanism import MechanismModel
-from .parts import Actor, BodyAtomic, BodyCoupled, JointAtomic, JointCoupled, LiveActor, RopeAtomic
 
 KINDS: dict[type[Model], str] = {
     CommanderModel: "coupled: commander",

@@ -8,8 +8,15 @@
     bundled()                   the scenes that come with heavylift, by name
     begun(name, like)           the text of a scene to start from; json_schema() of all scene files, for editors
 
-Node processes import `heavylift.nodes.scene.plan` only; what reads YAML is imported when it is first
-used.
+text                        the text with the place of every key; faults; units
+language                    phrases of the action list
+keys                        every key of a scene file, as frozen pydantic models
+construction                from keys to the plan
+checks                      whether it fits, and whether its orders can be carried out
+loading, report             from a path or name to a plan; what `heavylift check` prints
+operator_command            an order of an operator while a scene runs
+
+Node processes import `heavylift.nodes.plan.plan` only; what reads YAML is imported when it is first used.
 """
 
 from __future__ import annotations
@@ -17,14 +24,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from heavylift.nodes.scene.keys.editors import json_schema
     from heavylift.nodes.scenes import bundled
 
-    from .editors import json_schema
     from .loading import LoadedScene, begun, check, load, parse, restored
     from .report import Report
 
 __all__ = ["LoadedScene", "Report", "begun", "bundled", "check", "json_schema", "load", "loaded", "parse", "restored"]
-PLACES = {"Report": ".report", "json_schema": ".editors", "bundled": "..scenes"}  # all others: .loading
+PLACES = {"Report": ".report", "json_schema": ".keys.editors", "bundled": "..scenes"}  # all others: .loading
 
 
 def __getattr__(name: str) -> Any:

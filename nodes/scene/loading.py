@@ -15,34 +15,35 @@ from pathlib import Path
 import msgspec
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity import Question, Verdict, choose, unpromised
-from heavylift.nodes.limits.findings import Finding
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge, uses_on_path
-from heavylift.nodes.limits.limit import Use
 from heavylift.nodes.limits.telling import WORDS, sorted_findings
 from heavylift.nodes.models import node_names
+from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.finding import Finding
+from heavylift.nodes.plan.limit import Use
+from heavylift.nodes.plan.planar import planar
+from heavylift.nodes.scene.checks.findings import Findings
+from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
+from heavylift.nodes.scene.checks.locked_checks import held_orders
+from heavylift.nodes.scene.checks.orders import order_checks
+from heavylift.nodes.scene.construction.limiting import build_limits
+from heavylift.nodes.scene.construction.machines import build_machines
+from heavylift.nodes.scene.construction.mechanism import build_mechanism
+from heavylift.nodes.scene.construction.modelling import build_fidelity
+from heavylift.nodes.scene.construction.resolve import build_actions
+from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.keys.placement import placement_faults
+from heavylift.nodes.scene.keys.validate import validate
+from heavylift.nodes.scene.text.faults import closest, raise_faults
+from heavylift.nodes.scene.text.files import content, within
+from heavylift.nodes.scene.text.source import Fault, Source, override, read
 from heavylift.nodes.scenes import bundled
 from heavylift.nodes.statics import Followed, Following, StaticState, follow, following, goal_states
 from heavylift.nodes.statics.findings import path_findings
-from heavylift.nodes.statics.lift import standing
+from heavylift.nodes.statics.static_state import standing
 
-from . import plan, schema
-from .assemble import build_mechanism
-from .faults import closest, raise_faults
-from .files import content, within
-from .findings import Findings
-from .geometry import start_checks, step_checks
-from .held import held_orders
-from .limiting import build_limits
-from .machines import build_machines
-from .modelling import build_fidelity
-from .orders import order_checks
-from .placing import placement_faults
-from .planar import planar
 from .report import Report, report
-from .resolve import build_actions
-from .source import Fault, Source, override, read
-from .validate import validate
 
 ENDINGS = (".yaml", ".yml", ".json")
 LONGEST_CHAIN = 20  # of files that extend one another

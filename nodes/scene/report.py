@@ -10,19 +10,18 @@ from dataclasses import dataclass
 from itertools import groupby, pairwise
 from typing import TYPE_CHECKING
 
-from heavylift.nodes.limits.findings import Finding
-from heavylift.nodes.limits.limit import Use
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
 from heavylift.nodes.limits.telling import HEAD, likewise, unjudged
 from heavylift.nodes.limits.telling import rows as rows_of
+from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.finding import Finding
+from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.statics import Followed, Following
-
-from . import plan
 
 COLUMNS = 6  # of a table of ropes
 
 if TYPE_CHECKING:
-    from heavylift.kernel.analysis.mobility import Mobility
+    from heavylift.kernel.model.reactions.mobility import Mobility
 
 
 @dataclass(frozen=True)
@@ -87,8 +86,8 @@ def report(
 
 def _mobility(built: plan.Plan) -> Mobility:
     """Bodies and degrees of freedom of what is simulated, as the kernel counts them."""
-    from heavylift.kernel.analysis.mobility import mobility  # needs NumPy, which declaring a scene does not
-    from heavylift.kernel.rate import Program
+    from heavylift.kernel.model.program import Program
+    from heavylift.kernel.model.reactions.mobility import mobility  # needs NumPy, which declaring a scene does not
     from heavylift.nodes.models import system
 
     return mobility(Program(system(built)))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from heavylift.nodes.limits.findings import Finding
-from heavylift.nodes.models.conditions import terms
-from heavylift.nodes.scene import plan
-from heavylift.nodes.scene.actions import Move, Slings, Turn
+from heavylift.nodes.models.commander.conditions import terms
+from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.actions import Move, Slings, Turn
+from heavylift.nodes.plan.finding import Finding
 
-from .follow import Followed
+from .action_preview import Followed
 
 __all__ = ["path_findings"]
 

@@ -10,18 +10,18 @@ import dataclasses
 from math import ceil, pi
 
 from heavylift.kernel.analysis.path import EquilibriumPath, Rest
-from heavylift.kernel.describe import System
+from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import HeavyliftError, ModelError
 from heavylift.kernel.methods.at_rest import AtRest
-from heavylift.kernel.samples import shown
-from heavylift.kernel.simulation import Simulation
-from heavylift.kernel.switching import StateEvent as Switched
+from heavylift.kernel.model.switching import StateEvent as Switched
+from heavylift.kernel.simulation.native.samples import shown
+from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.devs import Coupled, Out, Simulator, Tag, ns, succ
 from heavylift.nodes.models import COMMANDER, KERNEL, CommanderModel, build, couplings, subscriptions, system
-from heavylift.nodes.models import messages as m
-from heavylift.nodes.models.inputs import obey
-from heavylift.nodes.models.roster import TURN, first_lugs
-from heavylift.nodes.scene.plan import Plan
+from heavylift.nodes.models.commander.actuator_registry import TURN, first_lugs
+from heavylift.nodes.models.parts import messages as m
+from heavylift.nodes.models.parts.inputs import obey
+from heavylift.nodes.plan.plan import Plan
 
 from .state import REEVING, Acted, Pose, StaticState, reeved
 

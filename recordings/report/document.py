@@ -13,15 +13,15 @@ from html import escape
 from pathlib import Path
 
 from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format.text import duration
+from heavylift.recordings.read.reader import Recording
+from heavylift.recordings.read.settings import settings
+from heavylift.recordings.read.verdict import Judged, LimitTable, recorded_verdict
+from heavylift.recordings.render.plot import plot
+from heavylift.recordings.render.storyboard import storyboard
+from heavylift.recordings.write.outputs import GENERATOR, output_path
+from heavylift.recordings.write.partfile import PartFile
 
-from ..outputs import GENERATOR, output_path
-from ..partfile import PartFile
-from ..plot import plot
-from ..reader import Recording
-from ..settings import settings
-from ..storyboard import storyboard
-from ..text import duration
-from ..verdict import Judged, LimitTable, recorded_verdict
 from .browser import print_page
 from .facts import CraneUse, Facts, HookUse, RopeUse, StageUse, facts
 

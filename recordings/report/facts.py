@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
+from heavylift.recordings.read.reader import Recording, guarded
+from heavylift.recordings.read.signal import Signal
+from heavylift.recordings.read.verdict import Judged, recorded_verdict
 from numpy.typing import NDArray
 
-from ..reader import Recording, guarded
-from ..signal import Signal
-from ..verdict import Judged, recorded_verdict
 from .heights import lowest
 from .scene import scene_table
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from heavylift.recordings.format.samples import POSE
+from heavylift.recordings.format.viewer_messages import Box, boxes_of
+from heavylift.recordings.read.reader import Recording
 from numpy.typing import NDArray
-
-from ..drawing import Box, boxes_of
-from ..reader import Recording
-from ..samples import POSE
 
 __all__ = ["lowest"]
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..reader import Recording
-from ..settings import settings
+from heavylift.recordings.read.reader import Recording
+from heavylift.recordings.read.settings import settings
 
 __all__ = ["scene_table"]
 

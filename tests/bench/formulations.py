@@ -13,15 +13,15 @@ import math
 import time
 
 import numpy as np
-from heavylift.kernel.describe import WORLD, Body, Joint, System
-from heavylift.kernel.emit import While, module
-from heavylift.kernel.formulations import FORMULATIONS
-from heavylift.kernel.function import Function
-from heavylift.kernel.graph import build_graph
-from heavylift.kernel.native import Library
-from heavylift.kernel.spatial import join
-from heavylift.kernel.symbol import select
-from heavylift.kernel.trees import Tree, cut, numbers, with_numbers
+from heavylift.kernel.algebra.spatial import join
+from heavylift.kernel.compiler.emit import While, module
+from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.machine_code import Library
+from heavylift.kernel.compiler.symbol import select
+from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System
+from heavylift.kernel.multibody.formulations import FORMULATIONS
+from heavylift.kernel.multibody.graph import build_graph
+from heavylift.kernel.multibody.trees import Tree, cut, numbers, with_numbers
 from shared.rows import SHORT, options, row
 
 LENGTHS = {

@@ -19,8 +19,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 from goliath import scene
-from heavylift.kernel.describe import System
-from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.description.mechanics import System
+from heavylift.kernel.simulation.simulation import Simulation
 from shared.rows import SHORT, options, row
 from small_scenes import SECOND, column, hand_over
 from test_the_stiffness_of_ropes import swing

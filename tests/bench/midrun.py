@@ -16,19 +16,19 @@ from pathlib import Path
 
 import numpy as np
 from heavylift.coordinator.participants import kernel_node
+from heavylift.coordinator.participants.pause import configured
 from heavylift.coordinator.protocol.core import Coordinator
 from heavylift.coordinator.protocol.memory import run_in_memory
 from heavylift.coordinator.protocol.node import Node
-from heavylift.coordinator.run.pause import configured
-from heavylift.kernel.contact.describe import Box, Contact, Plane
-from heavylift.kernel.describe import System
-from heavylift.kernel.islands import Islands
-from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.description.contacts import Box, Contact, Plane
+from heavylift.kernel.description.mechanics import System
+from heavylift.kernel.islands.islands import Islands
+from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.devs import Simulator, Tag, ns
 from heavylift.nodes.models import COMMANDER, KERNEL, build, couplings
 from heavylift.nodes.scene import LoadedScene, load
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "islands"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "kernel/islands"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 from contact_scenes import brick, floating
 from shared.rows import SHORT, options, row

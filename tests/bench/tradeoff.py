@@ -2,7 +2,8 @@
 
     python tests/bench/tradeoff.py [--json] [--short] [--scenes 200] [--seed 1] [--minutes 28]
 
-The generator and its ranges: tests/fidelity/random_lifts.py.  The other code has two lumps a rope; how far four and
+The generator and its ranges: tests/nodes/fidelity/random_lifts.py.  The other code has two lumps a rope; how far four
+and
 tighter steps change it: tests/full/test_the_reference_has_converged.py.  The cost of the richest rung is that of our
 own code on it, four lumps a rope, with method and tolerance that are chosen for it by what the scene asks; what an
 implicit method does in matrices counts as evaluations (nodes/fidelity/STEPS.md).
@@ -20,7 +21,7 @@ from pathlib import Path
 from statistics import median
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
-sys.path.insert(0, str(Path(__file__).parents[1] / "fidelity"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "nodes/fidelity"))
 from shared.rows import SHORT, options, row
 
 ACCURACIES = (0.1, 0.01) if SHORT else (0.1, 0.03, 0.01, 0.003)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from chain import channel, play
-from heavylift.kernel.contact.describe import Ball, Box, Contact, Plane
+from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene import load
 

@@ -20,7 +20,7 @@ from random import Random
 from typing import Any, NamedTuple
 
 HERE = Path(__file__).parent
-PLACES = [HERE / "disturbed", HERE, HERE.parent / "turnover", HERE.parent / "coordination"]
+PLACES = [HERE / "disturbed", HERE, HERE.parent / "turnover", HERE.parent / "coordinator/protocol"]
 PATIENCE_s = 3600.0
 
 
@@ -122,8 +122,8 @@ def digest(case: Case) -> str:
 
 
 def _scene(case: Case, folder: Path) -> str:
-    from heavylift.coordinator.hosts.placement import Placement
     from heavylift.coordinator.run import run
+    from heavylift.coordinator.transport.placement import Placement
     from heavylift.nodes.models import KERNEL, build
     from heavylift.nodes.scene import load
 

@@ -29,8 +29,8 @@ PLAIN = {
 }  # fmt: skip
 ALLOWED = {
     "nodes/fidelity/own.py": {"log10": "digits that are printed", "**": "digits that are printed"},
-    "nodes/scene/kinematics.py": {"@": "its arrays hold Python floats, whose products are summed in order"},
-    "nodes/scene/units.py": {"**": "powers of fractions are exact"},
+    "nodes/scene/keys/kinematics.py": {"@": "its arrays hold Python floats, whose products are summed in order"},
+    "nodes/scene/text/units.py": {"**": "powers of fractions are exact"},
 }
 # of the kernel, whose text of equations is full of products of symbols and of exact arrays: matrices aside
 ELEMENTS = {
@@ -54,22 +54,24 @@ KERNEL = {
     "kernel/analysis/corrector.py": "eigenvalues: whether a rest is stable is told, and nothing follows from it",
     "kernel/analysis/poses.py": "motions that loops allow; lifts, whose plans take over what rests, have none",
     "kernel/analysis/tables.py": PRINTS,
-    "kernel/angles.py": "whether axes are parallel, by a wide margin",
+    "kernel/multibody/continuous_angles.py": "whether axes are parallel, by a wide margin",
     "kernel/equations/coordinates.py": PRINTS,
-    "kernel/fastest.py": TELLS_STEPS,
+    "kernel/simulation/safeguards/fastest_mode.py": TELLS_STEPS,
     "kernel/methods/stability.py": TELLS_STEPS,
-    "kernel/unfollowed.py": TELLS_STEPS,
+    "kernel/simulation/safeguards/resolution_check.py": TELLS_STEPS,
     "kernel/forces/reeving.py": "where a rope runs at the start: the middle of an arc, and what cannot be",
     "kernel/forces/springs.py": "whether the matrices of a bushing can be",
     "kernel/methods/peers.py": "methods of SciPy, which tests compare with",
     "kernel/methods/radau.py": "its amplification on floats, which judges fixed steps",
     "kernel/methods/rosenbrock.py": "its amplification on floats, which judges fixed steps",
-    "kernel/samples.py": "quaternions that are recorded, by compiled code of one order; nothing follows from them",
-    "kernel/straight.py": "writes code",
+    "kernel/simulation/native/samples.py": "recorded quaternions, compiled in one order; nothing follows from them",
+    "kernel/compiler/llvm_function.py": "writes code",
 }
 SYMBOLS = "equations on symbols, or on objects whose products are summed in order"
+BODIES, ALGEBRA = "kernel/multibody/flexible", ("arrays.py", "eigenvalues.py", "polynomials.py")
 FLEXIBLE = {"attachment.py": SYMBOLS, "inertia.py": SYMBOLS, "small_deflections.py": SYMBOLS}
-FOLDERS = ("nodes/devs", "nodes/fidelity", "nodes/models", "nodes/scene", "nodes/statics")  # limits judge, outside
+# limits judge, outside
+FOLDERS = ("nodes/devs", "nodes/plan", "nodes/models", "nodes/statics", "nodes/fidelity", "nodes/scene")
 
 
 def sources():
@@ -104,7 +106,7 @@ def test_nothing_that_a_library_decides(path):
     tree = ast.parse((ROOT / path).read_text(encoding="utf-8"))
     found = sorted({(line, name) for line, name in used(tree) if name not in allowed})
     found = [(line, name) for line, name in found if name not in {"NDArray"}]
-    assert found == [], f"{path}: use kernel.elementary or kernel.dense"
+    assert found == [], f"{path}: use kernel.algebra.elementary or kernel.algebra.dense"
 
 
 @pytest.mark.parametrize("path", [p.relative_to(ROOT).as_posix() for p in sorted((ROOT / "kernel").rglob("*.py"))])
@@ -115,16 +117,17 @@ def test_the_kernel_leaves_decisions_to_its_own_algebra(path):
     if path in KERNEL:
         assert found, f"{path} needs no exception any more"
     else:
-        assert found == [], f"{path}: use kernel.elementary or kernel.dense"
+        assert found == [], f"{path}: use kernel.algebra.elementary or kernel.algebra.dense"
 
 
-@pytest.mark.parametrize("path", sorted(p.name for p in (ROOT / "kernel" / "flexible").glob("*.py")))
+@pytest.mark.parametrize("path", [*sorted(p.name for p in (ROOT / BODIES).glob("*.py")), *ALGEBRA])
 def test_constants_of_flexible_bodies_are_products_in_a_stated_order(path):
     """A simulation continues with them; twelve digits would not hide the order in which a library sums."""
-    tree = ast.parse((ROOT / "kernel" / "flexible" / path).read_text(encoding="utf-8"))
+    folder = "kernel/algebra" if path in ALGEBRA else BODIES
+    tree = ast.parse((ROOT / folder / path).read_text(encoding="utf-8"))
     found = [(line, name) for line, name in used(tree) if name in {"@", "**"}]
     found += [(n.lineno, "sum") for n in ast.walk(tree) if isinstance(n, ast.Attribute) and n.attr == "sum"]
-    assert bool(found) == (path in FLEXIBLE), f"{path} {found}: see kernel/flexible/algebra.py"
+    assert bool(found) == (path in FLEXIBLE), f"{path} {found}: see kernel/algebra/arrays.py"
 
 
 def test_the_search_finds_what_it_looks_for():
@@ -139,7 +142,8 @@ def test_the_search_finds_what_it_looks_for():
 def test_elementary_functions_and_dense_algebra_start_without_numpy():
     """Node processes and plans use them, and should start at once."""
     code = (
-        "import sys; from heavylift.kernel import dense, elementary; elementary.sin(1.0); elementary.power(2.0, 0.3); "
+        "import sys; from heavylift.kernel.algebra import dense, elementary; "
+        "elementary.sin(1.0); elementary.power(2.0, 0.3); "
     )
     code += "assert 'numpy' not in sys.modules"
     assert run([sys.executable, "-c", code], capture_output=True, text=True, check=False).stderr == ""

@@ -15,8 +15,8 @@ import msgspec
 import pytest
 from digests import digest, stored
 from heavylift.coordinator.run import run
+from heavylift.nodes.plan.plan import Plan, decode, encode
 from heavylift.nodes.scene import LoadedScene, bundled, load, parse
-from heavylift.nodes.scene.plan import Plan, decode, encode
 from heavylift.recordings import Recording
 from rewritten import apart, block, commented, data, flow, other_units, shuffled
 

@@ -10,9 +10,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 
-from heavylift.kernel.describe import System
+from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.simulation.simulation import Simulation
 from small_scenes import SECOND
 
 CONTROLLED, FIXED, FIRST_ORDER = 2e-3, 2e-2, 0.25  # bounds of an error relative to its scale, see STABILITY.md

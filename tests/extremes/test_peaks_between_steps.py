@@ -5,8 +5,8 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.describe import Body, Joint, Line, Point, Rope, System
-from heavylift.kernel.forces.describe import Spring
+from heavylift.kernel.description.forces import Spring
+from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
 from small_scenes import EA, LENGTH, MASS, SECOND, G, Z, column, hand_over, hung, started
 
 EXACT = 1e-4  # of the peak, where a run is as exact as that itself

@@ -29,11 +29,11 @@ from heavylift.coordinator.transport.frame import Reader, Topic, Writer
 from heavylift.kernel.errors import UNREADABLE, HeavyliftError
 from heavylift.nodes.devs import Simulator, Tag
 from heavylift.nodes.scene import load, parse
-from heavylift.nodes.scene.spoken import spoken
+from heavylift.nodes.scene.operator_command import spoken
 from heavylift.nodes.scenes import bundled
 from heavylift.recordings import Recording
-from heavylift.recordings.samples import decode_batch
-from heavylift.recordings.sink import Sink
+from heavylift.recordings.format.samples import decode_batch
+from heavylift.recordings.write.sink import Sink
 from mutations import JSON, MSGPACK, bytes_of, spoiled
 from spoiled_recordings import read_in_all_ways
 from spoiled_recordings import spoiled as spoiled_recording
@@ -162,7 +162,7 @@ def resume(folder: Path) -> Any:
 def frames(folder: Path) -> Any:
     """Frames and messages of every type, to those who decode them, to a node and to the coordinator."""
     plan = load("pendulum").plan
-    from heavylift.nodes.scene.plan import encode
+    from heavylift.nodes.plan.plan import encode
 
     model = m.encode(m.Welcome(1, parts.encode(parts.ModelPart(RING))))
     wire = _conversation()

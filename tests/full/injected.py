@@ -145,8 +145,8 @@ def coordinate() -> None:
     """The coordinator: tell when processes were lost and came back; strike, or let the keeper be struck, in time."""
     from heavylift.coordinator.run import conversation, models
     from heavylift.coordinator.run.joining import joined
+    from heavylift.coordinator.supervision.failover import Succession
     from heavylift.coordinator.supervision.processes import Processes
-    from heavylift.coordinator.supervision.succession import Succession
 
     participant.PRELOAD = (*participant.PRELOAD, "injected")  # type: ignore[assignment]
     preload = models._preload

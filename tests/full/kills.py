@@ -34,7 +34,7 @@ from injected import MEASURED
 
 HERE = Path(__file__).parent
 HEAVYLIFT = str(Path(sys.executable).with_name("heavylift"))
-NETWORK = f"{HERE.parent / 'crash' / 'doomed_models.py'}:build"
+NETWORK = f"{HERE.parent / 'coordinator/supervision' / 'doomed_models.py'}:build"
 RING = ("north", "east", "south")
 ACTS = ("KILL", "STOP", "SEGV", "exception", "exit(0)", "memory")
 PHASES = ("start", "run", "exit", "recovery")
@@ -124,7 +124,7 @@ class Trial:
             **COMPILED,
             "TMPDIR": str(self.folder),
             "HEAVYLIFT_CASE": str(self.folder),
-            "PYTHONPATH": f"{HERE}:{HERE.parent / 'crash'}",
+            "PYTHONPATH": f"{HERE}:{HERE.parent / 'coordinator/supervision'}",
         }
         self.times: list[tuple[float, ...]] = []  # detection, recovery, replay of each successor [s]
         self.struck = False

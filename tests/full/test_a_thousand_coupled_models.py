@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-sys.path.append(str(Path(__file__).parents[1] / "devs"))
+sys.path.append(str(Path(__file__).parents[1] / "nodes/devs"))
 
 from nested_flat_cut import three_ways
 

@@ -3,7 +3,7 @@
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "fidelity"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "nodes/fidelity"))
 
 from kept import judged
 

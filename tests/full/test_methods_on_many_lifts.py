@@ -6,7 +6,7 @@ from functools import cache
 from pathlib import Path
 from statistics import median
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "fidelity"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "nodes/fidelity"))
 
 from steps_down import RESOLUTION
 from steps_taken import taken

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-sys.path.append(str(Path(__file__).parents[1] / "coordination"))
+sys.path.append(str(Path(__file__).parents[1] / "coordinator/protocol"))
 
 from random_models import distributed, flat, wave
 

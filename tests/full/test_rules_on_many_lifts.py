@@ -7,7 +7,7 @@ from statistics import median
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "fidelity"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "nodes/fidelity"))
 
 from steps_down import RESOLUTION, STEPS, measured
 

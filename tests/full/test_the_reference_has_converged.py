@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "fidelity"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "nodes/fidelity"))
 
 from kept import RTOL, reference
 from measuring import apart

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.coordinator.commands import app
-from heavylift.coordinator.gallery import page
+from heavylift.coordinator.commands.gallery import page
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import bundled, load
 from heavylift.recordings import Recording

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from math import inf, nan
 
-from heavylift.kernel.describe import (
+from heavylift.kernel.description.mechanics import (  # fmt: skip
     Body,
     Brake,
     Drive,
@@ -14,7 +14,7 @@ from heavylift.kernel.describe import (
     Point,
     Rope,
     Threshold,
-)  # fmt: skip
+)
 from small_scenes import SECOND, X, hung
 
 

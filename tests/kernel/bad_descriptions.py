@@ -4,8 +4,9 @@ from dataclasses import replace
 from math import inf, nan
 
 import numpy as np
-from heavylift.kernel.contact.describe import Box, Contact, Plane
-from heavylift.kernel.describe import (
+from heavylift.kernel.description.contacts import Box, Contact, Plane
+from heavylift.kernel.description.flexible import Beam, Flexible
+from heavylift.kernel.description.mechanics import (  # fmt: skip
     Body,
     Brake,
     Drive,
@@ -19,8 +20,7 @@ from heavylift.kernel.describe import (
     Stop,
     Support,
     Threshold,
-)  # fmt: skip
-from heavylift.kernel.flexible.description import Beam, Flexible
+)
 from small_scenes import slider
 
 ONE = slider("a")

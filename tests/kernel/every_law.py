@@ -1,6 +1,7 @@
 """A scene with every law, all joints but the spherical one, and no symmetry that could hide a mistake."""
 
-from heavylift.kernel.describe import (
+from heavylift.kernel.description.forces import Bushing, Load, Signal, Spring, Torsion, Wind
+from heavylift.kernel.description.mechanics import (
     Body,
     Brake,
     Drive,
@@ -16,7 +17,6 @@ from heavylift.kernel.describe import (
     System,
     Threshold,
 )
-from heavylift.kernel.forces.describe import Bushing, Load, Signal, Spring, Torsion, Wind
 from small_scenes import G, X, Y, Z, cube
 
 SEAT = tuple(tuple(1.0e3 if i == j else 100.0 + 20.0 * (i + j) for j in range(6)) for i in range(6))

@@ -6,10 +6,10 @@ from math import atan, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.contact.describe import Ball, Box, Contact, Plane
-from heavylift.kernel.describe import WORLD, Body, Joint, Point, System
-from heavylift.kernel.forces.describe import Load, Signal
-from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
+from heavylift.kernel.description.forces import Load, Signal
+from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Point, System
+from heavylift.kernel.simulation.simulation import Simulation
 from scipy.optimize import linprog
 from small_scenes import SECOND, G, events, hand_over, started, times
 

@@ -7,9 +7,9 @@ import mujoco
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import equilibrium
-from heavylift.kernel.describe import Body, Drive, Joint, Point, System
+from heavylift.kernel.description.forces import Load, Reeving, Sheave, Signal
+from heavylift.kernel.description.mechanics import Body, Drive, Joint, Point, System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.forces.describe import Load, Reeving, Sheave, Signal
 from scipy.optimize import brentq
 from scipy.spatial import ConvexHull
 from small_scenes import SECOND, G, X, Y, Z, column, cube, events, hand_over, imbalance, started, times

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from contact_scenes import on_slope, rocker
 from every_law import yard
-from heavylift.kernel.describe import Body, Joint, Lock, System
+from heavylift.kernel.description.mechanics import Body, Joint, Lock, System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.simulation import Simulation
-from heavylift.nodes.devs.canonical import frozen, thawed
+from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.nodes.devs.execution.canonical import frozen, thawed
 from small_scenes import SECOND, G, Y, cube, hand_over, hung, started
 
 OWN_CALLS = ("run", "status", "budget", "until")  # of the last native call; everything else must be equal

@@ -5,15 +5,15 @@ from math import pi, sin, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.describe import Body, Drive, Joint, Stop, System
+from heavylift.kernel.description.flexible import Beam, Flexible
+from heavylift.kernel.description.forces import Load
+from heavylift.kernel.description.mechanics import Body, Drive, Joint, Stop, System
+from heavylift.kernel.description.points import Point
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.evaluation import evaluate
-from heavylift.kernel.flexible.beam import beam_matrices, hermite
-from heavylift.kernel.flexible.description import Beam, Flexible
-from heavylift.kernel.forces.describe import Load
-from heavylift.kernel.points import Point
-from heavylift.kernel.rate import Program
-from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.model.evaluation import evaluate
+from heavylift.kernel.model.program import Program
+from heavylift.kernel.multibody.flexible.beam import beam_matrices, hermite
+from heavylift.kernel.simulation.simulation import Simulation
 from scipy.linalg import lu_factor, lu_solve
 from small_scenes import SECOND, G, column, hand_over, imbalance, started
 

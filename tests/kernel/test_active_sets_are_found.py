@@ -4,12 +4,12 @@ from itertools import product
 
 import numpy as np
 import pytest
-from heavylift.kernel.contact.complementarity import solve
-from heavylift.kernel.contact.coulomb import Contacts, settle
-from heavylift.kernel.contact.pivoting import pivot
-from heavylift.kernel.contact.rounds import ROUNDS, round_of, start_of
-from heavylift.kernel.contact.sweeps import sweep
-from heavylift.kernel.spatial import skew
+from heavylift.kernel.algebra.spatial import skew
+from heavylift.kernel.constraints.complementarity.block_pivoting import ROUNDS, round_of, start_of
+from heavylift.kernel.constraints.complementarity.boxed_lcp import solve
+from heavylift.kernel.constraints.complementarity.native_pivoting import pivot
+from heavylift.kernel.simulation.impacts.coulomb import Contacts, settle
+from heavylift.kernel.simulation.impacts.gauss_seidel import sweep
 
 EXACT = 1e-12  # of a well-conditioned problem of order one
 CONDITION = 1e-7  # to which each condition of a contact of order one holds

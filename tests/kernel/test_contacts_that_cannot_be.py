@@ -9,8 +9,8 @@ from contact_scenes import (
     floating,
     on_slope,
 )  # fmt: skip
-from heavylift.kernel.contact.describe import Ball, Box, Contact, Plane
-from heavylift.kernel.describe import System
+from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane
+from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError
 from scipy.spatial.transform import Rotation
 from small_scenes import SECOND, G, started

@@ -7,10 +7,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from heavylift.kernel.analysis import mobility
-from heavylift.kernel.describe import WORLD, Body, Drive, Joint, Line, Lock, Point, RigidRope, System
+from heavylift.kernel.description.flexible import Beam, Flexible
+from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, Line, Lock, Point, RigidRope, System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.flexible.description import Beam, Flexible
-from heavylift.kernel.rate import Program
+from heavylift.kernel.model.program import Program
 from linkages import looped, windows
 from random_trees import pinocchio_model, random_system
 from scipy.spatial.transform import Rotation

@@ -5,7 +5,7 @@ import struct
 
 import numpy as np
 import pytest
-from heavylift.kernel.dense import (
+from heavylift.kernel.algebra.dense import (  # fmt: skip
     combinations,
     dot,
     eigenvalues,
@@ -15,7 +15,7 @@ from heavylift.kernel.dense import (
     product,
     singular_values,
     solve,
-)  # fmt: skip
+)
 
 CLOSE = 1e-12  # relative to the largest: some hundred roundings
 ZERO = 1e-9  # singular values of the matrices below are either far above or rounding

@@ -4,8 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.kernel import laws
-from heavylift.kernel.describe import Body, Brake, Drive, Joint, JointSpring, Line, Point, Rope, Stop, Support, System
+from heavylift.kernel.description.mechanics import (
+    Body,
+    Brake,
+    Drive,
+    Joint,
+    JointSpring,
+    Line,
+    Point,
+    Rope,
+    Stop,
+    Support,
+    System,
+)
+from heavylift.kernel.forces import laws
 from small_scenes import EA, MASS, SECOND, G, X, Y, Z, column, cube, events, hand_over, hung, imbalance, slider, started
 
 CLOSES = 1e-10  # of the energy turned over

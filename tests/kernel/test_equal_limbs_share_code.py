@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from heavylift.kernel.describe import Body, Joint, Line, Point, Rope, System
-from heavylift.kernel.rate import Program
-from heavylift.kernel.simulation import Simulation
-from heavylift.kernel.spatial import axis_rotation
+from heavylift.kernel.algebra.spatial import axis_rotation
+from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
+from heavylift.kernel.model.program import Program
+from heavylift.kernel.simulation.simulation import Simulation
 from random_trees import random_state
 
 SAME = 1e-10  # two orders of elimination, of masses within a decade

@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.kernel.describe import Body, Brake, Joint, JointSpring, Line, Point, Rope, System
-from heavylift.kernel.dynamics import composites, joint_space_inertia
+from heavylift.kernel.description.forces import Bushing, Characteristic, Reeving, Sheave, Signal, Torsion, UserLaw
+from heavylift.kernel.description.mechanics import Body, Brake, Joint, JointSpring, Line, Point, Rope, System
 from heavylift.kernel.equations import equations
-from heavylift.kernel.forces.describe import Bushing, Characteristic, Reeving, Sheave, Signal, Torsion, UserLaw
-from heavylift.kernel.formulations import FORMULATIONS
-from heavylift.kernel.graph import build_graph
-from heavylift.kernel.kinematics import kinematics
-from heavylift.kernel.trees import cut
+from heavylift.kernel.multibody.dynamics import composites, joint_space_inertia
+from heavylift.kernel.multibody.formulations import FORMULATIONS
+from heavylift.kernel.multibody.graph import build_graph
+from heavylift.kernel.multibody.kinematics import kinematics
+from heavylift.kernel.multibody.trees import cut
 from small_scenes import EA, LENGTH, G, X, Y, Z, hung, started
 from test_the_four_link_arm import GIVEN, PARENT, arm
 

@@ -6,11 +6,11 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
-from heavylift.kernel.describe import Body, Joint, JointSpring, System
-from heavylift.kernel.evaluation import evaluate
-from heavylift.kernel.joints import JOINTS
-from heavylift.kernel.kinematics import kinematics
-from heavylift.kernel.rate import Program
+from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, System
+from heavylift.kernel.model.evaluation import evaluate
+from heavylift.kernel.model.program import Program
+from heavylift.kernel.multibody.kinematics import kinematics
 from random_trees import (
     GRAVITY,
     KINDS,

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from goliath import scene
-from heavylift.kernel.describe import Body, Joint, JointSpring, System
+from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, System
 from heavylift.kernel.errors import KernelError
 from small_scenes import SECOND, X, column, hand_over, hung, slider, started
 

@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import pytest
-from heavylift.kernel.describe import Body, Joint, Line, Point, RigidRope, Rope, Support, System
+from heavylift.kernel.description.flexible import Beam, Flexible, Nodal
+from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, RigidRope, Rope, Support, System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.flexible.description import Beam, Flexible, Nodal
-from heavylift.kernel.rate import Program
+from heavylift.kernel.model.program import Program
 from small_scenes import started
 
 BEAM = Beam(10.0, 100.0, EI_y=1e6, elements=8)

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.kernel.describe import Point
-from heavylift.kernel.forces.describe import (
+from heavylift.kernel.description.forces import (
     Bushing,
     Characteristic,
     Load,
@@ -17,6 +16,7 @@ from heavylift.kernel.forces.describe import (
     UserLaw,
     Wind,
 )
+from heavylift.kernel.description.mechanics import Point
 from msgspec import structs
 from random_trees import random_system
 from small_scenes import SECOND, events, imbalance, started

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.kernel.describe import WORLD, Body, Drive, Joint, JointSpring, Stop, System
+from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, JointSpring, Stop, System
 from heavylift.kernel.errors import KernelError
 from linkages import poses
 from random_trees import rotation

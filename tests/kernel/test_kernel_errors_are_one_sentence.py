@@ -13,20 +13,13 @@ from bad_descriptions import (
     diagonal,
     with_,
 )
-from heavylift.kernel.contact.describe import Ball, Contact, Plane
-from heavylift.kernel.describe import (
-    Body,
-    Brake,
-    Drive,
-    Joint,
-    JointSpring,
-    System,
-)  # fmt: skip
+from heavylift.kernel.description.contacts import Ball, Contact, Plane
+from heavylift.kernel.description.mechanics import Body, Brake, Drive, Joint, JointSpring, System  # fmt: skip
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.methods import METHODS
-from heavylift.kernel.rate import Program
-from heavylift.kernel.simulation import Simulation
-from heavylift.kernel.switching import Switches
+from heavylift.kernel.model.program import Program
+from heavylift.kernel.model.switching import Switches
+from heavylift.kernel.simulation.simulation import Simulation
 from small_scenes import SECOND, X, Z, hand_over, hung, slider, started
 
 

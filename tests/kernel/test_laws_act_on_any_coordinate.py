@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from heavylift.kernel.describe import (
+from heavylift.kernel.description.mechanics import (  # fmt: skip
     Body,
     Brake,
     Drive,
@@ -13,7 +13,7 @@ from heavylift.kernel.describe import (
     Stop,
     System,
     Threshold,
-)  # fmt: skip
+)
 from small_scenes import SECOND, G, X, Z, column, events, hand_over, imbalance, started, times
 
 M, I = 200.0, 50.0

@@ -6,10 +6,10 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
-from heavylift.kernel.describe import Body, Joint, Point, System
+from heavylift.kernel.description.forces import Characteristic, Load, Signal, UserLaw
+from heavylift.kernel.description.mechanics import Body, Joint, Point, System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.forces.describe import Characteristic, Load, Signal, UserLaw
-from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.simulation.simulation import Simulation
 from scipy.integrate import solve_ivp
 from small_scenes import SECOND, X, cube, events, imbalance, slider, started, times
 

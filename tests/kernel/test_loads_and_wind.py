@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.describe import Body, Joint, Master, Point, System
+from heavylift.kernel.description.forces import Load, Signal, Wind
+from heavylift.kernel.description.mechanics import Body, Joint, Master, Point, System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.forces.describe import Load, Signal, Wind
-from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.simulation.simulation import Simulation
 from scipy.integrate import solve_ivp
 from small_scenes import SECOND, G, X, Y, column, hung, imbalance, slider, started
 

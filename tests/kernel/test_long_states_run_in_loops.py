@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.kernel import wide
-from heavylift.kernel.describe import Point
+from heavylift.kernel.compiler import vector_loops as wide
+from heavylift.kernel.description.mechanics import Point
 from heavylift.kernel.methods import METHODS
 from heavylift.kernel.methods.peers import PEERS
-from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.simulation.simulation import Simulation
 from small_scenes import hung
 
 LONGEST = 8  # numbers: fewer than the state of the scene

@@ -8,10 +8,10 @@ from re import fullmatch
 import numpy as np
 import pinocchio as pin
 import pytest
-from heavylift.kernel.constraints.closures import CLOSURES
-from heavylift.kernel.describe import WORLD, Body, Drive, Joint, JointSpring, System
+from heavylift.kernel.constraints.loop_closures import CLOSURES
+from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, JointSpring, System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.joints import JOINTS
 from linkages import looped, relative, rod, windows
 from random_trees import pinocchio_model
 from small_scenes import SECOND, G, X, Y, Z, column, cube, hand_over, started

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.linalg
-from heavylift.kernel.flexible.algebra import eigen, factored, times, total
-from heavylift.kernel.flexible.beam import beam_matrices, nodes_of
-from heavylift.kernel.flexible.description import Beam, Flexible, Nodal
-from heavylift.kernel.flexible.eigenmodes import eigenmodes, largest
-from heavylift.kernel.flexible.modes import modes_of
-from heavylift.kernel.flexible.numbers import rigid_motions
-from heavylift.kernel.flexible.polynomials import derivative, integral, product, roots, series, spline
-from heavylift.kernel.flexible.reduction import reduced
+from heavylift.kernel.algebra.arrays import eigen, factored, times, total
+from heavylift.kernel.algebra.eigenvalues import eigenmodes, largest
+from heavylift.kernel.algebra.polynomials import derivative, integral, product, roots, series, spline
+from heavylift.kernel.description.flexible import Beam, Flexible, Nodal
+from heavylift.kernel.multibody.flexible.beam import beam_matrices, nodes_of
+from heavylift.kernel.multibody.flexible.modes import modes_of
+from heavylift.kernel.multibody.flexible.reduction import reduced
+from heavylift.kernel.multibody.flexible.rounding import rigid_motions
 from numpy.polynomial import chebyshev
 from scipy.interpolate import make_interp_spline
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from heavylift.kernel.emit import module
-from heavylift.kernel.function import OPAQUE, Primitive
-from heavylift.kernel.methods.linear_algebra import Factors, solver
-from heavylift.kernel.methods.loops import Code
-from heavylift.kernel.native import Library
+from heavylift.kernel.compiler.emit import module
+from heavylift.kernel.compiler.function import OPAQUE, Primitive
+from heavylift.kernel.compiler.machine_code import Library
+from heavylift.kernel.compiler.native_linear_algebra import Factors, solver
+from heavylift.kernel.compiler.native_loops import Code
 
 ROUNDED = 1e-12  # of a solution: condition numbers stay below 1e3
 BESIDE = 3  # components that belong to no equation

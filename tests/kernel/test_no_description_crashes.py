@@ -5,10 +5,10 @@ from math import inf, nan
 
 import numpy as np
 import pytest
-from heavylift.kernel.describe import WORLD, Brake, JointSpring, Lock, Stop
+from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.mechanics import WORLD, Brake, JointSpring, Lock, Stop
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.joints import JOINTS
-from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.simulation.simulation import Simulation
 from random_trees import KINDS, random_system
 from small_scenes import SECOND, hand_over
 

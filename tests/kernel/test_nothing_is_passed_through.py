@@ -4,8 +4,8 @@ from math import sqrt
 
 import pytest
 from contact_scenes import STILL, ball, brick, floating
-from heavylift.kernel.contact.describe import Ball, Box, Contact
-from heavylift.kernel.describe import Joint, System
+from heavylift.kernel.description.contacts import Ball, Box, Contact
+from heavylift.kernel.description.mechanics import Joint, System
 from small_scenes import SECOND, G, started, times
 
 NANOSECOND = 2e-9  # [s] event times are rounded up

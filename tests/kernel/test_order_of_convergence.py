@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from heavylift.kernel.describe import Body, Drive, Joint, System
+from heavylift.kernel.description.mechanics import Body, Drive, Joint, System
 from heavylift.kernel.methods import METHODS
 from heavylift.kernel.methods.peers import PEERS
 from small_scenes import SECOND, G, X, cube, hand_over, hung, started

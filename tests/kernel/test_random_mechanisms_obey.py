@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import equilibrium, momentum, reactions
-from heavylift.kernel.describe import JointSpring, Line, Point, Rope, System
+from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.mechanics import JointSpring, Line, Point, Rope, System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.formulations import FORMULATIONS
-from heavylift.kernel.joints import JOINTS
-from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.multibody.formulations import FORMULATIONS
+from heavylift.kernel.simulation.simulation import Simulation
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from random_trees import random_system

@@ -3,10 +3,10 @@
 from dataclasses import replace
 
 import pytest
-from heavylift.kernel.describe import Body, Joint, Line, Point, Rope, System
+from heavylift.kernel.description.forces import Reeving, Sheave, Signal
+from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.forces.describe import Reeving, Sheave, Signal
-from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.simulation.simulation import Simulation
 from small_scenes import SECOND, Y, Z, cube, slider, started
 
 WORLD, LOAD = Point("world"), Point("load")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from heavylift.kernel.describe import WORLD, Body, Joint, Line, Point, RigidRope, System
+from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Line, Point, RigidRope, System
 from heavylift.kernel.errors import KernelError
 from small_scenes import MASS, SECOND, G, X, Z, column, cube, events, hand_over, imbalance, started, times
 

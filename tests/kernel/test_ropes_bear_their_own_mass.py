@@ -6,9 +6,9 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import equilibrium, modes
-from heavylift.kernel.describe import WORLD, Body, Joint, Line, Point, RigidRope, Rope, System
+from heavylift.kernel.description.mechanics import WORLD, Body, Joint, Line, Point, RigidRope, Rope, System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.simulation.simulation import Simulation
 from scipy.optimize import brentq
 from small_scenes import G, X, Z, column, hand_over, imbalance, started
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 from math import atan2, pi, sqrt
 
 import pytest
-from heavylift.kernel.describe import Point, Stop, Threshold
+from heavylift.kernel.description.mechanics import Point, Stop, Threshold
 from heavylift.kernel.errors import KernelError
 from small_scenes import EA, LENGTH, MASS, SECOND, G, events, hand_over, hung, started, times
 

@@ -5,7 +5,7 @@ from typing import get_args
 import numpy as np
 import pytest
 from goliath import scene
-from heavylift.kernel.describe import MethodName
+from heavylift.kernel.description.mechanics import MethodName
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.methods import METHODS
 from heavylift.kernel.methods.peers import PEERS

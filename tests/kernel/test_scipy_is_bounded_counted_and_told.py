@@ -4,10 +4,10 @@ from math import cos, sin
 
 import pytest
 from contact_scenes import STILL, ball, brick
-from heavylift.kernel.contact.describe import Ball, Box, Contact
-from heavylift.kernel.describe import Body, Joint, Point, System
+from heavylift.kernel.description.contacts import Ball, Box, Contact
+from heavylift.kernel.description.forces import Spring
+from heavylift.kernel.description.mechanics import Body, Joint, Point, System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.forces.describe import Spring
 from heavylift.kernel.methods.peers import PEERS
 from small_scenes import SECOND, G, X, Y, cube, hand_over, hung, started, times
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from heavylift.kernel.contact import candidates, frames
+from heavylift.kernel.constraints.contact import candidates, frames
 from scipy.optimize import lsq_linear
 from scipy.spatial.transform import Rotation
 

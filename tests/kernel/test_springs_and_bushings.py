@@ -6,10 +6,10 @@ from math import pi, sqrt
 import mujoco
 import numpy as np
 import pytest
-from heavylift.kernel.describe import Body, Joint, Point, System
+from heavylift.kernel.description.forces import Bushing, Spring, Torsion
+from heavylift.kernel.description.mechanics import Body, Joint, Point, System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.forces.describe import Bushing, Spring, Torsion
-from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.simulation.simulation import Simulation
 from scipy.spatial.transform import Rotation
 from small_scenes import SECOND, X, Z, column, cube, imbalance, slider, started
 

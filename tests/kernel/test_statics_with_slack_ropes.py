@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import equilibrium, momentum, reactions
-from heavylift.kernel.describe import Body, Brake, Joint, Line, Point, Rope, Support, System
+from heavylift.kernel.description.mechanics import Body, Brake, Joint, Line, Point, Rope, Support, System
 from heavylift.kernel.errors import KernelError
 from small_scenes import EA, LENGTH, MASS, G, X, Y, Z, cube, hung, slider, started
 

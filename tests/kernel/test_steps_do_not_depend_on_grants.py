@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from goliath import scene as goliath
-from heavylift.kernel.describe import Body, Joint, JointSpring, Line, Point, Rope, System, Threshold
-from heavylift.kernel.simulation import FOREVER_NS, Simulation
+from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, Line, Point, Rope, System, Threshold
+from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
 from small_scenes import SECOND, G, cube, events, hand_over, hung, slider, started
 
 OWN_CALLS = ("run", "status", "budget", "until")  # of the last native call; everything else must be equal

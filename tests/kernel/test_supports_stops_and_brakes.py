@@ -4,7 +4,18 @@ from dataclasses import replace
 from math import atan2, cos, hypot, pi, radians, sin, sqrt
 
 import pytest
-from heavylift.kernel.describe import Body, Brake, Joint, JointSpring, Line, Point, Rope, Stop, Support, System
+from heavylift.kernel.description.mechanics import (
+    Body,
+    Brake,
+    Joint,
+    JointSpring,
+    Line,
+    Point,
+    Rope,
+    Stop,
+    Support,
+    System,
+)
 from small_scenes import SECOND, G, X, cube, events, hand_over, imbalance, slider, started, times
 
 FINE = {"tolerance": 1e-11, "h_max": 0.01}

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.health import _cache
+from heavylift.coordinator.commands.health import _cache
 from heavylift.kernel.cache import read_cached, unsafe_cache, write_cached
 
 OTHER = 12345  # another user

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 from heavylift.kernel.cache import cache_folder
-from heavylift.kernel.describe import Body, Joint, JointSpring, System, Threshold
-from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, System, Threshold
+from heavylift.kernel.simulation.simulation import Simulation
 from small_scenes import SECOND, X, slider, started
 
 

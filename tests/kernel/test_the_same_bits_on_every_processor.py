@@ -11,12 +11,12 @@ import llvmlite.binding as llvm
 import numpy as np
 import pytest
 from every_law import yard
-from heavylift.kernel.elementary import cos, power, sin
-from heavylift.kernel.emit import module
-from heavylift.kernel.function import Function
-from heavylift.kernel.lanes import Batch, arranged
-from heavylift.kernel.native import Library
-from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.algebra.elementary import cos, power, sin
+from heavylift.kernel.compiler.emit import module
+from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.machine_code import Library
+from heavylift.kernel.compiler.simd_batches import Batch, arranged
+from heavylift.kernel.simulation.simulation import Simulation
 
 PROCESSORS = {"x86-64": "sse2", "x86-64-v2": "sse4.2", "haswell": "avx2", "skylake-avx512": "avx512f"}
 HAS = llvm.get_host_cpu_features()

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from goliath import scene
-from heavylift.kernel.describe import Body, Joint, Line, Point, Rope, System
-from heavylift.kernel.evaluation import evaluate
+from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
 from heavylift.kernel.methods.stiffness import Linearised
-from heavylift.kernel.motion import rates
+from heavylift.kernel.model.evaluation import evaluate
+from heavylift.kernel.multibody.motion import rates
 from small_scenes import SECOND, G, Y, hand_over, started
 
 STEP = 1e-6  # of a central difference

@@ -11,10 +11,10 @@ import msgspec
 import numpy as np
 import pytest
 from heavylift.coordinator.participants.kernel_node import KernelConfig, KernelNode
-from heavylift.kernel.describe import Body, Drive, Joint, Line, Point, Rope, Stop, System, Threshold
-from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Point, Rope, Stop, System, Threshold
+from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.devs import Delivery, Event, Tag, encode, succ
-from heavylift.nodes.models import messages as m
+from heavylift.nodes.models.parts import messages as m
 from small_scenes import SECOND, G, X, started
 
 BREAK = 333_333_334  # [ns] 1/3 s, rounded up

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from contact_scenes import ball, floating
-from heavylift.kernel.contact.describe import Ball, Contact, Plane
-from heavylift.kernel.describe import Body, Line, Point, RigidRope, Rope, Support, System
-from heavylift.kernel.simulation import Simulation
-from heavylift.kernel.thrift import SPELL, Thrift
+from heavylift.kernel.description.contacts import Ball, Contact, Plane
+from heavylift.kernel.description.mechanics import Body, Line, Point, RigidRope, Rope, Support, System
+from heavylift.kernel.simulation.native.variant_policy import SPELL, Thrift
+from heavylift.kernel.simulation.simulation import Simulation
 from small_scenes import SECOND, G, cube, events, hand_over, started
 
 ROUNDING = 1e-12  # relative: rows that others do not stand beside are regularised by other numbers of size 1e-18

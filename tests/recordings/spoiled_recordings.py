@@ -13,7 +13,7 @@ from types import FrameType
 
 import zstandard
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings import (
+from heavylift.recordings import (  # fmt: skip
     Recording,
     compare,
     curves,
@@ -25,9 +25,9 @@ from heavylift.recordings import (
     recover,
     report,
     storyboard,
-)  # fmt: skip
+)
+from heavylift.recordings.render.view import content
 from heavylift.recordings.report import facts
-from heavylift.recordings.view import content
 
 PATIENCE_s = 20.0  # for all that is done with one file of a few kilobytes, but pictures
 PICTURES_s = 100.0  # matplotlib takes its time, more so where others compute

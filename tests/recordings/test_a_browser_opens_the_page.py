@@ -13,7 +13,7 @@ from browser import CHROMIUM, Chromium
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import load
 from heavylift.recordings import view
-from heavylift.recordings.live import LivePage
+from heavylift.recordings.render.live import LivePage
 from matplotlib.colors import rgb_to_hsv
 from matplotlib.image import imread
 from numpy.typing import NDArray

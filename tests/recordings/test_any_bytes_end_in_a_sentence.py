@@ -18,8 +18,8 @@ import pytest
 import zstandard
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings import Recorder, Recording, curves, recover
-from heavylift.recordings.mcapfile import McapFile
-from heavylift.recordings.view import content
+from heavylift.recordings.format.mcapfile import McapFile
+from heavylift.recordings.render.view import content
 from numpy.typing import NDArray
 from small_run import TIMES
 from spoiled_recordings import patience, read_in_all_ways, spoiled

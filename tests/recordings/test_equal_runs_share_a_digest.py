@@ -10,7 +10,8 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-from heavylift.recordings import Digest, Recorder, Recording, spool
+from heavylift.recordings import Digest, Recorder, Recording
+from heavylift.recordings.format import spool
 from numpy.typing import NDArray
 
 EVENTS: list[tuple[Any, ...]] = [

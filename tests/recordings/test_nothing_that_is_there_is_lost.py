@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from heavylift.kernel.errors import OutputError, RecordingError
 from heavylift.recordings import Recorder, Recording, curves, export, overlay, plot, recover, report, storyboard, view
-from heavylift.recordings.partfile import PartFile
+from heavylift.recordings.write.partfile import PartFile
 
 Begin = Callable[[], Recorder]
 Obstacle = Callable[[Path], None]
@@ -262,7 +262,7 @@ def test_what_happens_to_the_file_meanwhile_is_noticed(
     harm: Obstacle, at: str, begin: Begin, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if at == "the next flush":
-        monkeypatch.setattr("heavylift.recordings.sink.FLUSH", 0.0)
+        monkeypatch.setattr("heavylift.recordings.write.sink.FLUSH", 0.0)
     rec = begin()
     part = tmp_path / "run.mcap.part"
     harm(part)

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings import Box, Recorder, Recording, RopeLine, view
-from heavylift.recordings.content import thinned
-from heavylift.recordings.view import content
+from heavylift.recordings.render.content import thinned
+from heavylift.recordings.render.view import content
 from small_run import Stage
 
 NASTY = "</script><script>alert(1)</script><img src=x onerror=alert(2)> & {{script}}"

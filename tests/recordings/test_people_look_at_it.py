@@ -10,8 +10,8 @@ from xml.etree import ElementTree
 import pytest
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings import Recorder, Recording, SampleLayout, info, plot
-from heavylift.recordings.plot import spread
-from heavylift.recordings.text import duration
+from heavylift.recordings.format.text import duration
+from heavylift.recordings.render.plot import spread
 
 
 def test_info_tells_the_run_its_peaks_and_its_channels(recorded: Path) -> None:

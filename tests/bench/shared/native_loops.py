@@ -6,9 +6,9 @@ import time
 
 import llvmlite.binding as llvm
 import numpy as np
-from heavylift.kernel.emit import module
-from heavylift.kernel.native import Library
-from heavylift.kernel.simulation import Simulation
+from heavylift.kernel.compiler.emit import module
+from heavylift.kernel.compiler.machine_code import Library
+from heavylift.kernel.simulation.simulation import Simulation
 
 RUNS = 15  # of which the fastest counts: other work on the machine only ever adds
 

@@ -1,0 +1,7 @@
+"""What all commands of `heavylift` share.
+
+app          the command line as a whole; arguments and options
+completing   what a shell may complete
+helping      how help looks
+ending       exit codes, and one sentence where something is wrong
+"""

@@ -1,0 +1,45 @@
+"""What a shell may complete: names of bundled scenes, files that a command can read, runs that go on.
+
+`heavylift --install-completion` puts it into the user's shell.  Nothing here may fail or print: what cannot be looked
+up is not offered.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+__all__ = ["recordings", "runs", "scenes"]
+
+
+def scenes(incomplete: str) -> list[str]:
+    """Bundled scenes by name, scene files by path."""
+    from heavylift.nodes.scenes import bundled
+
+    return [name for name in bundled() if name.startswith(incomplete)] + _files(incomplete, (".yaml", ".yml"))
+
+
+def recordings(incomplete: str) -> list[str]:
+    """Recordings, also those that were cut off."""
+    return _files(incomplete, (".mcap", ".mcap.part"))
+
+
+def runs(incomplete: str) -> list[str]:
+    """Recordings that runs of this user are writing, as one would type them here."""
+    from heavylift.coordinator.live import running
+
+    here = Path.cwd()
+    written = [Path(found.notice.recording) for found in running() if found.notice.recording]
+    shown = [str(path.relative_to(here)) if path.is_relative_to(here) else str(path) for path in written]
+    return [path for path in shown if path.startswith(incomplete)]
+
+
+def _files(incomplete: str, suffixes: tuple[str, ...]) -> list[str]:
+    """Files of these suffixes, and folders in which they may be."""
+    folder, _, begun = incomplete.rpartition("/")
+    where = f"{folder}/" if "/" in incomplete else ""
+    try:
+        found = sorted(Path(where or ".").iterdir())
+    except OSError:
+        return []
+    fits = [path for path in found if path.name.startswith(begun) and (begun or not path.name.startswith("."))]
+    return [f"{where}{p.name}{'/' if p.is_dir() else ''}" for p in fits if p.is_dir() or p.name.endswith(suffixes)]

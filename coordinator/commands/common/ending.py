@@ -1,0 +1,105 @@
+"""How a command ends: with an exit code, and with one sentence where something is wrong."""
+
+from __future__ import annotations
+
+import errno
+import os
+import sys
+import tempfile
+import traceback
+
+import typer
+from heavylift.coordinator.stopping import STOPPED
+from heavylift.coordinator.transport.printable import printable
+from heavylift.kernel.errors import HeavyliftError, OutputError, Stopped, out_of_memory
+
+from .app import app
+
+__all__ = ["carry_out"]
+
+
+def carry_out() -> None:
+    """Do what the command line says; SystemExit with its exit code unless that is 0."""
+    try:
+        code = app(prog_name="heavylift", standalone_mode=False)  # of a command that ends with typer.Exit
+        if code == STOPPED:  # what typer makes of Ctrl-C where nobody hears it
+            print("heavylift: stopped", file=sys.stderr)
+        if sys.stdout is not None:  # what does not go out is noticed here, not when Python ends
+            sys.stdout.flush()
+        if code:
+            sys.exit(code)
+    except Stopped as error:
+        print(f"heavylift: {printable(str(error))}", file=sys.stderr)
+        _judged(error)
+        sys.exit(STOPPED)
+    except HeavyliftError as error:
+        told = printable(str(error), keep="\n")
+        print(f"heavylift: {told}" if "\n" not in told else told, file=sys.stderr)
+        _judged(error)
+        sys.exit(2 if isinstance(error, OutputError) else 1)
+    except (typer.Abort, KeyboardInterrupt):
+        print("heavylift: stopped", file=sys.stderr)
+        sys.exit(STOPPED)
+    except Exception as error:
+        if isinstance(error, OSError) and not error.filename and (why := _unwritable()):
+            _discard_output()
+            print(
+                f"heavylift: standard output cannot be written ({why}); make room there or send it elsewhere",
+                file=sys.stderr,
+            )
+            sys.exit(1)
+        if hasattr(error, "format_message") and hasattr(error, "exit_code"):  # how click reports a wrong command line
+            asked = type(error).__name__ == "NoArgsIsHelpError"
+            print(error.format_message() if asked else f"heavylift: {error.format_message()}", file=sys.stderr)
+            sys.exit(error.exit_code)
+        if refused := _refused(error):
+            print(f"heavylift: {refused}", file=sys.stderr)
+            sys.exit(1)
+        with tempfile.NamedTemporaryFile("w", prefix="heavylift-", suffix=".txt", delete=False) as file:
+            traceback.print_exc(file=file)
+        print(
+            f"heavylift: internal error, {type(error).__name__}: {error}; this is a defect of heavylift, {file.name} "
+            "tells its makers more",
+            file=sys.stderr,
+        )
+        sys.exit(1)
+
+
+def _judged(error: HeavyliftError) -> None:
+    """The verdict on what was recorded of a run that the error has ended."""
+    if error.verdict is None:
+        return
+    from heavylift.coordinator.run.progress import tell_verdict
+    from heavylift.recordings.read.verdict import Judged
+    from rich.console import Console
+
+    assert isinstance(error.verdict, Judged)
+    tell_verdict(Console(highlight=False), error.verdict)
+    sys.stdout.flush()
+
+
+def _refused(error: Exception) -> str:
+    """What the system refuses is no defect of heavylift: a sentence, or "" if it is something else."""
+    if out_of_memory(error):
+        then = "then `heavylift resume` the recording, if there is one"
+        return f"the system gives no more memory; end other programs or raise the limit (`ulimit -v`), {then}"
+    if not isinstance(error, OSError):
+        return ""
+    if error.errno in (errno.EMFILE, errno.ENFILE):
+        return "too many files are open for the system's limit; raise it, for instance with `ulimit -n 256`"
+    return f"{error.filename}: {error.strerror}; give another name or place" if error.filename else ""
+
+
+def _unwritable() -> str:
+    """Why standard output does not take the end of a line; "" if it does."""
+    try:
+        if sys.stdout is not None:
+            os.write(sys.stdout.fileno(), b"\n")  # what has failed once is gone from Python's own buffer
+    except OSError as error:
+        return error.strerror or type(error).__name__
+    return ""
+
+
+def _discard_output() -> None:
+    """Nothing goes to standard output any more, so that Python does not stumble over the rest of it at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,0 +1,102 @@
+"""A page of scenes with a picture of each: `heavylift gallery`, one command for GALLERY.md and all its pictures.
+
+What is said of a scene is its own first comment, and how it is drawn a line there: `# See it: heavylift plot NAME.mcap
+'rope/tension/*'`; without one the lift itself is drawn.  So a folder of a user's scenes becomes a page as well.
+"""
+
+from __future__ import annotations
+
+import shlex
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
+
+from heavylift.coordinator.run import run
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.write.outputs import GENERATOR, output_path
+from heavylift.recordings.write.partfile import PartFile
+
+if TYPE_CHECKING:
+    from heavylift.nodes.scene import LoadedScene
+
+__all__ = ["draw", "page"]
+
+SEE = "See it:"
+WIDTH, COLOURS = 900, 48  # [px], and of the palette: a picture of some kB
+HEAD = """# Scenes, and what they show
+
+Each of these comes with heavylift: run it by its name, or begin your own as a copy (`heavylift new mine --like NAME`).
+This page and its pictures are made by `heavylift gallery -o nodes/scenes --force`, one of your own scenes by
+`heavylift gallery my-*.yaml -o DIR`.
+"""
+
+
+def page(scenes: Iterable[LoadedScene]) -> str:
+    """The page as Markdown; pictures are below `pictures/`."""
+    return HEAD + "".join(_entry(scene) for scene in scenes)
+
+
+def draw(scene: LoadedScene, folder: str | Path, force: bool = False) -> Path:
+    """Run a scene in this process and draw it into the folder; the path of the picture."""
+    from heavylift.recordings import curves, file_path, plot, storyboard
+
+    folder = file_path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise RecordingError(f"{folder}: cannot be made ({error.strerror}); choose another folder") from None
+    out = output_path(folder / f"{scene.plan.name}.png")
+    words = shlex.split(_told(scene)[1])[3:]  # behind `heavylift plot NAME.mcap`
+    with tempfile.TemporaryDirectory(prefix="heavylift-", ignore_cleanup_errors=True) as place:
+        recording, drawn = Path(place) / f"{scene.plan.name}.mcap", Path(place) / "drawn.png"
+        run(scene, recording, in_process=True)
+        if "--lift" in words:
+            storyboard(recording, drawn)
+        elif words:
+            curves(recording, words, drawn)
+        else:
+            plot(recording, drawn)
+        with PartFile(out, "a picture", (".png",), force) as file, file.writing():
+            _shrunk(drawn, file.stream)
+    return file.path
+
+
+def _told(scene: LoadedScene) -> tuple[str, str]:
+    """The first comment of a scene, its first paragraph, and the command that draws it."""
+    lines = []
+    for line in scene.text.splitlines():
+        if not line.startswith("#") or line.strip() == "#":
+            break
+        lines.append(line.removeprefix("#").strip())
+    see = next((line.removeprefix(SEE).strip() for line in lines if line.startswith(SEE)), "")
+    told = " ".join(line for line in lines if not line.startswith(SEE))
+    return told, see or f"heavylift plot {scene.plan.name}.mcap --lift"
+
+
+def _entry(scene: LoadedScene) -> str:
+    from heavylift.nodes.scene import check
+    from heavylift.nodes.scenes import bundled
+
+    name = scene.plan.name
+    told, see = _told(scene)
+    size = check(scene).lines[0].partition(": ")[2]
+    called = name if scene.path in bundled().values() else scene.path.name
+    return (
+        f"\n## {name}\n\n{told}\n\n![{name}](pictures/{name}.png)\n\n"
+        f"    heavylift run {called}\n    {see}\n\n[{scene.path.name}]({scene.path.name}): {size}.\n"
+    )
+
+
+def _shrunk(drawn: Path, out: BinaryIO) -> None:
+    """The picture in the size of a page, with a palette."""
+    from PIL import Image
+    from PIL.PngImagePlugin import PngInfo
+
+    told = PngInfo()
+    told.add_text("Software", GENERATOR)
+
+    with Image.open(drawn) as picture:
+        small = picture.convert("RGB")
+        small.thumbnail((WIDTH, WIDTH))
+        small.quantize(COLOURS).save(out, "png", optimize=True, pnginfo=told)

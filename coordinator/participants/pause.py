@@ -1,0 +1,129 @@
+"""The mechanics of a scene at one instant of its run: the models play it in this process, without a recording.
+
+For what is asked of a pose rather than of a run: statics, modes.  The simulation that comes back is nobody else's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import msgspec
+from heavylift.coordinator.protocol.core import Coordinator
+from heavylift.coordinator.protocol.memory import run_in_memory
+from heavylift.coordinator.protocol.node import Node
+from heavylift.kernel.analysis.path import EquilibriumPath
+from heavylift.kernel.errors import SceneError
+from heavylift.kernel.methods.choice import choose, control_of
+from heavylift.kernel.model.program import Program
+from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.nodes.devs import Event, Simulator, Tag, ns
+from heavylift.nodes.models import COMMANDER, KERNEL, NodeModel, build, couplings, system
+from heavylift.nodes.models.parts.messages import Finished, Stage
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.statics.rehearsal import Rehearsal
+
+from .configuration import kernel_config
+from .kernel_node import KernelNode
+from .parts import KernelConfig
+
+if TYPE_CHECKING:
+    from heavylift.nodes.scene import LoadedScene
+
+__all__ = ["check_steps", "configured", "paused", "resting"]
+
+LAST = Tag(100 * 3600 * 10**9)  # simulated time after which a stage that has not ended never does
+
+
+class _Ended(Exception):
+    """The stage that was waited for is over."""
+
+
+class _Stages:
+    """Hears the commander; leaves when the stage `wanted` is over."""
+
+    def __init__(self, wanted: str) -> None:
+        self.wanted, self.seen, self.t = wanted, list[str](), 0
+
+    def __call__(self, event: Event) -> None:
+        if event.source != COMMANDER:
+            return
+        begins = event.value.name if isinstance(event.value, Stage) else ""
+        if (begins or isinstance(event.value, Finished)) and self.wanted in self.seen:
+            self.t = event.t
+            raise _Ended
+        if begins:
+            self.seen.append(begins)
+
+
+def configured(plan: Plan, models: Mapping[str, NodeModel]) -> KernelConfig:
+    """What the kernel is told of a plan and its models."""
+    return kernel_config(plan, (m.declare() for m in models.values()))
+
+
+def check_steps(scene: LoadedScene) -> None:
+    """Raises the HeavyliftError with which a run would end before its first step, if its method cannot do the scene.
+
+    Whether a fixed step is stable shows in the started simulation, which is compiled for it as the run would.
+    """
+    plan = scene.plan
+    if plan.step is not None:
+        paused(scene)
+    else:
+        program = Program(system(plan))
+        control_of(choose(plan.method, program), None, program)
+
+
+def resting(scene: LoadedScene, after: str = "") -> EquilibriumPath:
+    """The equilibrium path of a scene, followed to the end of the stage `after`, or no further than its start.
+
+    Raises SceneError if there is no such stage, or the sentence with which the following ended before.
+    """
+    rehearsal = Rehearsal(scene.plan, after)
+    if not after:
+        rehearsal.path.start()
+        return rehearsal.path
+    rehearsal.walk()
+    if after not in rehearsal.stages or not (rehearsal.over or rehearsal.ended):
+        told = rehearsal.why or "it is not over when the scene ends"
+        if after not in [action.stage for action in scene.plan.actions]:
+            told = "there is no such stage"
+        names = [action.stage for action in scene.plan.actions if action.stage]
+        raise SceneError(f"--after '{after}': {told}; stages are {', '.join(names) or 'none'}")
+    return rehearsal.path
+
+
+def paused(scene: LoadedScene | str | Path, at: float | None = None, after: str = "") -> Simulation:
+    """The started simulation of a scene at time `at` [s], at the end of the stage `after`, or at its start.
+
+    Raises SceneError if there is no such stage, and whatever sentence ends the run before.
+    """
+    from heavylift.nodes.scene import loaded  # validators, which processes of nodes do without
+
+    plan = loaded(scene).plan
+    models = build(plan)
+    kernel = KernelNode(msgspec.structs.replace(configured(plan, models), apart=False), lambda samples: None)
+    simulation = kernel.simulation
+    assert isinstance(simulation, Simulation), "in one piece"
+    if at is None and not after:
+        simulation.start()
+        return simulation
+    if at is not None and not 0.0 <= at < LAST.t * 1e-9:
+        raise SceneError(f"--at {at:g} s: the time must lie between 0 and {LAST.t * 1e-9:g} s")
+    stages = _Stages(after)
+    end = Tag(ns(at) + 1) if at is not None else LAST if plan.end is None else Tag(ns(plan.end))
+    limit = plan.microsteps
+    core = Coordinator([*models, KERNEL], couplings(plan), end, (COMMANDER, "finished"), stages, limit)
+    nodes = [Node(name, Simulator(model, microsteps=limit)) for name, model in models.items()]
+    try:
+        run_in_memory(core, [*nodes, Node(KERNEL, kernel)])
+    except _Ended:
+        simulation.interrupt(stages.t)
+    else:
+        if at is None:
+            told = f"it is not over within {end.t * 1e-9:g} s" if after in stages.seen else "there is no such stage"
+            raise SceneError(f"--after '{after}': {told}; stages are {', '.join(stages.seen) or 'none'}")
+        simulation.interrupt(ns(at))
+    simulation.settle()
+    return simulation

@@ -1,0 +1,296 @@
+"""A hub whose processes may die: each is replaced and brought to the same point, and the run goes on as it would have.
+
+    1  A process is lost: it has ended, or has left, or does not get on (stall_detector.py).
+    2  It is killed and reaped, so that nothing of it can wake beside its successor; where that cannot be seen, on
+       another host, the next epoch refuses by name whatever it still says.
+    3  The successor is told the story of each of its nodes (replay_log.py) and must answer with the same bytes.  If it
+    does
+       not, the run ends: a model is not deterministic.
+    4  Then it is told what its predecessor owed an answer to, and that answer is the first that anybody hears of it.
+Samples that were sent before are dropped by their count.  Three losses of a process at one point end the run, and so
+does a model that fails: it would fail again.  Every few seconds of work a node is asked for a checkpoint.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from types import TracebackType
+
+import msgspec
+from heavylift.coordinator.hosts.door import Door
+from heavylift.coordinator.protocol import messages as m
+from heavylift.coordinator.transport.hub import Hub, REMOTE_s
+from heavylift.coordinator.transport.link import JOIN_s
+from heavylift.coordinator.transport.placement import Placement
+from heavylift.kernel.errors import UNREADABLE
+from heavylift.nodes.devs import Tag
+
+from .differing import nondeterminism
+from .processes import KEEPER, GRACE_s, Processes
+from .replay_log import Story
+from .stall_detector import Vigil
+
+__all__ = ["DEADLINE_s", "Succession"]
+
+DEADLINE_s = 60.0  # for an answer, before a process is asked how it gets on
+LOSSES = 3  # of one process at one point of the run
+LOOK_s = 0.05  # between two looks at the clock
+KEEP_s = 5.0  # wall time between two checkpoints of a node
+KEEP_GRANTS = 64  # and at least so many grants
+
+
+@dataclass
+class _Life:
+    """One node: its story, and how far its present incarnation has come in it."""
+
+    story: Story
+    ready: bool = False  # has heard the whole story
+    telling: Iterator[tuple[bytes, bytes]] = field(default_factory=lambda: iter(()))
+    expected: bytes = b""
+    heard: bytes = b""  # the last answer of the story that it has given
+    asked: bytes = b""  # what it was told and has not answered
+    since: float = 0.0  # when that was
+    repeated: bool = False  # it was told something twice
+    losses: list[str] = field(default_factory=list)  # at this point
+    over: bool = False
+    batches: int = 0  # of samples that were passed on
+    batch: int = 0  # those of this incarnation
+    kept_batch: int = 0  # those before the checkpoint
+    keeps: bool = True
+    grants: int = 0  # since the last checkpoint
+    kept_at: float = field(default_factory=time.monotonic)
+
+
+class Succession(Hub):
+    """`deadline` [s]: see `DEADLINE_s`."""
+
+    def __init__(
+        self,
+        nodes: Iterable[str] | Placement,
+        crew: Processes,
+        door: Door | None = None,
+        deadline: float = DEADLINE_s,
+    ) -> None:
+        super().__init__(nodes, door, crew.directory)
+        self._crew, self._deadline = crew, deadline
+        folder = self.directory.path
+        self._lives = {node: _Life(Story(folder / f"{node}.journal")) for node in self.nodes}
+        self._vigil = Vigil(deadline, crew, self._alive, lambda sentence: self.tell(sentence))
+        self._begun = dict.fromkeys(self.placement.processes, time.monotonic())
+        self._next_look = 0.0
+        self._held: list[tuple[str, bytes]] = []
+
+    # ---- what the conversation sees -----------------------------------------------------------------------------
+
+    def send(self, node: str, payload: bytes) -> None:
+        """Send a protocol message to a node, at once or when its process is there."""
+        life = self._lives[node]
+        life.story.told(payload)
+        if life.ready:
+            self._say(node, life, payload)
+
+    def receive(self, timeout: float | None = None) -> tuple[str, bytes] | None:
+        """The next (node, message), or None after `timeout` [s]; a timeout of None waits for ever."""
+        while True:
+            self._look()
+            got = super().receive(timeout)
+            if got is None or self._take(*got):
+                return got
+
+    def samples(self) -> list[tuple[str, bytes]]:
+        """All (node, batch) that have arrived since the last call, in order per node, each once."""
+        if not self._held and not self._batches:
+            return []
+        held, self._held = self._held, []
+        return held + self._fresh()
+
+    def close(self) -> None:
+        """End the session and remove the run's directory with the stories in it."""
+        for life in self._lives.values():
+            life.story.close()
+        super().close()
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._crew.stop(GRACE_s if error is None else 0.0)
+        super().__exit__(kind, error, trace)
+
+    # ---- what nodes are told and say ----------------------------------------------------------------------------
+
+    def _say(self, node: str, life: _Life, payload: bytes) -> None:
+        if payload == life.story.welcome:
+            welcome = m.decode(payload)
+            assert isinstance(welcome, m.Welcome), "every story begins with it"
+            epoch = self.epoch(self.placement.process_of[node])
+            payload = m.encode(msgspec.structs.replace(welcome, epoch=epoch))
+        life.asked, life.since = payload, time.monotonic()
+        super().send(node, payload)
+
+    def _take(self, node: str, payload: bytes) -> bool:
+        """Whether a message is for the conversation."""
+        life, kind = self._lives[node], m.kind(payload)
+        if life.over:
+            return False  # the BYE of a successor that had nothing to do
+        if kind == "checkpoint":
+            self._keep(node, life, payload)
+            return False
+        if life.repeated and _behind(payload, life.asked):
+            return False
+        life.asked = b""
+        if not life.ready:
+            if payload != life.expected:
+                raise nondeterminism(node, life.expected, payload, _reached(life.heard))
+            life.heard = payload
+            self._go_on(node, life)
+            return False
+        life.story.answered(payload)
+        life.losses.clear()
+        if kind == "done":
+            self._ask_for_checkpoint(node, life)
+        elif kind in ("bye", "fail"):
+            life.over = True
+            process = self.placement.process_of[node]
+            if all(self._lives[other].over for other in self.placement.processes[process]):
+                self.excuse(process)
+        return True
+
+    def _fresh(self) -> list[tuple[str, bytes]]:
+        found = []
+        for node, batch in super().samples():
+            life = self._lives[node]
+            life.batch += 1
+            if life.batch > life.batches:
+                life.batches = life.batch
+                found.append((node, batch))
+        return found
+
+    # ---- checkpoints --------------------------------------------------------------------------------------------
+
+    def _ask_for_checkpoint(self, node: str, life: _Life) -> None:
+        life.grants += 1
+        if life.keeps and life.grants >= KEEP_GRANTS and time.monotonic() - life.kept_at > KEEP_s:
+            life.grants, life.kept_at = 0, time.monotonic()
+            super().send(node, m.encode(m.Checkpoint(0)))
+
+    def _keep(self, node: str, life: _Life, payload: bytes) -> None:
+        checkpoint = m.decode(payload)
+        assert isinstance(checkpoint, m.Checkpoint), "its kind says so"
+        if not checkpoint.state:
+            life.keeps = False
+            self.tell(f"node {node} would be replayed from the start if it were lost: {checkpoint.why}")
+            return
+        self._held += self._fresh()
+        life.story.kept(payload)
+        life.kept_batch = life.batches
+
+    # ---- losses -------------------------------------------------------------------------------------------------
+
+    def on_join(self, process: str) -> None:
+        """A process is there: its nodes hear their stories."""
+        for node in self.placement.processes[process]:
+            life = self._lives[node]
+            if life.over:
+                super().send(node, life.story.last)
+            else:
+                life.telling = life.story.retell()
+                self._go_on(node, life)
+
+    def _go_on(self, node: str, life: _Life) -> None:
+        """The next part of the story; after it, what waits for an answer."""
+        part = next(life.telling, None)
+        if part is not None:
+            message, life.expected = part
+            return self._say(node, life, message)
+        life.ready = True
+        if life.story.open:
+            self._say(node, life, life.story.last)
+        else:
+            life.losses.clear()
+
+    def on_loss(self, process: str, how: str) -> None:
+        """Replace a process; raises if that has been tried often enough at this point."""
+        nodes = self.placement.processes[process]
+        lives = [life for node in nodes if not (life := self._lives[node]).over]
+        if not lives:
+            return  # it has left in order, and that is seen only now
+        for life in lives:
+            life.losses.append(how)
+        if any(len(life.losses) >= LOSSES for life in lives):
+            raise self.gone(process, f"{how}, as did its predecessors at this point, {LOSSES} of them")
+        self._held += self._fresh()
+        self.tell(f"{self.told(process, 'replaced')}: {how}")
+        remote = process in self.placement.remote
+        if not remote:
+            self._crew.kill(process, self._look_at_keeper)
+        self.renew(process)
+        for life in lives:
+            life.ready, life.repeated, life.asked, life.batch = False, False, b"", life.kept_batch
+        self._begun[process] = time.monotonic()
+        if remote:
+            self.tell(f"waiting for process {process}; {self.invitation(process)}")
+        else:
+            self._crew.begin(process)
+
+    def _look(self) -> None:
+        """Now and then: is an answer due?"""
+        now = time.monotonic()
+        if now < self._next_look:
+            return
+        self._next_look = now + LOOK_s
+        self._look_at_keeper()
+        for process, nodes in self.placement.processes.items():
+            if not self.joined(process):
+                remote = process in self.placement.remote
+                patience = REMOTE_s if remote else max(self._deadline, JOIN_s)
+                if now - self._begun[process] > patience:
+                    self.on_loss(process, f"it did not join within {patience:g} s")
+                elif not remote and (how := self._vigil.lost(process, self._begun[process], now)):
+                    self.on_loss(process, how)
+                continue
+            owing = [(node, life) for node in nodes if (life := self._lives[node]).asked and not life.over]
+            if not owing:
+                continue
+            how = self._vigil.lost(process, min(life.since for _, life in owing), now)
+            if how:
+                self.on_loss(process, how)
+            elif how is not None:
+                self._repeat(owing)
+
+    def _look_at_keeper(self) -> None:
+        """It is watched like all others: orders that it has not obeyed are a debt."""
+        since = self._crew.owed_since
+        if since is not None and (how := self._vigil.lost(KEEPER, since, time.monotonic())):
+            self._crew.give_up(how)
+
+    def _repeat(self, owing: list[tuple[str, _Life]]) -> None:
+        """Tell nodes once more what they have not answered; a node that has done so says it again."""
+        for node, life in owing:
+            if not life.repeated and m.kind(life.asked) == "grant":
+                life.repeated = True
+                super().send(node, life.asked)
+
+    def _alive(self, process: str) -> m.Alive | None:
+        now = time.monotonic()
+        if process == KEEPER or not self.joined(process):  # it cannot be asked: it may still import what it needs
+            since = self._crew.owed_since if process == KEEPER else self._begun[process]
+            waited = now - (now if since is None else since)
+            return m.Alive(int(waited * 1e9)) if waited < max(self._deadline, JOIN_s) else None
+        try:
+            return msgspec.msgpack.decode(self.ask(process) or b"", type=m.Alive)
+        except UNREADABLE:  # nothing, or nothing that it could say
+            return None
+
+
+def _behind(payload: bytes, asked: bytes) -> bool:
+    """Whether this is a DONE that was said before: not the answer to what was asked."""
+    done, grant = m.decode(payload), m.decode(asked) if asked else None
+    return isinstance(done, m.Done) and not (isinstance(grant, m.Grant) and grant.gseq == done.gseq)
+
+
+def _reached(answer: bytes) -> Tag:
+    """How far a node had come with this answer."""
+    done = m.decode(answer) if answer else None
+    return done.reached if isinstance(done, m.Done) else Tag(0)

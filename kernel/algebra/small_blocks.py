@@ -1,0 +1,128 @@
+"""Arithmetic of small dense blocks, stored row by row: one function per size, whose rows are vectors.
+
+Factors of a symmetric block M = L D L^T: C holds L below the diagonal and 1/D on it.  Blocks right of the diagonal are
+enough; in traced text a row of one is a vector symbol, so that the processor works on whole rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.symbol import is_sym, node
+
+__all__ = ["Blocks"]
+
+
+def _rows(name: str, A: Any, n: int) -> list[Any]:
+    """The rows of n numbers of an input block: vectors of it, or arrays of floats."""
+    out = []
+    for at in range(0, len(A), n):
+        inside = is_sym(A[at]) and A[at].op == "in" and A[at].args == (name, at)
+        out.append(node("slice", name, at, width=n) if inside else np.array(A[at : at + n]))
+    return out
+
+
+class Blocks:
+    """The functions by name and size, made when first asked for."""
+
+    def __init__(self) -> None:
+        self._made: dict[str, Function] = {}
+
+    def _get(self, name: str, body: Callable[..., Mapping[str, Any]], sizes: dict[str, int]) -> Function:
+        if name not in self._made:
+            self._made[name] = Function(name, body, sizes)
+        return self._made[name]
+
+    def factor(self, n: int) -> Function:
+        """M (n, n), of which the upper half counts -> C (n, n), pivot (n,) = D."""
+
+        def body(M: Any) -> dict[str, Any]:
+            a = [list(M[n * i : n * i + n]) for i in range(n)]
+            inverse, pivot = [], []
+            for s in range(n):
+                pivot.append(a[s][s])
+                inverse.append(1.0 / a[s][s])
+                for r in range(s + 1, n):
+                    x = a[s][r] * inverse[s]
+                    for t in range(r, n):
+                        a[r][t] = a[r][t] - x * a[s][t]
+                for r in range(s + 1, n):
+                    a[s][r] = a[s][r] * inverse[s]
+            C = [a[j][i] if j < i else inverse[i] if i == j else 0.0 for i in range(n) for j in range(n)]
+            return {"C": C, "pivot": pivot}
+
+        return self._get(f"block_factor{n}", body, {"M": n * n})
+
+    def _solved(self, n: int, C: Any, b: list[Any]) -> list[Any]:
+        """Of rows b: what M, factorised in C, maps to them."""
+        x = list(b)
+        for s in range(n):
+            for r in range(s + 1, n):
+                x[r] = x[r] - C[n * r + s] * x[s]
+        for s in reversed(range(n)):
+            x[s] = x[s] * C[n * s + s]
+            for r in range(s + 1, n):
+                x[s] = x[s] - C[n * r + s] * x[r]
+        return x
+
+    def solve(self, n: int) -> Function:
+        """C (n, n), b (n,) -> x (n,) with M x = b."""
+        return self._get(f"block_solve{n}", lambda C, b: {"x": self._solved(n, C, list(b))}, {"C": n * n, "b": n})
+
+    def under(self, n: int, m: int) -> Function:
+        """C (n, n), U (n, m) -> W (n, m) = the inverse of what C factorises, times U."""
+        return self._get(
+            f"block_under{n}_{m}",
+            lambda C, U: {"W": self._solved(n, C, _rows("U", U, m))},
+            {"C": n * n, "U": n * m},
+        )
+
+    def less(self, n: int, m: int, k: int) -> Function:
+        """M (n, m), U (k, n), W (k, m) -> M - U^T W."""
+
+        def body(M: Any, U: Any, W: Any) -> dict[str, Any]:
+            rows, w = _rows("M", M, m), _rows("W", W, m)
+            for i in range(n):
+                for l in range(k):
+                    rows[i] = rows[i] - U[n * l + i] * w[l]
+            return {"M_": rows}
+
+        return self._get(f"block_less{n}_{m}_{k}", body, {"M": n * m, "U": k * n, "W": k * m})
+
+    def minus_transposed(self, m: int, n: int) -> Function:
+        """x (m,), W (n, m), y (n,) -> x - W^T y."""
+
+        def body(x: Any, W: Any, y: Any) -> dict[str, Any]:
+            (out,) = _rows("x", x, m)
+            for l, w in enumerate(_rows("W", W, m)):
+                out = out - y[l] * w
+            return {"x_": [out]}
+
+        return self._get(f"block_minus_transposed{m}_{n}", body, {"x": m, "W": n * m, "y": n})
+
+    def minus(self, n: int, m: int) -> Function:
+        """x (n,), W (n, m), y (m,) -> x - W y."""
+
+        def body(x: Any, W: Any, y: Any) -> dict[str, Any]:
+            out = list(x)
+            for i in range(n):
+                for j in range(m):
+                    out[i] = out[i] - W[m * i + j] * y[j]
+            return {"x_": out}
+
+        return self._get(f"block_minus{n}_{m}", body, {"x": n, "W": n * m, "y": m})
+
+    def gram(self, n: int, m: int, k: int) -> Function:
+        """A (n, m), Y (n, k), Z (k, m) -> A + Y Z."""
+
+        def body(A: Any, Y: Any, Z: Any) -> dict[str, Any]:
+            rows, z = _rows("A", A, m), _rows("Z", Z, m)
+            for i in range(n):
+                for l in range(k):
+                    rows[i] = rows[i] + Y[k * i + l] * z[l]
+            return {"A_": rows}
+
+        return self._get(f"block_gram{n}_{m}_{k}", body, {"A": n * m, "Y": n * k, "Z": k * m})

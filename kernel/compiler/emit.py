@@ -1,0 +1,124 @@
+"""Recorded functions -> LLVM IR text: straight-line code, and one loop construct around it.
+
+Every function takes pointers to blocks of doubles.  Arithmetic is strict IEEE (no reassociation except inside dot
+products of fixed lanes, no contraction unless asked for), so that the bits are the same at every optimisation level.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+
+from .function import Function, Primitive
+from .llvm_function import Straight, blocks_of, named_code
+from .simd_batches import WIDEST
+
+__all__ = ["Parts", "Sequence", "While", "blocks", "module"]
+
+
+_DECLARE = [
+    "declare double @llvm.sqrt.f64(double)",
+    "declare double @llvm.fabs.f64(double)",
+    *(
+        f"declare <{w} x double> @llvm.fabs.v{w}f64(<{w} x double>)\n"
+        f"declare <{w} x double> @llvm.sqrt.v{w}f64(<{w} x double>)\n"
+        f"declare double @llvm.vector.reduce.fadd.v{w}f64(double, <{w} x double>)"
+        for w in range(1, WIDEST + 1)
+    ),
+]
+
+
+class Parts:
+    """Functions, sequences and loops that make up one native function."""
+
+    name: str
+    parts: tuple[Function | Parts, ...]
+
+    @property
+    def blocks(self) -> list[str]:
+        return list(dict.fromkeys(b for p in self.parts for b in blocks(p)))
+
+
+@dataclass(frozen=True)
+class Sequence(Parts):
+    """The parts one after the other."""
+
+    name: str
+    parts: tuple[Function | Parts, ...]
+
+
+@dataclass(frozen=True)
+class While(Parts):
+    """Repeat the parts while block[flag] > 0."""
+
+    name: str
+    flag: int
+    parts: tuple[Function | Parts, ...]
+    block: str = "X"
+
+
+def blocks(f: Function | Parts) -> list[str]:
+    """Names of the memory blocks of a function, in the order of its pointer arguments."""
+    return f.blocks if isinstance(f, Parts) else blocks_of(f)
+
+
+def module(
+    *functions: Function | Parts,
+    fused: bool = False,
+    weak: Collection[Function] = (),
+    found: Callable[[Function, str], bool] | None = None,
+) -> str:
+    """IR text of functions and loops and of everything that they call; `fused`: see `Straight`.
+
+    `weak`: functions that another module may replace.  `found`: whether a function's machine code of that name stands
+    in another module already, so that a declaration is enough; then what else is called is this module's own affair.
+    """
+    texts: list[str] = []
+    seen: dict[str, Function | Parts] = {}
+
+    def visit(f: Function | Parts, lanes: int, shared: frozenset[str] = frozenset()) -> None:
+        name = f.name if isinstance(f, Parts) else named_code(f, lanes, shared)
+        if name in seen:
+            assert seen[name] is f, f"two functions are called '{name}'"
+            return
+        seen[name] = f
+        if found and isinstance(f, Function) and f not in functions and found(f, name):
+            texts.append(f"declare void @{name}({', '.join('ptr' for _ in blocks(f))})")
+            return
+        own = "weak " if f in weak else "internal " if found and f not in functions else ""
+        if isinstance(f, Parts):
+            for part in f.parts:
+                visit(part, 0)
+            texts.append(_sequence(f))
+            return
+        if isinstance(f, Primitive):
+            texts.append(f.text.replace("define ", f"define {own}", 1))
+            return
+        code = Straight(f, lanes, fused, shared)
+        texts.append(code.text().replace("define ", f"define {own}", 1))
+        for called in code.called:
+            visit(*called)
+
+    for f in functions:
+        visit(f, 0)
+    return "\n".join([*_DECLARE, *texts])
+
+
+def _sequence(w: Parts) -> str:
+    parameters = ", ".join(f"ptr %{k}" for k in w.blocks)
+    calls = "\n".join(f"  call void @{p.name}({', '.join(f'ptr %{k}' for k in blocks(p))})" for p in w.parts)
+    if not isinstance(w, While):
+        return f"define void @{w.name}({parameters}) {{\n{calls}\n  ret void\n}}"
+    return f"""define void @{w.name}({parameters}) {{
+  %p = getelementptr double, ptr %{w.block}, i64 {w.flag}
+  br label %head
+head:
+  %f = load double, ptr %p
+  %go = fcmp ogt double %f, 0.0
+  br i1 %go, label %body, label %exit
+body:
+{calls}
+  br label %head
+exit:
+  ret void
+}}"""

@@ -1,0 +1,197 @@
+"""Arithmetic on whole states as loops over vectors of eight numbers, so that code does not grow with the state.
+
+Elementwise operations between two calls become one loop.  What others need of it is kept in memory; comparisons are
+made again where they are needed.  Every number meets the operations that unrolled code would do, in their order, also
+in dot products: the bits are those of unrolled code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, Protocol
+
+from .function import Function, operands, placed
+from .simd_batches import WIDEST, Batch
+from .simd_operands import constant, vector_type
+from .symbol import Sym, is_sym
+
+__all__ = ["Wide", "is_long"]
+
+UNROLLED = 256  # numbers of the longest value whose arithmetic is written out
+_FLAGS = ("gt", "ge", "and", "or")
+_MOVED = ("call", "dot", "ret", "slice", "in", "block")
+
+
+def is_long(x: Any) -> bool:
+    """Whether a value is worked on in loops."""
+    return is_sym(x) and x.width > UNROLLED
+
+
+class Code(Protocol):
+    """Straight-line code that is being written."""
+
+    head: list[str]
+    body: list[str]
+
+    def operation(self, n: Sym, piece: str, lanes: int) -> str: ...
+
+
+class Wide:
+    """Long values of one function: which are made in one loop, which are kept, and the loops themselves."""
+
+    def __init__(self, code: Code, f: Function, order: Sequence[Sym | Batch]) -> None:
+        self._code = code
+        self._loops = 0
+        self._group: dict[Sym, int] = {}
+        self._kept: set[Sym] = set()
+        self._pending: list[Sym] = []
+        self._copies: dict[Sym, str] = {}
+        number = 0
+        for n in order:
+            if isinstance(n, Batch) or n.op in ("call", "dot"):
+                number += 1
+            elif is_long(n) and n.op not in _MOVED:
+                self._group[n] = number
+        for n in order if self._group else ():
+            for call in n.calls if isinstance(n, Batch) else (n,):
+                self._keep((x for x in operands(call)), self._group.get(call))
+        written = (x for name, v in f.outputs.items() for x, kept in placed(name, v) if not kept and is_sym(x))
+        self._keep(written, None)
+
+    def _keep(self, used: Iterable[Sym], group: int | None) -> None:
+        """What a loop of another group, or no loop, uses is kept in memory."""
+        for x in used:
+            if x in self._group and (group is None or self._group[x] != group):
+                if x.op in _FLAGS:
+                    self._keep((y for y in x.args if isinstance(y, Sym)), None)
+                else:
+                    self._kept.add(x)
+
+    def later(self, n: Sym) -> bool:
+        """Whether n is made in a loop; then it is noted for the next one."""
+        if n in self._group:
+            self._pending.append(n)
+            return True
+        return False
+
+    def address(self, x: Sym) -> tuple[str, int]:
+        """Block and first place of a long value in memory."""
+        if x in self._copies:
+            return self._copies[x], 0
+        if x.op == "slice":
+            return f"%{x.args[0]}", x.args[1]
+        if x.op == "ret":
+            return f"%r{x.args[0].id}_{x.args[1]}", x.args[2]
+        return f"%m{x.id}", 0
+
+    def flush(self) -> None:
+        """Write the loop of all operations noted so far."""
+        nodes, self._pending = self._pending, []
+        for n in nodes:
+            if n in self._kept:
+                self._code.head.append(f"%m{n.id} = alloca [{n.width} x double], align 64")
+        for width in dict.fromkeys(n.width for n in nodes):
+            same = [n for n in nodes if n.width == width]
+
+            def block(piece: str, lanes: int, at: str, same: list[Sym] = same) -> list[str]:
+                lines: list[str] = []
+                ready: set[Sym] = set()
+                for n in same:
+                    self._make(n, set(same), ready, lines, piece, lanes, at)
+                    if n in self._kept:
+                        lines += self._stored(n, f"%m{n.id}", 0, piece, lanes, at)
+                return lines
+
+            self._loop(width, block)
+
+    def copy(self, x: Sym, base: str, first: int) -> None:
+        """Copy a long value into a block."""
+
+        def block(piece: str, lanes: int, at: str) -> list[str]:
+            lines: list[str] = []
+            self._make(x, set(), set(), lines, piece, lanes, at)
+            return lines + self._stored(x, base, first, piece, lanes, at)
+
+        self._loop(x.width, block)
+
+    def save(self, x: Sym) -> None:
+        """Keep a copy of part of a block that is about to be overwritten."""
+        if x.op == "slice" and x not in self._copies:
+            name = f"%c{x.id}"
+            self._code.head.append(f"{name} = alloca [{x.width} x double], align 64")
+            self.copy(x, name, 0)
+            self._copies[x] = name
+
+    def dot(self, n: Sym) -> None:
+        """Sum over all eights of the sums of eight products."""
+
+        def block(piece: str, lanes: int, at: str) -> list[str]:
+            lines: list[str] = []
+            ready: set[Sym] = set()
+            for x in n.args:
+                self._make(x, set(), ready, lines, piece, lanes, at)
+            a, b = (f"%t{x.id}{piece}" for x in n.args)
+            v, t = vector_type(lanes), f"%t{n.id}{piece}"
+            return [
+                *lines,
+                f"{t}m = fmul {v} {a}, {b}",
+                f"{t}r = call double @llvm.vector.reduce.fadd.v{lanes}f64(double {constant(0.0)}, {v} {t}m)",
+                f"{t}o = load double, ptr %m{n.id}, align 8",
+                f"{t}n = fadd double {t}o, {t}r",
+                f"store double {t}n, ptr %m{n.id}, align 8",
+            ]
+
+        self._code.head.append(f"%m{n.id} = alloca double, align 8")
+        self._code.body.append(f"store double {constant(0.0)}, ptr %m{n.id}, align 8")
+        self._loop(n.args[0].width, block)
+        self._code.body.append(f"%t{n.id} = load double, ptr %m{n.id}, align 8")
+
+    def _make(
+        self, x: Sym, inside: set[Sym], ready: set[Sym], lines: list[str], piece: str, lanes: int, at: str
+    ) -> None:
+        """Eight numbers of x: computed if they are made here or are flags, else loaded."""
+        if x in ready:
+            return
+        ready.add(x)
+        t = f"%t{x.id}{piece}"
+        if x not in inside and x.op not in _FLAGS:
+            base, first = self.address(x)
+            lines += [
+                f"{t}p = getelementptr double, ptr {base}, i64 {first}",
+                f"{t}q = getelementptr double, ptr {t}p, i64 {at}",
+                f"{t} = load {vector_type(lanes)}, ptr {t}q, align 8",
+            ]
+            return
+        for y in x.args:
+            if is_long(y):
+                self._make(y, inside, ready, lines, piece, lanes, at)
+        lines.append(f"{t} = {self._code.operation(x, piece, lanes)}")
+
+    def _stored(self, x: Sym, base: str, first: int, piece: str, lanes: int, at: str) -> list[str]:
+        s = f"%s{x.id}{piece}"
+        return [
+            f"{s}p = getelementptr double, ptr {base}, i64 {first}",
+            f"{s}q = getelementptr double, ptr {s}p, i64 {at}",
+            f"store {vector_type(lanes)} %t{x.id}{piece}, ptr {s}q, align 8",
+        ]
+
+    def _loop(self, width: int, block: Callable[[str, int, str], list[str]]) -> None:
+        """`block` for all eights of a value, then for what remains; one entry of the body, which is never cut."""
+        self._loops += 1
+        k = f"w{self._loops}"
+        whole = width - width % WIDEST
+        lines = [
+            f"br label %{k}.head",
+            f"{k}.head:",
+            f"br label %{k}.loop",
+            f"{k}.loop:",
+            f"%{k} = phi i64 [0, %{k}.head], [%{k}.next, %{k}.loop]",
+            *block(f"_{k}", WIDEST, f"%{k}"),
+            f"%{k}.next = add i64 %{k}, {WIDEST}",
+            f"%{k}.more = icmp slt i64 %{k}.next, {whole}",
+            f"br i1 %{k}.more, label %{k}.loop, label %{k}.end",
+            f"{k}.end:",
+        ]
+        if width > whole:
+            lines += block(f"_{k}r", width - whole, str(whole))
+        self._code.body.append("\n".join(lines))

@@ -1,0 +1,103 @@
+"""The rows' matrix G H^-1 G^T of loops and rigid ropes, symmetric, by blocks; its multipliers by proximal passes.
+
+The rows of one joint or rope are a block.  Blocks that share no tree do not couple: only those that can be non-zero
+exist, so that a chain of loops costs in proportion to its length; a row of a block is a vector of the processor.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.algebra.small_blocks import Blocks
+from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.constraints.complementarity.proximal_passes import MU, MU_SHARED, TINY, Proximal, fill_in
+
+__all__ = ["Blockwise"]
+
+
+class Blockwise(Proximal):
+    """Functions `factorise` (A, size -> C, mu, pivot) and `multipliers` (C, mu, b -> x) for one pattern of zeros.
+
+    `sizes`: rows of each block; `couples`: pairs (s, r), s <= r, of blocks that share a freedom; `equal`: rows
+    of one kind whose multipliers' sum of squares is the norm, such as tensions of ropes; other rows, of mixed units,
+    count by their own diagonals.
+    """
+
+    def __init__(
+        self, sizes: Sequence[int], couples: Sequence[tuple[int, int]], equal: Sequence[Sequence[int]] = ()
+    ) -> None:
+        self.sizes, self.equal = sizes, equal
+        self.starts = np.concatenate([[0], np.cumsum(sizes)]).astype(int).tolist()
+        self.n = self.starts[-1]
+        self.couples = [(r, r) for r in range(len(sizes))] + sorted(couples)
+        self.after = fill_in(len(sizes), couples)  # blocks right of the diagonal
+        self.filled = [(s, r) for s in range(len(sizes)) for r in self.after[s]]
+        self.blocks = Blocks()
+        n_A = sum(sizes[r] * sizes[s] for r, s in self.couples)
+        n_C = sum(sizes[r] * sizes[s] for r, s in self.filled) + sum(m * m for m in sizes)
+        self.factorise = Function("factorise_rows", self._factorise, {"A": n_A, "size": self.n})
+        self.multipliers = Function("multipliers", self._multipliers, {"C": n_C, "mu": self.n, "b": self.n})
+        self._substitute = Function("substitute", self._substituted, {"C": n_C, "b": self.n})
+
+    def rows(self, r: int) -> range:
+        """The rows of a block."""
+        return range(self.starts[r], self.starts[r + 1])
+
+    def _cut(self, flat: Any, pairs: Sequence[tuple[int, int]]) -> dict[tuple[int, int], list[Any]]:
+        """Blocks, row by row, that lie one behind the other."""
+        out, at = {}, 0
+        for r, s in pairs:
+            n = self.sizes[r] * self.sizes[s]
+            out[r, s] = list(flat[at : at + n])
+            at += n
+        return out
+
+    def _regularisation(self, diagonal: list[Any], size: Any) -> list[Any]:
+        """(n,) mu of all rows."""
+        floor = sum(size, 0.0) * (MU_SHARED / self.n) + TINY
+        mu = [MU * a + floor for a in diagonal]
+        for rows in self.equal:
+            mean = sum((size[r] for r in rows), 0.0) * (MU / len(rows))
+            for r in rows:
+                mu[r] = mean + floor
+        return mu
+
+    def _factorise(self, A: Any, size: Any) -> dict[str, Any]:
+        """C = (W = D^-1 M right of the diagonal, factors of D) of A + mu; pivot: what is left of it, relative."""
+        M: dict[tuple[int, int], list[Any]] = self._cut(A, self.couples)
+        m = self.sizes
+        diagonal = [M[r, r][i * (m[r] + 1)] for r in range(len(m)) for i in range(m[r])]
+        mu = self._regularisation(diagonal, size)
+        for r in range(len(m)):
+            for i, row in enumerate(self.rows(r)):
+                M[r, r][i * (m[r] + 1)] = diagonal[row] + mu[row]
+        W: dict[tuple[int, int], list[Any]] = {}
+        D: list[list[Any]] = []
+        pivot: list[Any] = []
+        for s in range(len(m)):
+            x = self.blocks.factor(m[s])(M=M[s, s])
+            D.append(list(x.C))
+            pivot += [(p - mu[r]) / (diagonal[r] + mu[r]) for p, r in zip(x.pivot, self.rows(s), strict=True)]
+            for r in self.after[s]:
+                W[s, r] = list(self.blocks.under(m[s], m[r])(C=D[s], U=M[s, r]).W)
+            for i, r in enumerate(self.after[s]):
+                for t in self.after[s][i:]:
+                    old = M.get((r, t), [0.0] * (m[r] * m[t]))
+                    M[r, t] = list(self.blocks.less(m[r], m[t], m[s])(M=old, U=M[s, r], W=W[s, t]).M_)
+        return {"C": [*(e for sr in self.filled for e in W[sr]), *(e for C in D for e in C)], "mu": mu, "pivot": pivot}
+
+    def _substituted(self, C: Any, b: Any) -> dict[str, Any]:
+        m = self.sizes
+        own = [(s, s) for s in range(len(m))]
+        parts: Mapping[tuple[int, int], list[Any]] = self._cut(C, [*self.filled, *own])
+        x = [list(b[self.starts[s] : self.starts[s + 1]]) for s in range(len(m))]
+        for s in range(len(m)):
+            for r in self.after[s]:
+                x[r] = list(self.blocks.minus_transposed(m[r], m[s])(x=x[r], W=parts[s, r], y=x[s]).x_)
+        x = [list(self.blocks.solve(m[s])(C=parts[s, s], b=x[s]).x) for s in range(len(m))]
+        for s in reversed(range(len(m))):
+            for r in self.after[s]:
+                x[s] = list(self.blocks.minus(m[s], m[r])(x=x[s], W=parts[s, r], y=x[r]).x_)
+        return {"x": [e for block in x for e in block]}

@@ -1,0 +1,198 @@
+"""What could touch: a fixed list of candidates for each pair of shapes, each a witness that is positive while apart.
+
+ball - plane, ball - ball     one candidate
+box - plane                   its 8 vertices
+ball - box                    one: the nearest point of the box, on a face, an edge or a corner
+box - box                     16 vertices in the other box; 144 pairs of edges
+
+A ball is (centre, radius), a box (centre, axes as rows, half edges), a plane (point, normal), in its body's frame.
+
+A vertex has its distance from the box's surface (largest over the three axes), so that it needs no test of a foot.
+The border of a face belongs to it: above the face that separates two overlapping boxes most, a vertex has its height,
+else boxes of equal width, whose vertices meet border on border, would pass through each other.
+Of the 12 x 12 pairs of edges only those count that cross within both and are as far apart as the boxes are along the
+direction that separates them most (Gottschalk, Lin, Manocha, SIGGRAPH 1996: 15 directions decide): convex bodies
+touch nowhere else.  The others stand at `APART`.  Written without branches.
+
+Each witness comes with its rate: a candidate that has just been left lies at the edge of round-off, and is met again
+only where it is below zero and falling.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.algebra.spatial import cross
+from heavylift.kernel.compiler.symbol import maximum, select, sqrt
+
+from .frames import Side
+
+__all__ = [
+    "APART", "SIGNS", "VERTICES", "Box", "Witness", "ball_ball", "ball_box", "ball_plane",
+    "box_box", "box_plane", "crossings", "edge",
+]  # fmt: skip
+
+Witness = tuple[Any, Any]  # gap [m], its rate [m/s]
+
+APART = 1.0  # [m] witness of a candidate that does not count
+CROSSING = 1e-3  # sine of the angle below which two edges are parallel
+BORDER = 5e-10  # [m] beyond a face up to which its border reaches; within this, a place is not yet left
+NEAR = 1e-6  # [m] to which a gap is that of the direction that separates two boxes most
+VERTICES = [(x, y, z) for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)]
+SIGNS = [(x, y) for x in (-1.0, 1.0) for y in (-1.0, 1.0)]
+TINY = 1e-300  # keeps the length of a vanishing cross product from being zero
+
+
+class Box:
+    """Centre, axes (rows) and half edges in world axes."""
+
+    def __init__(self, p: Any, body: Any) -> None:
+        self.side = Side(body)
+        self.c, self.h = self.side.place(p[:3]), p[12:15]
+        self.axes = np.array([self.side.R @ e for e in np.reshape(p[3:12], (3, 3))])
+
+    def vertices(self) -> list[Any]:
+        return [self.c + sum(s * h * e for s, h, e in zip(v, self.h, self.axes, strict=True)) for v in VERTICES]
+
+    def outside(self, x: Any, body: Side) -> tuple[Any, Any]:
+        """(3,) how far x, a point of `body`, lies outside of the nearer face across each axis, and its rate."""
+        d = self.axes @ (x - self.c)
+        v = self.axes @ (body.velocity(x) - self.side.velocity(x))
+        return abs(d) - self.h, np.array([select(e > 0.0, u, -u) for e, u in zip(d, v, strict=True)])
+
+    def depth(self, x: Any, body: Side) -> Witness:
+        """Distance of a point of `body` from the surface, over the axis along which it is outermost."""
+        s, v = self.outside(x, body)
+        first = s[0] > s[1]
+        gap, rate = select(first, s[0], s[1]), select(first, v[0], v[1])
+        return select(gap > s[2], gap, s[2]), select(gap > s[2], rate, v[2])
+
+    def height(self, x: Any, body: Side, faces: list[Any]) -> Witness:
+        """Distance of a point above the one of three `faces` that counts if it lies over it, else its depth."""
+        s, v = self.outside(x, body)
+        gap, rate = self.depth(x, body)
+        for k, face in enumerate(faces):
+            over = face & (s[k - 2] < BORDER) & (s[k - 1] < BORDER)
+            gap, rate = select(over, s[k], gap), select(over, v[k], rate)
+        return gap, rate
+
+
+def ball_plane(ball: Any, plane: Any, A: Any, B: Any) -> list[Witness]:
+    """A ball of A above a plane of B (point, normal)."""
+    a, b = Side(A), Side(B)
+    c, n = a.place(ball[:3]), b.R @ plane[3:6]
+    return [(n @ (c - b.place(plane[:3])) - ball[3], n @ (a.velocity(c) - b.velocity(c)))]
+
+
+def ball_ball(first: Any, second: Any, A: Any, B: Any) -> list[Witness]:
+    """Two balls."""
+    a, b = Side(A), Side(B)
+    p, q = a.place(first[:3]), b.place(second[:3])
+    d = p - q
+    size = sqrt(d @ d)
+    return [(size - first[3] - second[3], d @ (a.velocity(p) - b.velocity(q)) * (1.0 / size))]
+
+
+def ball_box(ball: Any, box: Any, A: Any, B: Any) -> list[Witness]:
+    """A ball of A against the nearest face, edge or corner of a box of B."""
+    a, b = Side(A), Box(box, B)
+    c = a.place(ball[:3])
+    d = b.axes @ (c - b.c)
+    off = np.array([select(e > h, e - h, select(-e > h, e + h, 0.0)) for e, h in zip(d, b.h, strict=True)])
+    size = sqrt(off @ off + TINY)
+    v = off @ (b.axes @ (a.velocity(c) - b.side.velocity(c))) * (1.0 / size)
+    gap, rate = b.depth(c, a)
+    return [(select(gap > 0.0, size, gap) - ball[3], select(gap > 0.0, v, rate))]
+
+
+def box_plane(box: Any, plane: Any, A: Any, B: Any) -> list[Witness]:
+    """Vertices of a box of A above a plane of B."""
+    return [w for x in Box(box, A).vertices() for w in _above(x, plane, Side(A), Side(B))]
+
+
+def _above(x: Any, plane: Any, a: Side, b: Side) -> list[Witness]:
+    n = b.R @ plane[3:6]
+    return [(n @ (x - b.place(plane[:3])), n @ (a.velocity(x) - b.velocity(x)))]
+
+
+def box_box(first: Any, second: Any, A: Any, B: Any) -> list[Witness]:
+    """Vertices of A in B, vertices of B in A, then pairs of edges: (a_i, b_j, edge of A, of B)."""
+    a, b = Box(first, A), Box(second, B)
+    C = a.axes @ b.axes.T
+    d = a.c - b.c
+    apart = [abs(a.axes[i] @ d) - a.h[i] - sum(abs(C[i, j]) * b.h[j] for j in range(3)) for i in range(3)]
+    apart += [abs(b.axes[j] @ d) - b.h[j] - sum(abs(C[i, j]) * a.h[i] for i in range(3)) for j in range(3)]
+    of_a, of_b = _faces(apart[:3]), _faces(apart[3:])
+    heights = [b.height(x, a.side, of_b) for x in a.vertices()] + [a.height(x, b.side, of_a) for x in b.vertices()]
+    directions = crossings(a, b)
+    most = apart[0]
+    for x in [*apart[1:], *(x.separation for x in directions)]:
+        most = maximum(most, x)
+    return heights + [w for x in directions for w in _edges(a, b, x, most)]
+
+
+def _faces(apart: list[Any]) -> list[Any]:
+    """Along which of its three axes a box is separated most from another that it overlaps along the other two: boxes
+    that slide past each other flush do not catch on a border."""
+    over = [x < -NEAR for x in apart]
+    return [(apart[k] >= maximum(apart[k - 2], apart[k - 1])) & over[k - 2] & over[k - 1] for k in range(3)]
+
+
+@dataclass(frozen=True)
+class Direction:
+    """n = a_i x b_j from B to A; `separation` of the boxes along it [m]."""
+
+    i: int
+    j: int
+    n: Any
+    sine: Any
+    separation: Any
+
+
+def crossings(a: Box, b: Box) -> list[Direction]:
+    """The nine directions across an edge of each box."""
+    return [_crossing(a, b, i, j) for i in range(3) for j in range(3)]
+
+
+def _crossing(a: Box, b: Box, i: int, j: int) -> Direction:
+    m, d = cross(a.axes[i], b.axes[j]), a.c - b.c
+    size = sqrt(m @ m + TINY)
+    n = m * (1.0 / size)
+    n = n * select(n @ d > 0.0, 1.0, -1.0)
+    reach = sum(abs(n @ e) * h for box in (a, b) for e, h in zip(box.axes, box.h, strict=True))
+    return Direction(i, j, n, size, select(size > CROSSING, n @ d - reach, -APART))
+
+
+def edge(box: Box, i: int, signs: tuple[float, float]) -> Any:
+    """Midpoint of an edge along axis i, in world axes."""
+    k, l = (i + 1) % 3, (i + 2) % 3
+    return box.c + signs[0] * box.h[k] * box.axes[k] + signs[1] * box.h[l] * box.axes[l]
+
+
+def _edges(a: Box, b: Box, x: Direction, most: Any) -> list[Witness]:
+    """Gap of each pair of edges, if they cross within both and no other direction separates the boxes further.
+
+    All is linear in the midpoints p, q of the edges: their crossing lies at p + s a_i = q + t b_j + gap n.
+    """
+    along, across = a.axes[x.i], b.axes[x.j]
+    crossing = x.sine > CROSSING
+    per = select(x.n @ cross(along, across) > 0.0, 1.0, -1.0) / select(crossing, x.sine, 1.0)
+    on_a, on_b = cross(across, x.n) * per, cross(along, x.n) * per
+    A, B = a.side, b.side
+    turn = cross(x.n, A.w - B.w)
+    drift = x.n @ (A.v - B.v) - cross(x.n, A.w) @ A.o + cross(x.n, B.w) @ B.o
+    ahead = turn @ along
+    of_a, of_b = (
+        [tuple(f @ e for f in (x.n, on_a, on_b, turn)) for e in [edge(box, i, s) for s in SIGNS]]
+        for box, i in ((a, x.i), (b, x.j))
+    )
+    out = []
+    for n_p, a_p, b_p, m_p in of_a:
+        for n_q, a_q, b_q, _ in of_b:
+            gap, s, t = n_p - n_q, a_q - a_p, b_p - b_q
+            within = (a.h[x.i] > abs(s)) & (b.h[x.j] > abs(t))
+            counts = within & (abs(gap - most) < NEAR) & crossing
+            out.append((select(counts, gap, APART), drift + m_p + s * ahead))
+    return out

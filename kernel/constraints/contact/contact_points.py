@@ -1,0 +1,250 @@
+"""The rows of contacts inside an evaluation, their guards and their heat.
+
+A slot holds one place where two bodies touch.  Closed, its normal row lets nothing pass; sticking, its tangents are
+held as well; sliding, friction is part of the push of the normal row, which then differs from what the row senses.
+All of this is numbers of the run that stay frozen in a step.  Guards: a candidate touches (gap and its rate below
+zero), the normal force vanishes, friction reaches its limit or sliding its end, the place leaves its face.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from copy import copy
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.symbol import maximum, minimum, select, sqrt
+from heavylift.kernel.constraints.rows import Row
+from heavylift.kernel.description.contacts import Contact
+from heavylift.kernel.description.mechanics import System
+from heavylift.kernel.forces.laws import BODY, SLIP_BLEND
+from heavylift.kernel.multibody.graph import Graph
+
+from . import frames
+from .pairs import HELD, Pair, pair_of, shape_numbers
+from .reach import passes, reach
+
+__all__ = ["SLOT", "ContactRows", "Site", "SlotAt", "contact_numbers"]
+
+SLOT = HELD + 12
+DEPTH = 1e-10  # [m] and [m/s] below which a touch is round-off
+SUNK = 1e-8  # [m] where a touch without speed counts
+RESTING = 1e-6  # [m/s] speed that counts as none at an event: what a nanosecond may change
+FOREVER = 1e15  # [s] a step that nothing bounds
+LEAVE = 1e-9  # [m] beyond the edge of a face where a place is left
+
+
+class SlotAt:
+    """Places of a slot's state, behind what it holds; a candidate of -1: free.
+
+    BACK: the speed against U [m/s] that ends a slip; for one that begins, more than a nanosecond may leave.
+    SLIPS: whether it slides away; a place at the limit of friction may be held by others.
+    """
+
+    ON, STICK = range(HELD, HELD + 2)
+    SOFT, U = slice(HELD + 2, HELD + 4), slice(HELD + 4, HELD + 6)
+    CANDIDATE, BACK, SLIPS = range(HELD + 6, HELD + 9)
+    PRIOR = slice(HELD + 9, HELD + 12)
+
+
+@dataclass(frozen=True)
+class Site:
+    """A contact with its pair, how many numbers its first shape has, its bodies and its rows per slot; `reach`: of a
+    step, if the shapes could pass through each other."""
+
+    contact: Contact
+    pair: Pair
+    first: int
+    bodies: tuple[int, int]
+    per_slot: int
+    watch: Function
+    slot: Function
+    reach: Function | None
+
+    @property
+    def slots(self) -> list[str]:
+        """Names of its slots."""
+        return [f"{self.contact.name}/{k}" for k in range(self.pair.slots)]
+
+
+def contact_numbers(c: Contact, weight: float) -> dict[tuple[str, str], list[float]]:
+    """Numbers of P: friction and the force that counts as zero [N]; shapes; candidates held; slots."""
+    pair = pair_of(c)
+    empty = [*[0.0] * HELD, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, -1.0, DEPTH, 0.0, 0.0, 0.0, 0.0]
+    out = {
+        ("contact", c.name): [c.mu, 1e-9 * max(1.0, weight)],
+        ("shapes", c.name): [*shape_numbers(c.a), *shape_numbers(c.b)],
+        ("held", c.name): [0.0] * pair.candidates,
+    }
+    return out | {("slot", f"{c.name}/{k}"): list(empty) for k in range(pair.slots)}
+
+
+class ContactRows:
+    """What the contacts of a system add to an evaluation."""
+
+    def __init__(self, system: System, graph: Graph) -> None:
+        kinds: dict[str, tuple[Function, Function, Function | None]] = {}
+        self.sites = [_site(c, graph, kinds) for c in system.contacts]
+        self.bodies = [b for s in self.sites for b in s.bodies]
+        self.absent: frozenset[str] = frozenset()
+        self._rows_of(self.sites)
+        self.guards = [("touch", s.contact.name) for s in self.sites for _ in range(s.pair.candidates)]
+        what = ("press", "grip", "leave")
+        self.guards += [(kind, s.contact.name) for s in self.sites for _ in range(s.pair.slots) for kind in what]
+        self.structure = [(s.slot.name, s.bodies, s.per_slot) for s in self.sites]
+
+    def _rows_of(self, sites: list[Site]) -> None:
+        self.present = sites
+        self.held = [s.bodies for s in sites for _ in range(s.pair.slots * s.per_slot)]
+        self.names = [s.contact.name for s in sites for _ in range(s.pair.slots * s.per_slot)]
+
+    def without(self, names: frozenset[str]) -> ContactRows:
+        """The same with neither rows nor forces of these contacts; their guards stay and never fall."""
+        out = copy(self)
+        out.absent = names
+        out._rows_of([s for s in self.sites if s.contact.name not in names])
+        return out
+
+    def slots(self, numbers: Callable[[str, str], Any], ends: Mapping[int, Any]) -> list[SimpleNamespace]:
+        """All slots at an instant, in order."""
+        out = []
+        for s in self.present:
+            a, b = (ends[i] for i in s.bodies)
+            mu, grain = numbers("contact", s.contact.name)
+            for k in range(s.pair.slots):
+                x = s.slot(h=numbers("slot", f"{s.contact.name}/{k}"), mu=[mu], A=a, B=b)
+                x.site, x.mu, x.grain = s, mu, grain
+                out.append(x)
+        return out
+
+    def rows(self, slots: list[SimpleNamespace]) -> list[Row]:
+        """Normal and, with friction, two tangents of each slot."""
+        out = []
+        for x in slots:
+            a, b = x.site.bodies
+            for i in range(x.site.per_slot):
+                six = slice(6 * i, 6 * i + 6)
+                push = [(a, x.pa), (b, -x.pb)] if i == 0 and x.site.per_slot > 1 else None
+                sense, soft = [(a, x.wa[six]), (b, -x.wb[six])], x.soft[i - 1] if i else 1.0
+                out.append(Row(sense, x.gap[i], x.rate[i], x.bias[i], push=push, soft=soft, prior=x.prior[i]))
+        return out
+
+    def watched(self, numbers: Callable[[str, str], Any], ends: Mapping[int, Any]) -> list[Any]:
+        """Guards of all candidates."""
+        out: list[Any] = []
+        for s in self.sites:
+            if s.contact.name in self.absent:
+                out += [1.0] * s.pair.candidates
+                continue
+            a, b = (ends[i] for i in s.bodies)
+            p, held = numbers("shapes", s.contact.name), numbers("held", s.contact.name)
+            out += list(s.watch(p=p, held=held, A=a, B=b).guard)
+        return out
+
+    @property
+    def bounded(self) -> bool:
+        """Whether shapes could pass through each other in a step that is too long."""
+        return any(s.reach for s in self.sites)
+
+    def reach(self, numbers: Callable[[str, str], Any], ends: Mapping[int, Any]) -> Any:
+        """Longest step in which nothing passes through anything else [s]."""
+        longest: Any = FOREVER
+        for s in self.sites:
+            if s.reach:
+                a, b = (ends[i] for i in s.bodies)
+                longest = minimum(longest, s.reach(p=numbers("shapes", s.contact.name), A=a, B=b).reach[0])
+        return longest
+
+    def loads(self, slots: list[SimpleNamespace], multipliers: Any) -> tuple[list[Any], list[Any], list[Any]]:
+        """Guards of the slots, heat per contact [W], normal force per contact [N]."""
+        own: dict[str, list[Any]] = {s.contact.name: [] for s in self.sites}
+        heat: dict[str, Any] = dict.fromkeys(own, 0.0)
+        force: dict[str, Any] = dict(heat)
+        at = 0
+        for x in slots:
+            name, n = x.site.contact.name, multipliers[at]
+            on, stick = x.on[0] > 0.0, x.stick[0] > 0.0
+            grip: Any = 1.0
+            if x.site.per_slot > 1:
+                t = multipliers[at + 1 : at + 3]
+                room = x.mu * n - sqrt(t @ t + 1e-300) + x.grain
+                grip = select(on, select(stick, room, x.onward[0] + x.back[0]), 1.0)
+                heat[name] = heat[name] + select(on, select(stick, 0.0, x.mu * n * x.sliding[0]), 0.0)
+            own[name] += [select(on, n + x.grain, 1.0), grip, select(on, x.leave[0], 1.0)]
+            force[name] = force[name] + select(on, n, 0.0)
+            at += x.site.per_slot
+        away = ([1.0] * (3 * s.pair.slots) for s in self.sites)
+        guards = [g for s, open_ in zip(self.sites, away, strict=True) for g in own[s.contact.name] or open_]
+        return guards, list(heat.values()), list(force.values())
+
+
+def _site(c: Contact, graph: Graph, kinds: dict[str, tuple[Function, Function, Function | None]]) -> Site:
+    """`kinds`: functions of the pairs of shapes so far, which contacts of the same pair share."""
+    pair, bodies = pair_of(c), (graph.number(c.a.body), graph.number(c.b.body))
+    kind = f"{type(c.a).__name__}_{type(c.b).__name__}".lower()
+    n = len(shape_numbers(c.a))
+    if kind not in kinds:
+        kinds[kind] = _functions(c, pair, kind, n)
+    return Site(c, pair, n, bodies, 3 if c.mu > 0.0 else 1, *kinds[kind])
+
+
+def _functions(c: Contact, pair: Pair, kind: str, n: int) -> tuple[Function, Function, Function | None]:
+    """Guards of the candidates, one slot, and the reach of a step; n numbers are of the first shape."""
+
+    def watch(p: Any, held: Any, A: Any, B: Any) -> dict[str, Any]:
+        witnesses = pair.watch(p[:n], p[n:], A, B)
+        return {"guard": [select(h > 0.0, 1.0, _touch(*w)) for h, w in zip(held, witnesses, strict=True)]}
+
+    def slot(h: Any, mu: Any, A: Any, B: Any) -> dict[str, Any]:
+        return _slot(pair, h, mu[0], A, B)
+
+    def longest(p: Any, A: Any, B: Any) -> dict[str, Any]:
+        return {"reach": [reach(c, p[:n], p[n:], A, B)]}
+
+    size = n + len(shape_numbers(c.b))
+    sizes = {"p": size, "held": pair.candidates, "A": BODY, "B": BODY}
+    slots = Function(f"slot_{kind}", slot, {"h": SLOT, "mu": 1, "A": BODY, "B": BODY})
+    bound = Function(f"reach_{kind}", longest, {"p": size, "A": BODY, "B": BODY}) if passes(c) else None
+    return Function(f"watch_{kind}", watch, sizes), slots, bound
+
+
+def _touch(gap: Any, rate: Any) -> Any:
+    """Below zero where a candidate touches: at once if it comes with a speed, slowly only if it has sunk in."""
+    return minimum(maximum(gap + DEPTH, rate + RESTING), maximum(gap + SUNK, rate + DEPTH))
+
+
+def _slot(pair: Pair, h: Any, mu: Any, A: Any, B: Any) -> dict[str, Any]:
+    """One slot: its rows as they are sensed (wa, wb) and the push of the normal one (pa, pb), all zero if it is open.
+
+    `sliding`: speed against friction; `onward`: along the direction in which sliding began.
+    """
+    f = pair.frame(h[:HELD], A, B)
+    r = frames.rows(f, A, B)
+    on, stick = h[SlotAt.ON] > 0.0, h[SlotAt.STICK] > 0.0
+    v, u0 = r["rate"][1:], h[SlotAt.U]
+    # friction does not turn round within a step that passes the stop: what slides back is seen in a mirror
+    u = v + (SLIP_BLEND - 2.0 * minimum(u0 @ v, 0.0)) * u0
+    u = u * (1.0 / sqrt(u @ u + 1e-300))
+    friction = select(stick, 0.0, mu)
+    held = select(on, select(stick, 1.0, 0.0), 0.0)
+    part = np.array([select(on, 1.0, 0.0), held, held])
+    out: dict[str, Any] = {"gap": [select(on, f.gap, 0.0), 0.0, 0.0]}
+    out |= {name: part * r[name] for name in ("rate", "bias")}
+    out |= {name: part[:, None] * r[name] for name in ("wa", "wb")}
+    for name in ("a", "b"):
+        w = r[f"w{name}"]
+        out[f"p{name}"] = part[0] * (w[0] - friction * (u[0] * w[1] + u[1] * w[2]))
+    room = h[HELD - 2 : HELD] - abs(f.along)
+    return out | {
+        "on": [h[SlotAt.ON]],
+        "stick": [h[SlotAt.STICK]],
+        "soft": list(h[SlotAt.SOFT]),
+        "prior": list(h[SlotAt.PRIOR]),
+        "sliding": [u @ v],
+        "onward": [u0 @ v],
+        "back": [h[SlotAt.BACK]],
+        "leave": [minimum(room[0], room[1]) + LEAVE],
+    }

@@ -1,0 +1,146 @@
+"""Where two bodies touch: the contact point x, the normal n that pushes A away from B, two tangents, and their rates.
+
+Five kinds are enough for points, balls and boxes: a ball of A on a face, an edge or a corner of B, two balls, two
+edges that cross.
+With F = (n, t1, t2), the rows' velocities are F (v_A(x) - v_B(x)), and because x is one moving point of the world for
+both bodies, their derivatives hold besides the accelerations of the bodies only F ((w_A - w_B) x dx/dt) + dF/dt
+(v_A(x) - v_B(x)): each kind needs no more than x, dx/dt, F and dF/dt.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.algebra.spatial import cross, join
+from heavylift.kernel.compiler.symbol import minimum, sqrt
+
+__all__ = [
+    "BALLS",
+    "CORNER",
+    "EDGE",
+    "EDGES",
+    "FACE",
+    "Frame",
+    "Side",
+    "balls",
+    "corner",
+    "edge",
+    "edges",
+    "face",
+    "rows",
+]
+
+FACE = 16  # numbers: centre and radius of the ball on A; a point of the face and its normal, first, second on B
+BALLS = 11  # centre and radius on A, centre and radius on B, a direction of B that is not the normal
+EDGE = 13  # centre and radius on A; a point of the edge, its direction, difference of its faces' normals on B
+CORNER = 16  # centre and radius on A; the corner and the normals of its faces on B
+EDGES = 12  # a point and the unit direction of the edge on A (turned so that a x b pushes A away), the same on B
+TINY = 1e-300  # keeps what is computed of an empty slot finite
+
+
+@dataclass(frozen=True)
+class Frame:
+    """gap [m]; x (3,) in the world with its rate; F (3, 3) rows n, t1, t2 with theirs; along: coordinates of x within
+    the face (from its point) or along the edges of A and B (from their points) [m]."""
+
+    gap: Any
+    x: Any
+    dx: Any
+    F: Any
+    dF: Any
+    along: Any
+
+
+class Side:
+    """A body in world axes; body: (21,) R_WB row-major, the tree's point o, r from o to the body's origin, twist V."""
+
+    def __init__(self, body: Any) -> None:
+        self.R, self.o, self.r = np.reshape(body[:9], (3, 3)), body[9:12], body[12:15]
+        self.w, self.v = body[15:18], body[18:21]
+
+    def place(self, p: Any) -> Any:
+        return self.o + self.r + self.R @ p
+
+    def velocity(self, x: Any) -> Any:
+        return self.v + cross(self.w, x - self.o)
+
+
+def face(p: Any, A: Any, B: Any) -> Frame:
+    """A ball of A on a plane fixed in B."""
+    a, b = Side(A), Side(B)
+    c, r, q = a.place(p[:3]), p[3], b.place(p[4:7])
+    F = np.array([b.R @ e for e in np.reshape(p[7:16], (3, 3))])
+    dF = np.array([cross(b.w, e) for e in F])
+    x = c - r * F[0]
+    return Frame(F[0] @ (c - q) - r, x, a.velocity(c) - r * dF[0], F, dF, F[1:] @ (x - q))
+
+
+def balls(p: Any, A: Any, B: Any) -> Frame:
+    """Two balls; the tangents are a direction of B seen along the normal, and the one across."""
+    a, b = Side(A), Side(B)
+    c_a, c_b, e = a.place(p[:3]), b.place(p[4:7]), b.R @ p[8:11]
+    n, dn, distance = _unit(c_a - c_b, a.velocity(c_a) - b.velocity(c_b))
+    t, dt, _ = _unit(cross(n, e), cross(dn, e) + cross(n, cross(b.w, e)))
+    F = np.array([n, t, cross(n, t)])
+    dF = np.array([dn, dt, cross(dn, t) + cross(n, dt)])
+    return Frame(distance - p[3] - p[7], c_b + p[7] * n, b.velocity(c_b) + p[7] * dn, F, dF, np.zeros(2))
+
+
+def edges(p: Any, A: Any, B: Any) -> Frame:
+    """Two edges that cross; the first tangent runs along that of A."""
+    a, b = Side(A), Side(B)
+    p_a, p_b, d, e = a.place(p[:3]), b.place(p[6:9]), a.R @ p[3:6], b.R @ p[9:12]
+    dd, de = cross(a.w, d), cross(b.w, e)
+    n, dn, _ = _unit(cross(d, e), cross(dd, e) + cross(d, de))
+    F = np.array([n, d, cross(n, d)])
+    dF = np.array([dn, dd, cross(dn, d) + cross(n, dd)])
+    # along A up to the plane of n and the edge of B, along B likewise
+    on_a, on_b = cross(e, n), cross(d, n)
+    per_a, per_b = 1.0 / (d @ on_a + TINY), 1.0 / (e @ on_b - TINY)
+    s, t = ((p_b - p_a) @ on_a) * per_a, ((p_a - p_b) @ on_b) * per_b
+    x = p_a + s * d
+    v_a, v_b = a.velocity(x), b.velocity(x)
+    ds = ((v_b - v_a) @ on_a) * per_a
+    return Frame(n @ (p_a - p_b), x, v_a + ds * d, F, dF, np.array([s, t]))
+
+
+def edge(p: Any, A: Any, B: Any) -> Frame:
+    """A ball of A on an edge of B; `along`: along the edge, and 1 where the ball comes onto a face beside it."""
+    a, b = Side(A), Side(B)
+    c, q, e, across = a.place(p[:3]), b.place(p[4:7]), b.R @ p[7:10], b.R @ p[10:13]
+    d, dd, de = c - q, a.velocity(c) - b.velocity(q), cross(b.w, e)
+    s, ds = d @ e, dd @ e + d @ de
+    n, dn, distance = _unit(d - s * e, dd - ds * e - s * de)
+    F = np.array([n, e, cross(n, e)])
+    dF = np.array([dn, de, cross(dn, e) + cross(n, de)])
+    return Frame(distance - p[3], c - p[3] * n, a.velocity(c) - p[3] * dn, F, dF, np.array([s, n @ across]))
+
+
+def corner(p: Any, A: Any, B: Any) -> Frame:
+    """A ball of A on a corner of B; `along`: more than 1 where the ball comes onto an edge."""
+    axes = np.reshape(p[7:16], (3, 3))
+    f = balls(np.concatenate([p[:7], [0.0], p[7:10]]), A, B)
+    outward = [f.F[0] @ (Side(B).R @ e) for e in axes]
+    least = minimum(minimum(outward[0], outward[1]), outward[2])
+    return Frame(f.gap, f.x, f.dx, f.F, f.dF, np.array([1.0 - least, 0.0]))
+
+
+def _unit(m: Any, dm: Any) -> tuple[Any, Any, Any]:
+    """Unit vector, its rate, length."""
+    size = sqrt(m @ m + TINY)
+    u, du = m * (1.0 / size), dm * (1.0 / size)
+    return u, du - u * (u @ du), size
+
+
+def rows(f: Frame, A: Any, B: Any) -> dict[str, Any]:
+    """rate and bias (3,), wrenches wa and wb (3, 6) on A and B about their trees' points, rate = wa V_A - wb V_B."""
+    a, b = Side(A), Side(B)
+    v = a.velocity(f.x) - b.velocity(f.x)
+    return {
+        "rate": f.F @ v,
+        "bias": f.F @ cross(a.w - b.w, f.dx) + f.dF @ v,
+        "wa": np.array([join(cross(f.x - a.o, e), e) for e in f.F]),
+        "wb": np.array([join(cross(f.x - b.o, e), e) for e in f.F]),
+    }

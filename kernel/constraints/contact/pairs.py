@@ -1,0 +1,212 @@
+"""The table of pairs of shapes: what a pair watches, how many places can push at once, and what is held there.
+
+A *candidate* is watched by its witness.  One that touches takes a *slot*, which has the three rows of a contact: the
+rows cost, so there are only as many slots as can push at once.  What a slot holds are numbers of the run, written at
+the touch; a new pair of shapes is one entry.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.algebra.dense import norm
+from heavylift.kernel.compiler.symbol import select
+from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane, Shape
+from heavylift.kernel.errors import KernelError
+
+from . import candidates, frames
+from .candidates import SIGNS, VERTICES, Witness, edge
+from .candidates import Box as BoxAt
+from .frames import BALLS, CORNER, EDGE, EDGES, FACE, Frame, Side
+
+__all__ = ["HELD", "PAIRS", "Pair", "check_contact", "gap", "pair_of", "shape_numbers"]
+
+HELD = 19  # numbers of what a slot holds: kind, those of its frame, half widths of the face or edges
+UNIT = 1e-6  # how far a rotation may be off by rounding
+EVERYWHERE = 1e9  # [m] half width of a plane
+Pose = tuple[np.ndarray, np.ndarray]  # position [m], rotation matrix
+ON_B, ON_A, CROSSING = 0.0, 1.0, 2.0  # kinds between two boxes: vertex of A on a face of B, of B on A, edges
+ON_EDGE, ON_CORNER = 1.0, 2.0  # kinds of a ball on a box, beside ON_B
+NEAREST = 1e-12  # [m] beyond a face where a ball lies at its edge
+
+
+@dataclass(frozen=True)
+class Pair:
+    """`watch(a, b, A, B)` -> witnesses; `frame(h, A, B)` of a slot; `hold(candidate, a, b, A, B)` -> (19,) numbers."""
+
+    candidates: int
+    slots: int
+    watch: Callable[[Any, Any, Any, Any], list[Witness]]
+    frame: Callable[[Any, Any, Any], Frame]
+    hold: Callable[[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray], list[float]]
+
+
+def shape_numbers(s: Shape) -> list[float]:
+    """Ball: centre, radius; box: centre, axes as rows, half edges; plane: point, unit normal."""
+    if isinstance(s, Ball):
+        return [*s.p, s.radius]
+    if isinstance(s, Box):
+        return [*s.p, *(s.R[i][j] for j in range(3) for i in range(3)), *(0.5 * e for e in s.size)]
+    return [*s.p, *(e / norm(s.normal) for e in s.normal)]
+
+
+def _axes(n: np.ndarray) -> np.ndarray:
+    """n and two directions across it, the first across the axis that n leans to least."""
+    t = np.cross(np.eye(3)[int(np.argmin(np.abs(n)))], n)
+    t = t / norm(t.tolist())
+    return np.array([n, t, np.cross(n, t)])
+
+
+def _held(kind: float, numbers: list[float], half: tuple[float, float] = (EVERYWHERE, EVERYWHERE)) -> list[float]:
+    return [kind, *numbers, *[0.0] * (HELD - 3 - len(numbers)), *half]
+
+
+def _on_plane(centre: Any, radius: float, plane: np.ndarray) -> list[float]:
+    return _held(ON_B, [*centre, radius, *plane[:3], *_axes(plane[3:6]).ravel()])
+
+
+def _vertex(i: int, box: np.ndarray) -> np.ndarray:
+    """In the body's frame."""
+    p: np.ndarray = box[:3] + (np.array(VERTICES[i]) * box[12:15]) @ np.reshape(box[3:12], (3, 3))
+    return p
+
+
+def _two_balls(i: int, a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndarray) -> list[float]:
+    n = Side(B).R.T @ (Side(A).place(a[:3]) - Side(B).place(b[:3]))
+    return _held(ON_B, [*a, *b, *np.eye(3)[int(np.argmin(np.abs(n)))]])
+
+
+def _on_face(kind: float, p: np.ndarray, radius: float, box: np.ndarray, own: np.ndarray, other: np.ndarray,
+             between: np.ndarray) -> list[float]:  # fmt: skip
+    """A ball at p of body `own` on the face of a box of `other`: among the faces that it lies outside of, the one
+    that best separates the two shapes; `between`: from the box's centre to that of the shape the ball belongs to."""
+    at = BoxAt(box, other)
+    d = at.axes @ (Side(own).place(p) - at.c)
+    outside = np.abs(d) - at.h
+    near = outside >= outside.max() - candidates.NEAR
+    k = int(np.argmax(np.where(near, np.abs(at.axes @ between) - at.h, -np.inf)))
+    axes = np.reshape(box[3:12], (3, 3))
+    n = axes[k] * (1.0 if d[k] > 0.0 else -1.0)
+    t, s = (k + 1) % 3, (k + 2) % 3
+    F = np.array([n, axes[t], np.cross(n, axes[t])])
+    return _held(kind, [*p, radius, *(box[:3] + at.h[k] * n), *F.ravel()], (float(at.h[t]), float(at.h[s])))
+
+
+def _ball_on_box(i: int, a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndarray) -> list[float]:
+    """On the face, edge or corner that is nearest to the ball's centre; a point touches faces only."""
+    at = BoxAt(b, B)
+    between = Side(A).place(a[:3]) - at.c
+    d = at.axes @ between
+    beyond = [k for k in range(3) if abs(d[k]) > at.h[k] + NEAREST]
+    axes = np.reshape(b[3:12], (3, 3)) * np.where(d > 0.0, 1.0, -1.0)[:, None]
+    if len(beyond) < 2 or a[3] == 0.0:
+        return _on_face(ON_B, a[:3], float(a[3]), b, A, B, between)
+    q = b[:3] + sum(at.h[k] * axes[k] for k in beyond)
+    if len(beyond) == 3:
+        return _held(ON_CORNER, [*a[:4], *q, *axes.ravel()], (1.0, 1.0))
+    along = 3 - sum(beyond)
+    across = axes[beyond[0]] - axes[beyond[1]]
+    return _held(ON_EDGE, [*a[:4], *q, *axes[along], *across], (float(at.h[along]), 1.0))
+
+
+def _frame_of_ball_on_box(h: Any, A: Any, B: Any) -> Frame:
+    """On a face, an edge or a corner."""
+    g = h[1:]
+    kinds = frames.face(g[:FACE], A, B), frames.edge(g[:EDGE], A, B), frames.corner(g[:CORNER], A, B)
+    return _chosen(h[0], kinds)
+
+
+def _two_boxes(i: int, a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndarray) -> list[float]:
+    between = BoxAt(a, A).c - BoxAt(b, B).c
+    n = len(VERTICES)
+    if i < n:
+        return _on_face(ON_B, _vertex(i, a), 0.0, b, A, B, between)
+    if i < 2 * n:
+        return _on_face(ON_A, _vertex(i - n, b), 0.0, a, B, A, between)
+    at_a, at_b = BoxAt(a, A), BoxAt(b, B)
+    x = candidates.crossings(at_a, at_b)[(i - 2 * n) // 16]
+    p, q = (edge(at, j, SIGNS[k]) for at, j, k in ((at_a, x.i, (i - 2 * n) % 16 // 4), (at_b, x.j, (i - 2 * n) % 4)))
+    along, across = at_a.axes[x.i], at_b.axes[x.j]
+    sign = 1.0 if np.cross(along, across) @ x.n > 0.0 else -1.0
+    ends = [(Side(A), p, sign * along), (Side(B), q, across)]
+    numbers = [e for s, at, along in ends for e in (*(s.R.T @ (at - s.o - s.r)), *(s.R.T @ along))]
+    return _held(CROSSING, numbers, (float(at_a.h[x.i]), float(at_b.h[x.j])))
+
+
+def _frame_of_boxes(h: Any, A: Any, B: Any) -> Frame:
+    """Whichever of the three kinds the slot holds."""
+    g = h[1:]
+    on_b, on_a = frames.face(g[:FACE], A, B), _turned(frames.face(g[:FACE], B, A))
+    crossed = frames.edges(g[:EDGES], A, B)
+    return _chosen(h[0], (on_b, on_a, crossed))
+
+
+def _chosen(kind: Any, found: tuple[Frame, Frame, Frame]) -> Frame:
+    def choose(name: str) -> Any:
+        x, y, z = (getattr(f, name) for f in found)
+        return select(kind > 1.5, z, select(kind > 0.5, y, x))
+
+    return Frame(*(choose(name) for name in ("gap", "x", "dx", "F", "dF", "along")))
+
+
+def _turned(f: Frame) -> Frame:
+    """The same contact with the normal from A to B instead."""
+    return Frame(f.gap, f.x, f.dx, -f.F, -f.dF, f.along)
+
+
+PAIRS: dict[tuple[type, type], Pair] = {
+    (Ball, Plane): Pair(
+        1, 1, candidates.ball_plane,
+        lambda h, A, B: frames.face(h[1 : 1 + FACE], A, B),
+        lambda i, a, b, A, B: _on_plane(a[:3], a[3], b),
+    ),
+    (Ball, Ball): Pair(1, 1, candidates.ball_ball, lambda h, A, B: frames.balls(h[1 : 1 + BALLS], A, B), _two_balls),
+    (Ball, Box): Pair(1, 1, candidates.ball_box, _frame_of_ball_on_box, _ball_on_box),
+    (Box, Plane): Pair(
+        8, 4, candidates.box_plane,
+        lambda h, A, B: frames.face(h[1 : 1 + FACE], A, B),
+        lambda i, a, b, A, B: _on_plane(_vertex(i, a), 0.0, b),
+    ),
+    (Box, Box): Pair(160, 4, candidates.box_box, _frame_of_boxes, _two_boxes),
+}  # fmt: skip
+
+
+def pair_of(c: Contact) -> Pair:
+    """The entry of a contact's shapes; raises KernelError if there is none."""
+    pair = PAIRS.get((type(c.a), type(c.b)))
+    if pair is None:
+        a, b = type(c.a).__name__.lower(), type(c.b).__name__.lower()
+        known = ", ".join(f"{x.__name__.lower()} - {y.__name__.lower()}" for x, y in PAIRS)
+        raise KernelError(f"contact '{c.name}': {a} against {b}; possible are {known}, in this order")
+    return pair
+
+
+def check_contact(c: Contact) -> None:
+    """Raises KernelError for shapes, friction or restitution that cannot be."""
+    where = f"contact '{c.name}'"
+    pair_of(c)
+    if c.a.body == c.b.body:
+        raise KernelError(f"{where}: both shapes belong to '{c.a.body}'; a body cannot touch itself")
+    if not c.mu >= 0.0:
+        raise KernelError(f"{where}: mu is {c.mu:g}; it cannot be negative")
+    if not 0.0 <= c.restitution <= 1.0:
+        raise KernelError(f"{where}: restitution is {c.restitution:g}; it must lie between 0 and 1")
+    for shape in (c.a, c.b):
+        if isinstance(shape, Ball) and shape.radius < 0.0:
+            raise KernelError(f"{where}: radius {shape.radius:g} m of '{shape.body}'; it cannot be negative")
+        if isinstance(shape, Box) and min(shape.size) <= 0.0:
+            raise KernelError(f"{where}: the edges of the box of '{shape.body}' are {shape.size} m; make them positive")
+        if isinstance(shape, Box) and np.abs(np.array(shape.R) @ np.transpose(shape.R) - np.eye(3)).max() > UNIT:
+            raise KernelError(f"{where}: R of the box of '{shape.body}' is not a rotation")
+        if isinstance(shape, Plane) and not norm(shape.normal) > 0.0:
+            raise KernelError(f"{where}: the normal of its plane is zero; give it a direction")
+
+
+def gap(c: Contact, a: Pose, b: Pose) -> float:
+    """Smallest witness of a contact [m] between bodies at given places and rotations."""
+    A, B = (np.concatenate([np.ravel(R), p, np.zeros(9)]) for p, R in (a, b))
+    first, second = (np.array(shape_numbers(s)) for s in (c.a, c.b))
+    return float(min(x for x, _ in pair_of(c).watch(first, second, A, B)))

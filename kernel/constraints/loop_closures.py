@@ -1,0 +1,168 @@
+"""What a joint that closes a loop forbids: one row per direction in which its two sides cannot move apart.
+
+Two conditions make every joint type (Haug 1989, section 9.4): a direction e fixed in the parent's side A sees no
+displacement of the joint's point on side B, `e_A . d = 0`; two directions stay perpendicular, `e_A . e_B = 0`.
+Each row has its residual g, its wrench w (g' = w . (V_B - V_A)) and what g'' holds besides w . (A_B - A_A).
+A new joint type is one entry of `CLOSURES`; its wrenches must do no work along the joint's own velocities.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.algebra.dense import norm
+from heavylift.kernel.algebra.elementary import atan2, cos, sin
+from heavylift.kernel.algebra.spatial import cross, exact, join
+from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.mechanics import Joint
+from heavylift.kernel.forces.laws import BODY
+
+__all__ = ["CLOSURES", "closed_coordinates", "closure_function", "closure_numbers", "residual_unit"]
+
+SIDES = 25  # per side the joint's point and the rows axis, second, third of its frame; then the pitch
+AXIS, SECOND, THIRD = range(3)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Both sides of a joint in world axes: directions a, b (rows axis, second, third), their rates, d = p_B - p_A."""
+
+    a: Any
+    b: Any
+    da: Any
+    db: Any
+    d: Any
+    pitch: Any
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A residual g with its force f at the joint's point on B and moment n (on B; opposite on A), and their rates."""
+
+    g: Any
+    f: Any
+    n: Any
+    df: Any
+    dn: Any
+
+
+def _slide(i: int) -> Callable[[Pair], Condition]:
+    def condition(p: Pair) -> Condition:
+        return Condition(p.a[i] @ p.d, p.a[i], np.zeros(3), p.da[i], np.zeros(3))
+
+    return condition
+
+
+def _turn(i: int, j: int) -> Callable[[Pair], Condition]:
+    def condition(p: Pair) -> Condition:
+        a, b, da, db = p.a[i], p.b[j], p.da[i], p.db[j]
+        return Condition(a @ b, np.zeros(3), cross(b, a), np.zeros(3), cross(db, a) + cross(b, da))
+
+    return condition
+
+
+def _twist(p: Pair) -> Condition:
+    """No turn about the sum of both shafts: second and third of one side lie mirrored in those of the other."""
+    x, y = _turn(SECOND, THIRD)(p), _turn(THIRD, SECOND)(p)
+    return Condition(x.g - y.g, np.zeros(3), x.n - y.n, np.zeros(3), x.dn - y.dn)
+
+
+def _thread(p: Pair) -> Condition:
+    """Travel follows the angle: pitch * angle - a . d, written periodic so that any number of turns is the same."""
+    c, s = p.a[SECOND] @ p.b[SECOND], p.a[THIRD] @ p.b[SECOND]
+    phase = (p.a[AXIS] @ p.d) / p.pitch
+    g = p.pitch * (s * cos(phase) - c * sin(phase))
+    return Condition(g, -p.a[AXIS], p.pitch * p.a[AXIS], -p.da[AXIS], p.pitch * p.da[AXIS])
+
+
+_POINT = (_slide(AXIS), _slide(SECOND), _slide(THIRD))
+_LINE = (_slide(SECOND), _slide(THIRD))
+_PARALLEL = (_turn(AXIS, SECOND), _turn(AXIS, THIRD))
+_ALIGNED = (*_PARALLEL, _turn(SECOND, THIRD))
+
+CLOSURES: dict[str, tuple[Callable[[Pair], Condition], ...]] = {
+    "fixed": (*_POINT, *_ALIGNED),
+    "revolute": (*_POINT, *_PARALLEL),
+    "prismatic": (*_LINE, *_ALIGNED),
+    "cylindrical": (*_LINE, *_PARALLEL),
+    "screw": (*_LINE, *_PARALLEL, _thread),
+    "universal": (*_POINT, _turn(AXIS, SECOND)),
+    "planar": (_slide(AXIS), *_PARALLEL),
+    "constant-velocity": (*_POINT, _twist),
+    "spherical": _POINT,
+    "free": (),
+}
+
+
+def residual_unit(kind: str, i: int) -> str:
+    """Unit of the i-th residual of a joint type: m for a displacement, rad for a turn."""
+    return "rad" if CLOSURES[kind][i] in (*_ALIGNED, CLOSURES["universal"][3], _twist) else "m"
+
+
+def closure_numbers(joint: Joint) -> list[float]:
+    """(25,) what `closure_function` takes: p_PJ and the joint's directions in the parent, the same in the child."""
+    axis = exact(joint.axis)
+    second = exact(joint.second) if JOINTS[joint.kind].axes > 1 else _perpendicular(axis)
+    basis = np.array([axis, second, cross(axis, second)])
+    sides = [(joint.p_PJ, basis @ exact(joint.R_PJ).T), (joint.p_CJ, basis @ exact(joint.R_CJ).T)]
+    return [*(float(x) for p, rows in sides for x in (*p, *rows.ravel())), joint.pitch]
+
+
+def closed_coordinates(joint: Joint, A: Any, B: Any) -> dict[str, float]:
+    """Coordinates of a joint that closes a loop, where its sides are at A and B; {} where they are not told apart."""
+    if joint.kind not in ("revolute", "prismatic", "cylindrical"):
+        return {}
+    pair = _pair(exact(closure_numbers(joint)), exact(A), exact(B))[0]
+    turn = atan2(float(pair.a[THIRD] @ pair.b[SECOND]), float(pair.a[SECOND] @ pair.b[SECOND]))
+    found = {"angle": turn, "travel": float(pair.a[AXIS] @ pair.d)}
+    return {name: float(found[name]) for name in JOINTS[joint.kind].coordinates}
+
+
+def _perpendicular(axis: np.ndarray) -> np.ndarray:
+    e = exact(np.zeros(3))
+    e[int(np.argmin(abs(axis.astype(float))))] = 1.0
+    e = e - (e @ axis) * axis
+    unit: np.ndarray = e / norm(e.tolist())
+    return unit
+
+
+def closure_function(kind: str) -> Function:
+    """The rows of a joint type: `gap`, `rate`, `bias` (n,), `wa`, `wb` (6 n,) about the trees' points of A and B."""
+
+    def body(p: Any, A: Any, B: Any) -> dict[str, Any]:
+        pair, (x_a, x_b), (V_A, V_B), v = _pair(p, A, B)
+        rows = [condition(pair) for condition in CLOSURES[kind]]
+        wa = [join(cross(x_a, c.f) + c.n, c.f) for c in rows]
+        wb = [join(cross(x_b, c.f) + c.n, c.f) for c in rows]
+
+        def bias(x: Any, c: Condition) -> Any:
+            return join(cross(v, c.f) + cross(x, c.df) + c.dn, c.df)
+
+        return {
+            "gap": [c.g for c in rows],
+            "rate": [b @ V_B - a @ V_A for a, b in zip(wa, wb, strict=True)],
+            "bias": [bias(x_b, c) @ V_B - bias(x_a, c) @ V_A for c in rows],
+            "wa": np.array(wa),
+            "wb": np.array(wb),
+        }
+
+    return Function(f"closure_{kind.replace('-', '_')}", body, {"p": SIDES, "A": BODY, "B": BODY})
+
+
+def _pair(p: Any, A: Any, B: Any) -> tuple[Pair, tuple[Any, Any], tuple[Any, Any], Any]:
+    """Both sides; the joint's point on B from each tree's point; both twists; that point's velocity."""
+    (R_A, o_A, r_A, V_A), (R_B, o_B, r_B, V_B) = (
+        (np.reshape(e[:9], (3, 3)), e[9:12], e[12:15], e[15:]) for e in (A, B)
+    )
+    p_A, p_B = o_A + r_A + R_A @ p[:3], o_B + r_B + R_B @ p[12:15]
+    a = np.array([R_A @ e for e in np.reshape(p[3:12], (3, 3))])
+    b = np.array([R_B @ e for e in np.reshape(p[15:24], (3, 3))])
+    da = np.array([cross(V_A[:3], e) for e in a])
+    db = np.array([cross(V_B[:3], e) for e in b])
+    x_b = p_B - o_B
+    pair = Pair(a, b, da, db, p_B - p_A, p[24])
+    return pair, (p_B - o_A, x_b), (V_A, V_B), V_B[3:] + cross(V_B[:3], x_b)

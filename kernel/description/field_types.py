@@ -1,0 +1,159 @@
+"""What a description is made of: every field holds what its annotation says, in plain tuples and Python's own numbers.
+
+The annotations of the description modules are the schema.  Lists, arrays and NumPy's numbers are taken and become
+tuples and floats; whatever does not fit is one KernelError that names the item, the field and what it should be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass, replace
+from functools import cache
+from types import UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+import msgspec
+import numpy as np
+from heavylift.kernel.errors import KernelError
+
+from .mechanics import System
+
+__all__ = ["choice", "field_names", "item_word", "plain"]
+
+LARGEST = 10**308  # a whole number that is still a float
+SHOWN = 60  # characters of a wrong value in a sentence
+
+
+def plain(system: System) -> System:
+    """The same description in tuples and floats; raises KernelError for the first field that cannot be read so."""
+    if not isinstance(system, System):
+        raise KernelError(f"the description is {_told(system)}; it must be a System")
+    groups: dict[str, Any] = {}
+    for name, hint in _hints(System).items():
+        value: Any = getattr(system, name)
+        if name == "gravity":
+            groups[name] = _read(value, hint, name)
+            continue
+        item = get_args(hint)[0]
+        if not isinstance(value, tuple | list):
+            raise KernelError(f"{name} is {_told(value)}; it must be {_wanted(hint)}")
+        for x in value:
+            if type(x) not in _classes(item):
+                raise KernelError(f"{name}: {_told(x)} is none of them; it must be {_wanted(item)}")
+            if not isinstance(x.name, str):
+                raise KernelError(f"{item_word(x)} {_told(x.name)}: name is {_told(x.name)}; it must be a text")
+        groups[name] = tuple(_built(x, f"{item_word(x)} '{x.name}': ") for x in value)
+    return replace(system, **groups)
+
+
+def item_word(x: Any) -> str:
+    """What sentences call an item."""
+    kind = type(x).__name__
+    return "spring" if kind == "JointSpring" else kind.lower()
+
+
+def choice(choices: tuple[str | int, ...]) -> str:
+    """One of several, in words."""
+    return f"{', '.join(map(str, choices[:-1]))} or {choices[-1]}"
+
+
+def field_names(x: Any) -> Iterator[str]:
+    """Of a description, in order."""
+    yield from x.__struct_fields__ if isinstance(x, msgspec.Struct) else [f.name for f in fields(x)]
+
+
+def _built(x: Any, where: str) -> Any:
+    """x with every field read; the same object if nothing had to change."""
+    hints = _hints(x.__class__)
+    new = {}
+    for name in field_names(x):
+        value = getattr(x, name)
+        read = _read(value, hints[name], f"{where}{name}")
+        if read is not value:
+            new[name] = read
+    if not new:
+        return x
+    return msgspec.structs.replace(x, **new) if isinstance(x, msgspec.Struct) else replace(x, **new)
+
+
+def _read(value: Any, hint: Any, where: str) -> Any:
+    """A value as its annotation wants it."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.tolist()
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin in (Union, UnionType):
+        found = next((h for h in inner if _is_class(h) and isinstance(value, h)), None)
+        good = found is not None or (value is None and type(None) in inner)
+        if good and found is not None:
+            return _read(value, found, where)
+    elif origin is Literal:
+        good = value in inner if isinstance(value, str | int) else False
+    elif origin is tuple:
+        good = isinstance(value, tuple | list) and (inner[-1] is Ellipsis or len(value) == len(inner))
+        if good:
+            each = [_read(x, inner[0], where) for x in value] if _fits(value, inner[0]) else None
+            good = each is not None
+            if each is not None:
+                same = isinstance(value, tuple) and all(a is b for a, b in zip(each, value, strict=True))
+                return value if same else tuple(each)
+    elif hint is float:
+        good = isinstance(value, float) or (isinstance(value, int) and abs(value) < LARGEST)
+    elif hint is int:
+        good = isinstance(value, int) and abs(value) < LARGEST
+    elif hint is bool:
+        good = isinstance(value, bool | int | float) and value in (False, True)
+    elif is_dataclass(hint) or issubclass(hint, msgspec.Struct):
+        good = isinstance(value, hint)
+        if good:
+            return _built(value, f"{where}.")
+    else:
+        good = isinstance(value, hint)
+    if not good:
+        raise KernelError(f"{where} is {_told(value)}; it must be {_wanted(hint)}")
+    return value
+
+
+def _fits(values: Any, hint: Any) -> bool:
+    """Whether rows of numbers are rows of numbers, so that a sentence tells of the whole matrix."""
+    inner = get_args(hint)
+    if get_origin(hint) is tuple:
+        rows = all(isinstance(x, tuple | list | np.ndarray) for x in values)
+        return rows and (inner[-1] is Ellipsis or all(len(x) == len(inner) for x in values))
+    return hint is not float or all(isinstance(x, float | int | np.generic) for x in values)
+
+
+def _wanted(hint: Any, many: bool = False) -> str:
+    """What an annotation asks for, in words."""
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin in (Union, UnionType):
+        return choice(tuple("None" if h is type(None) else _wanted(h) for h in inner))
+    if origin is Literal:
+        return choice(inner)
+    if origin is tuple:
+        n = "" if inner[-1] is Ellipsis else f"{len(inner)} "
+        if get_origin(inner[0]) is tuple:
+            return f"{n}rows of {_wanted(inner[0])}"
+        return f"{n}{_wanted(inner[0], many=True)}" if _is_class(inner[0]) else f"several, each {_wanted(inner[0])}"
+    words = {float: "number", int: "whole number", str: "text", bool: "True or False"}
+    if hint is bool:
+        return words[bool]
+    word = words.get(hint, getattr(hint, "__name__", str(hint)))
+    return f"{word}s" if many else f"{'an' if word[0] in 'AEIOU' else 'a'} {word}"
+
+
+def _told(value: Any) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= SHOWN else f"{text[: SHOWN - 3]}..."
+
+
+def _is_class(hint: Any) -> bool:
+    return isinstance(hint, type) and get_origin(hint) is None
+
+
+def _classes(hint: Any) -> tuple[type, ...]:
+    return tuple(get_args(hint)) if get_origin(hint) in (Union, UnionType) else (hint,)
+
+
+@cache
+def _hints(kind: Any) -> dict[str, Any]:
+    return get_type_hints(kind)

@@ -1,0 +1,242 @@
+"""Force elements as plain data: what nodes declare and the force table (`table.py`) turns into equations.
+
+Tagged msgspec structs, so that a tuple of different kinds crosses processes as it is; no NumPy.  SI units; a point is
+(body, position in its frame), "world" is the ground.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Literal
+
+from msgspec import Struct
+
+from .points import IDENTITY, Line, Matrix, Point, Vector
+
+__all__ = [
+    "Bushing", "Characteristic", "Force", "Load", "Matrix6", "Reeving", "Sheave", "Signal", "Spring", "Torsion",
+    "UserLaw", "Wind",
+]  # fmt: skip
+
+Row6 = tuple[float, float, float, float, float, float]
+Matrix6 = tuple[Row6, Row6, Row6, Row6, Row6, Row6]
+
+
+class Signal(Struct, frozen=True):
+    """A number that changes with time: `value`, or piecewise linear through (times [s], values), or driven.
+
+    Before the first and after the last time the end value holds; two equal times are a jump.  `driven`: it starts at
+    `value` and follows a Profile or a Master that is commanded at run time, as a winch does.
+    """
+
+    value: float = 1.0
+    times: tuple[float, ...] = ()
+    values: tuple[float, ...] = ()
+    driven: bool = False
+
+
+class Element(Struct, frozen=True):
+    """What every force tells of itself."""
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        """The points that it acts on."""
+        return ()
+
+    @property
+    def along(self) -> tuple[str, str] | None:
+        """The joint that it acts along, with the coordinate ("" if the joint has only one)."""
+        return None
+
+
+class Load(Element, frozen=True, tag=True):
+    """A force [N] and a moment [N m] on a body at a point, times `signal`; `axes` that they are fixed in."""
+
+    name: str
+    at: Point
+    force: Vector = (0.0, 0.0, 0.0)
+    moment: Vector = (0.0, 0.0, 0.0)
+    axes: Literal["world", "body"] = "world"
+    signal: Signal = Signal()
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        return (self.at,)
+
+
+class Wind(Element, frozen=True, tag=True):
+    """Drag of a wind on an area: F = 1/2 density C A |w - v| (w - v) at a point that moves with v.
+
+    w = signal [m/s] along `direction` (a unit vector in world axes); a gust is the signal's history.
+    """
+
+    name: str
+    at: Point
+    area: float  # [m2]
+    drag: float  # C
+    direction: Vector
+    signal: Signal
+    density: float = 1.225  # [kg/m3]
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        return (self.at,)
+
+
+class Spring(Element, frozen=True, tag=True):
+    """A spring and damper between two points that pulls and pushes: tension = k (l - rest) + d l'."""
+
+    name: str
+    a: Point
+    b: Point
+    rest: float  # [m]
+    k: float = 0.0  # [N/m]
+    d: float = 0.0  # [N s/m]
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        return self.a, self.b
+
+
+class Torsion(Element, frozen=True, tag=True):
+    """A torsional spring and damper between two bodies: moment = k (rest - angle) - d angle'.
+
+    The angle is the twist of body b about `axis` (a unit vector in a's frame) against a, over any number of turns: of
+    the relative rotation, the part about that axis (swing-twist decomposition).  The axis stays below 175 degrees from
+    where it was.
+    """
+
+    name: str
+    a: str
+    b: str
+    axis: Vector
+    k: float = 0.0  # [N m/rad]
+    d: float = 0.0  # [N m s/rad]
+    rest: float = 0.0  # [rad]
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        return Point(self.a), Point(self.b)
+
+
+class Bushing(Element, frozen=True, tag=True):
+    """A linear 6x6 spring and damper between the frame (a, R_a) and the frame (b, R_b): f = -K x - D x'.
+
+    x = (displacement of b's origin from a's in a's axes, rotation vector of b's axes against a's): energy x^T K x / 2.
+    K and D are symmetric and not negative; the rotation stays below 175 degrees, or is of any size if the joints
+    between a and b let them turn about one axis only, on which R_a and R_b agree.
+    """
+
+    name: str
+    a: Point
+    b: Point
+    K: Matrix6  # [N/m, N, N m/rad]
+    D: Matrix6  # the same times s
+    R_a: Matrix = IDENTITY
+    R_b: Matrix = IDENTITY
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        return self.a, self.b
+
+
+class Characteristic(Element, frozen=True, tag=True):
+    """An actuator law as data: effort [N or N m] along a joint = signal * f(coordinate or speed).
+
+    f is piecewise linear through (x, effort), x rising; the end values hold outside.
+    """
+
+    name: str
+    joint: str
+    of: Literal["position", "speed"]
+    x: tuple[float, ...]
+    effort: tuple[float, ...]
+    signal: Signal = Signal()
+    coordinate: str = ""  # of a joint that has several
+
+    @property
+    def along(self) -> tuple[str, str] | None:
+        return (self.joint, self.coordinate) if self.joint else None
+
+
+class UserLaw(Element, frozen=True, tag=True):
+    """A law of the user's own: `function` is "package.module:function" or "file.py:function" (see `user_laws.py`).
+
+    It acts along a joint or on `ends`.  `guards` names a function that returns `modes` numbers; mode i keeps
+    the sign of number i during a step and turns at the located event, so select(modes[i] > 0, ...) may jump.
+    """
+
+    name: str
+    function: str
+    joint: str = ""
+    ends: tuple[Point, ...] = ()
+    parameters: tuple[float, ...] = ()
+    signal: Signal = Signal()
+    guards: str = ""
+    modes: int = 0
+    coordinate: str = ""  # of a joint that has several
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        return self.ends
+
+    @property
+    def along(self) -> tuple[str, str] | None:
+        return (self.joint, self.coordinate) if self.joint else None
+
+
+class Sheave(Struct, frozen=True):
+    """A sheave of a rope, fixed on a body: the rope turns positively about its axis (in the body's frame).
+
+    Sliding, the tension against the motion is larger by exp(friction * wrap) / efficiency.  A radius of 0 is a point,
+    which the rope never leaves; a sheave with a radius it leaves and finds again.
+    """
+
+    at: Point
+    axis: Vector = (0.0, 1.0, 0.0)
+    radius: float = 0.0  # [m]
+    friction: float = 0.0  # mu
+    efficiency: float = 1.0
+
+
+class Reeving(Element, frozen=True, tag=True):
+    """A massless, elastic, tension-only rope from a over sheaves to b; its signal is its unstretched length [m].
+
+    Without friction it has one tension, as an equaliser has; with it each sheave sticks or slips (see `reeving.py`).
+    `damping` [N s/m] is that of the whole rope.  A driven signal is a winch at a.
+    """
+
+    name: str
+    a: Point
+    sheaves: tuple[Sheave, ...]
+    b: Point
+    EA: float  # [N]
+    signal: Signal
+    damping: float = 0.0
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        return self.a, *(s.at for s in self.sheaves), self.b
+
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """Its parts from centre to centre, for pictures."""
+        return tuple(Line(a, b) for a, b in pairwise(self.points))
+
+    @property
+    def winch(self) -> bool:
+        """Whether its length is driven."""
+        return self.signal.driven
+
+    @property
+    def L0(self) -> float:
+        """Its unstretched length at the start [m]."""
+        return self.signal.value
+
+    @property
+    def hooked(self) -> bool:
+        """It is never taken off."""
+        return True
+
+
+Force = Load | Wind | Spring | Torsion | Bushing | Characteristic | UserLaw | Reeving

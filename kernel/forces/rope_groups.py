@@ -1,0 +1,116 @@
+"""The parts of a rope over sheaves that move together, and what strains them (see `reeving` for the equations).
+
+Parts joined by slipping sheaves form a group: their strains keep the ratios of its sheaves, their unstretched lengths
+one sum; the strain of the first part follows from it by Newton's method.
+"""
+
+from __future__ import annotations
+
+from math import e as E
+from typing import Any
+
+from heavylift.kernel.algebra.elementary import power
+from heavylift.kernel.compiler.symbol import minimum, named, select
+from heavylift.kernel.description.forces import Sheave
+
+from .sheaves import Way
+
+__all__ = ["BITE", "FREE", "Groups", "slip_ratio"]
+
+BITE = 1e-9  # by how much more a sheave holds than it drags, so that one that begins to stick does not slip at once
+NEWTON = 5  # iterations; the error shrinks as its square, from (strain)^2 on
+FREE = 2.0  # mode of a sheave of a slack rope
+
+
+class Groups:
+    """Strains, their rates and unstretched lengths of the parts, flows over the sheaves, in the present modes."""
+
+    def __init__(
+        self, way: Way, kept: list[Any], dL: Any, rubs: list[bool], modes: Any, ratios: list[tuple[Any, Any]]
+    ) -> None:
+        self._rubs, self._modes, self._ratios = rubs, modes, ratios
+        self._sums = 0  # for their names in print
+        n = len(way.lengths)
+        r, dr = [1.0], [0.0]
+        for i, (ratio, rate) in enumerate(ratios):
+            along = modes[i] > 0.0
+            inverse = 1.0 / ratio
+            free = modes[i] >= FREE
+            g = select(free, 1.0, select(along, ratio, inverse)) if rubs[i] else 1.0
+            dg = select(free, 0.0, select(along, rate, -rate * inverse * inverse)) if rubs[i] else 0.0
+            r.append(named(f"ratio{i + 2}", self._joined(i, r[i] * g, 1.0)))
+            dr.append(named(f"dratio{i + 2}", self._joined(i, dr[i] * g + r[i] * dg, 0.0)))
+        l, dl = way.lengths, way.rates
+        N = self._total(kept)
+        whole = self._total(l)
+        s = [(a / b - 1.0) * a / c for a, b, c in zip(whole, N, self._total(_times(r, l)), strict=True)]
+        for k in range(NEWTON if any(rubs) else 0):  # exact already where all ratios are 1
+            s = [named(f"s{k}_{i + 1}", x) for i, x in enumerate(s)]
+            q = [1.0 / (1.0 + a * b) for a, b in zip(r, s, strict=True)]
+            miss = self._total(_times(l, q))
+            slope = self._total(_times(r, l, q, q))
+            s = [x + (m - n_) / a for x, m, n_, a in zip(s, miss, N, slope, strict=True)]
+        s = [named(f"s_{i + 1}", x) for i, x in enumerate(s)]
+        q = [1.0 / (1.0 + a * b) for a, b in zip(r, s, strict=True)]
+        driven = self._total([dL] + [0.0] * (n - 1))
+        free = self._total([a * b - l_ * c * x * b * b for a, b, l_, c, x in zip(dl, q, l, dr, s, strict=True)])
+        slope = self._total(_times(r, l, q, q))
+        ds = [(a - b) / k for a, b, k in zip(free, driven, slope, strict=True)]
+        self.strains = _times(r, s)
+        self.rates = [a * b + c * d for a, b, c, d in zip(r, ds, dr, s, strict=True)]
+        self.unstretched = _times(l, q)
+        self._group = N
+        passed = dL
+        self.flows: list[Any] = []
+        for i in range(n - 1):
+            passed = passed - (dl[i] * q[i] - l[i] * self.rates[i] * q[i] * q[i])
+            self.flows.append(self._joined(i, passed, 0.0))
+
+    def _joined(self, i: int, yes: Any, no: Any) -> Any:
+        """`yes` where rope slips over sheave i, else `no`."""
+        return select(abs(self._modes[i]) > 0.0, yes, no) if self._rubs[i] else yes
+
+    def _total(self, values: list[Any]) -> list[Any]:
+        """For each part the sum over its group."""
+        sums = [values[0]]
+        for i, x in enumerate(values[1:]):
+            sums.append(x + self._joined(i, sums[i], 0.0))
+        for i in reversed(range(len(values) - 1)):
+            sums[i] = self._joined(i, sums[i + 1], sums[i])
+        self._sums += 1
+        return [named(f"sum{self._sums}_{i + 1}", x) for i, x in enumerate(sums)]
+
+    def mean_rates(self) -> list[Any]:
+        """For each part the mean of N s' over its group."""
+        together = self._total(_times(self.unstretched, self.rates))
+        return [a / b for a, b in zip(together, self._group, strict=True)]
+
+    def grips(self) -> list[Any]:
+        """Guards of the sheaves with friction."""
+        s = self.strains
+        out = []
+        for i, (ratio, _) in enumerate(self._ratios):
+            if self._rubs[i]:
+                most = ratio * (1.0 + BITE)
+                holds = minimum(most * s[i] - s[i + 1], most * s[i + 1] - s[i])
+                out.append(self._joined(i, self._modes[i] * self.flows[i], holds))
+        return out
+
+
+def _times(*columns: list[Any]) -> list[Any]:
+    out = list(columns[0])
+    for column in columns[1:]:
+        out = [a * b for a, b in zip(out, column, strict=True)]
+    return out
+
+
+def slip_ratio(s: Sheave, q: Any, wrap: tuple[Any, Any] | None) -> tuple[Any, Any]:
+    """Ratio of the tensions of a sheave that slips, and its rate; wrap: of the rope on it [rad], with its rate."""
+    ratio, rate = (q[11], 0.0) if s.efficiency < 1.0 else (1.0, 0.0)
+    if wrap and s.friction > 0.0:
+        angle, turning = wrap
+        if not s.radius:  # a point turns the rope either way
+            angle, turning = abs(angle), select(angle > 0.0, turning, -turning)
+        ratio = ratio * power(E, q[10] * angle)
+        rate = ratio * q[10] * turning
+    return ratio, rate

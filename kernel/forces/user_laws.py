@@ -1,0 +1,238 @@
+"""Laws of the user's own: plain Python functions, traced like the kernel's own text.
+
+A law is named "package.module:function" or "file.py:function", so that it is data and crosses processes.  It is
+called as `law(x)` with the fields of `Given` and returns the effort along its joint, or a force (3,) or force and
+moment (6,) in world axes for each end.  What it does to bodies counts as its work.  It is traced when the scene is
+compiled; the digest of what it computes is part of the structure, so an edited law never runs as an old object file.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import importlib.util
+import sys
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import isnan
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.symbol import is_sym
+from heavylift.kernel.description.forces import Signal, UserLaw
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.trust import foreign, namer, refusal
+
+from .force_law import Answer, ForceLaw, Poses, Shown, wrench
+from .laws import BODY, attachment
+
+__all__ = ["Given", "UserLawEntry"]
+
+MATHEMATICS = "heavylift.kernel.forces.mathematics"
+CONDITIONS = ("gt", "ge", "and", "or")  # operations whose result is no number
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a law sees: time [s], coordinate and velocity of its joint, per end place p, velocity v, rotation R and
+    angular velocity w in world axes; its parameters, signal, and modes (+1 or -1, see `UserLaw`)."""
+
+    t: Any
+    parameters: Any  # (n,)
+    signal: Any
+    modes: Any  # (n,)
+    q: Any = None
+    dq: Any = None
+    p: Any = None  # (ends, 3)
+    v: Any = None  # (ends, 3)
+    R: Any = None  # (ends, 3, 3)
+    w: Any = None  # (ends, 3)
+
+
+class UserLawEntry(ForceLaw):
+    """Traces the function once to check it; P holds parameters and modes."""
+
+    works = True
+    timed = True
+
+    def check(self, f: UserLaw) -> None:
+        self.demand(f, "joint", bool(f.joint) != bool(f.ends), "and ends: it must act on either of them, not on both")
+        law = self._traced(f)
+        told = _wrong(law)
+        if told:
+            raise KernelError(f"law '{f.name}': '{f.function}' {told}")
+        if _digest(self._traced(f)) != _digest(law):
+            raise KernelError(
+                f"law '{f.name}': '{f.function}' computes something else each time it is called; a law depends on what "
+                "it is given only, not on random numbers, clocks or what it remembers"
+            )
+
+    def signal(self, f: UserLaw) -> Signal:
+        return f.signal
+
+    def shape(self, f: UserLaw) -> Any:
+        return f.modes, _digest(self._traced(f))
+
+    def numbers(self, f: UserLaw, poses: Poses) -> list[float]:
+        return [*f.parameters, *[1.0] * f.modes, *(c for e in f.ends for c in e.p)]
+
+    def answer(self, f: UserLaw, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+        n, m = len(f.parameters), len(f.parameters) + f.modes
+        modes = p[n:m]
+        at = [attachment(body, p[m + 3 * i : m + 3 * i + 3], f"a{i + 1}") for i, body in enumerate(ends)]
+        stacked = {
+            "p": _stack([place for _, place, _ in at]),
+            "v": _stack([v for _, _, v in at]),
+            "R": _stack([np.reshape(body[:9], (3, 3)) for body in ends]),
+            "w": _stack([body[15:18] for body in ends]),
+        }
+        q, dq = joint if joint is not None else (None, None)
+        given = Given(t, p[:n], signal[0], modes, q, dq, **(stacked if ends else {}))
+        answer = _called(f, f.function, given)
+        guards = _called(f, f.guards, given) if f.guards else []
+        told = _numbers(guards)
+        if told is None or len(told) != f.modes:
+            raise KernelError(
+                f"law '{f.name}': '{f.guards}' must return a list of {f.modes} numbers, one for each mode"
+            )
+        switched = [mode * g for mode, g in zip(modes, told, strict=True)]
+        if joint is not None:
+            effort = _numbers([answer])
+            if effort is None or len(effort) != 1:
+                raise KernelError(f"law '{f.name}': '{f.function}' must return one number, the effort along its joint")
+            return Answer(effort=effort[0], work=effort[0] * dq, guards=switched, shown=effort)
+        rows = np.array(answer, dtype=object)
+        if rows.shape not in ((len(ends), 3), (len(ends), 6)) or _numbers(rows) is None:
+            raise KernelError(
+                f"law '{f.name}': '{f.function}' must return a force of 3 numbers, or force and moment of 6, for each "
+                f"of its {len(ends)} ends"
+            )
+        wrenches, work = [], 0.0
+        for (x, _, v), body, row in zip(at, ends, rows, strict=True):
+            moment = row[3:] if len(row) == 6 else None
+            wrenches.append(wrench(x, row[:3], moment))
+            work = work + row[:3] @ v + (0.0 if moment is None else moment @ body[15:18])
+        return Answer(wrenches, work=work, guards=switched, shown=[x for row in rows for x in row[:3]])
+
+    def guards(self, f: UserLaw) -> int:
+        return f.modes
+
+    def switch(self, f: UserLaw, p: np.ndarray, guard: int, shown: np.ndarray) -> tuple[str, float]:
+        i = len(f.parameters) + guard
+        p[i] = -p[i]
+        return "switched", float(p[i])
+
+    def shows(self, f: UserLaw) -> list[Shown]:
+        if f.joint:
+            return [("law/effort", f.name, "N or N m")]
+        return [("law/force", f"{f.name}.{i + 1}.{c}", "N") for i in range(len(f.ends)) for c in "xyz"]
+
+    def _traced(self, f: UserLaw) -> Function:
+        """The law recorded by itself."""
+        blocks = {"p": len(self.numbers(f, lambda body: (np.eye(3), np.zeros(3)))), "s": 2, "x": 2, "t": 1}
+        blocks |= {f"e{i}": BODY for i in range(len(f.ends))}
+
+        def body(p: Any, s: Any, x: Any, t: Any, **bodies: Any) -> dict[str, Any]:
+            ends = [bodies[f"e{i}"] for i in range(len(f.ends))]
+            a = self.answer(f, p, ends, s, x if f.joint else None, t[0])
+            return {"effort": [a.effort], "guards": a.guards, **{f"w{i}": w for i, w in enumerate(a.wrenches)}}
+
+        law = Function(f.name, body, blocks)
+        law.record()
+        return law
+
+
+def _stack(rows: list[Any]) -> Any:
+    return np.array([np.asarray(r, dtype=object) for r in rows], dtype=object)
+
+
+def _numbers(values: Any) -> list[Any] | None:
+    """The values if all are numbers or traced scalars."""
+    try:
+        flat = np.ravel(np.array(values, dtype=object)).tolist()
+    except ValueError:
+        return None
+    good = all((is_sym(x) and not x.width) or isinstance(x, float | int | np.number) for x in flat)
+    return [x if is_sym(x) else float(x) for x in flat] if good else None
+
+
+def _called(f: UserLaw, function: str, given: Given) -> Any:
+    """The answer of the user's function; whatever it raises becomes a sentence with its line."""
+    law = _found(f, function)
+    try:
+        return law(given)
+    except Exception as e:
+        file = law.__code__.co_filename if hasattr(law, "__code__") else ""
+        lines = [x for x in traceback.extract_tb(e.__traceback__) if x.filename == file]
+        where = f"{Path(file).name}:{lines[-1].lineno}" if lines else function
+        told = str(e).replace("kernel.elementary", MATHEMATICS)
+        if "no callable" in told or "must be real number" in told or "ufunc" in told or "forced to a float" in told:
+            told = f"math and NumPy cannot work on a run-time value: use those of {MATHEMATICS}"
+        raise KernelError(f"law '{f.name}': '{function}' at {where}: {told}") from e
+
+
+def _found(f: UserLaw, function: str) -> Callable[[Given], Any]:
+    """The user's function; one that data named only from a folder that is trusted."""
+    module, colon, name = function.rpartition(":")
+    if not (colon and module and name):
+        raise KernelError(f"law '{f.name}': '{function}' is no function; write 'package.module:function'")
+    by = namer(function)
+    if by is not None and (why := refusal(module, function)):
+        raise KernelError(f"{by}{': ' if by else ''}law '{f.name}': {why}")
+    try:
+        found = getattr(_module(module), name, None)
+    except Exception as e:
+        raise KernelError(f"law '{f.name}': '{module}' cannot be imported: {e}") from e
+    if not callable(found):
+        raise KernelError(f"law '{f.name}': there is no function '{name}' in '{module}'")
+    if by is not None and (why := foreign(found, function)):
+        raise KernelError(f"{by}{': ' if by else ''}law '{f.name}': '{function}' must not be called: {why}")
+    return found  # type: ignore[no-any-return]
+
+
+def _module(name: str) -> ModuleType:
+    """A module by its name or by its file; a file is read once per run and content."""
+    if not name.endswith(".py"):
+        return importlib.import_module(name)
+    path = Path(name).resolve()  # as it was judged
+    key = f"heavylift_law_{hashlib.sha256(str(path).encode() + path.read_bytes()).hexdigest()[:16]}"
+    if key not in sys.modules:
+        spec = importlib.util.spec_from_file_location(key, path)
+        if spec is None or spec.loader is None:
+            raise ImportError("it is no Python file")
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        sys.modules[key] = module
+    return sys.modules[key]
+
+
+def _wrong(law: Function) -> str:
+    """What stands in a recorded law that cannot be computed."""
+    written = [x for values in law.outputs.values() for x in values]
+    if any(isnan(x) for x in (*written, *(a for n in law.nodes for a in n.args)) if isinstance(x, float)):
+        return "computes with nan; give it finite numbers"
+    used = [
+        (x, n.op in ("and", "or") or (n.op == "select" and i == 0)) for n in law.nodes for i, x in enumerate(n.args)
+    ]
+    for x, wants in (*used, *((x, False) for x in written)):
+        if is_sym(x) and wants != (x.op in CONDITIONS):
+            told = "a number is not a condition" if wants else "a condition is not a number"
+            return f"computes where {told}: use select(condition, a, b) with > or >="
+    return ""
+
+
+def _digest(law: Function) -> str:
+    """What a recorded function computes, as 16 hexadecimal digits."""
+    names = {n: f"#{i}" for i, n in enumerate(law.nodes)}
+
+    def told(x: Any) -> str:
+        if isinstance(x, tuple | list):
+            return "(" + ",".join(map(told, x)) + ")"
+        return x.name if isinstance(x, Function) else names[x] if is_sym(x) else repr(x)
+
+    text = [f"{n.op}{told(n.args)}" for n in law.nodes] + [f"{k}={told(v)}" for k, v in law.outputs.items()]
+    return hashlib.sha256("\n".join(text).encode()).hexdigest()[:16]

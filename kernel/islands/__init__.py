@@ -1,0 +1,23 @@
+"""Parts of a scene that nothing ties together, each with steps of its own.
+
+components       which bodies are tied together, with all that acts on them
+islands, island  simulations that are solved apart; one of them
+state_transfer   a simulation initialised from the state of existing ones, where islands merge or part
+sample_merge     samples of the scene from those of its islands
+"""
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .islands import Islands, simulate
+
+__all__ = ["Islands", "simulate"]
+
+
+def __getattr__(name: str) -> Any:
+    """The public names, imported when they are first used."""
+    if name not in __all__:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    from . import islands
+
+    return getattr(islands, name)

@@ -1,0 +1,120 @@
+"""The islands of a system: bodies that are tied together, with all that acts on them.
+
+Joints, forces, contacts and ropes tie bodies; the ground ties nothing, nor does a *loose* rope, which nobody has
+hooked: it belongs to the island of its first end, and what lies beyond is ground to it.  A commanded master is a
+function of time, so each island with actuators has its own; a measured one ties its body to all actuators, for any of
+them may be told to follow it.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterator
+from dataclasses import fields, replace
+from typing import Any
+
+from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.mechanics import WORLD, Point, System
+from heavylift.kernel.forces.table import signals
+
+__all__ = ["islands_of", "loose_ropes"]
+
+MOST = 8  # islands
+GROUPS = tuple(f.name for f in fields(System) if f.name not in ("masters", "gravity"))
+
+
+def islands_of(system: System, loose: Collection[str] = ()) -> list[System]:
+    """One system for each island, in the order of their first bodies; `loose`: names of ropes that tie nothing.
+
+    What cannot move belongs to the first island that can, as does what holds no body.  Of more than `MOST` the smallest
+    ones are solved together, for equal trees are dealt with side by side and each island has code of its own.
+    """
+    child = {j.name: j.child if j.child != WORLD else j.parent for j in system.joints}
+    ropes = {r.name: _ends(r)[: 1 if r.name in loose else None] for r in system.all_ropes}
+    held = {(group, i): _bodies(group, x, child, ropes) for group, i, x in _items(system)}
+    island = {b.name: b.name for b in system.bodies}
+
+    def root(body: str) -> str:
+        while island[body] != body:
+            body = island[body]
+        return body
+
+    def tie(bodies: list[str]) -> None:
+        for b in bodies[1:]:
+            island[root(b)] = root(bodies[0])
+
+    for bodies in held.values():
+        tie(bodies)
+    actors = {name for name, signal in signals(system.forces).items() if signal.driven}
+    actors |= {*(d.name for d in system.drives), *(r.name for r in system.straight_ropes if r.winch)}
+    led = [b for (group, i), bodies in held.items() if getattr(system, group)[i].name in actors for b in bodies]
+    if system.measured and led:
+        tie([*led, *(b for (group, _), bodies in held.items() if group == "measured" for b in bodies)])
+    moving = [root(j.child) for j in system.joints if j.child != WORLD and JOINTS[j.kind].n_v]
+    moving += [root(b.name) for b in system.bodies if b.flexible]
+    for b in system.bodies:
+        if moving and root(b.name) not in moving:
+            island[root(b.name)] = moving[0]
+    roots = list(dict.fromkeys(root(b.name) for b in system.bodies))
+    if len(roots) > MOST:
+        size = Counter(root(b.name) for b in system.bodies)
+        tie(sorted(roots, key=lambda r: -size[r])[MOST - 1 :])
+        roots = list(dict.fromkeys(root(b.name) for b in system.bodies))
+    of = {key: roots.index(root(bodies[0])) if bodies else 0 for key, bodies in held.items()}
+    return [_island(system, of, k, {roots.index(root(b)) for b in led} or {0}) for k in range(len(roots))]
+
+
+def loose_ropes(system: System, ties: Collection[str]) -> frozenset[str]:
+    """Ropes that nobody has hooked at the start, nor will."""
+    return frozenset(r.name for r in system.straight_ropes if not r.hooked and r.name not in ties)
+
+
+def _island(system: System, of: dict[tuple[str, int], int], k: int, led: set[int]) -> System:
+    parts: dict[str, Any] = {g: tuple(x for i, x in enumerate(getattr(system, g)) if of[g, i] == k) for g in GROUPS}
+    own = {WORLD, *(b.name for b in parts["bodies"])}
+
+    def here(p: Point) -> Point:
+        return p if p.body in own else Point(WORLD)
+
+    for group in ("ropes", "rigid_ropes"):
+        parts[group] = tuple(
+            replace(r, lines=tuple(replace(x, a=here(x.a), b=here(x.b)) for x in r.lines)) for r in parts[group]
+        )
+    return replace(system, **parts, masters=system.masters if k in led else ())
+
+
+def _items(system: System) -> Iterator[tuple[str, int, Any]]:
+    for group in GROUPS:
+        for i, x in enumerate(getattr(system, group)):
+            yield group, i, x
+
+
+def _ends(rope: Any) -> list[str]:
+    """Bodies of a rope, without the ground."""
+    return [b for b in dict.fromkeys(p.body for line in rope.lines for p in (line.a, line.b)) if b != WORLD]
+
+
+def _bodies(group: str, x: Any, child: dict[str, str], ropes: dict[str, list[str]]) -> list[str]:
+    """Bodies that an item of a system holds together, without the ground; child: bodies by their joints; ropes: bodies
+    that each of them ties."""
+    match group:
+        case "bodies":
+            found = [x.name]
+        case "joints":
+            found = [x.parent, x.child]
+        case "ropes" | "rigid_ropes":
+            found = ropes[x.name]
+        case "supports":
+            found = [x.point.body]
+        case "forces":
+            found = [p.body for p in x.points] + ([child[x.along[0]]] if x.along else [])
+        case "contacts":
+            found = [x.a.body, x.b.body]
+        case "measured":
+            found = [child[x.of] if x.kind == "joint" else x.of]
+        case "thresholds":
+            found = [b for r in x.ropes for b in ropes[r]] + ([x.point.body] if x.point else [])
+            found += [child.get(x.of, x.of)] if x.of else []
+        case _:
+            found = [child[x.joint]]
+    return [b for b in dict.fromkeys(found) if b != WORLD]

@@ -1,0 +1,126 @@
+"""One island of a scene: a simulation that shows itself within its step, and that knows what it could be cut into."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import copy
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.constraints.rigid_ropes import RigidAt
+from heavylift.kernel.description.mechanics import System
+from heavylift.kernel.methods.small_motions import still_below
+from heavylift.kernel.model.parameters import RopeAt
+from heavylift.kernel.simulation.native.variant_policy import Thrift
+from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.kernel.simulation.snapshots import BLOCKS, KEPT
+
+from .components import islands_of
+
+__all__ = ["Island"]
+
+CODE = 3  # operations of the code of a whole simulation, for each of one evaluation
+
+
+class Island(Simulation):
+    """One of them: events leave no row of their own, and it can be looked at within its tentative step."""
+
+    struck: np.ndarray  # row of the last event or command
+
+    def __init__(self, system: System, lean: bool | None = None, **options: Any) -> None:
+        super().__init__(system, lean=lean, **options)
+        self.given, self.subscribed = system, frozenset(name for _, name in self.program.guards)
+        self.cuts = Thrift(bool(lean))
+        self.told = 0, 0  # entries of log and notes that are in the common ones
+
+    def settle(self) -> None:
+        """As a simulation; the row of the event is kept aside, and its peaks count for the next sample as well."""
+        before = len(self.rows)
+        super().settle()
+        ((_, self.struck),) = self.rows[before:]
+        del self.rows[before:]
+        at = self.method.row_layout.at
+        self.X[self._at["peak"]] = self.struck[at["peak"]]
+        self.X[self._at["peak_time"]] = self.struck[at["peak_time"]] - self.epoch * 1e-9
+
+    def _show_rest(self, pause: Callable[[], None]) -> None:
+        """Islands show it, together with others, as far as they have not yet."""
+
+    def tells(self, subscribed: frozenset[str]) -> bool:
+        """Whether somebody subscribed to what happens next."""
+        return not subscribed.isdisjoint(self.falling)
+
+    @property
+    def resting(self) -> bool:
+        """Whether nothing moves or will move by itself."""
+        return self._still
+
+    def mark(self) -> dict[str, Any]:
+        """What a run changes as long as nothing happens, for `back`; cheaper than a snapshot."""
+        beside = {"balance": {name: copy(x) for name, x in vars(self._balance).items()}, "absent": self.absent}
+        return (
+            {name: copy(getattr(self, name)) for name in KEPT}
+            | beside
+            | {"thrift": self.thrift and self.thrift.kept(), "phase": self.order.phase}
+        )
+
+    def back(self, mark: dict[str, Any]) -> None:
+        """Stand again where `mark` was made, before anything happened."""
+        self.order.phase = mark["phase"]
+        vars(self._balance).update(mark["balance"])
+        self._leave_out(mark["absent"])
+        if self.thrift:
+            self.thrift.go_on(mark["thrift"])
+        for name in KEPT:
+            if isinstance(block := getattr(self, name), np.ndarray) and name in BLOCKS:
+                block[:] = mark[name]  # in place, for parts of it are in other hands
+            else:
+                setattr(self, name, mark[name])
+
+    def shown(self, t_ns: int) -> np.ndarray:
+        """The row at a time within the tentative step, or at rest; changes nothing."""
+        before = self.X.copy()
+        if self._snapshot is not None:
+            self.X[:] = self._snapshot
+        if self._still or not self["tentative"] > 0.0:
+            row = self._raw().copy()
+        else:
+            if self.method.method.completes and self["coarse"] > 0.0:
+                self._call("complete")
+            self._set(t_out=self._local(t_ns))
+            at = int(self["row"])
+            self._call("sample")
+            row = self._table[at].copy()
+        self.X[:] = before
+        row[self.method.row_layout.at["peak_time"]] += self.epoch * 1e-9
+        return row
+
+    def may_be_cut(self) -> frozenset[str]:
+        """Ropes that nobody has hooked, if without them a part of the island that rests is on its own and that pays."""
+        loose = self._unhooked()
+        if self.fallen or not (share := self._resting_share(loose)):
+            return frozenset()
+        evaluation = self.operations(frozenset())[0]
+
+        def count(laws: frozenset[str]) -> tuple[int, int]:
+            return (round(evaluation * (1.0 - share)), CODE * evaluation) if laws else (evaluation, 0)
+
+        return self.cuts.choose(self._attempts, loose, count)
+
+    def _unhooked(self) -> frozenset[str]:
+        at, s = self.program.parameters.at, self.given
+        out = {r.name for r in s.ropes if not self.P[at["rope", r.name]][RopeAt.HOOKED]}
+        return frozenset(out | {r.name for r in s.rigid_ropes if not self.P[at["rigid", r.name]][RigidAt.HOOKED]})
+
+    def _resting_share(self, loose: frozenset[str]) -> float:
+        """Of the degrees of freedom, in islands of their own if these ropes do not tie; 0 if nothing or all rests."""
+        pieces = islands_of(self.given, loose) if loose else []
+        own = [self._velocities({b.name for b in piece.bodies}) for piece in pieces]
+        limit = float(still_below(self["scale"], self["faint"]))
+        nq, now = self.program.nq, (self.state, self.X[self._at["f"]])
+        resting = [len(v) for v in own if all(float(x[nq:][v] @ x[nq:][v]) < limit for x in now)]
+        return sum(resting) / self.program.nv if len(resting) < len(own) else 0.0
+
+    def _velocities(self, bodies: set[str]) -> list[int]:
+        links = self.program.graph.links
+        return [i for k in links if k.body.name in bodies for i in range(k.v.start, k.v_modes.stop)]

@@ -1,0 +1,386 @@
+"""Islands that nothing ties together are solved apart: each takes its own steps, and one that rests takes none.
+
+An event of one may lead to a command for another at that instant, and is shown in a row of all, so no island may commit
+steps beyond it.  They run ahead by turns for a span of time; those that went past the first event go back to where the
+span began, and stop at it (Jefferson, Virtual time, 1985).  Steps depend on the history of an island
+alone, so nothing that is seen depends on spans or turns.  A command stops the island that it is meant for, not the
+others: they show themselves at that instant by their dense output.
+
+A rope that is hooked between two islands makes them one; when it is taken off, and a part rests by then, the island is
+cut again once that pays (see `variant_policy`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from copy import deepcopy
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.description.mechanics import System, Vector
+from heavylift.kernel.description.notes import Note
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.methods.choice import choose, control_of
+from heavylift.kernel.methods.peers import PEERS
+from heavylift.kernel.model.checks import check_description
+from heavylift.kernel.model.program import Program
+from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.multibody.joint_locking import lock_of
+from heavylift.kernel.simulation.call_order import (
+    GOING,
+    PAUSED,
+    SETTLED,
+    STOPPED,
+    CallOrder,
+    check_present,
+    check_time,
+    passed_by,
+)
+from heavylift.kernel.simulation.native.native_functions import Stepping
+from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
+from heavylift.kernel.simulation.snapshots import foreign
+
+from .components import islands_of, loose_ropes
+from .island import Island
+from .sample_merge import Joining
+from .state_transfer import inherit
+
+__all__ = ["Islands", "simulate"]
+
+SPAN = 64  # periods of samples that islands run ahead of each other at most; one behind an event, then twice as many
+
+
+def simulate(
+    system: System,
+    tolerance: float,
+    sample_ns: int,
+    subscribed: frozenset[str],
+    method: str,
+    step: float | None,
+    ties: Collection[str] = (),
+    apart: bool = True,
+    lean: bool | None = None,
+) -> Simulation | Islands:
+    """A scene as one simulation, or (`apart`) as islands if it has several and the method is ours, which can go back.
+
+    `ties`: ropes that tie though they are not hooked yet, since they will be; the other arguments are a `Simulation`'s.
+    """
+    options: dict[str, Any] = {"method": method, "step": step, "lean": lean}
+    if apart and method not in PEERS and len(islands_of(check_description(system), loose_ropes(system, ties))) > 1:
+        return Islands(system, tolerance, sample_ns, subscribed, ties, **options)
+    return Simulation(system, tolerance, sample_ns, subscribed, **options)
+
+
+class Islands:
+    """The face of a `Simulation` for a system of several islands; arguments as there and of `simulate`."""
+
+    def __init__(
+        self,
+        system: System,
+        tolerance: float = 1e-7,
+        sample_ns: int = 500_000_000,
+        subscribed: frozenset[str] = frozenset(),
+        ties: Collection[str] = (),
+        **options: Any,
+    ) -> None:
+        self.program = Program(system)
+        self.system = check_description(system)
+        found = choose(options.get("method", "dopri5"), self.program)
+        self.method = Stepping(self.program, found, control_of(found, options.get("step"), self.program))
+        self._options = {"tolerance": tolerance, "sample_ns": sample_ns, **options}
+        self.subscribed, self._sample_ns, self._span = subscribed, sample_ns, 1
+        self.parts: list[Island] = []
+        self.loose: frozenset[str] = frozenset()
+        """Ropes that tie nothing now."""
+        self._joining = Joining(self.program, sample_ns)
+        self.rows: list[tuple[int, np.ndarray]] = []
+        self.log: list[tuple[int, StateEvent]] = []
+        self.notes: list[Note] = []
+        self.epoch = 0
+        """Time of the last event or command of any island [ns]."""
+        self._reached = 0
+        self.order = CallOrder()
+        self._stopped: list[Island] = []  # those that stand at the epoch
+        self._pause: Callable[[], None] = lambda: None
+        self._cut(loose_ropes(self.system, ties))
+
+    def _cut(self, loose: frozenset[str]) -> None:
+        """Islands that only these ropes do not tie; those that are new go on where the old ones stand."""
+        self.loose, old = loose, self.parts
+        self.parts, stopped = [], self._stopped
+        self._stopped = []
+        for system in islands_of(self.system, loose):
+            same = next((p for p in old if p.given == system), None)
+            if same is None:
+                same = Island(system, **self._options)
+                own = {b.name for b in system.bodies}
+                before = [p for p in old if own & {b.name for b in p.given.bodies}]
+                if before:
+                    inherit(same, before)
+                    self._stopped.append(same)
+            elif same in stopped:
+                self._stopped.append(same)
+            self.parts.append(same)
+        self._joining.cut(self.parts, loose)
+
+    # ---- life ---------------------------------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Find the discrete states of the initial pose, take the first sample."""
+        self.order.check_new(self.epoch)
+        for p in self.parts:
+            p.start()
+        self.order.phase = SETTLED
+        self.rows.append((0, self._joining.whole([p.struck for p in self.parts])))
+        self._collect()
+
+    @property
+    def next_ns(self) -> int:
+        """Time of the first located event or end of a tentative step; FOREVER_NS if nothing moves any more."""
+        return min(p.next_ns for p in self.parts)
+
+    @property
+    def event(self) -> bool:
+        """Whether `next_ns` is an event that somebody subscribed to."""
+        return any(p.tells(self.subscribed) for p in self._firing)
+
+    @property
+    def _firing(self) -> list[Island]:
+        now = self.next_ns
+        return [p for p in self.parts if p.event and p.next_ns == now]
+
+    @property
+    def present_ns(self) -> int:
+        """First time at which commands can still be given."""
+        shown = (self._joining.number - 1) * self._sample_ns
+        return max(self.epoch, shown, *(p.present_ns for p in self.parts if not p.resting))
+
+    @property
+    def now(self) -> float:
+        """Time that all islands have reached [s]."""
+        return self._reached * 1e-9
+
+    def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
+        """Commit steps that end by `until_ns` or by the first event that somebody hears."""
+        check_time(until_ns)
+        if self.order.phase == PAUSED:
+            self.settle()
+        self.order.check_settled("run", self.epoch)
+        self.order.phase = GOING
+        while (following := self.next_ns) <= until_ns and not self.event:
+            if self._firing:
+                self.fire()
+                self.settle()
+                self.order.phase = GOING
+                continue
+            happened = self._ahead(min(until_ns, max(self._reached, following) + self._span * self._sample_ns), pause)
+            self._span = 1 if happened else min(2 * self._span, SPAN)
+            self._collect()
+
+    def _ahead(self, horizon: int, pause: Callable[[], None]) -> bool:
+        """All islands up to the horizon, or to the first event by then; whether there is one."""
+        first, failed = FOREVER_NS, list[KernelError]()
+        moving = [p for p in self.parts if not p.resting]
+        before: list[tuple[Island, dict[str, Any], int]] = []
+        for p in moving:
+            end = min(horizon, first)
+            if p is moving[-1]:
+                p.run(end, pause)
+            else:
+                mark = p.mark()
+                try:
+                    p.run(end, pause)
+                except KernelError as error:  # it counts if nothing happens elsewhere before
+                    failed.append(error)
+                    end = FOREVER_NS
+                before.append((p, mark, end))
+            if p.event and p.next_ns <= end:
+                first = p.next_ns
+        if failed and first == FOREVER_NS:
+            raise failed[0]
+        for p, mark, end in before:
+            if end > first:
+                p.back(mark)
+                p.run(first, pause)
+        self._reached = min(horizon, first)
+        return first < FOREVER_NS
+
+    def _collect(self) -> None:
+        """Samples, log and notes of the islands become those of all, in the order of time."""
+        new: list[tuple[int, int, StateEvent]] = []
+        told: list[Note] = []
+        for k, p in enumerate(self.parts):
+            entries, notes = p.told
+            new += [(t, k, e) for t, e in p.log[entries:]]
+            told += p.notes[notes:]
+            p.told = len(p.log), len(p.notes)
+        self.log += [(t, e) for t, _, e in sorted(new, key=lambda x: x[:2])]
+        self.notes += sorted(told, key=lambda note: note.t_ns)
+        resting = [p.shown(self._reached) if p.resting else None for p in self.parts]
+        more = True
+        while more:
+            more = any([p.unroll(self._joining.next_ns) for p in self.parts])
+            self.rows += self._joining.take([p.rows for p in self.parts], resting)
+            if more:
+                self._pause()
+
+    # ---- events and commands --------------------------------------------------------------------------------
+
+    def preview(self) -> list[StateEvent]:
+        """What `fire` will return; changes nothing."""
+        self.order.check_settled("preview", self.epoch)
+        return [e for p in self._firing for e in p.preview()]
+
+    def fire(self) -> list[StateEvent]:
+        """Integrate the islands of the located event to it and switch what has fallen there."""
+        if not (firing := self._firing):
+            self.order.check_settled("fire", self.epoch)
+            raise KernelError("no event has been located; run first")
+        self.order.phase = STOPPED
+        self.epoch, self._stopped = self.next_ns, firing
+        events = [e for p in firing for e in p.fire()]
+        self._collect()
+        return events
+
+    def interrupt(self, t_ns: int, pause: Callable[[], None] = lambda: None) -> None:
+        """Go to t_ns, so that commands can be given there; islands without one go on (see `Simulation.interrupt`).
+
+        `pause` is called in `settle` and commands, too.
+        """
+        check_time(t_ns)
+        if self.order.phase in (PAUSED, STOPPED) and t_ns == self.epoch:
+            return
+        self.order.check_settled("interrupt", self.epoch)
+        check_present(t_ns, self.present_ns)
+        self._pause = pause
+        self.run(t_ns, pause)
+        if self.event and self.next_ns < t_ns:
+            raise passed_by(t_ns, self.next_ns, [name for p in self._firing for name in p.falling])
+        self.epoch, self._stopped = t_ns, []
+        self.order.phase = PAUSED
+
+    def settle(self) -> None:
+        """After events and commands; if nothing was commanded, all islands stop here: the end of a run."""
+        self.order.check_standing("settle", self.epoch)
+        if not self._stopped:
+            self._stop_all()
+        self._cut_again()
+        for p in self._stopped:
+            p.settle()
+        parts = [p.struck if p in self._stopped else p.shown(self.epoch) for p in self.parts]
+        self._joining.struck.append((self.epoch, self._joining.whole(parts)))
+        self._stopped = []
+        self._collect()
+        self.order.phase = SETTLED
+
+    def _stop(self, p: Island) -> Island:
+        """An island that stands at the epoch from here on."""
+        if p not in self._stopped:
+            p.interrupt(self.epoch)
+            self._stopped.append(p)
+        return p
+
+    def _stop_all(self) -> None:
+        for p in self.parts:
+            self._stop(p)
+        self._collect()
+
+    def _cut_again(self) -> None:
+        """Cut islands whose ropes have been taken off, where a part of them rests and that pays."""
+        for p in self._stopped:
+            if loose := p.may_be_cut():
+                self._stop_all()
+                self._cut(self.loose | loose)
+                return
+
+    def _owner(self, what: str, kind: str, name: str) -> Island:
+        """The island that has a law of this name, ready for a command."""
+        self.order.command(what, self.epoch)
+        for p in self.parts:
+            if (kind, name) in p.program.parameters.at:
+                return self._stop(p)
+        raise KernelError(f"'{name}': no {kind} of this name")
+
+    def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
+        """See `References.set_profile`; a master's is that of all islands with actuators."""
+        self.order.command("set_profile", self.epoch)
+        owners = [p for p in self.parts if name in p.references.actuators]
+        if not owners:
+            raise KernelError(f"'{name}': no drive, winch or master of this name")
+        for p in owners:
+            self._stop(p).set_profile(name, start_ns, speed, accel, distance)
+
+    def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
+        """See `Simulation.set_follow`."""
+        self._owner("set_follow", "reference", actuator).set_follow(actuator, master, f)
+
+    def set_brake(self, brake: str, engaged: bool) -> None:
+        """See `Simulation.set_brake`."""
+        self._owner("set_brake", "brake", brake).set_brake(brake, engaged)
+
+    def set_lock(self, lock: str, engaged: bool) -> StateEvent | None:
+        """See `Simulation.set_lock`."""
+        self.order.command("set_lock", self.epoch)
+        lock_of(self.system, lock)
+        owner = next(p for p in self.parts if any(x.name == lock for x in p.given.locks))
+        event = self._stop(owner).set_lock(lock, engaged)
+        self._collect()
+        return event
+
+    def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
+        """See `Simulation.hook`; a rope between two islands makes them one."""
+        self.order.command("hook", self.epoch)
+        if rope in self.loose:
+            self._stop_all()
+            self._cut(self.loose - {rope})
+        self._owner("hook", self._rope(rope), rope).hook(rope, a, b, L0)
+
+    def unhook(self, rope: str) -> None:
+        """See `Simulation.unhook`."""
+        self._owner("unhook", self._rope(rope), rope).unhook(rope)
+
+    def _rope(self, name: str) -> str:
+        return "rigid" if ("rigid", name) in self.program.parameters.at else "rope"
+
+    def watch(self, threshold: str, value: float, rising: bool) -> None:
+        """See `Simulation.watch`."""
+        self._owner("watch", "threshold", threshold).watch(threshold, value, rising)
+
+    def unwatch(self, threshold: str) -> None:
+        """See `Simulation.unwatch`."""
+        self._owner("unwatch", "threshold", threshold).unwatch(threshold)
+
+    # ---- snapshots ------------------------------------------------------------------------------------------
+
+    def snapshot(self) -> dict[str, Any]:
+        """All that the future depends on."""
+        self.order.check_begun()
+        own = {
+            "phase": self.order.phase,
+            "rows": self.rows,
+            "notes": self.notes,
+            "epoch": self.epoch,
+            "reached": self._reached,
+        }
+        joining = {"number": self._joining.number, "struck": self._joining.struck, "loose": sorted(self.loose)}
+        parts = [{"of": p.snapshot(), "cuts": p.cuts.kept()} for p in self.parts]
+        return deepcopy({"parts": parts, **own, **joining})
+
+    def restore(self, snapshot: dict[str, Any]) -> None:
+        """Go on from the snapshot of islands of the same system and options, bit for bit; start these first."""
+        self.order.check_begun()
+        if not isinstance(snapshot, dict) or "parts" not in snapshot:
+            raise foreign()
+        kept = deepcopy(snapshot)
+        if self.loose != (loose := frozenset(kept["loose"])):
+            self._cut(loose)
+        if len(self.parts) != len(kept["parts"]):
+            raise foreign()
+        self.order.phase = kept["phase"]
+        for p, part in zip(self.parts, kept["parts"], strict=True):
+            p.restore(part["of"])
+            p.cuts.go_on(part["cuts"])
+            p.told = len(p.log), len(p.notes)
+        self.rows, self.notes, self.epoch, self._reached = kept["rows"], kept["notes"], kept["epoch"], kept["reached"]
+        self._joining.number, self._joining.struck = kept["number"], kept["struck"]
+        self._stopped = []

@@ -1,0 +1,16 @@
+"""The equations of one scene: what a description is compiled to.
+
+checks               what a description must fulfil
+parameters           where each number of a scene lives in the block P
+program              layout of state, parameters, guards and accounts; the functions that trees share
+traced_functions     what equal parts share; code_structure: what scenes share that have the same code
+poses                first stage of an evaluation: drives and winches, where the bodies are
+applied_forces       second stage: the laws that act on them
+evaluation           accelerations, thresholds, what samples show
+switching            discrete states of laws, and what changes when a guard has fallen
+references           what actuators follow; signal_histories: time histories of signals
+tangent_stiffness    derivatives of the accelerations along all coordinates
+kinetic_energy       by bodies and joint velocities
+running              what is seen of a running simulation by those who watch it
+reactions            constraint Jacobian at a pose, mobility, joint reactions
+"""

@@ -1,0 +1,210 @@
+"""What a description must fulfil before it becomes equations: names that mean one thing, numbers that mean something.
+
+Each violation is one KernelError that names the item, the field and what it should be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
+from math import degrees, isfinite, sqrt
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.algebra.dense import dot, eigenvalues, norm
+from heavylift.kernel.algebra.elementary import atan2
+from heavylift.kernel.constraints.contact.pairs import check_contact
+from heavylift.kernel.description.field_types import choice, field_names, item_word, plain
+from heavylift.kernel.description.flexible_checks import check_flexible
+from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.mechanics import WORLD, Body, Joint, System
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.forces.table import check_force
+from msgspec import Struct
+
+__all__ = ["check_description", "check_inertia", "check_joint", "check_options"]
+
+PLACES = ("lines", "point", "p_PJ", "p_CJ", "com")
+FARTHEST = 1e30  # [m] the squares of distances must stay finite
+FINEST = 1e-14  # of a step: below is rounding, and steps shrink without end
+SHORTEST_SAMPLE = 100_000  # [ns]
+MOST_SAMPLES = 1_000_000  # within one step: their rows must find room
+SHARED = 1e-9  # by which shares may miss their sum
+PRINTED = 3e-3  # by which moments of a thin body may exceed their sum: three printed digits each
+UNIT = 1e-6  # how far an axis or a rotation may be off by rounding
+# groups within which a command or an event is addressed by name alone
+ADDRESSED = (
+    ("drives", "ropes", "rigid_ropes", "masters", "measured", "forces"),
+    ("ropes", "rigid_ropes", "supports", "stops", "brakes", "locks", "forces", "contacts", "thresholds"),
+)
+AXES = (0, 1)  # about which an attitude is measured
+POSITIVE = {"RigidRope": ("L0",), "Rope": ("EA", "L0")}
+NOT_NEGATIVE = {
+    "JointSpring": ("k", "d"),
+    "Stop": ("k", "d"),
+    "Brake": ("moment", "k", "d"),
+    "Drive": ("kp", "kv"),
+    "Rope": ("damping", "mass"),
+    "RigidRope": ("mass",),
+    "Support": ("k", "d", "mu", "kt", "dt"),
+}
+
+
+def check_description(system: System) -> System:
+    """The description in tuples and floats (see `field_types`); raises KernelError for the first item that cannot
+    be."""
+    system = plain(system)
+    if not isfinite(system.gravity):
+        raise KernelError(f"gravity is {system.gravity}; it must be a finite number")
+    for group in [(f.name,) for f in fields(system) if f.name not in ("bodies", "joints", "gravity")] + [*ADDRESSED]:
+        seen: set[str] = set()
+        for x in (x for name in group for x in getattr(system, name)):
+            if x.name in seen:
+                raise KernelError(f"'{x.name}': two of this name; names of laws, drives and masters must be unique")
+            seen.add(x.name)
+    for f in fields(system):
+        for x in getattr(system, f.name) if f.name != "gravity" else ():
+            _check_item(x)
+    for force in system.forces:
+        check_force(force)
+    for contact in system.contacts:
+        check_contact(contact)
+    for b in system.bodies:
+        if b.name == WORLD:
+            raise KernelError(f"body '{WORLD}': this is the name of the ground; choose another one")
+        check_inertia(b)
+        if b.flexible:
+            check_flexible(b.name, b.flexible)
+    for j in system.joints:
+        check_joint(j)
+    for r in system.straight_ropes:
+        if not r.lines:
+            raise KernelError(f"rope '{r.name}': it has no line; give it at least one")
+        for i, line in enumerate(r.lines, 1):
+            if line.a == line.b:
+                raise KernelError(f"rope '{r.name}': line {i} begins and ends at one point; it has no length")
+        if r.mass and abs(sum(line.share for line in r.lines) - 1.0) > SHARED:
+            raise KernelError(f"rope '{r.name}': it has a mass, which its lines share; let their shares add up to 1")
+    for s in system.stops:
+        if s.lower > s.upper:
+            raise KernelError(f"stop '{s.name}': its lower limit {s.lower:g} lies above the upper one, {s.upper:g}")
+    return system
+
+
+def _check_item(x: Any) -> None:
+    """Finite numbers everywhere, the right sign where there is one."""
+    kind, where = type(x).__name__, f"{item_word(x)} '{x.name}'"
+    for field, value in _numbers(x):
+        if not isfinite(value):
+            raise KernelError(f"{where}: {field} is {value}; it must be a finite number")
+        if field in PLACES and abs(value) > FARTHEST:
+            raise KernelError(f"{where}: {field} is {value:g} m; it must lie within {FARTHEST:g} m")
+    if kind in ("Measured", "Threshold") and x.axis not in AXES:
+        raise KernelError(f"{where}: axis is '{x.axis}'; it must be {choice(AXES)}")
+    for field in POSITIVE.get(kind, ()):
+        if not getattr(x, field) > 0.0:
+            raise KernelError(f"{where}: {field} is {getattr(x, field):g}; it must be positive")
+    for field in NOT_NEGATIVE.get(kind, ()):
+        if getattr(x, field) < 0.0:
+            raise KernelError(f"{where}: {field} is {getattr(x, field):g}; it cannot be negative")
+
+
+def _numbers(x: Any, field: str = "") -> Iterator[tuple[str, float]]:
+    """All numbers of a description with the field that holds them."""
+    if is_dataclass(x) or isinstance(x, Struct):
+        for name in field_names(x):
+            yield from _numbers(getattr(x, name), field or name)
+    elif isinstance(x, tuple):
+        for e in x:
+            yield from _numbers(e, field)
+    elif isinstance(x, float | int):
+        yield field, x
+
+
+def check_inertia(b: Body) -> None:
+    """Symmetric, and principal moments that some distribution of mass can have (without mass: a rotor's gear)."""
+    I = b.inertia
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        if abs(I[i][j] - I[j][i]) > UNIT * max(abs(I[i][j]), abs(I[j][i])):
+            xy, yx = f"I{'xyz'[i]}{'xyz'[j]}", f"I{'xyz'[j]}{'xyz'[i]}"
+            raise KernelError(
+                f"body '{b.name}': its inertia must be a symmetric matrix, but {xy} is {I[i][j]:g} and {yx} is "
+                f"{I[j][i]:g} kg m2; give both the same value"
+            )
+    for i, axis in enumerate("xyz"):
+        if I[i][i] < 0.0:
+            raise KernelError(
+                f"body '{b.name}': its moment of inertia I{axis}{axis} is {I[i][i]:g} kg m2; none can be negative"
+            )
+    moments = eigenvalues(I)
+    told = f"body '{b.name}': its principal moments of inertia are {', '.join(f'{x:g}' for x in moments)} kg m2"
+    if moments[0] < -UNIT * moments[2]:
+        raise KernelError(
+            f"{told}, and none can be negative: the products of inertia Ixy {I[0][1]:g}, Ixz {I[0][2]:g}, "
+            f"Iyz {I[1][2]:g} are too large for the moments; make them smaller"
+        )
+    if b.mass > 0.0 and moments[2] > (1.0 + PRINTED) * (moments[0] + moments[1]):
+        raise KernelError(
+            f"{told}; no body has one that is larger than the sum of the others (a flat plate has Ixx + Iyy = Izz): "
+            f"{_remedy(b, moments)}"
+        )
+
+
+def _remedy(b: Body, moments: list[float]) -> str:
+    """The least change that makes moments possible, where there are no products."""
+    if any(b.inertia[i][j] for i, j in ((0, 1), (0, 2), (1, 2))):
+        return "make the largest smaller or the others larger"
+    own = [b.inertia[i][i] for i in range(3)]
+    largest = own.index(max(own))
+    missing = (moments[2] - moments[1] - moments[0]) / 2.0
+    least = ", ".join(f"{x if i == largest else x + missing:g}" for i, x in enumerate(own))
+    return f"where the other two do not matter, as in plane motion, write [{least}] kg m2"
+
+
+def check_joint(j: Joint) -> None:
+    if j.kind not in JOINTS:
+        raise KernelError(f"joint '{j.name}': there is no kind '{j.kind}'; kinds are {', '.join(JOINTS)}")
+    joint = JOINTS[j.kind]
+    for name in ("R_PJ", "R_CJ"):
+        x, y, z = R = getattr(j, name)
+        skewed = max(abs(dot(R[a], R[b]) - (a == b)) for a in range(3) for b in range(3))
+        handed = dot(x, (y[1] * z[2] - y[2] * z[1], y[2] * z[0] - y[0] * z[2], y[0] * z[1] - y[1] * z[0]))
+        if skewed > UNIT or handed < 0.0:
+            raise KernelError(f"joint '{j.name}': {name} is not a rotation; its rows must be right-handed unit vectors")
+    for which, axis in (("axis", j.axis), ("second axis", j.second)):
+        length = norm(axis)
+        if abs(length - 1.0) > UNIT:
+            raise KernelError(f"joint '{j.name}': its {which} has length {length:g}; it must be a unit vector")
+    aligned = dot(j.axis, j.second)
+    if joint.axes > 1 and abs(aligned) > UNIT:
+        angle = degrees(atan2(sqrt(max(0.0, 1.0 - aligned * aligned)), aligned))
+        raise KernelError(
+            f"joint '{j.name}': its axes stand at {angle:.4g} deg; the second axis of a {j.kind} joint is "
+            "perpendicular to the first"
+        )
+    if joint.pitched and j.pitch == 0.0:
+        raise KernelError(f"joint '{j.name}': its pitch is 0; a screw advances, in m/rad (else make it revolute)")
+    if not joint.pitched and j.pitch != 0.0:
+        raise KernelError(f"joint '{j.name}': pitch is {j.pitch:g}; a {j.kind} joint has none")
+    quaternion = j.q0[-4:] if joint.quaternion is not None else ()
+    if quaternion and not any(quaternion):
+        raise KernelError(f"joint '{j.name}': its initial quaternion is zero; it must have length 1")
+
+
+def check_options(tolerance: Any, sample_ns: Any, h_max: Any, step: Any, opt: Any) -> None:
+    """Raises KernelError for options of a simulation that no run can have."""
+    numbers = {"tolerance": tolerance, "sample_ns": sample_ns, "h_max": h_max, "step": 1.0 if step is None else step}
+    for name, x in numbers.items():
+        if not isinstance(x, float | int | np.number):
+            raise KernelError(f"{name} is {x!r}; it must be a number")
+    if not FINEST <= tolerance < 1.0:
+        raise KernelError(f"tolerance {tolerance:g}: it must lie between {FINEST:g} and 1")
+    if not isinstance(sample_ns, int | np.integer) or sample_ns < SHORTEST_SAMPLE:
+        raise KernelError(f"samples every {sample_ns} ns: they must be at least {SHORTEST_SAMPLE} ns apart")
+    if not (isfinite(h_max) and h_max > 0.0):
+        raise KernelError(f"h_max {h_max:g} s: the longest step must be positive and finite")
+    longest = step or h_max
+    if isfinite(longest) and longest * 1e9 > MOST_SAMPLES * sample_ns:
+        raise KernelError(f"a step of {longest:g} s has more than {MOST_SAMPLES} samples; make it shorter")
+    if opt not in (0, 1, 2, 3):
+        raise KernelError(f"opt {opt!r}: the compiler's levels are 0, 1, 2 and 3")

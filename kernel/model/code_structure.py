@@ -1,0 +1,60 @@
+"""What scenes must have in common to share machine code: everything that the traced text branches or indexes on.
+
+All else (masses, places, stiffnesses) is a number in P and may differ; names stand for their places in lists, so that
+equal machines share code whatever they are called.  What is left out here and yet traced would run as another scene's
+code, so a new feature adds its line.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from heavylift.kernel.description.mechanics import Measured, Threshold
+from heavylift.kernel.multibody.trees import kind_of
+
+from .program import Program
+
+__all__ = ["structure"]
+
+
+def structure(program: Program, *method: Any) -> str:
+    """Equal for scenes that share machine code; `method`: what the code depends on besides the scene."""
+    p, s = program, program.system
+    number, along = p.graph.number, p.graph.coordinate
+    ropes = [r.name for r in s.all_ropes]
+    laws = ropes + [u.name for u in s.supports] + [c.name for c in s.contacts]
+
+    def of(x: Measured | Threshold) -> object:
+        """What is measured: a body, or a coordinate of a joint."""
+        if x.of and (kind := x.kind if isinstance(x, Measured) else x.quantity) in ("angle", "joint", "speed"):
+            return number(x.of) if kind == "angle" else along(x.name, x.of, x.coordinate)
+        return None
+
+    return repr(
+        [
+            method,
+            p.formulation,
+            [(kind_of(t), x.ends, x.held) for t, x in p.instances],
+            [(j.kind, number(j.parent), number(j.child)) for j in p.graph.loops],
+            p.contacts.structure,
+            [(d.kind, p.driven(d)) for d in s.drives],
+            [p.graph.joint(x.joint).v.start for x in s.locks],
+            [[along(x.name, x.joint, x.coordinate) for x in group] for group in (s.springs, s.stops, s.brakes)],
+            len(s.masters),
+            [
+                [(r.winch, r.mass > 0.0, [(number(k.a.body), number(k.b.body)) for k in r.lines]) for r in group]
+                for group in (s.rigid_ropes, s.ropes)
+            ],
+            [number(u.point.body) for u in s.supports],
+            [(x.structure, x.force.along and along(x.name, *x.force.along)) for x in p.forces],
+            [(m.kind, of(m), m.axis) for m in s.measured],
+            [
+                (h.quantity, of(h), [ropes.index(r) for r in h.ropes], h.axis, h.point and number(h.point.body))
+                for h in s.thresholds
+            ],
+            [(k.q.start, k.v.start) for k in p.graph.links],
+            [k.modes.smallness.groups for k in p.graph.links if k.modes and k.n_modes],
+            [r.name in p.calm for r in s.ropes],
+            [name in p.absent for name in laws],
+        ]
+    )

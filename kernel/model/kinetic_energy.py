@@ -1,0 +1,57 @@
+"""Kinetic energy of a scene by bodies and by joint velocities, at one pose, for any velocities there."""
+
+from __future__ import annotations
+
+import numpy as np
+from heavylift.kernel.algebra.spatial import spatial_inertia
+from heavylift.kernel.multibody.formulations.embedding import velocity_transformation
+from heavylift.kernel.multibody.graph import coordinate_names
+from heavylift.kernel.multibody.kinematics import elastic, kinematics
+from heavylift.kernel.multibody.trees import with_numbers
+
+from .program import Program
+
+__all__ = ["KineticShares"]
+
+
+class KineticShares:
+    """Kinetic energy by bodies and by joint velocities, at one pose."""
+
+    def __init__(self, program: Program, P: np.ndarray, q: np.ndarray) -> None:
+        self._parts = []
+        for i, (tree, _) in enumerate(program.instances):
+            numbered = with_numbers(tree, P[program.parameters.at["tree", str(i)]])
+            still = np.zeros(tree.v.stop - tree.v.start)
+            K = kinematics(numbered, q[tree.q], still, 0.0, [0.0] * len(tree.prescribed_dofs))
+            for n, V in enumerate(velocity_transformation(tree, K)):
+                b, r, R = numbered.bodies[n], K.r[n], K.R[n]
+                J = spatial_inertia(b.mass, r + R @ b.com, R @ b.inertia @ R.T)
+                H = np.array(V.T @ J @ V, dtype=float)
+                if b.elastic is not None:
+                    own = elastic(numbered, K, n)
+                    H += np.array(V.T @ own.I @ V, dtype=float)
+                    coupled = np.array([c @ V for c in own.C], dtype=float).reshape(b.n_modes, len(H))
+                    H[b.v_modes] += coupled
+                    H[:, b.v_modes] += coupled.T
+                    H[b.v_modes, b.v_modes] += np.diag(np.array(own.mass, dtype=float))
+                self._parts.append((b.name, tree.v, H))
+        self._velocities = coordinate_names(program.graph)[1]
+
+    def energy(self, shape: np.ndarray) -> float:
+        """Of an oscillation with these complex velocities, or twice that of real ones [J]."""
+        return float(sum((shape[at].conj() @ H @ shape[at]).real for _, at, H in self._parts))
+
+    def shares(self, shape: np.ndarray) -> tuple[tuple[tuple[str, float], ...], tuple[tuple[str, float], ...]]:
+        """Of bodies and of joint velocities, largest first."""
+        bodies: dict[str, float] = {}
+        joints = np.zeros(len(shape))
+        for name, at, H in self._parts:
+            x = shape[at]
+            bodies[name] = float((x.conj() @ H @ x).real)
+            joints[at] += np.diag(H) * np.abs(x) ** 2
+        return _ranked(bodies), _ranked(dict(zip(self._velocities, map(float, joints), strict=True)))
+
+
+def _ranked(parts: dict[str, float]) -> tuple[tuple[str, float], ...]:
+    total = sum(parts.values()) or 1.0
+    return tuple(sorted(((name, x / total) for name, x in parts.items()), key=lambda e: (-e[1], e[0])))

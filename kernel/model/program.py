@@ -1,0 +1,284 @@
+"""A compiled description: layout of state, parameters, guards and accounts, and the functions that equal parts share.
+
+State y = [q, v, w]: coordinates, velocities, and one integral per law of the work it takes or the heat it makes.
+Equal trees and equal laws are one traced function each, called for every instance with its own numbers: code stays
+small however large the yard.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.constraints.contact.clearance import Clearances
+from heavylift.kernel.constraints.contact.contact_points import ContactRows
+from heavylift.kernel.constraints.loop_closures import CLOSURES
+from heavylift.kernel.constraints.row_structure import Constraints
+from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.mechanics import WORLD, Brake, Drive, JointSpring, Stop, System
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.forces import laws
+from heavylift.kernel.forces.force_law import Poses
+from heavylift.kernel.forces.rope_mass import burdened
+from heavylift.kernel.forces.table import shared
+from heavylift.kernel.multibody.continuous_angles import AXES, Label, turned_at_start
+from heavylift.kernel.multibody.fixed_masses import merged
+from heavylift.kernel.multibody.graph import Graph, build_graph
+from heavylift.kernel.multibody.joint_locking import check_locks
+from heavylift.kernel.multibody.kinematics import kinematics
+from heavylift.kernel.multibody.trees import Tree, cut, kind_of
+
+from .checks import check_description
+from .parameters import PROFILE, SUPPORT, Parameters
+from .traced_functions import SharedTree, profile, rope_function, support, tree_functions
+
+__all__ = ["Program"]
+
+
+class Program:
+    """What a system becomes.  Raises KernelError if a law names what is not there or two drives share a joint.
+
+    `formulation`: which text gives the accelerations, see `kernel.formulations`; `locked`: names of the locks that
+    hold, None for those that are engaged at the start; `clamped`, `at_rest`: see `kernel.laws`;
+    `calm`: ropes without events, see `chatter`.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        formulation: str = "recursive",
+        locked: frozenset[str] | None = None,
+        clamped: bool = True,
+        at_rest: bool = False,
+        calm: frozenset[str] = frozenset(),
+    ) -> None:
+        system = check_description(system)
+        modes = None
+        if any(b.flexible for b in system.bodies):
+            from heavylift.kernel.multibody.flexible.stations import (
+                with_stations,  # needs linear algebra, which rigid scenes do not
+            )
+
+            system, modes = with_stations(system)
+            if formulation != "recursive":
+                raise KernelError(
+                    f"body '{next(iter(modes))}' is flexible, but formulation '{formulation}' knows rigid bodies only; "
+                    "choose recursive"
+                )
+        system = burdened(system)
+        self.system, self.formulation, self.clamped = system, formulation, clamped
+        self.at_rest = at_rest
+        self.graph = build_graph(system, modes)
+        self._check_loops()
+        self._check_contacts()
+        self._check()
+        self.locked = frozenset(x.name for x in system.locks if x.engaged) if locked is None else locked
+        held = frozenset(x.joint for x in system.locks if x.name in self.locked)
+        self.trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"}, held)
+        trees = [merged(tree) for tree in self.trees] if formulation == "recursive" else self.trees
+        self.poses_at_start = _poses_at_start(self.graph, trees)
+        self.forces = shared(system.forces, self.graph, self.poses_at_start, laws.BODY)
+        self.parameters = Parameters.of(system, self.graph, trees, self.forces)
+        self.nq, self.nv = self.graph.nq, self.graph.nv
+        names = [x.name for group in self._laws() for x in group]
+        self.stored = names
+        self.accounts = [("heat", name) for name in names]
+        self.accounts += [("heat", x.name) for x in system.locks]
+        self.accounts += [("work", r.name) for r in system.ropes if r.winch]
+        self.accounts += [("work", x.name) for x in self.forces if x.law.works]
+        self.accounts += [("work", d.name) for d in system.drives]
+        self.accounts += [("work", r.name) for r in system.rigid_ropes if r.winch]
+        attitudes = {("body", m.of, m.axis) for m in system.measured if m.kind == "angle"}
+        attitudes |= {("body", h.of, h.axis) for h in system.thresholds if h.quantity == "angle"}
+        self.angles: list[Label] = sorted(attitudes)
+        self.angles += [("force", x.name, i) for x in self.forces for i in range(x.angles)]
+        self.ny = self.nq + self.nv + len(self.accounts) + len(self.angles)
+        self.guards = [("rope", r.name) for r in system.ropes]
+        self.guards += [(what, s.name) for s in system.supports for what in ("support", "rub")]
+        self.guards += [(what, s.name) for s in system.stops for what in ("lower", "upper")]
+        self.guards += [("brake", b.name) for b in system.brakes]
+        self.guards += [("force", x.name) for x in self.forces for _ in range(x.law.guards(x.force))]
+        self.guards += [("bending", k.body.name) for k in self.graph.links if k.n_modes]
+        self.guards += [("rigid", r.name) for r in system.rigid_ropes]
+        self.absent: frozenset[str] = frozenset()
+        self.contacts = ContactRows(system, self.graph)
+        self.clearances = Clearances(self.contacts.sites)
+        self.touches = bool(system.supports or system.contacts)
+        self.guards += self.contacts.guards
+        self.guards += [("threshold", h.name) for h in system.thresholds]
+        self.quaternions = [
+            k.q.start + start for k in self.graph.links if (start := JOINTS[k.joint.kind].quaternion) is not None
+        ]
+        self.constraints = Constraints(self.graph, system.rigid_ropes, self.contacts)
+        self.instances = self._share(trees)
+        self.constraints.link(self.instances)
+        self.profile = Function("profile", profile, {"t": 2, "p": PROFILE})
+        self.calm = calm
+        kinds = sorted({(len(r.lines), r.name in calm, bool(r.mass)) for r in system.ropes})
+        self.ropes = {(n, quiet, heavy): rope_function(n, clamped, quiet, heavy) for n, quiet, heavy in kinds}
+        self.support = Function("support", partial(support, clamped, self.at_rest), {"p": SUPPORT, "body": laws.BODY})
+
+    def without(self, names: frozenset[str]) -> Program:
+        """The same scene without forces, rows and guards of these laws; layouts stay, equal functions are shared."""
+        out = copy(self)
+        out.absent = names
+        if names & {*(r.name for r in self.system.rigid_ropes), *(c.name for c in self.system.contacts)}:
+            out.contacts = self.contacts.without(names)
+            ropes = tuple(r for r in self.system.rigid_ropes if r.name not in names)
+            out.constraints = Constraints(self.graph, ropes, out.contacts)
+            out.constraints.link(out.instances)
+        return out
+
+    @property
+    def shared(self) -> list[Function]:
+        """Functions that have the same text whatever is left out."""
+        out = [self.profile, self.support, *self.ropes.values(), *(x.function for x in self.forces)]
+        out += [f for s in self.contacts.sites for f in (s.watch, s.slot, s.reach) if f]
+        for _, tree in self.instances:
+            out += [tree.place, tree.accelerate]
+            if tree.opened:
+                out += [tree.opened.factor, tree.opened.back, *tree.opened.half.values()]
+        return out
+
+    def _laws(self) -> tuple[tuple[Any, ...], ...]:
+        s = self.system
+        flexible = tuple(k.body for k in self.graph.links if k.n_modes)
+        return s.ropes, s.supports, s.springs, s.stops, s.brakes, s.forces, flexible, s.rigid_ropes, s.contacts
+
+    def _check(self) -> None:
+        s = self.system
+        joint_laws: list[JointSpring | Stop | Brake] = [*s.springs, *s.stops, *s.brakes]
+        along = [(x.name, x.joint, x.coordinate) for x in joint_laws]
+        along += [(m.name, m.of, m.coordinate) for m in s.measured if m.kind == "joint"]
+        along += [(f.name, *f.along) for f in s.forces if f.along]
+        along += [(h.name, h.of, h.coordinate) for h in s.thresholds if h.quantity in ("joint", "speed")]
+        for name, joint, coordinate in along:
+            self.graph.coordinate(name, joint, coordinate)
+        drives: dict[int, str] = {}
+        for d in s.drives:
+            k = self.driven(d)[1]
+            if k in drives:
+                raise KernelError(f"drive '{d.name}': joint '{d.joint}' already has the drive '{drives[k]}'")
+            drives[k] = d.name
+        check_locks(s, self.graph)
+        points = [(r.name, p.body) for r in s.straight_ropes for line in r.lines for p in (line.a, line.b)]
+        points += [(u.name, u.point.body) for u in s.supports]
+        points += [(f.name, p.body) for f in s.forces for p in f.points]
+        points += [(c.name, shape.body) for c in s.contacts for shape in (c.a, c.b)]
+        points += [(h.name, h.point.body) for h in s.thresholds if h.point]
+        points += [(m.name, m.of) for m in s.measured if m.kind == "angle"]
+        points += [(h.name, h.of) for h in s.thresholds if h.quantity == "angle"]
+        for name, body in points:
+            if body != "world" and body not in {b.name for b in s.bodies}:
+                raise KernelError(f"'{name}': there is no body '{body}'")
+        for h in s.thresholds:
+            if h.quantity == "height" and h.point is None:
+                raise KernelError(f"threshold '{h.name}': a height needs a point")
+            if h.quantity in ("tension", "length") and not h.ropes:
+                raise KernelError(f"threshold '{h.name}': a {h.quantity} needs a rope")
+            for r in h.ropes:
+                if r not in {x.name for x in s.all_ropes}:
+                    raise KernelError(f"threshold '{h.name}': there is no rope '{r}'")
+
+    def driven(self, drive: Drive) -> tuple[int, int]:
+        """Places in q and v of what a drive moves."""
+        return self.graph.coordinate(drive.name, drive.joint, drive.coordinate)
+
+    def _check_loops(self) -> None:
+        for j in self.graph.loops:
+            if j.kind not in CLOSURES:
+                raise KernelError(
+                    f"joint '{j.name}': a {j.kind} joint cannot close a loop; let another joint of it do so"
+                )
+            if self.formulation != "recursive":
+                raise KernelError(
+                    f"joint '{j.name}' closes a loop, but formulation '{self.formulation}' knows trees only; "
+                    "take the recursive one"
+                )
+            for k in self.graph.links:
+                if k.modes and k.body.name in (j.parent, j.child):
+                    raise KernelError(
+                        f"joint '{j.name}' closes a loop on the flexible body '{k.body.name}'; "
+                        "fix a body to it there and let the joint hold that one"
+                    )
+
+    def _check_contacts(self) -> None:
+        for c in self.system.contacts:
+            if self.formulation != "recursive":
+                raise KernelError(
+                    f"contact '{c.name}': formulation '{self.formulation}' knows none; take the recursive one"
+                )
+            if c.a.body == "world":
+                raise KernelError(f"contact '{c.name}': its first shape belongs to the ground; name a body first")
+            for k in self.graph.links:
+                if k.modes and k.body.name in (c.a.body, c.b.body):
+                    raise KernelError(f"contact '{c.name}': '{k.body.name}' is flexible; fix a rigid body to it there")
+
+    def initial_state(self) -> np.ndarray:
+        """(ny,) state at the start of a run."""
+        y = np.zeros(self.ny)
+        for k in self.graph.links:
+            y[k.q.start : k.q_modes.stop] = k.q0
+            y[self.nq + k.v.start : self.nq + k.v.stop] = k.joint.v0 or (0.0,) * (k.v.stop - k.v.start)
+        return y
+
+    @cached_property
+    def axial(self) -> list[int]:
+        """Which flexible body each number of `Evaluation.axial` belongs to."""
+        links = self.graph.links
+        return [i for i, k in enumerate(links) if k.n_modes for _ in range(3 * (2 + sum(x.parent == i for x in links)))]
+
+    def turned_at_start(self, label: Label) -> float:
+        """By how much joints have turned what shows an angle, about its axis, before the start [rad]."""
+        kind, name, i = label
+        if kind == "body":
+            a, b, axis = WORLD, name, np.array(AXES[i])
+        else:
+            force = next(x for x in self.forces if x.name == name)
+            if not (turns := force.law.turns(force.force, self.poses_at_start)):
+                return 0.0
+            a, b, axis = turns
+        return turned_at_start(self.graph, self.poses_at_start, a, b, axis)
+
+    def sharing(self, tree: Tree) -> str:
+        """Trees for which this is equal share their functions."""
+        return kind_of(tree)
+
+    def _share(self, trees: list[Tree]) -> list[tuple[Tree, SharedTree]]:
+        s, number = self.system, self.graph.number
+        bodies = [p.body for r in s.ropes for line in r.lines for p in (line.a, line.b)]
+        bodies += [p.body for f in s.forces for p in f.points]
+        bodies += [u.point.body for u in s.supports] + [m.of for m in s.measured if m.kind == "angle"]
+        bodies += [h.point.body for h in s.thresholds if h.point]
+        bodies += [h.of for h in s.thresholds if h.quantity == "angle"]
+        used = {number(b) for b in bodies} | set(self.constraints.bodies)
+        kinds: dict[str, SharedTree] = {}
+        out = []
+        for t in trees:
+            ends = tuple(i for i in range(len(t.bodies)) if t.first + i in used)
+            held = tuple(i for i in ends if t.first + i in self.constraints.bodies)
+            key = self.sharing(t) + str(ends) + str(held)
+            if key not in kinds:
+                kinds[key] = tree_functions(len(kinds), t, ends, held, self.formulation)
+            out.append((t, kinds[key]))
+        return out
+
+
+def _poses_at_start(graph: Graph, trees: list[Tree]) -> Poses:
+    """Rotation and origin of a body in the initial pose, for laws whose numbers depend on it."""
+
+    def pose(body: str) -> tuple[Any, Any]:
+        i = graph.number(body)
+        if i < 0:
+            return np.eye(3), np.zeros(3)
+        tree = next(t for t in trees if t.first <= i < t.first + len(t.bodies))
+        links = graph.links[tree.first : tree.first + len(tree.bodies)]
+        q = np.array([x for k in links for x in k.q0])
+        at_rest = np.zeros(tree.v.stop - tree.v.start)
+        K = kinematics(tree, q, at_rest, 0.0, [0.0] * len(tree.prescribed_dofs))
+        return K.R[i - tree.first], K.o + K.r[i - tree.first]
+
+    return pose

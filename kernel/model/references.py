@@ -1,0 +1,205 @@
+"""What actuators follow: profiles that start at a tag, and functions of a master, continuous across every command.
+
+The simulation holds each actuator's present profile with its integer start time, so that the machine code sees starts
+relative to the last event and no precision is lost in long runs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf, isfinite
+
+import numpy as np
+from heavylift.kernel.algebra.elementary import cos, sin
+from heavylift.kernel.description.mechanics import System
+from heavylift.kernel.description.profile import REST, Trapezoid, trapezoid
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.forces.table import signals
+
+from .parameters import Parameters
+from .signal_histories import Histories
+
+__all__ = ["Actuator", "References"]
+
+AT_REST = 1e-12  # [m/s] a speed left over by round-off
+SAME = 1e-9  # relative difference of two values that is round-off
+
+
+@dataclass
+class Actuator:
+    """A profile from x0 at a start, and the masters that it follows with their coefficients."""
+
+    start_ns: int
+    x0: float
+    move: Trapezoid
+    follows: dict[int, tuple[float, float, float]]
+
+
+class References:
+    """Profiles and followed masters of every drive, winch and master; writes them into P.
+
+    `admit(command)` is called before a command takes effect.
+    """
+
+    def __init__(self, parameters: Parameters, P: np.ndarray, system: System) -> None:
+        self._at, self._P = parameters.at, P
+        self._masters = [m.name for m in system.masters] + [m.name for m in system.measured]
+        self._commanded = {m.name for m in system.masters}
+        self._still = {r.name for r in system.straight_ropes if not r.winch}
+        self._placed = {d.name for d in system.drives if d.kind == "prescribed"}  # before anything is measured
+        names = [name for kind, name in parameters.at if kind == "reference"]
+        self.histories = Histories(signals(system.forces), parameters, P)
+        self.admit: Callable[[str], None] = lambda command: None
+        self._epoch_ns = 0
+        self.actuators = {n: Actuator(0, float(P[self._at["reference", n]][1]), REST, {}) for n in names}
+
+    def _actuator(self, name: str) -> Actuator:
+        if name not in self.actuators:
+            raise KernelError(
+                f"'{name}': no drive, winch or master of this name; there are {', '.join(self.actuators)}"
+            )
+        return self.actuators[name]
+
+    def _driven(self, name: str) -> Actuator:
+        a = self._actuator(name)
+        if name in self._still:
+            raise KernelError(f"rope '{name}': it has no winch; declare one to drive it")
+        return a
+
+    def own(self, name: str, t_ns: int) -> tuple[float, float]:
+        """Value and speed of an actuator's own profile at a time, without what it follows."""
+        a = self._actuator(name)
+        t = (t_ns - a.start_ns) * 1e-9
+        speed = a.move.speed(t)
+        return a.x0 + a.move.displacement(t), 0.0 if abs(speed) < AT_REST else speed
+
+    def stand(self, epoch_ns: int) -> None:
+        """Commands are given at this time from here on."""
+        self._epoch_ns = epoch_ns
+
+    def value(self, name: str, t_ns: int) -> float:
+        """What an actuator asks for at a time: its own profile and what it follows of commanded masters."""
+        led = [_follow(k, self.own(self._masters[m], t_ns)[0]) for m, k in self._actuator(name).follows.items()]
+        return self.own(name, t_ns)[0] + sum(led)
+
+    def speed(self, name: str, t_ns: int) -> float:
+        """How fast that changes at a time."""
+        own = self.own(name, t_ns)[1]
+        for m, (k1, kc, ks) in self._actuator(name).follows.items():
+            s, ds = self.own(self._masters[m], t_ns)
+            own += float(k1 - kc * sin(s) + ks * cos(s)) * ds
+        return own
+
+    def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
+        """From its present value and speed, a trapezoid; raises KernelError for what cannot be driven."""
+        a = self._driven(name)
+        self._check_start(name, start_ns)
+        x0, v0 = self.own(name, start_ns)
+        try:
+            move = trapezoid(distance, speed, accel, v0)
+        except ValueError as e:
+            raise KernelError(f"'{name}' at {start_ns * 1e-9:.3f} s: {e}") from e
+        self.admit("set_profile")
+        a.start_ns, a.x0, a.move = start_ns, x0, move
+
+    def _check_start(self, name: str, start_ns: int) -> None:
+        """Raises KernelError for a start in the past, or in the future of an actuator that still moves until then."""
+        now = self._epoch_ns
+        if not isinstance(start_ns, int | np.integer):
+            raise KernelError(f"'{name}': start {start_ns!r}; it must be a whole number of nanoseconds")
+        if start_ns < now:
+            told = "start the profile there or later"
+        elif start_ns > now and self._moves(name, now, start_ns):
+            told = "it moves until then; start the profile there"
+        else:
+            return
+        raise KernelError(f"'{name}' at {start_ns * 1e-9:.9g} s: the simulation stands at {now * 1e-9:.9g} s; {told}")
+
+    def _moves(self, name: str, now_ns: int, until_ns: int) -> bool:
+        (x, v), (later, speed) = self.own(name, now_ns), self.own(name, until_ns)
+        return v != 0.0 or speed != 0.0 or abs(later - x) > SAME * (1.0 + abs(x))
+
+    def moves(self, name: str, t_ns: int) -> bool:
+        """Whether an actuator has a speed, or follows a master that has one."""
+        a = self._actuator(name)
+        masters = [self._masters[m] for m in a.follows]
+        return self.own(name, t_ns)[1] != 0.0 or any(m in self.actuators and self.moves(m, t_ns) for m in masters)
+
+    def set_value(self, name: str, t_ns: int, value: float) -> None:
+        """Rest at a value at once, as for a sling that is hooked with a new length."""
+        a = self._actuator(name)
+        self.admit("set_value")
+        a.start_ns, a.x0, a.move, a.follows = t_ns, value, REST, {}
+
+    def set_follow(self, name: str, t_ns: int, master: str, f: tuple[float, float, float], now: list[float]) -> None:
+        """Follow k1 s + kc cos s + ks sin s of a master ("" = none) without a jump; now: the masters' values."""
+        a = self._driven(name)
+        if master and (master not in self._masters or name in self._masters):
+            raise KernelError(f"'{name}' cannot follow '{master}': masters are {', '.join(self._masters) or 'none'}")
+        if master and name in self._placed and master not in self._commanded:
+            raise KernelError(f"'{name}' cannot follow '{master}': a prescribed drive follows commanded masters only")
+        if not all(map(isfinite, f)):
+            raise KernelError(f"'{name}' cannot follow {f}: the coefficients must be finite numbers")
+        self.admit("set_follow")
+        before = sum(_follow(k, now[m]) for m, k in a.follows.items())
+        a.follows = {self._masters.index(master): f} if master else {}
+        after = sum(_follow(k, now[m]) for m, k in a.follows.items())
+        a.x0 += before - after
+
+    def take(self, other: References) -> None:
+        """Go on with the moves of another one's actuators of the same names."""
+        for name in self.actuators.keys() & other.actuators.keys():
+            a = other.actuators[name]
+            follows = {self._masters.index(other._masters[m]): f for m, f in a.follows.items()}
+            self.actuators[name] = Actuator(a.start_ns, a.x0, a.move, follows)
+
+    def stop(self, t_ns: int) -> None:
+        """Everything stays at its value of this instant; what follows goes on following."""
+        for name, a in self.actuators.items():
+            a.start_ns, a.x0, a.move = t_ns, self.own(name, t_ns)[0], REST
+
+    def write(self, epoch_ns: int) -> None:
+        """Bring P up to date; times become seconds since the epoch."""
+        self._epoch_ns = epoch_ns
+        for name, a in self.actuators.items():
+            m = a.move
+            start = (a.start_ns - epoch_ns) * 1e-9
+            cruise = m.cruise if m.cruise < inf else 1e12
+            self._P[self._at["reference", name]] = [start, a.x0, m.v0, m.a1, m.d1, cruise, m.a2, m.d2]
+            if ("follow", name) in self._at:
+                f = np.zeros(3 * len(self._masters))
+                for i, k in a.follows.items():
+                    f[3 * i : 3 * i + 3] = k
+                self._P[self._at["follow", name]] = f
+        self.histories.write(epoch_ns)
+        if ("clock", "") in self._at:
+            self._P[self._at["clock", ""]] = epoch_ns * 1e-9
+
+    def breaks(self, epoch_ns: int, after: float = 0.0) -> list[float]:
+        """Seconds since the epoch at which a profile changes its acceleration and the next ones at which a history
+        changes its slope, sorted, those later than `after` only."""
+        out = set(self.histories.breaks(epoch_ns, after))
+        for a in self.actuators.values():
+            t = (a.start_ns - epoch_ns) * 1e-9
+            for d in (a.move.d1, a.move.cruise, a.move.d2):
+                t += d
+                if after < t < inf:
+                    out.add(t)
+        return sorted(out)
+
+    def rest(self, epoch_ns: int) -> float:
+        """Seconds since the epoch after which nothing is driven any more; inf while an endless move or a clock runs."""
+        if ("clock", "") in self._at:
+            return inf
+        moving = (a for a in self.actuators.values() if a.move.v0 or a.move.d1 or a.move.d2)
+        ends = [
+            (a.start_ns - epoch_ns) * 1e-9
+            + (a.move.duration if a.move.cruise < inf or a.move.speed(a.move.d1) else a.move.d1)
+            for a in moving
+        ]
+        return max([*ends, self.histories.end(epoch_ns)], default=0.0)
+
+
+def _follow(k: tuple[float, float, float], s: float) -> float:
+    return float(k[0] * s + k[1] * cos(s) + k[2] * sin(s))

@@ -1,0 +1,11 @@
+"""Trees of bodies: their graph, how they move, their equations of motion.
+
+spanning_tree, graph, trees   which joints close loops; numbering and path matrix T; trees of one kind share code
+fixed_masses                  bodies on fixed joints merged into those that carry them
+motion, kinematics            what a row of the joint table does; motion from the root outwards
+dynamics, ltdl                recursive equations of motion; sparse factors of the joint-space inertia
+inverse_dynamics              forces of given accelerations (recursive Newton-Euler)
+continuous_angles             angles that go on beyond half a turn
+joint_locking                 joints locked in mid-run
+flexible, formulations        flexible bodies; embedding, augmented, articulated formulations
+"""

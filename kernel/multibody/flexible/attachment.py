@@ -1,0 +1,141 @@
+"""The frame that a joint finds on a flexible body: carried by the modes at a station, or at one that slides.
+
+With the shapes Phi (displacement) and Psi (rotation) of the modes at place X,
+    d = X + Phi eta - 1/2 e (eta^T g eta),  g_kl(x) = integral of the products of the slopes of modes k and l,      (9)
+    theta = Psi eta,  R = 1 + n (skew(theta) + skew(theta)^2 / 2),  n = 1/(1 + theta^2/4)   (Cayley: no singular 0) (10)
+    w = n (theta' + theta x theta'/2)                                       its exact angular velocity            (11)
+so that columns are derivatives of places and the accounts of energy close.  The last term of (9) is the shortening of a
+bent beam: with it, tension stiffens and compression softens (Kane, Ryan, Banerjee 1987).  A slider moves along the
+beam, X = s e, and the shapes depend on s: theta' = Psi eta' + Psi_s eta s', theta" = 2 Psi_s eta' s' + Psi_ss eta s'^2
+(+ what eta", s" bring), d likewise.                                                                              (12)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.algebra.spatial import cross, join, motion_cross, skew
+
+__all__ = ["Carried", "Place", "Track", "carry", "carry_along"]
+
+ALONG = np.array([1.0, 0.0, 0.0])  # e: beams lie along x
+
+
+@dataclass(frozen=True)
+class Place:
+    """A station: its place X (3,) on the undeformed body [m], the modes' displacements and rotations (6, m), and g
+    (m, m) of equation (9)."""
+
+    X: np.ndarray
+    shape: np.ndarray
+    shortening: np.ndarray
+
+
+@dataclass(frozen=True)
+class Track:
+    """The modes along a whole beam: (n, 6, m) and for g (n', m, m) coefficients of Chebyshev polynomials over 0 to L.
+
+    `slope` is 2/L [1/m]; X is the rest of a slider's offset from its station: none.
+    """
+
+    X: np.ndarray
+    slope: Any
+    coefficients: np.ndarray
+    shortening: np.ndarray
+
+    def shapes(self, s: Any) -> tuple[Any, Any, Any, Any]:
+        """(6, m) shapes at s [m], their first and second derivative in s, and g, by the polynomials' recurrences."""
+        x = self.slope * s - 1.0
+        T, dT, ddT = [1.0, x], [0.0, 1.0], [0.0, 0.0]
+        for _ in range(2, max(len(self.coefficients), len(self.shortening))):
+            T, dT, ddT = (
+                [*T, 2.0 * x * T[-1] - T[-2]],
+                [*dT, 2.0 * (T[-1] + x * dT[-1]) - dT[-2]],
+                [*ddT, 2.0 * (2.0 * dT[-1] + x * ddT[-1]) - ddT[-2]],
+            )
+
+        def along(coefficients: Any, P: list[Any]) -> Any:
+            return sum((c * t for c, t in zip(coefficients, P, strict=False)), np.zeros(np.shape(coefficients)[1:]))
+
+        value, first, second = (along(self.coefficients, P) for P in (T, dT, ddT))
+        return value, first * self.slope, second * (self.slope * self.slope), along(self.shortening, T)
+
+
+@dataclass(frozen=True)
+class Carried:
+    """The frame at a place, in world axes: rotation R, r from the tree's point, twist V, bias acceleration A; a column
+    per mode, and that of the slider's coordinate."""
+
+    R: Any
+    r: Any
+    V: Any
+    A: Any
+    columns: list[Any]
+    along: Any = None
+
+
+def carry(place: Place, eta: Any, rates: Any, R: Any, r: Any, V: Any, A: Any) -> Carried:
+    """The frame at a station of a body whose floating frame has pose R, r and motion V, A in world axes."""
+    pull = place.shortening @ eta
+    U, T = place.shape[:3] - np.outer(ALONG, pull), place.shape[3:]
+    d = place.X + place.shape[:3] @ eta - ALONG * (0.5 * (eta @ pull))
+    moving = (d, U @ rates, -ALONG * (rates @ (place.shortening @ rates)))
+    return _carried(U, T, eta, moving, (T @ rates, np.zeros(3)), (R, r, V, A))
+
+
+def carry_along(track: Track, s: Any, speed: Any, eta: Any, rates: Any, R: Any, r: Any, V: Any, A: Any) -> Carried:
+    """The frame at s [m] along a beam, sliding with a speed [m/s]."""
+    shape, first, second, g = track.shapes(s)
+    pull = g @ eta
+    U, T = shape[:3] - np.outer(ALONG, pull), shape[3:]
+    slope, bend, slope_rate = T[1:] @ eta, first[4:] @ eta, T[1:] @ rates  # about y and z; g_s is their product
+    tangent = first @ eta + join(ALONG, np.zeros(3)) - join(ALONG, np.zeros(3)) * (0.5 * (slope @ slope))
+    bias = 2.0 * speed * (first @ rates) + speed * speed * (second @ eta)
+    shorter = rates @ (g @ rates) + 2.0 * speed * (slope @ slope_rate) + speed * speed * (slope @ bend)
+    d = ALONG * s + shape[:3] @ eta - ALONG * (0.5 * (eta @ pull))
+    moving = (d, U @ rates + tangent[:3] * speed, bias[:3] - ALONG * shorter)
+    turning = (T @ rates + tangent[3:] * speed, bias[3:])
+    return _carried(U, T, eta, moving, turning, (R, r, V, A), tangent)
+
+
+def _carried(
+    U: Any,
+    T: Any,
+    eta: Any,
+    moving: tuple[Any, Any, Any],
+    turning: tuple[Any, Any],
+    frame: tuple[Any, Any, Any, Any],
+    tangent: Any = None,
+) -> Carried:
+    """Equations (10) and (11); moving: d, its rate and its second derivative without eta" and s"; turning: the rate
+    and likewise the second derivative of theta."""
+    R, r, V, A = frame
+    theta = T @ eta
+    n = 1.0 / (1.0 + 0.25 * (theta @ theta))
+
+    def turned(rate: Any) -> Any:
+        return n * (rate + 0.5 * cross(theta, rate))
+
+    d, d_rate, d_bias = moving
+    theta_rate, theta_bias = turning
+    n_rate = -0.5 * n * n * (theta @ theta_rate)
+    w = turned(theta_rate)
+    w_bias = n_rate * (theta_rate + 0.5 * cross(theta, theta_rate)) + turned(theta_bias)
+    r_X = r + R @ d
+
+    def column(angular: Any, linear: Any) -> Any:
+        w = R @ angular
+        return join(w, R @ linear + cross(r_X, w))
+
+    V_X = column(w, d_rate)
+    K = skew(theta)
+    return Carried(
+        R=R @ (np.eye(3) + n * (K + 0.5 * (K @ K))),
+        r=r_X,
+        V=V + V_X,
+        A=A + motion_cross(V) @ V_X + column(w_bias, d_bias + cross(d_rate, w)),
+        columns=[column(turned(T[:, k]), U[:, k]) for k in range(len(eta))],
+        along=None if tangent is None else column(turned(tangent[3:]), tangent[:3]),
+    )

@@ -1,0 +1,275 @@
+"""Modes of a flexible body from its finite-element model: eigenmodes, attachment modes or given ones, and their shapes
+at the stations where something is attached.
+
+Eigenmodes solve K u = w^2 M u under the boundary conditions of the floating frame; attachment modes add the static
+deflections under unit forces (Craig 2000; Shabana 2013, chapter 6), so that few modes carry concentrated loads.
+They are M-orthogonal and of largest displacement 1.  Along a beam, elements interpolate with Hermite polynomials; for
+what slides, Chebyshev polynomials follow them smoothly.  All of it is computed by operations on elements (`arrays`),
+because a simulation continues with it: rounding cannot hide what LAPACK leaves open in the low modes of a fine model.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import sqrt
+
+import numpy as np
+from heavylift.kernel.algebra.arrays import eigen, factored, sizes, times, total
+from heavylift.kernel.algebra.eigenvalues import eigenmodes, orthonormal
+from heavylift.kernel.algebra.polynomials import derivative, integral, polynomials, product, roots, series, spline
+from heavylift.kernel.description.flexible import Beam, Flexible
+from heavylift.kernel.errors import KernelError
+
+from .attachment import Track
+from .beam import beam_matrices, hermite, nodes_of, rigid_directions
+from .buckling import Column
+from .rounding import rigid_motions, rounded, rounded_each
+from .small_deflections import Smallness, smallness
+
+__all__ = ["Modes", "modes_of"]
+
+DEPENDENT = 1e-8  # what is left of a shape that is a sum of the others
+SMOOTH, NOT_SMOOTH = 1e-6, 1e-2  # errors of polynomials along a beam, sought and refused; shapes are 1 at most
+HARDLY = 0.005  # of a mode's stiffness: so small a part of the buckling load is not looked at
+GAUSS = ((-sqrt(0.6), 5.0 / 9.0), (0.0, 8.0 / 9.0), (sqrt(0.6), 5.0 / 9.0))  # points and weights
+NODE = 1e-6  # [m] how far an attached point may be off its node by rounding
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Shapes of a body's modes over the degrees of freedom of its model; mass, stiffness and damping of each."""
+
+    name: str
+    flexible: Flexible
+    nodes: np.ndarray  # (n, 3) [m]
+    M: np.ndarray  # (6n, 6n)
+    shapes: np.ndarray  # (6n, m)
+    mass: np.ndarray  # (m,)
+    stiffness: np.ndarray  # (m,)
+    damping: np.ndarray  # (m,)
+
+    def station(self, p: tuple[float, float, float]) -> tuple[int | float, np.ndarray]:
+        """Where a point of the body is attached: the number of its node or its x along the beam, and that place.
+
+        Raises KernelError for a point beyond the beam's ends or at no node.
+        """
+        if beam := self.flexible.beam:
+            if not -NODE <= p[0] <= beam.length + NODE:
+                raise KernelError(f"body '{self.name}': x = {p[0]:g} m lies beyond its ends at 0 and {beam.length:g} m")
+            return p[0], np.array([p[0], 0.0, 0.0])
+        distance = sizes(self.nodes - np.array(p))
+        node = int(np.argmin(distance))
+        if distance[node] > NODE:
+            near = ", ".join(f"{x:g}" for x in self.nodes[node])
+            raise KernelError(f"body '{self.name}': ({p[0]:g}, {p[1]:g}, {p[2]:g}) is no node; the nearest is ({near})")
+        return node, self.nodes[node]
+
+    def at(self, station: int | float) -> np.ndarray:
+        """(6, m) displacement and rotation of every mode at a station."""
+        if beam := self.flexible.beam:
+            return rounded(times(hermite(beam, float(station)), self.shapes))
+        return rounded(self.shapes[6 * int(station) : 6 * int(station) + 6])
+
+    def track(self, joint: str) -> Track:
+        """Displacements and rotations (slopes) of every mode as polynomials of the place along the beam.
+
+        Raises KernelError naming the joint that slides if this is no beam or a mode is not smooth.
+        """
+        beam, m = self.flexible.beam, len(self.mass)
+        if beam is None:
+            raise KernelError(f"joint '{joint}': body '{self.name}' is no beam; a slider needs one")
+        x = roots(4 * beam.elements)
+        places = (1.0 + x) * beam.length / 2.0
+        nodal = self.shapes.reshape(-1, 6, m)[:, :4].reshape(-1, 4 * m)  # ux uy uz rx; ry and rz are slopes
+        # where elements are most accurate, at their nodes, and smooth between them, as the modes are
+        moved = spline(self.nodes[:, 0], nodal, min(7, (beam.elements - 1) | 1), places)
+        whole = series(moved, min(beam.elements + 8, len(x) - 1))
+        T = polynomials(x, len(whole) - 1)
+        fits = {n: whole[: n + 1] for n in range(8, beam.elements + 9, 2)}
+        errors = {n: float(np.abs(times(T[:, : n + 1], c) - moved).max(initial=0.0)) for n, c in fits.items()}
+        least = min(errors.values())
+        if least > NOT_SMOOTH:
+            raise KernelError(
+                f"joint '{joint}': polynomials follow the modes of '{self.name}' to {least:.1g} only; "
+                "give its beam fewer modes or loads, or more elements"
+            )
+        fit = fits[next(n for n, error in errors.items() if error <= max(SMOOTH, 2.0 * least))]
+        fit = fit.reshape(-1, 4, m)
+        slopes = derivative(fit) * (2.0 / beam.length)
+        coefficients = rounded(np.concatenate([fit, -slopes[:, 2:3], slopes[:, 1:2]], axis=1))
+        turned = coefficients[:, 4:]
+        y, z = (product(turned[:, d, :, None], turned[:, d, None, :]) for d in (0, 1))
+        g = integral(y + z) * (beam.length / 2.0)
+        g[0] += self.shortening(0.0)
+        return Track(np.zeros(3), 2.0 / beam.length, coefficients, rounded(g))
+
+    def shortening(self, station: int | float) -> np.ndarray:
+        """(m, m) g of equation (9) in `attachment` at a station: integrals of products of slopes [1/m]; 0 if no beam.
+
+        From the root on, where that holds the frame; the mean along the beam vanishes where nothing does.
+        """
+        beam, m = self.flexible.beam, len(self.mass)
+        if beam is None:
+            return np.zeros((m, m))
+        h = beam.length / beam.elements
+        e = min(int(float(station) / h), beam.elements - 1)
+        return rounded(self.nodal_shortening[e] + self._product(beam, e * h, float(station)))
+
+    @cached_property
+    def smallness(self) -> Smallness:
+        """How far it may be bent."""
+        return smallness(self)
+
+    def hardly_compressed(self, forces: np.ndarray, a: np.ndarray, w: np.ndarray) -> bool:
+        """Whether that is seen without `column`, which costs some linear algebra; arguments as of `Column.part`."""
+        beam = self.flexible.beam
+        if beam is None:
+            return False
+        reach = abs(a[0]) + beam.length * total(w * w)
+        size = total(np.abs(forces[:, 0])) + beam.mass_per_length * beam.length * reach
+        return bool(size * self._softness < HARDLY)
+
+    @cached_property
+    def _softness(self) -> float:
+        """What a newton along it takes of the stiffness of a mode at most [1/N]."""
+        every = np.arange(len(self.mass))
+        own = self.nodal_shortening[:, every, every]
+        return float((np.abs(own).max(axis=0) / self.stiffness).max())
+
+    @cached_property
+    def column(self) -> Column:
+        """What its axial loads are to it."""
+        _, _, K, held = _model(self.flexible)
+        return Column(self, K, held)
+
+    @cached_property
+    def nodal_shortening(self) -> np.ndarray:
+        """(n, m, m) of all nodes."""
+        beam, none = self.flexible.beam, np.zeros((len(self.mass),) * 2)
+        if beam is None:
+            return np.array([none] * len(self.nodes))
+        h = beam.length / beam.elements
+        g = np.cumsum([none, *(self._product(beam, e * h, (e + 1) * h) for e in range(beam.elements))], axis=0)
+        return g - total(g) / len(g) if self.flexible.frame == "free" else g
+
+    def _product(self, beam: Beam, a: float, b: float) -> np.ndarray:
+        """(m, m) integral of the products of slopes over a part of one element: of degree 4, exact with 3 points."""
+        out = np.zeros((len(self.mass),) * 2)
+        for x, weight in GAUSS:
+            slopes = times(hermite(beam, (a + b + (b - a) * x) / 2.0)[4:], self.shapes)
+            out += weight * (b - a) / 2.0 * times(slopes.T, slopes)
+        return out
+
+
+def modes_of(name: str, flexible: Flexible) -> Modes:
+    """Eigenmodes (lowest first) and attachment modes, or the given ones.
+
+    Raises KernelError if there are too few or something can move without mass or stiffness.
+    """
+    nodes, M, K, held = _model(flexible)
+    shapes = _shapes(name, flexible, nodes, M, K, held)
+    mass, stiffness = (total(shapes * times(A, shapes)) for A in (M, K))
+    for k, x in enumerate(stiffness):
+        if not x > NODE * stiffness.max():
+            raise _loose(name, k + 1)
+    if flexible.start and len(flexible.start) != len(mass):
+        raise KernelError(f"body '{name}': {len(flexible.start)} coordinates at the start for {len(mass)} modes")
+    damping = 2.0 * flexible.damping * np.sqrt(mass * stiffness)
+    return Modes(name, flexible, nodes, M, shapes, *(rounded_each(x) for x in (mass, stiffness, damping)))
+
+
+def _shapes(
+    name: str, flexible: Flexible, nodes: np.ndarray, M: np.ndarray, K: np.ndarray, held: list[int]
+) -> np.ndarray:
+    """(6n, m) M-orthogonal shapes of largest displacement 1."""
+    free = [d for d in range(len(M)) if d not in set(held)]
+    M_f, K_f = M[np.ix_(free, free)], K[np.ix_(free, free)]
+    nodal = flexible.nodal
+    massless = KernelError(
+        f"body '{name}': its mass matrix must be positive definite wherever the frame does not hold it"
+    )
+    if nodal is not None and nodal.modes:
+        basis = _padded(np.array(nodal.modes, float), len(nodes))[free]
+    else:
+        try:
+            factored(M_f)
+        except ZeroDivisionError:
+            raise massless from None
+        moves = [u[free] for u in rigid_motions(nodes).T if _moves_freely(u, K, held)]
+        rigid = np.array(moves).reshape(len(moves), len(free)).T
+        rigid = orthonormal(rigid, times(M_f, rigid))[0]
+        n = len(free) - rigid.shape[1]
+        if n < flexible.modes:
+            raise KernelError(f"body '{name}': {flexible.modes} modes, but its model has only {n}")
+        try:
+            basis = eigenmodes(M_f, K_f, flexible.modes, rigid)
+        except ZeroDivisionError:
+            raise _loose(name, 1) from None
+        if flexible.loads:
+            basis = np.column_stack([basis, _static(flexible, K_f, free)])
+    given = basis.shape[1]
+    basis, _ = orthonormal(basis, times(M_f, basis), DEPENDENT)
+    if nodal is not None and basis.shape[1] < given:
+        raise massless
+    basis = times(basis, eigen(times(basis.T, times(K_f, basis)))[1])
+    shapes = np.zeros((len(M), basis.shape[1]))
+    shapes[free] = basis
+    return np.stack([_normal(s) for s in shapes.T], axis=1) if basis.shape[1] else shapes
+
+
+def _model(flexible: Flexible) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[int]]:
+    """Nodes, matrices of six degrees of freedom per node, and those that do not deform."""
+    if beam := flexible.beam:
+        M, K = beam_matrices(beam)
+        n = beam.elements + 1
+        last = 6 * (n - 1)
+        frame = {"clamped": [*range(6)], "simply supported": [0, 1, 2, 3, last + 1, last + 2], "free": []}
+        stiff = {6 * j + d for j in range(n) for d in rigid_directions(beam)}
+        return nodes_of(beam), M, K, sorted(stiff | set(frame[flexible.frame]))
+    nodal = flexible.nodal
+    assert nodal is not None, "checked with the description"
+    nodes, n = np.array(nodal.nodes, float), len(nodal.nodes)
+    per_node = len(nodal.mass) // n
+    places = [6 * (d // per_node) + d % per_node for d in range(len(nodal.mass))]
+    M, K = np.zeros((6 * n, 6 * n)), np.zeros((6 * n, 6 * n))
+    M[np.ix_(places, places)], K[np.ix_(places, places)] = np.array(nodal.mass), np.array(nodal.stiffness)
+    held = {places[d] for d in nodal.held} | (set(range(6 * n)) - set(places))
+    return nodes, M, K, sorted(held)
+
+
+def _moves_freely(u: np.ndarray, K: np.ndarray, held: list[int]) -> bool:
+    """Whether a rigid motion of the nodes neither meets the frame nor strains anything."""
+    return bool(
+        np.any(u) and not np.any(u[held]) and np.abs(times(K, u)).max() <= NODE * np.abs(K).max() * np.abs(u).max()
+    )
+
+
+def _padded(shapes: np.ndarray, n: int) -> np.ndarray:
+    """(6n, m) from shapes over 3 or 6 degrees of freedom per node."""
+    per_node, m = len(shapes) // n, shapes.shape[1]
+    out = np.zeros((n, 6, m))
+    out[:, :per_node] = shapes.reshape(n, per_node, m)
+    return out.reshape(6 * n, m)
+
+
+def _static(flexible: Flexible, K: np.ndarray, free: list[int]) -> np.ndarray:
+    """(n, m) static deflections under unit forces at the stations `loads`."""
+    beam = flexible.beam
+    assert beam is not None, "checked with the description"
+    directions = [d for d in (1, 2) if d not in rigid_directions(beam)]
+    forces = [hermite(beam, x)[d][free] for x in flexible.loads for d in directions]
+    return factored(K).solve(np.array(forces).reshape(len(forces), len(free)).T)
+
+
+def _loose(name: str, mode: int) -> KernelError:
+    return KernelError(f"body '{name}': mode {mode} has no stiffness; let the frame hold the body against it")
+
+
+def _normal(shape: np.ndarray) -> np.ndarray:
+    """The shape with a largest displacement (torsion: rotation) of 1; the first such one is positive."""
+    parts = shape.reshape(-1, 6)
+    moved = parts[:, :3] if np.abs(parts[:, :3]).max() > DEPENDENT * np.abs(parts[:, 3:]).max() else parts[:, 3:]
+    flat = moved.ravel()
+    largest = flat[int(np.argmax(np.abs(flat) > (1.0 - NODE) * np.abs(flat).max()))]
+    return np.asarray(shape / largest)

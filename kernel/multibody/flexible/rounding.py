@@ -1,0 +1,34 @@
+"""Rounding of modes and constants, and rigid motions of nodes."""
+
+from __future__ import annotations
+
+import numpy as np
+from heavylift.kernel.algebra.spatial import skew
+
+__all__ = ["rigid_motions", "rounded", "rounded_each"]
+
+DIGITS = 12  # to which constants are rounded: beyond them they are noise
+
+
+def rounded(x: np.ndarray) -> np.ndarray:
+    """x to DIGITS significant digits of its largest element, so that what should be zero is zero."""
+    largest = float(np.abs(x).max(initial=0.0))
+    if largest == 0.0:
+        return x
+    digits, exponent = f"{largest:.17e}".split("e")
+    scale = float(f"1e{int(exponent) + (float(digits) > 1.0)}")
+    return np.asarray(np.round(x / scale, DIGITS) * scale + 0.0)  # no negative zeros
+
+
+def rounded_each(x: np.ndarray) -> np.ndarray:
+    """Every element to DIGITS significant digits of its own."""
+    return np.array([float(f"{e:.{DIGITS - 1}e}") for e in x])
+
+
+def rigid_motions(nodes: np.ndarray) -> np.ndarray:
+    """(6n, 6) B_0 of equation (2) in `reduction`: velocities of the nodes (n, 3) in a rigid motion."""
+    B = np.zeros((len(nodes), 6, 6))
+    for j, X in enumerate(nodes):
+        B[j, :3, :3] = -skew(X)
+    B[:, :3, 3:] = B[:, 3:, :3] = np.eye(3)
+    return B.reshape(-1, 6)

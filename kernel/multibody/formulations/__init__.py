@@ -1,0 +1,40 @@
+"""The paper's three ways to the accelerations of a tree, each a short text of the same signature as `dynamics`.
+
+recursive     composite inertias along the paths, H = L^T D L without fill-in: what the kernel uses
+articulated   recursive as well, with articulated inertias and without H: O(n) however deep the tree
+embedding     velocity transformation: constraint forces are projected away, R^T M R dense
+augmented     absolute coordinates of all bodies with a row for every constraint: [M J^T; J 0]
+
+All agree to rounding; their costs differ (`tests/bench/formulations.py`).
+
+newton_euler  every body alone, before any joint is thought of; repeated_subtrees: equal branches share their code
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.multibody.dynamics import dynamics
+
+from .articulated import articulated
+from .augmented import augmented
+from .embedding import embedding
+
+__all__ = ["FORMULATIONS", "formulated"]
+
+
+FORMULATIONS: dict[str, Callable[..., tuple[Any, Any, Any]]] = {
+    "recursive": dynamics,
+    "articulated": articulated,
+    "embedding": embedding,
+    "augmented": augmented,
+}
+
+
+def formulated(name: str) -> Callable[..., tuple[Any, Any, Any]]:
+    """The text of a formulation; raises KernelError if there is none of this name."""
+    if name not in FORMULATIONS:
+        raise KernelError(f"formulation '{name}': there are {', '.join(FORMULATIONS)}")
+    return FORMULATIONS[name]

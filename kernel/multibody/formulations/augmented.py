@@ -1,0 +1,167 @@
+"""Augmented formulation: accelerations of all bodies in absolute coordinates and a multiplier for every constraint.
+
+[M J^T; J 0] [x; -lambda] = [f; 0] (Orlandea, Chace, Calahan 1977; Haug 1992): x (6,) per body is its acceleration
+beyond the bias of its joints, J holds 6 - n rows for a joint of n free degrees of freedom, orthonormal to its columns
+about the child's origin.  Solved by the Schur complement J M^-1 J^T in the order from the tips to the ground, which
+has no fill-in (Baraff 1996).  A slender or massless body has no M^-1: a small multiple of what it carries is added,
+and refinement against the true equations takes its effect out again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.algebra.ldlt import LDLT, frame
+from heavylift.kernel.algebra.spatial import join, skew
+from heavylift.kernel.compiler.symbol import named
+from heavylift.kernel.multibody.kinematics import Kinematics, kinematics
+from heavylift.kernel.multibody.trees import Tree
+
+from .newton_euler import newton_euler
+
+__all__ = ["augmented"]
+
+REGULAR = 1e-10  # added inertia, relative to mass and moment of what a body carries
+PASSES = 2  # of refinement: each takes the error down by REGULAR times the ratio of inertias
+
+
+@dataclass(frozen=True)
+class _Joint:
+    """A joint between its body and the parent; all (6,) and (6, n) in world axes about the tree's point.
+
+    S: the columns of all degrees of freedom by number, `free` the numbers of those that are not prescribed.
+    Q, R: orthonormal motions about the child's origin with free columns = Q R; B: the wrenches of the constraints.
+    """
+
+    S: dict[int, Any]
+    free: list[int]
+    X: Any
+    Q: Any
+    R: Any
+
+    @property
+    def B(self) -> Any:
+        return self.X.T @ self.Q[:, len(self.free) :]
+
+    def applied(self, tau: Any) -> Any:
+        """(6,) wrench that brings the joint forces tau and nothing across them: R^T y = tau."""
+        y: list[Any] = []
+        for n, k in enumerate(self.free):
+            y.append((tau[k] - sum((self.R[m][n] * y[m] for m in range(n)), 0.0)) * (1.0 / self.R[n][n]))
+        return self.X.T @ sum((e * w for e, w in zip(self.Q.T, y, strict=False)), np.zeros(6))
+
+    def accelerations(self, x: Any) -> dict[int, Any]:
+        """Of the free degrees of freedom, from the acceleration (6,) of the child against the parent: R a = Q^T x."""
+        a: dict[int, Any] = {}
+        for n, k in reversed(list(enumerate(self.free))):
+            rest = sum((self.R[n][m] * a[self.free[m]] for m in range(n + 1, len(self.free))), 0.0)
+            a[k] = (self.Q[:, n] @ (self.X @ x) - rest) * (1.0 / self.R[n][n])
+        return a
+
+
+def augmented(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: Any = ()) -> tuple[Any, Any, Any]:
+    """dq/dt, dv/dt and the forces of prescribed joints; arguments as for `dynamics`."""
+    K = kinematics(tree, q, v, g, a_ref)
+    M, p = newton_euler(tree, K, W)
+    joints = _joints(tree, K)
+    parents = [b.parent for b in tree.bodies]
+    applied = [j.applied(tau) for j in joints]
+    f = _on_bodies(parents, applied)
+    x, forces = _solve(M, _regularised(tree, K, M), joints, parents, [a - b for a, b in zip(f, p, strict=True)])
+    dv = dict(zip(tree.prescribed_dofs, a_ref, strict=True))
+    reaction = {}
+    for i, j in enumerate(joints):
+        dv |= j.accelerations(_against_parent(parents, x, i))
+        for k in set(j.S) - set(j.free):
+            reaction[k] = j.S[k] @ (applied[i] + forces[i]) - tau[k]
+    return (
+        join(*K.dq),
+        np.array([dv[k] for k in range(tree.v.stop - tree.v.start)]),
+        np.array([reaction[k] for k in tree.prescribed_dofs]),
+    )
+
+
+def _joints(tree: Tree, K: Kinematics) -> list[_Joint]:
+    out, k, fixed = [], 0, set(tree.prescribed_dofs)
+    for S, r in zip(K.S, K.r, strict=True):
+        columns = dict(enumerate(S, k))
+        k += len(S)
+        free = [n for n in columns if n not in fixed]
+        X = np.block([[np.eye(3), np.zeros((3, 3))], [-skew(r), np.eye(3)]])  # from the tree's point to the child's
+        out.append(_Joint(columns, free, X, *frame([X @ columns[n] for n in free])))
+    return out
+
+
+def _named(i: int, B: Any) -> Any:
+    return np.array([named(f"B({i},{k})", b) for k, b in enumerate(B.T)]).T if B.shape[1] else B
+
+
+def _on_bodies(parents: list[int], F: list[Any]) -> list[Any]:
+    """(6,) per body: the force of its own joint less those of the joints that it carries (the paper's eqs (1)-(4))."""
+    out = list(F)
+    for i, p in enumerate(parents):
+        if p >= 0:
+            out[p] = out[p] - F[i]
+    return out
+
+
+def _against_parent(parents: list[int], x: list[Any], i: int) -> Any:
+    return x[i] - x[parents[i]] if parents[i] >= 0 else x[i]
+
+
+def _regularised(tree: Tree, K: Kinematics, M: list[Any]) -> list[LDLT]:
+    """Per body the factors of M, to which a part of what it carries is added as mass and as moment [kg, kg m2]."""
+    carried = list(M)
+    for i in reversed(range(len(M))):
+        if (p := tree.bodies[i].parent) >= 0:
+            carried[p] = carried[p] + carried[i]
+    out = []
+    for m, c, r in zip(M, carried, K.r, strict=True):
+        X = np.block([[np.eye(3), np.zeros((3, 3))], [-skew(r), np.eye(3)]])
+        size = c[3, 3] + sum((X[:3, k] @ c[:3, :3] @ X[:3, k] for k in range(3)), 0.0)
+        out.append(LDLT(m + X.T @ X * (REGULAR * size)))
+    return out
+
+
+def _solve(
+    M: list[Any], A: list[LDLT], joints: list[_Joint], parents: list[int], f: list[Any]
+) -> tuple[list[Any], list[Any]]:
+    """x (6,) per body and the constraint wrench (6,) of its joint, from M x = f + wrenches and B^T (x - x_parent) = 0.
+
+    A: factors of the regularised M.
+    """
+    n = len(M)
+    B = [_named(i, j.B) for i, j in enumerate(joints)]
+    rows, at = {}, 0
+    for i in reversed(range(n)):  # from the tips to the ground: no fill-in
+        rows[i] = range(at, at + B[i].shape[1])
+        at += B[i].shape[1]
+    complement: list[list[Any]] = [[0.0] * at for _ in range(at)]
+    for i in range(n):  # what body i adds between the joints that meet at it
+        meeting = [(i, 1.0)] + [(c, -1.0) for c in range(n) if parents[c] == i]
+        for c, sign in meeting:
+            for k, b in zip(rows[c], B[c].T, strict=True):
+                z = np.array(A[i].solve(b))
+                for d, other in meeting:
+                    for l, e in zip(rows[d], B[d].T, strict=True):
+                        if l >= k:
+                            complement[l][k] = complement[l][k] + sign * other * (e @ z)
+    factors = LDLT(complement)
+    x: list[Any] = [np.zeros(6)] * n
+    F: list[Any] = [np.zeros(6)] * n
+    for _ in range(PASSES):
+        rest = [b - m @ a + c for b, m, a, c in zip(f, M, x, _on_bodies(parents, F), strict=True)]
+        free = [np.array(a.solve(e)) for a, e in zip(A, rest, strict=True)]
+        gap = [a + b for a, b in zip(x, free, strict=True)]
+        rhs: list[Any] = [0.0] * at
+        for i in range(n):
+            for k, e in zip(rows[i], B[i].T @ _against_parent(parents, gap, i), strict=True):
+                rhs[k] = -e
+        multipliers = factors.solve(rhs)
+        more = [b @ np.array([multipliers[k] for k in rows[i]]) for i, b in enumerate(B)]
+        F = [a + b for a, b in zip(F, more, strict=True)]
+        answer = [np.array(a.solve(e)) for a, e in zip(A, _on_bodies(parents, more), strict=True)]
+        x = [a + b for a, b in zip(gap, answer, strict=True)]
+    return x, F

@@ -1,0 +1,75 @@
+"""Joints locked in mid-run: what the impulse that stops them does to their trees.
+
+A locked joint is a prescribed one at rest: its velocities leave the free degrees of freedom of a *variant* of the
+scene's code, while layouts of state and parameters stay.  Stopped in motion, an impulse L on the prescribed degrees
+of freedom changes the velocities of the whole tree at once, H dv = G^T L with dv = -v on the locked ones and 0 on the
+driven ones (Featherstone 2008, section 11.7).  The work of L is -v L / 2 of heat in a lock, v L of a drive's work.
+Closed loops and rigid ropes add their impulse by a projection in the same metric, so that both make the one impulse.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.mechanics import Lock, System
+from heavylift.kernel.errors import KernelError
+
+from .dynamics import composites, joint_space_inertia
+from .graph import Graph
+from .kinematics import kinematics
+from .ltdl import ltdl
+from .trees import Tree, numbers, with_numbers
+
+__all__ = ["check_locks", "halt_function", "lock_of"]
+
+
+def lock_of(system: System, name: str) -> Lock:
+    """The lock of this name; raises KernelError if there is none."""
+    for lock in system.locks:
+        if lock.name == name:
+            return lock
+    raise KernelError(f"'{name}': no lock of this name; there are {', '.join(x.name for x in system.locks) or 'none'}")
+
+
+def check_locks(system: System, graph: Graph) -> None:
+    """Raises KernelError for a lock on what does not move, is driven or locked already, or moves locked."""
+    taken: dict[str, str] = {}
+    placed = {d.joint: d.name for d in system.drives if d.kind == "prescribed"}
+    for lock in system.locks:
+        joint = graph.joint(lock.joint).joint
+        where = f"lock '{lock.name}': joint '{joint.name}'"
+        if not JOINTS[joint.kind].n_v:
+            raise KernelError(f"{where} is {joint.kind}; there is nothing to lock")
+        if joint.name in placed:
+            raise KernelError(f"{where} is moved by the prescribed drive '{placed[joint.name]}'; stop that instead")
+        if joint.name in taken:
+            raise KernelError(f"{where} already has the lock '{taken[joint.name]}'")
+        if lock.engaged and any(joint.v0):
+            raise KernelError(f"{where} starts locked; its initial velocity must be zero")
+        taken[joint.name] = lock.name
+
+
+def halt_function(k: int, tree: Tree) -> Function:
+    """Velocities after the locked joints of a kind of tree have stopped, and the impulses of all prescribed ones."""
+    nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
+
+    def halt(q: Any, v: Any, P: Any) -> dict[str, Any]:
+        t = with_numbers(tree, P)
+        K = kinematics(t, q, v, 0.0, [0.0] * fixed)
+        I, _ = composites(t, K, [np.zeros(6)] * len(t.bodies))
+        H = joint_space_inertia(t, K, I)
+
+        def row(i: int, jump: dict[int, Any]) -> Any:
+            pairs = {j: (max(i, j), min(i, j)) for j in jump}
+            return sum((H[pair] * jump[j] for j, pair in pairs.items() if pair in H), 0.0)
+
+        jump = {i: -v[i] for i in t.locked_dofs}
+        free = t.free_dofs
+        jump |= dict(zip(free, ltdl(t, dict(H)).solve([-row(i, jump) for i in free]), strict=True))
+        after = [v[i] + jump.get(i, 0.0) for i in range(nv)]
+        return {"after": after, "impulse": [row(i, jump) for i in t.prescribed_dofs]}
+
+    return Function(f"halt{k}", halt, {"q": tree.q.stop - tree.q.start, "v": nv, "P": len(numbers(tree))})

@@ -1,0 +1,113 @@
+"""Kinematics of one tree: places, twists and bias accelerations from the root outwards, the paper's Fig. 6 (a), (b).
+
+World axes about the root body's origin, so that sums along paths need no transformations: V = T^T S qd with the path
+matrix T (Featherstone 2008, chapter 5).  A flexible body carries its children at deformed
+stations.  The text runs on floats (oracle) and on symbols (machine code).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.algebra.spatial import join, motion_cross
+from heavylift.kernel.compiler.symbol import named
+from heavylift.kernel.multibody.flexible.attachment import carry, carry_along
+from heavylift.kernel.multibody.flexible.inertia import FlexibleInertia, flexible_inertia
+
+from .motion import columns, placement, rates
+from .trees import Tree
+
+__all__ = ["Base", "Kinematics", "elastic", "kinematics", "seen_from"]
+
+
+@dataclass
+class Kinematics:
+    """Per body of a tree, in world axes: rotation R_WB, r from the tree's point o to the origin, twist V,
+    bias acceleration A (gravity as upward acceleration of the ground), columns S and dq/dt per joint.
+
+    A mode does not move the floating frame: its column in S is zero.  `modes`: coordinates, rates and accelerations of
+    a flexible body (the latter 0, as those of the joints in A); `carried`: the columns of its modes at the joint of a
+    body that it carries.
+    """
+
+    o: Any
+    R: list[Any] = field(default_factory=list)
+    r: list[Any] = field(default_factory=list)
+    V: list[Any] = field(default_factory=list)
+    A: list[Any] = field(default_factory=list)
+    S: list[list[Any]] = field(default_factory=list)
+    dq: list[Any] = field(default_factory=list)
+    modes: dict[int, tuple[Any, Any, Any]] = field(default_factory=dict)
+    carried: dict[int, list[Any]] = field(default_factory=dict)
+
+
+Base = tuple[Any, Any, Any, Any]  # R, r, V, A of what a root stands on
+
+
+def kinematics(tree: Tree, q: Any, v: Any, g: Any, a_ref: Any = (), base: Base | None = None) -> Kinematics:
+    """Fig. 6 (a), (b) with zero acceleration except the prescribed joints' a_ref (n_prescribed,).
+
+    `base`: the body that the root stands on if that is not the ground; r then counts from the point of its tree.
+    """
+    ground = (np.eye(3), np.zeros(3), np.zeros(6), join(np.zeros(3), [0.0, 0.0, g]))
+    K = Kinematics(o=np.zeros(3))
+    prescribed = iter(a_ref)
+    for i, b in enumerate(tree.bodies):
+        x, u = q[b.q], v[b.v]
+        root, p = b.parent < 0, b.parent
+        R_WP, r_P, V_P, A_P = (base or ground) if root else (K.R[p], K.r[p], K.V[p], K.A[p])
+        if b.place is not None:
+            flexible = (*K.modes[b.parent][:2], R_WP, r_P, V_P, A_P)
+            slides = b.kind == "slider"
+            on = carry_along(b.place, x[0], u[0], *flexible) if slides else carry(b.place, *flexible)
+            R_WP, r_P, V_P, A_P, K.carried[i] = on.R, on.r, on.V, on.A, on.columns
+        R_JB, p_JB = placement(b.kind, b.axes, b.pitch, x)
+        R_WJ = R_WP @ b.R_PJ
+        p_PB = R_WP @ b.p_PJ + R_WJ @ p_JB
+        R = named(f"R({b.name})", R_WJ @ R_JB)
+        if root and base is None:
+            K.o, r = p_PB, np.zeros(3)
+        else:
+            r = named(f"r({b.name})", r_P + p_PB)
+        S, bias = columns(b, x, u, R_WJ, R, r)
+        if b.shifted:
+            R = named(f"R({b.name})", R @ b.R_CJ.T)
+            r = named(f"r({b.name})", r - R @ b.p_CJ)
+        V_J = sum((s * w for s, w in zip(S, u, strict=True)), np.zeros(6))
+        A = A_P + motion_cross(V_P) @ V_J
+        if bias is not None:
+            A = A + bias
+        if b.kind == "slider":
+            S = [on.along]  # already in V_P and A_P
+        for n in b.prescribed:
+            A = A + S[n] * next(prescribed)
+        K.R.append(R)
+        K.r.append(r)
+        K.S.append(S)
+        K.V.append(named(f"V({b.name})", V_P + V_J))
+        K.A.append(named(f"A({b.name})", A))
+        K.dq.append(rates(b.kind, x, u))
+        if b.elastic is not None:
+            K.modes[i] = q[b.q_modes], v[b.v_modes], np.zeros(b.n_modes)
+            K.S[i] = [*S, *np.zeros((b.n_modes, 6))]
+            K.dq[i] = join(K.dq[i], v[b.v_modes])
+    return K
+
+
+def seen_from(tree: Tree, K: Kinematics, k: int, i: int) -> Any:
+    """(6,) column of degree of freedom k on the path of body i, as the motion that it gives to body i."""
+    on = tree.body_of_dof[k]
+    b = tree.bodies[on]
+    mode = k - b.v_modes.start
+    if mode < 0 or on == i:
+        return K.S[on][k - b.v.start]
+    while tree.bodies[i].parent != on:
+        i = tree.bodies[i].parent
+    return K.carried[i][mode]
+
+
+def elastic(tree: Tree, K: Kinematics, i: int) -> FlexibleInertia:
+    """The deformable part of flexible body i at these places and motions."""
+    return flexible_inertia(tree.bodies[i].elastic, *K.modes[i], K.R[i], K.r[i], K.V[i], K.A[i])

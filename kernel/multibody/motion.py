@@ -1,0 +1,105 @@
+"""What a row of the joint table does: place, rates, velocity columns and bias of one joint, on floats and symbols.
+
+A chain of elementary motions is a chain of massless links: motion i turns about or slides along an axis that the ones
+before it carry along, S_i in world axes about the tree's point.  The joint's twist is the sum of S_i times its speed,
+and its acceleration at zero coordinate accelerations, beyond that of its parent and V_P x V_J, is the sum over j < i
+of (S_j u_j) x (S_i u_i) (Featherstone 2008, section 4.4, with S as a product of one-axis joints).
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+from heavylift.kernel.algebra.spatial import (
+    axis_rotation,
+    cross,
+    join,
+    motion_cross,
+    quaternion_matrix,
+    quaternion_rate,
+)
+from heavylift.kernel.description.joint_table import JOINTS, Motion
+from heavylift.kernel.description.mechanics import Joint, JointKind
+
+__all__ = ["axes_of", "columns", "placement", "rates"]
+
+
+class Jointed(Protocol):
+    """A body with its joint (`trees.TreeBody`), in numbers or symbols."""
+
+    @property
+    def kind(self) -> JointKind: ...
+    @property
+    def axes(self) -> Any: ...
+    @property
+    def pitch(self) -> Any: ...
+
+
+def axes_of(joint: Joint) -> np.ndarray:
+    """(1, 3) the axis, or (3, 3) axis, second and axis x second."""
+    axis = np.array(joint.axis, float)
+    if JOINTS[joint.kind].axes < 3:
+        return axis[None]
+    second = np.array(joint.second, float)
+    return np.array([axis, second, np.cross(axis, second)])
+
+
+def placement(kind: JointKind, axes: Any, pitch: Any, q: Any) -> tuple[Any, Any]:
+    """Rotation R_JB (3, 3) and place p_JB (3,) [m] of the child in the joint frame; axes as by `axes_of`."""
+    joint = JOINTS[kind]
+    if joint.quaternion is not None:
+        return quaternion_matrix(*q[joint.quaternion :]), q[: joint.quaternion] if joint.quaternion else np.zeros(3)
+    R, p = None, None
+    for m in joint.motions:
+        x = (pitch if m.factor is None else m.factor) * q[m.coordinate]
+        if m.turns:
+            turned = axis_rotation(axes[m.axis], x)
+            R = turned if R is None else R @ turned
+        else:
+            slid = axes[m.axis] * x
+            p = slid if p is None else p + slid
+    return np.eye(3) if R is None else R, np.zeros(3) if p is None else p
+
+
+def rates(kind: JointKind, q: Any, v: Any) -> Any:
+    """(n_q,) dq/dt."""
+    i = JOINTS[kind].quaternion
+    if i is None:
+        return v
+    return join(quaternion_matrix(*q[i:]) @ v[:i], quaternion_rate(q[i:], v[i:])) if i else quaternion_rate(q, v)
+
+
+def columns(b: Jointed, q: Any, v: Any, R_WJ: Any, R_WB: Any, r: Any) -> tuple[list[Any], Any]:
+    """Velocity columns S, each (6,), and the bias (6,) of the joint itself (None where its structure says zero).
+
+    World axes about the tree's point; r (3,) from that point to the child's origin [m].
+    """
+    joint = JOINTS[b.kind]
+    if joint.quaternion is not None:
+        slides = [_column(False, r, e) for e in R_WB.T] if joint.quaternion else []
+        return [*slides, *(_column(True, r, e) for e in R_WB.T)], None
+    S: list[Any] = [None] * joint.n_v
+    R, turned = R_WJ, set[int]()  # what the motions so far have turned, and about which axes
+    twists: list[tuple[Motion, Any]] = []
+    bias = None
+    for n, m in enumerate(joint.motions):
+        factor = b.pitch if m.factor is None else m.factor
+        s = factor * _column(m.turns, r, R @ b.axes[m.axis])
+        S[m.coordinate] = s if S[m.coordinate] is None else S[m.coordinate] + s
+        twist = s * v[m.coordinate]
+        for other, t in twists:
+            parallel = other.axis == m.axis and turned <= {m.axis}
+            if (m.turns or other.turns) and not parallel:
+                pair = motion_cross(t) @ twist
+                bias = pair if bias is None else bias + pair
+        twists.append((m, twist))
+        if m.turns and n + 1 < len(joint.motions):
+            R = R @ axis_rotation(b.axes[m.axis], factor * q[m.coordinate])
+            turned.add(m.axis)
+    return S, bias
+
+
+def _column(turns: bool, r: Any, e: Any) -> Any:
+    """(6,) twist of a unit turn about, or slide along, direction e through the child's origin."""
+    return join(e, cross(r, e)) if turns else join(np.zeros(3), e)

@@ -1,0 +1,102 @@
+"""Which joints of a graph form its spanning tree, and which close its loops.
+
+The tree grows from the ground, one body at a time (Prim 1957).  A body should be carried by a joint on which a spring,
+stop, brake or drive acts or which something measures (its coordinates must be states), else by that with the fewest
+freedoms, so that the joints left over have the fewest rows; joints that carry their body so come first, then those near
+the ground, then those first in the list.  A joint left over closes a loop.  Where only a joint's child is within reach,
+the joint is turned round: one along a single axis is the same joint, coordinate by coordinate, with the axis reversed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import replace
+
+from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.mechanics import WORLD, Brake, Drive, Joint, JointSpring, Lock, Stop, System
+from heavylift.kernel.errors import KernelError
+
+__all__ = ["spanning_tree"]
+
+
+def spanning_tree(system: System, joints: Mapping[str, Joint]) -> tuple[dict[str, Joint], tuple[Joint, ...]]:
+    """The joint that carries each body, and the joints that close loops, in the order of the list.
+
+    Raises KernelError for a joint that joins a body to itself, and for a loop in which no joint can be cut.
+    """
+    waiting = list(joints.values())
+    for j in waiting:
+        if j.parent == j.child:
+            raise KernelError(f"joint '{j.name}': it joins '{j.child}' to itself; give it another parent or child")
+    carrier = {j.child: j for j in waiting}
+    if len(carrier) == len(waiting) and WORLD not in carrier:
+        return carrier, ()
+    acted = _acted_on(system)
+    depth = {WORLD: 0}
+    carrier = {}
+
+    def rank(j: Joint) -> tuple[bool, int]:
+        return j.name not in acted, JOINTS[j.kind].n_v
+
+    first: dict[str, Joint] = {}  # the joint that should carry a body, once its parent is reached
+    for j in waiting:
+        if j.child not in first or rank(j) < rank(first[j.child]):
+            first[j.child] = j
+
+    def order(j: Joint) -> tuple[bool, bool, int, int]:
+        return j is not first[j.child], *rank(j), depth[j.parent]
+
+    flexible = {b.name for b in system.bodies if b.flexible}
+    while True:
+        ready = [j for j in waiting if j.parent in depth and j.child not in depth]
+        if not ready:
+            behind = [j for j in waiting if j.child in depth and j.parent not in depth]
+            if not behind:
+                break
+            best = min(behind, key=rank)
+            waiting[waiting.index(best)] = first[best.parent] = _turned_round(best, flexible)
+            continue
+        best = min(ready, key=order)
+        carrier[best.child], depth[best.child] = best, depth[best.parent] + 1
+        waiting.remove(best)
+    loops = tuple(j for j in waiting if j.parent in depth and j.child in depth)
+    for j in loops:
+        _check(j, acted, carrier)
+    lost = {j.child: j for j in waiting if j not in loops}
+    return carrier | lost, loops
+
+
+def _turned_round(j: Joint, flexible: Collection[str]) -> Joint:
+    """The same joint with parent and child exchanged; raises KernelError where its coordinates would be others."""
+    if JOINTS[j.kind].axes > 1 or JOINTS[j.kind].quaternion is not None or {j.parent, j.child} & set(flexible):
+        raise KernelError(
+            f"joint '{j.name}': nothing but it holds its parent '{j.parent}', and a joint carries its child; "
+            "exchange its parent and child"
+        )
+    x, y, z = j.axis
+    return replace(
+        j, parent=j.child, child=j.parent, p_PJ=j.p_CJ, R_PJ=j.R_CJ, p_CJ=j.p_PJ, R_CJ=j.R_PJ, axis=(-x, -y, -z)
+    )
+
+
+def _acted_on(system: System) -> dict[str, str]:
+    """Joints whose coordinates something acts on or measures, with its name."""
+    laws: list[JointSpring | Stop | Brake | Drive | Lock] = [*system.springs, *system.stops, *system.brakes]
+    laws += [*system.drives, *system.locks]
+    acted = {x.joint: x.name for x in laws}
+    acted |= {f.along[0]: f.name for f in system.forces if f.along}
+    acted |= {m.of: m.name for m in system.measured if m.kind == "joint"}
+    return acted | {h.of: h.name for h in system.thresholds if h.quantity in ("joint", "speed")}
+
+
+def _check(j: Joint, acted: Mapping[str, str], carrier: Mapping[str, Joint]) -> None:
+    other = carrier[j.child].name if j.child in carrier else WORLD
+    if j.kind == "free":
+        raise KernelError(
+            f"joint '{j.name}': a free joint constrains nothing, and '{other}' carries '{j.child}' already"
+        )
+    if j.name in acted:
+        raise KernelError(
+            f"joint '{j.name}': it closes a loop, so that '{acted[j.name]}' finds no coordinate in it; "
+            "every other joint of the loop is in use, too: free one of them of its laws"
+        )

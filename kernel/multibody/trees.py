@@ -1,0 +1,243 @@
+"""One tree of the graph with its numbers, and trees of one kind sharing machine code.
+
+Numbers of a body that are 0, 1 or -1 are structure (they fold away in the traced code); all others are parameters of
+the run, so that one object file serves all variations of a scene and all equal trees of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.compiler.symbol import is_sym
+from heavylift.kernel.description.mechanics import JointKind
+from heavylift.kernel.errors import KernelError
+
+from .graph import Freedoms, Graph, Link
+from .motion import axes_of
+
+__all__ = ["Tree", "TreeBody", "all_numbers", "cut", "in_order", "kind_of", "numbers", "structural", "with_numbers"]
+
+_FIELDS = ("mass", "com", "inertia", "p_PJ", "R_PJ", "axes", "pitch", "p_CJ", "R_CJ")
+_PARTS = ("elastic", "place")  # of numbers of their own, where a flexible body is or carries
+
+
+@dataclass(frozen=True)
+class TreeBody(Freedoms):
+    """A link with its numbers as floats or symbols; parent, q and v count within the tree.
+
+    axes: (1, 3), or (3, 3) where the joint has a second axis; prescribed: which of its velocities are given, by a
+    drive or, if `locked`, as zero.
+    `elastic` (`flexible.reduction.Elastic`) makes it flexible.
+    `place` (`flexible.attachment.Place`, or `Track` of a slider) is where its joint sits on a flexible parent.
+    """
+
+    name: str
+    kind: JointKind
+    parent: int
+    q: slice
+    v: slice
+    mass: Any
+    com: Any
+    inertia: Any
+    p_PJ: Any
+    R_PJ: Any
+    axes: Any
+    pitch: Any
+    p_CJ: Any
+    R_CJ: Any
+    prescribed: tuple[int, ...]
+    locked: bool
+    elastic: Any = None
+    place: Any = None
+
+    @property
+    def n_modes(self) -> int:
+        return len(self.elastic.mass) if self.elastic else 0
+
+    @property
+    def shifted(self) -> bool:
+        """Whether the body's frame is not that of its joint."""
+        p, R = np.ravel(self.p_CJ), np.ravel(self.R_CJ)
+        return any(is_sym(x) or x != 0.0 for x in p) or any(is_sym(x) or x != (i % 4 == 0) for i, x in enumerate(R))
+
+
+@dataclass(frozen=True)
+class Tree:
+    """Links that hang together above the ground; q and v are its parts of the scene's state."""
+
+    bodies: tuple[TreeBody, ...]
+    first: int
+    q: slice
+    v: slice
+
+    @property
+    def body_of_dof(self) -> list[int]:
+        return [i for i, b in enumerate(self.bodies) for _ in range(b.v.start, b.v_modes.stop)]
+
+    @property
+    def dof_paths(self) -> list[list[int]]:
+        """Degrees of freedom between each one and the ground, nearest first."""
+        paths: list[list[int]] = []
+        last: list[int | None] = []
+        for b in self.bodies:
+            up = last[b.parent] if b.parent >= 0 else None
+            for k in range(b.v.start, b.v_modes.stop):
+                paths.append([] if up is None else [up, *paths[up]])
+                up = k
+            last.append(up)
+        return paths
+
+    @property
+    def prescribed_dofs(self) -> list[int]:
+        return [b.v.start + i for b in self.bodies for i in b.prescribed]
+
+    @property
+    def locked_dofs(self) -> list[int]:
+        return [b.v.start + i for b in self.bodies if b.locked for i in b.prescribed]
+
+    @property
+    def free_dofs(self) -> list[int]:
+        fixed = set(self.prescribed_dofs)
+        return [k for k in range(self.v.stop - self.v.start) if k not in fixed]
+
+    @property
+    def free_paths(self) -> list[list[int]]:
+        fixed = set(self.prescribed_dofs)
+        return [[k for k in path if k not in fixed] for path in self.dof_paths]
+
+
+def cut(graph: Graph, prescribed: set[int], locked: frozenset[str] = frozenset()) -> list[Tree]:
+    """The trees of a graph; `prescribed`: the velocities (numbers in v) that drives give; `locked`: joints."""
+    out = []
+    for numbers_ in graph.trees():
+        links = [graph.links[i] for i in numbers_]
+        q0, v0 = links[0].q.start, links[0].v.start
+        bodies = tuple(
+            TreeBody(
+                name=k.body.name,
+                kind=k.joint.kind,
+                parent=k.parent - numbers_.start if k.parent >= 0 else -1,
+                q=slice(k.q.start - q0, k.q.stop - q0),
+                v=slice(k.v.start - v0, k.v.stop - v0),
+                mass=float(k.body.mass),
+                com=np.array(k.body.com, float),
+                inertia=np.array(k.body.inertia, float),
+                p_PJ=np.array(k.joint.p_PJ, float) - (place.X if place else 0.0),
+                R_PJ=np.array(k.joint.R_PJ, float),
+                axes=axes_of(k.joint),
+                pitch=float(k.joint.pitch),
+                p_CJ=np.array(k.joint.p_CJ, float),
+                R_CJ=np.array(k.joint.R_CJ, float),
+                prescribed=tuple(
+                    i for i, n in enumerate(range(k.v.start, k.v.stop)) if n in prescribed or k.joint.name in locked
+                ),
+                locked=k.joint.name in locked,
+                elastic=_elastic(k),
+                place=place,
+            )
+            for k in links
+            for place in [_place(graph, k)]
+        )
+        q, v = slice(q0, links[-1].q_modes.stop), slice(v0, links[-1].v_modes.stop)
+        out.append(Tree(bodies, numbers_.start, q, v))
+    return out
+
+
+def _elastic(link: Link) -> Any:
+    if link.modes is None:
+        return None
+    from heavylift.kernel.multibody.flexible.reduction import reduced  # not where all is rigid: it needs linear algebra
+
+    return reduced(link.modes)
+
+
+def _place(graph: Graph, link: Link) -> Any:
+    """Where a flexible parent carries a joint; raises KernelError for a slider on anything else."""
+    joint = link.joint
+    on = graph.links[link.parent].modes if link.parent >= 0 else None
+    if on is None:
+        if joint.kind == "slider":
+            raise KernelError(f"joint '{joint.name}': a slider needs a flexible beam; '{joint.parent}' is rigid")
+        return None
+    if joint.kind == "slider":
+        return on.track(joint.name)
+    from heavylift.kernel.multibody.flexible.attachment import Place
+
+    station, X = on.station(joint.p_PJ)
+    return Place(X, on.at(station), on.shortening(station))
+
+
+def _values(body: TreeBody) -> list[Any]:
+    """All numbers of a body, field by field."""
+    parts = [p for name in _PARTS if (p := getattr(body, name)) is not None]
+    return [getattr(body, f) for f in _FIELDS] + [getattr(p, f.name) for p in parts for f in fields(p)]
+
+
+def all_numbers(bodies: Sequence[TreeBody]) -> list[Any]:
+    """Structure and parameters alike, in a fixed order."""
+    return [x for b in bodies for value in _values(b) for x in np.ravel(value).tolist()]
+
+
+def numbers(tree: Tree) -> list[float]:
+    """The parameters of a tree in the order that `with_numbers` takes them."""
+    return in_order(tree, all_numbers(tree.bodies))
+
+
+def in_order(tree: Tree, every: Sequence[Any]) -> list[Any]:
+    """Of `all_numbers` of a tree like this one, its parameters in the order that `with_numbers` takes them."""
+    return [every[i] for i in _places(tree)]
+
+
+def _places(tree: Tree) -> list[int]:
+    """Where the parameters stand among all numbers: those of like bodies side by side, first by first, second by
+    second, so that vector calls for equal limbs load them at once (see `simd_batches`)."""
+    depths: list[int] = []
+    leaders: dict[tuple[int, str, int], int] = {}
+    places: list[tuple[int, int, int, int]] = []
+    first = 0
+    for i, b in enumerate(tree.bodies):
+        depths.append(depths[b.parent] + 1 if b.parent >= 0 else 0)
+        values = all_numbers([b])
+        leader = leaders.setdefault((depths[i], b.kind, len(values)), i)
+        places += [(leader, k, i, first + k) for k, x in enumerate(values) if not structural(x)]
+        first += len(values)
+    return [place for *_, place in sorted(places)]
+
+
+def with_numbers(tree: Tree, values: Any) -> Tree:
+    """The same tree with its parameters replaced, in traced text by symbols."""
+    given = iter([x for _, x in sorted(zip(_places(tree), values, strict=True), key=lambda pair: pair[0])])
+
+    def replaced(x: Any) -> Any:
+        if np.ndim(x) == 0:
+            return x if structural(x) else next(given)
+        flat = [e if structural(e) else next(given) for e in np.ravel(x).tolist()]
+        return np.array([*flat, None], dtype=object)[:-1].reshape(np.shape(x))
+
+    def body(b: TreeBody) -> TreeBody:
+        new: dict[str, Any] = {f: replaced(getattr(b, f)) for f in _FIELDS}
+        for name in _PARTS:
+            if (part := getattr(b, name)) is not None:
+                new[name] = replace(part, **{f.name: replaced(getattr(part, f.name)) for f in fields(part)})
+        return replace(b, **new)
+
+    return replace(tree, bodies=tuple(map(body, tree.bodies)))
+
+
+def kind_of(tree: Tree) -> str:
+    """What must agree for two trees to share code: joints, numbering and the places of 0, 1 and -1."""
+
+    def pattern(x: Any) -> str:
+        return "".join(f"{e:+.0f}" if structural(e) else "x" for e in np.ravel(x).tolist())
+
+    return repr(
+        [(b.kind, b.parent, b.prescribed, b.locked, b.n_modes, [*map(pattern, _values(b))]) for b in tree.bodies]
+    )
+
+
+def structural(x: float) -> bool:
+    """Whether a number is part of the structure, not a parameter."""
+    return x in (0.0, 1.0, -1.0)

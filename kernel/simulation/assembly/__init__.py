@@ -1,0 +1,7 @@
+"""Loops closed: at the start of a run, and after each step.
+
+start_pose   what was asked stays where it can
+assembly     loops of an initial pose closed, or how wide they gape
+projection   one Newton step back onto the constraints
+causes       why loops cannot be kept
+"""

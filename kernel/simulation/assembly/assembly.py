@@ -1,0 +1,130 @@
+"""Closing the loops of an initial pose, or saying how wide they gape.
+
+A pose whose loops are closed to `CLOSED` stays as it is, bit for bit.  Any other is closed near what was asked (see
+`start_pose`).  Then the rows that are independent are counted: a linkage whose loops leave no freedom is refused.
+Where
+a pose would be that was not asked is found by Newton's method on the rows, weighted with the inertia (light bodies
+move first); a step that widens the gaps is halved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from heavylift.kernel.algebra.dense import norm
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.model.program import Program
+
+from .causes import END, cause
+from .start_pose import fitting_speeds, keeping, told_changes
+
+__all__ = ["Step", "assemble", "locked", "lost"]
+
+CLOSED = 1e-9  # [m or rad, m/s or rad/s] what counts as closed at the start
+SHUT = 1e-11  # [m or rad] where Newton's method may end
+ITERATIONS = 200
+INDEPENDENT = 1e-4  # pivot above which a row is no combination of those before it (a redundant one keeps about 1e-6)
+LOST = 1e-2  # [m or rad] gap that opens within one step when a constraint cannot be kept
+SINGULAR = 1e-2  # part of a row's first pivot that is left where a linkage locks
+
+Step = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]  # y -> place, gap, slip, pivot
+
+
+def assemble(program: Program, y: np.ndarray, P: np.ndarray, step: Step) -> tuple[np.ndarray, list[str]]:
+    """(ny,) the initial state with all loops closed, in places and speeds, and sentences that say what was changed.
+
+    Raises KernelError naming the joint.
+    """
+    _, gap, slip, pivot = step(y)
+    asked = y
+    told: list[str] = []
+    if max(_widest(gap), _widest(slip)) > CLOSED:
+        if _widest(gap) > CLOSED:
+            y = keeping(program, y, P, lambda: _closed(program, asked, step))
+        y = fitting_speeds(program, y, P)
+        y = np.concatenate([y[: program.nq], step(y)[0][program.nq :]])
+        pivot = step(y)[3]
+    if len(program.constraints.of):
+        told = told_changes(program, asked, y, P)
+    _check_mobility(program, pivot > INDEPENDENT)
+    return y, told
+
+
+def _widest(gap: np.ndarray) -> float:
+    return float(np.abs(gap).max(initial=0.0)) if np.isfinite(gap).all() else np.inf
+
+
+def _closed(program: Program, y: np.ndarray, step: Step) -> np.ndarray:
+    first = step(y)[1]
+    nearer, gap, *_ = step(y)
+    for _ in range(ITERATIONS):
+        if _widest(gap) <= SHUT:
+            return y
+        size, part = 1.0, y
+        while size > 1e-4:
+            part = y + size * (nearer - y)
+            after, left, *_ = step(part)
+            if norm(left.tolist()) < norm(gap.tolist()):
+                break
+            size *= 0.5
+        else:
+            break
+        y, nearer, gap = part, after, left
+    if _widest(gap) <= CLOSED:
+        return y
+    name, left_over = _gap(program, gap)
+    at_first = _gap(program, first)[1]
+    raise KernelError(
+        f"{name}: its loop does not close; {left_over} are left of {at_first} in the initial pose: "
+        "change the dimensions or the initial coordinates"
+    )
+
+
+def _gap(program: Program, gap: np.ndarray) -> tuple[str, str]:
+    """The joint with the widest gap, and how wide it is."""
+    r = int(np.argmax(np.abs(np.nan_to_num(gap, nan=np.inf))))
+    name, unit = program.constraints.names[r], program.constraints.units[r]
+    size = abs(float(gap[r]))
+    size, word = (size * 1e3, "mm") if unit == "m" else (float(np.degrees(size)), "degrees")
+    return name, f"{size:.3g} {word}" if size < 100.0 else f"{size:.0f} {word}"
+
+
+def _check_mobility(program: Program, independent: Sequence[bool] | np.ndarray) -> None:
+    """Trees that loops hold together need a freedom, unless a drive prescribes how they move."""
+    constraints = program.constraints
+    n = len(constraints.of)
+    for rows, trees in constraints.groups:
+        held = [program.instances[i][0] for i in trees]
+        free = sum(len(t.free_dofs) for t in held)
+        closing = [r for r in rows if r < n]
+        if closing and free <= sum(bool(independent[r]) for r in closing) and not any(t.prescribed_dofs for t in held):
+            names = ", ".join(dict.fromkeys(constraints.names[r] for r in closing))
+            raise KernelError(
+                f"{names}: the loops leave nothing free to move; "
+                "give a joint of them another freedom, or join the bodies by fixed joints"
+            )
+
+
+def lost(program: Program, gap: np.ndarray, t: float, moving: Sequence[str] = ()) -> KernelError | None:
+    """What to say if a gap opened within a step that no correction should have to close; moving: prescribed drives."""
+    if _widest(gap) <= LOST:
+        return None
+    name, size = _gap(program, gap)
+    why = cause(program, int(np.argmax(np.abs(np.nan_to_num(gap, nan=np.inf)))), moving)
+    return KernelError(f"constraint lost at {name} before {t:.6f} s: {size} open; {why}")
+
+
+def locked(
+    program: Program, at_start: np.ndarray, pivot: np.ndarray, t: float, moving: Sequence[str] = ()
+) -> KernelError | None:
+    """What to say of steps that became too small if a row has become a combination of others."""
+    pivot, at_start = (x[: len(program.constraints.of)] for x in (pivot, at_start))
+    if not len(pivot):
+        return None
+    left = np.where(at_start > INDEPENDENT, pivot / np.maximum(at_start, INDEPENDENT), 1.0)
+    r = int(np.argmin(left))
+    why = cause(program, r, moving)
+    if not left[r] < SINGULAR and why == END:
+        return None
+    return KernelError(f"constraint lost at {program.constraints.names[r]} at {t:.6f} s: {why}")

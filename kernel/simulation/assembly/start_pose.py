@@ -1,0 +1,259 @@
+"""The start pose of loops: what was asked stays where it can, and what had to be changed is told.
+
+Coordinates and speeds that a description gives are asked; those that it leaves out follow.  First only what is free to
+follow moves.  Where that does not close the loops, what was asked moves, too, by full steps of Gauss and Newton, and
+only as long as these contract as they do near a solution (Deuflhard 2004, section 2.1: an ordinary Newton step in
+whose neighbourhood there is one solution shrinks to less than half at once).  Anything else would be another branch
+of the linkage, or a pose far away, and is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from math import degrees, inf, pi
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from heavylift.kernel.algebra.dense import dot, least_norm, norm, singular_values
+from heavylift.kernel.constraints.loop_closures import closed_coordinates
+from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.model.reactions.jacobian import RANK, Group, Pose, pose_of
+
+if TYPE_CHECKING:
+    from heavylift.kernel.model.program import Program
+    from heavylift.kernel.multibody.graph import Link
+
+__all__ = ["fitting_speeds", "keeping", "told_changes"]
+
+SHUT = 1e-11  # scaled residual of a closed pose
+NEVER_SHORTER = 1e-3  # part of a step below which it is given up
+FOLLOWING = 100  # steps of what follows
+NEAR = 12  # steps of Newton's method near a solution
+CONTRACTS = 0.6  # by which each of them is at most as long as the one before: 0.5, and rounding
+STILL = 1e-7  # scaled step below which contraction is no question
+KEPT = 0.03  # what is asked moves by so much where the rest moves by one
+LONGEST = 0.7  # scaled step of what follows
+TRIES = 8  # start poses of what follows
+ASIDE = 2.399963229728653  # [rad] the golden angle, by which tries differ
+ROUNDED = 3e-4  # [rad, or of the longest lever] change that is worth no word: digits of a start value
+SLOWER = 1e-3  # part of the fastest asked speed likewise
+
+Columns = Sequence[float]
+
+
+def keeping(program: Program, y: np.ndarray, P: np.ndarray, closed: Callable[[], np.ndarray]) -> np.ndarray:
+    """(ny,) the state with its loops closed near what was asked.  Raises KernelError where that cannot be.
+
+    `closed`: a pose that closes the loops, however far away; it raises KernelError if there is none.
+    """
+    pose = pose_of(program, y, P)
+    asked = _asked(program, [bool(k.joint.q0) for k in program.graph.links])
+    free = [[not asked[c] for c in g.columns] for g in pose.groups]
+    best = pose
+    if any(map(any, free)):
+        best = _followed(pose, free)
+    if _size(best) > SHUT:
+        found = _newton(best, [[KEPT if asked[c] else 1.0 for c in g.columns] for g in best.groups])
+        if found is None:
+            raise _refusal(program, pose, asked, closed())
+        best = found
+    out = y.copy()
+    out[: program.nq] = best.q
+    return out
+
+
+def _asked(program: Program, given: Sequence[bool]) -> dict[tuple[int, int], bool]:
+    """Whether a degree of freedom belongs to a joint of which something is given, in the order of links."""
+    found: dict[tuple[int, int], bool] = {}
+    for i, (tree, _) in enumerate(program.instances):
+        for n, b in enumerate(tree.bodies):
+            found |= dict.fromkeys(((i, k) for k in range(b.v.start, b.v_modes.stop)), given[tree.first + n])
+    return found
+
+
+def _residual(pose: Pose, g: Group) -> list[float]:
+    return [float(pose.rows[r].gap) / by for r, by in zip(g.rows, g.rows_by, strict=True)]
+
+
+def _size(pose: Pose) -> float:
+    return max((norm(_residual(pose, g)) for g in pose.groups), default=0.0)
+
+
+def _step(g: Group, residual: Sequence[float], weights: Columns) -> list[float]:
+    """Of least weighted length among those that lessen the residual most."""
+    G = [[x * w for x, w in zip(row, weights, strict=True)] for row in g.G]
+    least = RANK * max(singular_values(G), default=0.0)
+    step = least_norm(G, [-x for x in residual], least)
+    return [x * w for x, w in zip(step, weights, strict=True)]
+
+
+def _followed(pose: Pose, free: Sequence[Sequence[bool]]) -> Pose:
+    """The best pose that what follows can reach, from several starts."""
+    best = pose
+    for n in range(TRIES):
+        aside = [(g, _aside(g, f, n)) for g, f in zip(pose.groups, free, strict=True)]
+        found = _descent(pose.moved(aside) if n else pose, free)
+        if _size(found) < _size(best):
+            best = found
+        if _size(best) <= SHUT:
+            break
+    return best
+
+
+def _aside(g: Group, free: Sequence[bool], n: int) -> list[float]:
+    """The n-th start of what follows: its angles elsewhere."""
+    angles = (may and by == 1.0 for may, by in zip(free, g.columns_by, strict=True))
+    return [ASIDE * n * (k + 1) % 3.0 if angle else 0.0 for k, angle in enumerate(angles)]
+
+
+def _descent(pose: Pose, free: Sequence[Sequence[bool]]) -> Pose:
+    for _ in range(FOLLOWING):
+        size = _size(pose)
+        if size <= SHUT:
+            break
+        steps = [(g, _step(g, _residual(pose, g), list(map(float, f)))) for g, f in zip(pose.groups, free, strict=True)]
+        part = min(1.0, LONGEST / max(max((norm(s) for _, s in steps), default=0.0), LONGEST))
+        while part > NEVER_SHORTER:
+            nearer = pose.moved([(g, [part * x for x in s]) for g, s in steps])
+            if _size(nearer) < size * (1.0 - 0.1 * part):
+                break
+            part *= 0.5
+        else:
+            break
+        pose = nearer
+    return pose
+
+
+def _newton(pose: Pose, weights: Sequence[Columns]) -> Pose | None:
+    """The solution in whose neighbourhood a pose is, None if it is in none."""
+    before = inf
+    for _ in range(NEAR):
+        if _size(pose) <= SHUT:
+            return pose
+        steps = [(g, _step(g, _residual(pose, g), w)) for g, w in zip(pose.groups, weights, strict=True)]
+        length = norm([norm(s) for _, s in steps])
+        if length > max(CONTRACTS * before, STILL) or (before == inf and length > 1.0):
+            return None
+        pose, before = pose.moved(steps), length
+    return pose if _size(pose) <= 1e2 * SHUT else None
+
+
+# ---- speeds ------------------------------------------------------------------------------------------------------
+
+
+def fitting_speeds(program: Program, y: np.ndarray, P: np.ndarray) -> np.ndarray:
+    """(ny,) the state in which what is not asked moves along with what is; left over is what contradicts itself."""
+    pose = pose_of(program, y, P)
+    asked = _asked(program, [bool(k.joint.v0) for k in program.graph.links])
+    out = y.copy()
+    for g in pose.groups:
+        rates = [float(pose.rows[r].rate) / by for r, by in zip(g.rows, g.rows_by, strict=True)]
+        change = _step(g, rates, [not asked[c] for c in g.columns])
+        for (i, k), x, by in zip(g.columns, change, g.columns_by, strict=True):
+            out[program.nq + program.instances[i][0].v.start + k] += x * by
+    return out
+
+
+# ---- what is told ------------------------------------------------------------------------------------------------
+
+
+def told_changes(program: Program, before: np.ndarray, after: np.ndarray, P: np.ndarray) -> list[str]:
+    """What of asked coordinates and speeds was changed beyond the rounding of their digits, one sentence for each."""
+    links, nq = program.graph.links, program.nq
+    names = ", ".join(dict.fromkeys(n for n, _ in zip(program.constraints.names, program.constraints.of, strict=False)))
+    moved = []
+    for k in links:
+        if k.joint.q0:
+            moved += [
+                f"{where} from {_told(x, turns)} to {_told(z, turns)}"
+                for where, x, z, turns in _coordinates(k, before, after)
+                if abs(z - x) > ROUNDED * max(1.0, abs(x) if not turns else 1.0)
+            ]
+    moved += _closing(program, after, P)
+    asked = [k for k in links if k.joint.v0]
+    fastest = max((abs(float(before[nq + i])) for k in asked for i in range(k.v.start, k.v.stop)), default=0.0)
+    sped = []
+    for k in asked:
+        for c, i in zip(JOINTS[k.joint.kind].velocities, range(k.v.start, k.v.stop), strict=True):
+            x, z = float(before[nq + i]), float(after[nq + i])
+            if abs(z - x) > SLOWER * fastest:
+                sped.append(f"{_place(k, c)} from {x:.6g} to {z:.6g} {'rad/s' if _is_turn(k, c) else 'm/s'}")
+    out = []
+    if moved:
+        out.append(f"the start pose was changed so that the loops of {names} close: {'; '.join(moved)}")
+    if sped:
+        out.append(f"the start speeds were changed to what the loops of {names} allow: {'; '.join(sped)}")
+    return out
+
+
+def _closing(program: Program, after: np.ndarray, P: np.ndarray) -> list[str]:
+    """Joints that close loops and start elsewhere than was asked: their coordinates follow from all others."""
+    out = []
+    ends = pose_of(program, after, P).ends if any(j.q0 for j in program.constraints.loops) else {}
+    for j in program.constraints.loops:
+        if not j.q0:
+            continue
+        found = closed_coordinates(j, *(ends[program.graph.number(body)] for body in (j.parent, j.child)))
+        for x, (name, z) in zip(j.q0, found.items(), strict=False):
+            turns = name == "angle"
+            near = x + (z - x + pi) % (2.0 * pi) - pi if turns else z
+            if abs(near - x) > ROUNDED * (1.0 if turns else max(1.0, abs(x))):
+                out.append(f"joint '{j.name}' from {_told(x, turns)} to {_told(near, turns)}")
+    return out
+
+
+def _place(k: Link, coordinate: str) -> str:
+    several = len(JOINTS[k.joint.kind].velocities) > 1
+    return f"joint '{k.joint.name}'{f' {coordinate}' * several}"
+
+
+def _is_turn(k: Link, velocity: str) -> bool:
+    joint = JOINTS[k.joint.kind]
+    n = joint.velocities.index(velocity)
+    return n >= joint.quaternion if joint.quaternion is not None else any(
+        m.turns for m in joint.motions if m.coordinate == n
+    )  # fmt: skip
+
+
+def _coordinates(k: Link, before: np.ndarray, after: np.ndarray) -> list[tuple[str, float, float, bool]]:
+    """Name, both values and whether it is an angle, of each coordinate; of a quaternion the angle between both."""
+    joint = JOINTS[k.joint.kind]
+    x, z = ([float(e) for e in y[k.q.start : k.q.start + joint.n_q]] for y in (before, after))
+    end = joint.n_q if joint.quaternion is None else joint.quaternion
+    names = list(joint.coordinates)
+    out = [
+        (_place(k, names[n]), x[n], z[n], any(m.turns for m in joint.motions if m.coordinate == n)) for n in range(end)
+    ]
+    if joint.quaternion is not None:
+        p, q = x[end:], z[end:]
+        part = dot(p, q) / (norm(p) * norm(q))
+        across = [a - part * b for a, b in zip(q, p, strict=True)]
+        out.append((f"{_place(k, names[0])[: -len(names[0]) - 1]} attitude", 0.0, 2.0 * norm(across), True))
+    return out
+
+
+def _told(x: float, turns: bool) -> str:
+    return f"{degrees(x):.6g} degrees" if turns else f"{x:.6g} m"
+
+
+def _refusal(program: Program, pose: Pose, asked: Mapping[Any, bool], possible: np.ndarray) -> KernelError:
+    """Which joint would have to start elsewhere, and where."""
+    y = np.zeros(program.ny)
+    y[: program.nq] = pose.q
+    changes = [
+        (abs(z - x), where, x, z, turns)
+        for k in program.graph.links
+        if k.joint.q0
+        for where, x, end, turns in _coordinates(k, y, possible)
+        for z in (x + (end - x + pi) % (2.0 * pi) - pi if turns else end,)
+    ]
+    _, where, x, z, turns = max(changes, key=lambda change: change[0])
+    gaps = [(abs(float(row.gap)), n) for n, row in enumerate(pose.rows)]
+    widest, r = max(gaps)
+    size = f"{widest * 1e3:.4g} mm" if pose.units[r] == "m" else f"{degrees(widest):.4g} degrees"
+    return KernelError(
+        f"{where}: asked to start at {_told(x, turns)}, where the loop of {pose.names[r]} is {size} open; it closes at "
+        f"{_told(z, turns)}, which is another branch or too far away to be meant: correct the start values, or leave "
+        "out those that may follow"
+    )

@@ -1,0 +1,81 @@
+"""The order in which a simulation may be called, and the sentence for what is called out of turn.
+
+    start -> [settled] -> run ... -> [going on] -> interrupt -> [paused] -> commands -> [stopped] -> settle -> [settled]
+                                                -> fire -> [stopped] -> commands -> settle -> [settled]
+
+Commands belong to the instant at which the simulation stands: after `start`, `fire`, `interrupt` or `settle`.
+`fire` and commands change what forces act, so that `settle` must follow before time goes on (`run` calls it after an
+interrupt without any).  Else a later state would be taken for that of the command, or the command would act at some
+later event only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from numbers import Integral
+
+from heavylift.kernel.errors import KernelError
+
+__all__ = ["GOING", "NEW", "PAUSED", "SETTLED", "STOPPED", "CallOrder", "check_present", "check_time", "passed_by"]
+
+NEW, SETTLED, GOING, PAUSED, STOPPED = "new", "settled", "going on", "paused", "stopped"
+
+
+class CallOrder:
+    """`phase`: one of those above."""
+
+    def __init__(self) -> None:
+        self.phase = NEW
+
+    def check_new(self, epoch_ns: int) -> None:
+        """Raises KernelError once time has gone on."""
+        if self.phase == GOING or epoch_ns > 0:
+            raise KernelError("the simulation has been started and has gone on; build another one to begin again")
+
+    def check_begun(self) -> None:
+        """Raises KernelError before `start`: there is no derivative, no time of samples, no discrete state."""
+        if self.phase == NEW:
+            raise KernelError("the simulation has no state yet; start it first")
+
+    def check_settled(self, what: str, epoch_ns: int) -> None:
+        """Raises KernelError where time may not go on."""
+        self.check_begun()
+        if self.phase == STOPPED:
+            raise KernelError(
+                f"{what} at {epoch_ns * 1e-9:.9g} s: the simulation was stopped there by an event or a command; "
+                "call settle() first"
+            )
+
+    def check_standing(self, what: str, epoch_ns: int) -> None:
+        """Raises KernelError where nothing may be commanded."""
+        self.check_begun()
+        if self.phase == GOING:
+            raise KernelError(
+                f"{what} at {epoch_ns * 1e-9:.9g} s: the run has gone on since; call interrupt(t_ns) or fire() before, "
+                "and settle() after it"
+            )
+
+    def command(self, what: str, epoch_ns: int) -> None:
+        """A command is given; raises KernelError where that may not be."""
+        self.check_standing(what, epoch_ns)
+        self.phase = STOPPED
+
+
+def check_time(t_ns: int) -> None:
+    """Raises KernelError for a time that is none."""
+    if not isinstance(t_ns, Integral):
+        raise KernelError(f"time {t_ns!r}: it must be a whole number of nanoseconds")
+
+
+def check_present(t_ns: int, present_ns: int) -> None:
+    """Raises KernelError for a time at which nothing can be commanded any more."""
+    if t_ns < present_ns:
+        raise KernelError(f"time {t_ns} ns: it lies before the present, {present_ns} ns")
+
+
+def passed_by(t_ns: int, event_ns: int, names: Sequence[str]) -> KernelError:
+    """An interrupt behind an event that somebody waits for."""
+    what = ", ".join(f"'{name}'" for name in dict.fromkeys(names))
+    return KernelError(
+        f"time {t_ns} ns: an event of {what} at {event_ns} ns comes before; call fire() and settle() first"
+    )

@@ -1,0 +1,10 @@
+"""What happens at an event in no time: impulses, then the set of contacts and ropes that act.
+
+active_sets           the next set of contacts and rigid ropes: impulses first, then forces
+unilateral, touching  what may push or pull at an event; what touches
+coulomb, gauss_seidel friction around the pivoting solver; contact forces one after the other
+condensed, slip       rows of contacts without the loops; contacts that slip as a whole
+impact                what the solver needs of a scene, and what it does to it
+rope_impacts          rigid ropes that snap taut
+halting               joints that are locked in motion
+"""

@@ -1,0 +1,221 @@
+"""Which contacts push, which of them stick and which slide: Coulomb friction around the pivoting solver.
+
+A contact has three rows: normal and two tangents.  Sticking, its tangents are held (w_t = 0, |x_t| <= mu x_n).
+Sliding along the unit vector u, its friction is part of the push of its normal row, x_t = -mu x_n u, and u is the
+direction of w_t.  The same conditions hold for impulses (w: velocity after the impact) and for forces (w:
+acceleration); a contact that already moves has its u given.  The cone is exact, not a pyramid: u is iterated.
+Signorini and Coulomb as in Glocker, Set-Valued Force Laws (2001), ch. 5-7; no set at all: Painleve.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+from heavylift.kernel.algebra.dense import dot
+from heavylift.kernel.algebra.elementary import cos, sin
+from heavylift.kernel.constraints.complementarity.block_pivoting import eliminate
+from heavylift.kernel.constraints.complementarity.boxed_lcp import solve
+
+from .gauss_seidel import sweep
+from .regularised_friction import regularised
+
+__all__ = ["Contacts", "Friction", "settle"]
+
+ROUNDS = 30  # changes between stick and slip, and turns of the directions
+TOGETHER = 10  # rounds in which all contacts change at once, before they do one by one
+FARTHEST = 0.7  # [rad] that a direction is turned at once
+CLEAR = 1e-6  # relative size of a normal velocity or acceleration that is left when a set is clear
+EASY = 0.9  # part of the limit of friction below which they need no better one
+TURN = 1e-12  # [rad] that is round-off
+LEAST = 1e-3  # part of the largest normal force below which a contact's share of friction is not lowered
+SMALL = 1e-9  # relative size of what counts as zero
+CREEP = 1e-6  # relative size of an acceleration against a slip that begins
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """m contacts: A (3m, 3m) Delassus matrix and b (3m,) free velocity or acceleration of the rows (normal, tangent,
+    tangent) of each; mu (m,); moving (m, 2): unit direction of a contact that slides already, else zero."""
+
+    A: np.ndarray
+    b: np.ndarray
+    mu: np.ndarray
+    moving: np.ndarray
+    size: np.ndarray | None = None
+    """(3m,) in proportion to which constraint rows that are redundant share forces (None: to the diagonal)."""
+
+
+@dataclass(frozen=True)
+class Friction:
+    """x (3m,) impulses or forces, w (3m,); push (m,), stick (m,) booleans; u (m, 2) directions of sliding;
+    share (m, 2): by its square, what each tangent should hold of the friction where that is not unique;
+    prior (3m,): forces next to which those are that are not unique.
+
+    `found` is False where no set fulfils all conditions.
+    """
+
+    x: np.ndarray
+    w: np.ndarray
+    push: np.ndarray
+    stick: np.ndarray
+    u: np.ndarray
+    share: np.ndarray
+    prior: np.ndarray
+    found: bool
+
+
+def settle(c: Contacts) -> Friction:
+    """The set of contacts that push, stick and slide."""
+    m = len(c.mu)
+    given = np.abs(c.moving).sum(axis=1) > 0.0
+    stick, u, share, prior, side = _begin(c, given)
+    for n in range(ROUNDS):
+        f, side = _inner(c, stick, u, share, prior, side)
+        if not f.found:
+            break
+        size_x, size_w = SMALL * np.abs(f.x).max(initial=0.0), CREEP * np.abs(c.b).max(initial=0.0)
+        changed = False
+        for i in range(m):
+            if given[i] or c.mu[i] == 0.0 or not (f.push[i] or stick[i]):
+                continue
+            t, v = f.x[3 * i + 1 : 3 * i + 3], f.w[3 * i + 1 : 3 * i + 3]
+            held = sqrt(t[0] * t[0] + t[1] * t[1])
+            if stick[i] and held > c.mu[i] * f.x[3 * i] + size_x:
+                stick[i], u[i], changed = False, -t / held, True
+            elif not stick[i] and v[0] * u[i, 0] + v[1] * u[i, 1] < -size_w:
+                stick[i], changed = True, True
+            if changed and n >= TOGETHER:
+                break
+        turns = ~given & ~stick & f.push & (c.mu > 0.0) & (np.abs(f.w.reshape(m, 3)[:, 1:]).max(axis=1) > size_w)
+        if not changed and turns.any():
+            changed = _turn(c, f, turns, u) > TURN
+        if not changed:
+            return f
+    return _swept(c)
+
+
+def _begin(c: Contacts, given: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[int, float]]:
+    """What sticks, directions of what slides, shares, and the sides of the last solution, to begin with."""
+    stick, u, share = ~given & (c.mu > 0.0), c.moving.copy(), np.ones((len(c.mu), 2))
+    prior = np.zeros(3 * len(c.mu))
+    if not stick.any():
+        return stick, u, share, prior, {}
+    f, side = _inner(c, stick, u, share, prior, {})
+    limit, held = c.mu * f.x[::3], np.sqrt(f.x[1::3] * f.x[1::3] + f.x[2::3] * f.x[2::3])
+    if not f.found or not limit[stick].max() > 0.0 or (held[stick] <= EASY * limit[stick]).all():
+        return stick, u, share, prior, side
+    r = regularised(c.A, c.b, c.mu, c.moving, _size(c), f.x)
+    if r is None:
+        return stick, u, share, prior, side
+    x, slides, along, soft = r
+    u[slides] = along[slides]
+    share = np.sqrt(np.maximum(soft.min() / soft, LEAST))
+    return stick & ~slides, u, share, prior if slides.any() else x, side
+
+
+def _swept(c: Contacts) -> Friction:
+    """The set that sweeps find, for contacts whose forces are not unique."""
+    m = len(c.mu)
+    x, found = sweep(c.A, c.b, c.mu, c.moving)
+    w = _velocities(c, x)
+    most = float(np.abs(c.b).max(initial=0.0))
+    size = SMALL * most
+    # at the very limit of friction sweeps creep; which contacts push, stick and slide is clear long before
+    found = found or bool(np.isfinite(x).all() and w[::3].min() > -CLEAR * most)
+    speed = np.sqrt(w[1::3] * w[1::3] + w[2::3] * w[2::3])
+    u = np.where(speed[:, None] > size, w.reshape(m, 3)[:, 1:] / np.maximum(speed, size)[:, None], 0.0)
+    u = np.where(c.moving != 0.0, c.moving, u)
+    return Friction(
+        x, w, x[::3] > 0.0, (np.abs(u).sum(axis=1) == 0.0) & (c.mu > 0.0), u, _share(x), np.zeros(3 * m), found
+    )
+
+
+def _share(x: np.ndarray) -> np.ndarray:
+    """In proportion to the normal forces, so that contacts reach the limit of friction together."""
+    most = float(x[::3].max(initial=0.0))
+    share = np.sqrt(np.maximum(x[::3] / most, LEAST)) if most > 0.0 else np.ones(len(x) // 3)
+    return np.stack([share, share], axis=1)
+
+
+def _velocities(c: Contacts, x: np.ndarray) -> np.ndarray:
+    """w = A x + b, summed column by column."""
+    w = c.b.copy()
+    for k in range(len(x)):
+        w += c.A[:, k] * x[k]
+    return w
+
+
+def _across(c: Contacts, i: int, u: np.ndarray) -> np.ndarray:
+    """What a unit of friction of contact i along u does to all rows."""
+    out: np.ndarray = c.A[:, 3 * i + 1] * u[0] + c.A[:, 3 * i + 2] * u[1]
+    return out
+
+
+def _turn(c: Contacts, f: Friction, turns: np.ndarray, u: np.ndarray) -> float:
+    """One Newton step for the directions of contacts that begin to slide, u x w_t = 0; returns the largest angle.
+
+    The normal forces and the held tangents follow: rows w_n = 0, w_t = 0 against columns x_n, x_t, and the angles.
+    """
+    rows, columns, right = [], [], []
+    for i in np.flatnonzero(f.push):
+        n, t = 3 * i, slice(3 * i + 1, 3 * i + 3)
+        rows.append(np.eye(len(c.b))[n])
+        columns.append(c.A[:, n] if f.stick[i] else c.A[:, n] - c.mu[i] * _across(c, int(i), u[i]))
+        right.append(0.0)
+        if f.stick[i]:
+            rows += list(np.eye(len(c.b))[t])
+            columns += list(c.A[:, t].T)
+            right += [0.0, 0.0]
+    first = len(rows)
+    for i in np.flatnonzero(turns):
+        t, across = slice(3 * i + 1, 3 * i + 3), np.array([-u[i, 1], u[i, 0]])
+        row = np.zeros(len(c.b))
+        row[t] = across
+        rows.append(row)
+        columns.append(-c.mu[i] * f.x[3 * i] * _across(c, int(i), across))
+        right.append(-float(across[0] * f.w[t][0] + across[1] * f.w[t][1]))
+    J = np.array([[dot(r.tolist(), k.tolist()) for k in columns] for r in rows])
+    for a, i in enumerate(np.flatnonzero(turns)):
+        J[first + a, first + a] -= u[i, 0] * f.w[3 * i + 1] + u[i, 1] * f.w[3 * i + 2]
+    soft = 1e-9 * np.abs(np.diag(J)).max()
+    angle = eliminate(J + soft * np.diag(np.sign(np.diag(J))), np.array(right), np.ones(len(right)))[first:]
+    for i, e in zip(np.flatnonzero(turns), np.clip(angle, -FARTHEST, FARTHEST), strict=True):
+        a, b = cos(float(e)), sin(float(e))
+        u[i] = [a * u[i, 0] - b * u[i, 1], b * u[i, 0] + a * u[i, 1]]
+    return float(np.abs(angle).max())
+
+
+def _size(c: Contacts) -> np.ndarray:
+    """(3m,) softness of each row; a joint may not let a tangent move at all."""
+    size = np.diag(c.A) if c.size is None else c.size
+    out: np.ndarray = np.maximum(size, SMALL * size.max(initial=0.0))
+    return out
+
+
+def _inner(
+    c: Contacts, stick: np.ndarray, u: np.ndarray, share: np.ndarray, prior: np.ndarray, side: dict[int, float]
+) -> tuple[Friction, dict[int, float]]:
+    """Normals against each other for given sticking contacts and directions of sliding."""
+    m = len(c.mu)
+    rows = [k for i in range(m) for k in (3 * i, 3 * i + 1, 3 * i + 2)[: 3 if stick[i] else 1]]
+    columns = c.A.copy()
+    for i in np.flatnonzero(~stick):
+        for k in (0, 1):
+            columns[:, 3 * i] -= c.mu[i] * u[i, k] * c.A[:, 3 * i + 1 + k]
+    normal = np.array([k % 3 == 0 for k in rows])
+    lo = np.where(normal, 0.0, -np.inf)
+    start = np.array([side.get(k, -1.0 if k % 3 == 0 else 0.0) for k in rows])
+    # so that the solver regularises each row in proportion to its own diagonal, as the constraint rows are
+    scale = np.array([1.0 if k % 3 == 0 else share[k // 3, k % 3 - 1] for k in rows]) / np.sqrt(_size(c)[rows])
+    A = columns[np.ix_(rows, rows)] * scale[:, None] * scale
+    s = solve(A, c.b[rows] * scale, lo, np.full(len(rows), np.inf), start, prior[rows] / scale)
+    x = np.zeros(3 * m)
+    x[rows] = s.x * scale
+    push = np.zeros(m, bool)
+    push[[k // 3 for k, side_k in zip(rows, s.side, strict=True) if k % 3 == 0 and side_k == 0.0]] = True
+    for i in np.flatnonzero(~stick):
+        x[3 * i + 1 : 3 * i + 3] = -c.mu[i] * x[3 * i] * u[i]
+    w = _velocities(c, x)
+    return Friction(x, w, push, stick.copy(), u.copy(), share, prior, s.found), dict(zip(rows, s.side, strict=True))

@@ -1,0 +1,130 @@
+"""Friction among contacts whose forces are not unique: Coulomb's law, regularised as x_t = -mu x_n w_t / |(w_t, e)|.
+
+What sticks creeps by the order of e, and of all forces within the cones it finds those that keep away from the
+limits; what slides moves far faster.  So whether a body slips does not depend on how its places share their load: it
+slips when no forces within all cones hold it (Moreau, Application of convex analysis, 1976: the limit of friction is
+the yield surface of the body as a whole).  Newton's method on w_t and x_t together, with e decreasing, as for total
+variation (Chan, Golub, Mulet, SIAM J. Sci. Comput. 20 (1999)).
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+from heavylift.kernel.algebra.dense import solve
+
+__all__ = ["regularised"]
+
+FIRST, LAST, FACTOR = 1.0, 1.1e-12, 0.03  # e, relative to the largest free acceleration
+SLIPS = 3e3  # times e that what slides is faster than; it is within 1 / (2 SLIPS^2) = 6e-8 of its limit
+DECIDED = 1e-2  # of e z^3, z = w_t / e, which is 1/2 at the limit: below it tells on which side of it the forces are
+ROUGH = 1e-2  # change at which round-off may be what is left
+STEPS = 40  # of Newton's method for each e
+SETTLED = 1e-6  # change of a step, relative to e and to the limits, that is small enough
+
+
+def regularised(
+    A: np.ndarray, b: np.ndarray, mu: np.ndarray, moving: np.ndarray, size: np.ndarray, x: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | None:
+    """x (3m,); which slide (m,) and whither u (m, 2); softness (m, 2) of tangents that hold, relative to the normals'.
+
+    Others as in `coulomb.Contacts`; `size` (3m,): softness of each row; x: forces to begin with.  None where nothing
+    pushes, or for a singular step.
+    """
+    m = len(mu)
+    given = np.abs(moving).sum(axis=1) > 0.0
+    rubs = np.flatnonzero(~given & (mu > 0.0))
+    normal = 3 * np.arange(m)
+    tangents = np.array([3 * i + k for i in rubs for k in (1, 2)], int)
+    B = float(np.abs(b).max())
+    Z = A[:, normal] - np.stack(
+        [mu[i] * (moving[i, 0] * A[:, 3 * i + 1] + moving[i, 1] * A[:, 3 * i + 2]) for i in range(m)], axis=1
+    )
+    x, xn = x.copy(), np.maximum(x[::3], 0.0)
+    most = float((mu * xn).max(initial=0.0))
+    if not most > 0.0:
+        return None
+    w = np.zeros((len(rubs), 2))
+    xt = x[tangents].reshape(-1, 2)
+    e = FIRST * B
+    T = A[:, tangents]
+    while True:
+        soft = e / most * size[normal] / float(size[normal].mean())
+        before = 1.0
+        for _ in range(STEPS):
+            c = mu[rubs] * xn[rubs]
+            held = np.sqrt((xt * xt).sum(axis=1))
+            xt = xt * np.minimum(1.0, c / np.maximum(held, 1e-300))[:, None]
+            sigma = np.sqrt((w * w).sum(axis=1) + e * e)
+            free = b + _times(Z, xn) + _times(T, xt.ravel())
+            on = xn - (free[normal] + soft * xn) / np.diag(Z[normal]) > 0.0
+            G = xt * sigma[:, None] + c[:, None] * w
+            n = m + 2 * len(rubs)
+            M, r = np.zeros((n, n)), np.zeros(n)
+            rows = np.concatenate([normal, tangents])
+            M[:, :m] = Z[rows]
+            r = -free[rows]
+            r[m:] += w.ravel()
+            for k, i in enumerate(rubs):
+                across = T[rows][:, 2 * k : 2 * k + 2]
+                D = (xt[k][:, None] * w[k] / sigma[k] + c[k] * np.eye(2)) / sigma[k]
+                M[:, m + 2 * k : m + 2 * k + 2] = -(across[:, 0:1] * D[0] + across[:, 1:2] * D[1])
+                v = w[k] * mu[i] / sigma[k]
+                M[:, i] -= across[:, 0] * v[0] + across[:, 1] * v[1]
+                g = G[k] / sigma[k]
+                r += across[:, 0] * g[0] + across[:, 1] * g[1]
+            M[m:, m:] -= np.eye(2 * len(rubs))
+            for j in range(m):
+                if on[j]:
+                    M[j, j] += soft[j]
+                    r[j] -= soft[j] * xn[j]
+                else:
+                    M[j], r[j] = 0.0, -xn[j]
+                    M[j, j] = 1.0
+            try:
+                d = np.array(solve(M.tolist(), r.tolist()))
+            except ZeroDivisionError:
+                return None
+            if not np.isfinite(d).all():
+                return None
+            dw, dn = d[m:].reshape(-1, 2), d[:m]
+            D = xt * ((w * dw).sum(axis=1) / sigma)[:, None] + c[:, None] * dw + w * (mu[rubs] * dn[rubs])[:, None]
+            dx = -(G + D) / sigma[:, None]
+            w, xt, xn = w + dw, xt + dx, xn + dn
+            largest = max(e, float(np.abs(w).max()))
+            step = max(
+                float(np.abs(dx).max()) / most, float(np.abs(dn).max()) / most, float(np.abs(dw).max()) / largest
+            )
+            if step <= SETTLED or ROUGH > step > 0.5 * before:  # settled, or as far as round-off lets it
+                break
+            before = step
+        else:
+            break
+        z = max(1.0, float(np.sqrt((w * w).sum(axis=1)).max(initial=0.0)) / e)
+        if step > SETTLED or e <= max(LAST, DECIDED / z**3) * B:
+            break
+        e *= FACTOR
+    x = np.zeros(3 * m)
+    x[normal] = xn
+    x[tangents] = xt.ravel()
+    for i in np.flatnonzero(given):
+        x[3 * i + 1 : 3 * i + 3] = -mu[i] * xn[i] * moving[i]
+    size = np.reshape(size, (m, 3))
+    softness, slides = np.ones((m, 2)), np.zeros(m, bool)
+    creep = np.sqrt((w * w).sum(axis=1)) / e
+    own = (1.0 + creep * creep) ** 1.5 / np.maximum(mu[rubs] * xn[rubs] / most, LAST) * float(size[:, 0].mean())
+    softness[rubs] = own[:, None] / size[rubs, 1:]
+    z = float(creep.max(initial=0.0))
+    slides[rubs] = (creep > sqrt(SLIPS)) & (z > SLIPS or e * z**3 > 10.0 * DECIDED * B)
+    u = np.zeros((m, 2))
+    u[rubs] = w / (np.maximum(creep, 1.0) * e)[:, None]
+    return x, slides, u, softness
+
+
+def _times(A: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """A x, summed column by column."""
+    out = np.zeros(len(A))
+    for k in range(len(x)):
+        out = out + A[:, k] * x[k]
+    return out

@@ -1,0 +1,127 @@
+"""Rigid ropes at an event: impulses of those that snap taut, and which of them are taut then.
+
+A guard falls where a tension does, or where the slack is used up; then all ropes without slack are looked at together:
+impulses first (a rope that snaps taut stops its ends inelastically), then tensions, each a linear complementarity
+problem on the rows' matrix (Brogliato 2016, ch. 5), loops being rows that push and pull.  Where one rope's impulse
+throws another off that its force brings back at once, both would snap in turns for ever, since the nanometre that
+events may be late feeds them: the other's motion is ended, too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import fsum
+
+import numpy as np
+from heavylift.kernel.constraints.complementarity.block_pivoting import product
+from heavylift.kernel.constraints.complementarity.boxed_lcp import solve
+from heavylift.kernel.constraints.rigid_ropes import TOUCHING, RigidAt
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.model.evaluation import evaluate
+from heavylift.kernel.model.program import Program
+
+__all__ = ["Outcome", "resolve"]
+
+RESTING = 1e-9  # [m/s] speed that is none
+RESOLVED = 5e-5  # [s] a rope that forces pull taut again within it after an impulse has not parted
+WIDE = 1e4  # ratio of what an impulse does in two rows, beyond which softness for both would drown one
+LEFT = 1e-4  # part of the energy of impulses that may be lost in loops by such softness
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """After an event: velocities (n_v,), and per rigid rope whether it may pull, whether it is taut, its impulse [N s],
+    heat and work of that [J]."""
+
+    v: np.ndarray
+    may: list[bool]
+    taut: list[bool]
+    impulse: list[float]
+    heat: list[float]
+    work: list[float]
+
+
+def resolve(program: Program, t: float, among: float, y: np.ndarray, P: np.ndarray) -> Outcome:
+    """Impulses and taut ropes that follow from a state; ropes that are taut in P stay unless they would push.
+
+    Raises KernelError if no set of taut ropes fits the forces.
+    """
+    constraints, ropes = program.constraints, program.system.rigid_ropes
+    first = len(constraints) - len(ropes)
+    slots = [program.parameters.at["rigid", r.name] for r in ropes]
+    e = evaluate(program, t, y, P, among, forces=False)
+    rows = e.constraint_rows()
+    hooked = np.array([P[at][RigidAt.HOOKED] > 0.0 for at in slots], dtype=bool)
+    close = [P[at][RigidAt.TAUT] > 0.0 or r.gap < TOUCHING for at, r in zip(slots, rows.rows[first:], strict=True)]
+    may = hooked & np.array(close, dtype=bool) & rows.movable[first:]
+    before = np.array([float(r.rate) for r in rows.rows])
+    A = rows.matrix()
+    x, after = _complementary(A, before, first, may, t)
+    Q = P.copy()
+    for at in slots:
+        Q[at][RigidAt.TAUT] = 1.0
+
+    def moved() -> np.ndarray:
+        """The state after impulses x."""
+        y_after = y.copy()
+        for i, dv in rows.change(x).items():
+            tree = program.instances[i][0]
+            y_after[program.nq + tree.v.start : program.nq + tree.v.stop] += np.array(dv, dtype=float)
+        return y_after
+
+    def forces(still: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Tensions of ropes that may pull, and how fast all grow slack then."""
+        there = evaluate(program, t, moved(), Q, among).constraint_rows()
+        return _complementary(there.matrix(), np.array(there.approach(), dtype=float), first, still, t)
+
+    still = may & ((x[first:] > 0.0) | (np.abs(after[first:]) <= RESTING))
+    tension, rise = forces(still)
+    back = may & ~still & (2.0 * after[first:] < -RESOLVED * rise[first:])
+    if back.any():
+        still |= back
+        x = x + _ended(A, after, first, still)
+        after = product(A, x, before)
+        tension, _ = forces(still)
+    mean = 0.5 * (before + after)
+    speeds = [float(e.lengths_of[r.name][1]) for r in ropes]
+    heat = [-float(x[first + i] * mean[first + i]) for i in range(len(ropes))]
+    work = [-float(x[first + i]) * speeds[i] for i in range(len(ropes))]
+    taut = [bool(f > 0.0) for f in tension[first:]]
+    return Outcome(moved()[program.nq : program.nq + program.nv], may.tolist(), taut, x[first:].tolist(), heat, work)
+
+
+def _ended(A: np.ndarray, speed: np.ndarray, first: int, still: np.ndarray) -> np.ndarray:
+    """Impulses that end the motion of the ropes `still` and of the loops."""
+    rows = [*range(first), *(first + np.flatnonzero(still))]
+    x = np.zeros(len(speed))
+    free = np.full(len(rows), np.inf)
+    x[rows] = solve(A[np.ix_(rows, rows)], speed[rows], -free, free).x
+    return x
+
+
+def _complementary(
+    A: np.ndarray, b: np.ndarray, first: int, may: np.ndarray, t: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """x and A x + b with loops (rows before `first`) free and ropes that may pull complementary."""
+    A = A + np.diag(np.where(np.diag(A) > 0.0, 0.0, 1.0))  # a row that moves nothing stands alone
+    scale = _scale(np.diag(A))
+    lo = np.concatenate([np.full(first, -np.inf), np.zeros(len(may))])
+    hi = np.concatenate([np.full(first, np.inf), np.where(may, np.inf, 0.0)])
+    found = solve(A * (scale[:, None] * scale), b * scale, lo, hi)
+    if not found.found:
+        raise KernelError(
+            f"rigid ropes at {t:.6f} s: no set of taut ropes fits the forces; let some of them be elastic"
+        )
+    left = fsum(np.abs(found.x * found.w)[:first].tolist())
+    if scale.min() < scale.max() and left > LEFT * fsum(np.abs(found.x * b * scale).tolist()):
+        raise KernelError(
+            f"rigid ropes at {t:.6f} s: the masses that they and the loops move differ too much to find their "
+            "impulses; make the heavy bodies lighter, or let the ropes be elastic"
+        )
+    return found.x * scale, found.w / scale
+
+
+def _scale(diagonal: np.ndarray) -> np.ndarray:
+    """Factors that make rows equal which move masses of very different size, and so share nothing; else 1."""
+    wide = diagonal.max(initial=0.0) > WIDE * diagonal.min(initial=np.inf)
+    return 1.0 / np.sqrt(diagonal) if wide else np.ones(len(diagonal))

@@ -1,0 +1,177 @@
+"""The native functions of one program: the text of `steps` on its blocks, and the loops around it as one native call.
+
+Blocks: X (state of the steps), P (numbers of the scene and discrete states), M (matrices of a method), table (samples).
+`advance` commits, samples, steps and locates until something has happened; the parts can be called one by one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+from heavylift.kernel.compiler.emit import Parts, Sequence, While
+from heavylift.kernel.compiler.function import OPAQUE, Function, flatten
+from heavylift.kernel.compiler.layout import Layout
+from heavylift.kernel.methods.control import Control, ErrorControl
+from heavylift.kernel.methods.method import Method, Rate, inside
+from heavylift.kernel.methods.peers import Peer
+from heavylift.kernel.model.evaluation import evaluate
+from heavylift.kernel.model.program import Program
+from heavylift.kernel.model.tangent_stiffness import Tangent
+from heavylift.kernel.simulation.assembly.projection import projection
+from heavylift.kernel.simulation.impacts.halting import halted
+from heavylift.kernel.simulation.impacts.impact import kick, kicking, survey, surveying
+
+from .peaks import POINTS, STATES
+from .sample_row import columns, row_layout
+from .steps import SCALARS, Row, bisect, close, commit, complete, look, refresh, sample, step
+
+__all__ = ["Stepping"]
+
+
+class Stepping:
+    """The native functions of one program: `advance` (the loop), and step, commit, sample, bisect, refresh, look.
+
+    `lean`: the same program without laws that the scene does not require at the moment; all but rows go by that one.
+    """
+
+    def __init__(self, program: Program, method: Method, control: Control, lean: Program | None = None) -> None:
+        p = self.program = program
+        required = lean or program
+        self.method, self.control = method, control
+        nq, nv = p.nq, p.nv
+        n_ropes, n_guards = len(p.system.straight_ropes), len(p.guards)
+        climbs = n_ropes > 0 and not isinstance(method, Peer)
+        states = dict.fromkeys(("y", "f", "f0", "d0", *(STATES if climbs else ()), *method.vectors), p.ny)
+        ropes = dict.fromkeys(("T", "peak", "peak_time", *(POINTS if climbs else ())), n_ropes)
+        watched = p.touches and not isinstance(method, Peer)
+        beside = (["coarse"] if method.completes else []) + (["near"] if watched else [])
+        blind = p.contacts.bounded and not isinstance(control, ErrorControl)
+        beside += ["passing"] if blind else []
+        beside += ["ta", "peaking", "searched"] if climbs else []
+        scalars = dict.fromkeys([*SCALARS, *method.scalars, *beside])
+        rows = dict.fromkeys(("gap", "slip", "pivot"), len(p.constraints))
+        pushed = rows["gap"] if p.contacts.sites else 0
+        surveyed = {"delassus": pushed * pushed, "speed": pushed, "free": pushed, "impulse": pushed}
+        sizes = {**scalars, **states, **ropes, "G": n_guards, **rows, **(surveyed if pushed else {})}
+        self.layout = Layout(sizes, frozenset(states))
+        self.plain = Layout(sizes)
+        n_p = len(p.parameters.initial)
+        self.row_layout = row_layout(p)
+        self.columns = self.row_layout.size
+
+        chosen = isinstance(control, ErrorControl) and not isinstance(method, Peer)  # lengths of steps
+        bounded = isinstance(control, ErrorControl) and p.contacts.bounded
+        extra = {"near": watched, "reach": bounded, "window": blind, "drift": chosen and rows["gap"]}
+        asked = [name for name, there in extra.items() if there]
+        self.rate_sizes = {"dy": p.ny, "T": n_ropes, "G": n_guards, **dict.fromkeys(asked, 1)}
+
+        def rate(t: Any, y: Any, P: Any) -> dict[str, Any]:
+            x = evaluate(required, t[0], y, P, t[1])
+            return {"dy": x.dy, "T": x.pulls, "G": x.guards, **{name: [getattr(x, name)] for name in asked}}
+
+        def take(s: SimpleNamespace, rate: Rate, row: Row) -> None:
+            step(s, rate, method, control)
+
+        state = {"t": 1, "y": p.ny, "P": n_p}
+        self.f_rate = Function("rate", rate, {**state, "t": 2}, vectors=["dy"])
+        self.f_project = projection(p, required) if rows["gap"] else None
+
+        def row(t: Any, y: Any, P: Any) -> dict[str, Any]:
+            at = self.f_project(t=t, y=y, P=P).place if self.f_project else y
+            return {"values": columns(evaluate(p, t[0], at, P))}
+
+        self.f_row = Function("row", row, state, ["values"], rare=True)
+        self.functions: dict[str, Function | Parts] = {
+            "step": self._on_block("step", take, matrices=bool(method.matrices)),
+            "bisect": self._on_block("bisect", lambda s, rate, row: bisect(s, rate, method)),
+            "commit": self._projecting(
+                "commit", lambda s, project: commit(s, p.quaternions, slice(nq, nq + nv), project)
+            ),
+            "sample": self._on_block("sample", lambda s, rate, row: sample(s, row, method), table=True),
+            "refresh": self._on_block("refresh", lambda s, rate, row: refresh(s, rate, method)),
+            "look": self._on_block("look", lambda s, rate, row: look(s, row), table=True),
+        }
+        if self.f_project:
+            self.functions["close"] = self._projecting("close", close)
+        if pushed:
+            rows_of, kicked = surveying(p), kicking(p)
+            self.functions["survey"] = self._plain("survey", lambda s, P: survey(s, P, rows_of, inside(s)))
+            self.functions["kick"] = self._plain("kick", lambda s, P: kick(s, P, kicked))
+        self.functions["rate"] = self.f_rate
+        self.tangent = Tangent(nq, nv, sum(len(tree.free_dofs) for tree, _ in p.instances), self.rate_sizes)
+        self.functions |= {f.name: f for f in self.tangent.functions(self.f_rate)}
+        at, f = self.layout.at, self.functions
+        if p.locked:
+            f["halt"] = self._halt(n_p)
+        if prologue := method.prologue(self._on_method, at):
+            f["step"] = Sequence("step", (*prologue, self._on_block("take", take, matrices=bool(method.matrices))))
+        ready: tuple[While, ...] = ()
+        if method.completes:
+            f["complete"] = self._on_block("complete", lambda s, rate, row: complete(s, rate, method))
+            ready = (While("completing", at["coarse"], (f["complete"],)),)
+        sampling = While("sampling", at["due"], (*ready, f["sample"]))
+        locating = While("locating", at["locate"], (*ready, f["bisect"]))
+        self.advance: Parts = While("advance", at["run"], (f["commit"], sampling, f["step"], locating))
+        if isinstance(method, Peer):  # takes its steps elsewhere
+            del f["step"]
+            f |= {"sampling": sampling, "locating": locating}
+            self.advance = Sequence("advance", ())
+
+    def _halt(self, n_p: int) -> Function:
+        """Brings the locked joints to rest at once."""
+        p = self.program
+        blocks = {"t": 1, "y": p.ny, "P": n_p}
+        at_once = Function("halted", lambda t, y, P: {"after": halted(evaluate(p, t[0], y, P))}, blocks, ["after"])
+
+        def body(X: Any, P: Any) -> dict[str, Any]:
+            s = self.layout.unpack(X)
+            s.y = at_once(t=[s.t], y=s.y, P=P).after
+            return {"X": self.layout.pack(s)}
+
+        return Function("halt", body, {"X": self.layout.size, "P": OPAQUE})
+
+    def _projecting(self, name: str, part: Callable[..., None]) -> Function:
+        """A function of the blocks X, in scalars, and P made of `part(s, project)`; project is None without rows."""
+        f = self.f_project
+        return self._plain(name, lambda s, P: part(s, (lambda t, y: f(t=[t], y=y, P=P)) if f else None))
+
+    def _plain(self, name: str, part: Callable[..., None]) -> Function:
+        """A function of the blocks X, in scalars, and P made of `part(s, P)`."""
+
+        def body(X: Any, P: Any) -> dict[str, Any]:
+            s = self.plain.unpack(X)
+            part(s, P)
+            return {"X": self.plain.pack(s)}
+
+        return Function(name, body, {"X": self.plain.size, "P": OPAQUE})
+
+    def _on_method(self, name: str, part: Callable[..., Any], matrices: bool = False, plain: bool = False) -> Function:
+        """A part of a method, `part(s, rate)`; `plain`: it wants the state in scalars."""
+        return self._on_block(name, lambda s, rate, row: part(s, rate), matrices=matrices, plain=plain)
+
+    def _on_block(
+        self, name: str, part: Callable[..., Any], table: bool = False, matrices: bool = False, plain: bool = False
+    ) -> Function:
+        """A function of the blocks X and P (and M, and a table) made of `part(s, rate, row)`.
+
+        What it returns are the rows of the table, or what is written to M.
+        """
+        layout = self.plain if plain else self.layout
+
+        def body(X: Any, P: Any, M: Any = None) -> dict[str, Any]:
+            s = layout.unpack(X)
+            s.M, s.P = M, P
+            r = part(
+                s,
+                lambda t, among, y: self.f_rate(t=[t, among], y=y, P=P),
+                lambda t, y: flatten(self.f_row(t=[t], y=y, P=P).values),
+            )
+            written = {"table" if table else "M": r} if table or r is not None else {}
+            return {"X": layout.pack(s), **written}
+
+        inputs = {"X": layout.size, "P": len(self.program.parameters.initial) if plain else OPAQUE}
+        return Function(
+            name, body, inputs | ({"M": OPAQUE} if matrices else {}), rare=name in ("sample", "look", "refresh")
+        )

@@ -1,0 +1,200 @@
+"""Steps, located guards, commits and samples of any method, as branch-free text over one state block.
+
+The method gives stages and dense output, the control says whether a step is taken (Hairer, Norsett, Wanner 1993,
+section II.4; dense output: II.6).  The last accepted step stays *tentative*: its samples and peaks count only when the
+next call commits it, so that an input inside it can discard it.  A guard that falls below zero in a step is located in
+the dense output to a quarter of a nanosecond; what then happens is not decided here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from heavylift.kernel.compiler.symbol import any_of, maximum, minimum, select, sqrt
+from heavylift.kernel.methods.control import Control
+from heavylift.kernel.methods.method import Method, Rate, fallen_in, inside, length
+from heavylift.kernel.methods.small_motions import scale_of, still_below
+
+from .peaks import begin, remember, watch
+
+__all__ = [
+    "BREAK", "EVENT", "FAILED", "NEAR", "RUNNING", "SCALARS", "STILL", "Project", "Row",
+    "bisect", "close", "commit", "complete", "look", "refresh", "sample", "step",
+]  # fmt: skip
+
+RUNNING, NEAR, BREAK, EVENT, STILL, FAILED = 0.0, 0.5, 1.0, 2.0, 3.0, 4.0  # why a native call returned
+LOCATED = 2.5e-10  # [s] width to which a guard's root is bracketed
+
+Project = Callable[[Any, Any], Any]  # (t, y) -> place, gap, slip, pivot
+Row = Callable[[Any, Any], list[Any]]  # (t, y) -> columns of a sample
+
+SCALARS = (
+    # control: loop flags, then why it stopped, attempts left in this call
+    "run", "due", "locate", "status", "budget",
+    # time: now, proposed step, step boundary that no step crosses, horizon behind which steps stay tentative
+    "t", "h", "t_stop", "until",
+    # tolerance and its scale, step control, earliest time at which a scene may count as still, and what rounding does
+    "tol", "scale", "h_min", "h_max", "error", "forced", "t_rest", "grain", "faint",
+    "accepted", "rejected", "tentative", "still",
+    # last step: start, length, bracket of a root, whether only a stage has seen it, status and loop without it
+    "t0", "h0", "lo", "hi", "doubt", "calm", "more",
+    # samples: next, period, local time of sample 0 of this stretch, number within the stretch, row, rows allowed
+    "t_out", "dt_out", "t_base", "count", "row", "rows",
+)  # fmt: skip
+
+
+def step(s: SimpleNamespace, rate: Rate, method: Method, control: Control) -> None:
+    """One attempt from (t, y, f); f is the derivative at y.  `forced` accepts whatever comes.
+
+    Guards are looked at in every stage, so that one that falls and recovers within the step is not missed.
+    """
+    h, last = length(s)
+    if hasattr(s, "top"):
+        remember(s)
+    a = method.attempt(s, rate, h, inside(s))
+    below, earliest = False, 1.0
+    for c, fell in sorted(a.seen, key=lambda x: x[0]):
+        below, earliest = any_of([below, fell]), select(below, earliest, select(fell, c, earliest))
+    verdict = control.judge(s, a, h, last)
+    ok = verdict.ok
+    s.t0, s.h0, s.f0, s.d0 = s.t, h, s.f, s.y
+    method.keep(s, h, a)
+    if method.completes:
+        s.coarse = 1.0
+    s.t = select(ok, select(last, s.t_stop, s.t + h), s.t)
+    s.y, s.f = select(ok, a.y, s.y), select(ok, a.f, s.f)
+    s.error, s.h = verdict.error, select(ok, bounded(verdict.h, a.r), verdict.h)
+    s.accepted, s.rejected = s.accepted + select(ok, 1.0, 0.0), s.rejected + select(ok, 0.0, 1.0)
+    s.tentative = select(ok, 1.0, 0.0)
+    s.T = select(ok, a.r.T, s.T)
+    ended = fallen_in(a.r)
+    fallen = below if below is False else ok & below
+    s.locate = select(fallen, 1.0, 0.0)
+    s.doubt = select(ended, 0.0, 1.0)
+    s.lo, s.hi = 0.0, select(ended, 1.0, earliest)
+    s.G = a.r.G
+    s.budget = s.budget - 1.0
+    s.more = select(s.budget > 0.0, select(s.rows > s.row, select(s.until >= s.t, 1.0, 0.0), 0.0), 0.0)
+    if hasattr(s, "top"):
+        watch(s, ok)
+        s.more = select(s.peaking > 0.0, 0.0, s.more)
+    if hasattr(s, "passing"):
+        s.passing = passing(s, a.r)
+    going = RUNNING
+    if hasattr(s, "near"):
+        s.near = select(ok, a.r.near[0], s.near)
+        going = select(s.near > s.h_max, RUNNING, NEAR)
+    s.calm = select(verdict.failed, FAILED, select(s.still > 0.0, STILL, select(ok & last, BREAK, going)))
+    go_on(s, select(fallen, select(s.calm > BREAK, s.calm, EVENT), s.calm))
+
+
+def bounded(h: Any, r: Any) -> Any:
+    """Length of the next step, no longer than guards can see shapes pass through each other, where they could."""
+    return minimum(h, r.reach[0]) if hasattr(r, "reach") else h
+
+
+def passing(s: SimpleNamespace, r: Any) -> Any:
+    """Local time, plus a second, from which a fixed step could let shapes pass through each other unseen; 0: none yet,
+    below: it has been noted."""
+    blind = select(s.h_max > r.window[0], s.t + 1.0, 0.0)
+    return select(abs(s.passing) > 0.0, s.passing, blind)
+
+
+def go_on(s: SimpleNamespace, status: Any) -> None:
+    """The loop goes on while nothing has happened and there is budget, room for samples, and time."""
+    s.status = status
+    s.run = select(status > RUNNING, 0.0, s.more)
+
+
+def complete(s: SimpleNamespace, rate: Rate, method: Method) -> None:
+    """Make the dense output of the last step ready."""
+    method.complete(s, rate)
+    s.coarse = 0.0
+
+
+def bisect(s: SimpleNamespace, rate: Rate, method: Method) -> None:
+    """Halve the bracket [lo, hi] around the first fall of a guard in the last step; G holds the guards at hi.
+
+    A fall that only a stage has seen is in doubt: if the solution does not show it at that time there was none.
+    """
+    x = select(s.doubt > 0.0, s.hi, 0.5 * (s.lo + s.hi))
+    t = s.t0 + x * s.h0
+    G = rate(t, t, method.interpolate(s, x)).G
+    fallen = any_of(g < 0.0 for g in G)
+    none = select(fallen, 0.0, s.doubt)
+    s.G = select(fallen, G, s.G)
+    s.lo, s.hi = select(fallen, s.lo, x), select(fallen, x, s.hi)
+    s.locate = select(none > 0.0, 0.0, select((s.hi - s.lo) * s.h0 > LOCATED, 1.0, 0.0))
+    s.doubt = 0.0
+    go_on(s, select(none > 0.0, s.calm, s.status))
+
+
+def commit(s: SimpleNamespace, quaternions: list[int], velocities: slice, project: Project | None) -> None:
+    """The tentative step becomes history: peaks of the tensions, samples that are due, unit quaternions.
+
+    `project` puts it back onto the constraints, of which the widest gaps so far are kept.  `still` is set when all
+    velocities and accelerations vanish after the last command has run out.
+    """
+    higher = [(s.tentative > 0.0) & (p < T) for T, p in zip(s.T, s.peak, strict=True)]
+    s.peak = np.array([select(c, T, p) for c, T, p in zip(higher, s.T, s.peak, strict=True)], dtype=object)
+    if hasattr(s, "top"):
+        s.top = np.array(
+            [select(c, maximum(T, p), p) for c, T, p in zip(higher, s.T, s.top, strict=True)], dtype=object
+        )
+    s.peak_time = np.array([select(c, s.t, p) for c, p in zip(higher, s.peak_time, strict=True)], dtype=object)
+    if project:
+        x = project(s.t, s.y)
+        s.y = select(s.tentative > 0.0, x.place, s.y)
+        s.gap = select(s.tentative > 0.0, maximum(s.gap, abs(x.gap)), s.gap)
+    y = s.y.copy()
+    for i in quaternions:
+        q = s.y[i : i + 4]
+        y[i : i + 4] = q * (1.0 / sqrt(q @ q))
+    s.y = y
+    limit = still_below(s.scale, s.faint)
+    slow = [sum(e * e for e in x[velocities]) < limit for x in (s.y, s.f)]
+    s.still = select(s.t >= s.t_rest, select(slow[0], select(slow[1], 1.0, 0.0), 0.0), 0.0)
+    s.due = select(s.tentative > 0.0, select(s.t >= s.t_out, 1.0, 0.0), 0.0)
+    s.scale = select(s.tentative > 0.0, scale_of(s.scale, y[velocities]), s.scale)
+    s.tentative = 0.0
+
+
+def refresh(s: SimpleNamespace, rate: Rate, method: Method) -> None:
+    """After a change of state, laws or discrete states: derivative, tensions and guards at (t, y)."""
+    r = rate(s.t, inside(s), s.y)
+    s.f, s.T, s.G, s.h = r.dy, r.T, r.G, bounded(s.h, r)
+    if hasattr(s, "passing"):
+        s.passing = passing(s, r)
+    if hasattr(s, "near"):
+        s.near = r.near[0]
+    if hasattr(s, "top"):
+        begin(s, rate)
+    for name, value in method.forgotten().items():
+        setattr(s, name, value)
+    s.tentative = 0.0
+
+
+def close(s: SimpleNamespace, project: Project) -> None:
+    """One Newton step onto the constraints, with what was missing before and which rows are independent."""
+    x = project(s.t, s.y)
+    s.y, s.gap, s.slip, s.pivot = x.place, x.gap, x.slip, x.pivot
+
+
+def look(s: SimpleNamespace, row: Row) -> tuple[Any, list[Any]]:
+    """The state as it stands in the next free row, which stays free."""
+    return s.row, [*row(s.t, s.y), *s.peak, *s.peak_time, s.accepted]
+
+
+def sample(s: SimpleNamespace, row: Row, method: Method) -> tuple[Any, list[Any]]:
+    """One row from the dense output of the committed step; steps are never shortened for samples."""
+    at = method.interpolate(s, (s.t_out - s.t0) * (1.0 / s.h0))
+    values = [*row(s.t_out, at), *s.peak, *s.peak_time, s.accepted]
+    number = s.row
+    s.row, s.count = number + 1.0, s.count + 1.0
+    s.t_out = s.t_base + s.count * s.dt_out
+    s.peak = s.peak * 0.0
+    s.due = select(s.t >= s.t_out, 1.0, 0.0)
+    return number, values

@@ -1,0 +1,69 @@
+"""Ropes that go slack and taut faster than a run can resolve: found by counting, then calmed, and said aloud.
+
+A rope of steel 10 cm long carries a wave to and fro in 40 us; events closer than that belong to no rope without mass,
+and each costs a run more than a hundred steps.  When a rope has become taut MANY times in a row, none later than
+RESOLVED (or a fixed step) after the one before, it goes on without events (`laws.rope`, calm), with damping that
+is at least critical for the mass that its ends move, so that the rattle dies.  It stays so until it is hooked anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import sqrt
+
+import numpy as np
+from heavylift.kernel.model.parameters import ROPE_HEAD, ROPE_LINE, RopeAt
+
+__all__ = ["MANY", "RESOLVED", "Rattling", "critical", "moved_mass"]
+
+RESOLVED = 5e-5  # [s] between two events, below which they are a rattle
+MANY = 50  # times in a row that a rope becomes taut
+
+Rate = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+
+class Rattling:
+    """Counts the events of each rope that follow too fast upon each other; `counts`: name -> number, time of last."""
+
+    def __init__(self, resolved: float) -> None:
+        self._resolved_ns = round(resolved * 1e9)
+        self.counts: dict[str, tuple[int, int, int]] = {}  # how many, when the first and the last came [ns]
+
+    def hear(self, name: str, t_ns: int) -> float:
+        """Take note of an event; 0, or the frequency of the rattle [Hz] once it is one."""
+        n, first, last = self.counts.get(name, (0, t_ns, t_ns))
+        n, first = (n + 1, first) if t_ns - last <= self._resolved_ns else (0, t_ns)
+        self.counts[name] = n, first, t_ns
+        if n < MANY:
+            return 0.0
+        del self.counts[name]
+        return 0.5 * n / max(t_ns - first, 1) * 1e9  # two events make one oscillation
+
+
+def critical(EA: float, L0: float, mass: float) -> float:
+    """Damping [N s/m] at which a mass on a rope comes to rest without swinging; none for a mass that is not moved."""
+    return 2.0 * sqrt(EA / L0 * mass) if mass < np.inf else 0.0
+
+
+def moved_mass(p: np.ndarray, i: int, velocities: slice, y: np.ndarray, rate: Rate) -> float:
+    """Mass [kg] that rope i feels along its length, 1/(J H^-1 J^T), while it becomes longer; infinite if it moves none.
+
+    p: the rope's numbers, put back in the end; `rate(y)`: derivative and tensions with these numbers.
+    """
+    before, c = p.copy(), float(p[RopeAt.EA])
+    if (len(p) - ROPE_HEAD) % ROPE_LINE:
+        p[-1] = 0.0  # its own weight moves nothing along it
+    p[RopeAt.TAUT] = 0.0
+    free, _ = rate(y)
+    p[RopeAt.DAMPING : RopeAt.TAUT + 1] = c, 1.0, 1.0  # so many newtons per m/s, whatever the strain
+    pulled, T = rate(y)
+    mass = np.inf
+    if T[i] > 0.0:
+        kick = (pulled - free)[velocities] / T[i]
+        there = y.copy()
+        there[velocities] -= kick / max(float(np.abs(kick).max()), 1e-300)
+        _, more = rate(there)
+        faster = (more[i] - T[i]) / c * float(np.abs(kick).max())
+        mass = 1.0 / faster if faster > 0.0 else np.inf
+    p[:] = before
+    return float(mass)

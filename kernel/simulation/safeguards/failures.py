@@ -1,0 +1,110 @@
+"""Why a run cannot go on, in one sentence each: what is used up, left, undefined or too stiff, and when.
+
+`t` is the time since the start of the run [s] throughout.  Loops that lose their rows speak in `assembly.assembly`,
+unstable fixed steps in `methods.stability`.
+"""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.forces.reeving import ReevingLaw
+from heavylift.kernel.model.program import Program
+
+__all__ = ["check_lengths", "check_sliders", "given_up", "too_slow", "too_small", "undefined", "unsolved"]
+
+OTHER = {"radau5": "choose a larger tolerance"}  # what is left to a method that is itself the remedy
+SHORTEST_ROPE = 1e-6  # [m] below which EA/L0 makes any step too small
+
+
+def check_lengths(program: Program, t: float, lengths: np.ndarray) -> None:
+    """Raises KernelError for a rope that is wound up; lengths: (n_ropes,) unstrained [m]."""
+    for rope, length in zip(program.system.ropes, lengths, strict=True):
+        if length < SHORTEST_ROPE:
+            raise KernelError(f"rope '{rope.name}' at {t:.3f} s: all of it is wound up; stop its winch before")
+
+
+def check_sliders(program: Program, t: float, q: np.ndarray) -> None:
+    """Raises KernelError for a slider beyond the ends of its beam; q: (nq,) coordinates."""
+    links = program.graph.links
+    for k in links:
+        if k.joint.kind == "slider":
+            modes = links[k.parent].modes
+            length = modes.flexible.beam.length if modes and modes.flexible.beam else 0.0
+            if not 0.0 <= q[k.q.start] <= length:
+                raise KernelError(
+                    f"slider '{k.joint.name}' at {t:.3f} s: it has left its beam, which reaches from 0 to "
+                    f"{length:g} m; stop it before"
+                )
+
+
+def unsolved(method: str, t: float) -> KernelError:
+    """An implicit method whose iteration does not converge."""
+    return KernelError(
+        f"step near {t:.6f} s: method '{method}' finds no solution of its equations; choose a smaller step or tolerance"
+    )
+
+
+def given_up(method: str, t: float, why: str, mode: str) -> KernelError:
+    """SciPy finds no next step."""
+    return KernelError(
+        f"run at {t:.6f} s: method '{method}' gives up ({why}){'; ' + mode if mode else ''}; "
+        "choose one of the kernel's own methods, such as radau5"
+    )
+
+
+def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -> KernelError | None:
+    """A rope without direction or a body whose velocities v (nv,) are not finite; raises KernelError as above."""
+    check_lengths(program, t, row.length)
+    for rope, span in zip(program.system.ropes, row.length + row.elongation, strict=True):
+        if span < SHORTEST_ROPE:
+            where = f"rope '{rope.name}' at {t:.3f} s"
+            return KernelError(f"{where}: its ends meet, so that it has no direction; keep them apart")
+    frames = row.poses.reshape(-1, 12)
+
+    def pose(body: str) -> tuple[np.ndarray, np.ndarray]:
+        i = program.graph.number(body)
+        return (np.eye(3), np.zeros(3)) if i < 0 else (frames[i, 3:].reshape(3, 3), frames[i, :3])
+
+    first = 0
+    for x in program.forces:
+        shown = row.shown[first : first + len(x.law.shows(x.force))]
+        first += len(shown)
+        if isinstance(x.law, ReevingLaw) and (told := x.law.off_its_sheaves(x.force, pose, shown)):
+            return KernelError(f"reeving '{x.name}' at {t:.3f} s: {told}")
+    for link in program.graph.links:
+        if not np.isfinite(v[link.v.start : link.v_modes.stop]).all():
+            return KernelError(
+                f"body '{link.body.name}' at {t:.6f} s: its motion is not finite; check its mass and forces"
+            )
+    return None
+
+
+def too_slow(method: str, t: float, step: float, mode: str) -> KernelError:
+    """More steps for a second of the scene than anybody waits for, blamed on the fastest mode."""
+    cure = OTHER.get(method, "choose method radau5 or a larger tolerance")
+    return KernelError(
+        f"run at {t:.6f} s: a million steps of method '{method}' were not enough for one second, they are "
+        f"{step:.2g} s long; {mode + '; ' if mode else ''}soften that law, or {cure}"
+    )
+
+
+def too_small(program: Program, t: float, accelerations: np.ndarray, mode: str, method: str) -> KernelError:
+    """A step below the shortest, blamed on the body of the largest of accelerations (nv,) and on the fastest mode."""
+    rates = np.abs(accelerations)
+    if not np.isfinite(rates).all():
+        k = int(np.flatnonzero(~np.isfinite(rates))[0])
+        link = next(x for x in program.graph.links if x.v.start <= k < x.v_modes.stop)
+        return KernelError(f"body '{link.body.name}' at {t:.6f} s: its motion is not finite; check its mass and forces")
+    worst = int(np.argmax(rates))
+    link = next(k for k in program.graph.links if k.v.start <= worst < k.v_modes.stop)
+    return KernelError(
+        f"body '{link.body.name}' at {t:.6f} s: the step became too small (below 1e-12 s); "
+        + (
+            f"{mode}, or a law near it jumps; soften it, or {OTHER.get(method, 'choose method radau5')}"
+            if mode
+            else "a law near it jumps; soften it"
+        )
+    )

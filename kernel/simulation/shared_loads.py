@@ -1,0 +1,59 @@
+"""A note where a run records loads that rigid bodies do not determine: loops or rigid ropes that hold one thing twice.
+
+The pivots of the rows' elimination tell at almost no cost whether rows repeat each other; only then is it asked which
+joints and ropes share a load (see `reactions.indeterminacy`).  Repeated rows without load, such as those across the
+plane of a planar linkage, are not worth a word.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from heavylift.kernel.constraints.rigid_ropes import RigidAt
+from heavylift.kernel.description.notes import Note
+from heavylift.kernel.model.running import Running
+from heavylift.kernel.simulation.assembly.assembly import INDEPENDENT
+
+__all__ = ["note_shared_loads"]
+
+LOADED = 1e-6  # part of the largest reaction from which something is carried
+NAMED = 6
+
+
+def note_shared_loads(simulation: Running, looked: set[frozenset[str]]) -> None:
+    """Add the note, once for each set of taut ropes; `looked`: the sets that were looked at."""
+    p = simulation.program
+    c = p.constraints
+    n, at = len(c.of) + len(c.ropes), p.parameters.at
+    taut = frozenset(r.name for r in c.ropes if simulation.P[at["rigid", r.name]][RigidAt.TAUT] > 0.0)
+    if not (c.of or len(taut) > 1) or taut in looked:
+        return
+    looked.add(taut)
+    now = simulation.X.copy()
+    pivots = simulation._close(simulation.state.copy())[3][:n]
+    simulation.X[:] = now
+    repeated = np.flatnonzero(pivots <= INDEPENDENT)
+    names = _sharing(simulation) if len(repeated) else []
+    if not names:
+        return
+    told = (
+        f"{', '.join(names[:NAMED])}{f' and {len(names) - NAMED} more' * (len(names) > NAMED)} at "
+        f"{simulation.epoch * 1e-9:.3f} s: how they share their load is not determined by rigid bodies, and what is "
+        "recorded of it is one of the possible shares; make them elastic, or let one of them hold fewer directions"
+    )
+    if all(note.sentence != told for note in simulation.notes):
+        simulation.notes.append(Note(simulation.epoch, told))
+
+
+def _sharing(simulation: Running) -> list[str]:
+    """Joints and ropes of groups in which something carries what is not determined."""
+    from heavylift.kernel.model.reactions.joint_reactions import reactions
+
+    found = reactions(simulation, least=False)
+    lever = found.lever or 1.0
+    loads: dict[tuple[str, str, int], float] = {("rope", name, 0): T for name, T in found.tensions.items()}
+    for name, r in found.items():
+        parts = (*r.force.tolist(), *(x / lever for x in r.moment.tolist()))
+        loads |= {("joint", name, i): abs(x) for i, x in enumerate(parts)}
+    least = LOADED * max(loads.values(), default=0.0)
+    loaded = [keys for keys in found.groups if any(loads.get(key, 0.0) > least for key in keys)]
+    return list(dict.fromkeys(f"{kind} '{name}'" for keys in loaded for kind, name, _ in keys if kind != "contact"))

@@ -1,0 +1,106 @@
+"""What a simulator did: a trace that is whole and yet costs little, and a log that is told at once.
+
+A run is determined by who was due at each tag and what was said: these few lists are kept, and the transitions (kinds,
+bags, what each model said) are made from them by the routes when somebody reads.  To keep a line for every transition
+would cost as much as the transitions do, most of it in the garbage collector.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+from heavylift.nodes.devs.messages import Message
+from heavylift.nodes.devs.models import Atomic
+from heavylift.nodes.devs.ports import OutPort, Port
+from heavylift.nodes.devs.tags import Instant, Tag
+
+__all__ = ["Log", "Trace", "Transition"]
+
+
+class Transition(NamedTuple):
+    """One line: what an atomic did at a tag, received and said, as (port, message)."""
+
+    tag: Tag
+    path: str
+    kind: str  # "internal", "external" or "confluent"
+    bag: tuple[tuple[str, Message], ...]
+    sent: tuple[tuple[str, Message], ...]
+
+
+class Trace:
+    """`Simulator(model, trace=Trace())` keeps all that happens; iterate over it for the transitions, in order."""
+
+    def __init__(self) -> None:
+        self._lines: list[Transition] = []
+        self._atomics: list[Atomic] = []
+        # of all tags not settled yet, end to end; lists of lists would keep the garbage collector busy
+        self._sizes: list[int] = []  # t, k, number of those due, number of messages
+        self._due: list[int] = []
+        self._sources: list[Port[Any]] = []
+        self._values: list[Message] = []
+
+    def note(
+        self,
+        tag: Instant,
+        atomics: list[Atomic],
+        imminent: list[int],
+        sources: Sequence[Port[Any]],
+        values: Sequence[Message],
+    ) -> None:
+        """One tag: who was due, and all messages that were delivered."""
+        self._atomics = atomics
+        self._sizes += (*tag, len(imminent), len(values))
+        self._due += imminent
+        self._sources += sources
+        self._values += values
+
+    def settle(self) -> None:
+        """Make the transitions; the simulator does so before routes change."""
+        sizes, due, said = iter(self._sizes), 0, 0
+        for t, k, n_due, n_said in zip(sizes, sizes, sizes, sizes, strict=True):
+            imminent, now = self._due[due : due + n_due], slice(said, said + n_said)
+            self._lines += _transitions((t, k), self._atomics, imminent, self._sources[now], self._values[now])
+            due, said = due + n_due, said + n_said
+        self._sizes, self._due, self._sources, self._values = [], [], [], []
+
+    def __iter__(self) -> Iterator[Transition]:
+        self.settle()
+        return iter(self._lines)
+
+    def __len__(self) -> int:
+        self.settle()
+        return len(self._lines)
+
+
+class Log(Trace):
+    """Hands each transition on when its tag is done."""
+
+    def __init__(self, tell: Callable[[Transition], None]) -> None:
+        super().__init__()
+        self._tell = tell
+
+    def note(self, *instant: Any) -> None:
+        """One tag, told at once."""
+        for line in _transitions(*instant):
+            self._tell(line)
+
+
+def _transitions(
+    tag: Instant, atomics: list[Atomic], imminent: list[int], sources: Sequence[Port[Any]], values: Sequence[Message]
+) -> list[Transition]:
+    """The transitions of one tag in path order."""
+    said: dict[Any, list[tuple[str, Message]]] = {}
+    heard: dict[int, list[tuple[int, str, Message]]] = {}
+    for source, value in zip(sources, values, strict=True):
+        if isinstance(source, OutPort):
+            said.setdefault(source.owner, []).append((source.name, value))
+        for m, port, place in source.routes:
+            heard.setdefault(m._index, []).append((place, port.name, value))
+    due = set(imminent)
+    lines = []
+    for i in sorted(due | heard.keys()):
+        bag = sorted(heard.get(i, ()), key=lambda entry: entry[0])
+        kind = "external" if i not in due else "confluent" if bag else "internal"
+        m = atomics[i]
+        told = tuple((port, value) for _, port, value in bag)
+        lines.append(Transition(Tag(*tag), m.path, kind, told, tuple(said.get(m, ()))))
+    return lines

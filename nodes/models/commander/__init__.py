@@ -1,0 +1,10 @@
+"""The commander: carries out the action list.
+
+commander             the atomic model
+conditions            whether they hold, what they wait for
+jobs, order_checks    orders under way; orders that cannot be carried out
+actuator_registry     which machine owns which actuator, and how everything stands at the start
+observed_state        what reports have told of the lift so far
+turn_law              what trolleys and winches follow while the block turns
+refused               the refusal of an order or a condition
+"""

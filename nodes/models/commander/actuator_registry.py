@@ -1,0 +1,80 @@
+"""Who is who: which machine owns which actuator, sling and brake, and how everything stands at the start.
+
+The commander addresses orders with it and begins its picture from it; both follow from the plan alone.
+"""
+
+from __future__ import annotations
+
+from heavylift.nodes.plan.actions import Hookup, Turn
+from heavylift.nodes.plan.plan import Plan, drive_name
+
+from .observed_state import OFF, Picture
+
+TURN = "turn"  # the Master of a turn-over, and the commander's own actor that moves it
+
+
+def machines(plan: Plan) -> list[str]:
+    """Names of all machines, in the order of the plan."""
+    before = [*(crane.name for crane in plan.cranes), *(loader.name for loader in plan.loaders)]
+    block = [plan.block.name] if plan.block else []
+    return before + block + [mechanism.name for mechanism in plan.mechanisms]
+
+
+def turns(plan: Plan) -> bool:
+    """Whether the action list turns the block."""
+    return any(isinstance(order, Turn) for action in plan.actions for order in action.orders)
+
+
+def hooked_later(plan: Plan) -> list[str]:
+    """Ropes that the action list hooks."""
+    orders = [order for action in plan.actions for order in action.orders]
+    return sorted({order.sling for order in orders if isinstance(order, Hookup)})
+
+
+def owners(plan: Plan) -> dict[str, str]:
+    """The machine of each actuator, rope and brake that orders can name."""
+    found = {rope.name: rope.crane for rope in plan.rig.hook_ropes}
+    found |= {sling.name: sling.loader for sling in plan.rig.slings}
+    for crane in plan.cranes:
+        found |= {drive_name(crane.name, axis): crane.name for axis in ("gantry", "upper", "lower")}
+    for loader in plan.loaders:
+        found[f"{loader.name}.hinge.lock"] = loader.name
+    for mechanism in plan.mechanisms:
+        system = mechanism.system
+        names = [d.name for d in system.drives] + [r.name for r in system.all_ropes]
+        names += [b.name for b in system.brakes] + [x.name for x in system.locks]
+        names += [m.name for m in system.masters]
+        found |= dict.fromkeys(names, mechanism.name)
+    return found
+
+
+def first_picture(plan: Plan) -> Picture:
+    """What is known at the start."""
+    picture = Picture()
+    picture.ropes |= {rope.name: "taut" for rope in plan.rig.hook_ropes}
+    picture.ropes |= {s.name: OFF if not s.lug else "taut" if s.taut else "slack" for s in plan.rig.slings}
+    if (block := plan.block) is not None:
+        picture.bodies[block.name] = (block.name,)
+        faces: dict[str, list[bool]] = {}
+        for pad in block.pads:
+            faces.setdefault(pad.face, []).append(pad.closed)
+        picture.grounded |= {block.name} if any(pad.closed for pad in block.pads) else set()
+        picture.landed |= {block.name} if any(all(closed) for closed in faces.values()) else set()
+    for mechanism in plan.mechanisms:
+        for rope in mechanism.system.all_ropes:
+            state = "taut" if rope.name in mechanism.taut else "slack"
+            picture.ropes[rope.name] = state if rope.hooked else OFF
+        bodies: dict[str, list[bool]] = {}
+        for support in mechanism.system.supports:
+            bodies.setdefault(support.point.body, []).append(support.name in mechanism.closed)
+        for contact in mechanism.system.contacts:
+            bodies.setdefault(contact.a.body, []).append(contact.name in mechanism.closed)
+        picture.bodies[mechanism.name] = tuple(bodies)
+        picture.grounded |= {body for body, closed in bodies.items() if any(closed)}
+        picture.landed |= {body for body, closed in bodies.items() if all(closed)}
+    return picture
+
+
+def first_lugs(plan: Plan) -> dict[str, str]:
+    """The lug of each sling that is hooked at the start."""
+    return {sling.name: sling.lug for sling in plan.rig.slings if sling.lug}

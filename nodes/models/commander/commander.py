@@ -1,0 +1,290 @@
+"""The commander: an atomic model with an action list, connected to every actor (section 4.1 of the paper).
+
+It begins an action when its condition holds, sends each order to its actor once and in order, hears the
+reports, halts moves whose `until` holds, and says `stage` and at the end `finished`.  A move is closed by
+its Done report.  An action that contradicts what is going on ends the run with a sentence; `waiting_for`
+says what a run that stands still lacks.  Its messages number actions and orders; sentences name their lines.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, OutPort, ns
+from heavylift.nodes.models.parts.messages import (
+    BrakeOrder,
+    Done,
+    Finished,
+    Follow,
+    Halt,
+    Hooked,
+    HookOrder,
+    Limit,
+    OperatorAnswer,
+    OperatorCommand,
+    Order,
+    Report,
+    Run,
+    Skipped,
+    Stage,
+    Unhooked,
+    UnhookOrder,
+    UnwatchOrder,
+    WatchOrder,
+)
+from heavylift.nodes.plan import actions as scene
+from heavylift.nodes.plan.places import ASIDE, WHEN, located, numbered, place
+from heavylift.nodes.plan.plan import Plan, driven
+
+from .actuator_registry import TURN, first_lugs, first_picture, machines, owners, turns
+from .conditions import Moment, crossings, holds, next_time, words
+from .jobs import Job, addressed, make_way, seconds, still_open
+from .order_checks import check
+from .refused import Refused
+from .turn_law import Follower, followers
+
+
+class Commander(Atomic):
+    """Carries out the action list of a plan."""
+
+    report, command = In(Report), In(OperatorCommand)
+    stage = Out(Stage)
+    skipped = Out(Skipped)
+    finished = Out(Finished)
+    answer = Out(OperatorAnswer)
+
+    def __init__(self, name: str, plan: Plan) -> None:
+        super().__init__(name)
+        self.plan, self.owners = plan, owners(plan)
+        self.lug_places = {lug.name: lug.p for lug in plan.block.lugs} if plan.block else {}
+        targets = [*machines(plan), *([TURN] if turns(plan) else [])]
+        self.to: dict[str, OutPort[Order]] = {m: self.add_out(f"order_{m}", Order) for m in targets}
+
+    def start(self) -> None:
+        """Begin with the first action if its condition holds."""
+        self.picture, self.lugs, self.theta = first_picture(self.plan), first_lugs(self.plan), self.plan.start
+        self.jobs: list[Job] = []
+        self.index = self.ids = self.since = 0
+        self.over = False
+        self.outbox: list[tuple[OutPort[Any], Message]] = []
+        self._expect()
+        self._settle()
+
+    def external(self, e: int, x: Bag) -> None:
+        """Take the reports and commands, then do what they allow."""
+        for report in x.get(self.report, ()):
+            self._hear(report)
+        for command in x.get(self.command, ()):
+            self._obey(command)
+        self._settle()
+
+    def output(self) -> None:
+        """Send the orders."""
+        for port, message in self.outbox:
+            port.send(message)
+
+    def internal(self) -> None:
+        """The orders are sent, or a time has come."""
+        self.outbox = []
+        self._settle()
+
+    def waiting_for(self) -> str:
+        """What the action list lacks to go on, as a sentence; "" when it is done."""
+        moment = Moment(self.now.t, self.since, still_open(self.jobs, self.index - 1))
+        if self.index == len(self.plan.actions):
+            if all(job.ends_ns is not None for job in self.jobs):
+                return ""  # a last `wait` that the end of the scene cuts short
+            lacks, where = words(scene.MovesDone(), self.picture, moment), ""
+        else:
+            action = self.plan.actions[self.index]
+            condition = action.when or scene.MovesDone()
+            where = condition.where or action.where
+            lacks = words(condition, self.picture, moment)
+        stuck = "".join(f"; {driven(job.actor)} stopped ({job.limit})" for job in self.jobs if job.limit)
+        since = seconds(self.since)
+        return f"still waiting for {lacks} since {since}{stuck}, {where or 'end'}" if lacks else ""
+
+    def _settle(self) -> None:
+        """Do all that can be done now, then wait for the next report or time."""
+        while not self.over and (self._end_moves() or self._next_action()):
+            pass
+        times = [job.ends_ns for job in self.jobs if job.ends_ns is not None]
+        for job in self.jobs:
+            times += next_time(job.until, Moment(self.now.t, job.since_ns))
+        if self.index < len(self.plan.actions) and not self.outbox:
+            action = self.plan.actions[self.index]
+            times += next_time(action.when, Moment(self.now.t, self.since))
+            if action.timeout is not None:
+                times.append(self.since + ns(action.timeout))
+        if self.outbox:
+            self.hold_in(0)
+        elif times and not self.over:
+            self.hold_in(min(times) - self.now.t)
+        else:
+            self.passivate()
+
+    def _end_moves(self) -> bool:
+        """Close waits that are over, halt moves whose `until` holds; whether anything was closed."""
+        closed = False
+        for job in list(self.jobs):
+            if job.ends_ns is not None and job.ends_ns <= self.now.t:
+                self.jobs.remove(job)
+                closed = True
+            elif job.until is not None and not job.halting and self._holds(job.until, job.action, job.since_ns):
+                job.halting = True
+                if job.limit:
+                    self.jobs.remove(job)
+                    closed = True
+                else:
+                    self._send(job.actor, Halt(job.actor, job.id, job.at))
+        return closed
+
+    def _next_action(self) -> bool:
+        """Begin the next action if its condition holds; at the end of the list say so."""
+        plan = self.plan
+        if self.index == len(plan.actions):
+            if plan.end is None and not still_open(self.jobs, self.index - 1) and not still_open(self.jobs, ASIDE):
+                self.over = True
+                self.outbox.append((self.finished, Finished()))
+            return False
+        action = plan.actions[self.index]
+        condition = action.when or scene.MovesDone()
+        if not self._holds(condition, self.index, self.since):
+            if action.timeout is not None and self.now.t >= self.since + ns(action.timeout):
+                raise ModelError(f"{self.waiting_for()}: timeout of {action.timeout:g} s")
+            return False
+        aside = {job.actor for job in self.jobs if job.action == ASIDE and not job.halting and not job.limit}
+        if any(aside if actor is None else actor in aside for actor in map(addressed, action.orders)):
+            return False  # an operator's order comes first
+        self._forget(condition, (self.index, WHEN))
+        self.index, self.since = self.index + 1, self.now.t
+        if action.stage:
+            self.outbox.append((self.stage, Stage(action.stage, self.index - 1)))
+        for i, order in enumerate(action.orders):
+            at = self.index - 1, i
+            try:
+                self._give(order, at)
+            except Refused as error:
+                raise ModelError(f"{place(plan, at)}: {located(plan, str(error), error.by)}") from None
+        self._expect()
+        return True
+
+    def _obey(self, command: OperatorCommand) -> None:
+        """Give the orders of a command beside the action list, all or, if one is refused, none; end the run."""
+        if not command.action:
+            self.over = True
+            self.outbox.append((self.finished, Finished()))
+            return
+        before = list(self.jobs), list(self.outbox), self.ids
+        answer = OperatorAnswer(command.text, self.now.t)
+        try:
+            for i, order in enumerate(msgspec.msgpack.decode(command.action, type=scene.Action).orders):
+                self._give(order, (ASIDE, i))
+        except Refused as error:
+            self.jobs, self.outbox, self.ids = before
+            answer = OperatorAnswer(command.text, self.now.t, str(error), error.by)
+        self.outbox.append((self.answer, answer))
+
+    def _give(self, order: scene.Order, at: tuple[int, int]) -> None:
+        """Turn an order of the scene into orders to actors; `at` are the numbers of its action and of itself."""
+        check(order, self.plan, self.owners, self.picture, self.lugs)
+        match order:
+            case scene.Wait():
+                self._job(at, "wait", "", ends_ns=self.now.t + ns(order.seconds))
+            case scene.Move():
+                if order.until is None or not self._holds(order.until, at[0], self.now.t):
+                    job = self._job(at, order.verb, order.actuator, order.until)
+                    run = Run(job.actor, job.id, at, order.speed, order.accel, order.by, order.to)
+                    self._send(job.actor, run)
+                elif at[0] != ASIDE:
+                    self.outbox.append((self.skipped, Skipped(at[0], order.actuator)))
+            case scene.Turn():
+                found = followers(self.plan, self.lugs)
+                for f in found:
+                    make_way(self.jobs, f.actuator)
+                job = self._job(at, "turn", TURN, order.until, followers=tuple(found))
+                for f in found:
+                    follow = Follow(f.actuator, job.id, at, TURN, self.theta, f.kc, f.ks)
+                    self._send(f.actuator, follow)
+                self._send(TURN, Run(TURN, job.id, at, order.rate, order.accel, to=order.to))
+            case scene.Hookup():
+                job = self._job(at, "hook", order.sling)
+                lug = self.lug_places.get(order.lug)
+                self._send(order.sling, HookOrder(order.sling, job.id, at, order.lug, lug))
+            case scene.Unhook():
+                job = self._job(at, "unhook", order.sling)
+                self._send(order.sling, UnhookOrder(order.sling, job.id, at))
+            case scene.Brake():
+                job = self._job(at, "brake", order.brake)
+                self._send(order.brake, BrakeOrder(order.brake, job.id, at, order.engaged))
+
+    def _job(
+        self,
+        at: tuple[int, int],
+        verb: str,
+        actor: str,
+        until: scene.Condition | None = None,
+        *,
+        ends_ns: int | None = None,
+        followers: tuple[Follower, ...] = (),
+    ) -> Job:
+        """Open a job and have the thresholds of its `until` watched."""
+        if actor:
+            make_way(self.jobs, actor)
+        self.ids += 1
+        job = Job(self.ids, at, verb, actor, self.now.t, until, ends_ns, followers)
+        self.jobs.append(job)
+        self._watch(until, at)
+        return job
+
+    def _hear(self, report: Report) -> None:
+        """Bring the picture up to date."""
+        match report:
+            case Done():
+                for job in [job for job in self.jobs if job.id == report.id]:
+                    self._close(job, report.position)
+            case Limit():
+                for job in self.jobs:
+                    job.limit = report.limit if job.actor == report.actor else job.limit
+            case Hooked() if report.lug:
+                self.lugs[report.actor] = report.lug
+            case Unhooked():
+                self.lugs.pop(report.actor, None)
+        self.picture.note(report)
+
+    def _close(self, job: Job, position: float) -> None:
+        """An order is done; after a turn the followers hold their places."""
+        self.jobs.remove(job)
+        if job.until is not None:
+            self._forget(job.until, job.at)
+        if job.actor == TURN:
+            self.theta = position
+        for f in job.followers:
+            self._send(f.actuator, Follow(f.actuator, job.id, job.at, "", position))
+
+    def _expect(self) -> None:
+        """Have the thresholds of the next action's condition watched."""
+        if self.index < len(self.plan.actions):
+            self._watch(self.plan.actions[self.index].when, (self.index, WHEN))
+
+    def _watch(self, condition: scene.Condition | None, at: tuple[int, int]) -> None:
+        for i, c in crossings(condition):
+            self.outbox.append((self.to[c.model], WatchOrder(c.threshold.name, 0, (*at, i), c.value, c.rising)))
+
+    def _forget(self, condition: scene.Condition, at: tuple[int, int]) -> None:
+        for i, c in crossings(condition):
+            if c.threshold.name not in self.picture.reached:
+                self.outbox.append((self.to[c.model], UnwatchOrder(c.threshold.name, 0, (*at, i))))
+
+    def _send(self, actor: str, order: Order) -> None:
+        self.outbox.append((self.to[TURN if actor == TURN else self.owners[actor]], order))
+
+    def _holds(self, condition: scene.Condition, action: int, since_ns: int) -> bool:
+        try:
+            return holds(condition, self.picture, Moment(self.now.t, since_ns, still_open(self.jobs, action - 1)))
+        except Refused as error:
+            if action == ASIDE:
+                raise
+            raise ModelError(f"{condition.where or numbered((action,))}: {error}") from None

@@ -1,0 +1,126 @@
+"""Conditions of the action list: do they hold, what do they wait for, how are they put into words.
+
+A condition is judged only when a report or a time arrives, on the commander's picture, so one that holds already
+acts at once.  Reals are compared by thresholds of the kernel, never here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from heavylift.kernel.description.mechanics import Threshold
+from heavylift.nodes.devs import ns
+from heavylift.nodes.plan.actions import After, And, Condition, Crossing, Landed, Lifted, Move, MovesDone, Slings, Turn
+from heavylift.nodes.plan.plan import Plan, driven
+
+from .observed_state import OFF, Picture
+from .refused import Refused
+
+
+@dataclass(frozen=True)
+class Moment:
+    """When a condition is judged: now, since when it counts, the open orders that `moves done` means."""
+
+    now_ns: int
+    since_ns: int
+    open: tuple[tuple[str, str], ...] = ()  # (verb, actor)
+
+
+def terms(condition: Condition | None) -> Iterator[Condition]:
+    """The parts of a condition that are joined by `and`."""
+    if isinstance(condition, And):
+        for part in condition.all:
+            yield from terms(part)
+    elif condition is not None:
+        yield condition
+
+
+def crossings(condition: Condition | None) -> list[tuple[int, Crossing]]:
+    """The thresholds that a condition needs, each with the number of its term."""
+    return [(i, term) for i, term in enumerate(terms(condition)) if isinstance(term, Crossing)]
+
+
+def watched(plan: Plan, model: str) -> tuple[Threshold, ...]:
+    """The thresholds that this model has to watch for the action list."""
+    found: dict[str, Threshold] = {}
+    for action in plan.actions:
+        untils = [order.until for order in action.orders if isinstance(order, (Move, Turn))]
+        for _, crossing in (c for condition in (action.when, *untils) for c in crossings(condition)):
+            if crossing.model == model:
+                found[crossing.threshold.name] = crossing.threshold
+    return tuple(found.values())
+
+
+def holds(condition: Condition, picture: Picture, moment: Moment) -> bool:
+    """Whether the condition is true at this moment."""
+    return all(_true(term, picture, moment) for term in terms(condition))
+
+
+def next_time(condition: Condition | None, moment: Moment) -> list[int]:
+    """The times to come [ns] at which the condition can become true by itself."""
+    times = [moment.since_ns + ns(term.seconds) for term in terms(condition) if isinstance(term, After)]
+    return [t for t in times if t > moment.now_ns]
+
+
+def words(condition: Condition, picture: Picture, moment: Moment) -> str:
+    """What is still missing, for a sentence: "all slings taut (loader-3.sling-2 is slack)"."""
+    missing = [term for term in terms(condition) if not _true(term, picture, moment)]
+    return " and ".join(_words(term, picture, moment) for term in missing)
+
+
+def _true(term: Condition, picture: Picture, moment: Moment) -> bool:
+    match term:
+        case Slings():
+            states = [picture.ropes[name] == term.state for name in _hooked(term, picture)]
+            return all(states) if term.each == "all" else any(states)
+        case MovesDone():
+            return not _open(term, moment)
+        case Lifted():
+            return not picture.on_ground(term.model)
+        case Landed():
+            bodies = picture.bodies.get(term.model, ())
+            return bool(bodies) and all(body in picture.landed for body in bodies)
+        case Crossing():
+            return term.threshold.name in picture.reached
+        case After():
+            return moment.now_ns >= moment.since_ns + ns(term.seconds)
+        case And():
+            return holds(term, picture, moment)
+
+
+def _words(term: Condition, picture: Picture, moment: Moment) -> str:
+    match term:
+        case Slings():
+            wrong = [name for name in _hooked(term, picture) if picture.ropes[name] != term.state]
+            states = _list([f"{name} is {picture.ropes[name]}" for name in wrong])
+            return f"{term.text or f'{term.each} of {len(term.names)} slings {term.state}'} ({states})"
+        case MovesDone():
+            return f"{term.text or 'moves done'} ({_list([f'{v} of {driven(a)}' for v, a in _open(term, moment)])})"
+        case Lifted() | Landed():
+            wanted = "lifted" if isinstance(term, Lifted) else "landed"
+            return f"{term.text or f'{term.model} {wanted}'}"
+        case Crossing():
+            guard = f"{term.threshold.quantity} {'>=' if term.rising else '<='} {term.value:g}"
+            return term.text or f"{guard} of {term.model}"
+        case After():
+            return term.text or f"after {term.seconds:g} s"
+        case And():
+            return words(term, picture, moment)
+
+
+def _hooked(term: Slings, picture: Picture) -> list[str]:
+    names = [name for name in term.names if picture.ropes.get(name, OFF) != OFF]
+    if not names:
+        what, whom = term.text or f"{term.each} slings {term.state}", _list(list(term.names))
+        raise Refused(f"`{what}` speaks of no sling, none of {whom} is hooked")
+    return names
+
+
+def _open(term: MovesDone, moment: Moment) -> list[tuple[str, str]]:
+    return [(verb, actor) for verb, actor in moment.open if not term.verbs or verb in term.verbs]
+
+
+def _list(names: list[str], most: int = 3) -> str:
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more

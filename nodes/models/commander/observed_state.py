@@ -1,0 +1,45 @@
+"""What the commander knows of the lift: no more than the reports have told it so far."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from heavylift.nodes.models.parts.messages import Hooked, Landed, Lifted, Reached, Report, RopeState, Touched, Unhooked
+
+OFF = "unhooked"
+
+
+@dataclass
+class Picture:
+    """What the commander knows of ropes (taut, slack, unhooked), bodies on supports, and thresholds."""
+
+    ropes: dict[str, str] = field(default_factory=dict)
+    bodies: dict[str, tuple[str, ...]] = field(default_factory=dict)  # bodies with supports, by model
+    grounded: set[str] = field(default_factory=set)  # bodies that a support touches
+    landed: set[str] = field(default_factory=set)  # bodies that stand on a whole face
+    reached: set[str] = field(default_factory=set)  # thresholds
+
+    def on_ground(self, model: str) -> bool:
+        """Whether a support touches a body of this model."""
+        return any(body in self.grounded for body in self.bodies.get(model, ()))
+
+    def note(self, report: Report) -> None:
+        """Bring it up to date."""
+        actor = report.actor
+        match report:
+            case RopeState():
+                if self.ropes[actor] != OFF:
+                    self.ropes[actor] = report.state
+            case Hooked():
+                self.ropes[actor] = "slack"
+            case Unhooked():
+                self.ropes[actor] = OFF
+            case Touched():
+                self.grounded.add(actor)
+            case Landed():
+                self.landed.add(actor)
+            case Lifted():
+                self.grounded.discard(actor)
+                self.landed.discard(actor)
+            case Reached():
+                self.reached.add(actor)

@@ -1,0 +1,76 @@
+"""Orders that cannot be: no such actor, a held joint, a sling that hangs already, a grounded block dragged along.
+
+Each is refused with a sentence.  One of the action list ends the run, with its line of the scene, path and time in
+front; one of an operator is answered so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from heavylift.nodes.plan.actions import Brake, Hookup, Move, Order, Turn, Unhook
+from heavylift.nodes.plan.fidelity import held_by
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.plan.verbs import VERBS
+
+from .observed_state import OFF, Picture
+from .refused import Refused
+from .turn_law import followers
+
+__all__ = ["check", "joints_moved"]
+
+
+def check(order: Order, plan: Plan, owners: Mapping[str, str], picture: Picture, lugs: Mapping[str, str]) -> None:
+    """Raise Refused for an order that contradicts the plan or what is known; `lugs` = lug of each hooked sling."""
+    for joint in joints_moved(order, plan, lugs):
+        if joint in plan.fidelity.locked:
+            raise Refused(held_by(plan.fidelity, joint))
+    match order:
+        case Move():
+            if owners.get(order.actuator) != order.model:
+                raise Refused(f"{order.model} has no hook or drive {order.actuator}")
+            if VERBS[order.verb].along:
+                _check_ground(order, plan, picture)
+        case Hookup():
+            _check_hookup(order, plan, picture, lugs)
+        case Unhook():
+            if picture.ropes.get(order.sling, OFF) == OFF:
+                raise Refused(f"sling {order.sling} is not hooked and cannot be unhooked")
+        case Brake():
+            if owners.get(order.brake) != order.model:
+                raise Refused(f"{order.model} has no brake {order.brake}")
+
+
+def joints_moved(order: Order, plan: Plan, lugs: Mapping[str, str]) -> list[str]:
+    """Joints that an order moves by their drives; raises Refused for a turn that no hook can follow."""
+    match order:
+        case Move() if VERBS[order.verb].along:
+            return [order.actuator.removesuffix(".drive")]
+        case Turn():
+            return [f.actuator.removesuffix(".drive") for f in followers(plan, lugs)]
+    return []
+
+
+def _check_ground(order: Move, plan: Plan, picture: Picture) -> None:
+    """A crane does not travel while the block stands on its supports and hangs on it."""
+    if plan.block is None or not picture.on_ground(plan.block.name):
+        return
+    loaders = {rope.carries for rope in plan.rig.hook_ropes if rope.crane == order.model}
+    for sling in plan.rig.slings:
+        if sling.loader in loaders and picture.ropes[sling.name] == "taut":
+            raise Refused(
+                f"{order.model} cannot {order.verb} while {plan.block.name} stands on its supports and "
+                f"{sling.name} is taut, wait until it is lifted or slacken the slings"
+            )
+
+
+def _check_hookup(order: Hookup, plan: Plan, picture: Picture, lugs: Mapping[str, str]) -> None:
+    """A sling is hooked once, to a lug that exists."""
+    state = picture.ropes.get(order.sling)
+    if state is None:
+        raise Refused(f"there is no sling {order.sling}")
+    if state != OFF:
+        on = f"lug {lugs[order.sling]}" if order.sling in lugs else "its place"
+        raise Refused(f"sling {order.sling} hangs on {on} already, unhook it first")
+    if order.lug and (plan.block is None or order.lug not in [lug.name for lug in plan.block.lugs]):
+        raise Refused(f"there is no lug {order.lug}")

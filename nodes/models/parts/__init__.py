@@ -1,0 +1,9 @@
+"""The parts of machines, and the messages between models.
+
+messages                  orders, reports, inputs of the kernel, state events: everything that travels
+parts                     the parts that machines are made of, and how they are wired
+drive, gauges, rigging    actors: drives and winches; load cells and inclinometers; slings, brakes, supports
+chains, girder            a hook rope with mass as lumps; the girder as a beam
+fidelity_variants         what a machine declares under the fidelity of its plan
+inputs                    what each kernel input does to a simulation
+"""

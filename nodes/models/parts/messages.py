@@ -1,0 +1,304 @@
+"""What the models say to each other: orders, reports, inputs of the kernel and its state events.
+
+    commander --Order--> model --KernelInput--> kernel --StateEvent--> model --Report--> commander
+An order names one actor by its mechanical element (drive, winch rope, sling, brake, threshold, Master) and
+carries an id of its own; an actor that has carried it out answers Done with that id.  Coordinates are the
+actuator's own: joint coordinate of a drive, UNSTRETCHED LENGTH of a winch rope (hoisting is negative),
+value of a Master.  SI units.
+"""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+from heavylift.kernel.description.mechanics import Vector
+from heavylift.nodes.devs import Message
+
+PLACE, SPEED, ACCELERATION = "m or rad", "m/s or rad/s", "m/s2 or rad/s2"  # along an actuator's coordinate
+
+# to the kernel
+
+
+class KernelInput(Message, frozen=True):
+    """Anything that changes a law, a mask or a guard of the kernel."""
+
+
+class SetProfile(KernelInput, frozen=True):
+    """Ramp to signed `speed`, cruise, ramp down so that the displacement is `distance` (None: go on)."""
+
+    units: ClassVar[Mapping[str, str]] = {"speed": SPEED, "accel": ACCELERATION, "distance": PLACE}
+    actuator: str
+    start_ns: int
+    speed: float
+    accel: float
+    distance: float | None = None
+
+
+class SetFollow(KernelInput, frozen=True):
+    """ref = ref now + f(s) - f(s now), f(s) = k1 s + kc cos s + ks sin s; master "": hold your place."""
+
+    actuator: str
+    master: str = ""
+    k1: float = 0.0
+    kc: float = 0.0
+    ks: float = 0.0
+
+
+class SetBrake(KernelInput, frozen=True):
+    """Engage or release a brake."""
+
+    brake: str
+    engaged: bool
+
+
+class SetLock(KernelInput, frozen=True):
+    """Lock or free a joint; one that moves is stopped by an impulse."""
+
+    lock: str
+    engaged: bool
+
+
+class Hook(KernelInput, frozen=True):
+    """Hook a sling; None keeps an end point (on the same body, in its frame) or the unstretched length."""
+
+    units: ClassVar[Mapping[str, str]] = {"L0": "m"}
+    rope: str
+    a: Vector | None = None
+    b: Vector | None = None
+    L0: float | None = None
+
+
+class Unhook(KernelInput, frozen=True):
+    """Take a sling off."""
+
+    rope: str
+
+
+class Watch(KernelInput, frozen=True):
+    """Arm a threshold; if it is already reached it fires at the next microstep."""
+
+    threshold: str
+    value: float
+    rising: bool
+
+
+class Unwatch(KernelInput, frozen=True):
+    """Disarm a threshold."""
+
+    threshold: str
+
+
+# from the kernel
+
+
+class StateEvent(Message, frozen=True):
+    """A rope is taut / slack, a support or stop closed / open, a brake stick / slip, a threshold reached, a joint
+    locked (with the energy that it lost [J]) / freed."""
+
+    name: str
+    what: str
+    value: float
+
+
+# from the commander
+
+
+class Order(Message, frozen=True):
+    """To one actor; `at` says what asks for it: the numbers of an action and of one of its orders, from 0.
+
+    The action of an operator's command is -2.  An order to watch says (action, order, term): the term of a condition of
+    that order's `until`, or, as order -1, of the action's `when`.  The line in the scene stands in the plan (`places`).
+    """
+
+    actor: str
+    id: int
+    at: tuple[int, ...]
+
+
+class Run(Order, frozen=True):
+    """Move by a signed distance, to a coordinate, or (both None) with signed speed until Halt."""
+
+    units: ClassVar[Mapping[str, str]] = {"speed": SPEED, "accel": ACCELERATION, "by": PLACE, "to": PLACE}
+    speed: float
+    accel: float
+    by: float | None = None
+    to: float | None = None
+
+
+class Halt(Order, frozen=True):
+    """Ramp down the move of that id; its Done comes when it stands."""
+
+
+class Follow(Order, frozen=True):
+    """Follow `master`, whose value is `s` now, with f(s) = kc cos s + ks sin s; master "": stand still."""
+
+    master: str
+    s: float
+    kc: float = 0.0
+    ks: float = 0.0
+
+
+class HookOrder(Order, frozen=True):
+    """Hook the sling to the lug at `p` (frame of the block; None: where it hung before)."""
+
+    lug: str
+    p: Vector | None
+
+
+class UnhookOrder(Order, frozen=True):
+    """Take the sling off."""
+
+
+class BrakeOrder(Order, frozen=True):
+    """Engage or release the brake."""
+
+    engaged: bool
+
+
+class WatchOrder(Order, frozen=True):
+    """Report when the threshold reaches `value`, once."""
+
+    value: float
+    rising: bool
+
+
+class UnwatchOrder(Order, frozen=True):
+    """It need not be reported any more."""
+
+
+# to the commander
+
+
+class Report(Message, frozen=True):
+    """From the actor of this mechanical element."""
+
+    actor: str
+
+
+class Done(Report, frozen=True):
+    """The order is carried out; the actuator stands at `position` (0 where there is none)."""
+
+    units: ClassVar[Mapping[str, str]] = {"position": PLACE}
+    id: int
+    position: float = 0.0
+
+
+class Limit(Report, frozen=True):
+    """The actuator stopped at an end position or limit switch: "travel limit", "drum empty", ..."""
+
+    units: ClassVar[Mapping[str, str]] = {"position": PLACE}
+    limit: str
+    position: float
+
+
+class RopeState(Report, frozen=True):
+    """A rope or sling became taut or slack; tension [N]."""
+
+    units: ClassVar[Mapping[str, str]] = {"tension": "N"}
+    state: str
+    tension: float
+
+
+class Hooked(Report, frozen=True):
+    """The sling hangs on this lug."""
+
+    lug: str
+
+
+class Unhooked(Report, frozen=True):
+    """The sling is off."""
+
+
+class BrakeState(Report, frozen=True):
+    """The brake or hinge lock is engaged or released."""
+
+    engaged: bool
+
+
+class Overload(Report, frozen=True):
+    """The tension [N] passed its rated value upwards (over) or is back below it."""
+
+    units: ClassVar[Mapping[str, str]] = {"tension": "N", "rated": "N"}
+    tension: float
+    rated: float
+    over: bool
+
+
+class Reached(Report, frozen=True):
+    """The threshold that was watched is reached at this value."""
+
+    value: float
+
+
+class Attitude(Report, frozen=True):
+    """The measured angle of the body [rad] passed this value, upwards (rising) or downwards."""
+
+    units: ClassVar[Mapping[str, str]] = {"angle": "rad"}
+    angle: float
+    rising: bool
+
+
+class Lifted(Report, frozen=True):
+    """The last support of the body opened."""
+
+
+class Touched(Report, frozen=True):
+    """The first support of the body closed."""
+
+    support: str
+
+
+class Landed(Report, frozen=True):
+    """All supports of this face of the body are closed."""
+
+    face: str
+
+
+class Latch(Message, frozen=True):
+    """Inside a loader: a sling was hooked or taken off."""
+
+    sling: str
+    hooked: bool
+
+
+# with an operator
+
+
+class OperatorCommand(Message, frozen=True):
+    """What an operator says while the run goes on, and the orders that it means: an Action of the plan as MessagePack;
+    none: the run ends."""
+
+    text: str
+    action: bytes = b""
+
+
+class OperatorAnswer(Message, frozen=True):
+    """To the command that came at `t_ns`: its orders are given, or why they are refused.
+
+    `at`: the order of the action list that is in the way, where one is.
+    """
+
+    text: str
+    t_ns: int
+    refused: str = ""
+    at: tuple[int, ...] = ()
+
+
+# on record
+
+
+class Stage(Message, frozen=True):
+    """A stage of the action list begins."""
+
+    name: str
+    action: int
+
+
+class Skipped(Message, frozen=True):
+    """An order of this action to this actor was not begun: what it would go on until held already."""
+
+    action: int
+    actor: str
+
+
+class Finished(Message, frozen=True):
+    """The last action is done; the run ends at this tag."""

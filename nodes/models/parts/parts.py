@@ -1,0 +1,239 @@
+"""The parts that machines are made of (Fig. 7 of the paper), and how they are wired.
+
+    joint coupled = joint atomic (type of the joint)       + actors, which generate the forces on the joint
+    body coupled  = body atomic (properties of the body)   + actors, which generate the forces on the body
+    machine       = joint coupled and body coupled models: one per real object
+Each part declares what the kernel must know of it.  A `Law` is an actor whose force never changes its law;
+a `LiveActor` hears orders and state events and answers with kernel inputs and reports.  Part, machine and
+live actor have the same four ports, so a message passes to the actor that it names without a dispatcher.
+"""
+
+from __future__ import annotations
+
+from typing import NoReturn, TypeVar
+
+from heavylift.kernel.description.mechanics import Body, Joint, Matrix, System, merge
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Model, Out
+from heavylift.nodes.plan.places import numbered
+from heavylift.nodes.plan.plan import Inertia
+
+from .messages import KernelInput, Order, Report, StateEvent
+
+Child = TypeVar("Child", bound=Model)
+
+
+def declared(models: list[Model]) -> System:
+    """What these models and all below them declare, in the order of the tree."""
+    parts = []
+    for model in models:
+        if isinstance(model, Coupled):
+            parts.append(declared(list(model.children.values())))
+        elif isinstance(model, Part):
+            parts.append(model.declare())
+    return merge(parts, System().gravity)
+
+
+def body(name: str, inertia: Inertia) -> Body:
+    """A body of the description from its inertia in the plan."""
+    x, y, z = inertia.moments
+    moments: Matrix = ((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))
+    return Body(name, inertia.mass, inertia.com, moments)
+
+
+class Part(Atomic):
+    """An atomic model that declares a piece of the mechanical system."""
+
+    def declare(self) -> System:
+        """Its piece."""
+        return System()
+
+
+class JointAtomic(Part):
+    """Holds a joint: type, place and start."""
+
+    def __init__(self, joint: Joint) -> None:
+        super().__init__("joint")
+        self.joint = joint
+
+    def declare(self) -> System:
+        """The joint."""
+        return System(joints=(self.joint,))
+
+
+class BodyAtomic(Part):
+    """Holds a body: mass, centre of mass, inertia."""
+
+    def __init__(self, body: Body) -> None:
+        super().__init__("body")
+        self.body = body
+
+    def declare(self) -> System:
+        """The body."""
+        return System(bodies=(self.body,))
+
+
+class RopeAtomic(Part):
+    """Holds a connection of the rig: a rope, or the pieces of one with mass."""
+
+    def __init__(self, name: str, rope: System) -> None:
+        super().__init__(name)
+        self.rope = rope
+
+    def declare(self) -> System:
+        """The rope."""
+        return self.rope
+
+
+class Actor(Part):
+    """Generates a force on the body or joint that it is coupled with, by the laws that it declares."""
+
+    def __init__(self, name: str, laws: System | None = None) -> None:
+        super().__init__(name)
+        self.laws = laws or System()
+
+    def declare(self) -> System:
+        """Its laws and guards."""
+        return self.laws
+
+
+class Law(Actor):
+    """An actor that is never ordered: weight, damper, stop, nothing at all on a free joint."""
+
+
+class LiveActor(Actor):
+    """An actor that obeys orders to `element` and notices state events of what it `hears`.
+
+    `say` puts messages into its outbox, which leaves at the next microstep; `wake` [ns] is when `due` leaves.
+    """
+
+    order = In(Order)
+    state = In(StateEvent)
+    input = Out(KernelInput)
+    report = Out(Report)
+
+    def __init__(self, name: str, element: str, laws: System | None = None, hears: tuple[str, ...] = ()) -> None:
+        super().__init__(name, laws)
+        self.element = element
+        self.hears = frozenset(hears)
+        self.outbox: list[KernelInput | Report] = []
+        self.wake: int | None = None
+
+    def start(self) -> None:
+        """At (0, 0): say what must be known from the beginning."""
+        self.outbox, self.wake = [], None
+        self.begin()
+        self.schedule()
+
+    def external(self, e: int, x: Bag) -> None:
+        """Obey and notice what concerns this actor."""
+        for order in x.get(self.order, []):
+            if self.answers(order.actor):
+                self.obey(order)
+        for event in x.get(self.state, []):
+            if event.name in self.hears:
+                self.notice(event)
+        self.schedule()
+
+    def output(self) -> None:
+        """Send the outbox or, when there is none, what is due now."""
+        for message in self.outbox or self.due():
+            if isinstance(message, KernelInput):
+                self.input.send(message)
+            else:
+                self.report.send(message)
+
+    def internal(self) -> None:
+        """Empty the outbox or, when there was none, go on to the next state."""
+        if self.outbox:
+            self.outbox = []
+        else:
+            self.wake = None
+            self.expire()
+        self.schedule()
+
+    def schedule(self) -> None:
+        """Set the time advance from outbox and wake."""
+        if self.outbox:
+            self.hold_in(0)
+        elif self.wake is not None:
+            self.hold_in(self.wake - self.now.t)
+        else:
+            self.passivate()
+
+    def say(self, *messages: KernelInput | Report) -> None:
+        """Put messages into the outbox."""
+        self.outbox = [*self.outbox, *messages]
+
+    def refuse(self, order: Order, text: str) -> NoReturn:
+        """End the run with a sentence about an order; the simulator puts path and time in front."""
+        raise ModelError(f"{numbered(order.at)}: {text}")
+
+    def answers(self, element: str) -> bool:
+        """Whether orders to this element are for this actor."""
+        return element == self.element
+
+    def begin(self) -> None:
+        """Set the state at (0, 0)."""
+
+    def obey(self, order: Order) -> None:
+        """Carry out an order."""
+        self.refuse(order, f"{self.element} cannot carry out {type(order).__name__}")
+
+    def notice(self, event: StateEvent) -> None:
+        """Take note of a state event."""
+
+    def due(self) -> list[KernelInput | Report]:
+        """What leaves at `wake`; changes nothing."""
+        return []
+
+    def expire(self) -> None:
+        """The state after `wake`."""
+
+
+class Group(Coupled):
+    """A coupled model whose four ports lead to and from all live parts in it."""
+
+    order = In(Order)
+    state = In(StateEvent)
+    input = Out(KernelInput)
+    report = Out(Report)
+
+    def take(self, child: Child) -> Child:
+        """Add a child and wire those of the four ports that it has."""
+        self.add(child)
+        for name in ("order", "state"):
+            if name in child.ports:
+                self.connect(self.ports[name], child.ports[name])
+        for name in ("input", "report"):
+            if name in child.ports:
+                self.connect(child.ports[name], self.ports[name])
+        return child
+
+    def declare(self) -> System:
+        """What its parts declare."""
+        return declared(list(self.children.values()))
+
+
+class JointCoupled(Group):
+    """A joint atomic and its actors."""
+
+    def __init__(self, name: str, joint: Joint, *actors: Actor) -> None:
+        super().__init__(name)
+        self.take(JointAtomic(joint))
+        for actor in actors:
+            self.take(actor)
+
+
+class BodyCoupled(Group):
+    """A body atomic and its actors."""
+
+    def __init__(self, name: str, body: Body, *actors: Actor) -> None:
+        super().__init__(name)
+        self.take(BodyAtomic(body))
+        for actor in actors:
+            self.take(actor)
+
+
+class Machine(Group):
+    """One real object: a crane, a loader, the block, a mechanism."""

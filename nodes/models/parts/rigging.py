@@ -1,0 +1,171 @@
+"""Actors of ropes, brakes and supports that are hooked, locked or touched: slings, hinge locks, stools.
+
+A sling is hooked and taken off by orders; taut and slack are state events of the kernel.  The hinge lock of
+a loader holds by itself as long as no sling is hooked.  The stools say when the block leaves the ground and
+when it is back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from heavylift.kernel.description.mechanics import System
+from heavylift.nodes.devs import Bag, In, Out
+
+from .messages import (
+    BrakeOrder,
+    BrakeState,
+    Done,
+    Hook,
+    Hooked,
+    HookOrder,
+    KernelInput,
+    Landed,
+    Latch,
+    Lifted,
+    Order,
+    RopeState,
+    SetBrake,
+    SetLock,
+    StateEvent,
+    Touched,
+    Unhook,
+    Unhooked,
+    UnhookOrder,
+)
+from .parts import LiveActor
+
+
+class SlingActor(LiveActor):
+    """Hooks and unhooks the rope `element`, tells the hinge lock, reports taut and slack."""
+
+    latch = Out(Latch)
+
+    def __init__(self, name: str, rope: str, laws: System | None = None) -> None:
+        super().__init__(name, rope, laws, hears=(rope,))
+
+    def obey(self, order: Order) -> None:
+        """Hook or unhook."""
+        match order:
+            case HookOrder():
+                self.say(Hook(self.element, b=order.p), Hooked(self.element, order.lug))
+            case UnhookOrder():
+                self.say(Unhook(self.element), Unhooked(self.element))
+            case _:
+                super().obey(order)
+        self.say(Done(self.element, order.id))
+
+    def notice(self, event: StateEvent) -> None:
+        """The sling is taut or slack."""
+        if event.what in ("taut", "slack"):
+            self.say(RopeState(self.element, event.what, event.value))
+
+    def output(self) -> None:
+        """Tell the lock as well."""
+        super().output()
+        for message in self.outbox:
+            if isinstance(message, (Hooked, Unhooked)):
+                self.latch.send(Latch(self.element, isinstance(message, Hooked)))
+
+
+class BrakeActor(LiveActor):
+    """Engages and releases the brake `element`."""
+
+    def __init__(self, name: str, brake: str, laws: System, *, engaged: bool) -> None:
+        super().__init__(name, brake, laws)
+        self.initial = engaged
+
+    def begin(self) -> None:
+        """As declared."""
+        self.engaged = self.initial
+
+    def obey(self, order: Order) -> None:
+        """Engage or release."""
+        if not isinstance(order, BrakeOrder):
+            super().obey(order)
+        else:
+            self.set(order.engaged)
+            self.say(Done(self.element, order.id))
+
+    def set(self, engaged: bool) -> None:
+        """Change the state, if it is another one."""
+        if engaged != self.engaged:
+            self.engaged = engaged
+            if self.laws != System():  # a joint that is not modelled needs no brake
+                self.say(self.command(engaged))
+            self.say(BrakeState(self.element, engaged))
+
+    def command(self, engaged: bool) -> KernelInput:
+        """What the kernel is told."""
+        return SetBrake(self.element, engaged)
+
+
+class JointLockActor(BrakeActor):
+    """Locks and frees a joint; the kernel answers with the energy that stopping it has cost."""
+
+    def __init__(self, name: str, lock: str, laws: System, *, engaged: bool) -> None:
+        super().__init__(name, lock, laws, engaged=engaged)
+        self.hears = frozenset((lock,))
+
+    def command(self, engaged: bool) -> KernelInput:
+        """What the kernel is told."""
+        return SetLock(self.element, engaged)
+
+
+class LockActor(BrakeActor):
+    """The hinge lock of a loader: engaged while none of its slings is hooked, or by order."""
+
+    latch = In(Latch)
+
+    def __init__(self, name: str, brake: str, laws: System, *, hooked: frozenset[str]) -> None:
+        super().__init__(name, brake, laws, engaged=not hooked)
+        self.first = hooked
+
+    def begin(self) -> None:
+        """As the slings are."""
+        super().begin()
+        self.hooked = self.first
+
+    def external(self, e: int, x: Bag) -> None:
+        """Follow the slings, then the orders."""
+        for latch in x.get(self.latch, []):
+            self.hooked = self.hooked | {latch.sling} if latch.hooked else self.hooked - {latch.sling}
+        if self.latch in x:
+            self.set(not self.hooked)
+        super().external(e, x)
+
+
+class Stools(LiveActor):
+    """The supports of the body `element`, by face; reports lift-off, touch-down and landing."""
+
+    def __init__(
+        self, name: str, element: str, laws: System, *, faces: Mapping[str, str], closed: frozenset[str]
+    ) -> None:
+        super().__init__(name, element, laws, hears=tuple(faces))
+        self.first, self.faces = closed, dict(faces)
+
+    def begin(self) -> None:
+        """As declared."""
+        self.closed = self.first
+
+    def notice(self, event: StateEvent) -> None:
+        """A support opened or closed."""
+        before = self.closed
+        if event.what == "closed":
+            self.closed = before | {event.name}
+            if not before:
+                self.say(Touched(self.element, event.name))
+            face = self.faces[event.name]
+            if self.standing() == face and before != self.closed:
+                self.say(Landed(self.element, face))
+        elif event.what == "open":
+            self.closed = before - {event.name}
+            if before and not self.closed:
+                self.say(Lifted(self.element))
+
+    def standing(self) -> str:
+        """The face all of whose supports are closed, "" if there is none."""
+        for face in dict.fromkeys(self.faces.values()):
+            if all(name in self.closed for name, f in self.faces.items() if f == face):
+                return face
+        return ""

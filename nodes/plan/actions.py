@@ -1,0 +1,163 @@
+"""What the commander does and what it waits for: orders, conditions and the action that joins them.
+
+Part of the plan (see `plan`): resolved names, SI units, one actuator per order, frozen msgspec data.
+"""
+
+from __future__ import annotations
+
+from typing import Literal, TypeAlias
+
+import msgspec
+from heavylift.kernel.description.mechanics import Threshold
+
+from .verbs import MOTIONS
+
+
+class Item(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Anything written in a scene; `where` is file:line:column."""
+
+    where: str = ""
+
+
+# conditions; `text` = the words of the scene ("all slings taut"), quoted in sentences
+
+
+class Term(Item, frozen=True, kw_only=True):
+    """A condition, or a part of one."""
+
+    text: str = ""
+
+
+class Slings(Term, frozen=True, kw_only=True, tag="slings"):
+    """All / any of the hooked ones among these slings (or a mechanism's ropes) are taut / slack."""
+
+    names: tuple[str, ...]
+    each: Literal["all", "any"] = "all"
+    state: Literal["taut", "slack"]
+
+
+class MovesDone(Term, frozen=True, kw_only=True, tag="moves-done"):
+    """The orders of the previous action are done (if verbs as "hoist" or "turn" are given: those)."""
+
+    verbs: tuple[str, ...] = ()
+
+
+class Lifted(Term, frozen=True, kw_only=True, tag="lifted"):
+    """No support of this block or mechanism is closed."""
+
+    model: str = "block"
+
+
+class Landed(Term, frozen=True, kw_only=True, tag="landed"):
+    """All supports of one face of this block are closed."""
+
+    model: str = "block"
+
+
+class Crossing(Term, frozen=True, kw_only=True, tag="crossing"):
+    """A measured quantity is at or beyond `value` (rising: >=, else <=).
+
+    `threshold` has a name of its own in the plan (two conditions never share one); `model` watches it.
+    Once reached it stays reached for the action or move that waits for it.
+    """
+
+    model: str
+    threshold: Threshold
+    value: float
+    rising: bool
+
+
+class After(Term, frozen=True, kw_only=True, tag="after"):
+    """So many seconds have passed since the previous action began (in `until`: since its own began)."""
+
+    seconds: float
+
+
+class And(Term, frozen=True, kw_only=True, tag="and"):
+    """All of these hold at once."""
+
+    all: tuple[Condition, ...]
+
+
+Condition: TypeAlias = Slings | MovesDone | Lifted | Landed | Crossing | After | And
+
+
+# orders
+
+
+class Move(Item, frozen=True, kw_only=True, tag="move"):
+    """One actuator moves: by a signed distance, to a coordinate, or (both None) until a condition holds.
+
+    Coordinates are the actuator's own: Drive: joint coordinate; winch: UNSTRETCHED LENGTH (hoisting is
+    negative). `speed` is a magnitude where a distance or goal is given, signed for an endless move.  An
+    actuator stops by itself at its end positions and reports the limit.
+    """
+
+    verb: str
+    model: str
+    actuator: str
+    speed: float
+    accel: float
+    by: float | None = None
+    to: float | None = None
+    until: Condition | None = None
+
+    def __post_init__(self) -> None:
+        if self.verb not in MOTIONS:
+            raise ValueError(f"no drive or winch can {self.verb}")
+
+
+class Turn(Item, frozen=True, kw_only=True, tag="turn"):
+    """The block turns to the angle `to` [rad] at `rate` [rad/s], ramps `accel` [rad/s2].
+
+    The commander works out what every trolley and winch that carries slings has to follow.
+    """
+
+    block: str = "block"
+    rate: float
+    accel: float
+    to: float
+    until: Condition | None = None
+
+
+class Hookup(Item, frozen=True, kw_only=True, tag="hook"):
+    """A sling is hooked to a lug of the block."""
+
+    sling: str
+    lug: str
+
+
+class Unhook(Item, frozen=True, kw_only=True, tag="unhook"):
+    """A sling is unhooked."""
+
+    sling: str
+
+
+class Brake(Item, frozen=True, kw_only=True, tag="brake"):
+    """A brake (or a joint's lock, or the hinge lock `L.hinge.lock` of a loader) is engaged or released."""
+
+    model: str
+    brake: str
+    engaged: bool
+
+
+class Wait(Item, frozen=True, kw_only=True, tag="wait"):
+    """Nothing is done for this many seconds."""
+
+    seconds: float
+
+
+Order: TypeAlias = Move | Turn | Hookup | Unhook | Brake | Wait
+
+
+class Action(Item, frozen=True, kw_only=True):
+    """What the commander does next, all orders at once.
+
+    It begins when `when` holds (None: the orders of the previous action are done).  `timeout` [s] bounds
+    the wait, counted from the beginning of the previous action; then the run ends with a sentence.
+    """
+
+    stage: str = ""
+    when: Condition | None = None
+    timeout: float | None = None
+    orders: tuple[Order, ...]

@@ -1,0 +1,283 @@
+"""The plan: a scene after reading, its names resolved, its numbers in SI units, one actor for every order.
+
+What `heavylift.nodes.scene` makes of a scene file and what `heavylift.nodes.models` builds the DEVS models
+from. It goes to every node process and into the recording, so it is plain frozen msgspec data (finite
+numbers only) and needs no pydantic.  `where` ("turnover.yaml:31:5") lets a sentence at run time point at
+the line that caused it.
+
+Names of mechanical elements follow from the names in the plan (C = crane, L = loader, B = block):
+    bodies   C.main C.upper C.lower    L.upper L.lower    B
+    joints   C.gantry C.upper-slide C.lower-slide    L.free L.hinge    B.free
+    drives   C.gantry.drive C.upper-slide.drive C.lower-slide.drive
+    ropes    as named in the rig (by custom C.H1 and L.sling-1)
+    others   brake (hinge lock) L.hinge.lock, stop L.hinge.stop, Master "turn", Measured B.theta
+Orders and conditions stand in `actions`.  An actuator is addressed by the name of its Drive, winch rope or
+Master; a model by the name of the machine.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import msgspec
+from heavylift.kernel.description.mechanics import Line, MethodName, Point, Support, System, Vector
+from heavylift.kernel.trust import named
+from heavylift.nodes.devs.execution.rules import LIMIT
+
+from .actions import Action as Action
+from .actions import Item
+from .fidelity import Fidelity as Fidelity
+from .limit import Limit
+
+TOLERANCE_OF_ACCURACY = 1e-2  # tolerance of an integration step / accuracy of the rope tensions that it serves
+LOOSEST = 1e-4  # tolerance: a looser one lets stiff modes rattle, peaks are wrong by a fifth, and steps are no cheaper
+
+# machines
+
+
+class Inertia(Item, frozen=True, kw_only=True):
+    """Mass [kg], centre of mass in the body frame [m], moments about it along the body axes [kg m2]."""
+
+    mass: float
+    com: Vector = (0.0, 0.0, 0.0)
+    moments: Vector
+
+
+class Axis(Item, frozen=True, kw_only=True):
+    """A servo-driven sliding joint: start and end positions [m], ramp [m/s2], gains [N/m] and [N s/m]."""
+
+    start: float
+    lower: float
+    upper: float
+    accel: float
+    kp: float
+    kv: float
+
+
+class Trolley(Item, frozen=True, kw_only=True):
+    """A trolley of a crane; its frame has the main body's axes, origin at y = 0, z = 0; capacity [kg]."""
+
+    name: Literal["upper", "lower"]
+    body: Inertia
+    axis: Axis  # coordinate y [m], world y of the trolley
+    capacity: float
+
+
+class Hook(Item, frozen=True, kw_only=True):
+    """A hook of a crane with its winch; lengths are unstretched lengths of the rope named `rope`."""
+
+    name: str  # "H1"
+    rope: str  # "west.H1", a HookRope of the rig
+    trolley: Literal["upper", "lower"]
+    accel: float  # of the winch [m/s2]
+    shortest: float  # [m]
+    drum: float  # longest: then the drum is empty [m]
+    highest: float  # world z of the hook eye where the upper limit switch trips [m]
+    capacity: float  # of what hangs below the hook block [kg]
+    block_mass: float  # hook block, which the rope carries besides [kg]
+
+
+class Girder(Item, frozen=True, kw_only=True):
+    """The part of a crane's main body that bends: mass [kg], stiffness at midspan [N/m], from y = 0 to `span` [m].
+
+    `height`: z of its neutral axis; `damping`: ratio of its first mode to critical damping.
+    """
+
+    mass: float = 2.5e6
+    stiffness: float = 5.88e7
+    span: float = 150.0
+    height: float = 95.0
+    damping: float = 0.01
+
+
+class Crane(Item, frozen=True, kw_only=True):
+    """A goliath crane: main body on rails along x, upper and lower trolley along y.
+
+    The main body's frame has world axes and its origin at y = z = 0; the coordinate of the gantry is the
+    world x of the crane's centre.  `capacity` is the crane's [kg], already reduced where two cranes lift
+    together.
+    """
+
+    name: str
+    main: Inertia
+    gantry: Axis
+    upper: Trolley
+    lower: Trolley
+    hooks: tuple[Hook, ...]
+    capacity: float
+    girder: Girder = Girder()
+    width: float = 34.0  # of the portal along x, over the buffers [m]
+
+
+class Loader(Item, frozen=True, kw_only=True):
+    """A block loader: upper body on a free joint (frame at the hook eye), lower body on a hinge about y.
+
+    `pose` x y z qx qy qz qw of the upper body at the start; `hinge` in the upper body's frame; the lower
+    body's frame is at the hinge.  The lock holds the hinge while no sling of the loader is hooked.
+    """
+
+    name: str
+    pose: tuple[float, float, float, float, float, float, float]
+    upper: Inertia
+    lower: Inertia
+    hinge: Vector
+    damping: float  # of the hinge [N m s/rad]
+    stop_lower: float  # [rad]
+    stop_upper: float  # [rad]
+    stop_k: float  # [N m/rad]
+    stop_d: float  # [N m s/rad]
+    lock_moment: float  # of the locked hinge [N m]
+    lock_k: float
+    lock_d: float
+    capacity_N: float  # sum of its sling tensions above which it reports overload [N]
+
+
+class Lug(Item, frozen=True, kw_only=True):
+    """A lug of the block, in the block's frame [m]."""
+
+    name: str
+    p: Vector
+
+
+class Pad(Item, frozen=True, kw_only=True):
+    """A support of the block; `face` groups the pads it stands on together; `closed`: bears at the start."""
+
+    support: Support
+    face: str
+    closed: bool
+
+
+class Block(Item, frozen=True, kw_only=True):
+    """The block: a body on a free joint, frame in the middle of its box (`size` [m]); theta turns +w towards +y."""
+
+    name: str = "block"
+    body: Inertia
+    size: Vector = (0.0, 0.0, 0.0)  # zeros: not given
+    pose: tuple[float, float, float, float, float, float, float]
+    lugs: tuple[Lug, ...]
+    pads: tuple[Pad, ...]
+
+
+class Actuator(Item, frozen=True, kw_only=True):
+    """How a Drive or winch rope of a mechanism can move: start, ramp, end positions (None: endless)."""
+
+    name: str
+    start: float
+    accel: float
+    lower: float | None = None
+    upper: float | None = None
+
+
+class Mechanism(Item, frozen=True, kw_only=True):
+    """A researcher's own multibody system, written as bodies, joints and laws; it becomes one coupled model.
+
+    `system` holds no thresholds (they come from the conditions).  `taut` and `closed` name the ropes and
+    supports that carry at the start.
+    """
+
+    name: str
+    system: System
+    actuators: tuple[Actuator, ...] = ()
+    taut: tuple[str, ...] = ()
+    closed: tuple[str, ...] = ()
+
+
+# the rig: connections between machines, owned by the commander
+
+
+class HookRope(Item, frozen=True, kw_only=True):
+    """A hook rope (winch) from a crane's trolley to what hangs on the hook; its lines share its length."""
+
+    name: str
+    crane: str
+    hook: str
+    carries: str  # loader (or block) on the hook
+    eye: Point  # whose height is the hook's height
+    lines: tuple[Line, ...]
+    L0: float
+    EA: float
+    damping: float
+    falls: int = 1
+    line: float = 0.0  # mass per length of all falls together [kg/m]
+    rated: float = 0.0  # tension that counts as 100 % of use [N]; 0: none given
+    drum_ends: int = 1  # of the rope; the others end at a dead end, or at an equaliser
+    efficiency: float = 1.0  # of each sheave: tension behind over tension before
+    breaking: float = 0.0  # of one fall [N]; 0: none given
+
+
+class Sling(Item, frozen=True, kw_only=True):
+    """A sling from a point of a loader's beam to a lug of the block; `lug` "" = not hooked at the start."""
+
+    name: str
+    loader: str
+    beam: Point
+    lug: str
+    L0: float
+    EA: float
+    damping: float
+    taut: bool = False
+    rated: float = 0.0  # tension that counts as 100 % of use [N]; 0: none given
+
+
+class Rig(Item, frozen=True, kw_only=True):
+    """All connections between the machines."""
+
+    hook_ropes: tuple[HookRope, ...] = ()
+    slings: tuple[Sling, ...] = ()
+
+
+# the plan
+
+
+class Plan(Item, frozen=True, kw_only=True):
+    """A resolved scene.  With `end` [s] the run ends there, without it when the last action is done."""
+
+    name: str
+    gravity: float = 9.80665
+    tolerance: float = 1e-6
+    method: MethodName = "dopri5"
+    step: float | None = None  # of fixed steps [s]
+    seed: int = 0
+    microsteps: int = LIMIT  # in which no time passes, and that are a loop
+    samples_hz: float = 10.0
+    start: float = 0.0  # value of the Master "turn" at the start: the block's theta [rad]
+    end: float | None = None
+    cranes: tuple[Crane, ...] = ()
+    loaders: tuple[Loader, ...] = ()
+    block: Block | None = None
+    mechanisms: tuple[Mechanism, ...] = ()
+    rig: Rig = Rig()
+    fidelity: Fidelity = Fidelity()
+    limits: tuple[Limit, ...] = ()
+    actions: tuple[Action, ...] = ()
+
+
+def drive_name(crane: str, axis: Literal["gantry", "upper", "lower"]) -> str:
+    """Name of the actuator that moves a crane or one of its trolleys."""
+    return f"{crane}.gantry.drive" if axis == "gantry" else f"{crane}.{axis}-slide.drive"
+
+
+def driven(actuator: str) -> str:
+    """What an actuator moves, in a planner's words: a crane, a trolley of it, else its own name."""
+    name = actuator.removesuffix(".drive")
+    crane, _, axis = name.rpartition(".")
+    if name == actuator or axis not in ("gantry", "upper-slide", "lower-slide"):
+        return actuator
+    return crane if axis == "gantry" else f"the {axis.removesuffix('-slide')} trolley of {crane}"
+
+
+def encode(plan: Plan) -> bytes:
+    """The plan as canonical JSON."""
+    return msgspec.json.encode(plan)
+
+
+def decode(data: bytes) -> Plan:
+    """The plan from its canonical JSON, which is data of others; raises msgspec.ValidationError if it is none."""
+    plan = msgspec.json.decode(data, type=Plan)
+    named(functions(plan))
+    return plan
+
+
+def functions(plan: Plan) -> list[str]:
+    """The Python functions that its laws name."""
+    return [function for mechanism in plan.mechanisms for function in mechanism.system.functions]

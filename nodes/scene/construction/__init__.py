@@ -1,0 +1,8 @@
+"""From the keys of a scene file to its plan.
+
+yard                         what the builders share
+machines, loaders, stools    cranes, loaders, block and rig
+limiting, modelling          the table of limits; the fidelity of the scene
+mechanism, ropes, laws, checking   `mechanism:`: bodies, joints, ropes, laws along joints
+targets, conditions, resolve the action list with its names resolved
+"""

@@ -1,0 +1,71 @@
+"""What the parts of a mechanism say of each other, checked: bodies and joints that are there, stations on beams,
+coordinates that a joint has.
+
+Faults are collected with their place in the file, never raised, so that a scene tells all of them at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from heavylift.kernel.description import mechanics as k
+from heavylift.kernel.errors import KernelError
+from heavylift.nodes.scene.keys import mechanics
+from heavylift.nodes.scene.keys.flexible import Beam
+from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.source import Fault, Path, Source
+
+__all__ = ["Checking"]
+
+
+class Checking:
+    """A mechanism as it is written, with the source that its faults are added to."""
+
+    def __init__(self, source: Source, given: mechanics.Mechanism) -> None:
+        self.source, self.given = source, given
+        self.bodies = [k.WORLD, *given.bodies]
+
+    def checked(self, path: Path, check: Callable[[Any], object], made: Any) -> None:
+        """What the kernel would refuse is a fault of the scene."""
+        try:
+            check(made)
+        except KernelError as error:
+            self.fault(path, str(error), on_key=True)
+
+    def known(self, path: Path, body: str) -> None:
+        """The world or a body has this name."""
+        if body not in self.bodies:
+            self.fault(path, f"there is no body '{body}'", closest(body, self.bodies))
+
+    def beam(self, body: str) -> Beam | None:
+        """The beam that a body is, if it is one."""
+        return self.given.bodies[body].beam if body in self.given.bodies else None
+
+    def on_beam(self, path: Path, body: str, x: float) -> None:
+        """What stands on a beam stands between its ends."""
+        beam = self.beam(body)
+        if beam and not 0.0 <= x <= beam.length:
+            self.fault(path, f"{x:g} m is not on the beam of '{body}', which reaches from 0 to {beam.length:g} m")
+
+    def fault(self, path: Path, sentence: str, hint: str = "", *, on_key: bool = False) -> None:
+        """One more fault of the scene, at a place in its file."""
+        self.source.faults.append(Fault(path, sentence, hint, on_key))
+
+    def along(self, path: Path, name: str, coordinate: str) -> tuple[str, bool] | None:
+        """The coordinate that a law acts along, and whether it is an angle."""
+        joint = self.given.joints.get(name)
+        if joint is None:
+            self.fault((*path, "joint"), f"there is no joint '{name}'", closest(name, self.given.joints))
+        elif not joint.coordinates:
+            self.fault((*path, "joint"), f"a {joint.type} joint has no single coordinate to act on: '{name}'")
+        elif not coordinate and len(joint.coordinates) > 1:
+            words = " or ".join(f"'coordinate: {c}'" for c in joint.coordinates)
+            self.fault((*path, "joint"), f"the {joint.type} joint '{name}' has several coordinates: add {words}")
+        elif coordinate and coordinate not in joint.coordinates:
+            told = f"a {joint.type} joint has no coordinate '{coordinate}'"
+            self.fault((*path, "coordinate"), told, closest(coordinate, joint.coordinates))
+        else:
+            along = coordinate or joint.coordinates[0]
+            return along, joint.turns(along)
+        return None

@@ -1,0 +1,163 @@
+"""Laws along the coordinates of joints: springs, stops, brakes, locks, drives, limits and friction.
+
+Units are read again here, since they depend on whether the coordinate slides or turns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from heavylift.kernel.description import mechanics as k
+from heavylift.nodes.plan import plan
+from heavylift.nodes.scene.keys import mechanics
+from heavylift.nodes.scene.keys.forces import Characteristic
+from heavylift.nodes.scene.text import units
+from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.source import Path
+from heavylift.nodes.scene.text.units import Dimension
+
+from .checking import Checking
+
+__all__ = ["actuators", "check_curve", "check_laws", "laws_of"]
+
+# key of a law -> its dimension on a sliding and on a turning joint
+_UNITS: dict[str, tuple[Dimension, Dimension]] = {
+    "stiffness": (units.STIFFNESS, units.TURN_STIFFNESS),
+    "damping": (units.DAMPING, units.TURN_DAMPING),
+    "holds": (units.FORCE, units.MOMENT),
+    "rest": (units.LENGTH, units.ANGLE),
+    "range": (units.LENGTH, units.ANGLE),
+    "dry": (units.FORCE, units.MOMENT),
+    "viscous": (units.DAMPING, units.TURN_DAMPING),
+    "ramp": (units.ACCELERATION, units.ANGULAR_ACCELERATION),
+}
+
+
+def check_laws(checks: Checking) -> None:
+    """Names are given once; laws act along coordinates that there are, in their units, with ranges in order."""
+    _names(checks)
+    driven: dict[tuple[str, str], str] = {}
+    for kind, laws in checks.given.laws.items():
+        for name, law in laws.items():
+            path: Path = ("mechanism", kind, name)
+            along = checks.along(path, law.joint, law.coordinate)
+            if along:
+                _dimensions(checks, path, turns=along[1])
+            if kind == "drives" and along:
+                if other := driven.get((law.joint, along[0])):
+                    told = f"the joint '{law.joint}' has two drives, '{other}' and '{name}'"
+                    checks.fault((*path, "joint"), f"{told}: keep one")
+                driven.setdefault((law.joint, along[0]), name)
+            if kind in {"stops", "drives"} and law.range and law.range[0] >= law.range[1]:
+                checks.fault((*path, "range"), "the first end must be below the second")
+    for name, joint in checks.given.joints.items():
+        for key, given in (("limits", joint.limits), ("friction", joint.friction)):
+            for coordinate in given:
+                path = ("mechanism", "joints", name, key, coordinate)
+                if coordinate in joint.coordinates:
+                    _dimensions(checks, path, turns=joint.turns(coordinate))
+                else:
+                    told = f"a {joint.type} joint has no coordinate '{coordinate}' to act on"
+                    checks.fault(path, told, closest(coordinate, joint.coordinates), on_key=True)
+        for coordinate, x in joint.limits.items():
+            if x.range[0] >= x.range[1]:
+                path = ("mechanism", "joints", name, "limits", coordinate, "range")
+                checks.fault(path, "the first end must be below the second")
+    for name, lock in checks.given.locks.items():
+        path = ("mechanism", "locks", name, "joint")
+        if lock.joint not in checks.given.joints:
+            checks.fault(path, f"there is no joint '{lock.joint}'", closest(lock.joint, checks.given.joints))
+
+
+def _dimensions(checks: Checking, path: Path, *, turns: bool) -> None:
+    """The units of a law fit the coordinate that it acts on."""
+    written: Any = checks.source.data
+    for part in path:
+        written = written[part]
+    for key, dimensions in _UNITS.items():
+        values = written.get(key)
+        dimension = dimensions[turns]
+        many = isinstance(values, list)
+        for i, value in enumerate(values if isinstance(values, list) else [values]):
+            if value is not None:
+                try:
+                    dimension.read(value)
+                except ValueError as error:
+                    checks.fault((*path, key, i) if many else (*path, key), str(error))
+
+
+def check_curve(checks: Checking, path: Path, force: Characteristic, turns: bool) -> None:
+    """The units of a curve fit the joint that it acts along."""
+    place = (units.LENGTH, units.ANGLE) if force.over == "position" else (units.SPEED, units.RATE)
+    for i, pair in enumerate(checks.source.data["mechanism"]["forces"][path[-1]]["curve"]):
+        for j, dimensions in enumerate((place, (units.FORCE, units.MOMENT))):
+            try:
+                dimensions[turns].read(pair[j])
+            except ValueError as error:
+                checks.fault((*path, "curve", i, j), str(error))
+
+
+def _names(checks: Checking) -> None:
+    """Ropes, supports and laws share one set of names."""
+    taken: dict[str, str] = {}
+    kinds = ("joints", "ropes", "supports", "springs", "stops", "brakes", "locks", "drives", "forces", "contacts")
+    for kind in kinds:
+        for name in getattr(checks.given, kind):
+            if name in taken:
+                told = f"the name '{name}' is given twice: one of the {taken[name]} has it, too"
+                checks.fault(("mechanism", kind, name), told, on_key=True)
+            taken.setdefault(name, kind)
+
+
+def laws_of(given: mechanics.Mechanism) -> dict[str, tuple[Any, ...]]:
+    """The kernel's laws, by the field of its `System`: those that are written and those of the joints themselves."""
+    own = [law for name, joint in given.joints.items() for law in joint.laws(name)]
+
+    def made(kind: type, written: Iterator[Any]) -> tuple[Any, ...]:
+        return (*written, *(x for x in own if isinstance(x, kind)))
+
+    return {
+        "springs": made(
+            k.JointSpring,
+            (k.JointSpring(n, x.joint, x.stiffness, x.damping, x.rest, x.coordinate) for n, x in given.springs.items()),
+        ),
+        "stops": made(
+            k.Stop,
+            (k.Stop(n, x.joint, *x.range, x.stiffness, x.damping, x.coordinate) for n, x in given.stops.items()),
+        ),
+        "brakes": made(
+            k.Brake,
+            (
+                k.Brake(n, x.joint, x.holds, x.stiffness, x.damping, x.engaged, x.coordinate)
+                for n, x in given.brakes.items()
+            ),
+        ),
+        "locks": tuple(k.Lock(n, x.joint, x.engaged) for n, x in given.locks.items()),
+        "drives": tuple(
+            k.Drive(n, x.joint, x.type, x.stiffness, x.damping, x.coordinate) for n, x in given.drives.items()
+        ),
+    }
+
+
+def actuators(checks: Checking) -> list[plan.Actuator]:
+    """Drives and winches: where they start, how they ramp, between which ends."""
+    found = []
+    for name, drive in checks.given.drives.items():
+        lower, upper = drive.range or (None, None)
+        where = checks.source.where(("mechanism", "drives", name))
+        start = _start(checks, drive)
+        found.append(plan.Actuator(name=name, start=start, accel=drive.ramp, lower=lower, upper=upper, where=where))
+    for name, rope in checks.given.ropes.items():
+        if rope.winch:
+            where = checks.source.where(("mechanism", "ropes", name, "winch"))
+            ends = {"lower": rope.winch.shortest, "upper": rope.winch.longest}
+            found.append(plan.Actuator(name=name, start=rope.length, accel=rope.winch.ramp, where=where, **ends))
+    return found
+
+
+def _start(checks: Checking, drive: mechanics.Drive) -> float:
+    """Where the coordinate of a drive begins."""
+    joint = checks.given.joints.get(drive.joint)
+    named = dict(zip(joint.coordinates, joint.state()[0], strict=False)) if joint else {}
+    return named.get(drive.coordinate, next(iter(named.values()), 0.0))

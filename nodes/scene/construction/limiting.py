@@ -1,0 +1,239 @@
+"""The table of limits of a scene: what its machine types and its own keys say, each with its source.
+
+A number that the scene gives is the scene's; one of a machine type is the type's; a default is called assumed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from math import prod
+
+from heavylift.kernel.description.forces import Wind
+from heavylift.nodes.limits.reeving import drum_ends, lead_factor
+from heavylift.nodes.limits.standards import (
+    ISO_4308,
+    ND_0027,
+    ROPE_FACTORS,
+    RUNNING,
+    RUNNING_SOURCE,
+    SLINGS,
+    SUCCESSOR,
+    partial_factor,
+)
+from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.limit import Limit, Quantity
+from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.keys.base import written
+from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.source import Path
+
+from .yard import Yard
+
+__all__ = ["build_limits", "reeving", "rope_factor"]
+
+ROLLING = 0.98  # efficiency of a sheave on rolling bearings
+
+
+def build_limits(yard: Yard, mechanism: plan.Mechanism | None) -> tuple[Limit, ...]:
+    """All rows, crane by crane, then the rig's and the scene's."""
+    rows = [row for crane in yard.cranes for row in _crane(yard, crane, yard.scene.cranes[crane.name])]
+    return (*rows, *_rig(yard), *_ropes(yard, mechanism), *_scene(yard, mechanism))
+
+
+def _scene(yard: Yard, mechanism: plan.Mechanism | None) -> Iterator[Limit]:
+    """What counts for everything that is lifted."""
+    limits, written_ = yard.scene.limits, "limits" in yard.scene.model_fields_set
+    where = yard.source.where(("limits",)) if written_ or not yard.cranes else yard.cranes[0].where
+    for key in () if yard.cranes else sorted(limits.model_fields_set - {"ropes", "wind"}):
+        yard.fault(
+            ("limits", written(key)), "nothing is judged by it, for the scene has no cranes: leave it out", on_key=True
+        )
+    if yard.cranes:
+        by = "the scene" if "clearance" in limits.model_fields_set else "assumed"
+        yield Limit(
+            subject="all", quantity="clearance", unit="m", value=limits.clearance, least=True, source=by, where=where
+        )
+    winds = tuple(f.name for f in mechanism.system.forces if isinstance(f, Wind)) if mechanism else ()
+    if yard.cranes or winds or limits.wind is not None:
+        by = "the scene" if limits.wind is not None else ""
+        note = "" if winds and by else "give it under 'limits: {wind: ...}'" if winds else "no wind is modelled"
+        yield Limit(
+            subject="all", quantity="wind", unit="m/s", value=limits.wind, elements=winds, source=by, note=note,
+            where=where,
+        )  # fmt: skip
+
+
+def _ropes(yard: Yard, mechanism: plan.Mechanism | None) -> Iterator[Limit]:
+    """Ropes that the scene itself limits; those of a mechanism that nobody limits are not known."""
+    free = [rope.name for rope in mechanism.system.all_ropes] if mechanism else []
+    for name in (name for name in free if name not in yard.scene.limits.ropes):
+        where = yard.source.where(("mechanism", "ropes", name))
+        note = "give it under 'limits: {ropes: ...}'"
+        yield Limit(subject=name, quantity="rope tension", unit="N", note=note, where=where)
+    known = [rope.name for rope in yard.ropes] + [sling.name for sling in yard.slings] + free
+    for name, given in yard.scene.limits.ropes.items():
+        path: Path = ("limits", "ropes", name)
+        if name not in known:
+            yard.fault(path, f"there is no rope '{name}'", closest(name, known), on_key=True)
+        where, breaking = yard.source.where(path), given.breaking or 0.0
+        told = {"subject": name, "unit": "N", "elements": (name,), "source": given.source, "where": where}
+        most, factor = given.tension or breaking / given.factor, given.factor if breaking else 1.0
+        yield Limit(quantity="rope tension", value=most, factor=factor, breaking=breaking, **told)  # type: ignore[arg-type]
+        if given.partial_factor and breaking:
+            most, factor = breaking / given.partial_factor, given.partial_factor
+            yield Limit(quantity="sling peak", value=most, factor=factor, breaking=breaking, **told)  # type: ignore[arg-type]
+
+
+def reeving(crane: schema.Crane) -> tuple[int, float, str]:
+    """Drum ends and sheave efficiency of a crane's hoists, and how they are told, with what is assumed of them."""
+    ends = drum_ends(crane.falls, crane.drum_ends)
+    efficiency = crane.sheave_efficiency or ROLLING
+    lead = lead_factor(crane.falls, ends, efficiency)
+    ways = f"{ends} drum end{'s' if ends > 1 else ''}{'' if crane.drum_ends else ' (assumed)'}"
+    sheaves = f"sheave efficiency {efficiency:g}{'' if crane.sheave_efficiency else ' (assumed)'}"
+    return ends, efficiency, f"{crane.falls} falls, {ways}, {sheaves}: lead part {lead:.3f} of the mean"
+
+
+def rope_factor(crane: schema.Crane) -> tuple[float, str]:
+    """Design factor of a crane's hoist ropes, and its source."""
+    if crane.rope_factor is not None:
+        return crane.rope_factor, "the scene"
+    assumed = "" if "mechanism_group" in crane.model_fields_set else ", assumed"
+    return ROPE_FACTORS[crane.mechanism_group], f"{ISO_4308}, {crane.mechanism_group}{assumed}"
+
+
+def _crane(yard: Yard, crane: plan.Crane, given: schema.Crane) -> Iterator[Limit]:
+    path: Path = ("cranes", crane.name)
+
+    def row(subject: str, quantity: Quantity, unit: str, key: str, elements: tuple[str, ...], **more: object) -> Limit:
+        own = key in given.model_fields_set
+        where = yard.source.where((*path, written(key))) if own else crane.where
+        told = {"source": "the scene" if own else f"type {given.type}", "where": where, **more}
+        return Limit(subject=subject, quantity=quantity, unit=unit, elements=elements, **told)  # type: ignore[arg-type]
+
+    for hook in crane.hooks:
+        chart = tuple(given.capacity_chart or ())
+        key = "capacity_chart" if chart else "hook_capacity"
+        value = None if chart else hook.capacity
+        over = "trolley" if chart else ""
+        yield row(
+            hook.rope, "hook load", "kg", key, (hook.rope,), value=value, chart=chart, over=over, where=hook.where
+        )
+    for trolley in (crane.upper, crane.lower):
+        ropes = tuple(hook.rope for hook in crane.hooks if hook.trolley == trolley.name)
+        if ropes:
+            key, where = f"{trolley.name}_capacity", trolley.where
+            yield row(
+                f"{crane.name} {trolley.name}", "trolley load", "kg", key, ropes, value=trolley.capacity, where=where
+            )
+    every = tuple(hook.rope for hook in crane.hooks)
+    if every and crane.capacity < given.capacity:
+        note = f"{given.tandem:.0%} of its {given.capacity / 1e3:g} t as two cranes lift together"
+        yield row(crane.name, "tandem load", "kg", "tandem", every, value=crane.capacity, note=note, where=crane.where)
+    elif every:
+        yield row(crane.name, "crane load", "kg", "capacity", every, value=crane.capacity, where=crane.where)
+    yield from _hoists(crane, given, row)
+    for way in ("along", "across"):
+        yield from _off_leads(yard, crane, given, way)
+    yield from _pushes(crane, given, row)
+    for hook in crane.hooks:
+        yield row(hook.rope, "hook height", "m", "highest_hook", (hook.rope,), value=hook.highest, where=hook.where)
+        ends = (hook.shortest, hook.drum)
+        yield row(hook.rope, "rope length", "m", "drum", (hook.rope,), between=ends, where=hook.where)
+    rails = (crane.gantry.lower, crane.gantry.upper)
+    yield row(crane.name, "rails", "m", "rails", (f"{crane.name}.main",), between=rails, where=crane.where)
+    for trolley in (crane.upper, crane.lower):
+        body, ends = f"{crane.name}.{trolley.name}", (trolley.axis.lower, trolley.axis.upper)
+        yield row(f"{crane.name} {trolley.name}", "girder", "m", "girder", (body,), between=ends, where=trolley.where)
+
+
+def _hoists(crane: plan.Crane, given: schema.Crane, row: Callable[..., Limit]) -> Iterator[Limit]:
+    """Ropes and drums of the hooks."""
+    factor, source = rope_factor(given)
+    _, _, told = reeving(given)
+    for hook in crane.hooks:
+        at = {"where": hook.where, "note": told}
+        yield row(
+            hook.rope, "rope factor", "", "rope_factor", (hook.rope,), value=factor, least=True, factor=factor,
+            breaking=given.fall_breaking, source=source, **at,
+        )  # fmt: skip
+        partial = given.rope_partial_factor or prod(RUNNING.values())
+        by = "the scene" if given.rope_partial_factor else RUNNING_SOURCE
+        yield row(
+            hook.rope, "rope peak", "N", "rope_partial_factor", (hook.rope,), value=given.fall_breaking / partial,
+            factor=partial, breaking=given.fall_breaking, source=by, **at,
+        )  # fmt: skip
+        pull = {"value": given.drum_pull} if given.drum_pull else {"note": "give 'drum pull'"}
+        yield row(hook.rope, "drum pull", "N", "drum_pull", (hook.rope,), **{**at, "source": "", **pull})
+
+
+def _off_leads(yard: Yard, crane: plan.Crane, given: schema.Crane, way: str) -> Iterator[Limit]:
+    """How far the ropes of a crane may lead off the vertical: its own limit, or that of the scene."""
+    limits, key = yard.scene.limits, f"off_lead_{way}"
+    own, scene = getattr(given, key), getattr(limits, key)
+    path: Path = ("cranes", crane.name, written(key)) if own is not None else ("limits",)
+    value = own if own is not None else scene if scene is not None else limits.off_lead
+    given_there = own is not None or scene is not None or "off_lead" in limits.model_fields_set
+    quantity: Quantity = "off-lead along" if way == "along" else "off-lead across"
+    for hook in crane.hooks:
+        yield Limit(
+            subject=hook.rope,
+            quantity=quantity,
+            unit="rad",
+            value=None if value == "unknown" else value,
+            elements=(hook.rope,),
+            source="the scene" if given_there else "assumed",
+            note="" if value != "unknown" else "the machine's limit is unknown",
+            where=yard.source.where(path) if given_there else crane.where,
+        )
+
+
+def _pushes(crane: plan.Crane, given: schema.Crane, row: Callable[..., Limit]) -> Iterator[Limit]:
+    """What ropes that lead off the vertical may pull on drives and brakes."""
+    axes = [("gantry", crane.name, "along", tuple(hook.rope for hook in crane.hooks), crane.where)]
+    for trolley in (crane.upper, crane.lower):
+        ropes = tuple(hook.rope for hook in crane.hooks if hook.trolley == trolley.name)
+        axes.append(("trolley", f"{crane.name} {trolley.name}", "across", ropes, trolley.where))
+    for axis, subject, way, ropes, where in axes:
+        for what, does in (("drive", "moves"), ("brake", "holds")):
+            force = getattr(given, f"{axis}_{what}")
+            note = f"its {what} {does}" if force else f"give '{axis} {what}'"
+            if ropes:
+                yield row(
+                    subject, "side force", "N", f"{axis}_{what}", ropes, value=force, over=way, note=note, where=where,
+                    source="the scene" if force else "",
+                )  # fmt: skip
+
+
+def _rig(yard: Yard) -> Iterator[Limit]:
+    """Slings and loaders."""
+    rig, limits = yard.scene.rig, yard.scene.limits
+    if rig is None:
+        return
+    given = rig.sling
+    partial = given.partial_factor or partial_factor()
+    by = "the scene" if given.partial_factor else f"{ND_0027}, 7.3.1, hand splice; {SUCCESSOR}"
+    own = "the scene" if limits.model_fields_set & {"bridle", "bridle_warning"} else "EN 13414-1"
+    for loader in yard.loaders:
+        slings = tuple(sling.name for sling in yard.slings if sling.loader == loader.name)
+        carried = rig.loaders[loader.name]
+        told = "the scene" if "capacity" in carried.model_fields_set else "assumed"
+        yield Limit(
+            subject=loader.name, quantity="loader load", unit="N", value=loader.capacity_N, elements=slings,
+            source=told, where=loader.where,
+        )  # fmt: skip
+    for sling in yard.slings:
+        name, where, one = sling.name, sling.where, (sling.name,)
+        source = "the scene" if "factor" in given.model_fields_set else SLINGS
+        yield Limit(
+            subject=name, quantity="sling tension", unit="N", value=given.breaking / given.factor, factor=given.factor,
+            breaking=given.breaking, elements=one, source=source, where=where,
+        )  # fmt: skip
+        yield Limit(
+            subject=name, quantity="sling peak", unit="N", value=given.breaking / partial, factor=partial,
+            breaking=given.breaking, elements=one, source=by, where=where,
+        )  # fmt: skip
+        yield Limit(
+            subject=name, quantity="bridle angle", unit="rad", value=limits.bridle, warning=limits.bridle_warning,
+            elements=one, source=own, where=where,
+        )  # fmt: skip

@@ -1,0 +1,126 @@
+"""Loaders, hook ropes and slings of a scene file as their part of the plan.
+
+Each loader hangs at rest below its trolley on its stretched rope, its slings slack by the rig's `slack`.
+"""
+
+from __future__ import annotations
+
+import math
+
+from heavylift.kernel.description.mechanics import Line, Point
+from heavylift.nodes.limits.reeving import lead_factor
+from heavylift.nodes.plan import plan
+from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.text.source import Path
+
+from .limiting import reeving, rope_factor
+from .yard import HOOKS, Yard, box, by_beam, exit_height, trolley_start
+
+
+def add_loader(yard: Yard, rig: schema.Rig, name: str, loader: schema.Loader) -> None:
+    """Adds a loader, its hook rope and its two slings to the yard."""
+    path: Path = ("rig", "loaders", name)
+    crane_name, hook = yard.hooks[name]
+    crane = yard.scene.cranes[crane_name]
+    top, gravity = exit_height(crane, hook), yard.scene.gravity
+    mass = crane.hook_block + loader.upper_mass + loader.lower_mass
+    block = yard.scene.block
+    lugs = [lug for lug in loader.lugs or () if block and lug in block.lugs]
+    strain = mass * gravity / (crane.falls * crane.fall_EA)
+    if loader.rope is not None:
+        hangs = loader.rope * (1 + strain)
+    elif block and lugs:
+        lug_z = block.at[2] + sum(block.lugs[lug][2] for lug in lugs) / len(lugs)
+        hangs = top - (lug_z + loader.sling + loader.height - rig.slack)
+    else:
+        hangs = top - crane.highest_hook
+    x = crane.at + HOOKS[hook][1] * crane.hook_spacing
+    y = trolley_start(yard, name=crane_name, crane=crane, trolley=HOOKS[hook][0])
+    frame, beam = loader.upper_mass + crane.hook_block, loader.height - loader.hinge
+    yard.loaders.append(
+        plan.Loader(
+            name=name,
+            pose=(x, y, top - hangs, 0.0, 0.0, 0.0, 1.0),
+            upper=plan.Inertia(
+                mass=frame,
+                com=(0.0, 0.0, -loader.hinge / 2),
+                moments=box(frame, (loader.falls_apart, 2.0, loader.hinge)),
+            ),
+            lower=plan.Inertia(
+                mass=loader.lower_mass,
+                com=(0.0, 0.0, -beam / 2),
+                moments=box(loader.lower_mass, (loader.beam, 1.0, beam)),
+            ),
+            hinge=(0.0, 0.0, -loader.hinge),
+            damping=loader.hinge_damping,
+            stop_lower=-loader.stop,
+            stop_upper=loader.stop,
+            stop_k=loader.stop_stiffness,
+            stop_d=loader.stop_damping,
+            lock_moment=loader.lock_moment,
+            lock_k=loader.lock_stiffness,
+            lock_d=loader.lock_damping,
+            capacity_N=loader.capacity * gravity,
+            where=yard.source.where(path),
+        )
+    )
+    _rope(yard, name, loader, hangs / (1 + strain))
+    _slings(yard, rig, name, loader, lugs)
+
+
+def _rope(yard: Yard, name: str, loader: schema.Loader, L0: float) -> None:
+    crane_name, hook = yard.hooks[name]
+    crane, block = yard.scene.cranes[crane_name], yard.scene.block
+    trolley, side = HOOKS[hook]
+    x, z, half = side * crane.hook_spacing, exit_height(crane, hook), loader.falls_apart / 2
+    lines = tuple(
+        Line(Point(f"{crane_name}.{trolley}", (x + d, 0.0, z)), Point(f"{name}.upper", (d, 0.0, 0.0)), 0.5)
+        for d in (-half, half)
+    )
+    carried = crane.hook_block + loader.upper_mass + loader.lower_mass
+    carried += block.mass / len(yard.hooks) if block else 0.0
+    EA = crane.falls * crane.fall_EA
+    ends, efficiency, _ = reeving(crane)
+    part = crane.fall_breaking / rope_factor(crane)[0] - crane.fall_mass * yard.scene.gravity * L0
+    yard.ropes.append(
+        plan.HookRope(
+            name=f"{crane_name}.{hook}",
+            crane=crane_name,
+            hook=hook,
+            carries=name,
+            eye=Point(f"{name}.upper", (0.0, 0.0, 0.0)),
+            lines=lines,
+            L0=L0,
+            EA=EA,
+            damping=2 * crane.rope_damping * math.sqrt(EA / max(L0, 1e-3) * carried),
+            falls=crane.falls,
+            line=crane.falls * crane.fall_mass,
+            rated=max(crane.falls * part / lead_factor(crane.falls, ends, efficiency), 0.0),
+            drum_ends=ends,
+            efficiency=efficiency,
+            breaking=crane.fall_breaking,
+            where=yard.source.where(("rig", "loaders", name, "hook")),
+        )
+    )
+
+
+def _slings(yard: Yard, rig: schema.Rig, name: str, loader: schema.Loader, lugs: list[str]) -> None:
+    block = yard.scene.block
+    if block:
+        lugs = by_beam(lugs, {lug: block.lugs[lug][0] for lug in lugs})
+    bottom = -(loader.height - loader.hinge)
+    half_mass = (yard.loaders[-1].upper.mass + loader.lower_mass) / 2
+    for i, side in enumerate((-1, 1)):
+        yard.slings.append(
+            plan.Sling(
+                name=f"{name}.sling-{i + 1}",
+                loader=name,
+                beam=Point(f"{name}.lower", (side * loader.beam / 2, 0.0, bottom)),
+                lug=lugs[i] if i < len(lugs) else "",
+                L0=loader.sling,
+                EA=rig.sling.EA,
+                damping=2 * rig.sling.damping * math.sqrt(rig.sling.EA / loader.sling * half_mass),
+                rated=rig.sling.breaking / rig.sling.factor,
+                where=yard.source.where(("rig", "loaders", name, "sling")),
+            )
+        )

@@ -1,0 +1,142 @@
+"""Cranes, loaders, block and rig of a scene file as their part of the plan.
+
+Names are resolved here and defaults become numbers; loaders hang and the block lies in equilibrium.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from heavylift.nodes.plan import plan
+from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.source import Path, Source
+
+from .loaders import add_loader
+from .stools import build_block
+from .yard import HOOKS, LOWER, UPPER, Yard, box, trolley_start
+
+
+def build_machines(source: Source, scene: schema.Scene) -> Yard:
+    """All machines of the scene; what is wrong is added to the faults of the source."""
+    yard = Yard(source, scene)
+    if scene.block:
+        yard.block = build_block(yard, scene.block)
+    if scene.rig:
+        _hang(yard, scene.rig)
+    lifting = {crane for crane, _ in yard.hooks.values()}
+    for name, crane in scene.cranes.items():
+        yard.cranes.append(_crane(yard, name, crane, tandem=len(lifting) > 1))
+    if scene.rig:
+        for name, loader in scene.rig.loaders.items():
+            if name in yard.hooks:
+                add_loader(yard, scene.rig, name, loader)
+        _groups(yard, scene.rig)
+    return yard
+
+
+def _hang(yard: Yard, rig: schema.Rig) -> None:
+    """Who hangs on which hook."""
+    known = [f"{crane} {hook}" for crane in yard.scene.cranes for hook in HOOKS]
+    taken: dict[str, str] = {}
+    for name, loader in rig.loaders.items():
+        path: Path = ("rig", "loaders", name, "hook")
+        words = " ".join(loader.hook.split())
+        if words not in known:
+            yard.fault(path, f"there is no hook '{loader.hook}'", closest(words, known))
+        elif words in taken:
+            yard.fault(path, f"the hook {words} already carries {taken[words]}")
+        else:
+            taken[words] = name
+            crane, hook = words.split()
+            yard.hooks[name] = (crane, hook)
+        if name in yard.scene.cranes:
+            yard.fault(path[:-1], f"the name '{name}' is given twice: a crane has it, too", on_key=True)
+    used: dict[str, str] = {}
+    for name, loader in rig.loaders.items():
+        for i, lug in enumerate(loader.lugs or ()):
+            path = ("rig", "loaders", name, "lugs", i)
+            lugs = yard.scene.block.lugs if yard.scene.block else {}
+            if lug not in lugs:
+                yard.fault(path, f"the block has no lug '{lug}'", closest(lug, lugs))
+            elif lug in used:
+                yard.fault(path, f"the lug {lug} already carries a sling of {used[lug]}")
+            used.setdefault(lug, name)
+
+
+def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.Crane:
+    where = yard.source.where(("cranes", name))
+    omega = 2 * math.pi * crane.servo_frequency
+
+    def axis(start: float, ends: tuple[float, float], mass: float) -> plan.Axis:
+        kp, kv = mass * omega * omega, 2 * crane.servo_damping * mass * omega
+        return plan.Axis(start=start, lower=ends[0], upper=ends[1], accel=crane.ramp, kp=kp, kv=kv)
+
+    def trolley(which: str, mass: float, height: float, capacity: float) -> plan.Trolley:
+        size = (2 * crane.hook_spacing, crane.trolley_length, 4.0)
+        body = plan.Inertia(mass=mass, com=(0.0, 0.0, height), moments=box(mass, size))
+        y = trolley_start(yard, name, crane, which)
+        key = f"{which} trolley"
+        place = yard.source.where(("cranes", name, key))
+        slide = axis(y, crane.girder, mass)
+        kind: Literal["upper", "lower"] = "upper" if which == UPPER else "lower"
+        return plan.Trolley(name=kind, body=body, axis=slide, capacity=capacity, where=place)
+
+    if crane.drum_ends and crane.falls % crane.drum_ends:
+        told = f"{crane.falls} falls cannot be shared by {crane.drum_ends} drum ends: give an even number of falls"
+        yard.fault(("cranes", name, "drum ends"), f"{told}, or 'drum ends: 1'", on_key=True)
+    hooks = []
+    for loader, (owner, hook) in yard.hooks.items():
+        if owner == name:
+            place = yard.source.where(("rig", "loaders", loader, "hook"))
+            which: Literal["upper", "lower"] = "upper" if HOOKS[hook][0] == UPPER else "lower"
+            hooks.append(
+                plan.Hook(
+                    name=hook,
+                    rope=f"{name}.{hook}",
+                    trolley=which,
+                    accel=crane.ramp,
+                    shortest=crane.shortest_rope,
+                    drum=crane.drum,
+                    highest=crane.highest_hook,
+                    capacity=crane.hook_capacity,
+                    block_mass=crane.hook_block,
+                    where=place,
+                )
+            )
+    portal = (crane.width, crane.span, crane.upper_exit)
+    middle = (0.0, crane.span / 2, 0.7 * crane.upper_exit)
+    moving = crane.main_mass + crane.upper_mass + crane.lower_mass
+    return plan.Crane(
+        name=name,
+        main=plan.Inertia(mass=crane.main_mass, com=middle, moments=box(crane.main_mass, portal)),
+        gantry=axis(crane.at, crane.rails, moving),
+        upper=trolley(UPPER, crane.upper_mass, crane.upper_exit, crane.upper_capacity),
+        lower=trolley(LOWER, crane.lower_mass, crane.lower_exit, crane.lower_capacity),
+        hooks=tuple(sorted(hooks, key=lambda hook: hook.name)),
+        capacity=crane.capacity * (crane.tandem if tandem else 1.0),
+        girder=plan.Girder(
+            mass=crane.girder_mass,
+            stiffness=crane.girder_stiffness,
+            span=crane.span,
+            height=(crane.upper_exit + crane.lower_exit) / 2,
+            damping=crane.girder_damping,
+        ),
+        width=crane.width,
+        where=where,
+    )
+
+
+def _groups(yard: Yard, rig: schema.Rig) -> None:
+    on_hook = {" ".join(yard.hooks[loader]): loader for loader in yard.hooks}
+    for name, members in rig.groups.items():
+        found = []
+        for i, member in enumerate(members):
+            words = " ".join(member.split())
+            if words not in on_hook:
+                path: Path = ("rig", "groups", name, i)
+                yard.fault(path, f"no loader hangs on a hook '{member}'", closest(words, on_hook))
+            else:
+                found.append(on_hook[words])
+        yard.groups[name] = tuple(dict.fromkeys(found))

@@ -1,0 +1,249 @@
+"""The `mechanism:` of a scene file as its part of the plan.
+
+Here the tree, its bodies, forces and contacts; ropes and laws along coordinates have files of their own.  All of them
+become one description for the kernel, with the actuators that orders can move and what carries at the start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path as FilePath
+
+from heavylift.kernel.constraints.contact.pairs import check_contact
+from heavylift.kernel.description import forces as forces
+from heavylift.kernel.description import mechanics as k
+from heavylift.kernel.description.contacts import Contact
+from heavylift.kernel.description.flexible_checks import check_flexible
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.forces.table import check_force
+from heavylift.kernel.model.checks import check_inertia, check_joint
+from heavylift.nodes.plan import plan
+from heavylift.nodes.scene.keys import contacts, joints, kinematics, mechanics
+from heavylift.nodes.scene.keys.forces import Characteristic
+from heavylift.nodes.scene.text.source import Path, Source
+
+from .checking import Checking
+from .laws import actuators, check_curve, check_laws, laws_of
+from .ropes import reeving_of, rope_of, span
+
+TOO_SHORT = 1e-6  # [m] that a rigid rope may lack at the start by rounding
+WIRE = 1e7  # stiffness from which a rope can only be a wire rope, of 16 mm or more [N]
+BREAKS = 0.02  # strain at which steel wire has broken: 1770 MPa over 105 GPa is 1.7 %
+TOUCH = 1e-9  # a rope or support this close carries [m]
+
+
+def build_mechanism(source: Source, given: mechanics.Mechanism, gravity: float) -> plan.Mechanism:
+    """The mechanism of the plan; what is wrong is added to the faults of the source."""
+    return _Assembly(source, given).build(gravity)
+
+
+class _Assembly(Checking):
+    def build(self, gravity: float) -> plan.Mechanism:
+        given = self.given
+        self._tree()
+        check_laws(self)
+        made = tuple(self._joints())
+        plain = {name: rope for name, rope in given.ropes.items() if all(x.plain for x in rope.over)}
+        ropes = [rope_of(self, name, rope) for name, rope in plain.items()]
+        reevings = [reeving_of(self, name, rope) for name, rope in given.ropes.items() if name not in plain]
+        for name, support in given.supports.items():
+            self.known(("mechanism", "supports", name, "body"), support.body)
+            self.on_beam(("mechanism", "supports", name, "at"), support.body, support.at[0])
+        system = k.System(
+            bodies=tuple(self._bodies()),
+            joints=made,
+            ropes=tuple(r for r in ropes if isinstance(r, k.Rope)),
+            rigid_ropes=tuple(r for r in ropes if isinstance(r, k.RigidRope)),
+            supports=tuple(_support(name, support) for name, support in given.supports.items()),
+            forces=(*reevings, *self._forces()),
+            contacts=tuple(self._contacts()),
+            gravity=gravity,
+            **laws_of(given),
+        )
+        if not self.source.faults:
+            self.checked(("mechanism", "joints"), kinematics.poses, system)
+        if not self.source.faults:
+            self.checked(("mechanism",), self._resisting, system)
+        taut, closed = self._carrying(system) if not self.source.faults else ((), ())
+        return plan.Mechanism(
+            name=given.name,
+            system=system,
+            actuators=tuple(actuators(self)),
+            taut=taut,
+            closed=closed,
+            where=self.source.where(("mechanism",)),
+        )
+
+    def _body(self, name: str, body: mechanics.Body) -> k.Body:
+        path: Path = ("mechanism", "bodies", name)
+        flexible, made = body.beam or body.matrices, None
+        if flexible is None and body.mass is None:
+            self.fault((*path, "mass"), "the key 'mass' is missing", on_key=True)
+        if body.beam and body.matrices:
+            self.fault((*path, "matrices"), "a flexible body has either a 'beam' or 'matrices'", on_key=True)
+        elif flexible:
+            at: Path = (*path, "beam" if body.beam else "matrices")
+            try:
+                made = flexible.built(FilePath(self.source.mark(path).file).parent, self.source.root)
+                check_flexible(name, made)
+            except (KernelError, ValueError) as error:
+                self.fault(at, str(error), on_key=True)
+        return k.Body(name, body.mass or 0.0, body.com, _matrix(body.inertia), made)
+
+    def _carrying(self, system: k.System) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        at = kinematics.poses(system)
+        spans = {r.name: span(self, r, at) for r in system.reevings}
+        reeved = [r.name for r in system.reevings if spans[r.name] > r.L0 + TOUCH]
+        stretched = {r.name: kinematics.length(r, at) - r.L0 for r in system.straight_ropes if r.hooked}
+        for rigid in system.rigid_ropes:
+            if stretched.get(rigid.name, 0.0) > TOO_SHORT:
+                told = f"the rope is rigid and {stretched[rigid.name] * 1e3:.3g} mm too short for its ends at the start"
+                self.fault(("mechanism", "ropes", rigid.name, "length"), told)
+        for rope in system.ropes:
+            self._overstretched(rope, stretched.get(rope.name, 0.0))
+        for reeving in system.reevings:
+            self._overstretched(reeving, (spans[reeving.name] or 0.0) - reeving.L0)
+        taut = [r.name for r in system.ropes if stretched.get(r.name, 0.0) > TOUCH]
+        taut += [r.name for r in system.rigid_ropes if stretched.get(r.name, -1.0) > -TOUCH]
+        closed = (s.name for s in system.supports if kinematics.place(s.point, at)[2] < s.height - TOUCH)
+        touching = (c.name for c in system.contacts if contacts.touches(c, at, TOUCH))
+        return (*taut, *reeved), (*closed, *touching)
+
+    def _overstretched(self, rope: k.Rope | forces.Reeving, stretch: float) -> None:
+        """No wire rope begins beyond the strain at which it breaks; softer ones may be of anything."""
+        if rope.EA >= WIRE and stretch > BREAKS * rope.L0:
+            told = (
+                f"the rope begins stretched by {stretch / rope.L0:.1%} with {rope.EA * stretch / rope.L0 / 1e3:.4g} kN"
+            )
+            told += (
+                f", where wire ropes break at {BREAKS:.0%}: its ends are {rope.L0 + stretch:.6g} m apart at the start"
+            )
+            self.fault(("mechanism", "ropes", rope.name, "length"), told)
+
+    def _tree(self) -> None:
+        """Joints hold bodies that there are, and all hang together with the world."""
+        carried: dict[str, str] = {}
+        for name, joint in self.given.joints.items():
+            path: Path = ("mechanism", "joints", name)
+            self.known((*path, "parent"), joint.parent)
+            if isinstance(joint, joints.Slider):
+                if joint.parent in self.bodies and not self.beam(joint.parent):
+                    self.fault((*path, "parent"), f"a slider needs a flexible beam, and '{joint.parent}' has none")
+                self.on_beam((*path, "start"), joint.parent, joint.start)
+            else:
+                self.on_beam((*path, "at"), joint.parent, joint.at[0])
+            self.known((*path, "child"), joint.child)
+            if joint.child != k.WORLD:  # that closes a loop, as every further joint of a body does
+                carried.setdefault(joint.child, name)
+            free = joint.type == "free" and joint.child in self.given.bodies
+            if free and not self._solid(joint.child) and self._possible(joint.child):
+                told = f"the body '{joint.child}' moves freely and nothing resists its turning: give it moments"
+                self.fault(("mechanism", "bodies", joint.child), f"{told} with 'inertia'", on_key=True)
+        connected = self._connected()
+        for body in (b for b in self.given.bodies if b not in connected):
+            above, seen = body, set[str]()
+            while above in carried and above not in seen:
+                seen.add(above)
+                above = self.given.joints[carried[above]].parent
+            if above == body and not seen:
+                self.fault(("mechanism", "bodies", body), f"no joint carries the body '{body}'", on_key=True)
+            elif above in seen:
+                told = f"the joints of '{body}' go in a circle and never reach the world"
+                self.fault(("mechanism", "bodies", body), told, on_key=True)
+
+    def _connected(self) -> set[str]:
+        """Bodies that joints join to the world, this way round or that."""
+        found, before = {k.WORLD}, 0
+        while len(found) > before:
+            before = len(found)
+            for joint in self.given.joints.values():
+                if {joint.parent, joint.child} & found:
+                    found |= {joint.parent, joint.child}
+        return found
+
+    def _bodies(self) -> Iterator[k.Body]:
+        """The kernel's bodies, with inertias that a mass can have."""
+        for name, body in self.given.bodies.items():
+            made = self._body(name, body)
+            self.checked(("mechanism", "bodies", name, "inertia"), check_inertia, made)
+            yield made
+
+    def _joints(self) -> Iterator[k.Joint]:
+        """The kernel's joints; their axes have directions and stand as their type wants them."""
+        for name, joint in self.given.joints.items():
+            path: Path = ("mechanism", "joints", name)
+            faults = len(self.source.faults)
+            for key in joint.directions:
+                axis = getattr(joint, key.replace(" ", "_"))
+                if axis is not None and not any(axis):
+                    self.fault((*path, key), "an axis needs a direction, such as [0, 0, 1]")
+            if isinstance(joint, joints.Spherical | joints.Free) and not any(joint.attitude):
+                self.fault((*path, "attitude"), "a quaternion x y z w must not be zero, [0, 0, 0, 1] is no turn")
+            made = joint.built(name)
+            if len(self.source.faults) == faults:
+                self.checked(path, check_joint, made)
+            yield made
+
+    def _solid(self, body: str) -> bool:
+        """Whether all moments of inertia are there, or other bodies or a beam may bring them."""
+        carries = any(joint.parent == body for joint in self.given.joints.values())
+        given = self.given.bodies[body]
+        return carries or bool(given.beam or given.matrices) or all(given.inertia[:3])
+
+    def _possible(self, body: str) -> bool:
+        """Whether a body can have its inertia; if not, that is told by itself."""
+        given = self.given.bodies[body]
+        try:
+            check_inertia(k.Body(body, given.mass or 0.0, inertia=_matrix(given.inertia)))
+        except KernelError:
+            return False
+        return True
+
+    def _resisting(self, system: k.System) -> None:
+        """Where a body lacks mass or moments, whether all that moves it is resisted by what it carries."""
+        if all(b.flexible or (b.mass and all(row[i] for i, row in enumerate(b.inertia))) for b in system.bodies):
+            return
+        from heavylift.kernel.model.program import Program  # costs what a complete scene need not pay
+        from heavylift.kernel.simulation.safeguards.inertia_check import check_resistance
+
+        try:
+            program = Program(system)
+            check_resistance(program, program.initial_state())
+        except KernelError as error:
+            body = next((b.name for b in system.bodies if f"body '{b.name}'" in str(error)), "")
+            self.fault(("mechanism", "bodies", body) if body else ("mechanism",), str(error), on_key=True)
+
+    def _forces(self) -> Iterator[forces.Force]:
+        """Each force acts on bodies or a joint that are there and is one that the kernel can build."""
+        for name, force in self.given.forces.items():
+            path: Path = ("mechanism", "forces", name)
+            for keys, body in force.bodies:
+                self.known((*path, *keys), body)
+            joint = getattr(force, "joint", "")
+            along = self.along(path, joint, getattr(force, "coordinate", "")) if joint else None
+            if along and isinstance(force, Characteristic):
+                check_curve(self, path, force, along[1])
+            made = force.built(name, FilePath(self.source.mark(path).file).parent)
+            self.checked(path, check_force, made)
+            yield made
+
+    def _contacts(self) -> Iterator[Contact]:
+        """Each contact is between bodies that are there and shapes that the kernel can watch."""
+        for name, given in self.given.contacts.items():
+            path: Path = ("mechanism", "contacts", name)
+            self.known((*path, "body"), given.body)
+            self.known((*path, "against", "body"), given.against.body)
+            made = contacts.built(name, given)
+            self.checked(path, check_contact, made)
+            yield made
+
+
+def _matrix(i: tuple[float, ...]) -> k.Matrix:
+    xx, yy, zz, xy, xz, yz = (*i, 0.0, 0.0, 0.0)[:6]
+    return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+
+
+def _support(name: str, s: mechanics.Support) -> k.Support:
+    at = k.Point(s.body, s.at)
+    kt, dt = s.tangential_stiffness, s.tangential_damping
+    return k.Support(name, at, s.height, s.stiffness, s.damping, s.friction, kt, dt)

@@ -1,0 +1,103 @@
+"""Ropes of a mechanism: between points, in lines of one tension, over points and sheaves, wound on winches."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+from heavylift.kernel.description import forces as forces
+from heavylift.kernel.description import mechanics as k
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.forces.reeving import ReevingLaw
+from heavylift.kernel.forces.table import check_force
+from heavylift.nodes.scene.keys import kinematics, mechanics
+from heavylift.nodes.scene.keys.attitudes import unit
+from heavylift.nodes.scene.text.source import Path
+
+from .checking import Checking
+
+__all__ = ["reeving_of", "rope_of", "span"]
+
+
+def rope_of(checks: Checking, name: str, rope: mechanics.Rope) -> k.Rope | k.RigidRope:
+    """A rope between points, on its way perhaps over others without friction."""
+    path: Path = ("mechanism", "ropes", name)
+    lines = [(line.start, line.end, line.share, (*path, "lines", i)) for i, line in enumerate(rope.lines)]
+    for start, end, _, at in lines:
+        checks.known((*at, "start", "body"), start.body)
+        checks.known((*at, "end", "body"), end.body)
+        checks.on_beam((*at, "start", "at"), start.body, start.at[0])
+        checks.on_beam((*at, "end", "at"), end.body, end.at[0])
+    if rope.start and rope.end and not rope.lines:
+        nodes = _nodes(checks, path, rope.start, rope.over, rope.end)
+        lines = [(a, b, 1.0, path) for a, b in pairwise(nodes)]
+    elif rope.start or rope.end or rope.over or not rope.lines:
+        checks.fault(path, "a rope has either 'start' and 'end' or 'lines'", on_key=True)
+    _wound(checks, path, rope)
+    _stretch(checks, path, rope)
+    made = tuple(k.Line(k.Point(a.body, a.at), k.Point(b.body, b.at), share) for a, b, share, _ in lines)
+    winch = rope.winch is not None
+    if rope.rigid:
+        return k.RigidRope(name, made, rope.length, winch, rope.hooked)
+    return k.Rope(name, made, rope.EA or 1.0, rope.length, rope.damping or 0.0, winch, rope.hooked)
+
+
+def _stretch(checks: Checking, path: Path, rope: mechanics.Rope) -> None:
+    """An elastic rope has a stiffness, a rigid one none, and no damping."""
+    if not rope.rigid:
+        if rope.EA is None:
+            checks.fault(path, "the key 'EA' is missing; a rope that cannot stretch is 'rigid: true'", on_key=True)
+        return
+    for key in ("EA", "damping"):
+        if getattr(rope, key) is not None:
+            checks.fault((*path, key), f"a rigid rope cannot stretch: leave '{key}' or 'rigid' away", on_key=True)
+
+
+def reeving_of(checks: Checking, name: str, rope: mechanics.Rope) -> forces.Reeving:
+    """A rope over sheaves with a radius or friction."""
+    path: Path = ("mechanism", "ropes", name)
+    if rope.start is None or rope.end is None or rope.lines or not rope.hooked:
+        told = "a rope over sheaves has 'start' and 'end', no 'lines', and is never taken off"
+        checks.fault(path, told, on_key=True)
+    start, end = (x or mechanics.End(body=k.WORLD) for x in (rope.start, rope.end))
+    _nodes(checks, path, start, rope.over, end)
+    _wound(checks, path, rope)
+    _stretch(checks, path, rope)
+    if rope.rigid:
+        told = "a rigid rope runs over points only: leave 'radius', 'friction' and 'efficiency' of its sheaves away"
+        checks.fault((*path, "rigid"), told, on_key=True)
+    sheaves = tuple(
+        forces.Sheave(k.Point(s.body, s.at), unit(s.axis), s.radius, s.friction, s.efficiency) for s in rope.over
+    )
+    signal = forces.Signal(rope.length, driven=rope.winch is not None)
+    ends = k.Point(start.body, start.at), k.Point(end.body, end.at)
+    made = forces.Reeving(name, ends[0], sheaves, ends[1], rope.EA or 1.0, signal, rope.damping or 0.0)
+    checks.checked(path, check_force, made)
+    return made
+
+
+def _nodes(
+    checks: Checking, path: Path, start: mechanics.End, over: list[mechanics.Over], end: mechanics.End
+) -> list[mechanics.End]:
+    """Start, what lies between, end; their bodies are checked."""
+    placed: list[tuple[Path, mechanics.End]] = [((*path, "start"), start)]
+    placed += [((*path, "over", i), node) for i, node in enumerate(over)]
+    for at, node in [*placed, ((*path, "end"), end)]:
+        checks.known((*at, "body"), node.body)
+        checks.on_beam((*at, "at"), node.body, node.at[0])
+    return [start, *over, end]
+
+
+def _wound(checks: Checking, path: Path, rope: mechanics.Rope) -> None:
+    """The length of a rope lies between those that its winch allows."""
+    if rope.winch and not rope.winch.shortest <= rope.length <= rope.winch.longest:
+        ends = f"{rope.winch.shortest:g} and {rope.winch.longest:g} m"
+        checks.fault((*path, "length"), f"{rope.length:g} m of rope is not between {ends}")
+
+
+def span(checks: Checking, rope: forces.Reeving, at: kinematics.Poses) -> float:
+    """The length of a rope over its sheaves at the start [m]."""
+    try:
+        return ReevingLaw().start_length(rope, lambda body: (at[body][1], at[body][0]))
+    except KernelError as error:
+        checks.fault(("mechanism", "ropes", rope.name), str(error), on_key=True)
+        return 0.0

@@ -1,0 +1,75 @@
+"""The block of a scene file as its part of the plan: lying in equilibrium on its stools.
+
+Stiffness of a support = its equal share of the weight over the settlement; damping from the ratio given.
+"""
+
+from __future__ import annotations
+
+import math
+
+from heavylift.kernel.algebra.dense import dot, least_norm, singular_values
+from heavylift.kernel.description.mechanics import Body, Point, Support
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.model.checks import check_inertia
+from heavylift.nodes.plan import plan
+from heavylift.nodes.scene.keys import schema
+
+from .yard import LOWER, UPPER, Yard, box
+
+SINGULAR = 1e-12  # singular value, relative, of stools in one line
+
+
+def build_block(yard: Yard, block: schema.Block) -> plan.Block:
+    """The block with its lugs and pads."""
+    pads, stools = [], block.supports
+    n, half = len(stools.at), block.size[2] / 2
+    k = block.mass * yard.scene.gravity / (n * stools.settlement)
+    d = 2 * stools.damping * math.sqrt(k * block.mass / n)
+    for face, side in ((LOWER, -1), (UPPER, 1)):
+        for i, (u, v) in enumerate(stools.at):
+            support = Support(
+                f"block.{face}-{i + 1}",
+                Point("block", (u, v, side * half)),
+                stools.height,
+                k,
+                d,
+                stools.friction,
+                k if stools.friction else 0.0,
+                d if stools.friction else 0.0,
+            )
+            where = yard.source.where(("block", "supports", "at", i))
+            pads.append(plan.Pad(support=support, face=face, closed=face == LOWER, where=where))
+    if block.inertia:
+        _check_moments(yard, block)
+    return plan.Block(
+        body=plan.Inertia(mass=block.mass, com=block.com, moments=block.inertia or box(block.mass, block.size)),
+        size=block.size,
+        pose=_resting(block),
+        lugs=tuple(
+            plan.Lug(name=lug, p=p, where=yard.source.where(("block", "lugs", lug))) for lug, p in block.lugs.items()
+        ),
+        pads=tuple(pads),
+        where=yard.source.where(("block",)),
+    )
+
+
+def _check_moments(yard: Yard, block: schema.Block) -> None:
+    """Some body must be able to have them."""
+    assert block.inertia is not None
+    x, y, z = block.inertia
+    try:
+        check_inertia(Body("block", block.mass, inertia=((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))))
+    except KernelError as error:
+        yard.fault(("block", "inertia"), str(error))
+
+
+def _resting(block: schema.Block) -> tuple[float, float, float, float, float, float, float]:
+    """Pose of the block in equilibrium on its stools: k sum(depth) = weight, with depth = a + b u + c v."""
+    places = [(1.0, u, v) for u, v in block.supports.at]
+    total = len(places) * block.supports.settlement
+    load = [total, total * block.com[0], total * block.com[1]]
+    A = [[dot(p, q) for q in zip(*places, strict=True)] for p in zip(*places, strict=True)]
+    a, b, c = least_norm(A, load, SINGULAR * max(singular_values(A)))
+    x, y, z = block.at
+    norm = math.sqrt(1 + (b * b + c * c) / 4)
+    return (x, y, z - a, -c / 2 / norm, b / 2 / norm, 0.0, 1 / norm)

@@ -1,0 +1,60 @@
+"""What the builders of a scene's machines share: the yard they build into, and where hooks and trolleys are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from heavylift.kernel.description.mechanics import Vector
+from heavylift.nodes.plan import plan
+from heavylift.nodes.scene.keys import schema
+from heavylift.nodes.scene.text.source import Fault, Path, Source
+
+UPPER, LOWER = "upper", "lower"
+HOOKS = {"H1": ("upper", -1), "H2": ("upper", 1), "H3": ("lower", 0)}  # trolley, side along x
+
+
+@dataclass
+class Yard:
+    """What the machines of a scene resolve to, while its faults are collected."""
+
+    source: Source
+    scene: schema.Scene
+    cranes: list[plan.Crane] = field(default_factory=list)
+    loaders: list[plan.Loader] = field(default_factory=list)
+    block: plan.Block | None = None
+    ropes: list[plan.HookRope] = field(default_factory=list)
+    slings: list[plan.Sling] = field(default_factory=list)
+    hooks: dict[str, tuple[str, str]] = field(default_factory=dict)  # loader -> (crane, hook)
+    groups: dict[str, tuple[str, ...]] = field(default_factory=dict)  # -> loaders
+
+    def fault(self, path: Path, sentence: str, hint: str = "", *, on_key: bool = False) -> None:
+        self.source.faults.append(Fault(path, sentence, hint, on_key))
+
+
+def box(mass: float, size: Vector) -> Vector:
+    """Moments of inertia of a uniform box about its centre [kg m2]."""
+    x, y, z = (s * s for s in size)
+    return (mass / 12 * (y + z), mass / 12 * (x + z), mass / 12 * (x + y))
+
+
+def exit_height(crane: schema.Crane, hook: str) -> float:
+    """World z where the ropes of a hook leave its trolley [m]."""
+    return crane.upper_exit if HOOKS[hook][0] == UPPER else crane.lower_exit
+
+
+def trolley_start(yard: Yard, name: str, crane: schema.Crane, trolley: str) -> float:
+    """y of a trolley at the start: as written, or above the mean of the lugs its loaders carry [m]."""
+    written = crane.upper_trolley if trolley == UPPER else crane.lower_trolley
+    block, rig = yard.scene.block, yard.scene.rig
+    if written is not None or block is None or rig is None:
+        return written if written is not None else sum(crane.girder) / 2
+    hung = [loader for loader, (c, h) in yard.hooks.items() if c == name and HOOKS[h][0] == trolley]
+    lugs = [lug for loader in hung for lug in rig.loaders[loader].lugs or () if lug in block.lugs]
+    if not lugs:
+        return sum(crane.girder) / 2
+    return block.at[1] + sum(block.lugs[lug][1] for lug in lugs) / len(lugs)
+
+
+def by_beam(lugs: list[str], u: dict[str, float]) -> list[str]:
+    """Two lugs in the order of the beam's ends, smaller u first."""
+    return sorted(lugs, key=lambda lug: u[lug])

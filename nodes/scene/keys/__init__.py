@@ -1,0 +1,9 @@
+"""The keys of a scene file, as frozen pydantic models.
+
+schema, validate       every key, its unit, its default; data through the models, with errors as sentences
+base, attitudes        names, places, ends; directions and attitudes
+mechanics, joints, forces, contacts, flexible   the keys of `mechanism:`
+kinematics             where the bodies of a mechanism are at the start
+placement              which process hosts which nodes
+editors                the JSON Schema of scene files
+"""

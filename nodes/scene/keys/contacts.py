@@ -1,0 +1,63 @@
+"""The keys of `mechanism: contacts:` in a scene file, and what they become in the kernel.
+
+A contact is that of a body with another one or, if none is named, with the ground: a `box` or a ball of some `radius`
+(none: a point) against the plane, box or ball given by `against`.
+"""
+
+from __future__ import annotations
+
+from heavylift.kernel.constraints.contact.pairs import gap
+from heavylift.kernel.description import contacts as c
+from heavylift.kernel.description.points import WORLD
+from heavylift.nodes.scene.text.units import Extent, Ratio
+from pydantic import Field
+
+from .attitudes import quaternion_matrix
+from .base import Base, Direction, Place, Quaternion
+from .kinematics import Poses
+
+__all__ = ["Contact", "built", "touches"]
+
+Sizes = tuple[Extent, Extent, Extent]
+
+
+class _Side(Base):
+    at: Place = (0.0, 0.0, 0.0)
+    box: Sizes | None = None
+    radius: Extent | None = None
+    attitude: Quaternion = (0.0, 0.0, 0.0, 1.0)
+
+
+class Against(_Side):
+    """The other side: a plane, unless it has a box or a radius."""
+
+    body: str = WORLD
+    normal: Direction = (0.0, 0.0, 1.0)
+
+
+class Contact(_Side):
+    """A rigid contact with friction; impacts return `restitution` of the speed of approach."""
+
+    body: str
+    against: Against = Field(default_factory=Against)
+    friction: Ratio = 0.0
+    restitution: Ratio = 0.0
+
+
+def built(name: str, x: Contact) -> c.Contact:
+    """The kernel's description."""
+    b: c.Shape = c.Plane(x.against.body, x.against.at, x.against.normal)
+    if x.against.box or x.against.radius:
+        b = _solid(x.against.body, x.against)
+    return c.Contact(name, _solid(x.body, x), b, x.friction, x.restitution)
+
+
+def _solid(body: str, x: _Side) -> c.Ball | c.Box:
+    if x.box:
+        return c.Box(body, x.box, x.at, quaternion_matrix(x.attitude))
+    return c.Ball(body, x.at, x.radius or 0.0)
+
+
+def touches(contact: c.Contact, at: Poses, width: float) -> bool:
+    """Whether the shapes of a contact lie closer than `width` [m]."""
+    return gap(contact, at[contact.a.body], at[contact.b.body]) < width

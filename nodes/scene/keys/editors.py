@@ -1,0 +1,108 @@
+"""The JSON Schema of scene files, for editors: keys, their units and defaults, what they mean.
+
+Made from the pydantic models that read scenes, so it cannot lag behind them.  An editor that knows it completes and
+checks while one types; what it cannot know (names, physics, phrases of the action list) `heavylift check` tells.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Iterator
+from typing import Any, get_args
+
+from heavylift.nodes.scene.text.units import (
+    ANY_DAMPING,
+    ANY_STIFFNESS,
+    DIMENSIONS,
+    EFFORT,
+    REACH,
+    STROKE,
+    STROKE_RAMP,
+    STROKE_SPEED,
+)
+from pydantic import BaseModel
+
+from .schema import Scene
+
+__all__ = ["json_schema", "with_unit"]
+
+Schema = dict[str, Any]
+ALL = (*DIMENSIONS, STROKE, STROKE_SPEED, STROKE_RAMP, REACH, EFFORT, ANY_STIFFNESS, ANY_DAMPING)
+FIRST_UNIT = {dimension.name: next(iter(dimension.units.items())) for dimension in ALL}
+SHORT = {  # what a scene may write shorter than its models say
+    "Action": {"type": "string", "pattern": "^wait ", "description": "only wait, such as 'wait 60 s'"},
+    "Process": {"type": "array", "items": {"type": "string"}, "description": "nodes of a process on this host"},
+}
+
+
+def json_schema() -> Schema:
+    """The schema as plain data."""
+    schema = Scene.model_json_schema(by_alias=True)
+    definitions = schema["$defs"]
+    meanings = {model.__name__: _comments(model) for model in _models(Scene)}
+    for name, part in {"Scene": schema, **definitions}.items():
+        told = meanings.get(name.rpartition("__")[2], {})
+        for key, value in part.get("properties", {}).items():
+            part["properties"][key] = _readable(value, told.get(key, ""))
+    for name, short in SHORT.items():
+        definitions[name] = {"anyOf": [definitions[name], short]}
+    schema["properties"]["extends"] = {"type": "string", "description": "scene that this one is laid over"}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+
+
+def with_unit(dimension: str, value: float) -> str | float:
+    """A value in SI units as a scene writes it; a plain number where none is needed."""
+    unit, factor = FIRST_UNIT.get(dimension, ("", 1.0))
+    return f"{value / factor:.10g} {unit}" if unit else value
+
+
+def _models(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
+    """A model and all that stand in its fields; those of one name share their comments."""
+    seen, todo = set[type[BaseModel]](), [model]
+    while todo:
+        one = todo.pop()
+        if one in seen:
+            continue
+        seen.add(one)
+        yield one
+        types: list[Any] = [field.annotation for field in one.model_fields.values()]
+        while types:
+            kind = types.pop()
+            if isinstance(kind, type) and issubclass(kind, BaseModel):
+                todo.append(kind)
+            types += get_args(kind)
+
+
+def _comments(model: type[BaseModel]) -> dict[str, str]:
+    """What the comments behind the fields of a model say, by key."""
+    found = re.findall(r"^    (\w+): .*?  # (.*)$", inspect.getsource(model), re.M)
+    fields = model.model_fields
+    return {(fields[name].alias if name in fields else None) or name: comment for name, comment in found}
+
+
+def _readable(key: Schema, meaning: str) -> Schema:
+    """A key without machine-made titles, its default with a unit; a place on a beam may be one length."""
+    found = {name: value for name, value in key.items() if name != "title"}
+    if found.get("default") in ({}, []) or isinstance(found.get("default"), dict):  # its own keys tell theirs
+        del found["default"]
+    if "default" in found:
+        found["default"] = _default(found, found["default"])
+    items = found.get("prefixItems", [])
+    if len(items) == 3 and all(item.get("dimension") == "length" for item in items):
+        found = {"anyOf": [found, {"type": "string"}]} | (
+            {"default": found.pop("default")} if "default" in found else {}
+        )
+    if meaning:
+        found["description"] = f"{meaning} ({found['description']})" if "description" in found else meaning
+    return found
+
+
+def _default(key: Schema, value: Any) -> Any:
+    options = [key, *key.get("anyOf", [])]
+    if isinstance(value, list):
+        lists: list[list[Schema]] = [option.get("prefixItems", []) for option in options]
+        items = next((items for items in lists if len(items) == len(value)), [])
+        return [_default(item, x) for item, x in zip(items, value, strict=True)] if items else value
+    dimension = next((option["dimension"] for option in options if "dimension" in option), "")
+    return with_unit(dimension, value) if dimension and isinstance(value, float) else value

@@ -1,0 +1,153 @@
+"""What makes a body of a mechanism flexible: the keys `beam` and `matrices`, and their kernel description.
+
+A beam lies along x of its body's frame; joints, ropes and forces on it stand at `at: 30 m`.  Matrices come from files
+beside the scene: .csv, or the array of the key's name in an .npz.
+"""
+
+from __future__ import annotations
+
+import re
+import zlib
+from io import BytesIO, StringIO
+from pathlib import Path
+from typing import Any, Literal
+from zipfile import BadZipFile, ZipFile
+
+import numpy as np
+from heavylift.kernel.description import flexible as k
+from heavylift.nodes.scene.text.files import content, within
+from heavylift.nodes.scene.text.units import (
+    Area,
+    Extent,
+    Length,
+    Mass,
+    MassPerLength,
+    Modulus,
+    Ratio,
+    Rigidity,
+    RotaryInertia,
+    SecondMoment,
+    Tension,
+)
+from pydantic import Field, field_validator, model_validator
+
+from .base import Base
+
+__all__ = ["Beam", "Matrices"]
+
+LARGEST = 1 << 25  # of a matrix [bytes]
+# what zipfile and NumPy raise of archives that are damaged, or packed in a way that they do not know
+BROKEN = (BadZipFile, MemoryError, zlib.error, EOFError, OverflowError, NotImplementedError, RuntimeError, TypeError)
+
+
+class Section(Base):
+    """A cross-section: area, second moments about y and z, torsion constant."""
+
+    area: Area = 0.0
+    Iy: SecondMoment = 0.0
+    Iz: SecondMoment = 0.0
+    J: SecondMoment = 0.0
+
+
+class Beam(Base):
+    """A uniform beam: EI, EA, GJ as such or as E, G and `section`; what is left away is rigid."""
+
+    length: Extent
+    mass: Mass | None = None
+    mass_per_length: MassPerLength | None = None
+    EI_y: Rigidity = 0.0  # bending about y: displacements along z
+    EI_z: Rigidity = 0.0
+    EA: Tension = 0.0
+    GJ: Rigidity = 0.0
+    E: Modulus = 0.0
+    G: Modulus = 0.0
+    section: Section = Section()
+    rotary_inertia: RotaryInertia = 0.0  # about the beam's axis, per length
+    frame: Literal["clamped", "simply supported", "free"] = "clamped"
+    modes: int = Field(default=3, ge=0, le=30)
+    damping: Ratio = 0.0
+    loads: list[Length] = Field(default_factory=list)
+    elements: int = Field(default=32, ge=1, le=200)
+
+    @model_validator(mode="after")
+    def _one_mass(self) -> Beam:
+        if (self.mass is None) == (self.mass_per_length is None):
+            raise ValueError("a beam has either 'mass' or 'mass per length'")
+        return self
+
+    def built(self, folder: Path, root: Path) -> k.Flexible:
+        """The kernel's description."""
+        per_length = self.mass_per_length or (self.mass or 0.0) / self.length
+        s, E, G = self.section, self.E, self.G
+        stiffness = (self.EI_y or E * s.Iy, self.EI_z or E * s.Iz, self.EA or E * s.area, self.GJ or G * s.J)
+        beam = k.Beam(self.length, per_length, *stiffness, self.rotary_inertia, self.elements)
+        return k.Flexible(self.modes, beam, frame=self.frame, damping=self.damping, loads=tuple(self.loads))
+
+
+class Matrices(Base):
+    """Mass and stiffness of a finite-element model with 3 or 6 degrees of freedom at each node (rows of `nodes`, in m).
+
+    `held`: degrees of freedom, from 0, that the body's frame holds; `shapes` (columns) stand for eigenmodes.
+    """
+
+    nodes: str
+    mass: str
+    stiffness: str
+    shapes: str = ""
+    held: list[int] = Field(default_factory=list)
+    modes: int = Field(default=3, ge=0, le=30)
+    damping: Ratio = 0.0
+
+    @field_validator("nodes", "mass", "stiffness", "shapes")
+    @classmethod
+    def _readable(cls, file: str) -> str:
+        if file and Path(file).suffix not in (".csv", ".npz"):
+            raise ValueError(f"'{file}' is neither a .csv nor an .npz file")
+        return file
+
+    def built(self, folder: Path, root: Path) -> k.Flexible:
+        """The kernel's description; raises ValueError naming a file that cannot be read or is outside of `root`."""
+        nodes = tuple((float(x), float(y), float(z)) for x, y, z in self._array(folder, root, "nodes", 3))
+        nodal = k.Nodal(
+            nodes=nodes,
+            mass=self._array(folder, root, "mass"),
+            stiffness=self._array(folder, root, "stiffness"),
+            held=tuple(self.held),
+            modes=self._array(folder, root, "shapes") if self.shapes else (),
+        )
+        return k.Flexible(self.modes, nodal=nodal, damping=self.damping)
+
+    def _array(self, folder: Path, root: Path, key: str, columns: int = 0) -> tuple[tuple[float, ...], ...]:
+        file = str(getattr(self, key))
+        data = self._data(folder / file, within(root, folder / file))
+        try:
+            if file.endswith(".npz"):
+                array = _member(data, key)
+            else:
+                array = np.loadtxt(StringIO(data.decode()), delimiter=",", ndmin=2)
+        except KeyError:
+            raise ValueError(f"'{file}' has no array '{key}'") from None
+        except (*BROKEN, ValueError) as error:  # without what it quotes of the file
+            place = re.search(r"at row \d+, column \d+", str(error))
+            raise ValueError(
+                f"'{file}' cannot be read as numbers{' ' if place else ''}{place[0] if place else ''}"
+            ) from None
+        if array.ndim != 2 or (columns and array.shape[1] != columns):
+            raise ValueError(f"'{file}' has not the rows and columns of '{key}'")
+        return tuple(tuple(map(float, row)) for row in array)
+
+    def _data(self, file: Path, path: Path) -> bytes:
+        try:
+            return content(path, LARGEST)
+        except FileNotFoundError:
+            raise ValueError(f"there is no file '{file}'") from None
+        except OSError as error:
+            raise ValueError(f"'{file}' cannot be read: {error.strerror}") from None
+
+
+def _member(data: bytes, key: str) -> Any:
+    """An array of an .npz; KeyError, ValueError or one of BROKEN if there is none of numbers, or none so small."""
+    with ZipFile(BytesIO(data)) as archive, archive.open(f"{key}.npy") as member:
+        if archive.getinfo(f"{key}.npy").file_size > LARGEST:
+            raise ValueError
+        return np.array(np.load(BytesIO(member.read(LARGEST)), allow_pickle=False), float)

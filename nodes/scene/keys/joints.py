@@ -1,0 +1,274 @@
+"""The joints of `mechanism:` in a scene file: one model per type, with its own units, and the kernel's joint from it.
+
+`at` and `rotation` place the joint's frame on its parent; axes are written in that frame.  `start` and `speed` follow
+the order of the coordinates in the kernel's joint table.  `limits` and `friction` of a coordinate are the stops and the
+brake that never lets go, written where the joint is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, ClassVar, Literal
+
+from heavylift.kernel.description import mechanics as k
+from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.description.points import Vector
+from heavylift.nodes.scene.text.units import Angle, AnyDamping, AnyStiffness, Effort, Length, Rate, Stroke, Velocity
+from pydantic import Field
+
+from .attitudes import across, turned, unit
+from .base import Base, Direction, Place, Quaternion, Station
+
+__all__ = ["JOINT_TYPES", "AnyJoint", "Joint"]
+
+X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+
+
+class Limits(Base):
+    """Elastic end stops of a coordinate."""
+
+    range: tuple[Stroke, Stroke]
+    stiffness: AnyStiffness
+    damping: AnyDamping = 0.0
+
+
+class Friction(Base):
+    """Friction of a coordinate: `viscous` per velocity, and `dry`, a spring-damper that slips at this effort."""
+
+    viscous: AnyDamping = 0.0
+    dry: Effort | None = None
+    stiffness: AnyStiffness = 0.0
+    damping: AnyDamping = 0.0
+
+
+class AnyJoint(Base):
+    """What all joints have; `at child` is the joint's place on the child.
+
+    `rotation` turns the frame about the parent's x, then its y, then its z."""
+
+    type: str
+    parent: str = "world"
+    child: str
+    at: Station = (0.0, 0.0, 0.0)
+    at_child: Place = (0.0, 0.0, 0.0)
+    rotation: tuple[Angle, Angle, Angle] = (0.0, 0.0, 0.0)
+    limits: dict[str, Limits] = Field(default_factory=dict)
+    friction: dict[str, Friction] = Field(default_factory=dict)
+
+    directions: ClassVar[tuple[str, ...]] = ()  # keys that hold an axis
+
+    @property
+    def kind(self) -> k.JointKind:
+        return self.type  # type: ignore[return-value]
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Those along which a law can act."""
+        return JOINTS[self.kind].actable
+
+    def turns(self, coordinate: str) -> bool:
+        """Whether it is an angle."""
+        return JOINTS[self.kind].turns(self.coordinates.index(coordinate))
+
+    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """q0 and v0."""
+        return (), ()
+
+    @property
+    def asked(self) -> tuple[bool, bool]:
+        """Whether coordinates and speeds at the start are written; what is not follows where it closes a loop."""
+        written = self.model_fields_set
+        return bool(written & {"start", "position", "attitude"}), bool(written & {"speed", "velocity", "rate"})
+
+    def axes(self) -> tuple[Vector, Vector]:
+        """`axis` and `second` of the kernel's joint, not yet of unit length."""
+        return Z, X
+
+    @property
+    def pitch(self) -> float:
+        return 0.0
+
+    def built(self, name: str) -> k.Joint:
+        """The kernel's joint."""
+        q0, v0 = (x if written else () for x, written in zip(self.state(), self.asked, strict=True))
+        axis, second = (unit(e) for e in self.axes())
+        frame = turned(*self.rotation)
+        place = (self.parent, self.child, self.at, frame)
+        return k.Joint(name, self.kind, *place, axis, second, self.pitch, q0=q0, v0=v0, p_CJ=self.at_child)
+
+    def laws(self, name: str) -> Iterator[k.Stop | k.Brake | k.JointSpring]:
+        """What its `limits` and `friction` are to the kernel."""
+        for c, x in self.limits.items():
+            yield k.Stop(f"{name}.{c}.limits", name, *x.range, x.stiffness, x.damping, coordinate=c)
+        for c, f in self.friction.items():
+            if f.viscous:
+                yield k.JointSpring(f"{name}.{c}.viscous", name, d=f.viscous, coordinate=c)
+            if f.dry:
+                yield k.Brake(f"{name}.{c}.dry", name, f.dry, f.stiffness, f.damping, engaged=True, coordinate=c)
+
+
+class Fixed(AnyJoint):
+    """No motion."""
+
+    type: Literal["fixed"]
+
+
+class _Axial(AnyJoint):
+    axis: Direction
+    directions: ClassVar[tuple[str, ...]] = ("axis",)
+
+    def axes(self) -> tuple[Vector, Vector]:
+        return self.axis, X
+
+
+class Revolute(_Axial):
+    """Turns about `axis`."""
+
+    type: Literal["revolute"]
+    start: Angle = 0.0
+    speed: Rate = 0.0
+
+    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        return (self.start,), (self.speed,)
+
+
+class Prismatic(_Axial):
+    """Slides along `axis`."""
+
+    type: Literal["prismatic"]
+    start: Length = 0.0
+    speed: Velocity = 0.0
+
+    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        return (self.start,), (self.speed,)
+
+
+class Slider(AnyJoint):
+    """Slides along a flexible beam; `start` is its place there, `at` an arm from the beam's axis."""
+
+    type: Literal["slider"]
+    start: Length = 0.0
+    speed: Velocity = 0.0
+
+    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        return (self.start,), (self.speed,)
+
+
+class Cylindrical(_Axial):
+    """Slides along and turns about `axis`: travel, angle."""
+
+    type: Literal["cylindrical"]
+    start: tuple[Length, Angle] = (0.0, 0.0)
+    speed: tuple[Velocity, Rate] = (0.0, 0.0)
+
+    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        return self.start, self.speed
+
+
+class Screw(_Axial):
+    """Turns about `axis` and advances along it by `lead` a turn."""
+
+    type: Literal["screw"]
+    lead: Length
+    start: Angle = 0.0
+    speed: Rate = 0.0
+
+    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        return (self.start,), (self.speed,)
+
+    @property
+    def pitch(self) -> float:
+        return self.lead / (2.0 * math.pi)
+
+
+class Universal(AnyJoint):
+    """Turns about `axis` of the parent, then about `second axis`, which the first turn carries along."""
+
+    type: Literal["universal"]
+    axis: Direction
+    second_axis: Direction
+    start: tuple[Angle, Angle] = (0.0, 0.0)
+    speed: tuple[Rate, Rate] = (0.0, 0.0)
+    directions: ClassVar[tuple[str, ...]] = ("axis", "second axis")
+
+    def axes(self) -> tuple[Vector, Vector]:
+        return self.axis, self.second_axis
+
+    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        return self.start, self.speed
+
+
+class Planar(AnyJoint):
+    """Slides in the plane across `normal` and turns about it: x along `x axis`, y, angle."""
+
+    type: Literal["planar"]
+    normal: Direction
+    x_axis: Direction | None = None
+    start: tuple[Length, Length, Angle] = (0.0, 0.0, 0.0)
+    speed: tuple[Velocity, Velocity, Rate] = (0.0, 0.0, 0.0)
+    directions: ClassVar[tuple[str, ...]] = ("normal", "x axis")
+
+    def axes(self) -> tuple[Vector, Vector]:
+        return self.normal, self.x_axis or across(self.normal)
+
+    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        return self.start, self.speed
+
+
+class ConstantVelocity(AnyJoint):
+    """Bends a shaft along `shaft` about two axes across it, the first of which may be given as `bend axis`."""
+
+    type: Literal["constant-velocity"]
+    shaft: Direction
+    bend_axis: Direction | None = None
+    start: tuple[Angle, Angle] = (0.0, 0.0)
+    speed: tuple[Rate, Rate] = (0.0, 0.0)
+    directions: ClassVar[tuple[str, ...]] = ("shaft", "bend axis")
+
+    def axes(self) -> tuple[Vector, Vector]:
+        return self.shaft, self.bend_axis or across(self.shaft)
+
+    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        return self.start, self.speed
+
+
+class Spherical(AnyJoint):
+    """Turns about all axes; `attitude` is a quaternion x y z w, `rate` in the child's axes."""
+
+    type: Literal["spherical"]
+    attitude: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    rate: tuple[Rate, Rate, Rate] = (0.0, 0.0, 0.0)
+
+    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        return unit(self.attitude), self.rate
+
+
+class Free(AnyJoint):
+    """All six freedoms; velocity and rate in the child's axes."""
+
+    type: Literal["free"]
+    position: Place = (0.0, 0.0, 0.0)
+    attitude: Quaternion = (0.0, 0.0, 0.0, 1.0)
+    velocity: tuple[Velocity, Velocity, Velocity] = (0.0, 0.0, 0.0)
+    rate: tuple[Rate, Rate, Rate] = (0.0, 0.0, 0.0)
+
+    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        return self.position + unit(self.attitude), self.velocity + self.rate
+
+
+Joint = Annotated[
+    Fixed
+    | Revolute
+    | Prismatic
+    | Slider
+    | Cylindrical
+    | Screw
+    | Universal
+    | Planar
+    | ConstantVelocity
+    | Spherical
+    | Free,
+    Field(discriminator="type"),
+]
+JOINT_TYPES = tuple(JOINTS)

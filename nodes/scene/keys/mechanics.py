@@ -1,0 +1,210 @@
+"""The keys of `mechanism:` in a scene file: a researcher's own bodies, joints and laws.
+
+Body frames sit in their joint.  Laws name the joint they act on and, where it has several, the coordinate; whether
+their units are those of a sliding or a turning one is seen there.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from heavylift.nodes.scene.text.units import (
+    AnyDamping,
+    AnyStiffness,
+    Damping,
+    Effort,
+    Extent,
+    Force,
+    Gap,
+    Inertia,
+    Length,
+    Product,
+    Ratio,
+    Stiffness,
+    Stroke,
+    StrokeRamp,
+)
+from heavylift.nodes.scene.text.units import Mass as MassValue
+from heavylift.nodes.scene.text.units import Ramp as RampValue
+from pydantic import BeforeValidator, Discriminator, Field, Tag
+
+from .base import Base as Base
+from .base import Direction
+from .base import End as End
+from .base import Name as Name
+from .base import Place as Place
+from .base import Station as Station
+from .contacts import Contact
+from .flexible import Beam, Matrices
+from .forces import Force as ForceElement
+from .joints import Joint
+
+
+def _shape(given: Any) -> str:
+    """Which kind of moments a list is: with products or without; raises ValueError for any other number of values."""
+    if isinstance(given, list | tuple) and len(given) not in (3, 6):
+        raise ValueError(f"Ixx, Iyy, Izz or Ixx, Iyy, Izz, Ixy, Ixz, Iyz are needed here, not {len(given)} values")
+    return "with products" if isinstance(given, list | tuple) and len(given) > 3 else "moments"
+
+
+def _counted(given: Any) -> Any:
+    _shape(given)
+    return given
+
+
+Moments = Annotated[
+    Annotated[tuple[Inertia, Inertia, Inertia], Tag("moments")]
+    | Annotated[tuple[Inertia, Inertia, Inertia, Product, Product, Product], Tag("with products")],
+    Discriminator(_shape),
+    BeforeValidator(_counted),
+]
+
+
+class Body(Base):
+    """A body; `inertia` about its centre of mass: Ixx, Iyy, Izz and, if need be, Ixy, Ixz, Iyz.
+
+    `beam` or `matrices` make it flexible; mass, com and inertia are then what sits rigidly in its frame.
+    """
+
+    mass: MassValue | None = None
+    com: Place = (0.0, 0.0, 0.0)
+    inertia: Moments = (0.0, 0.0, 0.0)
+    beam: Beam | None = None
+    matrices: Matrices | None = None
+
+
+class Line(Base):
+    """One straight part of a rope, with its weight in the rope's length."""
+
+    start: End
+    end: End
+    share: Ratio = 1.0
+
+
+class Winch(Base):
+    """The rope's length is driven: ramp and shortest and longest unstretched length."""
+
+    ramp: RampValue
+    shortest: Extent
+    longest: Extent
+
+
+class Over(End):
+    """What a rope runs over: a point, or a sheave about whose axis it turns positively.
+
+    Sliding, the tension grows against the motion by exp(friction * wrap) / efficiency.  The rope leaves a sheave with a
+    radius where its wrap falls to zero, and finds it again.
+    """
+
+    axis: Direction = (0.0, 1.0, 0.0)
+    radius: Gap = 0.0
+    friction: Ratio = 0.0
+    efficiency: Ratio = 1.0
+
+    @property
+    def plain(self) -> bool:
+        """Whether it is a point without friction."""
+        return not (self.radius or self.friction) and self.efficiency == 1.0
+
+
+class Rope(Base):
+    """A tension-only elastic rope; `length` is unstretched.  `rigid`: it cannot stretch, and has no EA and damping.
+
+    From `start` to `end`, on its way perhaps `over` points and sheaves, or over separate `lines` of one tension.
+    """
+
+    start: End | None = None
+    end: End | None = None
+    over: list[Over] = Field(default_factory=list)
+    lines: list[Line] = Field(default_factory=list)
+    EA: Force | None = None
+    rigid: bool = False
+    length: Extent
+    damping: Damping | None = None
+    winch: Winch | None = None
+    hooked: bool = True
+
+
+class Support(Base):
+    """A point that a horizontal pad can push up and rub, never pull."""
+
+    body: str
+    at: Station = (0.0, 0.0, 0.0)
+    height: Length
+    stiffness: Stiffness
+    damping: Damping = 0.0
+    friction: Ratio = 0.0
+    tangential_stiffness: Stiffness = 0.0
+    tangential_damping: Damping = 0.0
+
+
+class Spring(Base):
+    """A linear spring and damper on a joint."""
+
+    joint: str
+    stiffness: AnyStiffness = 0.0
+    damping: AnyDamping = 0.0
+    rest: Stroke = 0.0
+    coordinate: str = ""
+
+
+class Stop(Base):
+    """End stops of a joint."""
+
+    joint: str
+    range: tuple[Stroke, Stroke]
+    stiffness: AnyStiffness
+    damping: AnyDamping = 0.0
+    coordinate: str = ""
+
+
+class Brake(Base):
+    """A dry brake on a joint, slipping at `holds`."""
+
+    joint: str
+    holds: Effort
+    stiffness: AnyStiffness
+    damping: AnyDamping = 0.0
+    engaged: bool = False
+    coordinate: str = ""
+
+
+class Lock(Base):
+    """A joint that orders can lock and unlock; `engaged`: locked at the start."""
+
+    joint: str
+    engaged: bool = False
+
+
+class Drive(Base):
+    """A drive of a joint, following what the action list orders."""
+
+    joint: str
+    type: Literal["prescribed", "servo", "speed"]
+    stiffness: AnyStiffness = 0.0  # servo: per displacement
+    damping: AnyDamping = 0.0  # servo and speed: per velocity
+    ramp: StrokeRamp
+    range: tuple[Stroke, Stroke] | None = None
+    coordinate: str = ""
+
+
+class Mechanism(Base):
+    """A system of bodies, joints and laws; it becomes one coupled model."""
+
+    name: Name = "mechanism"
+    bodies: dict[Name, Body]
+    joints: dict[Name, Joint]
+    ropes: dict[Name, Rope] = Field(default_factory=dict)
+    supports: dict[Name, Support] = Field(default_factory=dict)
+    springs: dict[Name, Spring] = Field(default_factory=dict)
+    stops: dict[Name, Stop] = Field(default_factory=dict)
+    brakes: dict[Name, Brake] = Field(default_factory=dict)
+    locks: dict[Name, Lock] = Field(default_factory=dict)
+    drives: dict[Name, Drive] = Field(default_factory=dict)
+    forces: dict[Name, ForceElement] = Field(default_factory=dict)
+    contacts: dict[Name, Contact] = Field(default_factory=dict)
+
+    @property
+    def laws(self) -> dict[str, dict[str, Any]]:
+        """All that acts along a coordinate of a joint, by key."""
+        return {"springs": self.springs, "stops": self.stops, "brakes": self.brakes, "drives": self.drives}

@@ -1,0 +1,168 @@
+"""Scene data through the pydantic models; pydantic's errors become sentences at the place of the text.
+
+pydantic tells all errors at once; here each gets its path in the file (without pydantic's own union
+tags), a plain sentence, and for an unknown key or word the nearest known one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from types import UnionType
+from typing import Annotated, Any, Union, get_args, get_origin
+
+from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.source import Fault, Path, Source, ordered
+from pydantic import BaseModel, ValidationError
+
+from .forces import FORCE_TYPES
+from .joints import JOINT_TYPES
+from .schema import RESERVED, Scene
+
+_PLAIN = {
+    "string_type": "a word or text is needed here",
+    "dict_type": "a mapping 'name: ...' is needed here",
+    "model_type": "a mapping of keys is needed here",
+    "model_attributes_type": "a mapping of keys is needed here",
+    "tuple_type": "a list such as [1 m, 2 m, 3 m] is needed here",
+    "list_type": "a list is needed here",
+    "int_type": "a whole number is needed here",
+    "int_parsing": "a whole number is needed here",
+    "finite_number": "a whole number is needed here",
+    "int_from_float": "a whole number is needed here",
+    "bool_type": "true or false is needed here",
+    "bool_parsing": "true or false is needed here",
+}
+
+
+def validate(source: Source) -> Scene | None:
+    """The scene, or None with its errors added to the faults of the source."""
+    try:
+        scene = Scene.model_validate(ordered(source.data))
+    except ValidationError as error:
+        for told in error.errors(include_url=False):
+            source.faults.append(_fault(source.data, dict(told)))
+        return None
+    source.faults += _reserved(scene)
+    return scene
+
+
+def _reserved(scene: Scene) -> Iterator[Fault]:
+    """No machine and no group is named like a word of the language or a part of a run."""
+    named: dict[Path, str] = {("cranes", name): name for name in scene.cranes}
+    if scene.rig:
+        named |= {("rig", "loaders", name): name for name in scene.rig.loaders}
+        named |= {("rig", "groups", name): name for name in scene.rig.groups}
+    if scene.mechanism:
+        named["mechanism", "name"] = scene.mechanism.name
+    for path, name in named.items():
+        if name in RESERVED:
+            told = f"the name '{name}' is reserved: choose another"
+            yield Fault(path, told, on_key=path != ("mechanism", "name"))
+
+
+def _fault(data: Any, error: dict[str, Any]) -> Fault:
+    path, kind, given = _path(data, error["loc"]), str(error["type"]), error.get("input")
+    context: dict[str, Any] = error.get("ctx") or {}
+    last = str(path[-1]) if path else ""
+    if kind == "phrase":
+        at = data
+        for part in path:
+            at = at[part]
+        added = len(str(given)) - len(str(at))  # `wait: 3 s` is read as the phrase 'wait 3 s'
+        return Fault(path, context["sentence"], context["hint"], column=context["column"] - added)
+    if kind == "extra_forbidden":
+        return Fault(path, f"unknown key '{last}'", closest(last, _keys(error["loc"][:-1])), on_key=True)
+    if kind == "missing":
+        if path and isinstance(path[-1], int):
+            return Fault(path[:-1], f"value number {path[-1] + 1} is missing here")
+        return Fault(path, f"the key '{last}' is missing", on_key=True)
+    if kind == "literal_error" and path == ("heavylift",):
+        return Fault(path, f"this heavylift reads scenes of version 1, not {given}")
+    if kind in {"literal_error", "union_tag_invalid"}:
+        path = (*path, "type") if kind == "union_tag_invalid" else path
+        words = _types(path) if kind == "union_tag_invalid" else _literals(error["loc"])
+        word = str(given.get("type") if isinstance(given, dict) else given)
+        hint = f"can be asked: {', '.join(words)}" if path[0] == "ask" else closest(word, words)
+        return Fault(path, f"'{word}' is not known here", hint)
+    if kind == "union_tag_not_found":
+        return Fault(path, "the key 'type' is missing", f"known: {', '.join(_types(path))}", on_key=True)
+    if kind == "too_long":
+        return Fault(path, f"{context['max_length']} values are enough here, not {context['actual_length']}")
+    if kind == "too_short":
+        told = f"{context['min_length']} or more are needed here, not {context['actual_length']}"
+        return Fault(path, told)
+    if kind in {"greater_than_equal", "greater_than"}:
+        return Fault(path, f"{next(iter(context.values()))} or more is needed here, not {given}")
+    if kind == "less_than_equal":
+        return Fault(path, f"{context['le']} or less is needed here, not {given}")
+    if kind == "value_error" and error["loc"] and error["loc"][-1] == "[key]":
+        return Fault(path, str(context["error"]), on_key=True)
+    if kind == "value_error":
+        return Fault(path, str(context["error"]))
+    return Fault(path, _PLAIN.get(kind, str(error["msg"])))
+
+
+def _types(path: Path) -> tuple[str, ...]:
+    """The words that a `type` below this path may be."""
+    return FORCE_TYPES if "forces" in path else JOINT_TYPES
+
+
+def _path(data: Any, loc: tuple[str | int, ...]) -> Path:
+    """The location without what is not in the data: union tags and the like; a missing last key stays."""
+    path: list[str | int] = []
+    at = data
+    for depth, part in enumerate(loc):
+        last = depth == len(loc) - 1
+        inside = (isinstance(at, dict) and part in at) or (
+            isinstance(at, list) and isinstance(part, int) and part < len(at)
+        )
+        if inside:
+            at = at[part]
+            path.append(part)
+        elif last and part != "[key]" and (isinstance(at, dict) or (isinstance(at, list) and isinstance(part, int))):
+            path.append(part)
+    return tuple(path)
+
+
+def _models(annotation: Any) -> list[Any]:
+    """What an annotation is about, without Annotated, None and unions."""
+    origin = get_origin(annotation)
+    if origin is Annotated:
+        return _models(get_args(annotation)[0])
+    if origin in {Union, UnionType}:
+        return [m for part in get_args(annotation) for m in _models(part)]
+    return [annotation]
+
+
+def _down(found: list[Any], part: str | int) -> list[Any]:
+    below: list[Any] = []
+    for each in found:
+        if isinstance(each, type) and issubclass(each, BaseModel):
+            fields = {f.alias or name: f.annotation for name, f in each.model_fields.items()}
+            below += _models(fields[str(part)]) if part in fields else []
+        elif get_origin(each) in {dict, list}:
+            below += _models(get_args(each)[-1])
+        elif get_origin(each) is tuple and get_args(each)[-1] is Ellipsis:
+            below += _models(get_args(each)[0])
+    if not below:  # a union tag names one of the models
+        return [m for m in found if part in _tags(m)]
+    return below
+
+
+def _tags(model: Any) -> tuple[Any, ...]:
+    kind = getattr(model, "model_fields", {}).get("type")
+    return get_args(kind.annotation) if kind else ()
+
+
+def _keys(loc: tuple[str | int, ...]) -> list[str]:
+    found: list[Any] = [Scene]
+    for part in loc:
+        found = _down(found, part)
+    return [f.alias or name for m in found for name, f in getattr(m, "model_fields", {}).items()]
+
+
+def _literals(loc: tuple[str | int, ...]) -> list[str]:
+    found: list[Any] = [Scene]
+    for part in loc:
+        found = _down(found, part)
+    return [str(word) for each in found for word in get_args(each)]

@@ -1,0 +1,284 @@
+"""Reads the phrases of an action list; the grammar stands in `phrases`.
+
+A recursive-descent reader over one line; every error is a sentence with the column where it happened.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import Literal, cast
+
+from heavylift.nodes.plan.verbs import VERBS, Verb
+from heavylift.nodes.scene.text import units
+from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.units import Dimension
+
+from .phrases import (
+    AfterTest,
+    AllTests,
+    CrossTest,
+    DoneTest,
+    GroundTest,
+    Hooking,
+    Motion,
+    OrderPhrase,
+    PhraseError,
+    Simple,
+    SlingTest,
+    State,
+    Test,
+    Turning,
+    Waiting,
+)
+
+QUANTITIES = {
+    "angle": units.ANGLE,
+    "height": units.LENGTH,
+    "position": units.STROKE,
+    "speed": units.STROKE_SPEED,
+    "length": units.LENGTH,
+    "tension": units.FORCE,
+}
+_UNIT = "|".join(
+    re.escape(u).replace(r"\ ", r"\s+")
+    for u in sorted({u for d in units.DIMENSIONS for u in d.units if u}, key=lambda u: -len(u))
+)
+LONGEST = 10_000  # characters of a phrase
+_TOKEN = re.compile(r">=|<=|==|=|>|<|[\[\],]|[^\s\[\],<>=]+")
+
+
+def read_order(text: str) -> OrderPhrase:
+    """The order that a phrase says; raises PhraseError."""
+    reader = _Reader(text)
+    order = _order(reader)
+    reader.end()
+    return order
+
+
+def read_condition(text: str) -> Test:
+    """The condition that a phrase says; raises PhraseError."""
+    reader = _Reader(text)
+    condition = _condition(reader)
+    reader.end()
+    return condition
+
+
+class _Reader:
+    """The unread rest of a phrase."""
+
+    def __init__(self, text: str) -> None:
+        self.text, self.at = text, 0
+        if len(text) > LONGEST:
+            raise self.error(f"a phrase has at most {LONGEST} characters, this one has {len(text)}")
+        self._skip()
+
+    @property
+    def next(self) -> str:
+        match = _TOKEN.match(self.text, self.at)
+        return match[0] if match else ""
+
+    def take(self, *words: str) -> str:
+        """The next word if it is one of these, else ''."""
+        word = self.next
+        if word not in words:
+            return ""
+        self.at += len(word)
+        self._skip()
+        return word
+
+    def expect(self, *words: str, after: str) -> str:
+        found = self.take(*words)
+        if not found:
+            wanted = " or ".join(f"'{w}'" for w in words)
+            raise self.error(f"{after} {wanted} must follow, not {self._found()}", closest(self.next, words))
+        return found
+
+    def name(self, what: str) -> str:
+        word = self.next
+        if not word or not (word[0].isalnum() or word[0] == "_"):
+            raise self.error(f"{what} must stand here, not {self._found()}")
+        self.at += len(word)
+        self._skip()
+        return word
+
+    def quantity(self, dimension: Dimension) -> float:
+        """A number with a unit of this dimension."""
+        match = re.compile(rf"({units.NUMBER})\s*({_UNIT})?(?![\w/%])").match(self.text, self.at)
+        if match:
+            text = match[0]
+        else:
+            text = self.next
+            rest = re.compile(rf"{units.NUMBER}\s*[^\s\[\],<>=]*").match(self.text, self.at)
+            text = rest[0] if rest else text
+        if not text:
+            raise self.error(f"the phrase ends where {dimension.article} must stand")
+        try:
+            number = dimension.read(text)
+        except ValueError as error:
+            raise self.error(str(error)) from None
+        self.at += len(text)
+        self._skip()
+        return number
+
+    def positive(self, dimension: Dimension) -> float:
+        at = self.at
+        number = self.quantity(dimension)
+        if number <= 0:
+            told = f"{dimension.article} must be greater than zero: the verb says the direction"
+            raise PhraseError(told, "", at)
+        return number
+
+    def end(self) -> None:
+        if self.at < len(self.text):
+            raise self.error(f"the phrase should end before {self._found()}")
+
+    def error(self, sentence: str, hint: str = "") -> PhraseError:
+        return PhraseError(sentence, hint, self.at)
+
+    def _found(self) -> str:
+        return f"'{self.next}'" if self.next else "the end of the phrase"
+
+    def _skip(self) -> None:
+        while self.at < len(self.text) and self.text[self.at].isspace():
+            self.at += 1
+
+
+def _order(r: _Reader) -> OrderPhrase:
+    column = r.at
+    verb = r.take(*VERBS)
+    if not verb:
+        raise r.error(f"an order begins with a verb, not {r._found()}", closest(r.next, VERBS))
+    match VERBS[verb].becomes:
+        case "wait":
+            return Waiting(r.quantity(units.DURATION))
+        case "hook":
+            return _hooking(r)
+        case "turn":
+            rate = r.positive(units.RATE)
+            ramp = r.positive(units.ANGULAR_ACCELERATION) if r.take("ramp") else None
+            r.expect("to", after="after the rate")
+            return Turning(rate, r.quantity(units.ANGLE), ramp, _or_until(r))
+        case "move":
+            return _motion(r, VERBS[verb])
+    if r.next:
+        raise PhraseError(f"'{verb}' stands alone, without '{r.text[r.at :]}'", "", column)
+    return Simple(verb)
+
+
+def _motion(r: _Reader, verb: Verb) -> Motion:
+    written = bool(re.match(rf"{units.NUMBER}\s*(?:deg|rad)", r.text[r.at :]))
+    turning = verb.units == "turning" or (verb.units == "either" and written)
+    speed = r.positive(units.RATE if turning else units.SPEED)
+    ramp_of = units.ANGULAR_ACCELERATION if turning else units.ACCELERATION
+    stroke = units.ANGLE if turning else units.LENGTH
+    ramp = r.positive(ramp_of) if r.take("ramp") else None
+    word = r.expect("by", "to", "until", after="after the speed")
+    if word == "until":
+        return Motion(verb.name, speed, turning, ramp, until=_condition(r))
+    if word == "to":
+        to = r.quantity(stroke)
+        of_rope = bool(r.take("of"))
+        if of_rope:
+            r.expect("rope", after="after 'of'")
+        return Motion(verb.name, speed, turning, ramp, to=to, of_rope=of_rope, until=_or_until(r))
+    by = r.positive(stroke) if verb.sign else r.quantity(stroke)
+    return Motion(verb.name, speed, turning, ramp, by=by, until=_or_until(r))
+
+
+def _or_until(r: _Reader) -> Test | None:
+    if not r.take("or"):
+        return None
+    r.expect("until", after="after 'or'")
+    return _condition(r)
+
+
+def _hooking(r: _Reader) -> Hooking:
+    r.expect("[", after="after 'hook'")
+    lugs = [r.name("the name of a lug")]
+    while r.expect(",", "]", after="after a lug") == ",":
+        lugs.append(r.name("the name of a lug"))
+    return Hooking(tuple(lugs))
+
+
+def _condition(r: _Reader) -> Test:
+    tests = [_worded(r)]
+    while r.take("and"):
+        tests.append(_worded(r))
+    text = " and ".join(test.text for test in tests)
+    return tests[0] if len(tests) == 1 else AllTests(tuple(tests), text=text)
+
+
+def _worded(r: _Reader) -> Test:
+    start = r.at
+    test = _test(r)
+    return replace(test, text=r.text[start : r.at].strip())
+
+
+def _test(r: _Reader) -> Test:
+    column = r.at
+    if r.take("after"):
+        return AfterTest(r.quantity(units.DURATION))
+    state = r.take("lifted", "landed")
+    if state:
+        return GroundTest(cast(Literal["lifted", "landed"], state), column)
+    first = r.take("moves", *(verb.name for verb in VERBS.values() if verb.becomes in ("move", "turn")))
+    if first:
+        r.expect("done", after=f"after '{first}'")
+        return DoneTest(() if first == "moves" else (first,))
+    if r.next in QUANTITIES:
+        return _crossing(r)
+    return _tension_state(r)
+
+
+def _tension_state(r: _Reader) -> SlingTest:
+    column = r.at
+    if r.next in {"taut", "slack"}:
+        told = f"'{r.next}' needs to know of what"
+        raise r.error(told, f"write 'all slings {r.next}'")
+    each = r.take("all", "any")
+    noun = r.take("slings", "ropes")
+    of = ""
+    if not noun:
+        word = r.next
+        if not each and word not in {"", "the"} and not re.search(r"\b(taut|slack)\b", r.text[r.at :]):
+            words = ("all slings taut", "moves done", "lifted", "landed", "after 60 s", *QUANTITIES)
+            raise r.error(f"'{word}' begins no condition", closest(word, words))
+        of = r.name("a set of slings")
+        noun = r.take("slings", "ropes")
+    if each == "" and noun:
+        each = "all"
+    if each and not noun:
+        raise r.error(f"'slings' or 'ropes' must follow, not {r._found()}", closest(r.next, ("slings", "ropes")))
+    state = r.expect("taut", "slack", after="after the slings")
+    return SlingTest(
+        cast(Literal["all", "any"], each or "all"),
+        of,
+        cast(Literal["slings", "ropes", "one"], noun or "one"),
+        cast(State, state),
+        column,
+    )
+
+
+def _crossing(r: _Reader) -> CrossTest:
+    column = r.at
+    quantity = r.take(*QUANTITIES)
+    of = ""
+    if r.take("of"):
+        r.take("all")
+        of = r.name("a name") if r.next not in {"slings", "ropes"} else ""
+        noun = r.take("slings", "ropes")
+        of = f"{of} {noun}".strip()
+    elif quantity not in {"angle", "height"}:
+        raise r.error(f"'{quantity}' needs 'of' and a name, such as '{quantity} of loader-1'")
+    at = r.at
+    sign = r.take(">=", "<=", "==", "=", ">", "<")
+    if sign in {"=", "=="}:
+        told = "two real numbers are never exactly equal"
+        rest = r.text[r.at :]
+        raise PhraseError(told, f"write '{quantity} >= {rest}' or '{quantity} <= {rest}'", at)
+    if sign in {">", "<"}:
+        raise PhraseError(f"write '{sign}=' instead of '{sign}'", "", at)
+    if not sign:
+        r.expect(">=", "<=", after=f"after '{quantity}'")
+    return CrossTest(quantity, of, sign == ">=", r.quantity(QUANTITIES[quantity]), column)

@@ -1,0 +1,79 @@
+"""An order that an operator says while a scene runs: `target: what to do`, in the words of the action list.
+
+It is read and checked like a line of the scene; a mistake is one sentence with a caret below the words.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.plan import actions
+from heavylift.nodes.plan.verbs import VERBS
+from heavylift.nodes.scene.construction.machines import build_machines
+from heavylift.nodes.scene.construction.resolve import build_orders
+from heavylift.nodes.scene.language.grammar import LONGEST, read_order
+from heavylift.nodes.scene.language.phrases import PhraseError
+from heavylift.nodes.scene.text.source import Mark, Path, Source
+
+if TYPE_CHECKING:
+    from .loading import LoadedScene
+
+__all__ = ["spoken"]
+
+NAME = "command"
+PLACE: Path = (NAME,)
+NOWHERE = ""  # a command stands in no file, and its orders, which are on record, on no line
+
+
+def spoken(scene: LoadedScene, words: str) -> actions.Action:
+    """The orders that the words mean; raises SceneError."""
+    words = " ".join(words.split())
+    if len(words) > LONGEST:
+        raise SceneError(f"{NAME}: it has {len(words)} characters, say what to do in at most {LONGEST}")
+    target, colon, rest = words.partition(":")
+    phrase = rest.strip()
+    at = len(words) - len(phrase)
+    if not colon or not phrase:
+        raise _wrong(words, len(words), "say who and what, such as 'west H1: hoist 3 m/min by 2 m'")
+    try:
+        meant = read_order(phrase)
+    except PhraseError as error:
+        raise _wrong(words, at + error.column, str(error), error.hint) from None
+    source = Source(NOWHERE)
+    yard = build_machines(source, scene.scene)
+    source.keys[PLACE], source.values[PLACE] = Mark(NOWHERE, 1, 1, words), Mark(NOWHERE, 1, at + 1, words)
+    mechanism = next(iter(scene.plan.mechanisms), None)
+    orders = build_orders(yard, mechanism, PLACE, target.strip(), meant)
+    for fault in source.faults:
+        column = source.mark(fault.path, on_key=fault.on_key).column - 1 + fault.column
+        raise _wrong(words, column, fault.sentence, fault.hint)
+    for order in orders:
+        if told := _refused(scene, order):
+            raise _wrong(words, at, told)
+    return actions.Action(orders=orders)
+
+
+def _refused(scene: LoadedScene, order: actions.Order) -> str:
+    """What a run that has begun cannot do any more, or a crane not at all."""
+    until = order.until if isinstance(order, actions.Move | actions.Turn) else None
+    parts = until.all if isinstance(until, actions.And) else (until,)
+    if any(isinstance(part, actions.Crossing) for part in parts):
+        return "what is measured can be waited for in the scene only: say a distance, or a time with 'until after'"
+    if isinstance(order, actions.Wait):
+        return "a command does something at once; to wait, give it later"
+    listed = (other for action in scene.plan.actions for other in action.orders)
+    if isinstance(order, actions.Turn) and not any(isinstance(other, actions.Turn) for other in listed):
+        return "a block that the scene never turns cannot be turned"
+    crane = scene.scene.cranes.get(order.model) if isinstance(order, actions.Move) else None
+    if crane is not None and isinstance(order, actions.Move):
+        limit = VERBS[order.verb].limit(crane, loaded=False)
+        if limit is not None and abs(order.speed) > limit * (1 + 1e-9):
+            speeds = f"{abs(order.speed) * 60:g} m/min is faster than {order.model} can: {limit * 60:g} m/min"
+            return f"{order.verb} {speeds}"
+    return ""
+
+
+def _wrong(words: str, column: int, sentence: str, hint: str = "") -> SceneError:
+    caret = f"{' ' * column}^{' ' + hint if hint else ''}"
+    return SceneError(f"{NAME}: {sentence}\n    {words}\n    {caret}")

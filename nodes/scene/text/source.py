@@ -1,0 +1,307 @@
+"""The text of a scene with the place of every key and every value.
+
+YAML 1.2 through ruamel's composer: the nodes are walked once into plain data, and each path of that data
+gets the mark (file, line, column) of its key and of its value, so that any later error can point at what
+the user wrote. `extends: other.yaml` merges mappings key by key (lists and values replace); marks keep
+their own file. A mapping has no order: `ordered` puts its keys into that of their names.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path as FilePath
+from typing import Any, TypeAlias
+
+from heavylift.kernel.description.name_order import natural
+from ruamel.yaml import YAML
+from ruamel.yaml.composer import Composer
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+
+from .files import LARGEST
+
+Path: TypeAlias = tuple[str | int, ...]
+
+DEEPEST = 40  # levels of a scene
+MOST_VALUES = 50_000  # of a scene, those that an alias stands for counted each time
+MOST_DIGITS = 100  # of a number
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A place in a scene file, counted from 1, with the source line it stands on."""
+
+    file: str
+    line: int
+    column: int
+    text: str
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One thing that is wrong, at a path of the data; `column` shifts the caret into the value."""
+
+    path: Path
+    sentence: str
+    hint: str = ""
+    on_key: bool = False
+    column: int = 0
+    mark: Mark | None = None
+
+
+@dataclass
+class Source:
+    """Plain data of a scene, and the mark of each key and value in it."""
+
+    name: str
+    data: dict[str, Any] = field(default_factory=dict)
+    keys: dict[Path, Mark] = field(default_factory=dict)
+    values: dict[Path, Mark] = field(default_factory=dict)
+    faults: list[Fault] = field(default_factory=list)
+    places: dict[str, Path] = field(default_factory=dict)
+    root: FilePath = FilePath()  # the scene's folder, which holds all files that it may use
+
+    def mark(self, path: Path, *, on_key: bool = False) -> Mark:
+        """The mark of a path, or of the nearest thing above it that was written."""
+        while path:
+            found = (self.keys.get(path) if on_key else None) or self.values.get(path)
+            if found:
+                return found
+            path, on_key = path[:-1], True
+        return self.values.get((), Mark(self.name, 1, 1, ""))
+
+    def where(self, path: Path) -> str:
+        """`file:line:column` of a path, the file without its folder; `path_of` finds it again; "" outside of files."""
+        mark = self.mark(path, on_key=True)
+        if not mark.file:
+            return ""
+        text = f"{mark.file.replace(chr(92), '/').rsplit('/', 1)[-1]}:{mark.line}:{mark.column}"
+        self.places.setdefault(text, path)
+        return text
+
+    def path_of(self, where: str) -> Path:
+        """The path of a `where` text."""
+        return self.places.get(where, ())
+
+    def merge(self, child: Source) -> Source:
+        """This scene with another one laid over it."""
+        merged = Source(child.name, self.data, dict(self.keys), dict(self.values), self.faults + child.faults)
+        merged.root = child.root
+        merged.data = _overlay(merged, child, self.data, child.data, ())
+        merged.values[()] = child.mark(())
+        return merged
+
+
+class _Composer(Composer):
+    """Stops at nodes that are nested too deep, before Python does, and at too many of them."""
+
+    depth = count = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        """A node of the text."""
+        self.count += 1
+        if self.depth >= DEEPEST or self.count > 2 * MOST_VALUES:  # keys are nodes, too
+            deep = f"nested deeper than {DEEPEST} levels"
+            told = deep if self.depth >= DEEPEST else f"more than {MOST_VALUES} values"
+            raise MarkedYAMLError(problem=told, problem_mark=self.parser.peek_event().start_mark)
+        self.depth += 1
+        node = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
+
+
+class _TooLong(Exception):
+    """More values than a scene has, such as aliases that stand for aliases make of few lines."""
+
+
+def read(text: str, name: str, root: FilePath | None = None) -> Source:
+    """Data and marks of one YAML text; what cannot be read becomes a fault. `root`: the scene's folder."""
+    source = Source(name, root=root or FilePath())
+    if len(text) > 2 * LARGEST:  # one that is merged of several
+        source.faults.append(Fault((), f"a scene has at most {2 * LARGEST} characters", mark=Mark(name, 1, 1, "")))
+        return source
+    lines = text.splitlines() or [""]
+
+    def at(line: int, column: int) -> Mark:
+        line = min(line, len(lines) - 1)
+        return Mark(name, line + 1, column + 1, lines[line])
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # an anchor may be used again
+            yaml = YAML(typ="safe", pure=True)
+            yaml.Composer = _Composer
+            node = yaml.compose(text)
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        where = at(mark.line, mark.column) if mark else at(0, 0)
+        told = " ".join(str(error.problem or error.context).split())
+        source.faults.append(Fault((), f"this is not YAML: {told}", mark=where))
+        return source
+    except YAMLError as error:
+        source.faults.append(Fault((), f"this is not YAML: {' '.join(str(error).split())}", mark=at(0, 0)))
+        return source
+    except (ValueError, RecursionError):  # a directive or an escape with numbers that are none
+        source.faults.append(Fault((), "this is not YAML that can be read", mark=at(0, 0)))
+        return source
+    source.values[()] = at(node.start_mark.line, node.start_mark.column) if node else at(0, 0)
+    if not isinstance(node, MappingNode):
+        source.faults.append(Fault((), "a scene is a mapping of keys, beginning with 'heavylift: 1'"))
+        return source
+
+    def value_of(node: Node, path: Path, above: tuple[int, ...]) -> Any:
+        source.values[path] = at(node.start_mark.line, node.start_mark.column)
+        if len(source.values) > MOST_VALUES or len(path) > DEEPEST:
+            raise _TooLong
+        if id(node) in above:
+            source.faults.append(Fault(path, "an alias must not contain itself"))
+            return None
+        above = (*above, id(node))
+        if isinstance(node, SequenceNode):
+            return [value_of(child, (*path, i), above) for i, child in enumerate(node.value)]
+        if isinstance(node, MappingNode):
+            return mapping(node, path, above)
+        return _scalar(node, path, source)
+
+    def mapping(node: MappingNode, path: Path, above: tuple[int, ...]) -> dict[str, Any]:
+        made: dict[str, Any] = {}
+        for key, child in node.value:
+            mark = at(key.start_mark.line, key.start_mark.column)
+            word = key.value if isinstance(key, ScalarNode) else None
+            if word is None:
+                source.faults.append(Fault(path, "a key must be a word", mark=mark))
+            elif word in made:
+                first = source.keys[(*path, word)].line
+                told = f"the name '{word}' is given twice (first in line {first})"
+                source.faults.append(Fault((*path, word), told, mark=mark))
+            else:
+                source.keys[(*path, word)] = mark
+                made[word] = value_of(child, (*path, word), above)
+        return made
+
+    try:
+        source.data = mapping(node, (), (id(node),))
+    except _TooLong:
+        source = Source(name, values={(): source.values[()]}, root=source.root)
+        told = f"with its aliases, the scene has more than {MOST_VALUES} values or more than {DEEPEST} levels of them"
+        source.faults.append(Fault((), told))
+    return source
+
+
+def _scalar(node: Node, path: Path, source: Source) -> str | int | float | bool | None:
+    text = str(node.value)
+    kind = str(node.tag).rsplit(":", 1)[-1]
+    if kind == "null":
+        return None
+    if kind == "bool":
+        return text.lower() == "true"
+    if kind in ("int", "float") and len(text) > MOST_DIGITS:
+        source.faults.append(Fault(path, f"a number has at most {MOST_DIGITS} digits, this one has {len(text)}"))
+        return None
+    try:
+        if kind == "int":
+            return int(text.replace("_", ""), 0 if text.lstrip("+-")[:2] in {"0x", "0o", "0b"} else 10)
+        if kind == "float":
+            return float(text.replace("_", "").lower().replace(".inf", "inf").replace(".nan", "nan"))
+    except ValueError:  # a tag calls it a number
+        source.faults.append(Fault(path, f"'{text}' is no number"))
+        return None
+    if isinstance(node, ScalarNode) and node.style in {"'", '"'}:  # the text begins after the quote
+        mark = source.values[path]
+        source.values[path] = Mark(mark.file, mark.line, mark.column + 1, mark.text)
+    return text
+
+
+def override(source: Source, setting: str) -> None:
+    """Lays one `dotted.path=text` over the scene; its marks point into the setting itself."""
+    dotted, equals, text = setting.partition("=")
+    file = "--set"
+    path: Path = tuple(int(part) if part.isdecimal() and len(part) < 10 else part for part in dotted.strip().split("."))
+    mark = Mark(file, 1, len(dotted) + 2 + len(text) - len(text.lstrip()), setting)
+    if not equals or not dotted.strip():
+        source.faults.append(Fault((), "write a setting as key=value", mark=Mark(file, 1, 1, setting)))
+        return
+    inner = read(f"value: {text.strip()}", file)
+    if inner.faults:
+        source.faults.append(Fault(path, inner.faults[0].sentence, mark=mark))
+        return
+    if len(path) > DEEPEST:
+        source.faults.append(Fault((), f"a setting has at most {DEEPEST} levels, this one has {len(path)}", mark=mark))
+        return
+    at: Any = source.data
+    for depth, part in enumerate(path[:-1]):
+        below = _child(at, part)
+        if below is None and isinstance(at, dict) and isinstance(part, str):
+            below = at[part] = {}
+            source.keys[path[: depth + 1]] = Mark(file, 1, 1, setting)
+        at = below
+    last = path[-1]
+    in_list = isinstance(at, list) and isinstance(last, int) and last < len(at)
+    if in_list or (isinstance(at, dict) and isinstance(last, str)):
+        _forget(source, path, at[last] if in_list else at.get(last))
+        at[last] = inner.data["value"]
+    else:
+        source.faults.append(Fault(path, f"the scene has no place '{dotted}'", mark=Mark(file, 1, 1, setting)))
+        return
+    source.keys[path] = Mark(file, 1, 1, setting)
+    for below_path in inner.values:
+        if below_path:
+            source.values[(*path, *below_path[1:])] = mark
+
+
+def ordered(data: Any) -> Any:
+    """The same data, the keys of each mapping in the order of their names, so that the text's order means nothing."""
+    if isinstance(data, dict):
+        return {key: ordered(data[key]) for key in sorted(data, key=natural)}
+    return [ordered(each) for each in data] if isinstance(data, list) else data
+
+
+def shown(path: Path) -> str:
+    """A path as the user reads it: cranes.west.at, actions[3].all hooks."""
+    text = ""
+    for part in path:
+        text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
+    return text or "scene"
+
+
+def _child(at: Any, part: str | int) -> Any:
+    if isinstance(at, dict):
+        return at.get(part)
+    return at[part] if isinstance(at, list) and isinstance(part, int) and part < len(at) else None
+
+
+def _overlay(merged: Source, child: Source, below: Any, above: Any, path: Path) -> Any:
+    if isinstance(below, dict) and isinstance(above, dict):
+        joined = dict(below)
+        for key, value in above.items():
+            joined[key] = _overlay(merged, child, below.get(key), value, (*path, key))
+        if path:
+            _take(merged, child, path)
+        return joined
+    _forget(merged, path, below)
+    for found in _paths(above, path):
+        _take(merged, child, found)
+    return above
+
+
+def _take(merged: Source, child: Source, path: Path) -> None:
+    if path in child.values:
+        merged.values[path] = child.values[path]
+    if path in child.keys:
+        merged.keys[path] = child.keys[path]
+
+
+def _forget(source: Source, path: Path, value: Any) -> None:
+    for found in _paths(value, path):
+        source.keys.pop(found, None)
+        source.values.pop(found, None)
+
+
+def _paths(value: Any, path: Path) -> Iterator[Path]:
+    """The path of a value and of all in it."""
+    yield path
+    below = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, each in below:
+        yield from _paths(each, (*path, key))

@@ -1,0 +1,73 @@
+"""The action list followed at rest, kept by structure and numbers of the plan.
+
+What comes back is plain data: a second load of the same scene reads it from the cache of compiled code.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+from heavylift.kernel.cache import read_cached, write_cached
+from heavylift.kernel.compiler.machine_code import sources
+from heavylift.nodes.plan import plan
+
+from .state import Acted, StaticState
+
+__all__ = ["Followed", "follow"]
+
+
+@dataclass(frozen=True)
+class Followed:
+    """All states of the path; for each action that began the state then; notes with their times [s].
+
+    `why`: the sentence with which the following ended before the list did, "" if it came to its end.
+    `unstable`: time from which the rest is unstable [s]; `cut`: what the list still waits for when the scene ends.
+    """
+
+    states: tuple[StaticState, ...]
+    acted: tuple[Acted, ...]
+    notes: tuple[tuple[float, str], ...]
+    why: str
+    unstable: float | None
+    cut: str
+
+    @property
+    def known(self) -> bool:
+        """Whether the whole list could be followed."""
+        return not self.why
+
+
+def follow(built: plan.Plan) -> Followed:
+    """Follow the action list of a plan, as it is modelled without simplifications; from the cache if it was before."""
+    whole = msgspec.structs.replace(built, fidelity=_whole(built.fidelity))
+    name = f"{_key(whole)}.path"
+    if data := read_cached(name):
+        try:
+            return msgspec.msgpack.decode(data, type=Followed)
+        except msgspec.DecodeError:
+            pass
+    from .rehearsal import Rehearsal  # compiles, which what is kept does not need
+
+    r = Rehearsal(whole)
+    r.walk()
+    unstable = r.path.unstable_since
+    notes = tuple((note.t_ns * 1e-9, note.sentence) for note in r.path.notes)
+    since = None if unstable is None else unstable * 1e-9
+    found = Followed(tuple(r.states), tuple(r.acted), notes, r.why, since, r.cut)
+    write_cached(name, msgspec.msgpack.encode(found))
+    return found
+
+
+def _whole(fidelity: plan.Fidelity) -> plan.Fidelity:
+    """At rest nothing is gained by leaving something out: elastic ropes without lumps, all joints, all pads."""
+    return plan.Fidelity(girder=fidelity.girder)
+
+
+def _key(built: plan.Plan) -> str:
+    here = Path(__file__).parent.parent
+    layers = ("statics", "models", "devs", "plan")
+    own = b"".join(p.read_bytes() for layer in layers for p in sorted((here / layer).rglob("*.py")))
+    return hashlib.sha256(sources() + own + plan.encode(built)).hexdigest()

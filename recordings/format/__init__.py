@@ -1,0 +1,10 @@
+"""What stands in a recording, byte by byte.
+
+mcapfile               a thin writer of MCAP files
+schema, template       protobuf and JSON schemas; a message in which only numbers change
+samples, columns       which columns of a kernel sample belong to which topic; how they stand in the file
+rounding               how finely numbers are recorded
+viewer_messages        what viewers draw, in the foxglove schemas
+digest                 what two equal runs share to the last byte
+text                   tables and time spans for people
+"""

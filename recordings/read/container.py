@@ -1,0 +1,220 @@
+"""Safe access to an MCAP file of unknown origin: sizes are checked before anything is read or unpacked.
+
+The summary at the end is read first and its CRC checked, then only the chunks that hold the wanted
+channels; a damaged, cut-off, foreign or hostile file ends in one sentence (RecordingError), never in a
+traceback or without memory.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+import msgspec
+import zstandard
+from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.write.outputs import file_path, unnamable
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.reader import SeekingReader
+from mcap.records import Attachment, Chunk, ChunkIndex, Metadata
+from mcap.summary import Summary
+
+__all__ = ["BROKEN", "INNER", "LIMIT", "MAGIC", "RATIO", "RECORD", "Container", "Raw", "unpacked"]
+
+MAGIC = b"\x89MCAP0\r\n"
+FOOTER = struct.Struct("<BQQQI")
+LIMIT = 64 << 20  # largest record, packed or unpacked [bytes]
+RATIO = 100  # most that a whole file may grow when it is unpacked; what runs record grows four times
+INNER = (Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE)  # what may stand in a chunk
+RECORD = struct.Struct("<BQ")
+MESSAGE = struct.Struct("<HIQQ")
+BROKEN = (
+    McapError,
+    struct.error,
+    zstandard.ZstdError,
+    msgspec.MsgspecError,
+    DecodeError,
+    OSError,
+    EOFError,
+    ArithmeticError,
+    ValueError,
+    LookupError,
+    AttributeError,
+    TypeError,
+    MemoryError,
+    RecursionError,
+)
+
+
+class Raw(NamedTuple):
+    """A message as it stands in the file."""
+
+    channel: int
+    sequence: int
+    log_time: int
+    publish_time: int
+    data: bytes
+
+
+class Container:
+    """A finished MCAP file."""
+
+    def __init__(self, path: str | Path) -> None:
+        self.path = file_path(path)
+        with self.reading():
+            self._open()
+
+    @contextmanager
+    def reading(self) -> Iterator[None]:
+        """Turns whatever goes wrong inside into a sentence about this file."""
+        try:
+            yield
+        except RecordingError:
+            raise
+        except BROKEN as error:
+            raise self.error(f"is damaged ({error or type(error).__name__}); run the scene again") from None
+
+    def error(self, what: str) -> RecordingError:
+        """A sentence about this file."""
+        return RecordingError(f"{self.path}: {what}")
+
+    def _open(self) -> None:
+        path = self.path
+        if refused := unnamable(path):
+            raise self.error(f"cannot be opened ({refused}); check the name")
+        if path.is_dir():
+            raise self.error("is a folder; give the name of a recording, such as run.mcap")
+        if path.exists() and not path.is_file():
+            raise self.error("is no file but a pipe or device; save the recording in a file first")
+        part = path.with_name(path.name + ".part")
+        try:
+            self._stream = path.open("rb")
+        except FileNotFoundError:
+            if part.exists():
+                raise self.error(
+                    f"does not exist, but {part} does: its run is still going or was cut off; "
+                    f"`heavylift recover {part}`"
+                ) from None
+            raise self.error("does not exist; check the name or make it with `heavylift run`") from None
+        except OSError as error:
+            raise self.error(f"cannot be opened ({error.strerror}); check its permissions") from None
+        self.size = path.stat().st_size
+        if self.size == 0:
+            raise self.error("is empty; run the scene again")
+        if self._stream.read(len(MAGIC)) != MAGIC:
+            raise self.error("is not a recording (not an MCAP file); give a file made by `heavylift run`")
+        self._stream.seek(max(0, self.size - len(MAGIC)))
+        if self.size < 2 * len(MAGIC) + FOOTER.size or self._stream.read() != MAGIC:
+            raise self.error(
+                "is cut off: its end is missing, as in the .part file of a run that was killed; `heavylift recover` it"
+            )
+        self._check_summary()
+        self._stream.seek(0)
+        reader = SeekingReader(self._stream, record_size_limit=LIMIT)
+        self.library = reader.get_header().library
+        summary = reader.get_summary()
+        if summary is None or summary.statistics is None:
+            raise self.error("has no summary; it was not made by `heavylift run`")
+        lengths = [x.length for x in summary.attachment_indexes] + [x.length for x in summary.metadata_indexes]
+        if sum(lengths) + sum(x.chunk_length for x in summary.chunk_indexes) > self.size:
+            raise ValueError("its indexes point to more than there is")
+        size = sum(index.uncompressed_size for index in summary.chunk_indexes)
+        if size > LIMIT + RATIO * self.size:
+            raise ValueError(f"it would unpack to {size} bytes, which no run records")
+        self.summary: Summary = summary
+        self.counts: dict[int, int] = dict(summary.statistics.channel_message_counts)
+
+    def _check_summary(self) -> None:
+        self._stream.seek(-FOOTER.size - len(MAGIC), 2)
+        footer = self._stream.read(FOOTER.size)
+        opcode, length, start, _, crc = FOOTER.unpack(footer)
+        end = self.size - FOOTER.size - len(MAGIC)
+        if opcode != Opcode.FOOTER or length != 20 or not 0 <= end - start <= LIMIT:
+            raise ValueError("the footer is wrong")
+        self._stream.seek(start)
+        if crc and start and zlib.crc32(self._stream.read(end - start) + footer[:-4]) != crc:
+            raise ValueError("the summary's checksum is wrong")
+
+    def _at(self, offset: int, length: int, opcode: Opcode) -> ReadDataStream:
+        """The body of the record of this kind at this place."""
+        if not 9 <= length <= LIMIT or not 0 <= offset <= self.size - length:
+            raise ValueError(f"a {opcode.name.lower()} of {length} bytes is beyond the limit or the end")
+        self._stream.seek(offset)
+        found, body = RECORD.unpack(self._stream.read(RECORD.size))
+        if found != opcode or body != length - RECORD.size:
+            raise ValueError(f"no {opcode.name.lower()} stands where the index says")
+        return ReadDataStream(self._stream)
+
+    def metadata(self) -> dict[str, dict[str, str]]:
+        """All metadata records by name."""
+        with self.reading():
+            found = (
+                Metadata.read(self._at(index.offset, index.length, Opcode.METADATA))
+                for index in self.summary.metadata_indexes
+            )
+            return {record.name: dict(record.metadata) for record in found}
+
+    def attachments(self) -> dict[str, bytes]:
+        """All attached files by name."""
+        with self.reading():
+            found = (
+                Attachment.read(self._at(index.offset, index.length, Opcode.ATTACHMENT))
+                for index in self.summary.attachment_indexes
+            )
+            return {record.name: record.data for record in found}
+
+    def messages(self, channels: set[int]) -> Iterator[Raw]:
+        """The messages of these channels in the order of the file."""
+        for index in sorted(self.summary.chunk_indexes, key=lambda index: index.chunk_start_offset):
+            if index.message_index_offsets and channels.isdisjoint(index.message_index_offsets):
+                continue
+            with self.reading():
+                data = self._unpack(index)
+                found = [raw for raw in _messages(data) if raw.channel in channels]
+            yield from found
+
+    def _unpack(self, index: ChunkIndex) -> bytes:
+        chunk = Chunk.read(self._at(index.chunk_start_offset, index.chunk_length, Opcode.CHUNK))
+        data = unpacked(chunk)
+        if len(data) != index.uncompressed_size:
+            raise ValueError("a chunk has another size than its index says")
+        return data
+
+
+def unpacked(chunk: Chunk) -> bytes:
+    """The records of a chunk; ValueError if it is too large, damaged or packed in a way of others."""
+    size = chunk.uncompressed_size
+    if size > LIMIT:
+        raise ValueError(f"a chunk of {size} bytes is beyond the limit")
+    if chunk.compression == "zstd":
+        if zstandard.get_frame_parameters(chunk.data).content_size != size:
+            raise ValueError("a chunk has another size than it says")
+        data = zstandard.decompress(chunk.data, size)
+    elif chunk.compression == "":
+        data = chunk.data
+    else:
+        raise ValueError(f"compression {chunk.compression} is not used by heavylift")
+    if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
+        raise ValueError("a chunk's checksum is wrong")
+    return data
+
+
+def _messages(data: bytes) -> Iterator[Raw]:
+    place = 0
+    while place < len(data):
+        opcode, length = RECORD.unpack_from(data, place)
+        place += RECORD.size
+        if opcode not in INNER or length > len(data) - place:
+            raise ValueError("a chunk is not made of whole records")
+        if opcode == Opcode.MESSAGE:
+            channel, sequence, log_time, publish_time = MESSAGE.unpack_from(data, place)
+            body = data[place + MESSAGE.size : place + length]
+            yield Raw(channel, sequence, log_time, publish_time, body)
+        place += length

@@ -1,0 +1,114 @@
+"""All that a recording has about a part of the scene: a crane, a loader, a rope, the block, or what a pattern names.
+
+`rec["west"].tension` are the tensions of all ropes named west.*; the last word of a signal's name is the attribute.  A
+loader has the hook rope that carries it, too, since its tension is what people ask for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Any, Protocol
+
+from heavylift.kernel.errors import SignalError
+from heavylift.recordings.format.samples import POSE
+from heavylift.recordings.format.text import meant
+
+from .notebook import part_html
+from .signal import Signal, joined, only
+
+__all__ = ["Part", "chosen"]
+
+
+class Signals(Protocol):
+    """What parts ask of their recording (`reader.Recording`)."""
+
+    @property
+    def path(self) -> Path: ...
+    def signals(self) -> list[str]: ...
+    def columns(self, name: str) -> list[str]: ...
+    def signal(self, name: str) -> Signal: ...
+    def load(self, names: Sequence[str]) -> None: ...
+    def fact(self, name: str, default: Any = None) -> Any: ...
+    def events(self, source: str | None = None) -> list[Any]: ...
+
+
+def chosen(rec: Signals, pattern: str) -> list[tuple[str, str]]:
+    """(signal, column) pairs that are named by `signal`, `signal/column` or a pattern such as "rope/tension/*"."""
+    every = [(name, column) for name in rec.signals() for column in rec.columns(name)]
+    return [(name, column) for name, column in every if name == pattern or fnmatchcase(f"{name}/{column}", pattern)]
+
+
+class Part:
+    """Signals by attribute: `part.tension`, `part.pose`; dir(part) and `part.signals` tell which there are."""
+
+    def __init__(self, rec: Signals, name: str, columns: dict[str, list[str]]) -> None:
+        self._rec, self.name, self._columns = rec, name, columns
+        self._words: dict[str, list[str]] = {}
+        for signal in columns:
+            word = "pose" if signal.startswith(POSE) else signal.rpartition("/")[2]
+            self._words.setdefault(word, []).append(signal)
+
+    @staticmethod
+    def of(rec: Signals, name: str) -> Part:
+        """The part of this name; "loader/1" is loader-1."""
+        names = (name, name.replace("/", "-"))
+        carried = {rope for loader, rope in rec.fact("loaders", {}).items() if loader in names}
+        found: dict[str, list[str]] = {}
+        parts: set[str] = set()
+        for signal in rec.signals():
+            if signal.startswith(POSE):
+                owner = signal.removeprefix(POSE)
+                columns = rec.columns(signal) if _in(owner, names) else []
+                parts |= {owner, owner.partition(".")[0]}
+            else:
+                every = rec.columns(signal)
+                rope = signal.startswith("rope/")
+                columns = [c for c in every if rope and c in carried] + [c for c in every if _in(c, names)]
+                parts |= {c for c in every} | {c.partition(".")[0] for c in every}
+            if columns:
+                found[signal] = columns
+        if not found:
+            near = meant(name, [*rec.signals(), *sorted(parts)])
+            raise SignalError(f"{rec.path}: has no signal or part {name}; {near}")
+        return Part(rec, name, found)
+
+    @property
+    def signals(self) -> list[str]:
+        """Names of the signals in which this part has columns."""
+        return list(self._columns)
+
+    @property
+    def events(self) -> list[Any]:
+        """What the model of this name has said."""
+        return self._rec.events(source=self.name.replace("/", "-"))
+
+    def __getattr__(self, word: str) -> Signal:
+        if word.startswith("_") or word not in self._words:
+            raise AttributeError(f"{self.name} has no {word}; {meant(word, list(self._words))}")
+        names = self._words[word]
+        self._rec.load(names)
+        parts = [only(self._rec.signal(name), self._columns[name]) for name in names]
+        if len(parts) == 1:
+            return parts[0]
+        if word == "pose":  # of several bodies
+            parts = [Signal(s.t, s.values, [f"{s.name[len(POSE) :]}.{x}" for x in s.names], s.unit) for s in parts]
+            return joined(f"{POSE}{self.name}.*", parts)
+        return joined(f"*/{word}", parts)
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._words]
+
+    def _repr_html_(self) -> str:
+        return part_html(self)
+
+    def __repr__(self) -> str:
+        return f"<{self.name}: {', '.join(self._words)}>"
+
+    def __getstate__(self) -> Any:
+        raise TypeError("a part belongs to its recording; keep its signals instead")
+
+
+def _in(column: str, names: tuple[str, ...]) -> bool:
+    return any(column == name or column.startswith(f"{name}.") for name in names)

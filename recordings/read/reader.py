@@ -1,0 +1,291 @@
+"""Reading a finished recording: facts, events in order, signals as arrays.
+
+    rec = Recording("turnover.mcap")
+    t, tension, names, unit = rec.signal("rope/tension")     # s, (n, m), ["west.H1", ...], "N"
+    rec["block"].pose, rec["rope/tension/west.*"]            # as people ask; see READING.md
+
+`pose/<body>` is read back from the frame transforms, every other signal from its field of `/samples`; only what is
+asked for is read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from functools import cached_property, wraps
+from itertools import islice
+from pathlib import Path
+from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
+
+import msgspec
+import numpy as np
+from heavylift.kernel.errors import SignalError
+from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, SAMPLER, Field, SamplesForm
+from heavylift.recordings.format.text import meant
+from heavylift.recordings.format.viewer_messages import Log, Rig, frames_template
+from heavylift.recordings.write.sink import FORMAT
+from numpy.typing import NDArray
+
+from .container import Container, Raw
+from .notebook import recording_html
+from .part import Part, chosen
+from .signal import Signal, only
+
+__all__ = ["RecordedEvent", "Recording", "Topic", "guarded"]
+
+BLOCK = 4096  # rows that are decoded together
+Floats = NDArray[np.float64]
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class Topic(NamedTuple):
+    """A channel of the file: topic, schema name, message encoding, its metadata, number of messages."""
+
+    name: str
+    schema: str
+    encoding: str
+    metadata: dict[str, str]
+    messages: int
+
+
+class RecordedEvent(msgspec.Struct, frozen=True):
+    """An event on a port of a coupled model; `value` is its message as plain data."""
+
+    t_ns: int
+    microstep: int
+    source: str
+    port: str
+    index: int
+    type: str
+    value: Any
+
+
+class Recording:
+    """A finished recording; opening one that is missing, cut off, damaged or foreign is a RecordingError."""
+
+    def __init__(self, path: str | Path) -> None:
+        self._file = Container(path)
+        self.path = self._file.path
+        self.size = self._file.size  # [bytes]
+        self.library = self._file.library
+        metadata = self._file.metadata()
+        if "run" not in metadata:
+            raise self._file.error("is an MCAP file of another program; give a file made by `heavylift run`")
+        self.run = metadata["run"]
+        self._check_format()
+        self.result = metadata.get("result", {})
+        self.attachments = self._file.attachments()
+        with self._file.reading():
+            summary = self._file.summary
+            self._channels = {channel.topic: channel.id for channel in summary.channels.values()}
+            self.topics = {
+                channel.topic: Topic(
+                    channel.topic,
+                    summary.schemas[channel.schema_id].name,
+                    channel.message_encoding,
+                    dict(channel.metadata),
+                    self._file.counts.get(channel.id, 0),
+                )
+                for channel in summary.channels.values()
+            }
+
+    def _check_format(self) -> None:
+        """RecordingError if another version of heavylift made the file, by other rules."""
+        found = self.run.get("format", "1")
+        if found != str(FORMAT):
+            newer = found.isdecimal() and len(found) < 10 and int(found) > FORMAT
+            what = "update heavylift" if newer else "run the scene again, or read it with the version that made it"
+            raise self._file.error(
+                f"has format {found[:20]} ({self.library[:60]}), this is heavylift for format {FORMAT}; {what}"
+            )
+
+    def fact(self, name: str, default: Any = None) -> Any:
+        """A fact of `result` or else of `run`, read as JSON where it is JSON, else as text."""
+        text = self.result.get(name, self.run.get(name))
+        if text is None:
+            return default
+        with self.reading():
+            try:
+                return msgspec.json.decode(text)
+            except msgspec.DecodeError:
+                return text
+
+    def messages(self, *topics: str) -> Iterator[Raw]:
+        """The undecoded messages of these topics in the order of the file."""
+        return self._file.messages({self._channels[topic] for topic in topics if topic in self._channels})
+
+    def stream(self, *topics: str) -> Iterator[tuple[str, Raw]]:
+        """The same with the topic of each message."""
+        names = {number: topic for topic, number in self._channels.items()}
+        return ((names[raw.channel], raw) for raw in self.messages(*topics))
+
+    def reading(self) -> AbstractContextManager[None]:
+        """Context that turns whatever goes wrong in decoding into a sentence about this file."""
+        return self._file.reading()
+
+    def events(self, source: str | None = None, port: str | None = None) -> list[RecordedEvent]:
+        """All events in total order, or those of one model or port name."""
+        wanted = [
+            topic.name
+            for topic in self.topics.values()
+            if "port" in topic.metadata
+            and source in (None, topic.metadata.get("model"))
+            and port in (None, topic.metadata["port"])
+        ]
+        decode = msgspec.json.Decoder(RecordedEvent).decode
+        with self._file.reading():
+            found = [decode(raw.data) for raw in self.messages(*wanted)]
+        return sorted(found, key=lambda e: (e.t_ns, e.microstep, e.source, e.port, e.index))
+
+    def stages(self) -> list[tuple[float, str]]:
+        """When [s] each stage of the run began, and its name."""
+        said = ((e.t_ns / 1e9, e.value) for e in self.events(port="stage"))
+        return [(t, str(value["name"])) for t, value in said if isinstance(value, dict) and value.get("name")]
+
+    def notes(self) -> list[tuple[float, str]]:
+        """What the kernel had to say of the run: simulation time [s] and sentence."""
+        with self._file.reading():
+            lines = [Log.FromString(raw.data) for raw in self.messages("/log")]
+        return [(x.timestamp.ToNanoseconds() * 1e-9, x.message) for x in lines if x.name == SAMPLER]
+
+    def __getitem__(self, name: str) -> Signal | Part:
+        """A signal, some columns of one by a pattern, or all about a part of the scene; SignalError otherwise.
+
+        rec["rope/tension"], rec["rope/tension/west.*"], rec["block"].pose, rec["loader/1"].tension
+        """
+        if name in self.signals():
+            return self.signal(name)
+        found: dict[str, list[str]] = {}
+        for signal, column in chosen(self, name):
+            found.setdefault(signal, []).append(column)
+        if len(found) == 1:
+            ((signal, columns),) = found.items()
+            return only(self.signal(signal), columns)
+        return Part(self, name, found) if found else Part.of(self, name)
+
+    def _repr_html_(self) -> str:
+        with self.reading():
+            return recording_html(self)
+
+    def __repr__(self) -> str:
+        status = self.result.get("status", "cut off")
+        return f"<Recording {self.path}: {self.run.get('scene', '')}, {status}, {len(self.signals())} signals>"
+
+    def rigs(self) -> list[Rig]:
+        """Which rope lines hang from when on."""
+        with self._file.reading():
+            return [msgspec.json.decode(raw.data, type=Rig) for raw in self.messages("/rig")]
+
+    def signals(self) -> list[str]:
+        """The names that `signal` knows."""
+        return [*self._fields, *(POSE + body for body in self._bodies)]
+
+    def columns(self, name: str) -> list[str]:
+        """Names of the columns of a signal."""
+        return list(POSE_COLUMNS) if name.startswith(POSE) else self._fields[name].columns
+
+    def unit(self, name: str) -> str:
+        """The unit of a signal's columns."""
+        return POSE_UNIT if name.startswith(POSE) else self._fields[name].unit
+
+    def signal(self, name: str) -> Signal:
+        """A sampled signal such as "rope/tension", over the whole run."""
+        self.load([name])
+        return self._signals[name]
+
+    def load(self, names: Sequence[str]) -> None:
+        """Read these signals in one pass through the file; `signal` then has them at hand."""
+        for name in names:
+            if name not in self._fields and name.removeprefix(POSE) not in self._bodies:
+                raise SignalError(f"{self.path}: has no signal {name}; {meant(name, self.signals())}")
+        wanted = [name for name in names if name not in self._signals]
+        with self._file.reading():
+            numbers = [name for name in wanted if name in self._fields]
+            if numbers:
+                self._keep(numbers, self._numbers(numbers))
+            if len(numbers) < len(wanted):  # all of them: they stand in one message
+                poses = [POSE + body for body in self._bodies]
+                self._keep(poses, self._poses(poses))
+
+    def blocks(self, names: Sequence[str]) -> Iterator[tuple[list[int], list[Floats]]]:
+        """Times [ns] and values of these signals, a few thousand rows at a time, as far as there are all of them."""
+        numbers = [name for name in names if name in self._fields]
+        poses = [name for name in names if name not in self._fields]
+        with self._file.reading():
+            parts = [self._numbers(numbers)] if numbers else []
+            parts += [self._poses(poses)] if poses else []
+            for found in zip(*parts, strict=False):
+                n = min(len(times) for times, _ in found)
+                values = {name: x[:n] for _, part in found for name, x in part.items()}
+                yield found[0][0][:n], [values[name] for name in names]
+
+    def _numbers(self, names: Sequence[str]) -> Iterator[tuple[list[int], dict[str, Floats]]]:
+        form = SamplesForm(list(self._fields.values()))
+        tags = form.image[form.fixed].tobytes()
+        messages = self.messages("/samples")
+        while block := list(islice(messages, BLOCK)):
+            times: list[int] = []
+            found: dict[str, list[bytes]] = {name: [] for name in names}
+            for raw in block:
+                data = np.frombuffer(raw.data, np.uint8)
+                if len(data) != len(form.image) or data[form.fixed].tobytes() != tags:
+                    raise ValueError("a sample has other fields than its channel")
+                times.append(raw.publish_time)
+                for name, rows in found.items():
+                    rows.append(raw.data[form.places[name]])
+            yield (
+                times,
+                {
+                    name: np.frombuffer(b"".join(rows), "<f8").reshape(len(times), len(self._fields[name].columns))
+                    for name, rows in found.items()
+                },
+            )
+
+    def _poses(self, names: Sequence[str]) -> Iterator[tuple[list[int], dict[str, Floats]]]:
+        form, places = frames_template(self._bodies), {POSE + body: i for i, body in enumerate(self._bodies)}
+        messages = self.messages("/poses")
+        while block := list(islice(messages, BLOCK)):
+            poses = form.decode([raw.data for raw in block]).reshape(-1, len(self._bodies), 7)
+            yield [raw.publish_time for raw in block], {name: poses[:, places[name]] for name in names}
+
+    def _keep(self, names: Sequence[str], parts: Iterator[tuple[list[int], dict[str, Floats]]]) -> None:
+        """Read these signals whole."""
+        times: list[int] = []
+        found: dict[str, list[Floats]] = {name: [np.zeros((0, len(self.columns(name))))] for name in names}
+        for some, values in parts:
+            times += some
+            for name, x in values.items():
+                found[name].append(x)
+        t = np.array(times, np.float64) / 1e9
+        for name in names:
+            values_ = np.concatenate(found.pop(name))
+            self._signals[name] = Signal(t, values_, self.columns(name), self.unit(name), name)
+
+    @cached_property
+    def _signals(self) -> dict[str, Signal]:
+        """What was loaded so far."""
+        return {}
+
+    @cached_property
+    def _fields(self) -> dict[str, Field]:
+        with self._file.reading():
+            facts = self.topics["/samples"].metadata if "/samples" in self.topics else {"signals": "[]"}
+            return {field.signal: field for field in msgspec.json.decode(facts["signals"], type=list[Field])}
+
+    @cached_property
+    def _bodies(self) -> list[str]:
+        with self._file.reading():
+            facts = self.topics["/poses"].metadata if "/poses" in self.topics else {"names": "[]"}
+            return msgspec.json.decode(facts["names"], type=list[str])
+
+
+def guarded(tell: Callable[Concatenate[Recording, P], R]) -> Callable[Concatenate[Recording, P], R]:
+    """Makes of a function of a recording one that ends in a sentence where facts in the file are not what they are."""
+
+    @wraps(tell)
+    def told(rec: Recording, /, *args: P.args, **kwargs: P.kwargs) -> R:
+        with rec.reading():
+            return tell(rec, *args, **kwargs)
+
+    return told

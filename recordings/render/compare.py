@@ -1,0 +1,203 @@
+"""Two recordings side by side: equal to the last byte, or where they part and how far each signal is off.
+
+Events are compared in their total order; signals at the instants of the first recording, between the samples of the
+second one by straight lines, over the time that both cover.  A difference is told as its largest absolute value and
+its RMS over time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+from pathlib import Path
+
+import numpy as np
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format.samples import POSE
+from heavylift.recordings.format.text import table
+from heavylift.recordings.read.export import matching
+from heavylift.recordings.read.reader import RecordedEvent, Recording
+from numpy.typing import NDArray
+
+from .curves import checked, drawn, larger
+from .figure import Curve, Figure, Panel
+
+__all__ = ["Comparison", "Difference", "compare", "overlay"]
+
+MOST = 12  # panels of an overlay
+ROWS = 24  # signals in the text
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One column of a signal: largest |b - a|, when [s], RMS over the common time, largest |a|, unit."""
+
+    name: str
+    most: float
+    when: float
+    rms: float
+    scale: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What two recordings share; `first` tells the first difference ("" if there is none)."""
+
+    a: Path
+    b: Path
+    equal: bool
+    first: str
+    differences: list[Difference]
+    only_a: list[str]
+    only_b: list[str]
+
+    def __str__(self) -> str:
+        if self.equal:
+            return f"{self.a} and {self.b} are equal: same digest, {len(self.differences)} signals"
+        share = _shares(self.differences)
+        rows = [
+            [d.name, _number(d.most), f"{d.when:.3f} s", _number(d.rms), f"{100 * share[d.name]:.2g} %", d.unit]
+            for d in sorted(self.differences, key=lambda d: -share[d.name])
+            if d.most > 0.0
+        ]
+        head = ["signal", "largest", "at", "RMS", "of its signal", "unit"]
+        parts = [f"{self.a} and {self.b} differ", f"first difference: {self.first}", table(head, rows[:ROWS])]
+        if len(rows) > ROWS:
+            parts.append(f"  and {len(rows) - ROWS} signals that differ less; all with --json")
+        same = sum(d.most == 0.0 for d in self.differences)
+        parts.append(f"{same} of {len(self.differences)} signals are equal")
+        parts += [
+            f"only in {p}: {', '.join(names)}" for p, names in ((self.a, self.only_a), (self.b, self.only_b)) if names
+        ]
+        return "\n".join(part for part in parts if part)
+
+
+def _shares(differences: Sequence[Difference]) -> dict[str, float]:
+    """Largest difference of each column as a share of the largest value among all columns of its signal.
+
+    A column that is zero but for rounding would else differ by all of its range, and stand first.
+    """
+    scales: dict[str, float] = {}
+    for d in differences:
+        signal = d.name.rpartition("/")[0]
+        scales[signal] = max(scales.get(signal, 0.0), d.scale)
+    return {d.name: d.most / scales[d.name.rpartition("/")[0]] for d in differences}
+
+
+def compare(a: str | Path, b: str | Path) -> Comparison:
+    """Compare two recordings; RecordingError if one cannot be read."""
+    A, B = Recording(a), Recording(b)
+    with A.reading(), B.reading():
+        return _compared(A, B)
+
+
+def _compared(A: Recording, B: Recording) -> Comparison:
+    first = min((x for x in (_event(A, B), _sample(A, B)) if x), default=(0.0, ""))[1]
+    names_a, names_b = set(A.signals()), set(B.signals())
+    differences = [d for name in A.signals() if name in names_b for d in _signal(A, B, name)]
+    digests = A.result.get("digest"), B.result.get("digest")
+    equal = digests[0] is not None and digests[0] == digests[1]
+    if not (first or equal):
+        first = "none in events and samples: the recordings tell of equal motions, but are not both complete"
+    return Comparison(
+        A.path,
+        B.path,
+        equal=equal,
+        first=first,
+        differences=differences,
+        only_a=sorted(names_a - names_b),
+        only_b=sorted(names_b - names_a),
+    )
+
+
+def overlay(a: str | Path, b: str | Path, out: str | Path, patterns: Sequence[str] = (), force: bool = False) -> Path:
+    """Draw both recordings over one another: the columns that match, or the worst of each of four signals."""
+    out = checked(out)
+    A, B = Recording(a), Recording(b)
+    with A.reading(), B.reading():
+        return drawn(_figure(A, B, patterns), out, force)
+
+
+def _figure(A: Recording, B: Recording, patterns: Sequence[str]) -> Figure:
+    common = [name for name in A.signals() if name in B.signals()]
+    found = [d for name in common for d in _signal(A, B, name)]
+    if patterns:
+        wanted = {f"{name}/{column}" for name, column in matching(A, patterns)}
+        found = [d for d in found if d.name in wanted]
+    share = _shares(found)
+    found.sort(key=lambda d: -share[d.name])
+    first = {d.name.rpartition("/")[0]: d for d in reversed(found)}  # of each signal the worst column
+    most = found if patterns else [d for d in found if d in first.values()][:4]
+    if not most or len(most) > MOST:
+        raise RecordingError(f"{A.path} and {B.path}: {len(most)} columns to draw; name 1 to {MOST}")
+    panels = []
+    for d in most:
+        factor, unit = larger(d.unit)
+        name, _, column = d.name.rpartition("/")
+        off = f"largest difference {d.most * factor:.4g} {unit} at {d.when:.3f} s, RMS {d.rms * factor:.4g} {unit}"
+        parts = [(rec.signal(name), rec.path.name, rec is B) for rec in (A, B)]
+        lines = [Curve(path, signal.t, signal[column] * factor, dashed) for signal, path, dashed in parts]
+        panels.append(Panel(unit, lines, title=f"{d.name}: {off}"))
+    return Figure(f"{A.path.name} and {B.path.name}", panels, A.stages())
+
+
+def _event(A: Recording, B: Recording) -> tuple[float, str] | None:
+    """Time and words of the first event that is not in both."""
+    for x, y in zip_longest(A.events(), B.events()):
+        if x != y:
+            t = min(e.t_ns for e in (x, y) if e is not None) * 1e-9
+            return t, f"event at {t:.9f} s: {_told(x)} in {A.path.name}, {_told(y)} in {B.path.name}"
+    return None
+
+
+def _told(event: RecordedEvent | None) -> str:
+    return "nothing" if event is None else f"{event.source}.{event.port} {event.type} {event.value}"
+
+
+def _sample(A: Recording, B: Recording) -> tuple[float, str] | None:
+    """Time and words of the first sample that is not the same in both."""
+    found = []
+    for name in A.signals():
+        if name not in B.signals() or name.startswith(POSE):
+            continue
+        a, b = A.signal(name), B.signal(name)
+        n = min(len(a.t), len(b.t))
+        if a.names == b.names:
+            off = np.flatnonzero((a.t[:n] != b.t[:n]) | (a.values[:n] != b.values[:n]).any(axis=1))
+            row = int(off[0]) if len(off) else n if len(a.t) != len(b.t) else None
+            if row is not None:
+                t = min(float(x.t[row]) for x in (a, b) if row < len(x.t))
+                shorter = A if len(a.t) == row else B
+                ends = f"; {shorter.path.name} ends before" if row == n else ""
+                found.append((t, f"{name} at {t:.9f} s{ends}"))
+    return min(found, default=None)
+
+
+def _signal(A: Recording, B: Recording, name: str) -> Iterator[Difference]:
+    a, b = A.signal(name), B.signal(name)
+    n = min(len(a.t), len(b.t))
+    if not n:
+        return
+    row_by_row = np.array_equal(a.t[:n], b.t[:n])  # also where one of them ends before the other
+    common = slice(n) if row_by_row else a.t <= b.t[-1]
+    t = a.t[common]
+    for i, column in enumerate(a.names):
+        if column in b.names and len(t):
+            x, y = a.values[common, i], b.values[:, b.names.index(column)]
+            off = np.abs((y[:n] if row_by_row else np.interp(t, b.t, y)) - x)
+            k = int(np.argmax(off))
+            scale = float(np.max(np.abs(x))) or float(np.max(np.abs(y))) or 1.0
+            yield Difference(f"{name}/{column}", float(off[k]), float(t[k]), _rms(t, off), scale, a.unit)
+
+
+def _rms(t: NDArray[np.float64], x: NDArray[np.float64]) -> float:
+    """Root of the mean square over time."""
+    if len(t) < 2 or t[-1] == t[0]:
+        return float(np.max(x))
+    return float(np.sqrt(np.trapezoid(x * x, t) / (t[-1] - t[0])))
+
+
+def _number(x: float) -> str:
+    return f"{x:.4g}"

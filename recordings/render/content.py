@@ -1,0 +1,119 @@
+"""What the page shows, as plain data: the same whether it comes from a file or from a run that still goes on.
+
+Numbers travel as base64 of little-endian floats.  Samples are thinned to a budget: of as many as would lie behind one
+pixel anyhow, the two stay between which the ropes' load goes furthest.
+"""
+
+from __future__ import annotations
+
+import base64
+import itertools
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import msgspec
+import numpy as np
+from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleLayout
+from heavylift.recordings.read.settings import settings
+from numpy.typing import NDArray
+
+__all__ = [
+    "Shown", "event_text", "facts_shown", "inert", "is_inner", "load_of", "packed", "shown", "stage_name", "thinned",
+]  # fmt: skip
+
+Floats = NDArray[np.float64]
+LEFT_OUT = ("account", "rope/peak_time", "rope/length_rate")  # for tables, not for the eye
+FLOATING = {*POSE_COLUMNS, "vx", "vy", "vz", "wx", "wy", "wz"}  # of free joints: the scene shows these
+INNER = ("order", "input", "state")  # ports on which models talk among themselves
+FACTS = ("scene", "model", "seed", "samples_hz", "python", "platform")
+
+
+class Shown(NamedTuple):
+    """Columns of a sample row that the page gets: poses of all bodies, then signals by group, name, unit."""
+
+    bodies: list[str]
+    signals: list[tuple[str, str, str]]
+    columns: NDArray[np.intp]
+
+    def head(self) -> dict[str, Any]:
+        """Bodies and signals without their numbers."""
+        return {
+            "bodies": [{"name": name} for name in self.bodies],
+            "signals": [{"group": group, "name": name, "unit": unit} for group, name, unit in self.signals],
+        }
+
+
+def shown(layout: SampleLayout) -> Shown:
+    """What of a sample row the page gets."""
+    poses = [c for c in layout.channels if c.topic.startswith(POSE)]
+    columns = [k for c in poses for k in range(c.start, c.stop)]
+    signals = []
+    for c in layout.channels:
+        if c.topic.startswith((POSE, *LEFT_OUT)):
+            continue
+        for k, name in enumerate(c.names):
+            if not (c.topic.startswith("joint/") and name.rpartition(".")[2] in FLOATING):
+                signals.append((c.topic, name, c.unit))
+                columns.append(c.start + k)
+    return Shown([c.topic.removeprefix(POSE) for c in poses], signals, np.array(columns, np.intp))
+
+
+def packed(values: Floats, kind: str = "<f4") -> str:
+    """Numbers as base64 of little-endian floats in C order; ValueError if one is too large for that."""
+    largest = np.abs(values).max(initial=0.0, where=np.isfinite(values))
+    if largest > np.finfo(kind).max:
+        raise ValueError(f"{largest:.3g} is larger than anything that is drawn")
+    return base64.b64encode(np.ascontiguousarray(values, kind).tobytes()).decode()
+
+
+def thinned(load: Floats, rows: int) -> NDArray[np.intp]:
+    """Numbers of at most `rows` samples: first, last, and the least and the largest `load` of equal parts."""
+    n = len(load)
+    if n <= rows or rows < 4:
+        return np.arange(n)
+    edges = np.linspace(0, n, max(1, (rows - 2) // 2) + 1).astype(np.intp)
+    keep = {0, n - 1}
+    for a, b in itertools.pairwise(edges):
+        keep |= {int(a + np.argmin(load[a:b])), int(a + np.argmax(load[a:b]))}
+    return np.array(sorted(keep), np.intp)
+
+
+def event_text(port: str, type_: str, value: object) -> str:
+    """An event in a few words: its type and what it carries."""
+    fields = value if isinstance(value, dict) else {"": value}
+    told = ", ".join(f"{name} {_text(x)}".strip() for name, x in fields.items() if x not in (None, "", [], {}))
+    return f"{port}: {type_}" + (f" ({told})" if told else "")
+
+
+def facts_shown(run: Mapping[str, str], more: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Facts of a run by name."""
+    return [(name.replace("_", " "), run[name]) for name in FACTS if name in run] + [*settings(run).items(), *more]
+
+
+def stage_name(port: str, value: object) -> str | None:
+    """The name of the stage that begins with an event, if one does."""
+    name = value.get("name") if isinstance(value, dict) else None
+    return _text(name) if port == "stage" and name else None
+
+
+def is_inner(port: str) -> bool:
+    """Whether models talk among themselves on a port."""
+    return port.startswith(INNER)
+
+
+def inert(json: str) -> str:
+    """The same JSON without a character that could end a script element or begin markup."""
+    return json.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _text(value: object) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return value if isinstance(value, str) else msgspec.json.encode(value).decode()
+
+
+def load_of(signals: Sequence[tuple[str, str, str]], rows: Floats) -> Floats:
+    """Sum of the rope tensions of sample rows; of all signals where there are no ropes."""
+    ropes = [k for k, (group, _, _) in enumerate(signals) if group == "rope/tension"]
+    load: Floats = rows[:, ropes or list(range(len(signals)))].sum(axis=1)
+    return load

@@ -1,0 +1,81 @@
+"""Any signals of recordings as curves over time: a panel per unit, rated values as limits, stages shaded.
+
+`curves("run.mcap", ["rope/tension/*", "joint/position/west.*"], "run.html")`; the suffix decides: .png or .svg are
+pictures, .html is a page with zoom and cursor that needs no network.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.read.export import matching
+from heavylift.recordings.read.reader import Recording
+from heavylift.recordings.read.settings import settings
+from heavylift.recordings.read.signal import titles
+from heavylift.recordings.write.outputs import output_path
+from heavylift.recordings.write.partfile import PartFile
+
+from .curves_drawn import page, picture
+from .figure import Curve, Figure, Panel
+from .paper import FORMATS
+
+__all__ = ["checked", "curves", "drawn", "larger"]
+
+LARGER = {"N": (1e-3, "kN"), "N m": (1e-3, "kN m"), "J": (1e-6, "MJ")}
+MANY = 60  # curves: more than that nobody can tell apart
+
+
+def curves(path: str | Path, patterns: Sequence[str], out: str | Path, force: bool = False) -> Path:
+    """Draw the columns that match one of the patterns into a .png, .svg or .html file."""
+    out = checked(out)
+    rec = Recording(path)
+    with rec.reading():
+        said = "; ".join(settings(rec.run).values())
+        title = f"{rec.run.get('scene', '')}, {rec.path.name}" + (f"\n{said}" if said else "")
+        figure = Figure(title, panels_of(rec, patterns), rec.stages())
+        return drawn(figure, out, force)
+
+
+def checked(out: str | Path) -> Path:
+    """The path if curves can be written there."""
+    return output_path(out, "a figure", (*FORMATS, ".html"))
+
+
+def drawn(figure: Figure, out: Path, force: bool = False) -> Path:
+    """Write the figure in the form that the suffix asks for."""
+    if out.suffix.lower() != ".html":
+        return picture(figure, out, force)
+    text = page(figure)
+    with PartFile(out, "a figure", (*FORMATS, ".html"), force) as file:
+        file.stream.write(text.encode())
+    return file.path
+
+
+def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
+    """The columns that match, by unit, with the rated values of ropes as limits."""
+    wanted = matching(rec, patterns)
+    if len(wanted) > MANY:
+        raise RecordingError(
+            f"{rec.path}: {len(wanted)} curves in one figure; name fewer, such as 'rope/tension/west.*'"
+        )
+    rec.load([*dict.fromkeys(name for name, _ in wanted)])
+    rated = rec.fact("rated", {})
+    panels: dict[str, Panel] = {}
+    for name, column in wanted:
+        signal = rec.signal(name)
+        title = titles(signal)[signal.names.index(column)]
+        factor, unit = larger(title[len(column) + 2 : -1])
+        panel = panels.setdefault(unit, Panel(unit, []))
+        panel.curves.append(Curve(f"{name}/{column}", signal.t, signal[column] * factor))
+        if name in ("rope/tension", "rope/peak") and column in rated:
+            panel.limits[column] = rated[column] * factor
+    if not any(len(curve.t) > 1 for panel in panels.values() for curve in panel.curves):
+        raise RecordingError(f"{rec.path}: has no samples to draw; let the run last longer")
+    return list(panels.values())
+
+
+def larger(unit: str) -> tuple[float, str]:
+    """Factor and unit in which people read these numbers."""
+    return LARGER.get(unit, (1.0, unit))

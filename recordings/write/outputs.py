@@ -1,0 +1,151 @@
+"""Under which name an output is written: nothing that is there already is lost.
+
+    nothing stands there            the name is given
+    an earlier output               stays; the next free name is given: run-2.mcap; with --force it is replaced
+    anything else                   OutputError: a folder, a link, a device, a pipe, a file that heavylift has not made
+
+What a run that was cut off has left, `run.mcap.part` and the orders beside it, is an earlier output too.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from itertools import count
+from pathlib import Path
+
+from heavylift.kernel.errors import OutputError, RecordingError
+from heavylift.recordings.format.mcapfile import MAGIC
+
+__all__ = [
+    "COMMANDS",
+    "GENERATOR",
+    "PART",
+    "beside",
+    "file_path",
+    "names",
+    "output_path",
+    "remains",
+    "unnamable",
+    "writing",
+]
+
+PART, COMMANDS = ".part", ".commands"  # of a run that is being written
+GENERATOR = "heavylift"  # by which a file says who made it
+LOOK = 4096  # [bytes] at the beginning and at the end in which it does
+SIGNS = (GENERATOR.encode(), b"time [s],", b"rung,method,", b"RosOut!log")  # first columns of tables, panel of a layout
+HEADER = len(MAGIC) + 9 + 4 + 4  # where the name of the writer begins in a recording: magic, record, profile, length
+KINDS = (
+    (stat.S_ISLNK, "a link"),
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISFIFO, "a pipe"),
+    (stat.S_ISSOCK, "a socket"),
+    (lambda mode: not stat.S_ISREG(mode), "a device"),
+)
+
+
+def file_path(path: object) -> Path:
+    """The path of what names a file: text or a Path; RecordingError for anything else."""
+    named = os.fspath(path) if isinstance(path, str | os.PathLike) else b""
+    if isinstance(named, bytes) or "\0" in named:
+        raise RecordingError(f"{path!r} names no file; give its path as text or as a Path, such as 'run.mcap'")
+    return Path(named)
+
+
+def unnamable(path: Path) -> str:
+    """Why no file can have this name, with what a run adds to it; "" if one can."""
+    try:
+        _mode(path.with_name(path.name + COMMANDS))
+    except OSError as error:
+        return error.strerror or type(error).__name__
+    return ""
+
+
+def output_path(path: str | Path, what: str = "", endings: Sequence[str] = ()) -> Path:
+    """The path if it is free or an earlier output has it; OutputError, which names what stands there, if it is neither
+    or has none of the endings of what is written; RecordingError if its folder is missing.
+    """
+    path = file_path(path)
+    with writing(path):
+        _refuse(path)
+        if not path.parent.is_dir():
+            raise RecordingError(
+                f"{path}: the folder {path.parent} does not exist; make it or choose another place with -o"
+            )
+        if endings and path.suffix.lower() not in endings:
+            these = f"{', '.join(endings[:-1])} or {endings[-1]}" if len(endings) > 1 else endings[0]
+            give = "one of these endings" if len(endings) > 1 else "this ending"
+            raise OutputError(f"{path}: {what} is written as {these}; give it {give}")
+        if path.suffix.lower() == ".mcap":
+            for ending in (PART, COMMANDS):
+                _refuse(path.with_name(path.name + ending))
+    return path
+
+
+def names(path: Path) -> Iterator[Path]:
+    """run.mcap, run-2.mcap, run-3.mcap and so on."""
+    yield path
+    for number in count(2):
+        yield path.with_name(f"{path.stem}-{number}{path.suffix}")
+
+
+def remains(path: Path) -> list[Path]:
+    """What there is of an output of this name."""
+    every = [path, *(path.with_name(path.name + ending) for ending in (PART, COMMANDS))]
+    return [x for x in every if _mode(x) is not None]
+
+
+def beside(path: Path, ending: str) -> Path:
+    """The file that is made of this one if no other name is given: run.mcap and -report.html give run-report.html."""
+    return path.parent / f"{path.stem}{ending}"
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[None]:
+    """Turns the system's refusals into a sentence about this file."""
+    try:
+        yield
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be written ({error.strerror}); choose another place with -o") from None
+
+
+def _refuse(path: Path) -> None:
+    """OutputError if something stands there that is no earlier output."""
+    mode = _mode(path)
+    if mode is None:
+        return
+    kind = next((kind for test, kind in KINDS if test(mode)), "")
+    if kind == "a folder":
+        raise OutputError(f"{path}: is a folder; give the name of a file in it, such as {path / 'run.mcap'}")
+    if not kind and not _made(path):
+        kind = "a file that heavylift has not made"
+    if kind:
+        raise OutputError(f"{path}: is {kind} and stays as it is; choose another name with -o")
+
+
+def _mode(path: Path) -> int | None:
+    """Kind of file and rights, without following a link; None if there is nothing."""
+    try:
+        return os.lstat(path).st_mode
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+
+
+def _made(path: Path) -> bool:
+    """Whether a regular file says that heavylift has made it; of a journal its name does."""
+    if path.suffix == COMMANDS:
+        return True
+    try:
+        with open(os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC), "rb") as file:
+            head = file.read(LOOK)
+            file.seek(max(0, os.fstat(file.fileno()).st_size - LOOK))
+            tail = file.read(LOOK)
+    except OSError:
+        return False
+    if path.suffix == PART and not head:  # what a run leaves that is killed at once, where files must have names
+        return True
+    if path.suffix.lower() in (".mcap", PART):
+        return head.startswith(MAGIC) and head[HEADER:].startswith(GENERATOR.encode())
+    return any(sign in head + tail for sign in SIGNS)

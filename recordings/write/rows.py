@@ -1,0 +1,123 @@
+"""Sample rows on their way into the file: a message of numbers and one of all poses per row, ropes where they moved."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format.columns import Columns
+from heavylift.recordings.format.samples import POSE_UNIT, SampleLayout, SamplesForm
+from heavylift.recordings.format.schema import samples_descriptor
+from heavylift.recordings.format.viewer_messages import (
+    WORLD,
+    FrameTransforms,
+    RopeLine,
+    Ropes,
+    SceneUpdate,
+    frames_template,
+)
+from numpy.typing import NDArray
+
+from .sink import Sink
+
+__all__ = ["Block", "Peak", "Rows"]
+
+
+class Peak(NamedTuple):
+    """Largest tension of a rope [N] and when [s]."""
+
+    tension: float
+    time: float
+
+
+class Block(NamedTuple):
+    """Rows as they stand in the file: simulation and log times [ns], numbers and poses, messages (n, bytes)."""
+
+    times: list[int]
+    log_ns: list[int]
+    columns: NDArray[np.float64]
+    samples: NDArray[np.uint8]
+    frames: NDArray[np.uint8]
+
+
+class Rows:
+    """Writes the rows of one layout into the sink and keeps the peak of each rope."""
+
+    def __init__(self, sink: Sink, layout: SampleLayout, lines_every: float) -> None:
+        self.layout = layout.check()
+        self.peaks: dict[str, Peak] = {}
+        self._sink = sink
+        self._columns = Columns(layout)
+        self.bodies = self._columns.bodies
+        self._ropes: Ropes | None = None
+        self._lines_ns, self._lines_due = round(lines_every * 1e9), 0
+        fields = self._columns.fields
+        descriptor = samples_descriptor([field.field for field in fields])
+        self._numbers = sink.protobuf("/samples", descriptor, {"signals": fields})
+        self._form = SamplesForm(fields)
+        if self.bodies:
+            facts = {"names": self.bodies, "unit": POSE_UNIT}
+            self._poses = sink.protobuf("/poses", FrameTransforms, facts)
+            self._frames = frames_template(self.bodies)
+            self._lines = sink.protobuf("/ropes", SceneUpdate)
+
+    def ropes(self, lines: Sequence[RopeLine]) -> Ropes:
+        """These lines, ready for `hang`; RecordingError if one is on a body that has no poses."""
+        for line in lines:
+            for body in (line.a_body, line.b_body):
+                if body != WORLD and body not in self.bodies:
+                    raise RecordingError(f"rope line on {body}: the samples have no pose of it; check the name")
+        return Ropes(lines, self.bodies)
+
+    def hang(self, ropes: Ropes) -> None:
+        """Draw these ropes from the next row on."""
+        self._ropes, self._lines_due = ropes, 0
+
+    def encode(self, times: list[int], log_ns: list[int], rows: NDArray[np.float64]) -> Block:
+        """Rows (n, width) of these simulation and log times [ns] made ready for `write`."""
+        columns = self._columns(rows)
+        numbers, poses = np.split(columns, [self._columns.numbers], axis=1)
+        samples = self._form.encode(numbers)
+        frames = self._frames.encode(times, poses) if self.bodies else samples[:, :0]
+        return Block(times, log_ns, columns, samples, frames)
+
+    def write(self, block: Block, first: int, end: int) -> None:
+        """Write the messages of these rows of a block."""
+        part = slice(first, end)
+        messages = [(self._numbers, block.samples[part])]
+        if self.bodies:
+            messages.append((self._poses, block.frames[part]))
+        drawn = self._drawn(block, first, end)
+        self._sink.write_rows(block.log_ns[part], block.times[part], messages, drawn)
+
+    def _drawn(self, block: Block, first: int, end: int) -> tuple[int, list[int], NDArray[np.uint8]] | None:
+        """The channel of ropes, in which of these rows they are drawn, and their messages; None if in none."""
+        if self._ropes is None:
+            return None
+        times, poses = block.times, block.columns[:, self._columns.numbers :].reshape(len(block.times), -1, 7)
+        drawn, i = [], first
+        while (i := bisect_left(times, self._lines_due, i, end)) < end:
+            if self._ropes.moved(poses[i]):
+                drawn.append(i)
+                self._lines_due = times[i] + self._lines_ns
+            i += 1
+        if not drawn:
+            return None
+        messages = self._ropes.messages([times[i] for i in drawn], poses[drawn])
+        return self._lines, [i - first for i in drawn], messages
+
+    def note_peaks(self, times: Sequence[int], rows: NDArray[np.float64]) -> None:
+        """Keep each rope's largest tension, of all accepted steps if the rows have them."""
+        tension = self.layout.find("rope/peak") or self.layout.find("rope/tension")
+        when = self.layout.find("rope/peak_time")
+        if tension is None:
+            return
+        values = rows[:, tension.start : tension.stop]
+        for i, k in enumerate(values.argmax(axis=0).tolist()):
+            name = tension.names[i]
+            if name not in self.peaks or values[k, i] > self.peaks[name].tension:
+                at = rows[k, when.start + i] if when else times[k] / 1e9
+                self.peaks[name] = Peak(float(values[k, i]), float(at))

@@ -1,0 +1,154 @@
+"""The MCAP file of a run as the recorder sees it: channels, messages, a flush twice a wall second, an end.
+
+The first record is the metadata `run`, then the attachments; both are in the file before anybody sees it.  `format`
+among these facts is the number of the rules by which topics, schemas and facts are to be read.  A kill loses what was
+not flushed, at most a second: a thread of its own sees to that, whatever the run is busy with.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from importlib.metadata import version
+from pathlib import Path
+from threading import Event, RLock, Thread
+from typing import Any
+
+import msgspec
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format.mcapfile import McapFile, Messages
+from heavylift.recordings.format.schema import file_descriptor_set
+from mcap.well_known import MessageEncoding, SchemaEncoding
+
+from .partfile import PartFile
+
+__all__ = ["FORMAT", "Sink", "texts"]
+
+FORMAT = 2
+FLUSH = 0.5  # [s] of wall time: less than a second is lost, even if messages come half a second apart
+LOOK = 0.2  # [s] between two looks of the thread
+MEDIA = {".yaml": "application/yaml", ".json": "application/json"}
+
+
+def library() -> str:
+    """The name of the writer in the file's header: `heavylift X mcap-python/Y`."""
+    return f"heavylift {version('heavylift')} mcap-python/{version('mcap')}"
+
+
+def texts(facts: Mapping[str, object]) -> dict[str, str]:
+    """Metadata values: text as it is, everything else as JSON."""
+    return {
+        name: value if isinstance(value, str) else msgspec.json.encode(value).decode() for name, value in facts.items()
+    }
+
+
+class Sink:
+    """Writes the facts and attachments, shows them as `<path>.part`; `finish` gives it its name."""
+
+    def __init__(
+        self, path: str | Path, run: Mapping[str, object], attachments: Mapping[str, bytes], force: bool = False
+    ) -> None:
+        self._file = PartFile(path, force=force)
+        self.topics: dict[str, int] = {}
+        self._schemas: dict[tuple[str, bytes], int] = {}
+        self._lock, self._over = RLock(), Event()
+        self._refused: RecordingError | None = None  # what the thread has met
+        self._flushed = time.monotonic()
+        try:
+            with self.writing():
+                self._writer = McapFile(self._file.stream, library())
+                self._writer.metadata("run", texts({"format": FORMAT, **run}))
+                for name, data in attachments.items():
+                    media = MEDIA.get(Path(name).suffix, "application/octet-stream")
+                    self._writer.attachment(time.time_ns(), name, media, data)
+            self._file.show()
+        except BaseException:
+            self._file.abandon(keep=False)
+            raise
+        self._thread = Thread(target=self._watch, name="heavylift-recording", daemon=True)
+        self._thread.start()
+
+    @property
+    def path(self) -> Path:
+        """The recording's, which `finish` may change if something has come to stand there."""
+        return self._file.path
+
+    def protobuf(self, topic: str, message: Any, facts: Mapping[str, object] | None = None) -> int:
+        """A new channel of this protobuf message class (or of its descriptor)."""
+        descriptor = getattr(message, "DESCRIPTOR", message)
+        schema, name = file_descriptor_set(descriptor), descriptor.full_name
+        return self.channel(topic, MessageEncoding.Protobuf, name, SchemaEncoding.Protobuf, schema, facts or {})
+
+    def json(self, topic: str, name: str, schema: bytes, facts: Mapping[str, object]) -> int:
+        """A new channel of JSON objects with this JSON Schema."""
+        return self.channel(topic, MessageEncoding.JSON, name, SchemaEncoding.JSONSchema, schema, facts)
+
+    def channel(
+        self, topic: str, encoding: str, name: str, language: str, schema: bytes, facts: Mapping[str, object]
+    ) -> int:
+        """A new channel with this message encoding, schema name, schema language and schema."""
+        if topic in self.topics:
+            raise RecordingError(f"topic {topic}: announced twice; name models, ports and samples apart")
+        with self.writing():
+            number = self._schemas.get((name, schema))
+            if number is None:
+                number = self._schemas[name, schema] = self._writer.schema(name, language, schema)
+            self.topics[topic] = self._writer.channel(topic, encoding, number, texts(facts))
+        return self.topics[topic]
+
+    def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None:
+        """Append a message; to be called within `writing`."""
+        self._writer.write(channel, log_ns, publish_ns, data)
+
+    def write_rows(
+        self,
+        log_ns: Sequence[int],
+        publish_ns: Sequence[int],
+        messages: Sequence[tuple[int, Messages]],
+        some: tuple[int, Sequence[int], Messages] | None,
+    ) -> None:
+        """Append the messages of many rows, as in McapFile; to be called within `writing`."""
+        self._writer.write_rows(log_ns, publish_ns, messages, some)
+
+    @contextmanager
+    def writing(self) -> Iterator[None]:
+        """Keeps the thread off the file and turns the system's refusals into a RecordingError."""
+        with self._lock, self._file.writing():
+            if self._refused is not None:
+                raise self._refused
+            yield
+
+    def flush(self) -> None:
+        """Put what was written on disk and look whether it is still there, at most twice a second of wall time."""
+        if time.monotonic() - self._flushed > FLUSH:
+            with self.writing():
+                self._writer.flush()
+                self._file.check()
+            self._flushed = time.monotonic()
+
+    def _watch(self) -> None:
+        while not self._over.wait(LOOK):
+            try:
+                self.flush()
+            except RecordingError as error:
+                self._refused = error  # for who writes next
+                return
+
+    def _rest(self) -> None:
+        """End the thread."""
+        self._over.set()
+        self._thread.join()
+
+    def finish(self, result: Mapping[str, object]) -> Path:
+        """Write the metadata `result` and the summary, give the file its name."""
+        self._rest()
+        with self.writing():
+            self._writer.metadata("result", texts(result))
+            self._writer.finish()
+        return self._file.finish()
+
+    def abandon(self, keep: bool = True) -> None:
+        """Close a file that cannot be finished, and `keep` what there is of it; without effect on a finished one."""
+        self._rest()
+        self._file.abandon(keep)

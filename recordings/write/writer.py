@@ -1,0 +1,268 @@
+"""The recorder: one MCAP file per run, written while it runs, whole once it bears its name.
+
+First the metadata `run` and the attachments; messages in the order of simulation time; last the metadata
+`result`, whose absence means "cut off".  log_time is the recorder's own simulation time [ns] and never goes
+back; publish_time is the sender's.  Events come in total order and samples in theirs, but not together:
+both wait until nothing earlier can come, that is below `settle(t)` or below both the last event and the
+last sample.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+import time
+from bisect import bisect_left
+from collections.abc import Callable, Mapping, Sequence
+from itertools import count
+from pathlib import Path
+from types import TracebackType
+from typing import Any, NamedTuple
+
+import msgspec
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format.digest import Digest
+from heavylift.recordings.format.samples import SAMPLER, Note, SampleLayout, decode_batch
+from heavylift.recordings.format.schema import PROTOCOL_SCHEMA, RIG_SCHEMA, event_schema
+from heavylift.recordings.format.viewer_messages import Box, Log, Rig, RopeLine, SceneUpdate, boxes_message, log_message
+
+from .rows import Block, Peak, Rows
+from .sink import Sink
+
+__all__ = ["Recorder"]
+
+EVENT, SAMPLE = 0, 1  # at one instant events stand before the sample taken after them
+
+
+class Waiting(NamedTuple):
+    """The rows of a block from `first` on."""
+
+    block: Block
+    first: int = 0
+
+
+class Recorder:
+    """Writes the recording `path`; `run` are the facts known at the start, `attachments` files by name.
+
+    An earlier recording of this name stays and this one is run-2.mcap, unless `force` replaces it.  At most every
+    `lines_every` [s] of simulation time the ropes are drawn.  Used as a context, it closes the file as failed when the
+    body raises.
+    """
+
+    def __init__(
+        self,
+        path: str | Path,
+        run: Mapping[str, object],
+        attachments: Mapping[str, bytes] | None = None,
+        lines_every: float = 1.0,
+        force: bool = False,
+    ) -> None:
+        self.digest = Digest()
+        self._began = time.monotonic()
+        self._sink = Sink(path, run, attachments or {}, force)
+        self._log = self._sink.protobuf("/log", Log)
+        self._ports: dict[tuple[str, str], int] = {}
+        self._rows: Rows | None = None
+        self._lines_every = lines_every
+        self._next_sample = 0
+        self.notes: list[Note] = []
+        """What the sampler has told the user so far."""
+        self._queue: list[tuple[int, int, int, Callable[[int], None] | Waiting]] = []  # time, rank, ticket, what
+        self._ticket = count()
+        self._last_event = self._last_sample = self._settled = self._now = 0
+        self._closed = False
+
+    @property
+    def path(self) -> Path:
+        """Where the recording is written: the name that was given, or the next free one."""
+        return self._sink.path
+
+    @property
+    def peaks(self) -> dict[str, Peak]:
+        """Largest tension of each rope so far."""
+        return self._rows.peaks if self._rows else {}
+
+    # what will be recorded
+
+    def add_port(
+        self,
+        model: str,
+        port: str,
+        schema: Mapping[str, Any],
+        key: str = "",
+        units: Mapping[str, str] | None = None,
+    ) -> None:
+        """Announce an output port: JSON Schema of its values, Zenoh key, units by field name."""
+        name = str(schema.get("title", schema.get("$ref", port))).rpartition("/")[2]
+        facts = {"model": model, "port": port, "key": key, "units": dict(units or {})}
+        self._ports[model, port] = self._sink.json(
+            f"/{model}/{port}", f"heavylift.event.{name}", event_schema(schema), facts
+        )
+
+    def layout(self, layout: SampleLayout) -> None:
+        """Announce the columns of the sample rows; once."""
+        self._rows = Rows(self._sink, layout, self._lines_every)
+
+    def boxes(self, boxes: Sequence[Box]) -> None:
+        """Draw these boxes on their bodies, from time 0 on; once, before the first message."""
+        channel = self._sink.protobuf("/scene", SceneUpdate)
+        self._message(channel, 0, boxes_message(boxes))
+
+    def ropes(self, t_ns: int, lines: Sequence[RopeLine]) -> None:
+        """Draw these ropes with the samples from this simulation time on, in place of those before."""
+        rows = self._announced()
+        ropes = rows.ropes(lines)
+        self._put(t_ns, lambda _: rows.hang(ropes))
+        rig = self._sink.topics.get("/rig") or self._sink.json("/rig", "heavylift.rig", RIG_SCHEMA, {})
+        self._message(rig, t_ns, msgspec.json.encode(Rig(t_ns, list(lines))))
+
+    # what happens
+
+    def event(self, t_ns: int, k: int, source: str, port: str, index: int, type: str, payload: bytes) -> None:
+        """Record an event on a port of a coupled model, in total order; `payload` are its msgpack bytes."""
+        channel = self._ports.get((source, port))
+        if channel is None:
+            raise RecordingError(f"event of {source}.{port}: this port was not announced; call add_port first")
+        self.digest.event(t_ns, k, source, port, index, type, payload)
+        record = {
+            "t_ns": t_ns,
+            "microstep": k,
+            "source": source,
+            "port": port,
+            "index": index,
+            "type": type,
+            "value": msgspec.msgpack.decode(payload),
+        }
+        self._message(channel, t_ns, msgspec.json.encode(record))
+        self._last_event = max(self._last_event, t_ns)
+        self._drain()
+
+    def samples(self, payload: bytes) -> None:
+        """Record a batch of the kernel in its wire form; numbers that are here already are passed over."""
+        rows = self._announced()
+        batch = decode_batch(payload, rows.layout.width)
+        for note in batch.notes[max(0, len(self.notes) - batch.notes[0].number) :] if batch.notes else ():
+            self.notes.append(note)
+            self.digest.note(note.number, note.t_ns, note.sentence)
+            self.log(note.t_ns, "warning", SAMPLER, note.sentence)
+        skip = self._next_sample - batch.first
+        if skip < 0:
+            raise RecordingError(
+                f"samples {self._next_sample} to {batch.first - 1} are missing; "
+                "the sender lost them or sent out of order"
+            )
+        if skip >= len(batch.times):
+            return
+        times, values = batch.times[skip:], batch.rows[skip:]
+        log_ns = [max(t, self._now) for t in times]
+        block = rows.encode(times, log_ns, values)
+        for number, t_ns, row in zip(count(self._next_sample), times, block.columns, strict=False):
+            self.digest.samples(number, t_ns, row.tobytes())
+        heapq.heappush(self._queue, (log_ns[0], SAMPLE, next(self._ticket), Waiting(block)))
+        rows.note_peaks(times, values)
+        self._next_sample = batch.first + len(batch.times)
+        self._last_sample = max(self._last_sample, batch.times[-1])
+        self._drain()
+
+    def protocol(
+        self, t_ns: int, node: str, direction: str, kind: str, summary: Mapping[str, object], raw: bytes
+    ) -> None:
+        """Record a message of the time protocol; direction is "to node" or "from node"."""
+        topic = f"/protocol/{node}"
+        channel = self._sink.topics.get(topic)
+        if channel is None:
+            channel = self._sink.json(topic, "heavylift.protocol", PROTOCOL_SCHEMA, {"node": node})
+        record = {
+            "kind": kind,
+            "node": node,
+            "direction": direction,
+            "t_ns": t_ns,
+            "summary": summary,
+            "raw": raw,
+        }
+        self._put(self._now, self._writes(channel, t_ns, msgspec.json.encode(record)))
+        self._drain()
+
+    def log(self, t_ns: int, level: str, name: str, message: str) -> None:
+        """Record a line for people; level is debug, info, warning, error or fatal, name says who speaks."""
+        self._message(self._log, t_ns, log_message(t_ns, level, name, message))
+
+    def settle(self, t_ns: int) -> None:
+        """Promise that nothing before this simulation time will come; what waits below it is written."""
+        self._settled = max(self._settled, t_ns)
+        self._drain()
+
+    def close(self, status: str = "finished", reason: str = "", result: Mapping[str, object] | None = None) -> Path:
+        """Write all that waits and the metadata `result`, finish the file and give it its name."""
+        if self._closed:
+            return self._sink.path
+        self._closed = True
+        try:
+            self._write_below(math.inf)
+            own: dict[str, object] = {
+                "status": status,
+                "reason": reason,
+                "sim_s": self._now / 1e9,
+                "wall_s": time.monotonic() - self._began,
+                "samples": self._next_sample,
+                "peaks": {name: peak._asdict() for name, peak in self.peaks.items()},
+                "digest": self.digest.hexdigest(),
+            }
+            return self._sink.finish({**own, **(result or {})})
+        finally:
+            self._sink.abandon()
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is None:
+            self.close()
+        else:
+            self.close("failed", str(error) or type(error).__name__)
+
+    # in which order it is written
+
+    def _announced(self) -> Rows:
+        if self._rows is None:
+            raise RecordingError("samples came before their layout; announce the layout first")
+        return self._rows
+
+    def _writes(self, channel: int, publish_ns: int, data: bytes) -> Callable[[int], None]:
+        return lambda log_ns: self._sink.write(channel, log_ns, publish_ns, data)
+
+    def _message(self, channel: int, t_ns: int, data: bytes) -> None:
+        self._put(t_ns, self._writes(channel, t_ns, data))
+
+    def _put(self, t_ns: int, write: Callable[[int], None]) -> None:
+        heapq.heappush(self._queue, (max(t_ns, self._now), EVENT, next(self._ticket), write))
+
+    def _drain(self) -> None:
+        last_sample = self._last_sample if self._rows else self._last_event
+        self._write_below(max(self._settled, min(self._last_event, last_sample)))
+        self._sink.flush()
+
+    def _write_below(self, horizon: float) -> None:
+        queue = self._queue
+        if not queue or queue[0][0] >= horizon:
+            return
+        with self._sink.writing():
+            while queue and queue[0][0] < horizon:
+                self._now, _, ticket, what = heapq.heappop(queue)
+                if isinstance(what, Waiting):
+                    self._write_rows(what, ticket, horizon)
+                else:
+                    what(self._now)
+
+    def _write_rows(self, waiting: Waiting, ticket: int, horizon: float) -> None:
+        """The rows below the horizon and before whatever else waits."""
+        queue, (block, first) = self._queue, waiting
+        if queue:
+            horizon = min(horizon, queue[0][0] + queue[0][1])  # an event stands before the sample of its instant
+        end = bisect_left(block.log_ns, horizon, first)
+        self._announced().write(block, first, end)
+        self._now = block.log_ns[end - 1]
+        if end < len(block.log_ns):
+            heapq.heappush(queue, (block.log_ns[end], SAMPLE, ticket, Waiting(block, end)))

@@ -1,0 +1,73 @@
+"""What helps a beginner: a scene to start from, a schema for the editor, a look at the installation."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.commands import app
+from heavylift.coordinator.commands.health import Finding, findings
+from heavylift.nodes.scene import bundled, json_schema, load
+from ruamel.yaml import YAML
+from typer.testing import CliRunner
+
+
+def test_a_new_scene_is_a_copy_that_runs_under_its_own_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, like in (("my-lift", "lift"), ("swing", "pendulum")):
+        assert CliRunner().invoke(app, ["new", name, "--like", like]).exit_code == 0
+        mine, theirs = load(f"{name}.yaml").plan, load(like).plan
+        assert mine.name == name
+        assert len(mine.actions) == len(theirs.actions)
+        text = (tmp_path / f"{name}.yaml").read_text()
+        assert f"# See it: heavylift plot {name}.mcap " in text
+        renamed = text.replace(f"name: {name}", f"name: {like}", 1).replace(f"{name}.mcap", f"{like}.mcap")
+        assert renamed == bundled()[like].read_text()
+
+
+def test_nothing_is_overwritten(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.yaml").write_text("a day's work\n")
+    told = CliRunner().invoke(app, ["new", "mine"])
+    assert str(told.exception) == "mine.yaml: is there already and stays as it is; choose another name"
+    assert (tmp_path / "mine.yaml").read_text() == "a day's work\n"
+
+
+def test_the_schema_accepts_all_bundled_scenes_and_tells_what_is_wrong() -> None:
+    jsonschema = pytest.importorskip("jsonschema", reason="no package 'jsonschema' (extra test)")
+    schema = json_schema()
+    jsonschema.Draft202012Validator.check_schema(schema)
+    validator = jsonschema.Draft202012Validator(schema)
+    for path in bundled().values():
+        scene = YAML(typ="safe").load(path.read_text())
+        assert [error.message for error in validator.iter_errors(scene)] == [], path.name
+    scene["cranes"] = {"west": {"type": "goliath-900", "at": "40 m", "hieght": "1 m"}}
+    (wrong,) = validator.iter_errors(scene)
+    assert list(wrong.absolute_path) == ["cranes", "west"]
+    assert "hieght" in wrong.message
+
+
+def test_the_schema_tells_units_defaults_and_meanings() -> None:
+    schema = json_schema()
+    crane = schema["$defs"]["Crane"]["properties"]
+    assert crane["hook capacity"]["default"] == "450 t"
+    assert crane["gantry speed"]["default"] == "30 m/min"
+    assert crane["rails"]["default"] == ["0 m", "400 m"]
+    assert crane["highest hook"]["description"].startswith("z of the hook eye at the upper limit (length with its unit")
+
+
+def test_the_installation_is_looked_at() -> None:
+    found = {finding.what: finding for finding in findings()}
+    assert {found[name].state for name in ("heavylift", "eclipse-zenoh", "ruamel.yaml", "cache")} == {"ok"}
+    assert found["a short run"].told.startswith("21 samples of a pendulum in ")
+
+
+def test_what_is_broken_ends_with_exit_code_1(monkeypatch: pytest.MonkeyPatch) -> None:
+    told = [Finding("numpy", "ok", "2"), Finding("browser", "missing", "none"), Finding("cache", "broken", "read-only")]
+    monkeypatch.setattr("heavylift.coordinator.commands.health.findings", lambda: iter(told))
+    result = CliRunner().invoke(app, ["doctor", "--json"])
+    assert [line["state"] for line in json.loads(result.output)] == ["ok", "missing", "broken"]
+    assert result.exit_code == 1
+    monkeypatch.setattr("heavylift.coordinator.commands.health.findings", lambda: iter(told[:2]))
+    assert CliRunner().invoke(app, ["doctor"]).exit_code == 0

@@ -1,0 +1,102 @@
+"""A process of the yard may be told to lie: it takes nobody's place, shuts nobody out, and writes on no terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import msgspec
+import pytest
+import zenoh
+from heavylift.coordinator.hosts.certificates import Credentials
+from heavylift.coordinator.hosts.door import Door
+from heavylift.coordinator.hosts.gate import REFUSALS, Answer, Ask
+from heavylift.coordinator.hosts.remote_node import _ask
+from heavylift.coordinator.participants.participant import version
+from heavylift.coordinator.transport.hub import Hub
+from heavylift.coordinator.transport.keys import JOIN, key
+from heavylift.coordinator.transport.link import Link
+from heavylift.coordinator.transport.placement import Placement
+from heavylift.coordinator.transport.session import remote_session
+from heavylift.kernel.errors import ProtocolError
+from of_a_yard import free_port
+
+BOTH = Placement({"block": ("block",), "crane": ("crane",)}, frozenset({"block", "crane"}))
+Run = tuple[Hub, list[str], Door, Door]  # with the doors of block and crane
+
+
+@pytest.fixture
+def run(keys: Path) -> Iterator[Run]:
+    """A run that waits for block and crane, and what it has said."""
+    endpoint, said = f"tls/127.0.0.1:{free_port()}", list[str]()
+    with Hub(BOTH, Door.at(endpoint, Credentials.load(keys, "coordinator"))) as hub:
+        hub.admit("", said.append)
+        said.clear()
+        yield hub, said, *(Door.at(endpoint, Credentials.load(keys, name)) for name in ("block", "crane"))
+
+
+def asked(session: zenoh.Session, at: str, name: str, host: str = "here") -> Answer | None:
+    """What the coordinator answers; None if the question does not reach it."""
+    replies = session.get(at, payload=msgspec.msgpack.encode(Ask(name, version(), host)), timeout=5)
+    found = [msgspec.msgpack.decode(reply.ok.payload.to_bytes(), type=Answer) for reply in replies if reply.ok]
+    return found[0] if found else None
+
+
+def test_a_name_belongs_to_its_certificate(run: Run) -> None:
+    hub, said, block, crane = run
+    with remote_session(block) as liar:
+        for _ in range(3):
+            told = asked(liar, key(JOIN, "crane"), "crane")
+            assert told == Answer(None, "its certificate was not made for 'crane'")
+        assert asked(liar, key(hub.run, "enter", "crane"), "crane") is None
+        told = asked(liar, key(hub.run, "enter", "block"), "crane")
+        assert told == Answer(None, "its certificate was made for 'block'")
+        assert said == [
+            "refused process crane on host here: its certificate was not made for 'crane'",
+            "refused process crane on host here: its certificate was made for 'block'",
+        ]
+        with remote_session(crane) as honest, Link(_ask(honest, Ask("crane", version(), "quay"), crane), honest):
+            assert said[-1] == "process crane on host quay has joined"
+            assert asked(liar, key(JOIN, "crane"), "crane") == Answer(
+                None, "process 'crane' is there already, on host quay"
+            )
+
+
+def test_whoever_asks_for_a_name_does_not_shut_its_owner_out(run: Run) -> None:
+    hub, _, block, crane = run
+    with remote_session(block) as liar, remote_session(crane) as honest:
+        for _ in range(3):
+            assert asked(liar, key(JOIN, "crane"), "crane") == Answer(None, "", hub.run)  # crane is there to be let in
+        assert _ask(honest, Ask("crane", version(), "quay"), crane) == hub.ticket("crane")
+
+
+def test_many_sessions_of_one_certificate_shut_nobody_out(run: Run) -> None:
+    hub, _, block, crane = run
+    with ExitStack() as crowd:
+        for _ in range(60):
+            crowd.enter_context(remote_session(block))
+        honest = crowd.enter_context(remote_session(crane))
+        assert _ask(honest, Ask("crane", version(), "quay"), crane) == hub.ticket("crane")
+
+
+def test_what_a_stranger_says_of_itself_is_escaped(run: Run) -> None:
+    _, said, block, _ = run
+    nasty = "\x1b]0;owned\x07\nall is well\u202e" + "x" * 1000
+    with remote_session(block) as liar:
+        asked(liar, key(JOIN, "block"), nasty, nasty)
+        with pytest.raises(ProtocolError, match="may not join: its certificate was not made for 'crane'"):
+            _ask(liar, Ask("crane", version(), nasty), block)
+    assert len(said) == 2
+    assert all(line.isprintable() and len(line) < 400 for line in said)
+    assert r"on host \x1b]0;owned\x07\nall is well\u202exxx" in said[0]
+
+
+def test_refusals_do_not_fill_the_screen(run: Run) -> None:
+    _, said, block, _ = run
+    with remote_session(block) as liar:
+        for number in range(2 * REFUSALS):
+            asked(liar, key(JOIN, "crane"), f"crane{number}")
+        liar.get(key(JOIN, "crane"), payload=b"\xc1")
+    assert len(said) == REFUSALS + 1
+    assert said[-1] == "more refusals are not told"

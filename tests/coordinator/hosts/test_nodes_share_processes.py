@@ -1,0 +1,127 @@
+"""Which process hosts which nodes: dealt out, named by the user or by the scene; no byte of the digest moves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.commands import app
+from heavylift.coordinator.run import run
+from heavylift.coordinator.supervision.processes import Processes
+from heavylift.coordinator.transport.placement import Placement, place
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.models import KERNEL, node_names
+from heavylift.nodes.scene import bundled, load, parse
+from heavylift.recordings import Recording
+from typer.testing import CliRunner
+
+LIFT = ("commander", "crane", "loader-1", "loader-2", "loader-3", "block", "kernel")
+
+
+def test_nodes_are_dealt_out_and_the_kernel_has_a_process_to_itself() -> None:
+    assert Placement.spread(LIFT, 4, KERNEL).processes == {
+        "process-1": ("commander", "loader-2"),
+        "process-2": ("crane", "loader-3"),
+        "process-3": ("loader-1", "block"),
+        "kernel": ("kernel",),
+    }
+
+
+@pytest.mark.parametrize("count", [7, 12])
+def test_as_many_processes_as_nodes_are_one_for_each(count: int) -> None:
+    assert Placement.spread(LIFT, count, KERNEL) == Placement.apart(LIFT)
+
+
+def test_one_process_hosts_the_kernel_too() -> None:
+    assert Placement.spread(LIFT, 1, KERNEL).processes == {"process-1": LIFT}
+
+
+@pytest.mark.parametrize("count", range(1, 8))
+def test_every_node_has_one_process(count: int) -> None:
+    placement = Placement.spread(LIFT, count, KERNEL)
+    assert len(placement.processes) == count
+    assert sorted(placement.nodes) == sorted(LIFT)
+
+
+def test_nodes_that_are_not_placed_have_their_own_process() -> None:
+    placement = place(LIFT, KERNEL, {"crane": "yard-a"}, ["block, loader-1=yard-a", "loader-2=yard-b"])
+    assert placement.processes == {
+        "commander": ("commander",),
+        "yard-a": ("crane", "loader-1", "block"),
+        "yard-b": ("loader-2",),
+        "loader-3": ("loader-3",),
+        "kernel": ("kernel",),
+    }
+
+
+@pytest.mark.parametrize(
+    ("given", "count", "told"),
+    [
+        (["crain=a"], 0, "--place 'crain=a': there is no node 'crain'; the nodes are commander, crane, "),
+        (["crane"], 0, "--place 'crane': write nodes and their process, such as --place 'west,east=yard-a'"),
+        (["crane,=a"], 0, "--place 'crane,=a': write nodes and their process"),
+        (["crane=a", "crane=b"], 0, "--place 'crane=b': node 'crane' is placed twice, name it once"),
+        (["crane=a"], 2, "--processes and --place say two things about the same nodes, give one of them"),
+        ([], -1, "--processes -1: a run needs at least one process"),
+    ],
+)
+def test_a_wrong_placement_is_refused(given: list[str], count: int, told: str) -> None:
+    with pytest.raises(SceneError) as error:
+        place(LIFT, KERNEL, {}, given, count)
+    assert str(error.value).startswith(told)
+
+
+def scene(placement: str) -> str:
+    return f"{bundled()['lift'].read_text()}\nplacement:\n{placement}"
+
+
+def test_a_scene_places_its_nodes() -> None:
+    loaded = parse(scene("  yard-a: [crane, block]\n  yard-b: {nodes: [loader-1]}\n"))
+    assert node_names(loaded.plan) == LIFT
+    assert loaded.placement == {"crane": "yard-a", "block": "yard-a", "loader-1": "yard-b"}
+
+
+@pytest.mark.parametrize(
+    ("placement", "line", "told"),
+    [
+        ("  a: [crain]\n", 0, ":7: error: placement.a[0]: there is no node 'crain'"),
+        ("  a: [crane]\n  b: [block, crane]\n", 1, ":14: error: placement.b[1]: node 'crane' is placed twice, in 'a'"),
+        ("  a: {nodes: [crain]}\n", 0, ":15: error: placement.a.nodes[0]: there is no node 'crain'"),
+        ("  a: []\n", 0, ":6: error: placement.a: 1 or more are needed here, not 0"),
+        ("  a b: [crane]\n", 0, ":3: error: placement.a b: a name has letters, digits, '-' and '_' only"),
+    ],
+)
+def test_a_wrong_placement_in_a_scene_is_told_where(placement: str, line: int, told: str) -> None:
+    """`line`: of the placement, from 0."""
+    text = scene(placement)
+    line += text[: text.index(placement)].count("\n") + 1
+    with pytest.raises(SceneError) as error:
+        parse(text)
+    assert str(error.value).startswith(f"scene.yaml:{line}{told}")
+
+
+@pytest.fixture(scope="module")
+def truth(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Digest of `lift` in the coordinator's process."""
+    return run(load("lift"), tmp_path_factory.mktemp("truth") / "lift.mcap", in_process=True).digest
+
+
+@pytest.mark.parametrize("count", [1, 2, 4, 12])
+@pytest.mark.large(beyond=1)
+def test_the_number_of_processes_changes_no_byte(truth: str, tmp_path: Path, count: int) -> None:
+    crew = Processes()
+    placement = Placement.spread(LIFT, count, KERNEL)
+    assert run(load("lift"), tmp_path / "lift.mcap", processes=crew, placement=placement).digest == truth
+    assert set(crew.pids) == set(placement.processes)
+
+
+@pytest.mark.large
+def test_info_shows_who_shared_a_process(truth: str, tmp_path: Path) -> None:
+    path = str(tmp_path / "lift.mcap")
+    told = CliRunner().invoke(app, ["run", "lift", "--place", "crane,kernel=a", "--place", "block=b", "-o", path])
+    assert told.exit_code == 0, told.output
+    recording = Recording(path)
+    assert recording.result["digest"] == truth
+    assert recording.fact("placement")["a"] == ["crane", "kernel"]
+    shown = CliRunner().invoke(app, ["info", path]).output
+    assert "processes commander; a: crane, kernel; loader-1; loader-2; loader-3; b: block\n" in shown

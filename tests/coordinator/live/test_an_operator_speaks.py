@@ -1,0 +1,136 @@
+"""Commands are read like lines of the scene, given beside the action list, and refused without harm."""
+
+import re
+
+import msgspec
+import pytest
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.devs import ns
+from heavylift.nodes.models import build_one
+from heavylift.nodes.models.parts.messages import (
+    BrakeOrder,
+    Done,
+    Finished,
+    Halt,
+    Lifted,
+    OperatorAnswer,
+    OperatorCommand,
+    Stage,
+)
+from heavylift.nodes.plan.actions import Brake, Move
+from heavylift.nodes.plan.places import located
+from heavylift.nodes.scene import load, parse
+from heavylift.nodes.scene.operator_command import spoken
+from heavylift.nodes.testing import drive
+from sledge import SLEDGE
+
+LIFT = load("lift")
+
+
+def words(text: str) -> OperatorCommand:
+    return OperatorCommand(text, msgspec.msgpack.encode(spoken(LIFT, text)))
+
+
+def test_a_command_means_what_the_same_words_mean_in_a_scene() -> None:
+    (hoist,) = spoken(LIFT, "crane.H1: hoist 3 m/min by 0.5 m").orders
+    assert hoist == Move(verb="hoist", model="crane", actuator="crane.H1", speed=0.05, accel=0.05, by=-0.5)
+    hooks = spoken(LIFT, "all hooks:  lower 3 m/min until all slings slack").orders
+    assert [order.actuator for order in hooks if isinstance(order, Move)] == ["crane.H1", "crane.H2", "crane.H3"]
+    (lock,) = spoken(LIFT, "loader-1: lock").orders
+    assert lock == Brake(model="loader-1", brake="loader-1.hinge.lock", engaged=True)
+    (push,) = spoken(parse(SLEDGE), "pusher: drive 6 m/min to 3 m").orders
+    assert isinstance(push, Move)
+    assert (push.actuator, push.to) == ("pusher", 3.0)
+
+
+MISTAKES = [
+    ("crane H1: hoit 3 m/min by 1 m", "an order begins with a verb, not 'hoit'", 10, "did you mean 'hoist'?"),
+    ("crane H9: hoist 3 m/min by 1 m", "there is no 'crane H9' to give an order to", 0, "did you mean 'crane H3'?"),
+    ("crane H1: hoist 3 kg by 1 m", "'3 kg' is no speed: 'kg' is a unit of mass; use m/min, m/s, mm/s", 16, ""),
+    (
+        "crane H1: travel 3 m/min by 1 m",
+        "'crane H1' cannot travel",
+        10,
+        "it can: hoist, lower, hook, unhook, lock, unlock",
+    ),
+    ("crane H1: hoist 3 m/min until all A slings taut", "there is no set of slings 'A'", 30, "known: "),
+    ("crane H1: hoist 30 m/min by 1 m", "hoist 30 m/min is faster than crane can: 10 m/min", 10, ""),
+    ("crane H1 hoist", "say who and what, such as 'west H1: hoist 3 m/min by 2 m'", 14, ""),
+    ("block: turn 1 deg/s to 90 deg", "a block that the scene never turns cannot be turned", 7, ""),
+    ("wait: wait 3 s", "a command does something at once; to wait, give it later", 6, ""),
+    (
+        "crane H1: hoist 3 m/min until tension of crane.H1 >= 1 MN",
+        "what is measured can be waited for in the scene only: say a distance, or a time with 'until after'",
+        10,
+        "",
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "sentence", "column", "hint"), MISTAKES)
+def test_a_mistake_is_a_sentence_with_a_caret(text: str, sentence: str, column: int, hint: str) -> None:
+    with pytest.raises(SceneError) as caught:
+        spoken(LIFT, text)
+    first, line, caret = str(caught.value).splitlines()
+    assert first == f"command: {sentence}"
+    assert line == f"    {text}"
+    assert caret.startswith(f"{' ' * (4 + column)}^{' ' + hint if hint else ''}")
+
+
+def test_a_command_without_end_is_not_repeated() -> None:
+    with pytest.raises(SceneError, match=r"^command: it has 1000010 characters, say what to do in at most 10000$"):
+        spoken(LIFT, "crane H1: " + "9" * 1_000_000)
+
+
+def commander(*given: tuple[int, OperatorCommand | Done | Lifted]):  # type: ignore[no-untyped-def]
+    """What the commander of `lift` says when it hears these at these times [ns], as (seconds, message)."""
+    heard = [(t, "command" if isinstance(what, OperatorCommand) else "report", what) for t, what in given]
+    said = drive(build_one(LIFT.plan, "commander"), heard)
+    return [(tag.t / 1e9, message) for tag, _, message in said]
+
+
+def test_a_command_is_given_beside_the_action_list() -> None:
+    said = commander((ns(3), words("loader-2: lock")))
+    assert [message for t, message in said if t == 3.0] == [
+        OperatorAnswer("loader-2: lock", ns(3)),
+        BrakeOrder("loader-2.hinge.lock", 4, (-2, 0), True),
+    ]
+    assert [message.name for _, message in said if isinstance(message, Stage)] == ["take up slack"]
+
+
+def test_a_refused_command_changes_nothing() -> None:
+    """H1 is hoisting since 0 s: the command for all hooks is refused as a whole, and the list goes on."""
+    text = "all hooks: hoist 3 m/min by 1 m"
+    said = commander((ns(3), words(text)))
+    (answer,) = (message for t, message in said if t == 3.0)
+    assert isinstance(answer, OperatorAnswer)
+    assert answer.refused.startswith("crane.H1 gets an order while its hoist (order 1 of action 1) is not done")
+    assert answer.at == (0, 0)
+    told = located(LIFT.plan, answer.refused, answer.at)
+    assert re.match(r"crane\.H1 gets an order while its hoist \(lift\.yaml:\d+:5\) is not done", told)
+    assert said[:-1] == commander()
+
+
+@pytest.mark.parametrize(
+    ("setting", "text", "sentence"),
+    [
+        ("motion=across", "crane: travel 5 m/min by 1 m", "crane.gantry cannot move, 'motion: across'"),
+        (
+            "locked=[trolleys]",
+            "crane upper trolley: traverse 5 m/min by 1 m",
+            "crane.upper-slide cannot move, 'locked'",
+        ),
+    ],
+)
+def test_a_command_to_a_joint_that_the_fidelity_holds_is_refused(setting: str, text: str, sentence: str) -> None:
+    scene = load("lift", [f"fidelity.{setting}", "actions=[{wait: 10 s}]"])
+    said = drive(build_one(scene.plan, "commander"), [(ns(3), "command", words(text))])
+    (answer,) = (message for _, _, message in said)
+    assert isinstance(answer, OperatorAnswer)
+    assert answer.refused.startswith(f"{sentence} of 'fidelity' holds it: name ")
+
+
+def test_an_empty_command_ends_the_run() -> None:
+    said = commander((ns(3), OperatorCommand("stop")))
+    assert said[-1] == (3.0, Finished())
+    assert not [message for t, message in said if t > 0 and isinstance(message, Halt)]

@@ -1,0 +1,127 @@
+"""Whatever is wrong with a DONE is refused by the row that it breaks; without that row it would pass.
+
+Random runs go on undisturbed; beside each honest DONE stand others, each spoiled in one way.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from heavylift.coordinator.protocol.core import Coordinator
+from heavylift.coordinator.protocol.invariants import EVENTS, WHOLE, check_done, check_hello
+from heavylift.coordinator.protocol.messages import Done, Hello
+from heavylift.coordinator.protocol.node_state import Known
+from heavylift.kernel.errors import ProtocolError
+from heavylift.nodes.devs import FOREVER, NEVER, Event, Tag, after, succ
+from msgspec.structs import replace
+from mutants import changed
+from random_models import distributed
+
+SEEDS = range(6)
+Spoiled = Callable[[Known, Done, Tag], Done | None]
+
+
+def alone(done: Done, **fields: Any) -> Done | None:
+    """One event, changed."""
+    if len(done.spoken) != 1:
+        return None
+    return replace(done, spoken=[replace(done.spoken[0], **fields)])
+
+
+def early(node: Known, done: Done, says: Tag) -> Done | None:
+    if len(done.spoken) != 1:
+        return None
+    soonest = min(says, after(node.hears, node.lookahead[done.spoken[0].port]))
+    return alone(done, t=soonest.t - 1, k=0) if 0 < soonest.t < NEVER else None
+
+
+def beyond(node: Known, done: Done, says: Tag) -> Done | None:
+    late = max(done.reached, says)
+    if late >= FOREVER or done.spoken:
+        return None
+    return replace(done, spoken=[Event(late.t + 1, 0, node.name, min(node.lookahead), 0, "Number", b"")])
+
+
+def offering(done: Done, **fields: Any) -> Done | None:
+    return replace(done, **fields) if done.offer else None
+
+
+ROWS: dict[str, tuple[str, Spoiled]] = {
+    "is the node's own": ("spoke for zz: a node says only its own events", lambda n, d, s: alone(d, source="zz")),
+    "leaves by a port that HELLO named": ("spoke on port nix at", lambda n, d, s: alone(d, port="nix")),
+    "comes in total order, numbered from 0 in each bag": (
+        "spoke out of order",
+        lambda n, d, s: replace(d, spoken=d.spoken[:1] * 2) if len(d.spoken) == 1 else None,
+    ),
+    "comes no earlier than quiet and lookahead have declared": ("that it had declared", early),
+    "what is done ends with the GRANT and before what is next": (
+        "a DONE reaches at most the end of its GRANT",
+        lambda n, d, s: replace(d, reached=succ(d.next)) if d.next < FOREVER else None,
+    ),
+    "the first tag is done": (
+        "a DONE does the first tag of its GRANT at least",
+        lambda n, d, s: None if d.spoken else replace(d, reached=n.first),
+    ),
+    "what is spoken lies in what is done": ("but has done all before", beyond),
+    "next and quiet are tags": (
+        "which is no tag",
+        lambda n, d, s: None if d.offer else replace(d, quiet=Tag(NEVER + 7)),
+    ),
+    "an offer is for the next tag": (
+        "an offer holds its own events at its next tag",
+        lambda n, d, s: offering(d, next=succ(d.next), quiet=succ(d.next)),
+    ),
+    "quiet is the tag of an offer, and never earlier than the next tag": (
+        "says that it is quiet until",
+        lambda n, d, s: offering(d, quiet=succ(d.next)),
+    ),
+}
+
+
+def verdicts(patch: pytest.MonkeyPatch, spoil: Spoiled) -> Counter[str]:
+    """What is said of all spoiled DONEs of some random runs; "" of what passes."""
+    found: Counter[str] = Counter()
+
+    def done(original: Callable[..., None], core: Coordinator, name: str, honest: Done) -> None:
+        node = core._nodes[name]
+        says = core._tags[node.rank]
+        spoiled = spoil(node, honest, says)
+        if spoiled is not None:
+            try:
+                check_done(node, spoiled, says)
+                found[""] += 1
+            except ProtocolError as error:
+                found[str(error).removeprefix(f"{name} ")] += 1
+        original(core, name, honest)
+
+    changed(patch, Coordinator, "done", done)
+    for seed in SEEDS:
+        distributed(seed, 1)
+    return found
+
+
+@pytest.mark.parametrize("row", ROWS)
+def test_a_spoiled_done_is_refused_by_name_and_would_pass_without_its_row(
+    row: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sentence, spoil = ROWS[row]
+    with monkeypatch.context() as patch:
+        said = verdicts(patch, spoil)
+    assert all(sentence in told for told in said), said
+    assert said.total() >= 3
+    monkeypatch.delitem(EVENTS if row in EVENTS else WHOLE, row)  # type: ignore[arg-type]
+    assert verdicts(monkeypatch, spoil)[""] > 0.5 * said.total()
+
+
+def test_no_row_is_left_out() -> None:
+    assert {*ROWS, "a lookahead is a time"} == {*EVENTS, *WHOLE}
+
+
+@pytest.mark.parametrize("ahead", [-1, NEVER + 1])
+def test_a_lookahead_that_is_no_time(ahead: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    hello = Hello(Tag(0), [], Tag(0), {"out": ahead})
+    with pytest.raises(ProtocolError, match=rf"^a declares a lookahead of {ahead} ns for port out, which is no time"):
+        check_hello(Known("a", 0), hello)
+    monkeypatch.delitem(WHOLE, "a lookahead is a time")
+    check_hello(Known("a", 0), hello)

@@ -1,0 +1,153 @@
+"""Messages that go around between nodes without a delay end the run, and the way that they took is named."""
+
+from collections.abc import Mapping, Sequence
+from random import Random
+
+import pytest
+from heavylift.coordinator.protocol.core import Coordinator
+from heavylift.coordinator.protocol.memory import run_in_memory
+from heavylift.coordinator.protocol.node import Node
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import (
+    Atomic,
+    Bag,
+    Coupled,
+    Delivery,
+    Event,
+    In,
+    Message,
+    Out,
+    Simulator,
+    Slack,
+    Tag,
+    encode,
+    ms,
+    succ,
+)
+from heavylift.nodes.devs.execution.rules import LONGER
+
+LIMIT = 200
+
+
+class Ball(Message):
+    n: int
+
+
+class Player(Atomic):
+    """Passes a ball on at once, after `rests` waits of zero; serves at the time `serve` [ns]."""
+
+    into, out, aside = In(Ball), Out(Ball), Out(Ball)
+
+    def __init__(self, name: str, serve: int | None = None, rests: int = 0) -> None:
+        super().__init__(name)
+        self.serve, self.rests = serve, rests
+
+    def start(self) -> None:
+        self.left = 0
+        if self.serve is not None:
+            self.hold_in(self.serve)
+
+    def external(self, e: int, x: Bag) -> None:
+        self.left = self.rests
+        self.hold_in(0)
+
+    def output(self) -> None:
+        if not self.left:
+            self.out.send(Ball(1))
+            self.aside.send(Ball(2))
+
+    def internal(self) -> None:
+        self.left -= 1
+        if self.left >= 0:
+            self.hold_in(0)
+        else:
+            self.passivate()
+
+
+def ended(players: Sequence[Player], couplings: Sequence[tuple[str, str, str, str]], order: int = 0) -> str:
+    nodes = [Node(p.name, Simulator(p, microsteps=LIMIT)) for p in players]
+    core = Coordinator([p.name for p in players], couplings, microsteps=LIMIT)
+    with pytest.raises(ModelError) as error:
+        run_in_memory(core, nodes, Random(order))
+    return str(error.value)
+
+
+def ways(*names: str) -> list[tuple[str, str, str, str]]:
+    """Once around these players."""
+    return [(a, "out", b, "into") for a, b in zip(names, [*names[1:], names[0]], strict=True)]
+
+
+@pytest.mark.parametrize("order", range(3))
+def test_two_nodes(order: int) -> None:
+    assert ended([Player("b"), Player("a", serve=ms(5))], ways("a", "b"), order) == (
+        "a, b at (0.005 s, 200): zero-time loop between nodes, 200 microsteps in which no time passes: "
+        "a.out -> b.into, b.out -> a.into; let one of them hold for more than 0 ns" + LONGER
+    )
+
+
+@pytest.mark.parametrize("order", range(3))
+def test_three_nodes_and_one_that_only_listens(order: int) -> None:
+    players = [Player("c"), Player("a", serve=ms(5)), Player("b"), Player("x")]
+    assert ended(players, [*ways("c", "b", "a"), ("b", "aside", "x", "into")], order) == (
+        "a, c, b at (0.005 s, 200): zero-time loop between nodes, 200 microsteps in which no time passes: "
+        "a.out -> c.into, c.out -> b.into, b.out -> a.into; let one of them hold for more than 0 ns" + LONGER
+    )
+
+
+@pytest.mark.parametrize("order", range(3))
+def test_a_cycle_within_a_cycle(order: int) -> None:
+    """a, b and c go around; b and c go around faster."""
+    players = [Player("a", serve=ms(5)), Player("b"), Player("c")]
+    assert ended(players, [*ways("a", "b", "c"), ("c", "aside", "b", "into")], order) == (
+        "b, c at (0.005 s, 200): zero-time loop between nodes, 200 microsteps in which no time passes: "
+        "b.out -> c.into, c.aside -> b.into; let one of them hold for more than 0 ns" + LONGER
+    )
+
+
+@pytest.mark.parametrize("rests", [1, 2, 7])
+def test_a_node_that_reaches_the_limit_by_itself_but_got_there_by_messages(rests: int) -> None:
+    assert ended([Player("a", serve=ms(5), rests=rests), Player("b")], ways("a", "b")).endswith(
+        ", 200): zero-time loop between nodes, 200 microsteps in which no time passes: "
+        "a.out -> b.into, b.out -> a.into; let one of them hold for more than 0 ns" + LONGER
+    )
+
+
+def test_a_loop_inside_a_node_is_named_by_its_atomics() -> None:
+    pair = Coupled("pair")
+    left, right = pair.add(Player("left", serve=ms(5))), pair.add(Player("right"))
+    pair.connect(left.out, right.into)
+    pair.connect(right.out, left.into)
+    pair.connect(right.aside, pair.add_out("out", Ball))
+    nodes = [Node("pair", Simulator(pair, microsteps=LIMIT)), Node("x", Simulator(Player("x"), microsteps=LIMIT))]
+    with pytest.raises(ModelError) as error:
+        run_in_memory(Coordinator(["pair", "x"], [("pair", "out", "x", "into")], microsteps=LIMIT), nodes)
+    assert "between nodes" not in str(error.value)
+    assert "pair" in str(error.value)
+    assert "200 microsteps in which no time passes" in str(error.value)
+
+
+class Chatterbox:
+    """Speaks at every microstep, without a limit of its own."""
+
+    lookahead: Mapping[str, int] = {"out": 0}
+    slack: list[Slack] = []  # noqa: RUF012
+
+    def start(self) -> None:
+        self.next_time = self.quiet = Tag(5)
+
+    def outputs(self) -> list[Event]:
+        return [Event(*self.next_time, "a", "out", 0, "Ball", encode(Ball(1)))]
+
+    def advance(self, tag: Tag, bag: Sequence[Delivery], until: Tag) -> None:
+        self.next_time = self.quiet = succ(tag)
+
+
+def test_a_node_that_has_no_limit_of_its_own_is_named() -> None:
+    core = Coordinator(["a", "b"], [("a", "out", "b", "into"), ("b", "out", "a", "into")], microsteps=LIMIT)
+    nodes = [Node("a", Chatterbox()), Node("b", Simulator(Player("b", rests=10**6), microsteps=10**6))]
+    with pytest.raises(ModelError) as error:
+        run_in_memory(core, nodes)
+    assert str(error.value) == (
+        "a at (0.000000005 s, 200): port out has spoken at 200 microsteps in which no time passes; "
+        "let it hold for more than 0 ns" + LONGER
+    )

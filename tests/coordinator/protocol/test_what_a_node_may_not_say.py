@@ -1,0 +1,81 @@
+"""What a node may not say, and what it answers when its model does what it may not."""
+
+import pytest
+from clockwork import PAIR, Clockwork, event, hello, started
+from heavylift.coordinator.protocol.core import Coordinator
+from heavylift.coordinator.protocol.messages import Done, Fail, Grant
+from heavylift.kernel.errors import ProtocolError
+from heavylift.nodes.devs import FOREVER, Delivery, Tag
+
+
+def test_what_a_node_may_not_say() -> None:
+    core = Coordinator(["a", "b"], PAIR)
+    with pytest.raises(ProtocolError, match=r"^x is not a node of this run: they are a, b$"):
+        core.hello("x", hello(1))
+    core.hello("a", hello(5, [event(5)]))
+    with pytest.raises(ProtocolError, match=r"^a said HELLO twice"):
+        core.hello("a", hello(5))
+    core.hello("b", hello(FOREVER.t))
+    done = Done(1, FOREVER, [], FOREVER, [], FOREVER, b"")
+    with pytest.raises(ProtocolError, match=r"^a sent DONE 1 out of order, its last GRANT is 0$"):
+        core.done("a", done)
+    core.ready()
+    with pytest.raises(ProtocolError, match=r"^a spoke for b: a node says only its own events$"):
+        core.done("a", Done(1, FOREVER, [event(6, "b")], FOREVER, [], FOREVER, b""))
+    with pytest.raises(ProtocolError, match=r"^a offers a\.out at \(0.000000007 s, 0\): an offer holds its own"):
+        core.done("a", Done(1, Tag(5, 1), [], Tag(8), [event(7)], Tag(8), b""))
+    core = Coordinator(["a", "b"], PAIR)
+    core.hello("a", hello(5, [event(5)]))
+    core.hello("b", hello(FOREVER.t))
+    core.ready()
+    early = r"^a spoke on port out at \(0.000000005 s, 0\), earlier than the \(0.000000005 s, 1\)"
+    with pytest.raises(ProtocolError, match=early):
+        core.done("a", Done(1, FOREVER, [event(5)], FOREVER, [], FOREVER, b""))
+
+
+@pytest.mark.parametrize(("reached", "then"), [(Tag(6), Tag(8)), (Tag(5, 1), Tag(4))])
+def test_a_done_reaches_at_most_the_end_of_its_grant_and_leaves_nothing_undone(reached: Tag, then: Tag) -> None:
+    core = Coordinator(["a", "b"], PAIR)
+    core.hello("a", hello(5, [event(5)]))
+    core.hello("b", hello(FOREVER.t))
+    core.ready()
+    with pytest.raises(ProtocolError) as error:
+        core.done("a", Done(1, reached, [], then, [], then, b""))
+    assert str(error.value) == (
+        f"a has done all before {reached} and goes on at {then}: a DONE reaches at most the end of its GRANT, "
+        "(0.000000005 s, 1), and leaves nothing undone"
+    )
+
+
+def test_a_node_that_speaks_earlier_than_declared_names_the_port() -> None:
+    (node,) = started(Clockwork("a", delay=10))
+    node.model.lookahead = {"out": 50}  # type: ignore[misc]
+    node.hello()
+    fail = node.handle(Grant(1, Tag(100), None, False, [Delivery(event(5, "b"), "into")]))
+    assert isinstance(fail, Fail)
+    assert fail.sentence == (
+        "a at (0.000000015 s, 0): output on port out earlier than the (0.000000055 s, 0) that was declared; "
+        "declare a shorter lookahead"
+    )
+
+
+def test_a_late_message_is_fatal_and_named() -> None:
+    (node,) = started(Clockwork("a", [5]))
+    node.hello()
+    node.handle(Grant(1, Tag(6), None, True, []))
+    fail = node.handle(Grant(2, Tag(9), None, False, [Delivery(event(4, "b"), "into")]))
+    assert isinstance(fail, Fail)
+    assert fail.sentence == "a at (0.000000005 s, 0): late message b.out for (0.000000004 s, 0)"
+
+
+def test_a_model_that_raises_is_a_fail_with_its_sentence_and_traceback() -> None:
+    class Broken(Clockwork):
+        def internal(self) -> None:
+            raise ValueError("no rope")
+
+    (node,) = started(Broken("a", [5]))
+    node.hello()
+    fail = node.handle(Grant(1, Tag(6), None, True, []))
+    assert isinstance(fail, Fail)
+    assert fail.sentence == "a at (0.000000005 s, 0): internal() raised ValueError: no rope"
+    assert "in internal" in fail.traceback

@@ -1,0 +1,122 @@
+"""A recording proves itself: simulated again, every event and sample comes again, or the first that does not."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import pytest
+from heavylift.coordinator.cli import main
+from heavylift.coordinator.live.commands import Given
+from heavylift.coordinator.replay import RecordedRun, single, verify
+from heavylift.coordinator.run import run
+from heavylift.kernel.errors import RecordingError
+from heavylift.nodes.devs import Tag, encode
+from heavylift.nodes.models.parts.drive import DriveActor
+from heavylift.nodes.models.parts.messages import OperatorCommand, Run
+from heavylift.nodes.scene import load
+from heavylift.nodes.scene.operator_command import spoken
+from heavylift.recordings import Recorder, Recording, Signal
+
+
+def command(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
+    """Exit code of `heavylift ...` in this process."""
+    monkeypatch.setattr("sys.argv", ["heavylift", *map(str, arguments)])
+    try:
+        main()
+    except SystemExit as end:
+        return int(end.code or 0)
+    return 0
+
+
+@pytest.fixture
+def hurried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Somebody lets drives move twice as fast as they are told."""
+    obey = DriveActor.run
+    monkeypatch.setattr(DriveActor, "run", lambda self, order: obey(self, faster(order)))
+
+
+def faster(order: Run) -> Run:
+    return Run(order.actor, order.id, order.at, 2.0 * order.speed, order.accel, order.by, order.to)
+
+
+def test_every_event_and_sample_comes_again(recorded: RecordedRun) -> None:
+    outcome = verify(recorded)
+    assert outcome.same
+    assert outcome.events == len(recorded.recording.events()) >= 50
+    assert outcome.digest == recorded.recording.result["digest"]
+
+
+@pytest.mark.usefixtures("hurried")
+def test_the_first_event_that_deviates_is_told_with_both_values(recorded: RecordedRun) -> None:
+    outcome = verify(recorded)
+    told = outcome.deviation
+    assert told is not None
+    before = [e for e in recorded.events if e.order < (0, 1, "crane", "input", 0)]
+    assert outcome.events == len(before), "the moves are the first thing that the crane says"
+    assert (told.t_ns, told.microstep, told.topic) == (0, 1, "/crane/input")
+    assert told.recorded["SetProfile"]["speed"] == pytest.approx(-0.3 / 60)
+    assert told.now["SetProfile"] == {**told.recorded["SetProfile"], "speed": 2 * told.recorded["SetProfile"]["speed"]}
+
+
+def test_a_sample_that_deviates_is_told(recorded: RecordedRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    signal = recorded.recording.signal("rope/tension")
+    forged = signal.values.copy()
+    forged[7, 1] += 1e-3
+    real = Recording.signal
+
+    def signal_(self: Recording, name: str) -> Signal:
+        found = real(self, name)
+        return replace(found, values=forged) if name == "rope/tension" else found
+
+    monkeypatch.setattr(Recording, "signal", signal_)
+    told = verify(recorded).deviation
+    assert told is not None
+    assert (told.t_ns, told.topic) == (round(signal.t[7] * 1e9), f"/rope/tension/{signal.names[1]}")
+    assert (told.recorded, told.now) == (forged[7, 1], signal.values[7, 1])
+
+
+def test_the_command_tells_both_outcomes_by_its_exit_code(
+    lift: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], request: pytest.FixtureRequest
+) -> None:
+    digest = Recording(lift).result["digest"]
+    assert command(monkeypatch, "replay", lift, "--verify") == 0
+    assert f"digest {digest}" in capsys.readouterr().out
+    assert command(monkeypatch, "replay", lift, "--verify", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["digest"] == digest
+    request.getfixturevalue("hurried")
+    assert command(monkeypatch, "replay", lift, "--verify") == 1
+    assert "deviates after 17 equal events, at (0 s, 1) on /crane/input: recorded" in capsys.readouterr().out
+
+
+def test_a_proof_is_not_played(lift: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    says = f"heavylift: {lift}: {{}} runs models as fast as they can and plays nothing; leave {{}} out\n"
+    assert command(monkeypatch, "replay", lift, "--verify", "--rate", "3", "--loop") == 1
+    assert capsys.readouterr().err == says.format("--verify", "--rate, --loop")
+    assert command(monkeypatch, "replay", lift, "--live", "crane", "--from", "0") == 1
+    assert capsys.readouterr().err == says.format("--live", "--from")
+
+
+def test_a_recording_that_cannot_be_run_is_a_sentence(tmp_path: Path) -> None:
+    def recording(name: str, attachments: dict[str, bytes]) -> RecordedRun:
+        with Recorder(tmp_path / name, {"scene": "lift"}, attachments) as rec:
+            return RecordedRun(rec.close())
+
+    with pytest.raises(RecordingError, match=r"bare\.mcap: has no scene attached to simulate again; record it with"):
+        verify(recording("bare.mcap", {}))
+    with pytest.raises(RecordingError, match=r"old\.mcap: this version cannot run its scene \(.*\); use the version"):
+        verify(recording("old.mcap", {"resolved.json": b'{"gravity": 9.81}'}))
+
+
+def test_what_an_operator_ordered_is_ordered_again(tmp_path: Path) -> None:
+    scene, words = load("lift", ["end=20 s"]), "trolleys: traverse 10 m/min by 0.5 m"
+    said = encode(OperatorCommand(words, msgspec.msgpack.encode(spoken(scene, words))))
+    run(scene, tmp_path / "run.mcap", True, commands=[Given(Tag(3_000_000_000), said)])
+    recorded = RecordedRun(tmp_path / "run.mcap")
+    assert [e.port for e in recorded.events if e.source == "operator"] == ["command"]
+    outcome = verify(recorded)
+    assert outcome.same, outcome.deviation
+    assert outcome.digest == recorded.recording.result["digest"]
+    assert single(recorded, "commander").same

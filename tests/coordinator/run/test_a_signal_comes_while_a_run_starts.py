@@ -1,0 +1,110 @@
+"""Wherever the start of a run in processes is when a signal comes: no folder and no process is left of it."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+from random import Random
+
+import pytest
+from command import PATIENCE_s
+
+POINTS = 40  # of each signal
+STARTED = """
+import os, subprocess, sys, tempfile
+from pathlib import Path
+from heavylift.coordinator import cli
+from heavylift.coordinator.run import joining, models
+from heavylift.coordinator.supervision import processes, failover as succession
+from heavylift.coordinator.transport import exchange, hub, liveness as lookout, session
+
+OURS = exchange, hub, joining, lookout, processes, session, succession
+LOOKED_AT = {module.__file__ for module in (*OURS, subprocess, tempfile)}
+number, point = int(sys.argv[1]), sys.argv[2]
+seen = {}  # lines, in the order in which they are reached
+original_greet = models._greet
+
+
+def strike():
+    global point
+    sys.settrace(None)
+    point = ""
+    os.kill(os.getpid(), number)
+
+
+def here(frame, event, argument):
+    line = f"{frame.f_code.co_filename}:{frame.f_lineno}"
+    if event == "line" and line not in seen:
+        seen[line] = None
+        if line == point:
+            strike()
+    return here
+
+
+def greet(*arguments):
+    original_greet(*arguments)
+    sys.settrace(None)
+    if point == "look":
+        Path("lines").write_text("\\n".join(seen))
+    elif point:
+        strike()  # this start went another way
+
+
+models._greet = greet
+cli.start_again = lambda: None
+sys.argv = ["heavylift", "devs", "heavylift.nodes.zoo.token_ring:ring(2, 1, 500)", "--until", "10 ms"]
+sys.settrace(lambda frame, event, argument: here if frame.f_code.co_filename in LOOKED_AT else None)
+cli.main()
+"""
+
+
+def started(folder: Path, number: int, point: str) -> tuple[int, str]:
+    """Exit code and standard error of a run that gets the signal at this line of its start, or tells all lines."""
+    (folder / "tmp").mkdir(parents=True)
+    (folder / "started.py").write_text(STARTED)
+    done = subprocess.run(
+        [sys.executable, "started.py", str(int(number)), point],
+        cwd=folder,
+        env={**os.environ, "TMPDIR": str(folder / "tmp"), "PYTHONHASHSEED": "0"},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+        timeout=PATIENCE_s,
+    )
+    return done.returncode, done.stderr
+
+
+def left(folder: Path) -> list[str]:
+    """What is there of the run: processes that have its folder in their environment, and files."""
+    found = [str(path) for path in (folder / "tmp").iterdir()]
+    for process in Path("/proc").iterdir():
+        with suppress(OSError):
+            if process.name.isdigit() and f"TMPDIR={folder / 'tmp'}".encode() in (process / "environ").read_bytes():
+                found.append((process / "cmdline").read_text()[:200])
+    return found
+
+
+@pytest.fixture(scope="module")
+def lines(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
+    """The lines of a start, until all have joined."""
+    folder = tmp_path_factory.mktemp("whole") / "run"
+    assert started(folder, signal.SIGTERM, "look") == (0, "")
+    return (folder / "lines").read_text().splitlines()
+
+
+CASES = [(number, i) for i in range(POINTS) for number in (signal.SIGINT, signal.SIGTERM)]
+
+
+@pytest.mark.parametrize(("number", "case"), CASES, ids=[f"{number.name}-{i}" for number, i in CASES])
+@pytest.mark.large(beyond=1)
+def test_nothing_is_left(number: signal.Signals, case: int, lines: list[str], tmp_path: Path) -> None:
+    point = Random(f"{number.name} {case}").choice(lines)
+    code, error = started(tmp_path / "run", number, point)
+    assert (code, "Traceback" in error) == (128 + number, False), f"at {point}: {error}"
+    deadline = time.monotonic() + PATIENCE_s
+    while left(tmp_path / "run") and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert left(tmp_path / "run") == [], f"at {point}"

@@ -1,0 +1,85 @@
+"""Every face that takes a file takes its name as text or as a path; anything else is refused in one sentence."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.participants.pause import paused
+from heavylift.coordinator.run import run
+from heavylift.coordinator.run.resume import Beginning
+from heavylift.kernel.errors import RecordingError, SceneError
+from heavylift.nodes.scene import LoadedScene, check, load, loaded, parse
+from heavylift.recordings import (
+    Recorder,
+    Recording,
+    compare,
+    curves,
+    export,
+    info,
+    info_data,
+    plot,
+    recover,
+    report,
+    storyboard,
+    view,
+)
+
+TEXT = """heavylift: 1
+name: pendulum
+end: 0.1 s
+mechanism:
+  bodies: {bob: {mass: 1 kg, com: [0 m, 0 m, -1 m]}}
+  joints: {hinge: {type: revolute, child: bob, axis: [0, 1, 0]}}
+"""
+NO_FILES = [None, 5, 1.5, b"run.mcap", ["run.mcap"], object]
+READERS: dict[str, Callable[[object], object]] = {
+    "Recording": lambda p: Recording(p),
+    "info": lambda p: info(p),
+    "info_data": lambda p: info_data(p),
+    "compare": lambda p: compare(p, p),
+    "plot": lambda p: plot(p, "run.png"),
+    "view": lambda p: view(p, "run.html"),
+    "report": lambda p: report(p, "run.html"),
+    "storyboard": lambda p: storyboard(p, "run.png"),
+    "curves": lambda p: curves(p, ["*"], "run.png"),
+    "export": lambda p: export(p, "run.csv"),
+    "recover": lambda p: recover(p),
+    "Beginning": lambda p: Beginning.of(p),
+    "Recorder": lambda p: Recorder(p, {}),
+    "run": lambda p: run(parse(TEXT), p, in_process=True),
+}
+
+
+@pytest.mark.parametrize("kind", [str, Path])
+def test_a_run_takes_its_scene_and_its_recording_by_either(kind: type, tmp_path: Path) -> None:
+    (tmp_path / "pendulum.yaml").write_text(TEXT)
+    scene, out = kind(tmp_path / "pendulum.yaml"), kind(tmp_path / "out.mcap")
+    assert isinstance(loaded(scene), LoadedScene)
+    run(load(scene), out, in_process=True)
+    first = Recording(out)
+    assert first.result["digest"] == Recording(Path(out)).result["digest"]
+    second = run(scene, out, in_process=True).recording
+    assert second == tmp_path / "out-2.mcap"
+    assert Recording(second).result["digest"] == first.result["digest"]
+    assert paused(scene).epoch == 0
+    assert info(out).startswith(str(out))
+
+
+@pytest.mark.parametrize("name", READERS)
+@pytest.mark.parametrize("no_file", NO_FILES, ids=repr)
+def test_what_names_no_file_is_refused(name: str, no_file: object, tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(RecordingError) as e:
+        READERS[name](no_file)
+    assert str(e.value) == f"{no_file!r} names no file; give its path as text or as a Path, such as 'run.mcap'"
+    assert not any(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("no_scene", [None, 5, b"lift", {"heavylift": 1}], ids=repr)
+@pytest.mark.parametrize("face", [loaded, check, paused, lambda x: run(x, "x.mcap", in_process=True)])
+def test_what_is_no_scene_is_refused(face: Callable[[object], object], no_scene: object) -> None:
+    with pytest.raises(SceneError) as e:
+        face(no_scene)
+    assert str(e.value) == (
+        f"{no_scene!r} is no scene; give its path, the name of a bundled one, or what `load` returns"
+    )

@@ -1,0 +1,122 @@
+"""What the kernel says of a run reaches the user: as it comes, at the end, in the recording and all that reads it; the
+same words, in the same digest, whether the nodes share a process or not."""
+
+import json
+from pathlib import Path
+
+import msgspec
+import pytest
+from command import finish
+from heavylift.coordinator.participants.kernel_node import KernelNode
+from heavylift.coordinator.participants.pause import configured
+from heavylift.coordinator.replay import RecordedRun, verify
+from heavylift.coordinator.run import run
+from heavylift.coordinator.run.watch import Watch
+from heavylift.kernel.description.notes import Note
+from heavylift.nodes.devs import Tag
+from heavylift.nodes.models import build
+from heavylift.nodes.scene import parse
+from heavylift.recordings import Recording
+from heavylift.recordings.read.info import info, info_data
+from heavylift.recordings.report import report
+
+SECOND = 10**9
+HEAD = "heavylift: 1\nname: hung\nend: 4 s\nsamples: 20 Hz\n"
+LOAD = """\
+mechanism:
+  bodies:
+    load: {{mass: {mass}}}
+  joints:
+    guide: {{type: prismatic, child: load, axis: [0, 0, 1], start: {start}}}
+  ropes:
+    rope: {{start: {{body: world}}, end: {{body: load}}, length: 60 m, EA: {EA}}}
+"""
+BOUNCING = LOAD.format(mass="450 t", start="-60.1 m", EA="1870 MN")
+MISSES = HEAD + "method: radau5\nstep: 200 ms\n" + BOUNCING
+FOLLOWS = HEAD + BOUNCING
+RATTLES = HEAD + LOAD.format(mass="0.005 kg", start="-60 m, speed: -1e-5 m/s", EA="187000 MN")
+"""A load as light as a bolt on a rope far too stiff for it."""
+
+
+class Listening(Watch):
+    """Remembers what it is told."""
+
+    def __init__(self) -> None:
+        self.told: list[str] = []
+
+    def say(self, sentence: str) -> None:
+        self.told.append(sentence)
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [(MISSES, "step 0.2 s at 0.000 s: method 'radau5' is out of step"), (RATTLES, "it goes slack and taut at")],
+    ids=["a mode that steps miss", "a rope that rattles"],
+)
+@pytest.mark.large(beyond=1)
+def test_a_note_stands_wherever_the_user_looks(text, word, tmp_path: Path):
+    path, watch = tmp_path / "hung.mcap", Listening()
+    result = run(parse(text), path, in_process=True, watch=watch)
+    assert any(word in note for note in result.notes)
+    assert tuple(watch.told) == result.notes
+    rec = Recording(path)
+    assert tuple(sentence for _, sentence in rec.notes()) == result.notes
+    assert result.notes[0] in info(path)
+    assert info_data(path)["notes"][0]["sentence"] == result.notes[0]
+    page = report(path, tmp_path / "hung.html").read_text()
+    assert "Notes of the kernel" in page
+    assert "note: " not in page
+
+
+def test_a_run_of_which_nothing_is_to_be_said_has_none(tmp_path: Path):
+    path = tmp_path / "hung.mcap"
+    assert run(parse(FOLLOWS), path, in_process=True).notes == ()
+    assert Recording(path).notes() == []
+    assert "Notes of the kernel" not in report(path, tmp_path / "hung.html").read_text()
+
+
+@pytest.mark.parametrize("text", [MISSES, RATTLES], ids=["misses", "rattles"])
+@pytest.mark.large(beyond=1)
+def test_distributed_and_in_one_process_say_the_same_under_one_digest(text, tmp_path: Path):
+    alone = run(parse(text), tmp_path / "alone.mcap", in_process=True)
+    apart = run(parse(text), tmp_path / "apart.mcap")
+    assert alone.notes
+    assert (apart.notes, apart.digest) == (alone.notes, alone.digest)
+    assert verify(RecordedRun(tmp_path / "apart.mcap")).digest == alone.digest
+
+
+@pytest.mark.large
+def test_the_terminal_tells_it_as_it_comes_and_at_the_end(tmp_path: Path):
+    scene = tmp_path / "hung.yaml"
+    scene.write_text(MISSES)
+    code, out, err = finish(tmp_path, "run", scene.name, "--in-process")
+    assert code == 0
+    assert "is out of step" in err
+    assert "note: step 0.2 s at 0.000 s" in out
+    code, out, _ = finish(tmp_path, "run", scene.name, "--in-process", "-o", "b.mcap", "--json")
+    assert code == 0
+    assert "is out of step" in json.loads(out)["notes"][0]
+
+
+def test_a_kernel_that_goes_on_from_a_snapshot_tells_only_what_is_new():
+    """The note of the start has been told; one that rattles later is numbered on."""
+    plan = parse(MISSES).plan
+    told, again = list[bytes](), list[bytes]()
+    first, second = (KernelNode(configured(plan, build(plan)), out.append) for out in (told, again))
+    first.start()
+    first.advance(Tag(0, 1), [], Tag(SECOND))
+    assert [note for batch in told for note in numbers(batch)] == [0]
+    second.start()
+    again.clear()
+    second.restore(first.snapshot())
+    second.advance(Tag(SECOND), [], Tag(3 * SECOND))
+    assert [note for batch in again for note in numbers(batch)] == []
+    second.simulation.notes.append(Note(3 * SECOND, "something new"))
+    second.finish(Tag(3 * SECOND + 1))
+    assert [note for batch in again for note in numbers(batch)] == [1]
+
+
+def numbers(batch: bytes) -> list[int]:
+    """Of the notes in a batch of samples as it travels."""
+    _, _, _, *notes = msgspec.msgpack.decode(batch)
+    return [number for number, _, _ in notes[0]] if notes else []

@@ -1,0 +1,128 @@
+"""A long step and a process that is stopped for a while are asked about; who gets on may go on."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+
+import pytest
+from heavylift.coordinator.protocol.messages import Alive
+from heavylift.coordinator.run.models import run_models
+from heavylift.coordinator.supervision import stall_detector as vigil
+from heavylift.coordinator.supervision.failover import Succession
+from heavylift.coordinator.supervision.stall_detector import Vigil
+from trouble import MODELS, pid, play, strike
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+
+
+class Seen:
+    """A process that a test makes up."""
+
+    def __init__(self) -> None:
+        self.letter, self.sign, self.told = "R", Alive(0), list[str]()
+        self.answers = True
+        self.vigil = Vigil(10.0, self, lambda process: self.sign if self.answers else None, self.told.append)
+
+    def pid(self, process: str) -> int:
+        return 1234
+
+    def state(self, process: str) -> str:
+        return self.letter
+
+    def place(self, process: str) -> str:
+        return 'File "crane.py", line 7 in external'
+
+    def at(self, now: float) -> str | None:
+        """What is found out at this time of a process that has owed an answer since time 0."""
+        return self.vigil.lost("west", 0.0, now)
+
+
+def test_before_the_deadline_nobody_is_asked() -> None:
+    seen = Seen()
+    seen.answers = False
+    assert seen.at(9.9) is None
+    assert seen.told == []
+
+
+def test_who_does_steps_may_go_on_for_ever() -> None:
+    seen = Seen()
+    for n in range(1, 100):
+        seen.sign = Alive(n)
+        assert seen.at(10.0 * n) == ""
+
+
+def test_who_does_none_between_two_questions_is_lost_with_the_place() -> None:
+    seen = Seen()
+    seen.sign = Alive(5)
+    assert seen.at(10.0) == ""
+    assert seen.at(15.0) is None
+    assert seen.at(20.0) == 'its process has done no step for 10 s, at File "crane.py", line 7 in external'
+
+
+def test_a_new_message_is_a_new_matter() -> None:
+    seen = Seen()
+    seen.sign = Alive(5)
+    assert seen.at(10.0) == ""
+    assert seen.vigil.lost("west", 12.0, 20.0) is None
+    assert seen.vigil.lost("west", 12.0, 22.0) == ""
+
+
+def test_who_does_not_answer_is_lost() -> None:
+    seen = Seen()
+    seen.answers = False
+    assert seen.at(10.0) == (
+        'its process has not said for 10 s that it is alive, at File "crane.py", line 7 in external'
+    )
+
+
+@pytest.mark.parametrize("held", ["by the system's", "by Python's"])
+def test_a_debugger_may_take_its_time(held: str) -> None:
+    seen = Seen()
+    seen.letter, seen.sign = ("t", Alive(5)) if held == "by the system's" else ("R", Alive(5, traced=True))
+    assert [seen.at(10.0 * n) for n in range(1, 5)] == [""] * 4
+    assert set(seen.told) == {"a debugger holds process west; the run waits for it"}
+
+
+def test_who_is_stopped_is_named_early_and_lost_at_the_deadline() -> None:
+    seen = Seen()
+    seen.letter = "T"
+    assert seen.at(1.0) is None
+    assert seen.told == []
+    assert seen.at(3.0) is None
+    assert seen.at(4.0) is None
+    assert seen.told == ["process 1234 of west is stopped; `kill -CONT 1234`, or it is replaced in 7 s"]
+    assert seen.at(10.0) == "its process 1234 is stopped (SIGSTOP) and was not continued within 10 s"
+
+
+def digest() -> str:
+    return run_models(f"{MODELS}:build", in_process=True).digest
+
+
+def test_a_step_longer_than_the_deadline_is_answered(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DOOM", "dawdle")
+    run, notes = play({}, "doomed", deadline=0.5)
+    assert (run.digest, notes) == (digest(), [])
+
+
+def test_a_process_that_is_stopped_and_continued_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(vigil, "NOTICE_s", 0.1)
+
+    def rest(hub: Succession) -> None:
+        one = pid(hub, "east")
+        os.kill(one, signal.SIGSTOP)
+        threading.Timer(0.4, os.kill, (one, signal.SIGCONT)).start()
+
+    run, notes = play({60: rest}, deadline=30.0)
+    assert run.digest == digest()
+    assert [note.split("`")[0] for note in notes] == [notes[0].split("`")[0]]
+    assert "of east is stopped; " in notes[0]
+
+
+def test_a_process_that_stays_stopped_is_replaced() -> None:
+    run, notes = play({60: strike("east", number=signal.SIGSTOP)}, deadline=0.3)
+    assert run.digest == digest()
+    assert len(notes) == 1
+    assert "is stopped (SIGSTOP) and was not continued within 0.3 s" in notes[0]

@@ -1,0 +1,111 @@
+"""One table answers several questions: each quantity alone, at several limits, with the words that run the setting."""
+
+import shlex
+from types import SimpleNamespace
+
+import pytest
+from heavylift.coordinator.cli import main
+from heavylift.coordinator.tradeoff.answers import answers
+from heavylift.coordinator.tradeoff.settings import METHODS, Rung, Setting, chosen, ladder, settings
+from heavylift.nodes.plan.plan import Fidelity
+from heavylift.nodes.scene import begun, load, parse
+from measured_rows import row
+
+ASK = ("rope tension", "swing", "lift-off time")
+SLOW = row("1 ms", 10.0, rope_tension=5e-4, swing=2e-3)
+FAST = row("5 ms", 1.0, rope_tension=0.03, swing=1e-4)
+OWN = (
+    "",
+    "ask: [rope tension]\naccuracy: 3 %",
+    "ask: [swing]\naccuracy: 1 %\nfidelity: {girder: elastic, motion: spatial}\nstep: 3 ms\nmethod: rk4",
+    "fidelity: {rope mass: lumped, pads: standing, locked: [hinges]}\ntolerance: 3e-7",
+)
+
+
+def test_each_quantity_has_an_answer_at_each_limit():
+    asked = SimpleNamespace(ask=("rope tension", "swing"), rows=[SLOW, FAST])
+    found = [(a.quantity, a.limit, a.row and a.row.how) for a in answers(asked)]
+    assert found == [
+        ("rope tension", 0.05, "5 ms"), ("rope tension", 0.01, "1 ms"), ("rope tension", 0.001, "1 ms"),
+        ("swing", 0.05, "5 ms"), ("swing", 0.01, "5 ms"), ("swing", 0.001, "5 ms"),
+    ]  # fmt: skip
+
+
+def test_what_no_setting_keeps_has_no_answer():
+    asked = SimpleNamespace(ask=("swing",), rows=[row("5 ms", 1.0, swing=0.04)])
+    assert [a.row is None for a in answers(asked)] == [False, True, True]
+
+
+@pytest.mark.parametrize("own", OWN)
+@pytest.mark.large(beyond=1)
+def test_what_is_typed_runs_what_was_measured(own, monkeypatch, tmp_path):
+    """Whatever a scene asks or names itself: the same fidelity, method, tolerance and step for each rung."""
+    path = tmp_path / "my lift.yaml"
+    path.write_text(f"{begun('mine', 'lift')}\n{own}\n")
+    scene = load(path, ["end=50 s"])
+    rungs, finer = ladder(scene)
+    assert finer is not None
+    for setting in each_way([*rungs, finer, *chosen(scene, ASK, 0.01)]):
+        assert typed(setting.words(scene), monkeypatch) == setting.plan(scene.plan)
+
+
+def test_a_mechanism_is_run_as_its_file_says(monkeypatch):
+    scene = load("arm", ["step=2 ms", "method=rk4"])
+    for setting in each_way([Rung("as written", None)]):
+        assert typed(setting.words(scene), monkeypatch) == setting.plan(scene.plan)
+
+
+def test_a_command_names_its_scene_as_it_was_given_and_every_setting(tmp_path):
+    massive = Rung(
+        "", Fidelity(ropes="massive", lumps=2, rope_mass="lumped", pads="standing", locked=("crane.gantry",))
+    )
+    assert Setting(massive, "dop853", tolerance=1e-5).words(load("lift", ["end=50 s"])) == (
+        "heavylift run lift --set 'end=50 s' --set 'fidelity={ropes: massive, lumps: 2, rope mass: lumped, "
+        "slings: elastic, girder: rigid, motion: spatial, pads: standing, locked: [crane.gantry]}' "
+        "--set tolerance=1e-05 --method dop853"
+    )
+    (tmp_path / "lift.yaml").write_text(begun("mine", "lift"))
+    (tmp_path / "below").mkdir()
+    here = f"{tmp_path}/below/../lift.yaml"
+    said = Setting(Rung("", None), "rk4", step=0.005).words(load(here))
+    assert said == f"heavylift run {here} --method rk4 --step '5 ms'"
+
+
+def each_way(rungs):
+    """Each rung with some settings of every method, which together are all that there are."""
+    ways = [(method, i) for method in METHODS for i in range(len(METHODS[method]))]
+    for k, rung in enumerate(rungs):
+        for method, i in ways[k :: len(rungs)]:
+            yield settings(rung, method)[i]
+
+
+def typed(words, monkeypatch):
+    """The plan that a command line would run."""
+    ran = []
+    monkeypatch.setattr("heavylift.coordinator.run.run", lambda scene, *_, **__: ran.append(scene.plan))
+    monkeypatch.setattr("heavylift.coordinator.run.progress.summary", lambda *_: None)
+    monkeypatch.setattr("sys.argv", [*shlex.split(words), "--in-process"])
+    main()
+    return ran[0]
+
+
+@pytest.mark.parametrize("own", OWN)
+def test_what_a_scene_asks_or_names_itself_does_not_change_the_rungs(own):
+    rungs = [chosen(parse(f"{begun('mine', 'lift')}\n{more}\n"), ASK, 0.01) for more in ("", own)]
+    assert rungs[0] == rungs[1]
+
+
+def test_a_rung_is_named_by_the_quantities_that_it_is_chosen_for():
+    lift = load("lift")
+    assert [rung.name for rung in chosen(lift, ("rope tension",), 0.01)] == ["chosen for rope tension"]
+    names = " ".join(rung.name for rung in chosen(lift, ASK, 0.01))
+    assert all(names.count(quantity) <= 1 for quantity in ASK)
+
+
+def test_the_rungs_that_the_questions_would_be_given_are_measured():
+    lift = load("lift")
+    rungs = chosen(lift, ASK, 0.01)
+    for ask in (*ASK, ", ".join(ASK)):
+        given = load("lift", [f"ask=[{ask}]", "accuracy=1 %"]).plan.fidelity
+        (name,) = (rung.name for rung in rungs if rung.fidelity == given)
+        assert name == "chosen for all asked" or ask in name

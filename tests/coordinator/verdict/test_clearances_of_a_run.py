@@ -1,0 +1,107 @@
+"""Clearances of recorded lifts: against a brute search over all samples, and what they must not call trouble."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.coordinator.verdict.clearances import clearances
+from heavylift.coordinator.verdict.conduct import Conduct, conduct_findings
+from heavylift.coordinator.verdict.history import BLOCK, History, history_of
+from heavylift.coordinator.verdict.moving import Moving, moving
+from heavylift.nodes.plan.shapes import relation, solids, strands
+from heavylift.nodes.scene import load
+from heavylift.recordings import Recording
+from heavylift.recordings.format.viewer_messages import Rig
+from scipy.optimize import lsq_linear
+
+BETWEEN = 0.02  # [m] that a lift in calm moves between samples, and what bounds leave
+RUN = "run.mcap"
+
+
+def apart(a: Moving, b: Moving) -> float:
+    """The least distance of two shapes over all samples, by bounded least squares."""
+    found = np.inf
+    for k in range(len(a.t)):
+        (A, half), (B, other) = ((R[0], h[0]) for R, h in (x.axes(np.array([k])) for x in (a, b)))
+        both = np.concatenate([half, other]) + 1e-12
+        M, d = np.hstack([A, -B]), b.centre[k] - a.centre[k]
+        found = min(found, float(np.linalg.norm(M @ lsq_linear(M, d, (-both, both), method="bvls").x - d)))
+    return found - a.radius - b.radius
+
+
+def test_the_smallest_are_those_of_a_brute_search(tmp_path: Path) -> None:
+    scene = load("lift", ["end=30 s"])
+    run(scene, tmp_path / RUN, in_process=True)
+    history = history_of(Recording(tmp_path / RUN)).part(0, BLOCK)
+    found = clearances(scene.plan, history)
+    shapes = moving(scene.plan, history)
+    assert len(found) == 10
+    assert [c.distance for c in found] == sorted(c.distance for c in found)
+    for c in (found[1], found[2], found[-1]):  # the first is to the ground
+        pairs = [(a, b) for a in shapes for b in shapes if (a.shape.thing, b.shape.thing) == (c.a, c.b)]
+        least = min(apart(a, b) for a, b in pairs)
+        assert least - BETWEEN < c.distance <= least + 1e-3, (c.a, c.b)
+        gap = np.linalg.norm(np.array(c.p_WA) - np.array(c.p_WB))
+        assert gap == pytest.approx(c.distance, abs=BETWEEN), "the points are those that are so near"
+
+
+def test_a_limit_of_the_scene_decides_what_is_too_near(tmp_path: Path) -> None:
+    scene = load("lift", ["end=20 s"])
+    run(scene, tmp_path / RUN, in_process=True)
+    history = history_of(Recording(tmp_path / RUN)).part(0, BLOCK)
+    assert all(c.distance > 0.5 for c in clearances(scene.plan, history, 0.5))
+    near = clearances(scene.plan, history, 12.0)
+    assert len(near) > 10, "all that are below the limit, not ten"
+    assert all(c.distance < 12.0 for c in near)
+
+
+def test_a_hook_that_is_hoisted_into_its_switch_is_two_blocked(tmp_path: Path) -> None:
+    up = 'actions=[{crane H1: "unhook"}, {crane H1: "hoist 10 m/min until tension of crane.H1 >= 5 MN"}]'
+    result = run(load("lift", [up, "cranes.crane.highest_hook=24 m", "end=20 s"]), tmp_path / RUN, in_process=True)
+    assert result.verdict is not None
+    (found,) = [f for f in result.verdict.findings if f.kind == "two-blocked"]
+    assert (found.severity, found.subject) == ("red", "crane.H1"), "told once"
+    said = Conduct(stopped=[(3.0, "crane.H1", "upper limit"), (4.0, "crane.lower-slide.drive", "travel limit")])
+    switch, end = conduct_findings(load("lift").plan, said)
+    assert (switch.severity, switch.t) == ("red", 3.0)
+    assert switch.sentence == "the hook H1 of crane was two-blocked: its upper limit switch stopped it"
+    assert (end.severity, end.sentence) == (
+        "warning",
+        "the lower trolley of crane was stopped by its limit 'travel limit'",
+    )
+
+
+def test_what_is_joined_is_not_looked_at_and_what_may_be_near_only_if_it_goes_through() -> None:
+    plan = load("turnover").plan
+    shapes = {(s.thing, s.part): s for s in solids(plan)}
+    ropes = strands(plan)
+    block, beam = shapes["block", ""], shapes["loader-3", "beam"]
+    leg = shapes["portal of west", "leg"]
+    assert relation(plan, block, shapes["stools", "block.lower-1"]) == "joined"
+    assert relation(plan, beam, ropes["loader-3.sling-1"]) == "joined"
+    assert relation(plan, beam, ropes["west.H3"]) == "joined"
+    assert relation(plan, leg, shapes["upper trolley of west", ""]) == "joined"
+    assert relation(plan, block, ropes["loader-3.sling-1"]) == "through"
+    assert relation(plan, beam, block) == "apart"
+    assert relation(plan, leg, block) == "apart"
+    assert relation(plan, leg, shapes["portal of east", "leg"]) == "apart"
+    assert relation(plan, beam, ropes["west.H1"]) == "apart"
+
+
+def test_a_slack_sling_is_no_straight_line(tmp_path: Path) -> None:
+    """Its chord may pass through the block; only a taut one does."""
+    scene = load("lift", ["end=12 s"])
+    run(scene, tmp_path / RUN, in_process=True)
+    history = history_of(Recording(tmp_path / RUN)).part(0, BLOCK)
+    line = next(x for x in history.rigs[0].lines if x.rope == "loader-1.sling-1")
+    below = type(line)(line.rope, line.a_body, line.a, line.b_body, (line.b[0], line.b[1], -4.3))
+    for tension, red in ((0.0, 0), (1e5, 1)):
+        given = History(
+            history.t, history.poses, {**history.tensions, line.rope: np.full(len(history.t), tension)}, {},
+            [Rig(0, [below])],
+        )  # fmt: skip
+        found = [c for c in clearances(scene.plan, given) if c.a == line.rope and c.b == "block"]
+        assert len(found) == red

@@ -1,0 +1,168 @@
+"""Two things pass each other faster than samples are taken: the verdict sees what no sample shows."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.coordinator.verdict.distance import Placed, exactly
+from heavylift.coordinator.verdict.history import history_of
+from heavylift.coordinator.verdict.moving import Moving
+from heavylift.coordinator.verdict.nearest import SHARP, nearest, nearest_of_each, whole
+from heavylift.coordinator.verdict.speeds import strays, twists
+from heavylift.nodes.models import system
+from heavylift.nodes.plan.shapes import Solid, Strand
+from heavylift.nodes.scene import load
+from heavylift.recordings import Recording
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation, Slerp
+
+Floats = NDArray[np.float64]
+CLOSE = 2e-3  # [m]: what the search leaves, and rounding
+FINE = 400  # looks between two samples
+TEN = 10
+
+
+def solid(size: tuple[float, ...], t: Floats, centre: Floats, turn: Floats | None = None) -> Moving:
+    still = np.array([[0.0, 0.0, 0.0, 1.0]])
+    name = f"a body at {centre[0]}"
+    shape = Solid(name, "", "loader", name, (0.0, 0.0, 0.0), (size[0], size[1], size[2]))
+    return Moving(shape, t, centre, still if turn is None else turn, np.array(size) / 2, 0.0)
+
+
+def minimum(a: Moving, b: Moving) -> tuple[float, float]:
+    start = whole([a, b], [(0, 1)], np.zeros((len(a.t), 3)))
+    found = nearest([a, b], start)
+    assert found is not None
+    return found.least, found.t
+
+
+def test_a_box_that_flies_through_another_between_two_samples_is_seen() -> None:
+    t = np.arange(10.0)
+    way = np.stack([30.0 * t - 135.0, np.zeros(10), np.zeros(10)], axis=1)  # at -15 m and 15 m, never at 0
+    post, bullet = solid((2, 2, 2), t, np.zeros((10, 3))), solid((1, 1, 1), t, way)
+    samples = [exactly(*(Placed(x.centre[[k]], np.eye(3)[None], x.half[None], 0.0) for x in (post, bullet))).distance
+               for k in range(10)]  # fmt: skip
+    assert min(samples) == pytest.approx(13.5), "no sample shows it"
+    least, when = minimum(post, bullet)
+    assert least == pytest.approx(-1.5, abs=CLOSE), "1 m and 0.5 m deep, out by its shortest way"
+    assert when == pytest.approx(4.5, abs=0.1)
+
+
+def test_a_pass_at_a_distance_is_told_with_its_time() -> None:
+    t = np.arange(6.0)
+    way = np.stack([40.0 * t - 90.0, np.full(6, 2.25), np.zeros(6)], axis=1)
+    least, when = minimum(solid((2, 2, 2), t, np.zeros((6, 3))), solid((1, 1, 1), t, way))
+    assert least == pytest.approx(0.75, abs=CLOSE)
+    assert when == pytest.approx(2.25, abs=0.05)
+
+
+def test_what_turns_back_between_samples_may_have_been_nearer_than_any_sample() -> None:
+    """A swing of period 1.3 s, sampled each 0.1 s: the bound is below the apex, and not far below."""
+    t = np.arange(0.0, 4.0, 0.1)
+    x = 2.0 - 1.0 * np.cos(2 * np.pi * (t - 0.55) / 1.3)
+    way = np.stack([-x, np.zeros(len(t)), np.zeros(len(t))], axis=1)
+    least, _ = minimum(solid((1, 1, 1), t, np.zeros((len(t), 3))), solid((1, 1, 1), t, way))
+    assert 0.0 - 0.1 < least <= 0.0 + SHARP
+    assert least < float(np.min(x)) - 1.0 + SHARP
+
+
+def test_the_minimum_of_random_turning_ways_is_that_of_a_fine_search() -> None:
+    rng = np.random.default_rng(6)
+    for _ in range(12):
+        t = np.arange(7.0)
+        sizes = [tuple(rng.uniform(0.5, 6.0, 3)) for _ in range(2)]
+        ways = [np.cumsum(rng.normal(0.0, 3.0, (7, 3)), axis=0) + off for off in (np.zeros(3), rng.normal(0.0, 6.0, 3))]
+        turns = [Rotation.from_rotvec(np.cumsum(rng.normal(0.0, 0.2, (7, 3)), axis=0)) for _ in range(2)]
+        shapes = [solid(s, t, w, q.as_quat()) for s, w, q in zip(sizes, ways, turns, strict=True)]
+        least, _ = minimum(*shapes)
+        fine = np.linspace(0.0, 6.0, FINE + 1)
+        poses = [
+            (np.stack([np.interp(fine, t, w[:, i]) for i in range(3)], axis=1), Slerp(t, q)(fine).as_matrix())
+            for w, q in zip(ways, turns, strict=True)
+        ]
+        seen = min(
+            exactly(
+                *(Placed(p[[k]], R[[k]], s.half[None], 0.0) for (p, R), s in zip(poses, shapes, strict=True))
+            ).distance
+            for k in range(FINE + 1)
+        )
+        strays = sum(float(s.stray.max()) for s in shapes)
+        assert least <= seen + CLOSE, "the bound is never above what there is"
+        assert least >= seen - strays - 0.05, "and below by no more than shapes may stray between samples"
+
+
+def test_a_search_of_all_things_at_once_finds_the_smallest_that_searches_one_by_one_find() -> None:
+    """Boxes that turn and ropes that hang for a while, over more samples than the longest stretch holds."""
+    rng = np.random.default_rng(8)
+    for _ in range(3):
+        n = int(rng.integers(2, 150))
+        t, common = 0.5 * np.arange(n), np.zeros((n, 3))
+        shapes = []
+        for _ in range(6):
+            way = rng.normal(0.0, 12.0, 3) + np.cumsum(rng.normal(0.0, 0.1, (n, 3)), axis=0)
+            turn = Rotation.from_rotvec(np.cumsum(rng.normal(0.0, 0.01, (n, 3)), axis=0)).as_quat()
+            shapes.append(solid(tuple(rng.uniform(0.5, 6.0, 3)), t, way, turn))
+        for i in range(3):
+            way = rng.normal(0.0, 12.0, 3) + np.cumsum(rng.normal(0.0, 0.1, (n, 3)), axis=0)
+            along = np.array([0.0, 0.0, 9.0]) + np.cumsum(rng.normal(0.0, 0.03, (n, 3)), axis=0)
+            half = np.array([0.0, 0.0, np.linalg.norm(along, axis=1).max() / 2])
+            rope = Strand(f"rope {i}", "rope", f"rope {i}", 0.1, ())
+            shapes.append(Moving(rope, t, way, along, half, 0.1, t < t[-1] * rng.uniform(0.3, 1.2)))
+        pairs = [(i, j) for i in range(len(shapes)) for j in range(i)]
+        alone = [nearest(shapes, whole(shapes, [pair], common)) for pair in pairs]
+        least = np.array([m.least if m is not None else np.inf for m in alone])
+        start = whole(shapes, pairs, common, range(len(pairs)))
+        limit = float(np.sort(least)[TEN + 2])
+        for smallest, most in ((TEN, 0.0), (TEN, limit)):
+            found = nearest_of_each(shapes, start, np.full(len(pairs), np.inf), smallest, most)
+            told = np.array([m.least if m is not None else np.inf for m in found])
+            wanted = least <= max(np.sort(least)[smallest - 1], most - CLOSE)
+            assert wanted.sum() >= smallest
+            assert told[wanted] == pytest.approx(least[wanted], abs=CLOSE)
+            assert (told >= least - CLOSE).all(), "of the others at most what was seen on the way"
+
+
+def test_what_shakes_faster_than_samples_shows_in_its_speeds() -> None:
+    """At 9.7 Hz, seen twice in a second: hardly a way from sample to sample."""
+    t, w, size = np.arange(0.0, 20.0, 0.5), 2 * np.pi * 9.7, 0.05
+    still, phase = np.zeros(len(t)), w * t
+    pose = np.zeros((len(t), 7))
+    pose[:, 0] = size * np.sin(phase)
+    pose[:, 3:] = Rotation.from_rotvec(np.outer(size * np.sin(phase), (0, 0, 1))).as_quat()
+    speed = size * w * np.cos(phase)
+    v, turning = np.stack([speed, still, still], axis=1), np.stack([still, still, speed], axis=1)
+    origin, each_metre = strays(t, pose, (v, turning))
+    assert np.mean(origin > size) > 0.9
+    assert np.mean(each_metre > size) > 0.9
+    calm = strays(t, pose, (0.0 * v, 0.0 * turning))[1]
+    assert calm.max() < 3 * size, "the ways between samples alone"
+
+
+def test_calm_motion_strays_no_more_than_its_accelerations_tell() -> None:
+    """Of a constant acceleration, straight and turning: twice h^2 / 8 times it."""
+    t, a = np.arange(0.0, 5.0, 0.5), 0.3
+    pose = np.zeros((len(t), 7))
+    pose[:, 1] = a * t**2 / 2
+    pose[:, 3:] = Rotation.from_rotvec(np.outer(a * t**2 / 2, (1, 0, 0))).as_quat()
+    pose[::2, 3:] *= -1.0
+    speed = np.zeros((2, len(t), 3))
+    speed[0, :, 1] = speed[1, :, 0] = a * t
+    for found in strays(t, pose, (speed[0], speed[1])):
+        assert found == pytest.approx(np.full(len(t) - 1, a * 0.25 / 4))
+
+
+def test_speeds_of_bodies_are_those_of_their_places(tmp_path: Path) -> None:
+    scene = load("lift", ["samples=50 Hz", "end=4 s"])
+    run(scene, tmp_path / "run.mcap", in_process=True)
+    past = history_of(Recording(tmp_path / "run.mcap")).part(0, 200)
+    past = past.of(np.flatnonzero(np.diff(past.t, prepend=-1.0) > 0.01))
+    found, h = twists(system(scene.plan).joints, past), np.diff(past.t)[:, None]
+    assert set(found) >= set(past.poses)
+    for body, pose in past.poses.items():
+        v, w = found[body]
+        turned = (Rotation.from_quat(pose[1:, 3:]) * Rotation.from_quat(pose[:-1, 3:]).inv()).as_rotvec()
+        for one, mean in ((v, np.diff(pose[:, :3], axis=0) / h), (w, turned / h)):
+            assert np.abs((one[1:] + one[:-1]) / 2 - mean).max() < 1e-4 + 0.05 * np.abs(one).max(), body

@@ -1,0 +1,106 @@
+"""Clearances to the ground: what is carried, lifted off, set down, or hangs empty; between samples, too."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from heavylift.coordinator.verdict.clearances import clearances, findings
+from heavylift.coordinator.verdict.history import History
+from heavylift.nodes.scene import bundled, parse
+from heavylift.recordings.read.verdict import Clearance
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+STOOL, HALF = 0.2, 4.0  # [m]
+LOW = (
+    bundled()["lift"].read_text().replace("at: [40 m, 75 m, 6 m]", "at: [40 m, 75 m, 4.2 m]")
+    .replace("height: 2 m", "height: 0.2 m")
+)  # fmt: skip
+PLAN = parse(LOW).plan
+TAUT, SLACK = 1e5, 0.0
+EXACT = 1e-3
+FINE = 20  # samples per second
+
+
+def went(z: list[float], y: list[float] | None = None, roll: list[float] | None = None) -> dict[str, Floats]:
+    """The block's middle at its samples, turned by `roll` [rad] about x; the trolleys go with it."""
+    n = FINE * (len(z) - 1) + 1
+    y, z, roll = (np.interp(np.arange(n), FINE * np.arange(len(z)), x or [0.0] * len(z)) for x in (y, z, roll))
+    block = np.zeros((n, 7))
+    block[:, 1], block[:, 2], block[:, 3], block[:, 6] = y, z, np.sin(roll / 2), np.cos(roll / 2)
+    trolley = np.zeros((n, 7))
+    trolley[:, 1], trolley[:, 2], trolley[:, 6] = block[:, 1], 80.0, 1.0
+    return {"block": block, "crane.upper": trolley, "crane.lower": trolley}
+
+
+def near(poses: dict[str, Floats], sling: float = TAUT, **more: list[tuple[float, float]]) -> list[Clearance]:
+    n = len(next(iter(poses.values())))
+    t = np.arange(n) / FINE
+    history = History(t, poses, {s.name: np.full(n, sling) for s in PLAN.rig.slings}, {}, [])
+    return [c for c in clearances(PLAN, history, 0.5, **more) if c.b == "ground"]
+
+
+def told(*args: object, **more: object) -> list[str]:
+    return [f.sentence.partition(" (")[0] for f in findings(near(*args, **more))]  # type: ignore[arg-type]
+
+
+STANDS = HALF + STOOL
+UP = [STANDS, STANDS, STANDS + 0.1, STANDS + 0.4, STANDS + 1.0, STANDS + 2.0]
+
+
+def test_lift_off_and_set_down_are_no_finding() -> None:
+    there = UP + UP[::-1]
+    assert told(went(there)) == []
+    assert told(went(there, [0.0] * 6 + [9.0] * 6)) == [], "it is set down elsewhere"
+    swings = {**went(UP), "block": went(UP, [0.0, 0.0, 1.2, 1.2, 0.0, 0.0])["block"]}
+    assert told(swings) == [], "it swings as it leaves its stools, nobody carries it"
+
+
+def test_what_is_carried_low_is_red_with_its_place() -> None:
+    (red,) = findings(near(went([*UP, STANDS + 0.1, *UP[4:]], [0.0] * 3 + [3.0 * i for i in range(6)])))
+    assert (red.subject, red.t, red.value) == ("block and ground", 6.0, pytest.approx(STOOL + 0.1, abs=0.05))
+    assert "of the ground, 0.5 m are to be kept (block at u, v, w = " in red.sentence
+    low = [STANDS] * 2 + [STANDS + 0.15] * 9 + [STANDS] * 2
+    assert told(went(low, [0.0] * 3 + [1.5 * i for i in range(8)] + [10.5] * 2)) != [], "all the way at 0.35 m"
+    assert told(went(low)) == [], "up and down in its place"
+
+
+def test_an_order_to_land_is_no_finding_even_if_the_run_ends_before() -> None:
+    down = [STANDS + 2.0 - 0.2 * i for i in range(10)]
+    assert len(told(went(down))) == 1
+    assert told(went(down), landing=[(4.0, 9.0)]) == []
+
+
+def test_steel_in_the_ground_is_red_wherever_it_is() -> None:
+    tips = went([STANDS] * 9, roll=[0.02 * i for i in range(9)])
+    edge = (8.0 - 6.0) * np.sin(0.16) - STOOL  # below the pad at 6 m, which stands on its stool
+    assert told(tips) == [f"the block went {edge:.2f} m into the ground"]
+    assert told(went([STANDS - 0.05] * 3)) == [], "the stools yield"
+
+
+def test_between_samples_it_is_bounded_by_how_fast_things_turn() -> None:
+    """A box of 16 m by 8 m that rolls is lowest with its diagonal upright, here between two samples."""
+    upright, step, height = np.arctan2(8.0, HALF), np.radians(8.0), 10.0
+    rolls = np.array([upright + (i - 4.5) * step for i in range(10)])
+    pose = np.zeros((10, 7))
+    pose[:, 2], pose[:, 3], pose[:, 6] = height, np.sin(rolls / 2), np.cos(rolls / 2)
+    (found,) = near({"block": pose})
+    lowest = height - np.hypot(8.0, HALF)
+    seen = height - np.hypot(8.0, HALF) * np.cos(step / 2)
+    assert lowest - 0.1 < found.distance <= lowest < seen
+
+
+def hook(z: float, sling: float) -> list[Clearance]:
+    pose = np.tile([0.0, 0.0, z, 0.0, 0.0, 0.0, 1.0], (3, 1))
+    return near({"loader-1.upper": pose}, sling)
+
+
+def test_an_empty_hook_may_be_near_the_ground_but_not_in_it() -> None:
+    below = -PLAN.loaders[0].hinge[2]  # of the hook block
+    assert hook(below + 0.2, SLACK) == []
+    (loaded,) = hook(below + 0.2, TAUT)
+    assert (loaded.a, loaded.limit) == ("loader-1", 0.5)
+    assert loaded.distance == pytest.approx(0.2, abs=EXACT)
+    (through,) = hook(below - 0.3, SLACK)
+    assert (through.limit, through.distance) == (0.0, pytest.approx(-0.3, abs=EXACT))
+    assert findings([through])[0].severity == "red"

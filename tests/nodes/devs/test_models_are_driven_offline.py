@@ -1,0 +1,76 @@
+"""`heavylift.nodes.testing`: one atomic or one node, timed inputs, exact expected outputs, at most six lines."""
+
+import re
+from typing import Any
+
+import pytest
+from devs_stories import Item, Relay, coupled
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import Coupled, Message, Tag, Transition, ns
+from heavylift.nodes.models.assembly import build_one
+from heavylift.nodes.models.parts.messages import Done, Run, SetProfile
+from heavylift.nodes.scene.loading import load
+from heavylift.nodes.testing import drive
+from heavylift.nodes.zoo.queue import Generator, Job, Processor
+
+
+def test_the_west_crane_travels_10_m_in_30_s() -> None:
+    west, gantry = build_one(load("turnover").plan, "west"), "west.gantry.drive"
+    said = drive(west, [(ns(1), "order", Run(gantry, 1, (0, 0), speed=0.5, accel=0.05, by=10.0))])
+    assert said[-2:] == [
+        (Tag(ns(1), 1), "input", SetProfile(gantry, ns(1), 0.5, 0.05, 10.0)),
+        (Tag(ns(31)), "report", Done(gantry, 1, 50.0)),
+    ]
+
+
+def test_a_model_is_driven_in_one_line() -> None:
+    jobs = [(ns(t), "into", Job(t)) for t in (1, 2, 4)]
+    processor = Processor("p", ns(2.5))
+    assert drive(processor, jobs) == [(Tag(ns(3.5)), "done", Job(1)), (Tag(ns(6.5)), "done", Job(4))]
+    assert drive(processor, jobs, until=ns(6.5)) == [(Tag(ns(3.5)), "done", Job(1))]
+
+
+def test_inputs_of_one_tag_are_one_bag_and_tags_may_have_microsteps() -> None:
+    inputs: list[tuple[int | Tag, str, Message]] = [(5, "into", Item(1)), (5, "into", Item(2))]
+    assert drive(Relay("r", 3), inputs) == [(Tag(8), "out", Item(1)), (Tag(8), "out", Item(2))]
+    assert drive(Relay("r", 0), [(Tag(5, 2), "into", Item(1))]) == [(Tag(5, 3), "out", Item(1))]
+
+
+def test_a_coupled_model_is_driven_through_its_own_ports() -> None:
+    first, second = Relay("first", 1), Relay("second", 2)
+    model = coupled("both", [first, second], (first.out, second.into))
+    model.connect(model.add_in("i", Item), first.into)
+    model.connect(second.out, model.add_out("o", Item))
+    assert isinstance(model, Coupled)
+    assert drive(model, [(10, "i", Item(1))]) == [(Tag(13), "o", Item(1))]
+
+
+def test_an_output_that_changes_its_model_is_refused() -> None:
+    class Impure(Generator):
+        def output(self) -> None:
+            self.number += 1
+            super().output()
+
+    with pytest.raises(ModelError, match=r"^g at \(0 s, 0\): output\(\) must not change the state: it changed number"):
+        drive(Impure("g", ns(1)), until=ns(3))
+
+
+def test_transitions_can_be_looked_at() -> None:
+    log: list[Transition] = []
+    drive(Processor("p", 10), [(5, "into", Job(1)), (15, "into", Job(2))], log=log.append)
+    assert [(line.tag.t, line.kind) for line in log] == [(5, "external"), (15, "confluent"), (25, "internal")]
+
+
+@pytest.mark.parametrize(
+    ("entry", "sentence"),
+    [
+        ((1.5, "into", Job(1)), "p: the input for into comes at 1.5; give ns(seconds) or a Tag, from 0 on"),
+        ((-1, "into", Job(1)), "p: the input for into comes at -1; give ns(seconds) or a Tag, from 0 on"),
+        ((1, "in", Job(1)), "p: there is no in port in; its in ports: into"),
+        ((1, "done", Job(1)), "p: there is no in port done; its in ports: into"),
+        ((1, "into", Item(1)), "p.into carries Job, not Item"),
+    ],
+)
+def test_inputs_that_do_not_fit(entry: Any, sentence: str) -> None:
+    with pytest.raises(ModelError, match=f"^{re.escape(sentence)}$"):
+        drive(Processor("p", 10), [entry])

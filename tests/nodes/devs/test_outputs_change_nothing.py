@@ -1,0 +1,175 @@
+"""An output that changes the state of its model ends the run where it is seen: at the first one, or at a later look."""
+
+from collections import deque
+from collections.abc import Callable
+from random import Random
+from typing import Any
+
+import numpy as np
+import pytest
+from devs_stories import Item, Relay, coupled
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.devs import Atomic, Out, Simulator, Tag
+from heavylift.nodes.devs.execution import purity
+
+
+class Clock(Atomic):
+    """Speaks every 10 ns; `spoil` is what its output does beside."""
+
+    out = Out(Item)
+
+    def __init__(self, name: str, spoil: Callable[[Any], object] = lambda self: None, after: int = 0) -> None:
+        super().__init__(name)
+        self.spoil, self.after = spoil, after
+
+    def start(self) -> None:
+        self.n, self.x, self.word = 0, 0.5, "a"
+        self.queue, self.deque, self.table = [1, 2], deque([1]), {"a": [1]}
+        self.array, self.random, self.numpy = np.zeros(3), Random(1), np.random.default_rng(1)
+        self.inner = Inner()
+        self.hold_in(10)
+
+    def output(self) -> None:
+        if self.n >= self.after:
+            self.spoil(self)
+        self.out.send(Item(self.n))
+
+    def internal(self) -> None:
+        self.n += 1
+        self.hold_in(10)
+
+
+class Light(Clock):
+    def start(self) -> None:
+        self.n = 0
+        self.hold_in(10)
+
+
+class Inner:
+    def __init__(self) -> None:
+        self.parts = [[0]]
+
+
+def put(key: str, value: object) -> Callable[[Any], object]:
+    return lambda self: setattr(self, key, value)
+
+
+SPOILS: list[tuple[str, Callable[[Any], object]]] = [
+    ("n", put("n", 7)),
+    ("x", put("x", float("nan"))),
+    ("word", put("word", "b")),
+    ("new", put("new", 1)),
+    ("word", lambda self: delattr(self, "word")),
+    ("queue", lambda self: self.queue.pop()),
+    ("deque", lambda self: self.deque.rotate() or self.deque.append(2)),
+    ("table", lambda self: self.table["a"].append(2)),
+    ("array", lambda self: self.array.fill(1.0)),
+    ("random", lambda self: self.random.random()),
+    ("numpy", lambda self: self.numpy.random()),
+    ("inner", lambda self: self.inner.parts[0].append(1)),
+]
+
+
+def ran(until: int, *models: Atomic) -> str:
+    """The sentence that a run ends with, or where it came to."""
+    simulator = Simulator(coupled("r", [*models]))
+    simulator.start()
+    try:
+        simulator.run(until)
+    except ModelError as error:
+        return str(error)
+    return f"came to {simulator.next_time.t}"
+
+
+@pytest.mark.parametrize(("key", "spoil"), SPOILS, ids=[f"{key}-{i}" for i, (key, _) in enumerate(SPOILS)])
+def test_the_first_output_names_what_it_changes(
+    key: str, spoil: Callable[[Any], object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told = f"r.b at (0.00000001 s, 0): output() must not change the state: it changed {key}, do that in a transition"
+    assert ran(45, Clock("a"), Clock("b", spoil)) == told
+    monkeypatch.setattr(purity.Witness, "after", lambda witness, tag, seen: None)
+    assert ran(15, Clock("a"), Clock("b", spoil)) != told, "nobody else sees it"
+
+
+@pytest.mark.parametrize("after", range(0, 4000, 333))
+def test_an_output_that_begins_to_change_something_later_is_seen_soon(after: int) -> None:
+    told = ran(
+        50_000, *(Light(f"c{i}") for i in range(5)), Light("late", lambda self: put("n", self.n + 1)(self), after)
+    )
+    assert "r.late at (" in told, told
+    assert "it changed n" in told
+    seen = round(float(told.split("(")[1].split(" s")[0]) * 1e9)
+    assert 0 <= seen - 10 * (after + 1) < 20 * purity.EVERY  # [ns]
+
+
+def test_what_changes_nothing_is_let_be() -> None:
+    harmless: list[Callable[[Any], object]] = [
+        lambda self: self.queue.sort(),
+        put("n", 0),
+        lambda self: setattr(self, "word", "".join(["a"])),
+        lambda self: self.now,
+        lambda self: [x for x in self.queue],
+    ]
+    for spoil in harmless:
+        assert ran(15, Clock("a", spoil)) == "came to 20"
+
+
+def test_large_states_are_looked_at_less_often() -> None:
+    looks = 0
+
+    class Heavy(Relay):
+        def __getstate__(self) -> object:
+            raise AssertionError("models are no part of a state")
+
+    class Counted(list[int]):
+        def __reduce__(self) -> tuple[Any, ...]:
+            nonlocal looks
+            looks += 1
+            return list, ([0] * 100_000,)
+
+    clock = Clock("a")
+    simulator = Simulator(clock)
+    simulator.start()
+    clock.big, clock.neighbour = Counted(), Heavy("h")  # type: ignore[attr-defined]
+    simulator.run(10 * 251 * 100)
+    assert simulator.next_time == Tag(10 * 251 * 100)
+    assert 2 <= looks <= 30, "of 25 000 outputs"
+
+
+class Bare(Atomic):
+    """Of attributes that cannot change in place, so that nobody looks at their names before."""
+
+    def start(self) -> None:
+        self.a, self.b, self.c = "one", "two", "three"
+        self.hold_in(10)
+
+    def internal(self) -> None:
+        self.hold_in(10)
+
+
+def exchange(self: Any) -> None:
+    self.b, self.c = self.c, self.b
+
+
+def replace(self: Any) -> None:
+    del self.b
+    self.d = "four"
+
+
+UNCHANGEABLE: list[tuple[str, Callable[[Any], object]]] = [
+    ("b", lambda self: put("b", self.a)(self)),
+    ("a", lambda self: put("a", self.c)(self)),
+    ("c", lambda self: put("c", "new")(self)),
+    ("b", exchange),
+    ("d", lambda self: put("d", "new")(self)),
+    ("what attributes there are", lambda self: put("d", self.a)(self)),
+    ("an attribute, which it deleted", lambda self: delattr(self, "b")),
+    ("d", replace),
+]
+
+
+@pytest.mark.parametrize(("key", "spoil"), UNCHANGEABLE)
+def test_attributes_that_cannot_change_in_place_are_named_as_well(key: str, spoil: Callable[[Any], object]) -> None:
+    told = f"r.a at (0.00000001 s, 0): output() must not change the state: it changed {key}, do that in a transition"
+    spoiled = type("Spoiled", (Bare,), {"output": spoil})
+    assert ran(45, spoiled("a")) == told

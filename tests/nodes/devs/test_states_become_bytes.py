@@ -1,0 +1,208 @@
+"""Whatever a model may keep in its state comes back from bytes as it was, and what cannot is refused."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter, OrderedDict, defaultdict, deque
+from dataclasses import dataclass, field
+from enum import Enum, IntEnum
+from random import Random
+from typing import Any, NamedTuple
+
+import msgspec
+import numpy as np
+import pytest
+from heavylift.nodes.devs import Message, Tag
+from heavylift.nodes.devs.execution.canonical import frozen, thawed
+
+
+class Colour(Enum):
+    RED = "r"
+
+
+class Level(IntEnum):
+    HIGH = 3
+
+
+class Pair(NamedTuple):
+    a: object
+    b: object
+
+
+class Parcel(Message, kw_only=True):
+    id: int
+    name: str = ""
+
+
+@dataclass
+class Job:
+    """A user's own class."""
+
+    left: int
+    parts: list[Any] = field(default_factory=list)
+
+    def work(self) -> int:
+        return self.left
+
+
+@dataclass(frozen=True)
+class Fixed:
+    x: float
+
+
+class Slotted:
+    __slots__ = ("a", "b")
+
+
+def plain(n: int) -> int:
+    return n
+
+
+VALUES: list[Any] = [
+    None, True, False, 0, -1, 2**63 - 1, -(2**63), 2**63, -(10**30), 0.1, -0.0, math.inf, 5e-324, "", "Hub 1",
+    b"\x00\xff", [], [1, [2.0, "3"]], (), (1, (2,)), {}, {"b": 1, "a": [2]}, {(1, 2): 3, None: 4}, set(), {3, 1, 2},
+    {"x", "y"}, frozenset({(1, 2), (0, 9)}), deque([1, 2], maxlen=5), bytearray(b"ab"), OrderedDict(z=1, a=2),
+    Counter("hoist"), defaultdict(list, a=[1]), Colour.RED, Level.HIGH, Pair(1, [2]), Tag(3, 4), Parcel(id=7, name="x"),
+    Job(3, [Fixed(0.5)]), Fixed(2.0), Job, plain, len,
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("value", VALUES, ids=lambda value: type(value).__name__)
+def test_it_comes_back_as_it_was(value: Any) -> None:
+    again = thawed(frozen(value))
+    assert again == value
+    assert type(again) is type(value)
+    assert frozen(again) == frozen(value)
+
+
+def test_a_generator_goes_on_where_it_was() -> None:
+    first = Random(7)
+    first.gauss(0, 1)
+    second = thawed(frozen(first))
+    assert [second.gauss(0, 1) for _ in range(5)] == [first.gauss(0, 1) for _ in range(5)]
+
+
+def test_arrays_keep_their_bits() -> None:
+    x = np.array([[0.1, -0.0], [np.nan, np.inf]])
+    again = thawed(frozen(x))
+    assert again.tobytes() == x.tobytes()
+    assert (again.dtype, again.shape, again.flags.writeable) == (x.dtype, x.shape, True)
+
+
+def test_what_was_one_thing_is_one_thing_again() -> None:
+    shared = [1]
+    a, b, c = thawed(frozen((shared, shared, [1])))
+    assert a is b
+    assert a is not c
+
+
+def test_circles_are_closed() -> None:
+    job = Job(1)
+    job.parts += [job, {"of": job}]
+    again = thawed(frozen(job))
+    assert again.parts[0] is again
+    assert again.parts[1]["of"] is again
+
+
+def test_methods_stay_with_their_objects() -> None:
+    job = Job(4)
+    again, work = thawed(frozen([job, job.work]))
+    again.left = 9
+    assert work() == 9
+
+
+def test_attributes_in_slots_are_kept_and_those_that_were_never_set_are_not() -> None:
+    x = Slotted()
+    x.a = [1]
+    again = thawed(frozen(x))
+    assert again.a == [1]
+    assert not hasattr(again, "b")
+
+
+def test_the_order_of_attributes_and_of_sets_does_not_show() -> None:
+    a, b = Job(1), Job(1)
+    b.__dict__ = dict(reversed(a.__dict__.items()))
+    assert frozen(a) == frozen(b)
+    assert frozen({"a", "b", "c"}) == frozen({"c", "b", "a"})
+
+
+def circle() -> Any:
+    x: tuple[list[Any], int] = ([], 1)
+    x[0].append(x)
+    return x
+
+
+@pytest.mark.parametrize(
+    ("value", "why"),
+    [
+        (lambda x: x, "<lambda> cannot be kept, it has no name"),
+        ((i for i in range(3)), "a generator cannot be kept"),
+        (iter([1]), "a list_iterator cannot be kept"),
+        (open, None),
+        (msgspec.json.Encoder(), "a Encoder cannot be kept"),
+        (np.array([object()]), "a ndarray cannot be kept"),
+        (np.float64(1.0), "a float64 cannot be kept"),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_what_cannot_be_kept_is_refused(value: Any, why: str | None) -> None:
+    if why is None:
+        assert thawed(frozen(value)) is value
+        return
+    with pytest.raises(TypeError, match=why):
+        frozen({"of": [value]})
+
+
+def test_a_class_within_a_function_is_refused() -> None:
+    class Here:
+        pass
+
+    with pytest.raises(TypeError, match=r"Here cannot be kept, it has no name in a module"):
+        frozen(Here())
+
+
+def test_a_tuple_that_holds_itself_is_refused() -> None:
+    with pytest.raises(TypeError, match="a tuple or message that holds itself"):
+        thawed(frozen(circle()))
+
+
+@pytest.mark.parametrize(
+    "forged",
+    [
+        ["namedtuple", "os", "system", "echo"],
+        ["struct", "os", "system", "echo"],
+        ["object", "os", "system", [], "echo"],
+        ["state", "subprocess", "Popen", ["true"]],
+        ["enum", "os", "system", "echo"],
+        ["object", "nowhere", "Nothing", []],
+        ["pickle", "cos"],
+    ],
+    ids=lambda forged: forged[0] + " " + forged[1],
+)
+def test_bytes_of_a_stranger_call_nothing(forged: list[Any], capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises((TypeError, LookupError, ValueError, AttributeError)):
+        thawed(msgspec.msgpack.encode(forged))
+    assert capfd.readouterr().out == ""
+
+
+@pytest.mark.parametrize(
+    "folded",
+    [
+        ["defaultdict", ["name", "os", "getcwd"]],
+        ["defaultdict", ["name", "subprocess", "Popen"]],
+        ["defaultdict", ["name", "builtins", "exec"]],
+        ["defaultdict", ["name", "heavylift.kernel.trust", "os.getcwd"]],
+        ["defaultdict", ["method", ["object", "pathlib", "PurePath", []], "as_posix"]],
+        ["name", "importlib", "import_module"],
+        ["state", "random", "SystemRandom", None],
+        ["object", "subprocess", "Popen", ["args"], "true"],
+        ["method", ["list"], "append"],
+        ["bytearray", 10**15],
+    ],
+)
+def test_bytes_of_others_bring_no_function_of_python(folded):
+    """What a model may call later is its own, or only computes."""
+    import subprocess  # noqa: F401 - loaded, and yet not to be had
+
+    with pytest.raises((TypeError, LookupError)):
+        thawed(msgspec.msgpack.encode(folded))

@@ -1,0 +1,85 @@
+"""A lift as the product runs it, in memory: when its actions ended, hook tensions, places of the block, the cost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+from heavylift.coordinator.participants.kernel_node import KernelNode
+from heavylift.coordinator.participants.pause import configured
+from heavylift.coordinator.protocol.core import Coordinator
+from heavylift.coordinator.protocol.memory import run_in_memory
+from heavylift.coordinator.protocol.node import Node
+from heavylift.nodes.devs import Simulator, Tag, ns
+from heavylift.nodes.fidelity.cost import radau_algebra, rosenbrock_algebra
+from heavylift.nodes.models import COMMANDER, KERNEL, build, couplings
+from heavylift.nodes.models.parts.messages import Finished, Stage
+from heavylift.nodes.scene import load
+
+
+@dataclass(frozen=True)
+class Lifted:
+    """Peaks per hook [N]; stage -> when it began [s]; samples: times [s], places of the block (n, 3) [m]; cost."""
+
+    peaks: np.ndarray
+    began: dict[str, float]
+    times: np.ndarray
+    places: np.ndarray
+    evaluations: int
+    algebra: float
+    states: int
+
+    @property
+    def cost(self) -> int:
+        """Evaluations, with what linear algebra counts as such, times states."""
+        return round((self.evaluations + self.algebra) * self.states)
+
+
+def lifted(scene) -> Lifted:
+    """Run a loaded scene to its end."""
+    plan, models = scene.plan, build(scene.plan)
+    batches: list[bytes] = []
+    kernel = KernelNode(configured(plan, models), batches.append)
+    began: dict[str, float] = {}
+    last = [0]
+
+    def heard(event) -> None:
+        if event.source == COMMANDER and isinstance(event.value, Stage | Finished):
+            name = event.value.name if isinstance(event.value, Stage) else "finished"
+            began.setdefault(name, event.t * 1e-9)
+            last[0] = event.t
+
+    end = Tag(ns(plan.end) if plan.end else 4 * 3600 * 10**9)
+    core = Coordinator([*models, KERNEL], couplings(plan), end, (COMMANDER, "finished"), heard)
+    run_in_memory(core, [*(Node(name, Simulator(m)) for name, m in models.items()), Node(KERNEL, kernel)])
+    kernel.finish(Tag(last[0] + 1))
+    layout = msgspec.msgpack.decode(kernel.layout())["channels"]
+    at = {c["topic"]: (c["start"], c["names"]) for c in layout}
+    width = max(c["stop"] for c in layout)
+    times, rows = [], []
+    for batch in batches:
+        _, t, data, *_ = msgspec.msgpack.decode(batch)  # and notes, if there are any
+        times += [x * 1e-9 for x in t]
+        rows.append(np.frombuffer(data, "<f8").reshape(-1, width))
+    table = np.concatenate(rows)
+    first, names = at["rope/peak"]
+    hooks = [first + names.index(r.name) for r in plan.rig.hook_ropes]
+    pose, _ = at[f"pose/{plan.block.name}"]
+    s = kernel.simulation
+    return Lifted(
+        table[:, hooks].max(axis=0), began, np.array(times), table[:, pose : pose + 3], s.evaluations,
+        _algebra(s, plan.method), 2 * s.program.nv,
+    )  # fmt: skip
+
+
+def _algebra(s, method: str) -> float:
+    """Evaluations that the linear algebra of a run is worth, from what it has done."""
+    n, attempted = 2 * s.program.nv, s["accepted"] + s["rejected"]
+    if method == "radau5":
+        return radau_algebra(n, s["factorisations"], s["iterations"], attempted)
+    return rosenbrock_algebra(n, attempted) if method == "ros34pw2" else 0.0
+
+
+if __name__ == "__main__":
+    print(lifted(load("lift")))

@@ -1,0 +1,71 @@
+"""The speed of a lift-off is that of the fastest hoisting that may part the block from its stools."""
+
+import pytest
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.fidelity.case import case_of
+from heavylift.nodes.fidelity.moving import by_ways
+from heavylift.nodes.fidelity.rules import girder
+from heavylift.nodes.plan.plan import Fidelity, drive_name
+from heavylift.nodes.scene import load
+from lifted import lifted
+
+SLOW, FAST = 0.3 / 60.0, 3.0 / 60.0  # [m/s]
+NEARLY = 0.9  # of its speed at least, since the stools give way as the ropes do
+CREEPS = "{stage: take up slack, all hooks: hoist 0.3 m/min until all slings taut}"
+
+
+def hoisting(*orders):
+    """The bundled lift with other hoists behind the creep."""
+    stages = [f"{{stage: lift {i}, all hooks: hoist {order}}}" for i, order in enumerate(orders)]
+    return [f"actions=[{', '.join([CREEPS, *stages, '{stage: hang, wait: 5 s}'])}]", "end=60 s"]
+
+
+def case(*orders):
+    scene = load("lift", hoisting(*orders))
+    return case_of(scene.plan, scene.followed)
+
+
+@pytest.mark.parametrize(
+    ("orders", "speed"),
+    [
+        (["0.3 m/min until lifted", "3 m/min by 1 m"], SLOW),
+        (["3 m/min by 1 m"], FAST),
+        (["0.3 m/min by 20 mm", "3 m/min by 1 m"], FAST),  # so little only stretches the ropes
+        (["0.3 m/min by 1 m", "3 m/min by 1 m"], SLOW),
+    ],
+    ids=str,
+)
+def test_what_hoists_while_the_block_may_stand_counts(orders, speed):
+    found = max(hook.picks for hook in case(*orders).hooks)
+    assert NEARLY * speed <= found <= speed
+
+
+def test_what_is_predicted_bounds_a_lift_by_a_way():
+    orders = hoisting("3 m/min by 1 m")
+    predicted = girder(case("3 m/min by 1 m"), Fidelity(girder="elastic")).errors["rope tension"]
+    stiff, bent = (lifted(load("lift", [*orders, f"fidelity.girder={g}"])).peaks for g in ("rigid", "elastic"))
+    measured = float(abs(stiff / bent - 1.0).max())
+    assert 0.005 < measured <= predicted
+
+
+def test_a_move_to_a_place_has_a_way():
+    scene = load("lift", ["actions.3.trolleys=traverse 20 m/min to 82 m"])
+    starts = {
+        drive_name("crane", t.name): t.axis.start for t in (scene.plan.cranes[0].upper, scene.plan.cranes[0].lower)
+    }
+    assert scene.plan.actions[3].orders[0].by is None
+    sideways = by_ways(scene.plan, scene.followed).actions[3].orders
+    assert {m.actuator: m.by for m in sideways} == {name: 82.0 - y for name, y in starts.items()}
+    assert case_of(scene.plan, scene.followed).swings[0].cruising > 0.0
+
+
+@pytest.mark.parametrize("way", ["by 1 m", "until lifted"])
+def test_what_lifts_is_no_faster_than_a_loaded_winch_may_be(way):
+    with pytest.raises(SceneError, match=r"hoist 4 m/min is faster than crane can with a load: 3 m/min"):
+        load("lift", ["cranes.crane={type: goliath-900, at: 40 m, hoist speed: 3 m/min}", *hoisting(f"4 m/min {way}")])
+
+
+def test_an_empty_winch_may_be_faster():
+    assert load(
+        "lift", ["cranes.crane={type: goliath-900, at: 40 m, hoist speed: 3 m/min}", *hoisting("4 m/min by 1 mm")]
+    )

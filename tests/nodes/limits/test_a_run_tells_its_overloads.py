@@ -1,0 +1,109 @@
+"""A run says at its end what was beyond a limit, in red and in a planner's words; so does its report."""
+
+import json
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.commands.common.app import app
+from heavylift.coordinator.run import run
+from heavylift.coordinator.run.progress import summary
+from heavylift.coordinator.verdict import verdict_of
+from heavylift.nodes.scene import load
+from heavylift.recordings import Recording, report
+from typer.testing import CliRunner
+
+SLING = "rig.sling.breaking=3.68 MN"  # at rest just within its factor of 5, in the lift just beyond
+TOLD = (
+    "the tension of the sling loader-3.sling-1 was 743 kN, 101 % of its limit: 4.95 times below its breaking force, 5 "
+    "are needed (EN 13414-1, working coefficient 5)"
+)
+
+
+@pytest.fixture(scope="module")
+def overloaded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("run") / "lift.mcap"
+    run(load("lift", [SLING]), path, in_process=True)
+    return path
+
+
+def test_the_summary_is_red(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    scene = load("lift", [SLING])
+    result = run(scene, tmp_path / "lift.mcap", in_process=True)
+    summary(scene.plan, result)
+    lines = [line for line in capsys.readouterr().out.splitlines() if TOLD in line]
+    assert len(lines) == 2, "the finding and the verdict"
+    assert all(line.startswith("\x1b[1;31m") for line in lines), "bold red"
+    assert f"{TOLD}; likewise loader-3.sling-2, at 0:00:25 (up)" in lines[0]
+
+
+def test_the_exact_peak_is_judged_and_not_a_sample(overloaded: Path) -> None:
+    rec = Recording(overloaded)
+    found = verdict_of(rec)
+    assert found is not None
+    peak = rec.fact("peaks")["loader-3.sling-1"]
+    red = [f for f in found.findings if f.severity == "red"]
+    assert [f.subject for f in red] == ["loader-3.sling-1", "loader-3.sling-2"]
+    assert (red[0].value, red[0].t, red[0].stage, red[0].limit) == (peak["tension"], peak["time"], "up", 3.68e6 / 5)
+    assert found.limits is not None
+    cells = {row[0]: row for row in found.limits.rows}
+    hook = rec.fact("peaks")["crane.H3"]
+    assert cells["hook load"][2] == f"{(hook['tension'] / 9.80665 - 25e3) / 1e3:.1f} t", (
+        "the block belongs to the crane"
+    )
+    lead, own = 10 * 0.02 / (1 - 0.98**10), 7.92 * 9.80665 * 64.4  # [N] of a part while the block is lifted off
+    pull = lead * hook["tension"] / 20 + own
+    assert float(cells["rope factor"][2]) == pytest.approx(1351e3 / pull, rel=1e-3)
+
+
+def test_the_report_shows_each_row_and_no_raw_message(overloaded: Path, tmp_path: Path) -> None:
+    text = report(overloaded, tmp_path / "lift.html").read_text()
+    for told in (
+        "<td>sling tension</td><td>loader-3.sling-1 (of 6)</td><td>742.9 kN</td><td>0:00:24.6, up</td>",
+        '<td class="bad">101 %</td>',
+        "<td>rope factor</td><td>crane.H3 (of 3)</td>",
+        "2 drum ends (assumed), sheave efficiency 0.98 (assumed): lead part 1.093 of the mean",
+        "was 743 kN, 101 % of its limit",
+        "Verdict: red: the tension of the sling loader-3.sling-1 was 743 kN",
+        "1.05 foreseen (0027/ND rev 11.2, table 5-1, onshore)",
+        "HC1 1.051, HC2 1.102, HC3 1.153, HC4 1.203",
+        "wind of all: not judged; no wind is modelled",
+    ):
+        assert told in text, told
+    assert "{&quot;actor" not in text
+    result = CliRunner().invoke(app, ["report", str(overloaded), "-o", str(tmp_path / "by-command.html")])
+    assert result.exit_code == 0
+    assert (tmp_path / "by-command.html").read_text() == text
+
+
+def test_standing_at_an_end_is_no_place_beyond_it(tmp_path: Path) -> None:
+    """A trolley that runs on to the end of its girder, against which its servo presses."""
+    run_on = 'actions=[{lower trolleys: "traverse 20 m/min until tension of crane.H1 >= 5 MN"}]'
+    scene = load("lift", [run_on, "cranes.crane.girder=[60 m, 81.2 m]", "rig.slack=0.4 m", "end=30 s"])
+    run(scene, tmp_path / "limit.mcap", in_process=True)
+    found = verdict_of(Recording(tmp_path / "limit.mcap"))
+    assert found is not None
+    assert "end" not in {f.kind for f in found.findings}
+    assert found.limits is not None
+    row = next(row for row in found.limits.rows if row[0] == "girder")
+    assert (row[1], row[2], row[4]) == ("crane lower (of 2)", "81.20 m", "60 to 81.2 m")
+
+
+def test_empty_hooks_and_stages_at_rest_are_not_red(tmp_path: Path) -> None:
+    """Empty hooks are hoisted as fast as they go: their loads jump, and they hold nothing that could lead off."""
+    empty = 'actions=[{all hooks: "unhook"}, {stage: empty, all hooks: "hoist 10 m/min by 3 m"}, {wait: 10 s}]'
+    run(load("lift", [empty, "end=60 s"]), tmp_path / "empty.mcap", in_process=True)
+    text = report(tmp_path / "empty.mcap", tmp_path / "empty.html").read_text()
+    assert 'class="bad"' not in text
+    assert "off-lead along" not in text.split("<ul", 1)[0], "nothing was judged"
+
+
+def test_a_lift_within_its_limits_is_green(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene = load("lift")
+    result = run(scene, tmp_path / "lift.mcap", in_process=True)
+    summary(scene.plan, result, as_json=True)
+    told = json.loads(capsys.readouterr().out)["verdict"]
+    assert [f for f in told["findings"] if f["severity"] != "note"] == []
+    assert not told["limits"]["red"]

@@ -1,0 +1,109 @@
+"""No row of the table of limits is there for show: each quantity is read, and red once its limit is narrow enough."""
+
+from dataclasses import replace
+from typing import get_args
+
+import msgspec
+import numpy as np
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.coordinator.verdict import judge
+from heavylift.coordinator.verdict.conduct import Conduct
+from heavylift.coordinator.verdict.history import History
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.limits import Limit, Use, judge_path, judge_run, signals_of
+from heavylift.nodes.limits.reading import READERS
+from heavylift.nodes.limits.telling import WORDS
+from heavylift.nodes.plan.limit import Quantity
+from heavylift.nodes.scene import check, load
+from heavylift.nodes.scene.loading import LoadedScene
+
+SIDE = "cranes.crane.{}=1 MN"
+LIFT = (
+    "block.lugs.P1=[-9 m, -6 m, 4.3 m]",  # its sling leads aside
+    "cranes.crane.drum pull=1 MN",
+    *(SIDE.format(key) for key in ("gantry drive", "gantry brake", "trolley drive", "trolley brake")),
+)
+SCENES = {"lift": LIFT, "tandem": (), "tackle": ("limits={ropes: {fall: {breaking: 1 MN, factor: 2}}}",)}
+WIND = "limits={wind: 10 m/s}"
+PEAKS = {"sling peak", "rope peak"}  # of runs alone
+
+
+def narrow(use: Use) -> Limit:
+    """A limit that is a little beyond, or short of, the worst that was met."""
+    value, limit = use.value, use.limit
+    assert value is not None
+    if limit.between is not None:
+        return msgspec.structs.replace(limit, between=(value + 1.0, value + 2.0))
+    return msgspec.structs.replace(
+        limit, value=value * 1.2 if limit.least else value - 0.2 * max(value, 1e-9), chart=()
+    )
+
+
+@pytest.fixture(scope="module")
+def scenes() -> dict[str, LoadedScene]:
+    return {name: load(name, given) for name, given in SCENES.items()} | {"gust": load("gust", [WIND])}
+
+
+def test_each_quantity_turns_red_on_the_path_and_in_a_run(scenes: dict[str, LoadedScene]) -> None:
+    on_path, in_run = set(), set()
+    for scene in scenes.values():
+        signals = replace(signals_of(scene.statics.states), dynamic=True)
+        for quantity in {x.quantity for x in scene.plan.limits} - {"clearance"}:
+            met = [u for u in scene.uses if u.limit.quantity == quantity and u.value]
+            if quantity in PEAKS:
+                rows = tuple(msgspec.structs.replace(x, value=1.0) for x in scene.plan.limits if x.quantity == quantity)
+            else:
+                rows = tuple(narrow(u) for u in met[:1])
+            tight = msgspec.structs.replace(scene.plan, limits=rows)
+            for judged, found in (
+                (judge_path(tight, scene.statics.states), on_path),
+                (judge_run(tight, signals), in_run),
+            ):
+                found |= {quantity for f in judged if f.severity == "red"}
+    assert in_run == set(get_args(Quantity)) - {"clearance"}
+    assert on_path == in_run - PEAKS
+    assert set(READERS) == set(WORDS) == in_run
+
+
+def test_a_narrow_clearance_turns_the_verdict_red() -> None:
+    """Two portals that come within a metre of each other."""
+    for limit, red in (("0.9 m", False), ("1.1 m", True)):
+        plan = load("tandem", [f"limits={{clearance: {limit}}}"]).plan
+        poses = {f"{c.name}.main": np.tile([c.gantry.start, 0.0, 0, 0, 0, 0, 1], (3, 1)) for c in plan.cranes}
+        poses["east.main"][:, 0] -= 1.0
+        said = Conduct(end=2.0)
+        assert judge(plan, History(np.arange(3.0), poses, {}, {}, []), said).red == red
+
+
+def test_wind_is_held_against_what_is_modelled_as_far_as_a_run_goes(tmp_path) -> None:
+    """It blows with 7.5 m/s at 11 s and with 15 m/s from 12 s on."""
+    told = "red: the wind would be 15.00 m/s, lifting is allowed up to 10.00 m/s"
+    assert told in str(check(load("gust", [WIND])))
+    for end, red in (("11 s", False), ("12.1 s", True)):
+        scene = load("gust", [WIND, f"end={end}", "samples=1 Hz"])
+        verdict = run(scene, tmp_path / "run.mcap", in_process=True, force=True).verdict
+        assert verdict is not None
+        assert [(f.kind, f.value, f.t) for f in verdict.findings] == ([("wind", 15.0, 12.0)] if red else [])
+    (calm,) = [u for u in load("lift", [WIND]).uses if u.limit.quantity == "wind"]
+    assert (calm.value, calm.limit.note) == (0.0, "no wind is modelled")
+
+
+def test_a_rope_over_sheaves_is_judged_by_its_most_loaded_part(tmp_path) -> None:
+    """40 t on four parts are 98.1 kN at rest; hoisting, the lead part carries 1.046 times as much."""
+    limit = "limits={ropes: {fall: {tension: 100 kN}}}"
+    page = str(check(load("tackle", [limit])))
+    assert "red: the rope fall would carry 102.6 kN, 103 % of its limit of 100 kN" in page
+    scene = load("tackle", [limit, "end=2 s"])
+    verdict = run(scene, tmp_path / "run.mcap", in_process=True).verdict
+    assert verdict is not None
+    (red,) = [f for f in verdict.findings if f.severity == "red" and f.kind == "overload"]
+    assert red.subject == "fall"
+    assert red.value == pytest.approx(107.5e3, rel=0.01)
+    assert "what ropes over sheaves carry between samples" in verdict.not_looked_at
+
+
+def test_a_limit_that_nothing_is_judged_by_is_a_fault_of_the_scene() -> None:
+    for key, value in (("clearance", "1 m"), ("off-lead along", "2 deg"), ("bridle", "50 deg")):
+        with pytest.raises(SceneError, match=f"limits.{key}: nothing is judged by it, for the scene has no cranes"):
+            load("gust", [f"limits={{{key}: {value}}}"])

@@ -1,0 +1,191 @@
+"""One table says what must not be exceeded, who says so, and what is not known; path and run are judged by it."""
+
+import json
+import random
+import re
+from math import radians
+
+import numpy as np
+import pytest
+from heavylift.coordinator.commands.common.app import app
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.limits import Limit, Signals, judge_path, judge_run, limits_of, signals_of_peaks, uses_of_run
+from heavylift.nodes.limits.telling import likewise, percent, unjudged
+from heavylift.nodes.plan import plan
+from heavylift.nodes.scene import check, json_schema, load
+from heavylift.nodes.scene.keys.editors import _comments
+from heavylift.nodes.scene.keys.schema import Block, Crane, Loader, SlingType, Supports
+
+CHART = "cranes.crane.capacity chart=[[10 m, 100 t], [60 m, 400 t], [90 m, 300 t], [140 m, 120 t]]"
+
+
+@pytest.mark.parametrize("name", ["lift", "tandem", "turnover"])
+def test_every_row_has_a_source_or_says_that_it_is_not_known(name: str) -> None:
+    built = load(name).plan
+    for limit in limits_of(built):
+        assert bool(limit.source) == limit.known, limit
+        assert limit.known or limit.note, limit
+        assert re.match(r"\w[\w-]*\.yaml:\d+:\d+$", limit.where), limit
+    assert {limit.quantity for limit in limits_of(built)} >= {
+        "hook load", "trolley load", "sling tension", "sling peak", "rope factor", "rope peak", "drum pull",
+        "off-lead along", "off-lead across", "bridle angle", "side force", "hook height", "rope length", "rails",
+        "girder", "clearance", "wind", "crane load" if name == "lift" else "tandem load",
+    }  # fmt: skip
+    assert plan.decode(plan.encode(built)) == built
+
+
+def test_what_the_scene_says_is_the_scenes_and_the_rest_is_assumed() -> None:
+    given = ["limits={clearance: 1.5 m, off-lead along: 2 deg}", "cranes.crane.hook capacity=500 t"]
+    rows = {(limit.subject, limit.quantity): limit for limit in load("lift", given).plan.limits}
+    told = {
+        ("all", "clearance"): (1.5, "the scene"),
+        ("crane.H1", "off-lead along"): (radians(2.0), "the scene"),
+        ("crane.H1", "off-lead across"): (radians(3.0), "assumed"),
+        ("crane.H1", "hook load"): (500e3, "the scene"),
+        ("crane lower", "trolley load"): (450e3, "type goliath-900"),
+        ("all", "wind"): (None, ""),
+    }
+    for key, (value, source) in told.items():
+        assert rows[key].value == (pytest.approx(value) if value is not None else None), key
+        assert rows[key].source == source, key
+
+
+def test_every_constant_of_damping_is_a_key_that_has_a_source_or_is_assumed() -> None:
+    found = {}
+    for model in (Crane, Loader, SlingType, Supports, Block):
+        found |= {(model.__name__, key): told for key, told in _comments(model).items() if "damping" in key}
+        keys = {field.alias for field in model.model_fields.values() if "damping" in str(field.alias)}
+        assert keys == {key for owner, key in found if owner == model.__name__}
+    assert len(found) == 8
+    assert all("assumed" in told for told in found.values()), found
+
+
+def test_the_keys_are_written_as_planners_write_them() -> None:
+    keys = json_schema()["$defs"]["LiftLimits"]["properties"]
+    assert [*keys] == [
+        "off-lead", "off-lead along", "off-lead across", "clearance", "bridle warning", "bridle", "wind",
+        "ropes",
+    ]  # fmt: skip
+    assert keys["off-lead"]["default"] == "3 deg"
+    with pytest.raises(SceneError, match="unknown key 'off led'"):
+        load("lift", ["limits={off led: 2 deg}"])
+    with pytest.raises(SceneError, match="an angle must be greater than zero here, not -1 deg"):
+        load("lift", ["limits={off-lead: -1 deg}"])
+    with pytest.raises(SceneError, match="out of range: choose 50 % to 100 %"):
+        load("lift", ["cranes.crane.sheave efficiency=2 %"])
+
+
+def test_a_chart_is_read_between_its_points() -> None:
+    draw = random.Random(8)
+    for _ in range(50):
+        xs = sorted(draw.sample(range(100), draw.randint(2, 6)))
+        chart = tuple((float(x), draw.uniform(1, 9)) for x in xs)
+        limit = Limit(subject="a", quantity="hook load", unit="kg", chart=chart)
+        for x in (draw.uniform(-20, 120) for _ in range(20)):
+            assert limit.at(x) == pytest.approx(np.interp(x, *zip(*chart, strict=True)), rel=1e-12)
+
+
+def test_a_hook_is_judged_by_its_chart_where_its_trolley_stands() -> None:
+    scene = load("lift", [CHART])
+    use = next(x for x in scene.uses if x.limit.quantity == "hook load" and x.limit.subject == "crane.H3")
+    assert use.value == pytest.approx(170e3, rel=2e-3), "the block leans a little as ropes of two lengths give way"
+    assert use.bound == pytest.approx(400e3 - 100e3 * 23 / 30), "at y = 83 m, where it goes at last"
+    assert use.use == pytest.approx(170 / (400 - 100 * 23 / 30), rel=2e-3)
+    with pytest.raises(SceneError, match=r"the hook crane\.H3 would carry 169\.8 t of 169\.\d+ t \(sideways\)"):
+        load("lift", ["cranes.crane.capacity chart=[[0 m, 175.4 t], [81 m, 175.4 t], [141 m, 0.01 t]]"])
+    with pytest.raises(SceneError, match="the places of a chart rise, but 10 m comes after 60 m"):
+        load("lift", ["cranes.crane.capacity chart=[[60 m, 100 t], [10 m, 400 t]]"])
+
+
+def test_two_judgements_of_a_sling() -> None:
+    """Its load against what it may carry, its peak against breaking force over partial factors."""
+    built = load("lift", ["rig.sling={breaking: 6 MN, factor: 5, partial factor: 3}"]).plan
+    cases = {1.19e6: [], 1.26e6: ["sling tension"], 1.99e6: ["sling tension"], 2.1e6: ["sling tension", "sling peak"]}
+    for peak, beyond in cases.items():
+        uses = uses_of_run(built, signals_of_peaks({"loader-1.sling-2": (peak, 12.5)}))
+        assert [use.limit.quantity for use in uses if use.beyond and "sling" in use.limit.quantity] == beyond
+    told = [f.sentence for f in judge_run(built, signals_of_peaks({"loader-1.sling-2": (2.1e6, 12.5)}))]
+    assert told == [
+        (
+            "the tension of the sling loader-1.sling-2 was 2100 kN, 175 % of its limit: 2.86 times below its breaking "
+            "force, 5 are needed (the scene)"
+        ),
+        (
+            "the largest tension of loader-1.sling-2, 2100 kN, is beyond 2000 kN: breaking force over the partial "
+            "factors of 3 (the scene)"
+        ),
+    ]
+
+
+def test_the_first_that_is_beyond_is_told_and_the_others_named() -> None:
+    built = load("lift").plan
+    peaks = {f"loader-{i}.sling-1": (1.3e6, 5.0) for i in (1, 2, 3)}
+    (told,) = likewise(judge_run(built, signals_of_peaks(peaks)))
+    assert told.sentence.endswith("; likewise loader-2.sling-1, loader-3.sling-1")
+    assert told.severity == "red"
+
+
+def test_what_a_load_cell_tells_between_samples_is_red() -> None:
+    """The sum of three ropes is only sampled; the cell saw it pass its rated value."""
+    built = load("lift").plan
+    rated = (900e3 + 75e3) * built.gravity
+    ropes = {r.name: np.array([0.3 * rated]) for r in built.rig.hook_ropes}
+    quiet = Signals(t=np.array([3.0]), tensions=ropes, dynamic=True)
+    assert not [f for f in judge_run(built, quiet) if f.subject == "crane"]
+    heard = Signals(
+        t=np.array([3.0]), tensions=ropes, dynamic=True, crossings={"crane.main.load": (1.001 * rated, 3.2)}
+    )
+    (red,) = [f for f in judge_run(built, heard) if f.subject == "crane"]
+    assert (red.severity, red.t, red.sentence) == ("red", 3.2, "crane carried 901.0 t of 900 t")
+
+
+def test_a_path_is_judged_as_the_scene_is() -> None:
+    scene = load("lift", ["rig.loaders.loader-3.capacity=140 t"])
+    (red,) = judge_path(scene.plan, scene.states)
+    assert (red.severity, red.subject, red.stage, red.t) == ("red", "loader-3", "up", None)
+    assert red.where == "lift.yaml:38:5", "where it carries most"
+    assert "red: the slings of loader-3 would carry 1469 kN of 1373 kN (up)" in str(check(scene))
+    assert judge_path(load("lift").plan, load("lift").states) == []
+
+
+def test_a_place_may_yield_a_little_at_its_end() -> None:
+    built = load("lift").plan
+    for beyond, red in ((0.0, False), (0.04, False), (0.06, True)):
+        at = np.array([[400.0 + beyond, 0.0, 0.0]])
+        signals = Signals(t=np.zeros(1), tensions={}, poses={"crane.main": (at, np.eye(3)[None])}, dynamic=True)
+        told = [f.sentence for f in judge_run(built, signals)]
+        assert told == (["crane at x = 400.06 m is past the end of its rails, 0 to 400 m"] if red else [])
+
+
+def test_a_scene_limits_the_ropes_of_a_mechanism_too() -> None:
+    given = "limits={ropes: {fall-1: {tension: 400 kN}, fall-2: {breaking: 2 MN, factor: 4, source: certificate 7}}}"
+    built = load("trolley", [given]).plan
+    assert [(x.subject, x.value, x.factor, x.source) for x in built.limits] == [
+        ("fall-1", 400e3, 1.0, "the scene"),
+        ("fall-2", 500e3, 4.0, "certificate 7"),
+    ]
+    found = judge_run(built, signals_of_peaks({"fall-1": (480e3, 3.0), "fall-2": (480e3, 3.0)}))
+    assert [f.sentence for f in found] == ["the rope fall-1 carried 480 kN, 120 % of its limit of 400 kN (the scene)"]
+    assert unjudged(load("trolley", ["limits={ropes: {fall-1: {tension: 400 kN}}}"]).plan.limits) == [
+        "rope tension of fall-2: not judged; give it under 'limits: {ropes: ...}'"
+    ]
+    with pytest.raises(SceneError, match=r"limits.ropes.fall-3: there is no rope 'fall-3'"):
+        load("trolley", ["limits={ropes: {fall-3: {tension: 1 kN}}}"])
+    with pytest.raises(SceneError, match="give a rope either a 'tension' or a 'breaking' force"):
+        load("trolley", ["limits={ropes: {fall-1: {factor: 5}}}"])
+
+
+def test_the_rows_leave_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    app(["check", "lift", "--json", "--set", "rig.loaders.loader-3.capacity=140 t"], standalone_mode=False)
+    told = json.loads(capsys.readouterr().out)
+    rows = {(row["limit"]["subject"], row["limit"]["quantity"]): row for row in told["uses"]}
+    row = rows["crane.H3", "rope factor"]
+    assert (row["limit"]["value"], row["limit"]["breaking"], row["stage"]) == (5.6, 1351e3, "lift off")
+    assert row["value"] == pytest.approx(12.35, abs=0.005)
+    assert [(f["severity"], f["kind"], f["subject"]) for f in told["findings"]] == [("red", "overload", "loader-3")]
+
+
+def test_a_use_is_not_rounded_to_its_limit() -> None:
+    uses = (0.123, 0.9949, 0.9951, 0.9999, 1.0, 1.0001, 1.004, 1.006)
+    told = ["12 %", "99 %", "99.51 %", "99.99 %", "100 %", "100.01 %", "100.40 %", "101 %"]
+    assert [percent(use) for use in uses] == told

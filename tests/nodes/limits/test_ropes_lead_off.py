@@ -1,0 +1,169 @@
+"""Ropes that lead off the vertical, bridles that spread, what they pull on drives: each has its own limit, or none."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+from math import atan, degrees, radians, sin, tan
+
+import numpy as np
+import pytest
+from heavylift.nodes.limits import Signals, Use, judge_path, judge_run, rows, uses_of_run
+from heavylift.nodes.limits.telling import unjudged
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.scene import check, load
+from heavylift.nodes.statics import StaticState
+
+EXACT = 1e-12  # relative: the same triangle by other functions
+LEVEL = np.eye(3)
+LENGTH = 40.0  # [m] from trolley to hook
+LOADED = 1.5e6  # [N]
+HOOK = "crane.H3"
+
+
+def plan(*settings: str) -> Plan:
+    return load("lift", settings).plan
+
+
+def hung(built: Plan, along: float, across: float, tension: float = LOADED, sling: float = LOADED / 2) -> Signals:
+    """The hook H3 beside its trolley by so much [m], for one instant; its loader hangs level below it."""
+    rope = next(r for r in built.rig.hook_ropes if r.name == HOOK)
+    top = np.array([40.0, 83.0, 0.0])
+    eye = top + np.array([along, across, rope.lines[0].a.p[2] - LENGTH])
+    poses = {
+        "crane.lower": top,
+        "loader-3.upper": eye,
+        "loader-3.lower": eye - [0, 0, 2.0],
+        "crane.main": top * [1, 0, 0],
+    }
+    slings = {s.name: np.array([sling if s.loader == "loader-3" else 0.0]) for s in built.rig.slings}
+    tensions = {r.name: np.zeros(1) for r in built.rig.hook_ropes} | slings | {HOOK: np.array([tension])}
+    held = {name: (p[None, :], LEVEL[None]) for name, p in poses.items()}
+    return Signals(t=np.array([7.0]), tensions=tensions, poses=held, stages=[(0.0, "swing")], dynamic=True)
+
+
+def use(built: Plan, signals: Signals, quantity: str, subject: str = HOOK) -> Use:
+    return next(x for x in uses_of_run(built, signals) if (x.limit.quantity, x.limit.subject) == (quantity, subject))
+
+
+def test_the_angle_is_that_of_each_direction() -> None:
+    built, draw = plan(), random.Random(3)
+    for _ in range(50):
+        x, y = draw.uniform(-5, 5), draw.uniform(-5, 5)
+        signals = hung(built, x, y)
+        assert use(built, signals, "off-lead along").value == pytest.approx(atan(abs(x) / LENGTH), rel=EXACT)
+        assert use(built, signals, "off-lead across").value == pytest.approx(atan(abs(y) / LENGTH), rel=EXACT)
+
+
+def test_three_degrees_are_allowed_and_more_is_red() -> None:
+    built = plan()
+    assert judge_run(built, hung(built, LENGTH * tan(radians(2.99)), 0.0)) == []
+    (red,) = judge_run(built, hung(built, 0.0, LENGTH * tan(radians(3.4))))
+    assert (red.severity, red.kind, red.subject, red.stage, red.t) == ("red", "off-lead", HOOK, "swing", 7.0)
+    assert red.sentence == (
+        "the rope crane.H3 led 3.4 degrees off the vertical across the rails, 3 degrees are allowed (assumed)"
+    )
+
+
+def test_an_empty_hook_may_swing() -> None:
+    built = plan()
+    assert judge_run(built, hung(built, 6.0, 6.0, tension=45e3 * built.gravity, sling=0.0)) == []
+
+
+def test_a_machine_has_its_own_limit_in_each_direction() -> None:
+    built = plan("limits={off-lead: 2 deg}", "cranes.crane.off-lead across=5 deg")
+    signals = hung(built, LENGTH * tan(radians(4)), LENGTH * tan(radians(4)))
+    assert [(f.kind, f.sentence) for f in judge_run(built, signals)] == [
+        (
+            "off-lead",
+            "the rope crane.H3 led 4.0 degrees off the vertical along the rails, 2 degrees are allowed (the scene)",
+        )
+    ]
+    assert use(built, signals, "off-lead across").use == pytest.approx(4 / 5, rel=1e-9)
+
+
+def test_an_unknown_limit_is_told_and_not_judged() -> None:
+    scene = load("lift", ["limits={off-lead: unknown}"])
+    assert judge_run(scene.plan, hung(scene.plan, 10.0, 10.0)) == []
+    told = unjudged(scene.plan.limits)
+    for way in ("along", "across"):
+        sentence = f"off-lead {way} of crane.H1, crane.H2, crane.H3: not judged; the machine's limit is unknown"
+        assert sentence in told
+        assert sentence in str(check(scene))
+
+
+def test_the_side_pull_is_held_against_drive_and_brake() -> None:
+    built = plan("cranes.crane.trolley drive=60 kN", "cranes.crane.trolley brake=90 kN", "limits={off-lead: 10 deg}")
+    angle = radians(3.0)
+    signals = hung(built, 0.0, LENGTH * tan(angle))
+    pulled = [x for x in uses_of_run(built, signals) if x.limit.quantity == "side force" and x.limit.known]
+    assert [x.value for x in pulled if x.limit.subject == "crane lower"] == pytest.approx([LOADED * sin(angle)] * 2)
+    assert [(f.subject, f.sentence) for f in judge_run(built, signals)] == [
+        ("crane lower", "the ropes pulled crane lower along its girder with 78.5 kN, its drive moves 60 kN")
+    ]
+    unknown = [x for x in unjudged(built.limits) if x.startswith("side force")]
+    assert unknown == ["side force of crane: not judged; give 'gantry drive', give 'gantry brake'"]
+
+
+def spread(built: Plan, angle: float, tension: float = 5e5) -> Signals:
+    """One sling that stands so much off the vertical."""
+    sling = next(s for s in built.rig.slings if s.name == "loader-3.sling-1")
+    lug = next(lug.p for lug in built.block.lugs if lug.name == sling.lug) if built.block else (0.0, 0.0, 0.0)
+    at = np.array(lug) - sling.beam.p + [0.0, sling.L0 * np.sin(angle), sling.L0 * np.cos(angle)]
+    poses = {"block": (np.zeros((1, 3)), LEVEL[None]), "loader-3.lower": (at[None, :], LEVEL[None])}
+    tensions = {sling.name: np.array([tension])}
+    return Signals(t=np.array([1.0]), tensions=tensions, poses=poses, hooked=[(0.0, {sling.name: sling.lug})])
+
+
+def test_bridles_are_told_beyond_45_and_red_beyond_60_degrees() -> None:
+    built = plan()
+    for angle, severities in ((27.5, []), (44.9, []), (46.0, ["warning"]), (59.9, ["warning"]), (61.0, ["red"])):
+        found = judge_run(built, replace(spread(built, radians(angle)), dynamic=True))
+        assert [f.severity for f in found] == severities, angle
+        for finding in found:
+            assert finding.kind == "bridle"
+            assert degrees(finding.value or 0.0) == pytest.approx(angle)
+    assert judge_run(built, spread(built, radians(80.0), tension=0.0)) == [], "a slack sling may hang as it will"
+    wide = plan("limits={bridle: 70 deg, bridle warning: 65 deg}")
+    assert judge_run(wide, spread(wide, radians(61.0))) == []
+
+
+def test_the_row_names_the_worst_of_all_with_time_and_stage() -> None:
+    built = plan()
+    uses = uses_of_run(built, hung(built, 1.0, 0.0))
+    row = next(row for row in rows(uses) if row[0] == "off-lead along")
+    assert row == ("off-lead along", HOOK, "1.43 deg", "0:00:07.0, swing", "3.00 deg", "48 %", "assumed")
+
+
+def test_a_path_at_rest_is_judged_state_by_state() -> None:
+    """A bridle that opens as its hook comes down, under a rope that leads off: the worst is told."""
+    built = plan()
+    sling = next(s for s in built.rig.slings if s.name == "loader-3.sling-1")
+    states = []
+    for number, angle in enumerate((10.0, 50.0, 65.0, 40.0), 1):
+        seen = hung(built, LENGTH * tan(radians(angle / 10)), 0.0)
+        spreads = spread(built, radians(angle))
+        poses = {name: (tuple(p[0]), tuple(map(tuple, R[0]))) for name, (p, R) in (seen.poses | spreads.poses).items()}
+        tensions = {name: float(T[0]) for name, T in seen.tensions.items()}
+        states.append(
+            StaticState(
+                t=0.0, action=number, stage=f"stage {number}", event="", tensions=tensions, supports={}, poses=poses,
+                coordinates={}, references={}, speeds={}, hooked={sling.name: sling.lug} if number < 4 else {},
+                grounded=False, stiffness=1.0,
+            )
+        )  # fmt: skip
+    found = judge_path(built, states)
+    assert [(f.severity, f.kind, f.stage) for f in found] == [
+        ("red", "off-lead", "stage 3"),
+        ("red", "bridle", "stage 3"),
+    ]
+    assert found[1].sentence.startswith("the sling loader-3.sling-1 would stand 65.0 degrees off the vertical")
+    assert {f.where for f in found} == {built.actions[2].where}
+
+
+def test_what_has_no_known_limit_is_shown_all_the_same() -> None:
+    built = plan()
+    table = {(row[0], row[1]): row for row in rows(uses_of_run(built, hung(built, 0.0, LENGTH * tan(radians(2.0)))))}
+    row = table["side force", "crane lower"]
+    assert row[2:6] == (f"{LOADED * sin(radians(2.0)) / 1e3:.4g} kN", "0:00:07.0, swing", "not known", "")
+    assert row[6] == "give 'trolley drive'"

@@ -1,0 +1,125 @@
+"""Sheaves take their share: the most loaded part of a rope, with its own weight, is what must not break."""
+
+import json
+import random
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.run import run
+from heavylift.coordinator.verdict import verdict_of
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.limits.reeving import drum_end_factor, lead_factor
+from heavylift.nodes.scene import check, load
+from heavylift.recordings import Recording
+
+FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[2] / "data" / "closed_forms.json").read_text())}
+EXACT = 1e-12  # relative: the same geometric series, summed in another order
+TABLE = 5e-4  # the published table has three digits
+HEAVY = ["block.mass=800 t", "rig.sling.breaking=20 MN"]
+G = 9.80665
+
+
+def crane(**keys: str) -> list[str]:
+    """Settings of the crane of `lift`."""
+    return [f"cranes.crane.{key.replace('_', ' ')}={value}" for key, value in keys.items()]
+
+
+def parts(n: int, efficiency: float) -> list[float]:
+    """Tensions of n parts behind a drum end over their mean, sheave by sheave, from the drum on."""
+    found = [1.0]
+    while len(found) < n:
+        found.append(found[-1] * efficiency)
+    return [n * tension / sum(found) for tension in found]
+
+
+def test_c14_the_closed_form_of_twenty_falls() -> None:
+    given, expected = FORMS["C14"]["given"], FORMS["C14"]["expected"]
+    lead = lead_factor(given["n"], 1, given["eta"])
+    assert lead * given["W"] / given["n"] == pytest.approx(expected["T_lead"], rel=1e-6)
+    assert given["MBF"] * given["n"] / given["W"] / lead == pytest.approx(expected["SF_lead"], rel=1e-6)
+    assert f"{lead:.3f}" == "1.150"
+    assert f"{lead_factor(20, 2, 0.985):.3f}" == "1.069"
+
+
+def test_every_reeving_carries_its_load_sheave_by_sheave() -> None:
+    draw = random.Random(14)
+    for _ in range(200):
+        ends, n, efficiency = draw.choice((1, 2)), draw.randint(1, 16), draw.uniform(0.9, 1.0)
+        each = parts(n, efficiency)
+        assert lead_factor(ends * n, ends, efficiency) == pytest.approx(max(each), rel=EXACT)
+        assert drum_end_factor(ends * n, ends, efficiency, hoisting=True) == pytest.approx(each[0], rel=EXACT)
+        assert drum_end_factor(ends * n, ends, efficiency, hoisting=False) == pytest.approx(each[-1], rel=EXACT), (
+            "lowering turns the series round: the dead end carries most, the drum end least"
+        )
+    assert lead_factor(20, 2, 1.0) == 1.0
+
+
+def test_the_table_of_the_wire_rope_users_manual() -> None:
+    """Wire Rope Technical Board, 4th edition, page 88: 4 parts, plain bearings (1.09 a sheave), one to the drum."""
+    sheave = 1.09
+    factor = lead_factor(4, 1, 1.0 / sheave) / 4 * sheave
+    assert factor == pytest.approx(0.309, abs=TABLE)
+    assert 0.309 * sheave * sheave == pytest.approx(0.367, abs=TABLE), "with two sheaves more"
+    assert factor * sheave * sheave * 6000 == pytest.approx(2202, abs=6), "[lb], of a load of 6000 lb"
+
+
+def test_the_verdict_flips_on_the_drum_ends_and_the_page_says_what_it_assumes() -> None:
+    two = str(check(load("lift", [*HEAVY, *crane(sheave_efficiency="98.5 %")])))
+    assert "20 falls, 2 drum ends (assumed), sheave efficiency 0.985: lead part 1.069 of the mean" in two
+    with pytest.raises(SceneError) as refusal:
+        load("lift", [*HEAVY, *crane(sheave_efficiency="98.5 %", drum_ends="1")])
+    told = str(refusal.value)
+    assert "the rope crane.H3 has too little safety: its most loaded part carries 255.0 kN, 5.30 times below" in told
+    assert "5.6 are needed (20 falls, 1 drum end, sheave efficiency 0.985: lead part 1.150 of the mean)" in told
+
+
+def test_the_mechanism_group_asks_for_its_factor_by_name() -> None:
+    scene = load("lift", crane(mechanism_group="M4"))
+    rows = [limit for limit in scene.plan.limits if limit.quantity == "rope factor"]
+    assert {(limit.value, limit.source) for limit in rows} == {
+        (4.0, "ISO 4308-1 (withdrawn for ISO 16625), Zp of running ropes, M4")
+    }
+    with pytest.raises(SceneError, match=r"carries 72\.0 kN, 18\.76 times below its breaking force, 20 are needed"):
+        load("lift", crane(rope_factor="20", drum_ends="1", sheave_efficiency="98.8 %"))
+
+
+def test_falls_that_two_drum_ends_cannot_share_are_refused() -> None:
+    with pytest.raises(SceneError, match="15 falls cannot be shared by 2 drum ends: give an even number"):
+        load("lift", crane(falls="15", drum_ends="2"))
+    assert load("lift", crane(falls="15")).plan.rig.hook_ropes[0].drum_ends == 1
+
+
+def test_the_drum_end_bears_the_weight_of_its_rope(tmp_path: Path) -> None:
+    """A run with massive ropes knows the tension of each end; without, the upper one is reckoned from the lower."""
+    settings = ["end=14 s", *crane(sheave_efficiency="100 %", drum_pull="1 MN")]
+    scene = load("lift", [*settings, "fidelity={ropes: massive, lumps: 4}"])
+    run(scene, tmp_path / "massive.mcap", in_process=True)
+    tension = Recording(tmp_path / "massive.mcap").signal("rope/tension")
+    top, hook = tension["crane.H3~1"], tension["crane.H3"]
+    rope = next(r for r in scene.plan.rig.hook_ropes if r.name == "crane.H3")
+    own = rope.line * G * 64.7  # [N] of 64.7 m
+    assert float((top - hook).mean()) == pytest.approx(own, rel=5e-3), "vibrations of the rope cancel in the mean"
+    massless = load("lift", settings)
+    pull = next(use for use in massless.uses if use.limit.quantity == "drum pull" and use.limit.subject == "crane.H3")
+    carried = max(state.tensions["crane.H3"] for state in massless.states)
+    assert pull.value == pytest.approx((carried + own) / 20, rel=1e-3)
+
+
+def test_a_drum_that_cannot_pull_so_much_refuses_the_lift() -> None:
+    with pytest.raises(SceneError, match=r"the rope crane.H3 would pull 109.4 kN at its drum, which may pull 100 kN"):
+        load("lift", crane(drum_pull="100 kN"))
+
+
+@pytest.mark.parametrize("ropes", ["ropes: rigid", "rope mass: lumped", "ropes: massive, lumps: 2"])
+def test_however_a_rope_is_modelled_its_rows_are_the_same(ropes: str, tmp_path: Path) -> None:
+    """A tension is that at the hook, whatever the rope weighs in the model: its weight is reckoned once."""
+    rows = []
+    for model in ("ropes: elastic", ropes):
+        run(load("lift", ["end=5 s", f"fidelity={{{model}}}"]), tmp_path / "lift.mcap", in_process=True)
+        found = verdict_of(Recording(tmp_path / "lift.mcap"))
+        assert found is not None
+        assert found.limits is not None
+        cells = {row[0]: row[2].split()[0] for row in found.limits.rows}
+        rows.append([float(cells[quantity]) for quantity in ("hook load", "rope factor", "drum pull")])
+    assert rows[0] == pytest.approx(rows[1], rel=0.01), "the ramp of the winch adds a little more where ropes stretch"
+    assert rows[0][0] == pytest.approx(20.3, abs=0.2), "[t] of the loader below its hook block"

@@ -1,0 +1,104 @@
+"""One lift on every rung of the ladder: rigid to massive ropes, stiff and bending girder, space and plane."""
+
+from dataclasses import replace
+from math import pi, sin, sqrt
+
+import msgspec
+import numpy as np
+import pytest
+from heavylift.coordinator.participants.pause import paused
+from heavylift.kernel.analysis import equilibrium, modes
+from heavylift.kernel.errors import ModelError, SceneError
+from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.nodes.models import build_one, system
+from heavylift.nodes.scene import load
+from numpy.polynomial.legendre import leggauss
+
+RUNGS = (
+    "{ropes: rigid}",
+    "{slings: rigid}",
+    "{ropes: rigid, slings: rigid, motion: across}",
+    "{locked: [hinges, gantries]}",
+    "{motion: across}",
+    "{girder: elastic}",
+    "{girder: elastic, motion: across}",
+    "{girder: elastic, locked: [trolleys]}",
+    "{ropes: massive}",
+    "{ropes: massive, lumps: 7, girder: elastic, motion: across}",
+)
+QUIET = 1e-5  # [m/s, rad/s] what rounding and the pads' settling leave
+SETTLES = 5e-3  # [m/s] on a girder that slopes, a trolley settles by half a millimetre into its servo
+SAME_PLANE = 1e-4  # relative: the accuracy that the scene asks for; it is its own mirror image
+ONE_MODE = 2e-4  # relative: finite elements of the beam against its sine
+
+
+def lift(*fidelity: str, still: bool = False):
+    """The bundled lift on a rung; `still`: nothing is ordered."""
+    quiet = ["actions=[{wait: 10 s}]", "end=4 s"] if still else []
+    return load("lift", [*(f"fidelity={f}" for f in fidelity), *quiet])
+
+
+@pytest.mark.parametrize("rung", RUNGS)
+@pytest.mark.large(beyond=1)
+def test_nothing_moves_before_it_is_ordered(rung):
+    s = paused(lift(rung, still=True), at=3.0)
+    speeds = s.state[s.program.graph.nq :][: s.program.graph.nv]
+    assert np.abs(speeds).max() < (SETTLES if "elastic" in rung else QUIET)
+
+
+def test_what_is_left_out_is_not_there():
+    count = {r: len(system(lift(r).plan).joints) for r in ("{}", "{locked: [hinges]}", "{ropes: massive}")}
+    assert count["{ropes: massive}"] == count["{}"] + 3 * 4 * 3  # ropes, lumps, joints of each
+    hinges = [j.kind for j in system(lift("{locked: [hinges]}").plan).joints if "hinge" in j.name]
+    assert hinges == ["fixed"] * 3
+    rigid = system(lift("{ropes: rigid, slings: rigid}").plan)
+    assert (len(rigid.ropes), len(rigid.rigid_ropes)) == (0, 9)
+
+
+def test_a_girder_alone_swings_at_its_frequency():
+    """w^2 = (pi^4 / 2 * k / 48) / (m / 2 + sum of trolley masses * sin^2(pi y / L))."""
+    plan = lift("{girder: elastic, locked: [trolleys, gantries]}", still=True).plan
+    crane = plan.cranes[0]
+    s = Simulation(replace(build_one(plan, crane.name).declare(), thresholds=()))
+    s.start()
+    equilibrium(s)
+    girder, shape = crane.girder, [sin(pi * t.axis.start / crane.girder.span) for t in (crane.upper, crane.lower)]
+    mass = girder.mass / 2.0 + sum(t.body.mass * x**2 for t, x in zip((crane.upper, crane.lower), shape, strict=True))
+    want = sqrt(pi**4 / 2.0 * girder.stiffness / 48.0 / mass) / (2.0 * pi)
+    assert modes(s).oscillations[0].frequency == pytest.approx(want, rel=ONE_MODE)
+
+
+def test_a_heavy_rope_carries_its_own_weight():
+    """At the hook, the tension is the weight of what hangs on it; at the trolley, that of the whole rope more."""
+    scene = lift("{ropes: massive, lumps: 5}", still=True)
+    row = paused(scene, at=3.0).row()
+    plan, names = scene.plan, [r.name for r in system(scene.plan).ropes]
+    tension = dict(zip(names, row.tension, strict=True))
+    rope = plan.rig.hook_ropes[0]
+    loader = next(x for x in plan.loaders if x.name == rope.carries)
+    lumps = leggauss(5)[1] / 2.0 * rope.line * rope.L0
+    for i, name in enumerate((*(f"{rope.name}~{i}" for i in range(1, 6)), rope.name), 1):
+        below = loader.upper.mass + loader.lower.mass + sum(lumps[i - 1 :])
+        assert tension[name] == pytest.approx(below * plan.gravity, rel=1e-6)
+
+
+def test_a_mirrored_lift_moves_in_its_plane():
+    """Nothing pulls the bundled lift along the rails, so that the planar model loses nothing."""
+    space, plane = (paused(lift(f), after="sideways").row() for f in ("{}", "{motion: across}"))
+    assert plane.tension == pytest.approx(space.tension, rel=SAME_PLANE)
+
+
+def test_an_order_to_a_locked_joint_that_no_check_has_seen_ends_in_a_sentence():
+    """As an operator gives it."""
+    given = lift("{}")
+    locked = msgspec.structs.replace(given.plan.fidelity, locked=("crane.upper-slide", "crane.lower-slide"))
+    scene = replace(given, plan=msgspec.structs.replace(given.plan, fidelity=locked))
+    with pytest.raises(
+        ModelError, match=r"lift.yaml:41:5: crane.upper-slide cannot move, 'locked' of 'fidelity' holds"
+    ):
+        paused(scene, after="sideways")
+
+
+def test_joints_that_are_not_there_cannot_be_locked():
+    with pytest.raises(SceneError, match=r"no joint 'hinge' to lock.*(?s:.)*hinges"):
+        lift("{locked: [hinge]}")

@@ -1,0 +1,124 @@
+"""Loader and block alone: hooking, the hinge lock, taut and slack, overload, lift-off and landing."""
+
+from math import degrees
+
+from heavylift.nodes.models import build_one
+from heavylift.nodes.models.parts.messages import (
+    Attitude,
+    BrakeOrder,
+    BrakeState,
+    Done,
+    Hook,
+    Hooked,
+    HookOrder,
+    Landed,
+    Lifted,
+    Overload,
+    RopeState,
+    SetBrake,
+    StateEvent,
+    Touched,
+    Unhook,
+    Unhooked,
+    UnhookOrder,
+    Watch,
+)
+from yard import Bench, turnover
+
+RATED = Watch("loader-3.load", 2.6e6, True)
+ONE, TWO, LOCK = "loader-3.sling-1", "loader-3.sling-2", "loader-3.hinge.lock"
+
+
+def loader(hooked: str = "AB") -> Bench:
+    return Bench(build_one(turnover(hooked=hooked), "loader-3"))
+
+
+def test_a_sling_is_hooked_at_its_new_lug_and_the_hinge_is_freed() -> None:
+    bench = loader(hooked="A").put(1.0, "order", HookOrder(ONE, 7, (0, 0), "B'+16", (16.0, 12.0, -5.6)))
+    bench.put(2.0, "order", HookOrder(TWO, 8, (0, 0), "B'+20", (20.0, 12.0, -5.6)))
+    assert bench.said() == [
+        (0.0, "input", RATED),
+        (1.0, "input", Hook(ONE, b=(16.0, 12.0, -5.6))),
+        (1.0, "report", Hooked(ONE, "B'+16")),
+        (1.0, "report", Done(ONE, 7)),
+        (1.0, "input", SetBrake(LOCK, False)),
+        (1.0, "report", BrakeState(LOCK, False)),
+        (2.0, "input", Hook(TWO, b=(20.0, 12.0, -5.6))),
+        (2.0, "report", Hooked(TWO, "B'+20")),
+        (2.0, "report", Done(TWO, 8)),
+    ]
+
+
+def test_the_hinge_locks_when_the_last_sling_is_off() -> None:
+    bench = loader().put(1.0, "order", UnhookOrder(ONE, 1, (0, 0))).put(2.0, "order", UnhookOrder(TWO, 2, (0, 0)))
+    assert bench.said()[1:] == [
+        (1.0, "input", Unhook(ONE)),
+        (1.0, "report", Unhooked(ONE)),
+        (1.0, "report", Done(ONE, 1)),
+        (2.0, "input", Unhook(TWO)),
+        (2.0, "report", Unhooked(TWO)),
+        (2.0, "report", Done(TWO, 2)),
+        (2.0, "input", SetBrake(LOCK, True)),
+        (2.0, "report", BrakeState(LOCK, True)),
+    ]
+
+
+def test_the_hinge_is_locked_by_order_once() -> None:
+    bench = (
+        loader()
+        .put(1.0, "order", BrakeOrder(LOCK, 4, (0, 0), True))
+        .put(2.0, "order", BrakeOrder(LOCK, 5, (0, 0), True))
+    )
+    assert bench.said()[1:] == [
+        (1.0, "input", SetBrake(LOCK, True)),
+        (1.0, "report", BrakeState(LOCK, True)),
+        (1.0, "report", Done(LOCK, 4)),
+        (2.0, "report", Done(LOCK, 5)),
+    ]
+
+
+def test_taut_and_slack_are_reported_at_once() -> None:
+    bench = loader().put(1.5, "state", StateEvent(ONE, "taut", 0.0), StateEvent(TWO, "taut", 0.0))
+    assert bench.said()[1:] == [
+        (1.5, "report", RopeState(ONE, "taut", 0.0)),
+        (1.5, "report", RopeState(TWO, "taut", 0.0)),
+    ]
+
+
+def test_an_overload_is_reported_when_it_begins_and_when_it_ends() -> None:
+    bench = loader()
+    for t, tension in ((1.0, 2.6e6), (2.0, 2.5e6), (3.0, 2.6e6)):
+        bench.put(t, "state", StateEvent("loader-3.load", "reached", tension))
+    assert bench.said() == [
+        (0.0, "input", RATED),
+        (1.0, "input", Watch("loader-3.load", 0.97 * 2.6e6, False)),
+        (1.0, "report", Overload("loader-3.load", 2.6e6, 2.6e6, True)),
+        (2.0, "input", RATED),
+        (2.0, "report", Overload("loader-3.load", 2.5e6, 2.6e6, False)),
+        (3.0, "input", Watch("loader-3.load", 0.97 * 2.6e6, False)),
+        (3.0, "report", Overload("loader-3.load", 2.6e6, 2.6e6, True)),
+    ]
+
+
+def test_the_block_lifts_off_with_its_last_support_and_lands_with_the_last_of_the_other_face() -> None:
+    bench = Bench(build_one(turnover(), "block"))
+    for i in (1, 2, 3, 4):
+        bench.put(100.0 + i, "state", StateEvent(f"block.lower-{i}", "open", 0.0))
+    for i in (1, 2, 3, 4):
+        bench.put(200.0 + i, "state", StateEvent(f"block.upper-{i}", "closed", 0.0))
+    assert [line for line in bench.said() if line[1] == "report"] == [
+        (104.0, "report", Lifted("block")),
+        (201.0, "report", Touched("block", "block.upper-1")),
+        (204.0, "report", Landed("block", "upper")),
+    ]
+
+
+def test_the_block_reports_its_attitude_every_30_degrees_without_flutter() -> None:
+    up, down = "block.attitude-up", "block.attitude-down"
+    bench = Bench(build_one(turnover(), "block")).put(1.0, "state", StateEvent(up, "reached", 0.0))
+    bench.put(2.0, "state", StateEvent(down, "reached", 0.0))
+    said = [(t, m) for t, _, m in bench.said()]
+    marks = [(m.threshold, round(degrees(m.value), 9)) for _, m in said if isinstance(m, Watch)]
+    assert marks == [(up, 30.0), (down, -1.0), (up, 60.0), (down, 29.0), (up, 30.0), (down, -1.0)]
+    reports = [(t, round(degrees(m.angle), 9), m.rising) for t, m in said if isinstance(m, Attitude)]
+    assert reports == [(1.0, 30.0, True), (2.0, 29.0, False)]

@@ -1,0 +1,192 @@
+"""The commander carries out its list: each action reaches its actor once, in order, on its condition."""
+
+from math import pi
+from typing import Literal
+
+import pytest
+from heavylift.kernel.description.mechanics import Threshold
+from heavylift.nodes.devs import ns
+from heavylift.nodes.models.parts.messages import (
+    Finished,
+    Follow,
+    Halt,
+    Hook,
+    Order,
+    Run,
+    SetFollow,
+    SetProfile,
+    Stage,
+    StateEvent,
+    Unhook,
+    Unwatch,
+    Watch,
+)
+from heavylift.nodes.plan.actions import (
+    Action,
+    After,
+    And,
+    Condition,
+    Crossing,
+    Hookup,
+    Landed,
+    Lifted,
+    Move,
+    MovesDone,
+    Slings,
+    Turn,
+    Wait,
+)
+from heavylift.nodes.plan.actions import Unhook as UnhookAction
+from yard import HOOKS, Yard, turnover
+
+CRANES = ("west", "east")
+SLINGS = tuple(f"loader-{i}.sling-{j}" for i in range(1, 7) for j in (1, 2))
+COMMANDER = "commander.actions"
+
+
+def hoist(hook: str, by: float | None = None, speed: float = 0.5, until: Condition | None = None) -> Move:
+    """Hoist (by < 0) or lower a hook at 0.5 m/s with ramps of 0.5 m/s2."""
+    verb: Literal["lower", "hoist"] = "lower" if (speed if by is None else by) > 0 else "hoist"
+    return Move(verb=verb, model=hook.split(".")[0], actuator=hook, speed=speed, accel=0.5, by=by, until=until)
+
+
+def travel(crane: str, by: float) -> Move:
+    return Move(verb="travel", model=crane, actuator=f"{crane}.gantry.drive", speed=0.5, accel=0.05, by=by)
+
+
+def taut(*names: str, state: Literal["taut", "slack"] = "taut") -> Slings:
+    return Slings(names=names or SLINGS, state=state)
+
+
+def events(what: str, at: float, *names: str) -> list[tuple[float, StateEvent]]:
+    return [(at, StateEvent(name, what, 0.0)) for name in names]
+
+
+def runs(yard: Yard) -> list[tuple[float, str]]:
+    return [(t, m.actuator) for t, m in yard.inputs(SetProfile)]
+
+
+def test_actions_follow_each_other_when_moves_are_done() -> None:
+    hooks = [f"{crane}.{hook}" for crane in CRANES for hook in HOOKS]
+    lift = Action(stage="hoist", orders=tuple(hoist(hook, -9.5) for hook in hooks))
+    shift = Action(stage="travel", orders=tuple(travel(crane, 120.0) for crane in CRANES))
+    yard = Yard(turnover(lift, shift), *events("open", 3.0, *(f"block.lower-{i}" for i in (1, 2, 3, 4)))).run()
+    in_order = [f"{crane}.{hook}" for crane in ("east", "west") for hook in ("H3", "H1", "H2")]  # by path
+    assert yard.inputs(SetProfile) == [
+        *((0.0, SetProfile(hook, 0, -0.5, 0.5, -9.5)) for hook in in_order),
+        *((20.0, SetProfile(f"{c}.gantry.drive", ns(20.0), 0.5, 0.05, 120.0)) for c in ("east", "west")),
+    ]
+    assert yard.said(COMMANDER, Stage) == [(0.0, Stage("hoist", 0)), (20.0, Stage("travel", 1))]
+    assert yard.said(COMMANDER, Finished) == [(270.0, Finished())]
+    for hook in hooks:
+        crane, name = hook.split(".")
+        winch = f"{crane}.{'lower' if name == 'H3' else 'upper'}.{name}"
+        assert [m.actor for m in yard.got(winch, Order)].count(hook) == 1
+    assert yard.waiting_for() == ""
+
+
+def test_editing_the_list_alone_changes_the_run() -> None:
+    first, second = Action(orders=(hoist("west.H1", -9.5),)), Action(orders=(hoist("west.H2", -9.5),))
+    assert runs(Yard(turnover(first, second)).run()) == [(0.0, "west.H1"), (20.0, "west.H2")]
+    assert runs(Yard(turnover(second, first)).run()) == [(0.0, "west.H2"), (20.0, "west.H1")]
+    assert runs(Yard(turnover(second)).run()) == [(0.0, "west.H2")]
+
+
+def test_each_hook_creeps_until_its_own_slings_are_taut() -> None:
+    pairs = {f"{c}.{h}": SLINGS[2 * i : 2 * i + 2] for i, (c, h) in enumerate((c, h) for c in CRANES for h in HOOKS)}
+    creep = Action(orders=tuple(hoist(h, speed=-0.005, until=taut(*s)) for h, s in pairs.items()))
+    load = Action(when=taut(), orders=(hoist("west.H1", -1.0),))
+    script = [line for i, s in enumerate(SLINGS) for line in events("taut", 50.0 + i, s)]
+    yard = Yard(turnover(creep, load), *script).run(100.0)
+    halts = [(t, m.actor) for t, m in yard.said(COMMANDER, Halt)]
+    assert halts == [(51.0 + 2 * i, hook) for i, hook in enumerate(pairs)]
+    assert [(t, m.actor) for t, m in yard.said(COMMANDER, Run)][6:] == [(61.0, "west.H1")]
+
+
+def test_the_next_action_may_take_over_while_the_last_move_ramps_down() -> None:
+    creep = Action(orders=(hoist("west.H1", speed=-0.005, until=taut(SLINGS[0])),))
+    load = Action(when=taut(SLINGS[0]), orders=(hoist("west.H1", -9.5),))
+    yard = Yard(turnover(creep, load), *events("taut", 50.0, SLINGS[0])).run()
+    assert yard.inputs(SetProfile) == [
+        (0.0, SetProfile("west.H1", 0, -0.005, 0.5, 10.0 - 84.0)),
+        (50.0, SetProfile("west.H1", ns(50.0), 0.0, 0.5)),
+        (50.0, SetProfile("west.H1", ns(50.0), -0.5, 0.5, -9.5)),
+    ]
+    assert [t for t, _ in yard.said(COMMANDER, Finished)] == [pytest.approx(70.0, abs=0.02)]
+
+
+def test_a_condition_that_holds_already_acts_at_once() -> None:
+    slack = taut(state="slack")
+    skipped = Action(orders=(hoist("west.H1", speed=0.5, until=slack),))
+    at_once = Action(when=And(all=(slack, Landed())), orders=(hoist("west.H2", -9.5),))
+    yard = Yard(turnover(skipped, at_once)).run()
+    assert runs(yard) == [(0.0, "west.H2")]
+
+
+def test_waits_take_their_time_and_times_count_from_the_action_before() -> None:
+    wait = Action(orders=(Wait(seconds=60.0), hoist("west.H1", -9.5)))
+    after = Action(when=And(all=(MovesDone(), After(seconds=100.0))), orders=(hoist("west.H2", -9.5),))
+    early = Action(when=And(all=(MovesDone(verbs=("hoist",)), After(seconds=5.0))), orders=(hoist("west.H3", -9.5),))
+    assert runs(Yard(turnover(wait, after)).run()) == [(0.0, "west.H1"), (100.0, "west.H2")]
+    assert runs(Yard(turnover(wait, early)).run()) == [(0.0, "west.H1"), (20.0, "west.H3")]
+
+
+def test_lift_off_starts_the_next_action() -> None:
+    load = Action(orders=(hoist("west.H1", speed=-0.5, until=Lifted()),))
+    up = Action(when=Lifted(), orders=(hoist("east.H1", -9.5),))
+    script = [line for i in (1, 2, 3, 4) for line in events("open", 10.0 + i, f"block.lower-{i}")]
+    yard = Yard(turnover(load, up), *script).run()
+    assert runs(yard) == [(0.0, "west.H1"), (14.0, "east.H1"), (14.0, "west.H1")]
+
+
+def test_thresholds_are_watched_only_while_they_are_waited_for() -> None:
+    level = Threshold("block.height-1", "height", of="block")
+    tilt = Threshold("block.angle-1", "angle", of="block")
+    high = Crossing(model="block", threshold=level, value=30.0, rising=True)
+    turned = Crossing(model="block", threshold=tilt, value=1.5, rising=True)
+    up = Action(orders=(hoist("west.H1", by=-9.5, until=high),))
+    next_ = Action(when=turned, orders=(hoist("west.H2", -9.5),))
+    yard = Yard(turnover(up, next_), *events("reached", 33.0, "block.angle-1")).run()
+    ours = ("block.height-1", "block.angle-1")
+    mine = [(t, m) for t, _, m in yard.kernel.got if isinstance(m, Watch | Unwatch) and m.threshold in ours]
+    assert mine == [
+        (0.0, Watch("block.height-1", 30.0, True)),
+        (0.0, Watch("block.angle-1", 1.5, True)),
+        (20.0, Unwatch("block.height-1")),
+    ]
+    assert runs(yard)[1] == (33.0, "west.H2")
+
+
+def test_a_turn_sends_its_laws_once_and_lets_go_at_the_end() -> None:
+    turn = Action(orders=(Turn(rate=0.01, accel=0.001, to=pi / 2),))
+    slack = Action(orders=(hoist("west.H3", 0.5), hoist("east.H3", 0.5)))
+    yard = Yard(turnover(turn, slack)).run()
+    done = (ns(pi / 2 / 0.01 + 10.0)) / 1e9
+    assert yard.inputs(SetProfile) == [
+        (0.0, SetProfile("turn", 0, 0.01, 0.001, pi / 2)),
+        *((done, SetProfile(f"{c}.H3", ns(done), 0.5, 0.5, 0.5)) for c in ("east", "west")),
+    ]
+    follows = yard.inputs(SetFollow)
+    assert [t for t, _ in follows] == [0.0] * 10 + [done] * 10
+    assert dict((m.actuator, (m.kc, m.ks)) for _, m in follows[:10])["west.H3"] == (-5.6, 12.0)
+    assert [m.master for _, m in follows] == ["turn"] * 10 + [""] * 10
+    assert {m.s for _, m in yard.said(COMMANDER, Follow)} == {0.0, pi / 2}
+
+
+def test_slings_change_their_lugs_and_the_second_half_follows_them() -> None:
+    b = [(s, s.split("-")[2]) for s in SLINGS if s.startswith(("loader-3", "loader-6"))]
+    unhook = Action(orders=tuple(UnhookAction(sling=s) for s, _ in b))
+    side = {"loader-3": "-", "loader-6": "+"}
+    us = {"1": "16", "2": "20"}
+    hook = Action(orders=tuple(Hookup(sling=s, lug=f"B'{side[s[:8]]}{us[i]}") for s, i in b))
+    turn = Action(orders=(Turn(rate=0.01, accel=0.001, to=pi),))
+    yard = Yard(turnover(unhook, hook, turn)).run()
+    assert [m.rope for _, m in yard.inputs(Unhook)] == sorted(s for s, _ in b)
+    assert yard.inputs(Hook)[0] == (0.0, Hook("loader-3.sling-1", b=(-16.0, 12.0, -5.6)))
+    law = {m.actuator: (m.kc, m.ks) for _, m in yard.inputs(SetFollow)[:10]}
+    assert law["east.lower-slide.drive"] == (12.0, -5.6)
+
+
+def test_with_an_end_the_run_is_not_finished_by_the_list() -> None:
+    yard = Yard(turnover(Action(orders=(hoist("west.H1", -9.5),)), end=100.0)).run()
+    assert yard.said(COMMANDER, Finished) == []

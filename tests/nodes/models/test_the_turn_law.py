@@ -1,0 +1,67 @@
+"""Trolleys and winches follow the turn by the lugs that they carry: the table of the scene `turnover`."""
+
+from math import cos, radians, sin
+
+import msgspec
+import pytest
+from heavylift.kernel.errors import ModelError
+from heavylift.nodes.models.commander.actuator_registry import first_lugs
+from heavylift.nodes.models.commander.turn_law import Follower, followers
+from heavylift.nodes.plan.plan import Plan
+from yard import turnover
+
+FIRST = [(0, 61.0, 19.4, -14.6, 12.0), (30, 53.7, 26.1, -12.64, 13.19), (60, 48.4, 32.6, -7.30, 10.85)]
+FIRST += [(85, 46.5, 36.5, -1.27, 6.62), (90, 46.4, 37.0, 0.0, 5.6)]
+SECOND = [(90, 46.4, 37.0, 0.0, -5.6), (120, 48.4, 32.6, 7.30, -10.85), (180, 61.0, 19.4, 14.6, -12.0)]
+
+
+def laws(plan: Plan, lugs: dict[str, str]) -> dict[str, Follower]:
+    return {f.actuator: f for f in followers(plan, lugs)}
+
+
+def way(f: Follower, a: float, b: float) -> float:
+    return f.kc * (cos(b) - cos(a)) + f.ks * (sin(b) - sin(a))
+
+
+def half(lug: str) -> dict[str, str]:
+    return {sling: name.replace("B", lug) for sling, name in first_lugs(turnover()).items()}
+
+
+@pytest.mark.parametrize(("lug", "table"), [("B", FIRST), ("B'", SECOND)])
+def test_lengths_and_places_of_both_halves(lug: str, table: list[tuple[float, ...]]) -> None:
+    found, first = laws(turnover(), half(lug)), table[0]
+    for row in table:
+        a, b = radians(first[0]), radians(row[0])
+        for crane in ("west", "east"):
+            names = (f"{crane}.H2", f"{crane}.H3", f"{crane}.upper-slide.drive", f"{crane}.lower-slide.drive")
+            for i, name in enumerate(names, 1):
+                assert first[i] + way(found[name], a, b) == pytest.approx(row[i], abs=0.06)
+
+
+def test_every_trolley_and_winch_follows_and_no_crane_travels() -> None:
+    names = ["upper-slide.drive", "H1", "H2", "lower-slide.drive", "H3"]
+    assert list(laws(turnover(), half("B"))) == [f"{crane}.{name}" for crane in ("west", "east") for name in names]
+
+
+def test_a_winch_without_slings_stays_where_it_is() -> None:
+    found = laws(turnover(), first_lugs(turnover(hooked="A")))
+    assert [name for name in found if "H3" in name or "lower" in name] == []
+
+
+def test_one_trolley_cannot_follow_two_places() -> None:
+    lugs = half("B") | {"loader-2.sling-1": "B+16", "loader-2.sling-2": "B+20"}
+    with pytest.raises(ModelError, match=r"^the hooks of west upper trolley carry lugs at different"):
+        laws(turnover(), lugs)
+
+
+def test_a_centre_of_gravity_off_the_middle_is_what_stays_in_place() -> None:
+    plan = turnover()
+    assert plan.block
+    body = msgspec.structs.replace(plan.block.body, com=(0.0, 0.5, 0.25))
+    moved = msgspec.structs.replace(plan, block=msgspec.structs.replace(plan.block, body=body))
+    assert laws(moved, half("B"))["west.H1"] == Follower("west", "west.H1", 0.25, -15.1)
+
+
+def test_nothing_hooked_cannot_turn() -> None:
+    with pytest.raises(ModelError, match=r"^the block cannot turn, no sling is hooked"):
+        laws(turnover(), {})

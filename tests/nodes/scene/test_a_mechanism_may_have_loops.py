@@ -1,0 +1,68 @@
+"""A joint whose child another joint carries already, or is the world, closes a loop: nothing else is written."""
+
+import pytest
+from heavylift.kernel.errors import SceneError
+from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.nodes.scene import parse
+
+FOUR_BAR = """\
+heavylift: 1
+name: four-bar
+mechanism:
+  bodies:
+    crank: {mass: 1 kg, com: [0, 0, 0.5 m], inertia: [0.1 kg m2, 0.1 kg m2, 0]}
+    coupler: {mass: 1 kg, com: [0, 0, 0.5 m], inertia: [0.1 kg m2, 0.1 kg m2, 0]}
+    rocker: {mass: 1 kg, com: [0, 0, 0.5 m], inertia: [0.1 kg m2, 0.1 kg m2, 0]}
+  joints:
+    a: {type: revolute, child: crank, axis: [0, 1, 0], speed: 1 rad/s}
+    b: {type: revolute, parent: crank, child: coupler, at: [0, 0, 1 m], axis: [0, 1, 0], start: 90 deg, speed: -1 rad/s}
+    c: {type: revolute, child: rocker, at: [1 m, 0, 0], axis: [0, 1, 0], speed: 1 rad/s}
+    d: {type: revolute, parent: rocker, child: coupler, at: [0, 0, 1 m], at child: [0, 0, 1 m], axis: [0, 1, 0]}
+actions:
+  - wait 1 s
+"""
+
+
+def test_a_four_bar_linkage_is_written_as_its_joints() -> None:
+    (mechanism,) = parse(FOUR_BAR).plan.mechanisms
+    s = Simulation(mechanism.system, tolerance=1e-9)
+    s.start()
+    assert [j.name for j in s.program.graph.loops] == ["d"]
+    s.run(1_000_000_000)
+    q = s.state[: s.program.nq]
+    assert q[0] + q[1] == pytest.approx(1.5707963267948966, abs=1e-6), "the coupler stays level"
+
+
+TURNED = FOUR_BAR.replace("{type: revolute, child: crank, axis", "{type: revolute, parent: crank, child: world, axis")
+TURNED = TURNED.replace("{type: revolute, child: rocker,", "{type: revolute, parent: rocker, child: world,")
+
+
+def test_joints_may_be_written_towards_the_world() -> None:
+    """Then the axes point the other way, and what turned forwards turns backwards."""
+    text = TURNED.replace("at: [1 m, 0, 0], axis", "at child: [1 m, 0, 0], axis")
+    (mechanism,) = parse(text.replace("speed: 1 rad/s", "speed: -1 rad/s")).plan.mechanisms
+    there, back = (Simulation(x, tolerance=1e-9) for x in (parse(FOUR_BAR).plan.mechanisms[0].system, mechanism.system))
+    for s in (there, back):
+        s.start()
+        s.run(1_000_000_000)
+    assert back.state[:3] * [-1.0, 1.0, -1.0] == pytest.approx(there.state[:3], abs=1e-6)
+
+
+UPSIDE_DOWN = """\
+heavylift: 1
+name: upside-down
+mechanism:
+  bodies:
+    load: {mass: 1 t, inertia: [1 t m2, 1 t m2, 1 t m2]}
+  joints:
+    ball: {type: spherical, parent: load, child: world}
+actions:
+  - wait 1 s
+"""
+
+
+def test_a_joint_that_cannot_be_turned_round_is_told_with_its_place() -> None:
+    with pytest.raises(SceneError) as e:
+        parse(UPSIDE_DOWN)
+    assert "scene.yaml:6:3:" in str(e.value)
+    assert "exchange its parent and child" in str(e.value)

@@ -1,0 +1,73 @@
+"""A verb that moves a drive is one row of the table: grammar, targets, hints, conditions and the run know it."""
+
+from __future__ import annotations
+
+import re
+from math import degrees
+from pathlib import Path
+
+import msgspec
+import pytest
+from heavylift.coordinator.run.scene import run
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.plan import actions
+from heavylift.nodes.plan.verbs import MOTIONS, VERBS, Verb
+from heavylift.nodes.scene import parse
+from heavylift.nodes.scene.language import phrases
+from heavylift.recordings import Recording
+
+SCENE = """\
+heavylift: 1
+name: jib
+mechanism:
+  name: jib
+  bodies: {boom: {mass: 2 t, com: [3 m, 0, 0], inertia: [0, 6000 kg m2, 6000 kg m2]}}
+  joints: {pivot: {type: revolute, child: boom, axis: [0, 0, 1]}}
+  drives: {turntable: {joint: pivot, type: prescribed, ramp: 2 deg/s2}}
+actions:
+  - turntable: slew 3 deg/s by 30 deg
+  - when: slew done
+    turntable: slew 3 deg/s to 10 deg
+"""
+THERE_s, BACK_s = 30 / 3 + 3 / 2, 20 / 3 + 3 / 2  # trapezoids: way / speed + speed / ramp
+
+
+@pytest.fixture
+def slew(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(VERBS, "slew", Verb("slew", ("drive",), "move", units="turning"))
+    monkeypatch.setattr(actions, "MOTIONS", (*MOTIONS, "slew"))
+
+
+def test_every_verb_stands_in_the_grammar_that_people_read() -> None:
+    assert [name for name in VERBS if not re.search(rf'"{name}"', phrases.__doc__ or "")] == []
+
+
+def test_a_plan_with_another_verb_is_refused() -> None:
+    order = {"type": "move", "verb": "fly", "model": "m", "actuator": "a", "speed": 1.0, "accel": 1.0}
+    with pytest.raises(msgspec.ValidationError, match="no drive or winch can fly"):
+        msgspec.convert(order, actions.Move)
+
+
+@pytest.mark.usefixtures("slew")
+def test_a_new_verb_is_read_resolved_run_and_waited_for(tmp_path: Path) -> None:
+    scene = parse(SCENE)
+    moves = [action.orders[0] for action in scene.plan.actions]
+    assert [move.verb for move in moves if isinstance(move, actions.Move)] == ["slew", "slew"]
+    run(scene, tmp_path / "jib.mcap", in_process=True)
+    angle = Recording(tmp_path / "jib.mcap")["joint/position/pivot.angle"]
+    assert angle.t[-1] == pytest.approx(THERE_s + BACK_s, abs=1e-8)
+    assert degrees(angle.values[-1, 0]) == pytest.approx(10.0)
+
+
+@pytest.mark.usefixtures("slew")
+@pytest.mark.parametrize(
+    ("written", "told"),
+    [
+        ("slew 3 m/min by 30 deg", "'3 m/min' is no angular rate"),
+        ("slow 3 deg/s by 30 deg", "did you mean 'slew'"),
+        ("hoist 3 m/min by 1 m", "it can: drive, slew"),
+    ],
+)
+def test_mistakes_name_it(written: str, told: str) -> None:
+    with pytest.raises(SceneError, match=re.escape(told)):
+        parse(SCENE.replace("slew 3 deg/s by 30 deg", written))

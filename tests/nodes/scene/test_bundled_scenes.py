@@ -1,0 +1,174 @@
+"""The scenes that come with heavylift: their sizes, their geometry, their static loads."""
+
+import math
+import subprocess
+import sys
+
+import pytest
+from heavylift.nodes.plan import plan
+from heavylift.nodes.scene import bundled, check, load, parse
+from heavylift.nodes.scene.keys.kinematics import place, poses
+
+SIZES = {  # bodies, degrees of freedom, ropes, slings, models, actions
+    "arm": (4, 4, 0, 0, 2, 0),
+    "girder": (4, 3, 0, 0, 2, 3),
+    "gust": (1, 6, 1, 0, 2, 0),
+    "lift": (10, 30, 3, 6, 6, 5),
+    "linkage": (3, 1, 0, 0, 2, 4),
+    "pendulum": (1, 1, 0, 0, 2, 0),
+    "ramp": (1, 6, 0, 0, 2, 0),
+    "snatch": (1, 1, 1, 0, 2, 2),
+    "tackle": (1, 1, 1, 0, 2, 4),
+    "tandem": (15, 40, 4, 8, 8, 5),
+    "trolley": (2, 4, 0, 0, 2, 4),
+    "turnover": (19, 54, 6, 12, 10, 23),
+}
+
+
+def test_all_scenes_are_told() -> None:
+    assert sorted(bundled()) == sorted(SIZES)
+
+
+@pytest.mark.parametrize("name", SIZES)
+def test_a_scene_has_its_size(name: str) -> None:
+    scene = load(name)
+    told = check(scene)
+    assert (told.bodies, told.dof, told.ropes, told.slings, told.models, told.actions) == SIZES[name]
+    assert scene.text == bundled()[name].read_text(encoding="utf-8")
+    assert plan.decode(plan.encode(scene.plan)) == scene.plan
+
+
+def test_turnover_hangs_as_it_should() -> None:
+    built = load("turnover").plan
+    ropes = {rope.name: rope for rope in built.rig.hook_ropes}
+    strain = 45e3 * built.gravity / (20 * 93.5088e6)
+    for name, stretched in {"west.H1": 84.3, "west.H3": 42.7, "east.H2": 84.3, "east.H3": 42.7}.items():
+        assert ropes[name].L0 * (1 + strain) == pytest.approx(stretched, abs=1e-12)
+    eyes = {loader.name: loader.pose[:3] for loader in built.loaders}
+    assert eyes["loader-1"] == pytest.approx((34.0, 60.4, 17.7))
+    assert eyes["loader-6"] == pytest.approx((76.0, 87.0, 45.3))
+    assert [crane.capacity for crane in built.cranes] == [675e3, 675e3]
+    assert built.block is not None
+    assert built.block.pose == pytest.approx((58.0, 75.0, 6.995, 0.0, 0.0, 0.0, 1.0))
+    assert [pad.closed for pad in built.block.pads] == [True] * 4 + [False] * 4
+    beams = {sling.name: (sling.beam.p, sling.lug) for sling in built.rig.slings}
+    assert beams["loader-2.sling-1"] == ((-2.0, 0.0, -1.0), "A3")
+    assert beams["loader-2.sling-2"] == ((2.0, 0.0, -1.0), "A4")
+
+
+def test_turnover_is_followed_through_its_stages() -> None:
+    told = load("turnover").followed
+    assert told is not None
+    at = {step.stage: step for step in told.steps}
+    expected = {  # rope A, rope B, trolley A, trolley B, sling loads H1, H3 [t]
+        "hoist": (61.0, 19.4, 60.4, 87.0, 101.6, 246.9),
+        "turn to 90 degrees, 30 deg": (53.7, 26.15, 62.356, 88.192, 115.0, 220.1),
+        "turn to 90 degrees, 60 deg": (48.356, 32.592, 67.7, 85.85, 134.7, 180.6),
+        "re-rig, hooks up": (46.4, 34.2, 75.0, 80.6, 225.0, 0.0),
+        "take up C to length": (46.4, 37.0, 75.0, 69.4, 218.2, 13.6),
+        "turn to 180 degrees, 120 deg": (48.356, 32.592, 82.3, 64.15, 134.7, 180.6),
+        "turn to 180 degrees, 180 deg": (61.0, 19.4, 89.6, 63.0, 101.6, 246.9),
+    }
+    for stage, (a, b, y_a, y_b, h1, h3) in expected.items():
+        state, loads = at[stage].state, at[stage].loads
+        assert loads is not None
+        assert (state.ropes["west.H1"], state.ropes["east.H3"]) == pytest.approx((a, b), abs=2e-3), stage
+        assert state.trolleys["west", "upper"] == pytest.approx(y_a, abs=2e-3), stage
+        assert state.trolleys["east", "lower"] == pytest.approx(y_b, abs=2e-3), stage
+        share = (loads["loader-1"] / 1e3, loads.get("loader-3", 0.0) / 1e3)
+        assert share == pytest.approx((h1, h3), abs=0.1), stage
+    last = told.steps[-1].state
+    assert last.grounded
+    assert last.at == pytest.approx((178.0, 75.0, 6.995), abs=0.03), "dragged a little as ropes of two lengths give way"
+    assert last.theta == pytest.approx(math.pi)
+    assert told.known
+
+
+def test_the_page_of_turnover_tells_its_uses() -> None:
+    page = str(check(load("turnover")))
+    assert page.startswith("turnover: 19 bodies, 54 degrees of freedom, 6 ropes, 12 slings, 10 models, 23 actions")
+    for line in (
+        "load                             101.6     101.6     246.8     101.6     101.6     246.8",
+        "largest load of the rope [t]     270.0     270.0     291.9",
+        "(of 2)               510.0 t   ",
+        "st.H3 (of 6)            8.46      ",
+        "(of 12)  1211 kN   ",
+        "drum pull of east.H1, east.H2, east.H3 and 3 more: not judged; give 'drum pull'",
+        "6 hooks carry the block: their shares are statically indeterminate",
+    ):
+        assert line in page
+
+
+def test_the_page_of_turnover_tells_the_stages_that_change_its_loads() -> None:
+    lines = str(check(load("turnover"))).splitlines()
+    assert lines[2:15] == [
+        "  static sling load [t]          east.H1   east.H2   east.H3   west.H1   west.H2   west.H3",
+        "  load                             101.6     101.6     246.8     101.6     101.6     246.8",
+        "  hoist                            101.6     101.6     246.9     101.6     101.6     246.9",
+        "  turn to 90 degrees, 30 deg       115.0     115.0     220.1     115.0     115.0     220.1",
+        "  turn to 90 degrees, 60 deg       134.7     134.7     180.6     134.7     134.7     180.6",
+        "  turn to 90 degrees, 90 deg       218.2     218.2      13.6     218.2     218.2      13.6",
+        "  slacken B                        225.0     225.0       0.0     225.0     225.0       0.0",
+        "  take up C to length              218.2     218.2      13.6     218.2     218.2      13.6",
+        "  turn to 180 degrees, 120 deg     134.7     134.7     180.6     134.7     134.7     180.6",
+        "  turn to 180 degrees, 150 deg     115.0     115.0     220.1     115.0     115.0     220.1",
+        "  turn to 180 degrees, 180 deg     101.6     101.6     246.9     101.6     101.6     246.9",
+        "  lower                            101.6     101.6     246.8     101.6     101.6     246.8",
+        "",
+    ]
+
+
+def test_a_centre_of_mass_off_the_middle_shifts_the_loads() -> None:
+    text = bundled()["turnover"].read_text(encoding="utf-8")
+    scene = parse(text.replace("  supports:", "  com: [0.8 m, 0 m, 0 m]\n  supports:", 1))
+    assert scene.followed is not None
+    loads = next(step.loads for step in scene.followed.steps if step.stage == "hoist")
+    assert loads is not None
+    tonnes = [loads[f"loader-{i}"] / 1e3 for i in range(1, 7)]
+    assert tonnes == pytest.approx([93, 97, 241, 106, 110, 253], abs=1.0)
+
+
+def test_the_arm_stands_as_in_the_paper() -> None:
+    system = load("arm").plan.mechanisms[0].system
+    at = poses(system)
+    tip = at["link-4"][0] + at["link-4"][1] @ (1.0, 0.0, 0.0)
+    angles = (0.3, -0.4, 0.1)
+    lengths = (2.0, 1.6, 1.0)
+    assert tip == pytest.approx(
+        (
+            sum(l * math.cos(a) for l, a in zip(lengths, angles, strict=True)),
+            0.0,
+            sum(l * math.sin(a) for l, a in zip(lengths, angles, strict=True)),
+        )
+    )
+    assert [body.inertia[1][1] for body in system.bodies] == pytest.approx([400 / 3, 18.0, 160 / 3, 10.0])
+
+
+def test_ropes_and_supports_of_a_mechanism_carry_from_the_start() -> None:
+    scene = parse("""\
+heavylift: 1
+name: hanging
+end: 1 s
+mechanism:
+  bodies:
+    load: {mass: 1 t}
+    post: {mass: 1 t}
+  joints:
+    slide: {type: prismatic, child: load, axis: [0, 0, 2], start: 5 m}
+    foot: {type: prismatic, child: post, axis: [0, 0, 1], start: -1 mm}
+  ropes:
+    taut: {start: {body: world, at: [0, 0, 10 m]}, end: {body: load}, EA: 1 MN, length: 4.9 m}
+    slack: {start: {body: world, at: [0, 0, 10 m]}, end: {body: load}, EA: 1 MN, length: 5.1 m}
+  supports:
+    pad: {body: post, height: 0 m, stiffness: 10 MN/m}
+    beside: {body: load, height: 0 m, stiffness: 10 MN/m}
+""")
+    mechanism = scene.plan.mechanisms[0]
+    assert (mechanism.taut, mechanism.closed) == (("taut",), ("pad",))
+    assert place(mechanism.system.ropes[0].lines[0].b, poses(mechanism.system)) == pytest.approx((0, 0, 5))
+
+
+def test_a_node_that_reads_only_the_plan_stays_light() -> None:
+    code = "import sys, heavylift.nodes.plan.plan; print({'pydantic', 'ruamel.yaml', 'numpy'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "set()\n"

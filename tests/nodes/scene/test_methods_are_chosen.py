@@ -1,0 +1,98 @@
+"""`method:` and `step:` of a scene: what is written is what runs, and what cannot be is told where it stands."""
+
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator.cli import main
+from heavylift.coordinator.run import run
+from heavylift.kernel.errors import HeavyliftError, SceneError
+from heavylift.nodes.plan.plan import decode, encode
+from heavylift.nodes.scene import parse
+from heavylift.recordings import Recording
+
+SCENE = """\
+heavylift: 1
+name: swing
+end: 2 s
+{}
+mechanism:
+  bodies:
+    bob: {{mass: 1 t, com: [0, 0, -2 m], inertia: [100 kg m2, 100 kg m2, 100 kg m2]}}
+  joints:
+    pin: {{type: revolute, child: bob, axis: [0, 1, 0], start: 20 deg}}
+"""
+
+
+def test_without_a_word_steps_are_as_long_as_the_accuracy_allows():
+    plan = parse(SCENE.format("")).plan
+    assert (plan.method, plan.step) == ("dopri5", None)
+
+
+def test_what_is_written_is_in_the_plan_and_in_the_recording(tmp_path: Path):
+    scene = parse(SCENE.format("method: rk4\nstep: 5 ms"))
+    assert (scene.plan.method, scene.plan.step) == ("rk4", 0.005)
+    assert decode(encode(scene.plan)) == scene.plan
+    result = run(scene, tmp_path / "swing.mcap", in_process=True)
+    assert result.energy_error < 1e-6
+    facts = Recording(tmp_path / "swing.mcap").run
+    assert (facts["method"], facts["step"]) == ("rk4", "0.005 s")
+
+
+def test_settings_lie_over_the_scene():
+    plan = parse(SCENE.format("method: rk4\nstep: 5 ms"), overrides=["method=radau5", "step=20 ms"]).plan
+    assert (plan.method, plan.step) == ("radau5", 0.02)
+
+
+@pytest.mark.parametrize(
+    ("keys", "sentence"),
+    [
+        ("method: euler", r"scene.yaml:4:9.*semi-implicit-euler.*rk4.*dopri5.*radau5"),
+        ("method: rk4\nstep: 5", r"scene.yaml:5:7.*unit"),
+        ("method: rk4\nstep: -1 s", r"scene.yaml:5:7"),
+    ],
+)
+def test_mistakes_are_told_where_they_stand(keys: str, sentence: str):
+    with pytest.raises(SceneError, match=rf"(?s){sentence}"):
+        parse(SCENE.format(keys))
+
+
+@pytest.mark.parametrize(
+    ("keys", "sentence"),
+    [
+        ("method: rk4", "method 'rk4': it has no error estimate; give it a step"),
+        ("method: rk4\nstep: 5 s", "too long for method 'rk4', since 'bob' swings at 0.3"),
+    ],
+)
+def test_what_cannot_run_is_refused_before_it_starts(keys: str, sentence: str, tmp_path: Path):
+    with pytest.raises(HeavyliftError, match=sentence):
+        run(parse(SCENE.format(keys)), tmp_path / "swing.mcap", in_process=True)
+
+
+@pytest.mark.parametrize(
+    ("scene", "keys", "sentence"),
+    [
+        ("lift", ["method=rk4"], "method 'rk4': it has no error estimate; give it a step"),
+        ("lift", ["method=ros34pw2", "fidelity.girder=elastic"], "it knows trees of rigid bodies only; choose radau5"),
+        ("lift", ["method=rk4", "step=1 s"], "step 1 s at 0.000 s: too long for method 'rk4', since 'block' on"),
+        ("lift", ["method=rk4", "ask=[swing]", "accuracy=1 %"], "method 'rk4': it has no error estimate"),
+        ("arm", ["method=semi-implicit-euler"], "it has no error estimate; give it a step"),
+        ("arm", ["method=scipy-lsoda", "step=1 ms"], "it chooses its own steps; leave the step out"),
+        ("girder", ["method=rk4", "step=1 s"], "too long for method 'rk4', since 'girder' on 'girder' swings at"),
+    ],
+)
+def test_a_check_ends_with_the_sentence_with_which_the_run_would(scene, keys, sentence, tmp_path, monkeypatch, capsys):
+    said = []
+    for command in (["check", scene], ["run", scene, "--in-process", "-o", str(tmp_path / "out.mcap")]):
+        monkeypatch.setattr("sys.argv", ["heavylift", *command, *(x for key in keys for x in ("--set", key))])
+        with pytest.raises(SystemExit) as left:
+            main()
+        assert left.value.code == 1
+        said.append(capsys.readouterr().err.splitlines()[-1])
+    assert said[0] == said[1]
+    assert sentence in said[0]
+
+
+def test_a_step_that_is_short_enough_passes_a_check(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["heavylift", "check", "arm", "--set", "method=rk4", "--set", "step=5 ms"])
+    main()
+    assert capsys.readouterr().out.startswith("arm: 4 bodies")

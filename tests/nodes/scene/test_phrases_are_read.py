@@ -1,0 +1,94 @@
+"""The phrase language: what each phrase means, and where a phrase that means nothing goes wrong."""
+
+import math
+from fractions import Fraction
+
+import pytest
+from heavylift.nodes.scene.language.grammar import read_condition, read_order
+from heavylift.nodes.scene.language.phrases import (
+    AfterTest,
+    AllTests,
+    CrossTest,
+    DoneTest,
+    GroundTest,
+    Hooking,
+    Motion,
+    PhraseError,
+    Simple,
+    SlingTest,
+    Turning,
+    Waiting,
+)
+
+ORDERS = {
+    "hoist 3 m/min by 2 m": Motion("hoist", 0.05, False, by=2.0),
+    "hoist 3 m/min ramp 0.02 m/s2 by 23 m": Motion("hoist", 0.05, False, 0.02, by=23.0),
+    "lower 3 m/min to 61 m of rope": Motion("lower", 0.05, False, to=61.0, of_rope=True),
+    "traverse 20 m/min by -11.2 m": Motion("traverse", 1 / 3, False, by=-11.2),
+    "drive 2 deg/s by 10 deg": Motion("drive", math.radians(2), True, by=math.radians(10)),
+    "turn 0.15 deg/s to 90 deg": Turning(float(Fraction("0.15") * Fraction(math.radians(1))), math.pi / 2),
+    "hook [C1, C2]": Hooking(("C1", "C2")),
+    "unhook": Simple("unhook"),
+    "wait 1.5 min": Waiting(90.0),
+}
+
+CONDITIONS = {
+    "all slings taut": SlingTest("all", "", "slings", "taut", 0, text="all slings taut"),
+    "any B slings slack": SlingTest("any", "B", "slings", "slack", 0, text="any B slings slack"),
+    "loader-1.sling-2 taut": SlingTest("all", "loader-1.sling-2", "one", "taut", 0, text="loader-1.sling-2 taut"),
+    "moves done": DoneTest((), text="moves done"),
+    "hoist done": DoneTest(("hoist",), text="hoist done"),
+    "lifted": GroundTest("lifted", 0, text="lifted"),
+    "after 60 s": AfterTest(60.0, text="after 60 s"),
+    "angle >= 90 deg": CrossTest("angle", "", True, math.pi / 2, 0, text="angle >= 90 deg"),
+    "tension of A slings <= 3 MN": CrossTest("tension", "A slings", False, 3e6, 0, text="tension of A slings <= 3 MN"),
+}
+
+WRONG = {
+    "hoist 3 m/min bye 2 m": (14, "after the speed 'by' or 'to' or 'until' must follow, not 'bye'"),
+    "hoist": (5, "the phrase ends where a speed must stand"),
+    "hoist 3 m/min by 2 m now": (21, "the phrase should end before 'now'"),
+    "hoist 3 m/min until taut": (20, "'taut' needs to know of what"),
+    "turn 0.15 deg/s by 90 deg": (16, "after the rate 'to' must follow, not 'by'"),
+    "hook C1": (5, "after 'hook' '[' must follow, not 'C1'"),
+    "unhook all": (0, "'unhook' stands alone, without 'all'"),
+    "wait -3 s": (5, "-3 s is out of range: choose 0.001 ms to 100 days"),
+    "wait nan s": (5, "nan is out of range: choose 0.001 ms to 100 days"),
+    "wait 101 days": (5, "101 days is out of range: choose 0.001 ms to 100 days"),
+    "hoist 3 m/min until after 2401 h": (26, "2401 h is out of range: choose 0.001 ms to 100 days"),
+}
+
+
+@pytest.mark.parametrize("text", ORDERS)
+def test_an_order(text: str) -> None:
+    assert read_order(text) == ORDERS[text]
+
+
+@pytest.mark.parametrize("text", CONDITIONS)
+def test_a_condition(text: str) -> None:
+    assert read_condition(text) == CONDITIONS[text]
+
+
+def test_conditions_are_joined_by_and() -> None:
+    text = "landed and all slings slack"
+    assert read_condition(text) == AllTests(
+        (
+            GroundTest("landed", 0, text="landed"),
+            SlingTest("all", "", "slings", "slack", 11, text="all slings slack"),
+        ),
+        text=text,
+    )
+
+
+@pytest.mark.parametrize("text", WRONG)
+def test_a_wrong_phrase(text: str) -> None:
+    with pytest.raises(PhraseError) as refusal:
+        read_order(text)
+    assert (refusal.value.column, str(refusal.value)) == WRONG[text]
+
+
+def test_a_phrase_without_end_is_not_read() -> None:
+    for text in ("lower " + "9" * 1_500_000, "lower 1 m" + " " * 1_500_000, "when " + "x" * 1_500_000):
+        for read in (read_order, read_condition):
+            with pytest.raises(PhraseError, match=f"a phrase has at most 10000 characters, this one has {len(text)}"):
+                read(text)

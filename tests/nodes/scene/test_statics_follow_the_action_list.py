@@ -1,0 +1,94 @@
+"""What `check` follows at rest: hooks that move alone, tilt, landing, ends that come too soon, stages of no length."""
+
+import pytest
+from heavylift.coordinator.participants.pause import paused
+from heavylift.kernel.analysis import equilibrium
+from heavylift.nodes.scene import check, load, parse
+from heavylift.nodes.scenes import bundled
+
+FRICTION = 2e-3  # relative: how a run and the path have dragged pads and slings before the block hung
+LIFTED = """\
+  - stage: take up slack
+    all hooks: hoist 0.3 m/min until all slings taut
+  - stage: lift off
+    all hooks: hoist 0.3 m/min until lifted
+  - stage: up
+    all hooks: hoist 3 m/min by 1 m
+"""
+
+
+def lift(orders: str, end: str = "900 s"):
+    """The bundled lift up to its third stage, then other orders."""
+    text = bundled()["lift"].read_text(encoding="utf-8").replace("end: 60 s", f"end: {end}")
+    return parse(text[: text.index("actions:")] + "actions:\n" + LIFTED + orders)
+
+
+def test_one_hook_that_moves_alone_takes_over_what_the_kernel_says():
+    scene = lift("  - stage: alone\n    crane H3: hoist 0.3 m/min by 0.5 m\n  - stage: still\n    wait: 300 s\n")
+    simulation = paused(scene, at=600.0)
+    rests = equilibrium(simulation).tensions
+    end = scene.statics.states[-1]
+    assert {name: end.tensions[name] for name in rests} == pytest.approx(rests, rel=FRICTION)
+    (before,) = [
+        a for a, b in zip(scene.statics.states, scene.statics.states[1:], strict=False) if b.action == a.action + 1 == 4
+    ]
+    R = end.poses["block"][1]
+    assert before.poses["block"][1][2][2] > R[2][2], "the block leans"
+    assert R[2][1] > 0.03, "its side at H3 is higher: 0.5 m over 12 m"
+
+
+def test_a_block_that_is_set_down_lands_where_the_path_says():
+    scene = lift("  - stage: down\n    all hooks: lower 3 m/min until landed and all slings slack\n", "900 s")
+    told = [x.event for x in scene.statics.states if x.action == 4 and x.event]
+    assert "closed" in told[0]
+    assert "slack" in told[-1]
+    last = scene.statics.states[-1]
+    assert last.grounded
+    assert sum(last.supports.values()) == pytest.approx(300e3 * 9.80665, rel=1e-6)
+
+
+def test_an_end_that_cuts_the_list_is_red():
+    (cut,) = [f for f in load("lift", ["end=20 s"]).findings if f.kind == "cut"]
+    assert cut.severity == "red"
+    assert cut.sentence.startswith(
+        "the scene ends at 20 s before its action list is done: still waiting for moves done"
+    )
+    assert cut.stage == "lift off"
+    assert not [f for f in load("lift").findings if f.kind == "cut"], "its last wait goes on until the end"
+
+
+def test_a_stage_whose_condition_holds_already_is_red():
+    scene = lift("  - stage: again\n    all hooks: hoist 0.3 m/min until lifted\n")
+    (told,) = [f for f in scene.findings if f.kind == "stage"]
+    assert (told.severity, told.subject) == ("red", "again")
+    assert told.sentence == "the stage 'again' ends at once: 'lifted' holds already as it begins"
+    assert "red: the stage 'again' ends at once" in str(check(scene))
+
+
+def test_a_lift_that_finds_no_rest_is_said_not_to_be_judged_further():
+    scene = lift("  - stage: higher\n    all hooks: hoist 3 m/min by 1 m\n  - stage: let go\n    crane H1: unhook\n")
+    (told,) = [f for f in scene.findings if f.kind == "unfollowed"]
+    assert told.severity == "warning"
+    assert told.sentence.startswith("the lift is not judged at rest from here on: at ")
+    assert "finds no rest" in told.sentence
+    assert "warning: the lift is not judged at rest from here on" in str(check(scene))
+
+
+def test_a_mechanism_that_does_not_rest_says_why():
+    told = str(check(load("ramp")))
+    assert "No rest is known: body 'crate' finds no rest: joint 'float' still accelerates by 2.36" in told
+
+
+def test_what_was_followed_is_kept_by_the_numbers_of_the_plan():
+    assert load("lift").statics == load("lift").statics
+    heavier = load("lift", ["block.mass=310 t"]).statics
+    assert heavier != load("lift").statics
+    assert heavier.states[-1].tensions["crane.H3"] > load("lift").statics.states[-1].tensions["crane.H3"]
+
+
+def test_a_block_off_its_middle_begins_as_it_rests():
+    text = bundled()["lift"].read_text(encoding="utf-8").replace("  supports:", "  com: [1 m, 0.5 m, 0 m]\n  supports:")
+    pose = parse(text).plan.block.pose
+    assert pose[2] == pytest.approx(5.995, abs=1e-5), "on pads that give way by 5 mm"
+    assert pose[4] == pytest.approx(5e-3 / 64.0 / 2.0, rel=1e-3), "about y, by 5 mm times u / (8 m)^2, half of it in q"
+    assert pose[3] == pytest.approx(-5e-3 * 0.5 / 36.0 / 2.0, rel=1e-3)

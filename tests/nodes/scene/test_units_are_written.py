@@ -1,0 +1,99 @@
+"""Quantities carry their units: every unit reads into SI, and what is missing or of another kind is said."""
+
+import math
+from decimal import Context, Decimal
+from fractions import Fraction
+from random import Random
+
+import pytest
+from heavylift.nodes.scene.text import units
+
+READS = [
+    (units.LENGTH, "54 m", 54.0),
+    (units.LENGTH, "5 mm", 0.005),
+    (units.LENGTH, "-12.5 cm", -0.125),
+    (units.MASS, "900 t", 900e3),
+    (units.MASS, "9e5 kg", 900e3),
+    (units.FORCE, "6.43 MN", 6.43e6),
+    (units.SPEED, "3 m/min", 0.05),
+    (units.SPEED, "5 mm/s", 0.005),
+    (units.ACCELERATION, "0.05 m/s²", 0.05),
+    (units.ANGLE, "90 deg", math.pi / 2),
+    (units.ANGLE, "90°", math.pi / 2),
+    (units.RATE, "0.15 deg/s", math.radians(0.15)),
+    (units.TIME, "15 min", 900.0),
+    (units.TIME, "1.5 h", 5400.0),
+    (units.FREQUENCY, "2 Hz", 2.0),
+    (units.INERTIA, "6.63e7 kg m2", 6.63e7),
+    (units.INERTIA, "3 t·m²", 3e3),
+    (units.STIFFNESS, "31.2 MN/m", 31.2e6),
+    (units.TURN_DAMPING, "100 kN m s/rad", 1e5),
+    (units.RATIO, "75 %", 0.75),
+    (units.RATIO, 0.75, 0.75),
+    (units.LENGTH, 0, 0.0),
+    (units.SAMPLING, "0.001 Hz", 1e-3),
+    (units.SAMPLING, "10 kHz", 1e4),
+    (units.ACCURACY, "1e-10 %", 1e-12),
+    (units.ACCURACY, 0.1, 0.1),
+    (units.DURATION, "100 days", 8.64e6),
+]
+
+REFUSES = [
+    (units.MASS, 900, "missing unit: write '900 t' or '900000 kg'"),
+    (units.MASS, "900", "missing unit: write '900 t' or '900000 kg'"),
+    (units.SPEED, 3, "missing unit: write '3 m/min' or '0.05 m/s'"),
+    (units.INERTIA, 6.63e7, "missing unit: write '66300000 kg m2' or '66300 t m2'"),
+    (units.LENGTH, "3 kN", "'3 kN' is no length: 'kN' is a unit of force; use m, mm, cm, km"),
+    (units.TIME, "3 weeks", "'3 weeks' is no time: 'weeks' is not a unit that is known here; use s, min, h, ms, days"),
+    (units.LENGTH, "long", "'long' is no length: write a number and a unit of m, mm, cm, km"),
+    (units.LENGTH, True, "a length is needed here, such as '1 m' or '1000 mm'"),
+    (units.ACCELERATION, None, "an acceleration is needed here, such as '1 m/s2' or '1000 mm/s2'"),
+    (units.TIME, "1e999 s", "'1e999 s' is no finite number"),
+    (units.MASS, math.nan, "'nan' is no finite number"),
+    (units.MASS, 10**400, f"'{10**400}' is no finite number"),
+    (units.SAMPLING, "1e-12 Hz", "1e-12 Hz is out of range: choose 0.001 Hz to 10 kHz"),
+    (units.SAMPLING, "10.1 kHz", "10.1 kHz is out of range: choose 0.001 Hz to 10 kHz"),
+    (units.ACCURACY, 1e9, "1000000000 is out of range: choose 1e-10 % to 10 %"),
+    (units.ACCURACY, "9.9e-11 %", "9.9e-11 % is out of range: choose 1e-10 % to 10 %"),
+    (units.DURATION, "2401 h", "2401 h is out of range: choose 0.001 ms to 100 days"),
+]
+
+
+@pytest.mark.parametrize(("dimension", "text", "si"), READS)
+def test_a_unit_reads_into_si(dimension: units.Dimension, text: object, si: float) -> None:
+    assert dimension.read(text) == pytest.approx(si, rel=1e-15)
+
+
+@pytest.mark.parametrize(("dimension", "text", "told"), REFUSES)
+def test_what_is_no_quantity_is_said(dimension: units.Dimension, text: object, told: str) -> None:
+    with pytest.raises(ValueError) as refusal:  # noqa: PT011
+        dimension.read(text)
+    assert str(refusal.value) == told
+
+
+@pytest.mark.parametrize("dimension", units.DIMENSIONS, ids=lambda dimension: dimension.name)
+def test_equal_quantities_are_equal_numbers_in_any_unit(dimension: units.Dimension) -> None:
+    """Random decimals, said in each other unit that can say them exactly."""
+    random = Random(dimension.name)
+    for unit, factor in dimension.units.items():
+        for other, size in dimension.units.items():
+            for _ in range(50):
+                decimal = Decimal(random.randrange(1, 10**6)).scaleb(-random.randrange(6))
+                same = Fraction(decimal) * factor / size
+                if said := exactly(same):
+                    assert dimension.read(f"{said} {other}") == dimension.read(f"{decimal:f} {unit}"), (decimal, unit)
+
+
+def exactly(x: Fraction) -> str:
+    """A fraction as a decimal number, "" if it is none."""
+    digits = 60
+    scaled = x * 10**digits
+    return f"{Decimal(scaled.numerator).scaleb(-digits, Context(prec=200)):f}" if scaled.denominator == 1 else ""
+
+
+def test_a_number_too_large_is_no_number() -> None:
+    with pytest.raises(ValueError, match="is no finite number"):
+        units.MASS.read("1e307 t")
+    with pytest.raises(ValueError, match="is no finite number"):
+        units.MASS.read(f"1{'0' * 400} t")
+    assert units.LENGTH.read("1e-400 mm") == 0.0

@@ -1,0 +1,34 @@
+"""The folders of the rooms: each is a package that is installed, small enough to be seen at once."""
+
+from __future__ import annotations
+
+import ast
+import tomllib
+from pathlib import Path
+
+import pytest
+from page_blocks import ROOT
+
+ROOMS = ("kernel", "nodes", "coordinator", "recordings")
+FOLDERS = sorted({p.parent.relative_to(ROOT) for room in ROOMS for p in (ROOT / room).rglob("*.py")})
+MOST, AT_THE_TOP = 16, 5  # modules of a folder; of a room, besides its table of contents
+
+
+def test_the_list_of_packages_is_that_of_the_folders() -> None:
+    listed = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]["packages"]
+    assert listed == [f"heavylift.{'.'.join(folder.parts)}" for folder in FOLDERS]
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=str)
+def test_a_folder_is_seen_at_once(folder: Path) -> None:
+    modules = sorted(p.name for p in (ROOT / folder).glob("*.py"))
+    assert len(modules) <= MOST
+    if len(folder.parts) == 1:
+        assert len(modules) - 1 <= AT_THE_TOP
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=str)
+def test_a_table_of_contents_names_what_there_is(folder: Path) -> None:
+    there = [p.stem for p in (ROOT / folder).glob("*.py") if p.stem != "__init__"]
+    text = ast.get_docstring(ast.parse((ROOT / folder / "__init__.py").read_text())) or ""
+    assert [name for name in sorted(there) if name not in text.replace("`", " ")] == []
