@@ -5,6 +5,7 @@ schema, template       protobuf and JSON schemas; a message in which only number
 samples, columns       which columns of a kernel sample belong to which topic; how they stand in the file
 rounding               how finely numbers are recorded
 viewer_messages        what viewers draw, in the foxglove schemas
+spool                  a temporary file of rows, read again in blocks
 digest                 what two equal runs share to the last byte
 text                   tables and time spans for people
 """

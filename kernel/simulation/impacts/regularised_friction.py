@@ -49,8 +49,9 @@ def regularised(
     xt = x[tangents].reshape(-1, 2)
     e = FIRST * B
     T = A[:, tangents]
+    usual = sum(size[normal].tolist()) / m
     while True:
-        soft = e / most * size[normal] / float(size[normal].mean())
+        soft = e / most * size[normal] / usual
         before = 1.0
         for _ in range(STEPS):
             c = mu[rubs] * xn[rubs]
@@ -113,7 +114,7 @@ def regularised(
     size = np.reshape(size, (m, 3))
     softness, slides = np.ones((m, 2)), np.zeros(m, bool)
     creep = np.sqrt((w * w).sum(axis=1)) / e
-    own = (1.0 + creep * creep) ** 1.5 / np.maximum(mu[rubs] * xn[rubs] / most, LAST) * float(size[:, 0].mean())
+    own = (1.0 + creep * creep) ** 1.5 / np.maximum(mu[rubs] * xn[rubs] / most, LAST) * usual
     softness[rubs] = own[:, None] / size[rubs, 1:]
     z = float(creep.max(initial=0.0))
     slides[rubs] = (creep > sqrt(SLIPS)) & (z > SLIPS or e * z**3 > 10.0 * DECIDED * B)
