@@ -1,0 +1,104 @@
+"""A run that may open few files, or whose names are very long, works or ends in one sentence, and leaves nothing."""
+
+from __future__ import annotations
+
+import os
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from heavylift.coordinator import run_models
+from heavylift.coordinator.supervision.processes import FILES
+from heavylift.kernel.errors import ProtocolError
+from heavylift.nodes.devs import Atomic, Coupled, Message, Out, Simulator, ms
+from heavylift.nodes.scene import bundled
+
+HEAVYLIFT = Path(sys.executable).with_name("heavylift")
+LONG = 300  # characters: more than a file name may have
+
+
+def play(folder: Path, words: str, files: int = 256) -> tuple[int, list[str], list[str]]:
+    """Exit code, lines of standard error, and what a run leaves in its folder for temporary files."""
+    spare = folder / "tmp"
+    spare.mkdir()
+    ended = subprocess.run(
+        [HEAVYLIFT, *words.split()],
+        cwd=folder,
+        env={**os.environ, "TMPDIR": str(spare)},
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (files, files)),
+        capture_output=True,
+        text=True,
+        timeout=60.0,
+    )
+    return ended.returncode, ended.stderr.splitlines(), [each.name for each in spare.iterdir()]
+
+
+@pytest.mark.parametrize("files", [20, 33, 64, 12, 26, 32, 36, 40, 48])
+@pytest.mark.parametrize("where", ["", " --in-process"])
+@pytest.mark.large(beyond=4)
+def test_a_run_with_few_files(tmp_path: Path, files: int, where: str) -> None:
+    code, said, left = play(tmp_path, f"run pendulum --set end=1s -o x.mcap{where}", files)
+    refused = not where and files < FILES
+    assert (code, left) == (int(refused), [])
+    assert not refused or said == [
+        f"heavylift: only {files} files may be open at once, and a run in processes needs at least {FILES}; raise the "
+        "limit (`ulimit -n 256`) or run --in-process"
+    ]
+
+
+def test_a_scene_with_a_long_name(tmp_path: Path) -> None:
+    text = bundled()["pendulum"].read_text().replace("name: pendulum", f"name: {'n' * LONG}")
+    (tmp_path / "long.yaml").write_text(text)
+    code, said, left = play(tmp_path, "run long.yaml --set end=1s --in-process")
+    assert (code, len(said), left) == (1, 1, [])
+    assert said[0].endswith("cannot be written (File name too long); choose another place with -o")
+
+
+class Beat(Message):
+    """Something."""
+
+
+def clock(name: str, port: str) -> Coupled:
+    """One model that says something each millisecond, and hears nothing."""
+
+    class Clock(Atomic):
+        def start(self) -> None:
+            self.hold_in(ms(1))
+
+        def output(self) -> None:
+            getattr(self, port).send(Beat())
+
+        def internal(self) -> None:
+            self.hold_in(ms(1))
+
+    setattr(Clock, port, Out(Beat))
+    Clock.__init_subclass__()
+    root = Coupled("root")
+    root.add(Clock(name))
+    root.add(Clock("other"))
+    return root
+
+
+@pytest.mark.parametrize("length", [60, LONG])
+def test_a_model_with_a_long_name_runs_in_processes_or_is_refused(length: int) -> None:
+    name = "n" * length
+    simulator = Simulator(clock(name, "tick"))
+    simulator.start()
+    simulator.run(ms(3))
+    if length == LONG:
+        with pytest.raises(ProtocolError, match=r"^node name 'n+' "):
+            run_models(f"{__file__}:long_{length}", until=ms(3))
+    else:
+        assert run_models(f"{__file__}:long_{length}", until=ms(3)).outcome.name == "BOUND"
+
+
+def long_60() -> Coupled:
+    """For a process of its own."""
+    return clock("n" * 60, "tick")
+
+
+def long_300() -> Coupled:
+    """For a process of its own."""
+    return clock("n" * LONG, "tick")
