@@ -1,7 +1,7 @@
 """Which tests run when, and which share a worker: those of a file, since they share what it prepares, and all of the
 founding lift.
 
-`pytest` runs in some eight minutes on two cores; `pytest --full tests tests/full` runs the large tests and matrices, too.
+`pytest` runs in some eight minutes on two cores; `pytest --full tests tests/full` runs large tests and matrices, too.
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 
 history     what was shown: poses, tensions, rope lines over time
 conduct     what was said: stages, limits, an operator's words, the end
-clearances  how near things came to one another (moving, rotating, speeds, together, stretches, steps, nearest, distance)
+clearances  how near things came to one another (moving, rotating, speeds, stretches, together, steps, nearest,
+            distance)
 ground      and how near to the ground
 judging     all judges in one table, and the line
 
