@@ -21,7 +21,7 @@ def devs(
     processes: Annotated[int, typer.Option("--processes", help="deal the nodes out over so many processes")] = 0,
     in_process: Annotated[bool, typer.Option("--in-process", help="all models in this process")] = False,
     microsteps: Annotated[int, typer.Option("--microsteps", help="so many steps in no time are a loop")] = 10_000,
-    deadline: Annotated[str, typer.Option("--deadline", help="for a process to say that it gets on")] = "60 s",
+    deadline: Annotated[str, typer.Option("--deadline", help="for a process to show progress")] = "60 s",
     as_json: Json = False,
 ) -> None:
     """Run a DEVS model, each child a process.    heavylift devs my_models:build --until 10s -o run.mcap"""

@@ -36,7 +36,7 @@ def run(
     remote: Annotated[list[str] | None, typer.Option("--remote", help="this process runs on another host")] = None,
     listen: Annotated[str, typer.Option("--listen", help="tls/ADDRESS:PORT for processes of other hosts")] = "",
     keys: Certificates = Path("certificates"),
-    deadline: Annotated[str, typer.Option("--deadline", help="for a process to say that it gets on")] = "60 s",
+    deadline: Annotated[str, typer.Option("--deadline", help="for a process to show progress")] = "60 s",
     rate: Annotated[
         float | None, typer.Option("--rate", help="by the clock: 1 is real time, 10 ten times as fast")
     ] = None,

@@ -13,7 +13,7 @@ __all__ = ["life_sign"]
 
 
 def life_sign(steps: Callable[[], int]) -> Callable[[], bytes]:
-    """What the process answers when it is asked; `steps` grows while it gets on with its work."""
+    """What the process answers when it is asked; `steps` grows while it makes progress."""
     return lambda: msgspec.msgpack.encode(Alive(steps(), _traced()))
 
 

@@ -45,7 +45,7 @@ class Participant:
 
     @property
     def steps(self) -> int:
-        """Grows while the node gets on with its work; any thread may ask."""
+        """Grows while the node makes progress; any thread may ask."""
         return self._node.steps + self._pauses() if self._node is not None else 0
 
     def handle(self, data: bytes) -> None:

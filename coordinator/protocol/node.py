@@ -42,7 +42,7 @@ class Node:
         self._kept: list[Delivery] = []  # heap of inputs that it has not reached
         self._offer: list[Event] = []  # what it says at its next tag unless an input comes before
         self.steps = 0
-        """Tags that it has done in its life, replayed ones as well: whether it gets on."""
+        """Tags that it has done in its life, replayed ones as well: a measure of its progress."""
 
     def hello(self, declaration: bytes = b"", version: str = "", scene: str = "") -> Hello | Fail:
         """Start the model and say what it is."""

@@ -26,7 +26,7 @@ def joined(
     """The hub of the nodes of a placement, started in its order; at the end all processes are gone.
 
     Processes of other hosts are not started here; they come in at the `door`.  A process that owes an answer for
-    `deadline` [s] is asked how it gets on.
+    `deadline` [s] is probed.
     """
     if in_process:
         with LocalHub(placement.nodes) as local:

@@ -78,8 +78,8 @@ def run_models(
 
     Each child has a process of its own, unless `processes` is their number or all are in this one.  `log` hears of
     every transition of every process when the run is over, in the order of a flat run.  A loop is who moves at
-    `microsteps` tags in which no time passes.  A process that owes an answer for `deadline` [s] is asked whether it
-    gets on, and replaced if it does not.  Raises HeavyliftError: one sentence, after a recording is finished and all
+    `microsteps` tags in which no time passes.  A process that owes an answer for `deadline` [s] is probed, and
+    replaced if it makes no progress.  Raises HeavyliftError: one sentence, after a recording is finished and all
     processes are gone.
     """
     if importing():

@@ -82,7 +82,7 @@ def run(
 
     `placement` says which process hosts which nodes; without one each node has a process of its own.
     Processes that it places on other hosts come in at the `door`.  A process that owes an answer for
-    `deadline` [s] is asked whether it gets on, and replaced if it does not.  `page` shows the run while it goes on.
+    `deadline` [s] is probed, and replaced if it makes no progress.  `page` shows the run while it goes on.
     `commands` are given at their tags, as an operator gave them in another run; the keys of a `keyboard` are orders.
 
     Raises HeavyliftError: one sentence, after the recording is finished and all processes are gone.

@@ -1,7 +1,7 @@
 """Node processes are started, watched, replaced when they die, and ended; no run ends otherwise for it.
 
 processes, keeper       start and end them; the small process between
-stall_detector          whether one that owes an answer gets on with its work
+stall_detector          whether one that owes an answer makes progress
 replay_log, failover    what a node was told, and how a successor comes to the same point
 journal                 a file that a killed process leaves readable
 differing               what is said of a model that answers otherwise than before

@@ -34,7 +34,7 @@ from .stall_detector import Vigil
 
 __all__ = ["DEADLINE_s", "Succession"]
 
-DEADLINE_s = 60.0  # for an answer, before a process is asked how it gets on
+DEADLINE_s = 60.0  # for an answer, before a process is probed
 LOSSES = 3  # of one process at one point of the run
 LOOK_s = 0.05  # between two looks at the clock
 KEEP_s = 5.0  # wall time between two checkpoints of a node

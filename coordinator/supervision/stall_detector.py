@@ -1,4 +1,4 @@
-"""Whether a process that owes an answer gets on with its work: a long step or a debugger is a question, not a death.
+"""An overdue process is probed before it is replaced: it may be in a long step, or held by a debugger.
 
 after NOTICE_s      a process in state T is told of: whoever has stopped it may continue it
 after each deadline it is asked; a thread of its own answers how many steps it has done (alive.py)

@@ -86,7 +86,7 @@ class Link:
         self._asked = self._session.declare_queryable(at, Callback(reply))
 
     def _join(self) -> None:
-        """Wait until the coordinator hears all topics: what is put earlier would be lost without a word."""
+        """Wait until the coordinator hears all topics: what is put earlier would be lost silently."""
         deadline = time.monotonic() + JOIN_s
         while not all(sender.heard for sender in self._senders.values()):
             if time.monotonic() > deadline:

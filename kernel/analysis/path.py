@@ -208,7 +208,7 @@ class EquilibriumPath:
 
     def _located(self, t0: int, q0: np.ndarray, G0: np.ndarray, t1: int, q1: np.ndarray) -> tuple[int, np.ndarray]:
         """The first instant of a step at which a guard has fallen, and the rest there: regula falsi, with guesses now
-        before, now behind the root so that the bracket closes from both sides, halved where that gets on slowly."""
+        before, now behind the root so that the bracket closes from both sides, halved where that converges slowly."""
         G1, slow, aside = self._near.guards(q1), 0, -LOCATED_NS // 2
         while t1 - t0 > LOCATED_NS:
             width = t1 - t0

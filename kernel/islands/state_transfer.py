@@ -1,4 +1,4 @@
-"""A simulation that goes on where others have come to: islands that merge, or one that is cut in two.
+"""Initialises a simulation from the state of existing ones: islands that merge, or one that is cut in two.
 
 All stand at one instant.  Coordinates, velocities and accounts, discrete states, moves, locks and thresholds go over
 by name; step control begins with the shortest of their steps.

@@ -194,7 +194,7 @@ class Simulation(Eventful):
             self._leave_out(self.thrift.choose(self._attempts, laws, self.operations))
 
     def _check_pace(self) -> None:
-        """Raises KernelError if the run no longer gets on."""
+        """Raises KernelError if the run stops making progress."""
         t = self.epoch * 1e-9 + self["t"]
         if self._patience.ends(self._attempts, t):
             mode = self._fastest()

@@ -28,7 +28,7 @@ __all__ = ["METHODS", "Stepped", "stepped"]
 TOLERANCES = tuple(float(f"1e-{(k + 1) // 2}") * (sqrt(10.0) if k % 2 else 1.0) for k in range(4, 25))  # 1e-2 to 1e-12
 SMOOTH, EVENT, RIGID = 0.03, 0.1, 0.01  # errors over sqrt(tol): of swing and place, of lift-off, of rigid ropes' peaks
 
-LOSSY = 1e-3  # tolerance above which `ros34pw2` can lose more energy than the kernel lets pass without a word
+LOSSY = 1e-3  # tolerance above which `ros34pw2` can lose more energy than the kernel lets pass without a warning
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,7 @@
 """When to leave out of the code what a scene does not require: once that has cost as much as new code would.
 
-How long a scene will stay as it is nobody knows, so the rule is that of renting and buying: as long as a set of laws
-is dispensable, count the operations that they have cost; when that many operations would have paid for compiling the
-code without them, compile it.  Whatever comes, this never costs more than twice what foresight would have (Karlin et
+Ski-rental rule: as long as a set of laws is dispensable, count the operations that they cost, and compile the code
+without them once the wasted work equals the cost of compiling.  Whatever comes, this never costs more than twice what foresight would have (Karlin et
 al., Algorithmica 3, 1988).  Operations are counted, not seconds, so that all runs of a scene decide alike; code that
 has been bought is used whenever it fits.
 """
