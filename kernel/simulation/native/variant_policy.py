@@ -1,9 +1,9 @@
 """When to leave out of the code what a scene does not require: once that has cost as much as new code would.
 
 Ski-rental rule: as long as a set of laws is dispensable, count the operations that they cost, and compile the code
-without them once the wasted work equals the cost of compiling.  Whatever comes, this never costs more than twice what foresight would have (Karlin et
-al., Algorithmica 3, 1988).  Operations are counted, not seconds, so that all runs of a scene decide alike; code that
-has been bought is used whenever it fits.
+without them once the wasted work equals the cost of compiling.  Whatever comes, this never costs more than twice what
+foresight would have (Karlin et al., Algorithmica 3, 1988).  Operations are counted, not seconds, so that all runs of a
+scene decide alike; code that has been bought is used whenever it fits.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""When a run stops making progress: too many steps for a second of the scene, or too many events too close to each other.
+"""When a run stops making progress: too many steps for a second of the scene, or too many events too close together.
 
 Both are counted, not timed, so that all runs of a scene end alike.  A step of a microsecond takes a second of work for
 a tenth of a second of the scene or less: nobody waits for that, and no law of a yard asks for it.
