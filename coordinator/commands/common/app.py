@@ -24,9 +24,9 @@ AllowCode = Annotated[
     ),
 ]
 EXIT_CODES = """Exit codes: 0 done; 1 the scene, the run or the file is at fault, or two runs differ; 2 the command line
-is wrong, or would overwrite what heavylift has not made; 86 a process on this host has lost its coordinator; 130 stopped
-by Ctrl-C, 129, 131 and 143 by SIGHUP, SIGQUIT and SIGTERM; 141 nobody reads the output any more. One sentence says what
-is wrong."""
+is wrong, or would overwrite what heavylift has not made; 86 a process on this host has lost its coordinator; 130
+stopped by Ctrl-C, 129, 131 and 143 by SIGHUP, SIGQUIT and SIGTERM; 141 nobody reads the output any more. One sentence
+says what is wrong."""
 
 
 class App(typer.Typer):
