@@ -29,9 +29,9 @@ from shared.rows import SHORT, options, row
 
 SWINGS, RESTS, LIFTED = "pendulum", "lift at rest", "lift"
 SILENT = [(SWINGS, 36_000, 2), (SWINGS, 600, 200), (RESTS, 36_000, 2), (RESTS, 600, 200), (LIFTED, 600, 200)]  # s, Hz
-SHORTLY = [(RESTS, 60, 20), (LIFTED, 10, 20)]
+SHORTLY = [(LIFTED, 10, 20)]
 KILLED = [(SWINGS, 36_000, 2), (SWINGS, 600, 200), (RESTS, 600, 200)][: 1 if SHORT else None]
-SPANS = (30, 60) if SHORT else (100, 300, 1000, 2000)  # [s] of the queue
+SPANS = (20, 40) if SHORT else (100, 300, 1000, 2000)  # [s] of the queue
 ENDLESS_s = 1.0 if SHORT else 20.0  # wall time of a run without an end
 BEGUN_bytes = 30_000  # of a recording
 KILLS = 1 if SHORT else 3

@@ -1,4 +1,4 @@
-"""The recipe for a fidelity rule: a function in `RULES`; it is taken if its predicted error fits, and told either way."""
+"""The recipe for a fidelity rule: a function in `RULES`, taken if its predicted error fits, and told either way."""
 
 from importlib import import_module
 
