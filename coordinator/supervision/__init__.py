@@ -2,7 +2,7 @@
 
 processes, keeper       start and end them; the small process between
 stall_detector          whether one that owes an answer makes progress
-replay_log, failover    what a node was told, and how a successor comes to the same point
+failover                replaces a lost process; replay_log: what its successor is told
 journal                 a file that a killed process leaves readable
 differing               what is said of a model that answers otherwise than before
 hash_seed               one seed for the hashes of all processes

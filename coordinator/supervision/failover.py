@@ -1,11 +1,10 @@
 """A hub whose processes may die: each is replaced and brought to the same point, and the run goes on as it would have.
 
-    1  A process is lost: it has ended, or has left, or does not get on (stall_detector.py).
+    1  A process is lost: it has ended, or has left, or makes no progress (stall_detector.py).
     2  It is killed and reaped, so that nothing of it can wake beside its successor; where that cannot be seen, on
        another host, the next epoch refuses by name whatever it still says.
-    3  The successor is told the story of each of its nodes (replay_log.py) and must answer with the same bytes.  If it
-    does
-       not, the run ends: a model is not deterministic.
+    3  The successor is told the story of each of its nodes (replay_log.py) and must answer with the same bytes.
+       If it does not, the run ends: a model is not deterministic.
     4  Then it is told what its predecessor owed an answer to, and that answer is the first that anybody hears of it.
 Samples that were sent before are dropped by their count.  Three losses of a process at one point end the run, and so
 does a model that fails: it would fail again.  Every few seconds of work a node is asked for a checkpoint.

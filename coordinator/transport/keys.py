@@ -1,7 +1,7 @@
 """The keys of a run on the bus, the users that it knows, and the names that nodes and processes may have.
 
 heavylift/<run>/in | out | samples/<process>/<node>      one coordinator, one node per key
-heavylift/<run>/alive | ask/<process>/<epoch>            is it there; does it get on
+heavylift/<run>/alive | ask/<process>/<epoch>            is it there; does it make progress
 heavylift/<run>/leave/<process>                          may it go
 heavylift/join/<process>                                 where a process on another host asks whether it may join
 heavylift/<run>/enter/<process>                          where it joins, if its certificate bears this name

@@ -1,6 +1,7 @@
 """What can be asked of a compiled scene at one instant, besides where it goes next.
 
-equilibrium, path, corrector, active   static equilibrium with one-sided laws; its path as drives and winches move
+equilibrium, active                    static equilibrium; which one-sided laws act there
+path, corrector                        its path as drives and winches move: steps and events; predictor and corrector
 modes, linearise, poses                small motions about a pose
 momentum                               mass, centre, linear and angular momentum
 tables                                 what was found, as text and as data

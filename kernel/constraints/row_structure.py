@@ -15,9 +15,9 @@ from heavylift.kernel.multibody.graph import Graph
 from heavylift.kernel.multibody.trees import Tree
 
 from .block_matrix import Blockwise
-from .delassus import Lopsided
 from .loop_closures import CLOSURES, closure_function, residual_unit
 from .rigid_ropes import rigid_rope
+from .unsymmetric_matrix import Lopsided
 
 __all__ = ["Constraints"]
 

@@ -23,11 +23,11 @@ from heavylift.kernel.multibody.graph import Graph
 from heavylift.kernel.multibody.trees import Tree
 
 from .block_matrix import Blockwise
-from .delassus import Lopsided
 from .loop_closures import CLOSURES
 from .rigid_ropes import SLACK, RigidAt
 from .row_structure import Constraints
 from .tree_factors import OpenTree
+from .unsymmetric_matrix import Lopsided
 
 __all__ = ["Row", "Rows", "held_rows"]
 

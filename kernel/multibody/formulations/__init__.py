@@ -1,6 +1,6 @@
 """The paper's three ways to the accelerations of a tree, each a short text of the same signature as `dynamics`.
 
-recursive     composite inertias along the paths, H = L^T D L without fill-in: what the kernel uses
+recursive     composite inertias along the paths, H = L^T D L without fill-in: what the kernel uses (`dynamics`)
 articulated   recursive as well, with articulated inertias and without H: O(n) however deep the tree
 embedding     velocity transformation: constraint forces are projected away, R^T M R dense
 augmented     absolute coordinates of all bodies with a row for every constraint: [M J^T; J 0]

@@ -1,8 +1,8 @@
 """The abstract simulator of Parallel DEVS.
 
-simulator              one heap of distinct tags, direct routes; schedule: who is due when
+simulator              one heap of distinct tags; internal, external or confluent; schedule: who is due when
 flatten, bags          coupled models dissolved into atomics with routes; messages into bags
-transitions            the trace of a simulator
+transitions            what is told of each transition
 lookahead              what out ports promise, checked
 purity, rules          outputs that change a state; rules that a model can break while it runs
 canonical, snapshot    states as bytes, without code in them; the state of a simulator
