@@ -28,6 +28,7 @@ from heavylift.kernel.simulation.native.native_state import ROWS
 from heavylift.kernel.simulation.native.peaks import last
 from heavylift.kernel.simulation.native.steps import EVENT, FAILED, RUNNING, STILL
 from heavylift.kernel.simulation.native.variant_policy import SPELL, Thrift
+from heavylift.kernel.simulation.safeguards.deflection_check import LASTING, check_compression
 from heavylift.kernel.simulation.safeguards.failures import too_slow
 
 from .call_order import GOING, PAUSED, SETTLED, STOPPED, check_present, check_time, passed_by
@@ -251,8 +252,22 @@ class Simulation(Eventful):
             self._keep(first, np.array(self.method.row_layout.pack(self.row())))
             self._rested = first, t_ns + 1, self.rows.pop()[1]
             self._samples = t_ns // self._sample_ns + 1
-            self._show_rest(pause)
+            try:
+                self._check_rest(range(first, t_ns + 1, self._sample_ns), self._rested[2])
+            finally:
+                self._show_rest(pause)
         self._set(t=self._local(t_ns))
+
+    def _check_rest(self, times: range, row: np.ndarray) -> None:
+        """Raises KernelError for compression that lasts; the samples of the rest end before that."""
+        for t_ns in times[1:] if self.program.axial else ():
+            try:
+                check_compression(self, row, t_ns)
+            except KernelError:
+                self._rested = times[0], t_ns, row
+                raise
+            if t_ns - times[0] > LASTING * 1e9:
+                return
 
     def _show_rest(self, pause: Callable[[], None]) -> None:
         while self.unroll():

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from heavylift.kernel.model.program import Program
     from heavylift.kernel.multibody.graph import Link
 
-__all__ = ["bent", "check_bending", "check_compression", "pass_limit"]
+__all__ = ["LASTING", "bent", "check_bending", "check_compression", "pass_limit"]
 
 SLENDER = 0.5  # of the buckling load, from which a body that knows of its compression is noted
 UNKNOWN = 0.05  # the same for one that does not: its deflections are so much too small

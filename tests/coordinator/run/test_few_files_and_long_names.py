@@ -56,7 +56,7 @@ def test_a_scene_with_a_long_name(tmp_path: Path) -> None:
     assert said[0].endswith("cannot be written (File name too long); choose another place with -o")
 
 
-class Beat(Message):
+class Knock(Message):
     """Something."""
 
 
@@ -68,12 +68,12 @@ def clock(name: str, port: str) -> Coupled:
             self.hold_in(ms(1))
 
         def output(self) -> None:
-            getattr(self, port).send(Beat())
+            getattr(self, port).send(Knock())
 
         def internal(self) -> None:
             self.hold_in(ms(1))
 
-    setattr(Clock, port, Out(Beat))
+    setattr(Clock, port, Out(Knock))
     Clock.__init_subclass__()
     root = Coupled("root")
     root.add(Clock(name))
