@@ -71,6 +71,7 @@ class PeerCode:
     def __init__(self, native: Code, method: Peer, at: dict[str, Any], sizes: Mapping[str, int]) -> None:
         self._native, self._method, self._at, self._sizes = native, method, at, sizes
         self._solver: Any = None
+        self._seen = np.zeros(0), np.zeros((0, 0))  # times (13,) and tensions (13, n_ropes) of the tentative step [N]
         self.failed = ""
         """Why SciPy has found no next step, in its words."""
 
@@ -80,14 +81,31 @@ class PeerCode:
         elif name == "advance":
             X, P, table = blocks
             while X[self._at["run"]] > 0.0:
+                self._raise_peaks(X)
                 self._native.call("commit", X, P)
                 self._native.call("sampling", X, P, table)
                 self._step(X, P)
                 self._native.call("locating", X, P)
         else:
+            if name == "commit":
+                self._raise_peaks(blocks[0])
             self._native.call(name, *blocks)
             if name == "refresh":
                 self._solver = None
+
+    def _raise_peaks(self, X: np.ndarray) -> None:
+        """Hills of tensions within the step that is about to count: of the highest node and its two neighbours."""
+        times, tensions = self._seen
+        if X[self._at["tentative"]] <= 0.0:
+            return
+        n = int((times <= X[self._at["t"]]).sum())
+        peak, when = X[self._at["peak"]], X[self._at["peak_time"]]
+        for i in range(tensions.shape[1]):
+            j = int(tensions[:n, i].argmax()) if n else 0
+            if 0 < j < n - 1:
+                t, T = _top(times[j - 1 : j + 2].tolist(), tensions[j - 1 : j + 2, i].tolist())
+                if peak[i] < T:
+                    peak[i], when[i] = T, t
 
     def _rate(self, X: np.ndarray, P: np.ndarray, t: float, among: float, y: np.ndarray) -> dict[str, np.ndarray]:
         out = {name: np.zeros(n) for name, n in self._sizes.items()}
@@ -147,6 +165,7 @@ class PeerCode:
     def _step(self, X: np.ndarray, P: np.ndarray) -> None:
         """One of SciPy's steps, or as many as a forced one to t_stop takes; written to X as `stepping.step` does."""
         at = self._at
+        before = X[at["T"]].copy()
         t0, t_stop, y0, forced = float(X[at["t"]]), float(X[at["t_stop"]]), X[at["y"]].copy(), X[at["forced"]] > 0.0
         if forced or (self._solver and self._solver.t != t0):
             self._solver = None
@@ -170,6 +189,7 @@ class PeerCode:
         X[at["t"]], X[at["y"]] = t, solver.y
         seen = [self._rate(X, P, place, place, y) for place, y in zip(places[1:-1], values[1:-1], strict=True)]
         seen.append(self._rate(X, P, t, t - 0.5 * h, solver.y))
+        self._seen = np.array(places), np.array([before, *(x["T"] for x in seen)])
         for name, to in (("dy", "f"), ("T", "T"), ("G", "G")):
             X[at[to]] = seen[-1][name]
         fallen = next((i for i, x in enumerate(seen) if (x["G"] < 0.0).any()), None)
@@ -185,3 +205,13 @@ class PeerCode:
         X[at["run"]] = float(more and status == RUNNING)
         if forced:
             self._solver = None
+
+
+def _top(t: list[float], T: list[float]) -> tuple[float, float]:
+    """Time and height of the parabola through three points, of which the middle one is the highest."""
+    up, down = (T[1] - T[0]) / (t[1] - t[0]), (T[2] - T[1]) / (t[2] - t[1])
+    bend = (down - up) / (t[2] - t[0])
+    if not bend < 0.0:
+        return t[1], T[1]
+    top = min(max(0.5 * (t[0] + t[1] - up / bend), t[0]), t[2])
+    return top, T[0] + (top - t[0]) * (up + bend * (top - t[1]))

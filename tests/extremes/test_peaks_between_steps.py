@@ -18,6 +18,7 @@ METHODS = {
     "radau5": {"tolerance": 1e-7},
     "ros34pw2": {"tolerance": 1e-8},
     "rk4": {"step": 5e-3},
+    **{f"scipy-{name}": {"tolerance": 1e-8} for name in ("dop853", "radau", "bdf", "lsoda")},
 }
 
 
