@@ -2,7 +2,7 @@
 
 A kind says where it acts, which numbers it keeps in P and what it answers at one instant.  Its text is traced once per
 shape and shared by all forces of that shape.  Discrete states are numbers in P: frozen during a step, changed by
-`switch` at the located event when one of its guards falls below zero (see `kernel.laws`).
+`switch` at the located event when one of its guards falls below zero (see `forces.laws`).
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Answer:
     stored: Any = 0.0  # [J]
     guards: list[Any] = field(default_factory=list)
     shown: list[Any] = field(default_factory=list)
-    turned: list[Any] = field(default_factory=list)  # its angles, with their rates (see `kernel.angles`)
+    turned: list[Any] = field(default_factory=list)  # its angles, with their rates (`multibody.continuous_angles`)
     turning: list[Any] = field(default_factory=list)
 
 

@@ -163,7 +163,7 @@ class PeerCode:
         return solver.dense_output()
 
     def _step(self, X: np.ndarray, P: np.ndarray) -> None:
-        """One of SciPy's steps, or as many as a forced one to t_stop takes; written to X as `stepping.step` does."""
+        """One of SciPy's steps, or as many as a forced one to t_stop takes; written to X as `steps.step` does."""
         at = self._at
         before = X[at["T"]].copy()
         t0, t_stop, y0, forced = float(X[at["t"]]), float(X[at["t_stop"]]), X[at["y"]].copy(), X[at["forced"]] > 0.0

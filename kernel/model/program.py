@@ -42,7 +42,7 @@ class Program:
     """What a system becomes.  Raises KernelError if a law names what is not there or two drives share a joint.
 
     `formulation`: which text gives the accelerations, see `kernel.formulations`; `locked`: names of the locks that
-    hold, None for those that are engaged at the start; `clamped`, `at_rest`: see `kernel.laws`;
+    hold, None for those that are engaged at the start; `clamped`, `at_rest`: see `forces.laws`;
     `calm`: ropes without events, see `chatter`.
     """
 

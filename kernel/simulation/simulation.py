@@ -47,9 +47,8 @@ class Simulation(Eventful):
     events stop `run`; `native=False` runs the same text on floats (slow oracle); `method`: one of
     `kernel.methods.METHODS`; `step`: fixed steps of so many seconds; `formulation`: one of
     `kernel.multibody.formulations.FORMULATIONS`; `fused`: products are added unrounded, a little faster, with bits
-    that depend
-    on the processor; `lean`: whether laws that the scene does not require at the moment leave the code at once, never,
-    or (None) once that pays.  Raises KernelError."""
+    that depend on the processor; `lean`: whether laws that the scene does not require at the moment leave the code at
+    once, never, or (None) once that pays.  Raises KernelError."""
 
     def __init__(
         self,
