@@ -14,7 +14,7 @@ import numpy as np
 from heavylift.kernel.compiler.symbol import named, scope
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.description.forces import Reeving, Signal
-from heavylift.kernel.description.mechanics import Brake, Rope, Stop
+from heavylift.kernel.description.mechanics import Brake, Stop
 from heavylift.kernel.forces import laws
 from heavylift.kernel.forces.rope_mass import not_weighed, pulls_down
 
@@ -68,9 +68,6 @@ class Applying(Placing):
             L0, dL0 = self.numbers("reference", r.name)[1], 0.0
             if r.winch:
                 L0, dL0, _ = self._reference(r.name)
-            if r.name in self.program.absent:
-                self._leave_out(r, L0, dL0)
-                continue
             bodies = [(self.graph.number(line.a.body), self.graph.number(line.b.body)) for line in r.lines]
             ends = {f"{e}{n}": self._ends[i] for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)}
             with scope(r.name):
@@ -89,18 +86,6 @@ class Applying(Placing):
                 self._push(a, getattr(x, f"wa{n}"))
                 self._push(b, getattr(x, f"wb{n}"))
 
-    def _leave_out(self, r: Rope, L0: Any, dL0: Any) -> None:
-        """A rope that is not hooked: no force, no guard; its elongation is a matter of samples."""
-        self.tensions.append(0.0)
-        self.elongations.append(0.0)
-        self.lengths.append(L0)
-        self.length_rates.append(dL0)
-        self.guards.append(1.0)
-        self._heat.append(0.0)
-        self.stored.append(0.0)
-        if r.winch:
-            self._work.append(0.0)
-
     def _rigid_weights(self) -> None:
         """What rigid ropes weigh and their ends do not."""
         for r in self.system.rigid_ropes:
@@ -117,14 +102,6 @@ class Applying(Placing):
 
     def _supports(self) -> None:
         for u in self.system.supports:
-            if u.name in self.program.absent:
-                self.normals.append(0.0)
-                self.places += [0.0, 0.0]
-                self.velocities += [0.0, 0.0]
-                self.guards += [1.0, 1.0]
-                self._heat.append(0.0)
-                self.stored.append(0.0)
-                continue
             body = self.graph.number(u.point.body)
             with scope(u.name):
                 x = self.program.support(p=self.numbers("support", u.name), body=self._ends[body])

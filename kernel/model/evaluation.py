@@ -11,8 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from heavylift.kernel.algebra.spatial import join
-from heavylift.kernel.compiler.symbol import maximum, minimum, sqrt
-from heavylift.kernel.constraints.contact.clearance import NEVER_NEAR, pads_of
+from heavylift.kernel.compiler.symbol import maximum, sqrt
 from heavylift.kernel.constraints.rows import Rows
 from heavylift.kernel.description.mechanics import Drive, RigidRope, Threshold
 from heavylift.kernel.forces import laws
@@ -62,20 +61,6 @@ class Evaluation(Applying):
     def window(self) -> Any:
         """The same, for steps that it does not bound."""
         return self.reach
-
-    @property
-    def near(self) -> Any:
-        """Time before which nothing of what is left out can touch [s]."""
-        c, soonest = self.program.clearances, NEVER_NEAR
-        for body, pads in pads_of(self.system).items():
-            if self.program.absent.issuperset(pads):
-                end = self._ends[self.graph.number(body)]
-                soonest = minimum(soonest, c.pads(p=self.numbers("pads", body), body=end).time[0])
-        for s in self.program.contacts.sites:
-            if (name := s.contact.name) in self.program.absent:
-                a, b = (self._ends[i] for i in s.bodies)
-                soonest = minimum(soonest, c.of[name](p=self.numbers("shapes", name), A=a, B=b).time[0])
-        return soonest
 
     @property
     def drift(self) -> Any:

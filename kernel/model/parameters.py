@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from heavylift.kernel.constraints.contact.clearance import pads_numbers, pads_of
 from heavylift.kernel.constraints.contact.contact_points import contact_numbers
 from heavylift.kernel.constraints.loop_closures import closure_numbers
 from heavylift.kernel.constraints.rigid_ropes import rigid_numbers
@@ -113,8 +112,6 @@ class Parameters:
         for u in system.supports:
             laws = [u.height, u.k, u.d, u.mu, u.kt, u.dt]
             put("support", u.name, [*u.point.p, *laws, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
-        for body in pads_of(system):
-            put("pads", body, pads_numbers(system, body))
         for name, signal in signals:
             put("signal", name, [0.0, signal.value, 0.0])
         for f in forces:

@@ -7,13 +7,11 @@ small however large the yard.
 
 from __future__ import annotations
 
-from copy import copy
 from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.constraints.contact.clearance import Clearances
 from heavylift.kernel.constraints.contact.contact_points import ContactRows
 from heavylift.kernel.constraints.loop_closures import CLOSURES
 from heavylift.kernel.constraints.row_structure import Constraints
@@ -103,10 +101,7 @@ class Program:
         self.guards += [("force", x.name) for x in self.forces for _ in range(x.law.guards(x.force))]
         self.guards += [("bending", k.body.name) for k in self.graph.links if k.n_modes]
         self.guards += [("rigid", r.name) for r in system.rigid_ropes]
-        self.absent: frozenset[str] = frozenset()
         self.contacts = ContactRows(system, self.graph)
-        self.clearances = Clearances(self.contacts.sites)
-        self.touches = bool(system.supports or system.contacts)
         self.guards += self.contacts.guards
         self.guards += [("threshold", h.name) for h in system.thresholds]
         self.quaternions = [
@@ -120,28 +115,6 @@ class Program:
         kinds = sorted({(len(r.lines), r.name in calm, bool(r.mass)) for r in system.ropes})
         self.ropes = {(n, quiet, heavy): rope_function(n, clamped, quiet, heavy) for n, quiet, heavy in kinds}
         self.support = Function("support", partial(support, clamped, self.at_rest), {"p": SUPPORT, "body": laws.BODY})
-
-    def without(self, names: frozenset[str]) -> Program:
-        """The same scene without forces, rows and guards of these laws; layouts stay, equal functions are shared."""
-        out = copy(self)
-        out.absent = names
-        if names & {*(r.name for r in self.system.rigid_ropes), *(c.name for c in self.system.contacts)}:
-            out.contacts = self.contacts.without(names)
-            ropes = tuple(r for r in self.system.rigid_ropes if r.name not in names)
-            out.constraints = Constraints(self.graph, ropes, out.contacts)
-            out.constraints.link(out.instances)
-        return out
-
-    @property
-    def shared(self) -> list[Function]:
-        """Functions that have the same text whatever is left out."""
-        out = [self.profile, self.support, *self.ropes.values(), *(x.function for x in self.forces)]
-        out += [f for s in self.contacts.sites for f in (s.watch, s.slot, s.reach) if f]
-        for _, tree in self.instances:
-            out += [tree.place, tree.accelerate]
-            if tree.opened:
-                out += [tree.opened.factor, tree.opened.back, *tree.opened.half.values()]
-        return out
 
     def _laws(self) -> tuple[tuple[Any, ...], ...]:
         s = self.system
