@@ -7,7 +7,7 @@ rosenbrock, stiffness    linearly implicit, with the stiffness of ropes in its m
 radau                    Radau IIA of order 5
 control, stability       error-controlled and fixed steps; what fixed steps are refused
 small_motions            what the tolerance is relative to where nothing moves fast
-at_rest, peers           no steps at all, for statics; SciPy's integrators as references
+at_rest                  no steps at all, for statics
 
 Acceptance of steps, location of guards, commits and samples are the same for all and stand in
 `kernel.simulation.native.steps`.

@@ -11,14 +11,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType, SimpleNamespace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from heavylift.kernel.compiler.emit import Parts
 from heavylift.kernel.compiler.function import Function
 from heavylift.kernel.compiler.symbol import any_of, minimum, select
 
-__all__ = ["Attempt", "Build", "Exponents", "Method", "Rate", "combine", "fallen_in", "inside", "length"]
+__all__ = ["Attempt", "Build", "Code", "Exponents", "Method", "Rate", "combine", "fallen_in", "inside", "length"]
 
 LEFT = 1e-10  # [s] before a boundary a step ends at it: by rounding nothing would be left for the next one
 
@@ -53,6 +53,12 @@ class Attempt:
     fresh: Any = None  # whether they had a new Jacobian
 
 
+class Code(Protocol):
+    """Native functions by name."""
+
+    def call(self, name: str, *blocks: np.ndarray) -> None: ...
+
+
 Build = Callable[..., Function]  # (name, part) -> native function of X and P; with matrices=True of M, too
 
 
@@ -72,11 +78,22 @@ class Method(ABC):
     scalars: tuple[str, ...] = ()
     counted: Mapping[str, int] = MappingProxyType({})
     matrices = 0
+    native = True  # whether native code takes the steps
     completes = False  # whether `interpolate` needs `complete` first
 
     def prologue(self, build: Build, at: Mapping[str, Any]) -> tuple[Function | Parts, ...]:
         """Native parts that run before `attempt` in every step; `at`: places in X."""
         return ()
+
+    @property
+    def implicit(self) -> bool:
+        """Whether fast motions may be damped away."""
+        return bool(self.matrices)
+
+    def run(self, code: Code, at: Mapping[str, Any], sizes: Mapping[str, int]) -> Code:
+        """The native functions, with steps that are taken elsewhere if they are not native; `at`: places in X,
+        `sizes` of what `rate` gives."""
+        return code
 
     def constants(self) -> dict[str, Any]:
         """What stands in X from the start, by name."""

@@ -10,12 +10,11 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
-from heavylift.kernel.compiler.emit import Parts, Sequence, While
+from heavylift.kernel.compiler.emit import Parts, Sequence, While, module
 from heavylift.kernel.compiler.function import OPAQUE, Function, flatten
 from heavylift.kernel.compiler.layout import Layout
 from heavylift.kernel.methods.control import Control, ErrorControl
 from heavylift.kernel.methods.method import Method, Rate, inside
-from heavylift.kernel.methods.peers import Peer
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.tangent_stiffness import Tangent
@@ -38,7 +37,7 @@ class Stepping:
         self.method, self.control = method, control
         nq, nv = p.nq, p.nv
         n_ropes, n_guards = len(p.system.straight_ropes), len(p.guards)
-        climbs = n_ropes > 0 and not isinstance(method, Peer)
+        climbs = n_ropes > 0 and method.native
         states = dict.fromkeys(("y", "f", "f0", "d0", *(STATES if climbs else ()), *method.vectors), p.ny)
         ropes = dict.fromkeys(("T", "peak", "peak_time", *(POINTS if climbs else ())), n_ropes)
         beside = ["coarse"] if method.completes else []
@@ -56,7 +55,7 @@ class Stepping:
         self.row_layout = row_layout(p)
         self.columns = self.row_layout.size
 
-        chosen = isinstance(control, ErrorControl) and not isinstance(method, Peer)  # lengths of steps
+        chosen = isinstance(control, ErrorControl) and method.native  # lengths of steps
         bounded = isinstance(control, ErrorControl) and p.contacts.bounded
         extra = {"reach": bounded, "window": blind, "drift": chosen and rows["gap"]}
         asked = [name for name, there in extra.items() if there]
@@ -109,10 +108,14 @@ class Stepping:
         sampling = While("sampling", at["due"], (*ready, f["sample"]))
         locating = While("locating", at["locate"], (*ready, f["bisect"]))
         self.advance: Parts = While("advance", at["run"], (f["commit"], sampling, f["step"], locating))
-        if isinstance(method, Peer):  # takes its steps elsewhere
+        if not method.native:
             del f["step"]
             f |= {"sampling": sampling, "locating": locating}
             self.advance = Sequence("advance", ())
+
+    def ir(self, fused: bool = False) -> str:
+        """LLVM IR of all of them; `fused`: see `Options`."""
+        return module(self.advance, *self.functions.values(), fused=fused)
 
     def _halt(self, n_p: int) -> Function:
         """Brings the locked joints to rest at once."""

@@ -19,6 +19,7 @@ from heavylift.kernel.methods.method import Method, Rate, fallen_in, inside, len
 from heavylift.kernel.methods.small_motions import scale_of, still_below
 
 from .peaks import begin, remember, watch
+from .sample_row import kept
 
 __all__ = [
     "BREAK", "EVENT", "FAILED", "RUNNING", "SCALARS", "STILL", "Project", "Row",
@@ -179,13 +180,13 @@ def close(s: SimpleNamespace, project: Project) -> None:
 
 def look(s: SimpleNamespace, row: Row) -> tuple[Any, list[Any]]:
     """The state as it stands in the next free row, which stays free."""
-    return s.row, [*row(s.t, s.y), *s.peak, *s.peak_time, s.accepted]
+    return s.row, [*row(s.t, s.y), *kept(s)]
 
 
 def sample(s: SimpleNamespace, row: Row, method: Method) -> tuple[Any, list[Any]]:
     """One row from the dense output of the committed step; steps are never shortened for samples."""
     at = method.interpolate(s, (s.t_out - s.t0) * (1.0 / s.h0))
-    values = [*row(s.t_out, at), *s.peak, *s.peak_time, s.accepted]
+    values = [*row(s.t_out, at), *kept(s)]
     number = s.row
     s.row, s.count = number + 1.0, s.count + 1.0
     s.t_out = s.t_base + s.count * s.dt_out
