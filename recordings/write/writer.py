@@ -231,7 +231,7 @@ class Recorder:
         return self._rows
 
     def _writes(self, channel: int, publish_ns: int, data: bytes) -> Callable[[int], None]:
-        return lambda log_ns: self._sink.write(channel, log_ns, publish_ns, data)
+        return lambda log_ns: self._sink.mcap.write(channel, log_ns, publish_ns, data)
 
     def _message(self, channel: int, t_ns: int, data: bytes) -> None:
         self._put(t_ns, self._writes(channel, t_ns, data))
