@@ -135,3 +135,14 @@ def sample_fields(channels: Sequence[SampleChannel]) -> list[Field]:
         taken.add(name.replace("_", "").lower())  # protobuf's JSON names must differ, too
         fields.append(Field(channel.topic, name, channel.unit, list(channel.names)))
     return fields
+
+
+def thinned(columns: Sequence[NDArray[np.float64]], rows: int) -> NDArray[np.intp]:
+    """Numbers of at most `rows` of all rows: the first, the last, and the least and the largest value that each of
+    these columns has in equal parts of them.
+    """
+    n = len(columns[0])
+    if n <= rows or rows < 4:
+        return np.arange(n)
+    parts = np.array_split(np.arange(n), max(1, (rows - 2) // (2 * len(columns))))
+    return np.unique([0, n - 1, *(k[f(y[k])] for k in parts for y in columns for f in (np.argmin, np.argmax))])

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-from heavylift.recordings.format.samples import POSE
+from heavylift.recordings.format.samples import POSE, thinned
 from heavylift.recordings.format.text import duration
 
 from .settings import settings
@@ -106,7 +106,8 @@ def drawing(signal: Columns) -> str:
     scale = (HEIGHT - 8) / (high - low) if high > low else 0.0
     lines = []
     for i, column in enumerate(values.T):
-        k = _seen(column)
+        k = np.flatnonzero(np.isfinite(column))
+        k = k[thinned([column[k]], POINTS)]
         points = " ".join(
             f"{WIDTH * (t[j] - t[0]) / (t[-1] - t[0]):.1f},{HEIGHT - 4 - (column[j] - low) * scale:.1f}" for j in k
         )
@@ -114,13 +115,6 @@ def drawing(signal: Columns) -> str:
     words = f"{signal.name}: {_number(low)} to {_number(high)} {signal.unit}, {t[0]:g} to {t[-1]:g} s"
     head = f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" role="img">'
     return f"{head}<title>{escape(words)}</title>{''.join(lines)}</svg>"
-
-
-def _seen(column: np.ndarray) -> list[int]:
-    """Samples that show all there is to see: the least and the largest of at most POINTS / 2 parts."""
-    parts = np.array_split(np.flatnonzero(np.isfinite(column)), max(1, min(POINTS // 2, len(column) // 2)))
-    both = [{int(p[np.argmin(column[p])]), int(p[np.argmax(column[p])])} for p in parts if len(p)]
-    return sorted(set().union(*both))
 
 
 def _at(signal: Columns, k: int) -> str:

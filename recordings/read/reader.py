@@ -24,7 +24,7 @@ from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, S
 from heavylift.recordings.format.schema import field_places, samples_template
 from heavylift.recordings.format.template import Template
 from heavylift.recordings.format.text import meant
-from heavylift.recordings.format.viewer_messages import Log, Rig, frames_template
+from heavylift.recordings.format.viewer_messages import Box, Log, Rig, boxes_of, frames_template
 from heavylift.recordings.write.sink import FORMAT
 from numpy.typing import NDArray
 
@@ -179,6 +179,11 @@ class Recording:
         """Which rope lines hang from when on."""
         with self._file.reading():
             return [msgspec.json.decode(raw.data, type=Rig) for raw in self.messages("/rig")]
+
+    def boxes(self) -> list[Box]:
+        """The shapes drawn on the bodies."""
+        with self._file.reading():
+            return [box for raw in self.messages("/scene") for box in boxes_of(raw.data)]
 
     def signals(self) -> list[str]:
         """The names that `signal` knows."""

@@ -17,8 +17,7 @@ from heavylift.recordings.read.signal import titles
 from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import PartFile
 
-from .curves_drawn import page, picture
-from .figure import Curve, Figure, Panel
+from .curves_drawn import Curve, Figure, Panel, page, picture
 from .paper import FORMATS
 
 __all__ = ["checked", "curves", "drawn", "larger"]

@@ -23,7 +23,7 @@ from heavylift.recordings.write.outputs import GENERATOR, output_path
 from heavylift.recordings.write.partfile import PartFile
 
 from .browser import print_page
-from .facts import CraneUse, Facts, HookUse, RopeUse, StageUse, facts
+from .facts import Facts, LoadUse, RopeUse, StageUse, facts
 
 __all__ = ["report"]
 
@@ -158,7 +158,7 @@ def _amplified(found: Facts, limits: LimitTable | None) -> str:
     return f"{told}, {limits.dynamic[0]:g} foreseen ({limits.dynamic[1]}); what is beyond it is marked."
 
 
-def _load(c: CraneUse | HookUse) -> list[Cell]:
+def _load(c: LoadUse) -> list[Cell]:
     use = c.load / c.capacity if c.capacity else 0.0
     return [
         c.name,
