@@ -174,11 +174,10 @@ def layout(
     from heavylift.recordings import Recording
     from heavylift.recordings.render.lichtblick import LAYOUT
     from heavylift.recordings.write.outputs import beside
-    from heavylift.recordings.write.partfile import PartFile
+    from heavylift.recordings.write.partfile import written
 
     found = Recording(file).attachments.get(LAYOUT)
     if found is None:
         raise RecordingError(f"{file}: has no layout attached; record the scene with `heavylift run`")
-    with PartFile(output or beside(file, "-lichtblick.json"), "a layout", (".json",), force) as written:
-        written.stream.write(found)
-    typer.echo(f"wrote {written.path}; in Lichtblick: import this layout, then open {file}")
+    path = written(found, output or beside(file, "-lichtblick.json"), "a layout", (".json",), force)
+    typer.echo(f"wrote {path}; in Lichtblick: import this layout, then open {file}")

@@ -47,16 +47,14 @@ def gallery(
 ) -> None:
     """Run scenes and write a page with a picture of each.    heavylift gallery lift tandem -o my-gallery"""
     from heavylift.nodes.scene import bundled, load
-    from heavylift.recordings.write.partfile import PartFile
+    from heavylift.recordings.write.partfile import written
 
     from .gallery import draw, page
 
     loaded = [load(scene) for scene in scenes or bundled()]
     for scene in loaded:
         typer.echo(f"wrote {draw(scene, output / 'pictures', force)}")
-    with PartFile(output / "GALLERY.md", "a page", (".md",), force) as written:
-        written.stream.write(page(loaded).encode())
-    typer.echo(f"wrote {written.path}")
+    typer.echo(f"wrote {written(page(loaded), output / 'GALLERY.md', 'a page', ('.md',), force)}")
 
 
 @app.command()

@@ -20,13 +20,11 @@ def trace(
     import json
 
     from heavylift.coordinator.trace import Timeline, data, text, trace_events
-    from heavylift.recordings.write.partfile import PartFile
+    from heavylift.recordings.write.partfile import written
 
     timeline = Timeline(file)
     if perfetto is not None:
-        with PartFile(perfetto, "a trace", (".json",), force) as written:
-            written.stream.write(json.dumps(trace_events(timeline)).encode())
-        perfetto = written.path
+        perfetto = written(json.dumps(trace_events(timeline)), perfetto, "a trace", (".json",), force)
     typer.echo(json.dumps(data(timeline)) if as_json else text(timeline))
     if perfetto is not None and not as_json:
         typer.echo(f"\nwrote {perfetto}; open it at ui.perfetto.dev")

@@ -20,21 +20,24 @@ from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
 import msgspec
 import numpy as np
 from heavylift.kernel.errors import SignalError
+from heavylift.recordings.format.html import table
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, SAMPLER, Field
 from heavylift.recordings.format.schema import field_places, samples_template
 from heavylift.recordings.format.template import Template
-from heavylift.recordings.format.text import meant
+from heavylift.recordings.format.text import duration, meant
 from heavylift.recordings.format.viewer_messages import Box, Log, Rig, boxes_of, frames_template
 from heavylift.recordings.write.sink import FORMAT
 from numpy.typing import NDArray
 
 from .container import Container, Raw
-from .notebook import recording_html
+from .notebook import drawing, heading
 from .part import Part, chosen
+from .settings import settings
 from .signal import Signal, only
 
 __all__ = ["RecordedEvent", "Recording", "Topic", "guarded"]
 
+IN_NOTEBOOK = ("scene", "seed", "samples_hz")
 BLOCK = 4096  # rows that are decoded together
 Floats = NDArray[np.float64]
 Blocks = Iterator[tuple[list[int], dict[str, Floats]]]  # times [ns] and signals, a few thousand rows at a time
@@ -168,8 +171,19 @@ class Recording:
         return Part(self, name, found) if found else Part.of(self, name)
 
     def _repr_html_(self) -> str:
+        """In a notebook: facts, the tensions, stages, and which signals there are."""
         with self.reading():
-            return recording_html(self)
+            run = {name: text for name in IN_NOTEBOOK if (text := self.run.get(name))} | settings(self.run)
+            end = {"status": self.result.get("status", "cut off"), "digest": self.result.get("digest", "none")}
+            end |= {"simulated": duration(float(self.fact("sim_s")))} if "sim_s" in self.result else {}
+            facts = [(name.replace("_", " "), text) for name, text in (run | end).items()]
+            rows = [[name, field.unit, ", ".join(field.columns)] for name, field in self._fields.items()]
+            rows += [[f"{POSE}*", "m, quaternion", ", ".join(self._bodies)]] if self._bodies else []
+            shown = self.signal("rope/tension") if "rope/tension" in self._fields else None
+            picture = drawing(shown.name, shown.unit, shown.t, shown.values) if shown else ""
+            stages = table(["from", "stage"], [(duration(t), name) for t, name in self.stages()])
+            signals = table(["signal", "unit", "columns"], rows)
+            return heading(str(self.path)) + table(["", ""], facts) + picture + stages + signals
 
     def __repr__(self) -> str:
         status = self.result.get("status", "cut off")

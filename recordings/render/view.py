@@ -16,7 +16,7 @@ from heavylift.recordings.format.text import duration
 from heavylift.recordings.read.reader import Recording, guarded
 from heavylift.recordings.read.verdict import Judged, recorded_verdict
 from heavylift.recordings.write.outputs import output_path
-from heavylift.recordings.write.partfile import PartFile
+from heavylift.recordings.write.partfile import written
 from numpy.typing import NDArray
 
 from .content import bundled, event_text, facts_shown, is_inner, load_of, packed, shown, stage_name
@@ -34,10 +34,7 @@ def view(path: str | Path, out: str | Path, verdict: Judged | None = None, force
     `verdict`: where the recording has none of its own.
     """
     out = output_path(out, "a page", (".html",))
-    text = page(content(Recording(path), verdict))
-    with PartFile(out, "a page", (".html",), force) as file:
-        file.stream.write(text.encode())
-    return file.path
+    return written(page(content(Recording(path), verdict)), out, "a page", (".html",), force)
 
 
 def page(run: dict[str, Any]) -> str:

@@ -25,7 +25,7 @@ from heavylift.kernel.errors import OutputError, RecordingError
 
 from .outputs import PART, names, output_path, remains, writing
 
-__all__ = ["PartFile"]
+__all__ = ["PartFile", "written"]
 
 AT_FDCWD, RENAME_NOREPLACE = -100, 1  # of linux/fcntl.h and linux/fs.h
 OPENED = "/proc/self/fd"  # where Linux has names for open files
@@ -169,6 +169,13 @@ class PartFile:
                 self.finish()
         finally:
             self.abandon(keep=False)
+
+
+def written(data: str | bytes, path: str | Path, what: str, endings: Sequence[str], force: bool = False) -> Path:
+    """Write a whole file of this content; the path that it has now."""
+    with PartFile(path, what, endings, force) as file:
+        file.stream.write(data.encode() if isinstance(data, str) else data)
+    return file.path
 
 
 class _Guarded(io.FileIO):
