@@ -4,8 +4,7 @@ A sample is one float64 row; the layout is announced once and cuts the row into 
 msgpack `[first number, [t_ns, ...], rows, notes]`, rows being little-endian float64 in C order, or a single one that
 all are equal to; notes are sentences for people, `[number, t_ns, sentence]`, and may be left out.  Channels
 `pose/<body>` (x y z, then quaternion x y z w of the body frame in the world) are drawn as
-foxglove.FrameTransforms; all others are fields of one `heavylift.Samples` message per row, made straight
-from the row's bytes (protobuf encoding: tag, length, doubles).
+foxglove.FrameTransforms; all others are fields of one `heavylift.Samples` message per row (schema.py).
 """
 
 from __future__ import annotations
@@ -138,37 +137,12 @@ def sample_fields(channels: Sequence[SampleChannel]) -> list[Field]:
     return fields
 
 
-class SamplesForm:
-    """What all `heavylift.Samples` messages of a run have in common: length, tags, and where the numbers stand."""
-
-    def __init__(self, fields: Sequence[Field]) -> None:
-        image = bytearray()
-        self.places: dict[str, slice] = {}  # bytes by signal
-        for number, field in enumerate(fields, 1):
-            size = 8 * len(field.columns)
-            if size:
-                image += varint(number << 3 | 2) + varint(size)
-            self.places[field.signal] = slice(len(image), len(image) + size)
-            image += bytes(size)
-        self.image = np.frombuffer(bytes(image), np.uint8)
-        self.fixed = np.ones(len(image), bool)
-        for place in self.places.values():
-            self.fixed[place] = False
-
-    def encode(self, rows: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """(n, bytes) messages of (n, columns) rows, the signals' columns side by side."""
-        out = np.tile(self.image, (len(rows), 1))
-        data, at = np.ascontiguousarray(rows, "<f8").view(np.uint8).reshape(len(rows), -1), 0
-        for place in self.places.values():
-            out[:, place] = data[:, at : (at := at + place.stop - place.start)]
-        return out
-
-
-def varint(number: int) -> bytes:
-    """Protobuf's base-128 encoding of a number >= 0."""
-    out = bytearray()
-    while number > 0x7F:
-        out.append(number & 0x7F | 0x80)
-        number >>= 7
-    out.append(number)
-    return bytes(out)
+def thinned(columns: Sequence[NDArray[np.float64]], rows: int) -> NDArray[np.intp]:
+    """Numbers of at most `rows` of all rows: the first, the last, and the least and the largest value that each of
+    these columns has in equal parts of them.
+    """
+    n = len(columns[0])
+    if n <= rows or rows < 4:
+        return np.arange(n)
+    parts = np.array_split(np.arange(n), max(1, (rows - 2) // (2 * len(columns))))
+    return np.unique([0, n - 1, *(k[f(y[k])] for k in parts for y in columns for f in (np.argmin, np.argmax))])

@@ -14,8 +14,8 @@ from typing import BinaryIO
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError, SignalError
-from heavylift.recordings.format.text import meant
-from heavylift.recordings.write.outputs import GENERATOR, output_path
+from heavylift.recordings.format.text import GENERATOR, meant
+from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import PartFile
 from numpy.typing import NDArray
 

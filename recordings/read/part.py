@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from heavylift.kernel.errors import SignalError
+from heavylift.recordings.format.html import table
 from heavylift.recordings.format.samples import POSE
 from heavylift.recordings.format.text import meant
 
-from .notebook import part_html
+from .notebook import heading
 from .signal import Signal, joined, only
 
 __all__ = ["Part", "chosen"]
@@ -101,7 +102,7 @@ class Part:
         return [*super().__dir__(), *self._words]
 
     def _repr_html_(self) -> str:
-        return part_html(self)
+        return heading(self.name) + table(["signal"], [[name] for name in self.signals])
 
     def __repr__(self) -> str:
         return f"<{self.name}: {', '.join(self._words)}>"

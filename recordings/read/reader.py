@@ -20,21 +20,27 @@ from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
 import msgspec
 import numpy as np
 from heavylift.kernel.errors import SignalError
-from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, SAMPLER, Field, SamplesForm
-from heavylift.recordings.format.text import meant
-from heavylift.recordings.format.viewer_messages import Log, Rig, frames_template
+from heavylift.recordings.format.html import table
+from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, SAMPLER, Field
+from heavylift.recordings.format.schema import field_places, samples_template
+from heavylift.recordings.format.template import Template
+from heavylift.recordings.format.text import duration, meant
+from heavylift.recordings.format.viewer_messages import Box, Log, Rig, boxes_of, frames_template
 from heavylift.recordings.write.sink import FORMAT
 from numpy.typing import NDArray
 
 from .container import Container, Raw
-from .notebook import recording_html
+from .notebook import drawing, heading
 from .part import Part, chosen
+from .settings import settings
 from .signal import Signal, only
 
 __all__ = ["RecordedEvent", "Recording", "Topic", "guarded"]
 
+IN_NOTEBOOK = ("scene", "seed", "samples_hz")
 BLOCK = 4096  # rows that are decoded together
 Floats = NDArray[np.float64]
+Blocks = Iterator[tuple[list[int], dict[str, Floats]]]  # times [ns] and signals, a few thousand rows at a time
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -165,8 +171,19 @@ class Recording:
         return Part(self, name, found) if found else Part.of(self, name)
 
     def _repr_html_(self) -> str:
+        """In a notebook: facts, the tensions, stages, and which signals there are."""
         with self.reading():
-            return recording_html(self)
+            run = {name: text for name in IN_NOTEBOOK if (text := self.run.get(name))} | settings(self.run)
+            end = {"status": self.result.get("status", "cut off"), "digest": self.result.get("digest", "none")}
+            end |= {"simulated": duration(float(self.fact("sim_s")))} if "sim_s" in self.result else {}
+            facts = [(name.replace("_", " "), text) for name, text in (run | end).items()]
+            rows = [[name, field.unit, ", ".join(field.columns)] for name, field in self._fields.items()]
+            rows += [[f"{POSE}*", "m, quaternion", ", ".join(self._bodies)]] if self._bodies else []
+            shown = self.signal("rope/tension") if "rope/tension" in self._fields else None
+            picture = drawing(shown.name, shown.unit, shown.t, shown.values) if shown else ""
+            stages = table(["from", "stage"], [(duration(t), name) for t, name in self.stages()])
+            signals = table(["signal", "unit", "columns"], rows)
+            return heading(str(self.path)) + table(["", ""], facts) + picture + stages + signals
 
     def __repr__(self) -> str:
         status = self.result.get("status", "cut off")
@@ -176,6 +193,11 @@ class Recording:
         """Which rope lines hang from when on."""
         with self._file.reading():
             return [msgspec.json.decode(raw.data, type=Rig) for raw in self.messages("/rig")]
+
+    def boxes(self) -> list[Box]:
+        """The shapes drawn on the bodies."""
+        with self._file.reading():
+            return [box for raw in self.messages("/scene") for box in boxes_of(raw.data)]
 
     def signals(self) -> list[str]:
         """The names that `signal` knows."""
@@ -220,36 +242,21 @@ class Recording:
                 values = {name: x[:n] for _, part in found for name, x in part.items()}
                 yield found[0][0][:n], [values[name] for name in names]
 
-    def _numbers(self, names: Sequence[str]) -> Iterator[tuple[list[int], dict[str, Floats]]]:
-        form = SamplesForm(list(self._fields.values()))
-        tags = form.image[form.fixed].tobytes()
-        messages = self.messages("/samples")
-        while block := list(islice(messages, BLOCK)):
-            times: list[int] = []
-            found: dict[str, list[bytes]] = {name: [] for name in names}
-            for raw in block:
-                data = np.frombuffer(raw.data, np.uint8)
-                if len(data) != len(form.image) or data[form.fixed].tobytes() != tags:
-                    raise ValueError("a sample has other fields than its channel")
-                times.append(raw.publish_time)
-                for name, rows in found.items():
-                    rows.append(raw.data[form.places[name]])
-            yield (
-                times,
-                {
-                    name: np.frombuffer(b"".join(rows), "<f8").reshape(len(times), len(self._fields[name].columns))
-                    for name, rows in found.items()
-                },
-            )
+    def _numbers(self, names: Sequence[str]) -> Blocks:
+        fields, places = list(self._fields.values()), field_places([*self._fields.values()])
+        return self._decoded("/samples", samples_template(fields), {name: places[name] for name in names})
 
-    def _poses(self, names: Sequence[str]) -> Iterator[tuple[list[int], dict[str, Floats]]]:
-        form, places = frames_template(self._bodies), {POSE + body: i for i, body in enumerate(self._bodies)}
-        messages = self.messages("/poses")
-        while block := list(islice(messages, BLOCK)):
-            poses = form.decode([raw.data for raw in block]).reshape(-1, len(self._bodies), 7)
-            yield [raw.publish_time for raw in block], {name: poses[:, places[name]] for name in names}
+    def _poses(self, names: Sequence[str]) -> Blocks:
+        places = {POSE + body: slice(7 * i, 7 * i + 7) for i, body in enumerate(self._bodies)}
+        return self._decoded("/poses", frames_template(self._bodies), {name: places[name] for name in names})
 
-    def _keep(self, names: Sequence[str], parts: Iterator[tuple[list[int], dict[str, Floats]]]) -> None:
+    def _decoded(self, topic: str, form: Template, places: dict[str, slice]) -> Blocks:
+        messages = self.messages(topic)
+        while block := list(islice(messages, BLOCK)):
+            rows = form.decode([raw.data for raw in block])
+            yield [raw.publish_time for raw in block], {name: rows[:, x].copy() for name, x in places.items()}
+
+    def _keep(self, names: Sequence[str], parts: Blocks) -> None:
         """Read these signals whole."""
         times: list[int] = []
         found: dict[str, list[Floats]] = {name: [np.zeros((0, len(self.columns(name))))] for name in names}

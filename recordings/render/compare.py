@@ -21,7 +21,7 @@ from heavylift.recordings.read.reader import RecordedEvent, Recording
 from numpy.typing import NDArray
 
 from .curves import checked, drawn, larger
-from .figure import Curve, Figure, Panel
+from .curves_drawn import Curve, Figure, Panel
 
 __all__ = ["Comparison", "Difference", "compare", "overlay"]
 

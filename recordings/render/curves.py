@@ -15,10 +15,9 @@ from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.settings import settings
 from heavylift.recordings.read.signal import titles
 from heavylift.recordings.write.outputs import output_path
-from heavylift.recordings.write.partfile import PartFile
+from heavylift.recordings.write.partfile import written
 
-from .curves_drawn import page, picture
-from .figure import Curve, Figure, Panel
+from .curves_drawn import Curve, Figure, Panel, page, picture
 from .paper import FORMATS
 
 __all__ = ["checked", "curves", "drawn", "larger"]
@@ -47,10 +46,7 @@ def drawn(figure: Figure, out: Path, force: bool = False) -> Path:
     """Write the figure in the form that the suffix asks for."""
     if out.suffix.lower() != ".html":
         return picture(figure, out, force)
-    text = page(figure)
-    with PartFile(out, "a figure", (*FORMATS, ".html"), force) as file:
-        file.stream.write(text.encode())
-    return file.path
+    return written(page(figure), out, "a figure", (*FORMATS, ".html"), force)
 
 
 def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:

@@ -2,25 +2,55 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from heavylift.recordings.format.samples import thinned
+from numpy.typing import NDArray
 
-from .bundle import bundled
-from .content import packed
-from .figure import Figure, Panel
+from .content import bundled, packed
 from .paper import BAND, INK, LIMIT, QUIET, on_paper, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["page", "picture"]
+__all__ = ["Curve", "Figure", "Panel", "page", "picture"]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#7a6fd0")
 NAMED = 16  # curves of a panel that the legend can name
 POINTS = 4000  # instants of a curve on the page
+
+
+@dataclass
+class Curve:
+    """Times (n,) [s] and values (n,) in the unit of its panel; the line is dashed for a second recording."""
+
+    name: str
+    t: NDArray[np.float64]
+    y: NDArray[np.float64]
+    dashed: bool = False
+
+
+@dataclass
+class Panel:
+    """Curves of one unit, and limits by name of what they belong to."""
+
+    unit: str
+    curves: list[Curve]
+    limits: dict[str, float] = field(default_factory=dict)
+    title: str = ""
+
+
+@dataclass
+class Figure:
+    """Panels with a common time; stages are (start [s], name)."""
+
+    title: str
+    panels: list[Panel]
+    stages: list[tuple[float, str]]
 
 
 def picture(figure: Figure, out: Path, force: bool = False) -> Path:
@@ -94,7 +124,7 @@ def _content(panel: Panel) -> dict[str, Any]:
         k = next((i for i, t in enumerate(times) if t is curve.t), len(times))
         times += [curve.t] if k == len(times) else []
         of.append(k)
-    keep = [_kept([c.y for c in panel.curves if c.t is t], len(t)) for t in times]
+    keep = [thinned([c.y for c in panel.curves if c.t is t], POINTS) for t in times]
     shown = [
         {"name": c.name, "times": k, "dashed": c.dashed, "y": packed(c.y[keep[k]])}
         for c, k in zip(panel.curves, of, strict=True)
@@ -102,11 +132,3 @@ def _content(panel: Panel) -> dict[str, Any]:
     kept = [packed(t[k], "<f8") for t, k in zip(times, keep, strict=True)]
     limits = [{"name": name, "y": limit} for name, limit in panel.limits.items()]
     return {"unit": panel.unit, "title": panel.title, "times": kept, "curves": shown, "limits": limits}
-
-
-def _kept(values: list[np.ndarray], n: int) -> np.ndarray:
-    """Instants at which any of these curves has its least or largest value of a part."""
-    if n <= POINTS:
-        return np.arange(n)
-    parts = np.array_split(np.arange(n), max(1, POINTS // (2 * len(values))))
-    return np.unique([0, n - 1, *(part[f(y[part])] for part in parts for y in values for f in (np.argmin, np.argmax))])

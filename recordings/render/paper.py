@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from heavylift.recordings.write.outputs import GENERATOR
+from heavylift.recordings.format.text import GENERATOR
 from heavylift.recordings.write.partfile import PartFile
 
 if TYPE_CHECKING:

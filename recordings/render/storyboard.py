@@ -7,12 +7,12 @@ Drawn from what the recording holds for any viewer: boxes of /scene, frames of /
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.text import duration
-from heavylift.recordings.format.viewer_messages import SceneUpdate, boxes_of
+from heavylift.recordings.format.viewer_messages import Box, SceneUpdate, corners, turned
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
 from heavylift.recordings.write.outputs import output_path
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from .paper import FORMATS, on_paper, save
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 __all__ = ["storyboard"]
@@ -51,7 +52,8 @@ def _figure(rec: Recording, frames: int) -> Figure:
     rows = -(-frames // columns)
     figure = Canvas(figsize=(4.2 * columns, 3.2 * rows), layout="constrained")
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
-    boxes, ropes, stages = _boxes(rec), _ropes(rec, times), rec.stages()
+    boxes = [(box, corners(box)) for box in rec.boxes()]
+    ropes, stages = _ropes(rec, times), rec.stages()
     for ax, t, lines in zip(axes, times, ropes, strict=False):
         _frame(ax, t, poses, boxes, lines)
         stage = next((name for at, name in reversed(stages) if at <= t), rec.run.get("scene", ""))
@@ -78,16 +80,6 @@ def _instants(poses: list[Signal], frames: int) -> list[float]:
     return [float(x) for x in np.interp(wanted, way, t[coarse])]
 
 
-def _boxes(rec: Recording) -> list[tuple[str, Floats, tuple[float, ...]]]:
-    """Body, (8, 3) corners in its frame, colour; balls and cylinders count as their boxes."""
-    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-    boxes = [box for raw in rec.messages("/scene") for box in boxes_of(raw.data)]
-    return [
-        (b.body, np.array(b.centre) + 0.5 * signs * np.array(b.size) @ _rotation(np.array(b.turn)).T, b.colour)
-        for b in boxes
-    ]
-
-
 def _ropes(rec: Recording, times: list[float]) -> list[Floats]:
     """(n, 2, 3) ends of the rope lines at the message next after each time."""
     found: list[Floats] = []
@@ -101,18 +93,17 @@ def _ropes(rec: Recording, times: list[float]) -> list[Floats]:
     return found + [last] * (len(times) - len(found))
 
 
-def _frame(ax: Any, t: float, poses: dict[str, Signal], boxes: list[Any], lines: Floats) -> None:
+def _frame(ax: Axes, t: float, poses: dict[str, Signal], boxes: list[tuple[Box, Floats]], lines: Floats) -> None:
     """One instant: faces from far to near, then ropes, seen along x."""
     from matplotlib.collections import LineCollection, PolyCollection
 
     faces = []
-    for body, corners, colour in boxes:
-        world = corners
-        if body in poses:
-            pose = poses[body]
+    for box, world in boxes:
+        if box.body in poses:
+            pose = poses[box.body]
             row = pose.values[min(int(np.searchsorted(pose.t, t)), len(pose.t) - 1)]
-            world = corners @ _rotation(row[3:]).T + row[:3]
-        faces += [(world[list(f), 0].mean(), world[list(f), 1:], colour) for f in FACES]
+            world = turned(row[3:], world) + row[:3]
+        faces += [(world[list(f), 0].mean(), world[list(f), 1:], box.colour) for f in FACES]
     faces.sort(key=lambda face: -face[0])
     ax.add_collection(
         PolyCollection(
@@ -125,11 +116,3 @@ def _frame(ax: Any, t: float, poses: dict[str, Signal], boxes: list[Any], lines:
     ax.autoscale_view()
     ax.margins(0.03)
     ax.set_axis_off()
-
-
-def _rotation(q: Floats) -> Floats:
-    """(3, 3) rotation of a unit quaternion x y z w."""
-    x, y, z, w = q
-    u = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turned: Floats = np.eye(3) + 2.0 * w * u + 2.0 * u @ u
-    return turned

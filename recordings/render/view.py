@@ -11,19 +11,17 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout
+from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout, thinned
 from heavylift.recordings.format.text import duration
-from heavylift.recordings.format.viewer_messages import Box, boxes_of
 from heavylift.recordings.read.reader import Recording, guarded
 from heavylift.recordings.read.verdict import Judged, recorded_verdict
 from heavylift.recordings.write.outputs import output_path
-from heavylift.recordings.write.partfile import PartFile
+from heavylift.recordings.write.partfile import written
 from numpy.typing import NDArray
 
-from .bundle import bundled
-from .content import event_text, facts_shown, is_inner, load_of, packed, shown, stage_name, thinned
+from .content import bundled, event_text, facts_shown, is_inner, load_of, packed, shown, stage_name
 
-__all__ = ["content", "drawn_boxes", "page", "sample_rows", "view"]
+__all__ = ["content", "page", "sample_rows", "view"]
 
 NUMBERS = 2_000_000  # most numbers in a page: 4 bytes each, as base64 10.7 MB
 CLEARANCES = 3  # that the page tells
@@ -36,10 +34,7 @@ def view(path: str | Path, out: str | Path, verdict: Judged | None = None, force
     `verdict`: where the recording has none of its own.
     """
     out = output_path(out, "a page", (".html",))
-    text = page(content(Recording(path), verdict))
-    with PartFile(out, "a page", (".html",), force) as file:
-        file.stream.write(text.encode())
-    return file.path
+    return written(page(content(Recording(path), verdict)), out, "a page", (".html",), force)
 
 
 def page(run: dict[str, Any]) -> str:
@@ -55,7 +50,7 @@ def content(rec: Recording, verdict: Judged | None = None) -> dict[str, Any]:
     columns = shown(layout)
     rows = rows[:, columns.columns]
     ropes = rows[:, 7 * len(columns.bodies) :]
-    kept = thinned(load_of(columns.signals, ropes), NUMBERS // max(1, rows.shape[1]))
+    kept = thinned([load_of(columns.signals, ropes)], NUMBERS // max(1, rows.shape[1]))
     rated = rec.fact("rated", {})
     stages = [(e.t_ns * 1e-9, stage_name(e.port, e.value)) for e in rec.events(port="stage")]
     events, told = _events(rec)
@@ -67,7 +62,7 @@ def content(rec: Recording, verdict: Judged | None = None) -> dict[str, Any]:
         "facts": facts_shown(rec.run, [*_judged(verdict), *more, *told, *_origin(rec)]),
         **columns.head(),
         "rows": {"t": packed(t[kept], "<f8"), "x": packed(rows[kept])},
-        "boxes": drawn_boxes(rec),
+        "boxes": rec.boxes(),
         "rig": [{"t": rig.t_ns * 1e-9, "lines": rig.lines} for rig in rec.rigs()],
         "rated": rated,
         "supports": rec.fact("supports", []),
@@ -127,9 +122,3 @@ def _judged(verdict: Judged | None) -> list[tuple[str, str]]:
         for c in verdict.clearances[:CLEARANCES]
     ]
     return rows + [("not looked at", sentence) for sentence in verdict.not_looked_at]
-
-
-def drawn_boxes(rec: Recording) -> list[Box]:
-    """The shapes on the bodies."""
-    with rec.reading():
-        return [box for raw in rec.messages("/scene") for box in boxes_of(raw.data)]

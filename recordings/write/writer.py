@@ -16,7 +16,6 @@ from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 from itertools import count
 from pathlib import Path
-from types import TracebackType
 from typing import Any, NamedTuple
 
 import msgspec
@@ -215,9 +214,7 @@ class Recorder:
     def __enter__(self) -> Recorder:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, _: object, error: object, *__: object) -> None:
         if error is None:
             self.close()
         else:
@@ -231,7 +228,7 @@ class Recorder:
         return self._rows
 
     def _writes(self, channel: int, publish_ns: int, data: bytes) -> Callable[[int], None]:
-        return lambda log_ns: self._sink.write(channel, log_ns, publish_ns, data)
+        return lambda log_ns: self._sink.mcap.write(channel, log_ns, publish_ns, data)
 
     def _message(self, channel: int, t_ns: int, data: bytes) -> None:
         self._put(t_ns, self._writes(channel, t_ns, data))

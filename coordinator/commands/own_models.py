@@ -1,4 +1,4 @@
-"""`heavylift devs`: any DEVS model, distributed."""
+"""Models of your own: `heavylift devs` runs any DEVS model, `heavylift trust` lets Python code of a folder run."""
 
 from __future__ import annotations
 
@@ -9,19 +9,29 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from heavylift.coordinator.commands.common.app import Force, Json, app
+from heavylift.coordinator.commands.common.app import (
+    Deadline,
+    Force,
+    InProcess,
+    Json,
+    Processes,
+    app,
+    deadline_s,
+    quantity,
+    written_to,
+)
 
 
 @app.command()
 def devs(
     model: Annotated[str, typer.Argument(help="module:function or file.py:function that returns a Coupled")],
     until: Annotated[str, typer.Option("--until", help="end of simulation: --until 10s; default no activity")] = "",
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="recording; default none")] = None,
+    output: Annotated[Path | None, written_to("recording; default none")] = None,
     force: Force = False,
-    processes: Annotated[int, typer.Option("--processes", help="deal the nodes out over so many processes")] = 0,
-    in_process: Annotated[bool, typer.Option("--in-process", help="all models in this process")] = False,
+    processes: Processes = 0,
+    in_process: InProcess = False,
     microsteps: Annotated[int, typer.Option("--microsteps", help="so many steps in no time are a loop")] = 10_000,
-    deadline: Annotated[str, typer.Option("--deadline", help="for a process to show progress")] = "60 s",
+    deadline: Deadline = "60 s",
     as_json: Json = False,
 ) -> None:
     """Run a DEVS model, each child a process.    heavylift devs my_models:build --until 10s -o run.mcap"""
@@ -29,19 +39,13 @@ def devs(
     import json
 
     from heavylift.coordinator.run.models import run_models
-    from heavylift.kernel.errors import ModelError
     from heavylift.nodes.devs import NEVER, ns
     from heavylift.nodes.scene.text.units import TIME
 
-    from .running import patience_s
-
     if PathFinder.find_spec(model.partition(":")[0].partition(".")[0], [os.getcwd()]):
         sys.path.append(os.getcwd())  # a module in the folder where the user stands; what is installed comes first
-    try:
-        end = ns(TIME.read(until)) if until else NEVER
-    except ValueError as error:
-        raise ModelError(f"--until: {error}") from None
-    patience = patience_s(deadline)
+    end = ns(quantity("--until", until, TIME)) if until else NEVER
+    patience = deadline_s(deadline)
     run = run_models(
         model, end, output, in_process, processes=processes, microsteps=microsteps, force=force, deadline=patience
     )
@@ -54,3 +58,24 @@ def devs(
     typer.echo(f"{run.grants} grants in {run.wall_s:.2f} s\ndigest {run.digest}")
     if run.recording is not None:
         typer.echo(f"wrote {run.recording}")
+
+
+@app.command()
+def trust(
+    folder: Annotated[Path | None, typer.Argument(help="folder with Python code; default: list those trusted")] = None,
+    withdraw: Annotated[bool, typer.Option("--withdraw", help="trust it no longer")] = False,
+    listed: Annotated[bool, typer.Option("--list", help="list the trusted folders")] = False,
+) -> None:
+    """Let Python code of a folder run when a scene or recording names it.    heavylift trust my_laws"""
+    from heavylift.kernel import trust as kept
+
+    if folder is not None:
+        if withdraw:
+            typer.echo(f"no longer trusted: {kept.withdraw(folder)}", err=True)
+        else:
+            typer.echo(f"trusted: {kept.trust(folder)}; `heavylift trust --withdraw` takes it back", err=True)
+    elif withdraw:
+        raise typer.BadParameter("say which folder to trust no longer")
+    if listed or folder is None:
+        for each in kept.trusted():
+            typer.echo(each)
