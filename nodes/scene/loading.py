@@ -28,9 +28,8 @@ from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
 from heavylift.nodes.scene.checks.locked_checks import held_orders
 from heavylift.nodes.scene.checks.orders import order_checks
 from heavylift.nodes.scene.construction.limiting import build_limits
-from heavylift.nodes.scene.construction.machines import build_machines
+from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines
 from heavylift.nodes.scene.construction.mechanism import build_mechanism
-from heavylift.nodes.scene.construction.modelling import build_fidelity
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.placement import placement_faults

@@ -1,4 +1,4 @@
-"""Cranes, loaders, block and rig of a scene file as their part of the plan.
+"""Cranes, loaders, block and rig of a scene file, and its fidelity, as their part of the plan.
 
 Names are resolved here and defaults become numbers; loaders hang and the block lies in equilibrium.
 """
@@ -8,7 +8,9 @@ from __future__ import annotations
 import math
 from typing import Literal
 
+import msgspec
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.planar import groups_of, planar
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
@@ -140,3 +142,18 @@ def _groups(yard: Yard, rig: schema.Rig) -> None:
             else:
                 found.append(on_hook[words])
         yard.groups[name] = tuple(dict.fromkeys(found))
+
+
+def build_fidelity(yard: Yard) -> plan.Fidelity:
+    """How much is modelled, groups of joints as names of joints; what is wrong is added to the faults of the scene."""
+    given = yard.scene.fidelity
+    groups = groups_of(yard.loaders, yard.cranes)
+    joints = [joint for group in groups.values() for joint in group]
+    locked: list[str] = []
+    for i, name in enumerate(given.locked):
+        if name not in groups and name not in joints:
+            told = f"there is no joint '{name}' to lock"
+            yard.fault(("fidelity", "locked", i), told, closest(name, [*groups, *joints]))
+        locked += groups.get(name, [name])
+    made = msgspec.convert(given.model_dump() | {"locked": locked}, plan.Fidelity)
+    return planar(made, yard.loaders, yard.cranes)

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 
 from heavylift.kernel.description.mechanics import MethodName
 from heavylift.nodes.devs.execution.rules import LIMIT
+from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.question import USUAL, Asked
 from heavylift.nodes.scene.language.grammar import read_condition, read_order
 from heavylift.nodes.scene.language.phrases import OrderPhrase, PhraseError, Test, Waiting
@@ -58,7 +59,8 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from .mechanics import Base, Mechanism, Name, Place
+from .base import Base, Name, Place, keys_of
+from .mechanics import Mechanism
 from .placement import Process
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
@@ -317,19 +319,8 @@ class Action(BaseModel):
         return all(isinstance(order, Waiting) for order in self.orders.values())
 
 
-class Fidelity(Base):
-    """How much is modelled (see `fidelity`); locked: joints, or all `hinges`, `gantries`, `trolleys`."""
-
-    ropes: Literal["rigid", "elastic", "massive"] = "elastic"
-    lumps: Annotated[int, Field(ge=2, le=64)] = 4
-    rope_mass: Literal["none", "lumped"] = "none"
-    slings: Literal["rigid", "elastic"] = "elastic"
-    girder: Literal["rigid", "elastic"] = "rigid"
-    motion: Literal["spatial", "across", "along"] = "spatial"
-    pads: Literal["all", "standing"] = "all"
-    locked: tuple[str, ...] = ()
-    islands: Literal["apart", "together"] = "apart"
-    unused_laws: Literal["dropped", "kept"] = "dropped"
+class Fidelity(keys_of(plan.Fidelity, "where")):  # type: ignore[misc]
+    """How much of the machines is modelled."""
 
 
 class Scene(Base):
