@@ -28,16 +28,16 @@ from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
 from heavylift.nodes.scene.checks.locked_checks import held_orders
 from heavylift.nodes.scene.checks.orders import order_checks
 from heavylift.nodes.scene.construction.limiting import build_limits
-from heavylift.nodes.scene.construction.machines import build_machines
+from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines
 from heavylift.nodes.scene.construction.mechanism import build_mechanism
-from heavylift.nodes.scene.construction.modelling import build_fidelity
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.placement import placement_faults
 from heavylift.nodes.scene.keys.validate import validate
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.files import content, within
-from heavylift.nodes.scene.text.source import Fault, Source, override, read
+from heavylift.nodes.scene.text.overlay import merged, override
+from heavylift.nodes.scene.text.source import Fault, Source, read
 from heavylift.nodes.scenes import bundled
 from heavylift.nodes.statics import Followed, Following, StaticState, follow, following, goal_states
 from heavylift.nodes.statics.findings import path_findings
@@ -154,7 +154,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
         raise_faults(source, source.faults)
     for setting in overrides:
         override(source, setting)
-    merged = json.dumps(source.data) if overrides or "extends" in read(text, name).data else ""
+    whole = json.dumps(source.data) if overrides or "extends" in read(text, name).data else ""
     scene = validate(source)
     raise_faults(source, source.faults)
     assert scene is not None
@@ -185,7 +185,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
         text,
         path,
         scene,
-        merged=merged,
+        merged=whole,
         settings=tuple(overrides),
     )
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
@@ -222,18 +222,18 @@ def _needs(source: Source, scene: schema.Scene) -> None:
     if len(missing) == len(parts):
         if scene.mechanism is None:
             told = "a scene needs cranes, a block and a rig, or a mechanism"
-            source.faults.append(Fault((), told))
+            source.fault((), told)
     elif missing:
         there = " and ".join(key for key in parts if key not in missing)
         told = f"a scene with {there} needs {' and '.join(missing)}, too"
-        source.faults.append(Fault((), told))
+        source.fault((), told)
     names = {*scene.cranes, *(scene.rig.loaders if scene.rig else ())}
     if scene.mechanism and scene.mechanism.name in names:
         told = f"the name '{scene.mechanism.name}' is given twice: another machine has it, too"
-        source.faults.append(Fault(("mechanism", "name"), told))
+        source.fault(("mechanism", "name"), told)
     if not scene.actions and scene.end is None:
         told = "the scene never ends: give it 'actions' or an 'end', such as 'end: 60 s'"
-        source.faults.append(Fault((), told))
+        source.fault((), told)
 
 
 def _physics(source: Source, loaded: LoadedScene) -> list[Fault]:
@@ -278,7 +278,7 @@ def _source(path: Path, name: str, text: str, root: Path, above: tuple[Path, ...
     at = ("extends",)
     here = (*above, path.resolve())
     if not isinstance(base, str):
-        source.faults.append(Fault(at, "write the path of a scene, such as 'extends: lift.yaml'"))
+        source.fault(at, "write the path of a scene, such as 'extends: lift.yaml'")
         return source
     below = path.parent / base
     try:
@@ -295,9 +295,9 @@ def _source(path: Path, name: str, text: str, root: Path, above: tuple[Path, ...
         name_below = below.name if below in bundled().values() else str(below)  # however the path above is written
         under = _source(below, name_below, _text(real, base), root, here)
     except (SceneError, ValueError) as error:
-        source.faults.append(Fault(at, str(error)))
+        source.fault(at, str(error))
         return source
-    return under.merge(source)
+    return merged(under, source)
 
 
 def _find(scene: str) -> Path:

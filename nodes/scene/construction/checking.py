@@ -14,7 +14,7 @@ from heavylift.kernel.errors import KernelError
 from heavylift.nodes.scene.keys import mechanics
 from heavylift.nodes.scene.keys.flexible import Beam
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Fault, Path, Source
+from heavylift.nodes.scene.text.source import Path, Source
 
 __all__ = ["Checking"]
 
@@ -23,7 +23,7 @@ class Checking:
     """A mechanism as it is written, with the source that its faults are added to."""
 
     def __init__(self, source: Source, given: mechanics.Mechanism) -> None:
-        self.source, self.given = source, given
+        self.source, self.given, self.fault = source, given, source.fault
         self.bodies = [k.WORLD, *given.bodies]
 
     def checked(self, path: Path, check: Callable[[Any], object], made: Any) -> None:
@@ -47,10 +47,6 @@ class Checking:
         beam = self.beam(body)
         if beam and not 0.0 <= x <= beam.length:
             self.fault(path, f"{x:g} m is not on the beam of '{body}', which reaches from 0 to {beam.length:g} m")
-
-    def fault(self, path: Path, sentence: str, hint: str = "", *, on_key: bool = False) -> None:
-        """One more fault of the scene, at a place in its file."""
-        self.source.faults.append(Fault(path, sentence, hint, on_key))
 
     def along(self, path: Path, name: str, coordinate: str) -> tuple[str, bool] | None:
         """The coordinate that a law acts along, and whether it is an angle."""

@@ -12,6 +12,7 @@ from heavylift.kernel.description import mechanics as k
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys import mechanics
 from heavylift.nodes.scene.keys.forces import Characteristic
+from heavylift.nodes.scene.keys.joints import POSITIONS
 from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
@@ -159,5 +160,5 @@ def actuators(checks: Checking) -> list[plan.Actuator]:
 def _start(checks: Checking, drive: mechanics.Drive) -> float:
     """Where the coordinate of a drive begins."""
     joint = checks.given.joints.get(drive.joint)
-    named = dict(zip(joint.coordinates, joint.state()[0], strict=False)) if joint else {}
+    named = dict(zip(joint.coordinates, joint.values(POSITIONS), strict=False)) if joint else {}
     return named.get(drive.coordinate, next(iter(named.values()), 0.0))

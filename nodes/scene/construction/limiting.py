@@ -45,7 +45,7 @@ def _scene(yard: Yard, mechanism: plan.Mechanism | None) -> Iterator[Limit]:
     limits, written_ = yard.scene.limits, "limits" in yard.scene.model_fields_set
     where = yard.source.where(("limits",)) if written_ or not yard.cranes else yard.cranes[0].where
     for key in () if yard.cranes else sorted(limits.model_fields_set - {"ropes", "wind"}):
-        yard.fault(
+        yard.source.fault(
             ("limits", written(key)), "nothing is judged by it, for the scene has no cranes: leave it out", on_key=True
         )
     if yard.cranes:
@@ -74,7 +74,7 @@ def _ropes(yard: Yard, mechanism: plan.Mechanism | None) -> Iterator[Limit]:
     for name, given in yard.scene.limits.ropes.items():
         path: Path = ("limits", "ropes", name)
         if name not in known:
-            yard.fault(path, f"there is no rope '{name}'", closest(name, known), on_key=True)
+            yard.source.fault(path, f"there is no rope '{name}'", closest(name, known), on_key=True)
         where, breaking = yard.source.where(path), given.breaking or 0.0
         told = {"subject": name, "unit": "N", "elements": (name,), "source": given.source, "where": where}
         most, factor = given.tension or breaking / given.factor, given.factor if breaking else 1.0

@@ -1,4 +1,4 @@
-"""Cranes, loaders, block and rig of a scene file as their part of the plan.
+"""Cranes, loaders, block and rig of a scene file, and its fidelity, as their part of the plan.
 
 Names are resolved here and defaults become numbers; loaders hang and the block lies in equilibrium.
 """
@@ -8,7 +8,9 @@ from __future__ import annotations
 import math
 from typing import Literal
 
+import msgspec
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.planar import groups_of, planar
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
@@ -44,24 +46,24 @@ def _hang(yard: Yard, rig: schema.Rig) -> None:
         path: Path = ("rig", "loaders", name, "hook")
         words = " ".join(loader.hook.split())
         if words not in known:
-            yard.fault(path, f"there is no hook '{loader.hook}'", closest(words, known))
+            yard.source.fault(path, f"there is no hook '{loader.hook}'", closest(words, known))
         elif words in taken:
-            yard.fault(path, f"the hook {words} already carries {taken[words]}")
+            yard.source.fault(path, f"the hook {words} already carries {taken[words]}")
         else:
             taken[words] = name
             crane, hook = words.split()
             yard.hooks[name] = (crane, hook)
         if name in yard.scene.cranes:
-            yard.fault(path[:-1], f"the name '{name}' is given twice: a crane has it, too", on_key=True)
+            yard.source.fault(path[:-1], f"the name '{name}' is given twice: a crane has it, too", on_key=True)
     used: dict[str, str] = {}
     for name, loader in rig.loaders.items():
         for i, lug in enumerate(loader.lugs or ()):
             path = ("rig", "loaders", name, "lugs", i)
             lugs = yard.scene.block.lugs if yard.scene.block else {}
             if lug not in lugs:
-                yard.fault(path, f"the block has no lug '{lug}'", closest(lug, lugs))
+                yard.source.fault(path, f"the block has no lug '{lug}'", closest(lug, lugs))
             elif lug in used:
-                yard.fault(path, f"the lug {lug} already carries a sling of {used[lug]}")
+                yard.source.fault(path, f"the lug {lug} already carries a sling of {used[lug]}")
             used.setdefault(lug, name)
 
 
@@ -85,7 +87,7 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
 
     if crane.drum_ends and crane.falls % crane.drum_ends:
         told = f"{crane.falls} falls cannot be shared by {crane.drum_ends} drum ends: give an even number of falls"
-        yard.fault(("cranes", name, "drum ends"), f"{told}, or 'drum ends: 1'", on_key=True)
+        yard.source.fault(("cranes", name, "drum ends"), f"{told}, or 'drum ends: 1'", on_key=True)
     hooks = []
     for loader, (owner, hook) in yard.hooks.items():
         if owner == name:
@@ -136,7 +138,22 @@ def _groups(yard: Yard, rig: schema.Rig) -> None:
             words = " ".join(member.split())
             if words not in on_hook:
                 path: Path = ("rig", "groups", name, i)
-                yard.fault(path, f"no loader hangs on a hook '{member}'", closest(words, on_hook))
+                yard.source.fault(path, f"no loader hangs on a hook '{member}'", closest(words, on_hook))
             else:
                 found.append(on_hook[words])
         yard.groups[name] = tuple(dict.fromkeys(found))
+
+
+def build_fidelity(yard: Yard) -> plan.Fidelity:
+    """How much is modelled, groups of joints as names of joints; what is wrong is added to the faults of the scene."""
+    given = yard.scene.fidelity
+    groups = groups_of(yard.loaders, yard.cranes)
+    joints = [joint for group in groups.values() for joint in group]
+    locked: list[str] = []
+    for i, name in enumerate(given.locked):
+        if name not in groups and name not in joints:
+            told = f"there is no joint '{name}' to lock"
+            yard.source.fault(("fidelity", "locked", i), told, closest(name, [*groups, *joints]))
+        locked += groups.get(name, [name])
+    made = msgspec.convert(given.model_dump() | {"locked": locked}, plan.Fidelity)
+    return planar(made, yard.loaders, yard.cranes)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys import schema
-from heavylift.nodes.scene.text.source import Fault, Path, Source
+from heavylift.nodes.scene.text.source import Source
 
 UPPER, LOWER = "upper", "lower"
 HOOKS = {"H1": ("upper", -1), "H2": ("upper", 1), "H3": ("lower", 0)}  # trolley, side along x
@@ -26,9 +26,6 @@ class Yard:
     slings: list[plan.Sling] = field(default_factory=list)
     hooks: dict[str, tuple[str, str]] = field(default_factory=dict)  # loader -> (crane, hook)
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)  # -> loaders
-
-    def fault(self, path: Path, sentence: str, hint: str = "", *, on_key: bool = False) -> None:
-        self.source.faults.append(Fault(path, sentence, hint, on_key))
 
 
 def box(mass: float, size: Vector) -> Vector:

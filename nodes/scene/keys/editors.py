@@ -6,8 +6,6 @@ checks while one types; what it cannot know (names, physics, phrases of the acti
 
 from __future__ import annotations
 
-import inspect
-import re
 from collections.abc import Iterator
 from typing import Any, get_args
 
@@ -21,8 +19,8 @@ from heavylift.nodes.scene.text.units import (
     STROKE_RAMP,
     STROKE_SPEED,
 )
-from pydantic import BaseModel
 
+from .base import Base, comments
 from .schema import Scene
 
 __all__ = ["json_schema", "with_unit"]
@@ -40,7 +38,7 @@ def json_schema() -> Schema:
     """The schema as plain data."""
     schema = Scene.model_json_schema(by_alias=True)
     definitions = schema["$defs"]
-    meanings = {model.__name__: _comments(model) for model in _models(Scene)}
+    meanings = {model.__name__: comments(model) for model in _models(Scene)}
     for name, part in {"Scene": schema, **definitions}.items():
         told = meanings.get(name.rpartition("__")[2], {})
         for key, value in part.get("properties", {}).items():
@@ -57,9 +55,9 @@ def with_unit(dimension: str, value: float) -> str | float:
     return f"{value / factor:.10g} {unit}" if unit else value
 
 
-def _models(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
+def _models(model: type[Base]) -> Iterator[type[Base]]:
     """A model and all that stand in its fields; those of one name share their comments."""
-    seen, todo = set[type[BaseModel]](), [model]
+    seen, todo = set[type[Base]](), [model]
     while todo:
         one = todo.pop()
         if one in seen:
@@ -69,16 +67,9 @@ def _models(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
         types: list[Any] = [field.annotation for field in one.model_fields.values()]
         while types:
             kind = types.pop()
-            if isinstance(kind, type) and issubclass(kind, BaseModel):
+            if isinstance(kind, type) and issubclass(kind, Base):
                 todo.append(kind)
             types += get_args(kind)
-
-
-def _comments(model: type[BaseModel]) -> dict[str, str]:
-    """What the comments behind the fields of a model say, by key."""
-    found = re.findall(r"^    (\w+): .*?  # (.*)$", inspect.getsource(model), re.M)
-    fields = model.model_fields
-    return {(fields[name].alias if name in fields else None) or name: comment for name, comment in found}
 
 
 def _readable(key: Schema, meaning: str) -> Schema:

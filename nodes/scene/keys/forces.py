@@ -7,6 +7,7 @@ The laws themselves and their conventions: `heavylift.kernel.description.forces`
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -36,7 +37,7 @@ from pydantic import Field
 from .attitudes import quaternion_matrix, unit
 from .base import Base, Direction, End, Quaternion, Station
 
-__all__ = ["FORCE_TYPES", "Force"]
+__all__ = ["Force"]
 
 Row6 = tuple[Number, Number, Number, Number, Number, Number]
 Matrix6 = tuple[Row6, Row6, Row6, Row6, Row6, Row6]
@@ -46,9 +47,16 @@ Keys = tuple[str | int, ...]
 
 class _Force(Base):
     @property
-    def bodies(self) -> list[tuple[Keys, str]]:
+    def bodies(self) -> Iterator[tuple[Keys, str]]:
         """The bodies that it names, with the keys that do so."""
-        return [(("body",), body)] if (body := getattr(self, "body", None)) else _ends(self, "start", "end")
+        for key in ("body", "start", "end", "ends"):
+            match getattr(self, key, None):
+                case str(body):
+                    yield (key,), body
+                case End(body=body):
+                    yield (key, "body"), body
+                case [*ends]:
+                    yield from (((key, i, "body"), end.body) for i, end in enumerate(ends))
 
     @abstractmethod
     def built(self, name: str, folder: Path) -> f.Force:
@@ -115,10 +123,6 @@ class Torsion(_Force):
     damping: TurnDamping = 0.0
     rest: Angle = 0.0
 
-    @property
-    def bodies(self) -> list[tuple[Keys, str]]:
-        return [(("start",), self.start), (("end",), self.end)]
-
     def built(self, name: str, folder: Path) -> f.Force:
         return f.Torsion(name, self.start, self.end, unit(self.axis), self.stiffness, self.damping, self.rest)
 
@@ -156,10 +160,6 @@ class Characteristic(_Force):
     factor: Number = 1.0
     history: History = Field(default_factory=list)
 
-    @property
-    def bodies(self) -> list[tuple[Keys, str]]:
-        return []
-
     def built(self, name: str, folder: Path) -> f.Force:
         x, effort = tuple(a for a, _ in self.curve), tuple(b for _, b in self.curve)
         signal = _signal(self.factor, self.history)
@@ -180,10 +180,6 @@ class Law(_Force):
     guards: str = ""
     modes: int = Field(default=0, ge=0)
 
-    @property
-    def bodies(self) -> list[tuple[Keys, str]]:
-        return [(("ends", i, "body"), end.body) for i, end in enumerate(self.ends)]
-
     def built(self, name: str, folder: Path) -> f.Force:
         function, guards = (_beside(x, folder) for x in (self.function, self.guards))
         ends, signal = tuple(map(_point, self.ends)), _signal(self.factor, self.history)
@@ -196,11 +192,6 @@ Force = Annotated[
     Load | Wind | Spring | Torsion | Bushing | Characteristic | Law,
     Field(discriminator="type"),
 ]
-FORCE_TYPES = ("load", "wind", "spring", "torsion", "bushing", "characteristic", "law")
-
-
-def _ends(x: Any, *keys: str) -> list[tuple[Keys, str]]:
-    return [((key, "body"), getattr(x, key).body) for key in keys]
 
 
 def _point(end: End) -> Point:

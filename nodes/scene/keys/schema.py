@@ -8,13 +8,12 @@ knows better.
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from heavylift.kernel.description.mechanics import MethodName
 from heavylift.nodes.devs.execution.rules import LIMIT
+from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.question import USUAL, Asked
-from heavylift.nodes.scene.language.grammar import read_condition, read_order
-from heavylift.nodes.scene.language.phrases import OrderPhrase, PhraseError, Test, Waiting
 from heavylift.nodes.scene.text.units import (
     ACCELERATION,
     ANGLE,
@@ -47,18 +46,11 @@ from heavylift.nodes.scene.text.units import (
     TurnDamping,
     TurnStiffness,
 )
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    ConfigDict,
-    Field,
-    PlainValidator,
-    WithJsonSchema,
-    model_validator,
-)
-from pydantic_core import PydanticCustomError
+from pydantic import AfterValidator, Field, model_validator
 
-from .mechanics import Base, Mechanism, Name, Place
+from .actions import Action
+from .base import Base, Name, Place, keys_of
+from .mechanics import Mechanism
 from .placement import Process
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
@@ -258,77 +250,8 @@ class Rig(Base):
     groups: dict[Name, Annotated[list[str], Field(min_length=1)]] = Field(default_factory=dict)
 
 
-def _phrase(error: PhraseError) -> PydanticCustomError:
-    context: dict[str, Any] = {"sentence": str(error), "hint": error.hint, "column": error.column}
-    return PydanticCustomError("phrase", "{sentence}", context)
-
-
-def _read_order(text: object) -> OrderPhrase:
-    if not isinstance(text, str):
-        raise ValueError("write what to do, such as 'hoist 3 m/min by 2 m'")
-    try:
-        return read_order(text)
-    except PhraseError as error:
-        raise _phrase(error) from None
-
-
-def _read_condition(text: object) -> Test:
-    if not isinstance(text, str):
-        raise ValueError("write a condition, such as 'all slings taut'")
-    try:
-        return read_condition(text)
-    except PhraseError as error:
-        raise _phrase(error) from None
-
-
-_TEXT = WithJsonSchema({"type": "string"})
-Order = Annotated[OrderPhrase, PlainValidator(_read_order), _TEXT]
-Condition = Annotated[Test, PlainValidator(_read_condition), _TEXT]
-
-
-class Action(BaseModel):
-    """One line of the action list: `target: what to do`, as many targets at once as one likes."""
-
-    model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, Order] = Field(init=False)
-
-    stage: str = ""
-    when: Condition | None = None
-    timeout: Duration | None = None
-
-    @model_validator(mode="before")
-    @classmethod
-    def _wait(cls, data: Any) -> Any:
-        if isinstance(data, str) and data.split()[:1] == ["wait"]:
-            return {"wait": data}
-        wait = data.get("wait") if isinstance(data, dict) else None
-        if isinstance(wait, str | int | float) and not str(wait).startswith("wait"):
-            return {**data, "wait": f"wait {wait}"}
-        return data
-
-    @property
-    def orders(self) -> dict[str, OrderPhrase]:
-        """What to do, by target."""
-        return dict(self.__pydantic_extra__)
-
-    @property
-    def waits(self) -> bool:
-        """Whether it only waits."""
-        return all(isinstance(order, Waiting) for order in self.orders.values())
-
-
-class Fidelity(Base):
-    """How much is modelled (see `fidelity`); locked: joints, or all `hinges`, `gantries`, `trolleys`."""
-
-    ropes: Literal["rigid", "elastic", "massive"] = "elastic"
-    lumps: Annotated[int, Field(ge=2, le=64)] = 4
-    rope_mass: Literal["none", "lumped"] = "none"
-    slings: Literal["rigid", "elastic"] = "elastic"
-    girder: Literal["rigid", "elastic"] = "rigid"
-    motion: Literal["spatial", "across", "along"] = "spatial"
-    pads: Literal["all", "standing"] = "all"
-    locked: tuple[str, ...] = ()
-    islands: Literal["apart", "together"] = "apart"
+class Fidelity(keys_of(plan.Fidelity, "where")):  # type: ignore[misc]
+    """How much of the machines is modelled."""
 
 
 class Scene(Base):

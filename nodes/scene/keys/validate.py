@@ -7,6 +7,7 @@ tags), a plain sentence, and for an unknown key or word the nearest known one.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import reduce
 from types import UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
@@ -14,8 +15,6 @@ from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Fault, Path, Source, ordered
 from pydantic import BaseModel, ValidationError
 
-from .forces import FORCE_TYPES
-from .joints import JOINT_TYPES
 from .schema import RESERVED, Scene
 
 _PLAIN = {
@@ -80,12 +79,14 @@ def _fault(data: Any, error: dict[str, Any]) -> Fault:
         return Fault(path, f"this heavylift reads scenes of version 1, not {given}")
     if kind in {"literal_error", "union_tag_invalid"}:
         path = (*path, "type") if kind == "union_tag_invalid" else path
-        words = _types(path) if kind == "union_tag_invalid" else _literals(error["loc"])
+        words = _literals((*error["loc"], "type") if kind == "union_tag_invalid" else error["loc"])
         word = str(given.get("type") if isinstance(given, dict) else given)
         hint = f"can be asked: {', '.join(words)}" if path[0] == "ask" else closest(word, words)
         return Fault(path, f"'{word}' is not known here", hint)
     if kind == "union_tag_not_found":
-        return Fault(path, "the key 'type' is missing", f"known: {', '.join(_types(path))}", on_key=True)
+        return Fault(
+            path, "the key 'type' is missing", f"known: {', '.join(_literals((*error['loc'], 'type')))}", on_key=True
+        )
     if kind == "too_long":
         return Fault(path, f"{context['max_length']} values are enough here, not {context['actual_length']}")
     if kind == "too_short":
@@ -100,11 +101,6 @@ def _fault(data: Any, error: dict[str, Any]) -> Fault:
     if kind == "value_error":
         return Fault(path, str(context["error"]))
     return Fault(path, _PLAIN.get(kind, str(error["msg"])))
-
-
-def _types(path: Path) -> tuple[str, ...]:
-    """The words that a `type` below this path may be."""
-    return FORCE_TYPES if "forces" in path else JOINT_TYPES
 
 
 def _path(data: Any, loc: tuple[str | int, ...]) -> Path:
@@ -154,15 +150,14 @@ def _tags(model: Any) -> tuple[Any, ...]:
     return get_args(kind.annotation) if kind else ()
 
 
+def _at(loc: tuple[str | int, ...]) -> list[Any]:
+    """The models and types that can stand at a location."""
+    return reduce(_down, loc, [Scene])
+
+
 def _keys(loc: tuple[str | int, ...]) -> list[str]:
-    found: list[Any] = [Scene]
-    for part in loc:
-        found = _down(found, part)
-    return [f.alias or name for m in found for name, f in getattr(m, "model_fields", {}).items()]
+    return [f.alias or name for m in _at(loc) for name, f in getattr(m, "model_fields", {}).items()]
 
 
 def _literals(loc: tuple[str | int, ...]) -> list[str]:
-    found: list[Any] = [Scene]
-    for part in loc:
-        found = _down(found, part)
-    return [str(word) for each in found for word in get_args(each)]
+    return [str(word) for each in _at(loc) for word in get_args(each)]

@@ -9,7 +9,6 @@ their own file. A mapping has no order: `ordered` puts its keys into that of the
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import Any, TypeAlias
@@ -63,6 +62,12 @@ class Source:
     places: dict[str, Path] = field(default_factory=dict)
     root: FilePath = FilePath()  # the scene's folder, which holds all files that it may use
 
+    def fault(
+        self, path: Path, text: str, hint: str = "", *, on_key: bool = False, column: int = 0, mark: Mark | None = None
+    ) -> None:
+        """One more fault of the scene, at a place in its file."""
+        self.faults.append(Fault(path, text, hint, on_key, column, mark))
+
     def mark(self, path: Path, *, on_key: bool = False) -> Mark:
         """The mark of a path, or of the nearest thing above it that was written."""
         while path:
@@ -84,14 +89,6 @@ class Source:
     def path_of(self, where: str) -> Path:
         """The path of a `where` text."""
         return self.places.get(where, ())
-
-    def merge(self, child: Source) -> Source:
-        """This scene with another one laid over it."""
-        merged = Source(child.name, self.data, dict(self.keys), dict(self.values), self.faults + child.faults)
-        merged.root = child.root
-        merged.data = _overlay(merged, child, self.data, child.data, ())
-        merged.values[()] = child.mark(())
-        return merged
 
 
 class _Composer(Composer):
@@ -120,7 +117,7 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
     """Data and marks of one YAML text; what cannot be read becomes a fault. `root`: the scene's folder."""
     source = Source(name, root=root or FilePath())
     if len(text) > 2 * LARGEST:  # one that is merged of several
-        source.faults.append(Fault((), f"a scene has at most {2 * LARGEST} characters", mark=Mark(name, 1, 1, "")))
+        source.fault((), f"a scene has at most {2 * LARGEST} characters", mark=Mark(name, 1, 1, ""))
         return source
     lines = text.splitlines() or [""]
 
@@ -138,17 +135,17 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
         mark = error.problem_mark or error.context_mark
         where = at(mark.line, mark.column) if mark else at(0, 0)
         told = " ".join(str(error.problem or error.context).split())
-        source.faults.append(Fault((), f"this is not YAML: {told}", mark=where))
+        source.fault((), f"this is not YAML: {told}", mark=where)
         return source
     except YAMLError as error:
-        source.faults.append(Fault((), f"this is not YAML: {' '.join(str(error).split())}", mark=at(0, 0)))
+        source.fault((), f"this is not YAML: {' '.join(str(error).split())}", mark=at(0, 0))
         return source
     except (ValueError, RecursionError):  # a directive or an escape with numbers that are none
-        source.faults.append(Fault((), "this is not YAML that can be read", mark=at(0, 0)))
+        source.fault((), "this is not YAML that can be read", mark=at(0, 0))
         return source
     source.values[()] = at(node.start_mark.line, node.start_mark.column) if node else at(0, 0)
     if not isinstance(node, MappingNode):
-        source.faults.append(Fault((), "a scene is a mapping of keys, beginning with 'heavylift: 1'"))
+        source.fault((), "a scene is a mapping of keys, beginning with 'heavylift: 1'")
         return source
 
     def value_of(node: Node, path: Path, above: tuple[int, ...]) -> Any:
@@ -156,7 +153,7 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
         if len(source.values) > MOST_VALUES or len(path) > DEEPEST:
             raise _TooLong
         if id(node) in above:
-            source.faults.append(Fault(path, "an alias must not contain itself"))
+            source.fault(path, "an alias must not contain itself")
             return None
         above = (*above, id(node))
         if isinstance(node, SequenceNode):
@@ -171,11 +168,11 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
             mark = at(key.start_mark.line, key.start_mark.column)
             word = key.value if isinstance(key, ScalarNode) else None
             if word is None:
-                source.faults.append(Fault(path, "a key must be a word", mark=mark))
+                source.fault(path, "a key must be a word", mark=mark)
             elif word in made:
                 first = source.keys[(*path, word)].line
                 told = f"the name '{word}' is given twice (first in line {first})"
-                source.faults.append(Fault((*path, word), told, mark=mark))
+                source.fault((*path, word), told, mark=mark)
             else:
                 source.keys[(*path, word)] = mark
                 made[word] = value_of(child, (*path, word), above)
@@ -186,7 +183,7 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
     except _TooLong:
         source = Source(name, values={(): source.values[()]}, root=source.root)
         told = f"with its aliases, the scene has more than {MOST_VALUES} values or more than {DEEPEST} levels of them"
-        source.faults.append(Fault((), told))
+        source.fault((), told)
     return source
 
 
@@ -198,7 +195,7 @@ def _scalar(node: Node, path: Path, source: Source) -> str | int | float | bool 
     if kind == "bool":
         return text.lower() == "true"
     if kind in ("int", "float") and len(text) > MOST_DIGITS:
-        source.faults.append(Fault(path, f"a number has at most {MOST_DIGITS} digits, this one has {len(text)}"))
+        source.fault(path, f"a number has at most {MOST_DIGITS} digits, this one has {len(text)}")
         return None
     try:
         if kind == "int":
@@ -206,49 +203,12 @@ def _scalar(node: Node, path: Path, source: Source) -> str | int | float | bool 
         if kind == "float":
             return float(text.replace("_", "").lower().replace(".inf", "inf").replace(".nan", "nan"))
     except ValueError:  # a tag calls it a number
-        source.faults.append(Fault(path, f"'{text}' is no number"))
+        source.fault(path, f"'{text}' is no number")
         return None
     if isinstance(node, ScalarNode) and node.style in {"'", '"'}:  # the text begins after the quote
         mark = source.values[path]
         source.values[path] = Mark(mark.file, mark.line, mark.column + 1, mark.text)
     return text
-
-
-def override(source: Source, setting: str) -> None:
-    """Lays one `dotted.path=text` over the scene; its marks point into the setting itself."""
-    dotted, equals, text = setting.partition("=")
-    file = "--set"
-    path: Path = tuple(int(part) if part.isdecimal() and len(part) < 10 else part for part in dotted.strip().split("."))
-    mark = Mark(file, 1, len(dotted) + 2 + len(text) - len(text.lstrip()), setting)
-    if not equals or not dotted.strip():
-        source.faults.append(Fault((), "write a setting as key=value", mark=Mark(file, 1, 1, setting)))
-        return
-    inner = read(f"value: {text.strip()}", file)
-    if inner.faults:
-        source.faults.append(Fault(path, inner.faults[0].sentence, mark=mark))
-        return
-    if len(path) > DEEPEST:
-        source.faults.append(Fault((), f"a setting has at most {DEEPEST} levels, this one has {len(path)}", mark=mark))
-        return
-    at: Any = source.data
-    for depth, part in enumerate(path[:-1]):
-        below = _child(at, part)
-        if below is None and isinstance(at, dict) and isinstance(part, str):
-            below = at[part] = {}
-            source.keys[path[: depth + 1]] = Mark(file, 1, 1, setting)
-        at = below
-    last = path[-1]
-    in_list = isinstance(at, list) and isinstance(last, int) and last < len(at)
-    if in_list or (isinstance(at, dict) and isinstance(last, str)):
-        _forget(source, path, at[last] if in_list else at.get(last))
-        at[last] = inner.data["value"]
-    else:
-        source.faults.append(Fault(path, f"the scene has no place '{dotted}'", mark=Mark(file, 1, 1, setting)))
-        return
-    source.keys[path] = Mark(file, 1, 1, setting)
-    for below_path in inner.values:
-        if below_path:
-            source.values[(*path, *below_path[1:])] = mark
 
 
 def ordered(data: Any) -> Any:
@@ -264,44 +224,3 @@ def shown(path: Path) -> str:
     for part in path:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
     return text or "scene"
-
-
-def _child(at: Any, part: str | int) -> Any:
-    if isinstance(at, dict):
-        return at.get(part)
-    return at[part] if isinstance(at, list) and isinstance(part, int) and part < len(at) else None
-
-
-def _overlay(merged: Source, child: Source, below: Any, above: Any, path: Path) -> Any:
-    if isinstance(below, dict) and isinstance(above, dict):
-        joined = dict(below)
-        for key, value in above.items():
-            joined[key] = _overlay(merged, child, below.get(key), value, (*path, key))
-        if path:
-            _take(merged, child, path)
-        return joined
-    _forget(merged, path, below)
-    for found in _paths(above, path):
-        _take(merged, child, found)
-    return above
-
-
-def _take(merged: Source, child: Source, path: Path) -> None:
-    if path in child.values:
-        merged.values[path] = child.values[path]
-    if path in child.keys:
-        merged.keys[path] = child.keys[path]
-
-
-def _forget(source: Source, path: Path, value: Any) -> None:
-    for found in _paths(value, path):
-        source.keys.pop(found, None)
-        source.values.pop(found, None)
-
-
-def _paths(value: Any, path: Path) -> Iterator[Path]:
-    """The path of a value and of all in it."""
-    yield path
-    below = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    for key, each in below:
-        yield from _paths(each, (*path, key))

@@ -13,7 +13,7 @@ from heavylift.nodes.limits import Limit, Signals, judge_path, judge_run, limits
 from heavylift.nodes.limits.telling import likewise, percent, unjudged
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene import check, json_schema, load
-from heavylift.nodes.scene.keys.editors import _comments
+from heavylift.nodes.scene.keys.base import comments
 from heavylift.nodes.scene.keys.schema import Block, Crane, Loader, SlingType, Supports
 
 CHART = "cranes.crane.capacity chart=[[10 m, 100 t], [60 m, 400 t], [90 m, 300 t], [140 m, 120 t]]"
@@ -53,7 +53,7 @@ def test_what_the_scene_says_is_the_scenes_and_the_rest_is_assumed() -> None:
 def test_every_constant_of_damping_is_a_key_that_has_a_source_or_is_assumed() -> None:
     found = {}
     for model in (Crane, Loader, SlingType, Supports, Block):
-        found |= {(model.__name__, key): told for key, told in _comments(model).items() if "damping" in key}
+        found |= {(model.__name__, key): told for key, told in comments(model).items() if "damping" in key}
         keys = {field.alias for field in model.model_fields.values() if "damping" in str(field.alias)}
         assert keys == {key for owner, key in found if owner == model.__name__}
     assert len(found) == 8
