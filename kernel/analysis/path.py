@@ -34,9 +34,10 @@ from .equilibrium import Equilibrium, equilibrium_at, relaxed
 __all__ = ["EquilibriumPath", "Rest"]
 
 FIRST_NS, LONGEST_NS, SHORTEST_NS = 10**9, 600 * 10**9, 10**5  # steps of the path
-STALLED = 1  # guesses in a row that leave more than half of the bracket, before it is halved
 LONGEST_FALL_NS = 10**10  # of commands that go on while a scene falls from a fold
 SOON = 10  # times the length of a fall within which the next one is its sequel
+LINE, CHORD, MIDDLE = range(3)  # guesses of when an event is
+GUESSES = {LINE: CHORD, CHORD: MIDDLE, MIDDLE: LINE}  # what follows one that leaves more than half of the bracket
 LOCATED_NS = 1000  # an event is located to this
 UNLOCATED = (*RUBS, "bending")  # kinds of guards that are looked at where a step ends
 GROWTH = 1e-4  # [1/s2] eigenvalue of the tangent stiffness that is instability, not rounding
@@ -207,24 +208,39 @@ class EquilibriumPath:
         return net(events)
 
     def _located(self, t0: int, q0: np.ndarray, G0: np.ndarray, t1: int, q1: np.ndarray) -> tuple[int, np.ndarray]:
-        """The first instant of a step at which a guard has fallen, and the rest there: regula falsi, with guesses now
-        before, now behind the root so that the bracket closes from both sides, halved where that converges slowly."""
-        G1, slow, aside = self._near.guards(q1), 0, -LOCATED_NS // 2
+        """The first instant of a step at which a guard has fallen, and the rest there.
+
+        Guesses are where the line through the last two rests before the root ends, then where the chord of the bracket
+        does, then its middle: the next kind when one leaves more than half of it.  Each is taken a bit to the far side,
+        so that the bracket closes from both.
+        """
+        G1, kind, failed = self._near.guards(q1), CHORD, set[int]()
+        earlier = t0, q0, G0
         while t1 - t0 > LOCATED_NS:
             width = t1 - t0
             fell = np.flatnonzero((G1 < 0.0) & (G0 >= 0.0))
-            part = 0.5 if slow >= STALLED else min(float(G0[i] / (G0[i] - G1[i])) for i in fell)
-            t = min(t1 - 1, max(t0 + 1, t0 + ceil(part * width) + aside))
+            kind = CHORD if kind == LINE and earlier[0] == t0 else kind
+            t, q, G = earlier if kind == LINE else (t1, q1, G1)
+            part = 0.5
+            if kind != MIDDLE:
+                drop = (G0[fell] - G[fell]) / (t - t0)  # in each nanosecond
+                part = float(np.min(G0[fell][drop > 0.0] / drop[drop > 0.0], initial=width)) / width
+            slope, aside = (q - q0) / (t - t0), LOCATED_NS // 2 if part < 0.5 else -LOCATED_NS // 2
+            t = min(t1 - 1, max(t0 + 1, t0 + round(part * width) + aside))
             self._lead(t)
-            q = self._near.corrected(self._near.place(q0 + (t - t0) / width * (q1 - q0)))
-            if q is None:
+            found = self._near.corrected(self._near.place(q0 + (t - t0) * slope))
+            if found is None and kind in failed:
                 break
-            G = self._near.guards(q)
+            if found is None:
+                failed, kind = {*failed, kind}, GUESSES[kind]
+                continue
+            G = self._near.guards(found)
             if ((G < 0.0) & (G0 >= 0.0)).any():
-                t1, q1, G1, aside = t, q, G, -LOCATED_NS // 2
+                t1, q1, G1 = t, found, G
             else:
-                t0, q0, aside, G0 = t, q, LOCATED_NS // 2, np.where(G0 >= 0.0, G, G0)
-            slow = slow + 1 if t1 - t0 > width // 2 and slow < STALLED else 0
+                earlier, t0, q0, G0 = (t0, q0, G0), t, found, np.where(G0 >= 0.0, G, G0)
+            if kind == MIDDLE or 2 * (t1 - t0) > width:
+                kind = GUESSES[kind]
         return t1, q1
 
     # ---- points -------------------------------------------------------------------------------------------

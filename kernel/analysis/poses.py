@@ -35,6 +35,12 @@ class Poses:
         self._rows = np.ix_(self.free, self.free)
         self._quaternions = np.array(p.quaternions, dtype=int)
         self._M = np.zeros(self._tangent.factors.stop)
+        self._columns = np.zeros((p.nv, 4))  # see `tangent_stiffness`
+        for link in p.graph.links:
+            for k in range(link.v.start, link.v.stop):
+                self._columns[k, 1:] = k - link.v.start, link.q.start, link.q.stop
+            for k, i in zip(range(link.v_modes.start, link.v_modes.stop), range(link.q_modes.start, link.q_modes.stop), strict=True):
+                self._columns[k, 1:] = 0, i, i + 1
 
     @staticmethod
     def stopped(simulation: Simulation) -> Poses:
@@ -65,17 +71,17 @@ class Poses:
         self.accelerations(q)
         s, n, nv = self.simulation, len(self.free), self.simulation.program.nv
         y, G = s.state.copy(), self.guards()
-        J, work = np.zeros((nv, nv + 1)), np.zeros(self._tangent.work)
-        t, h = np.array([s["t"], s.native.among()]), STEP
-        s.native.code.call("tangent", t, y, s.P, G, np.array([h, *order]), work, J)
-        found = J[:, :nv].T[self._rows].copy()
-        fallen = [k for k, i in enumerate(self.free) if J[i, nv] > 0.0]
-        while fallen and h > SMALLEST:
+        J, work, columns = np.zeros((nv, nv + 1)), np.zeros(self._tangent.work), self._columns.copy()
+        t, h, asked = np.array([s["t"], s.native.among()]), STEP, np.array(self.free)
+        while True:
+            columns[:, 0] = 0.0
+            columns[asked, 0] = h
+            s.native.code.call("tangent", t, y, s.P, G, np.array(order), columns, work, J)
+            asked = asked[J[asked, nv] > 0.0]
+            if not len(asked) or h <= SMALLEST:
+                break
             h *= 0.1
-            s.native.code.call("tangent", t, y, s.P, G, np.array([h, *order]), work, J)
-            for k in fallen:
-                found[:, k] = J[self.free[k], self.free]
-            fallen = [k for k in fallen if J[self.free[k], nv] > 0.0]
+        found: np.ndarray = J[:, :nv].T[self._rows].copy()
         assert found.shape == (n, n)
         return found
 

@@ -94,7 +94,9 @@ class Stepping:
             self.functions["survey"] = self._plain("survey", lambda s, P: survey(s, P, rows_of, inside(s)))
             self.functions["kick"] = self._plain("kick", lambda s, P: kick(s, P, kicked))
         self.functions["rate"] = self.f_rate
-        self.tangent = Tangent(nq, nv, sum(len(tree.free_dofs) for tree, _ in p.instances), self.rate_sizes)
+        abreast = max([1, *(k.v.stop - k.v.start for k in p.graph.links)])
+        free = sum(len(tree.free_dofs) for tree, _ in p.instances)
+        self.tangent = Tangent(nq, nv, free, abreast, self.rate_sizes)
         self.functions |= {f.name: f for f in self.tangent.functions(self.f_rate)}
         at, f = self.layout.at, self.functions
         if p.locked:
