@@ -132,16 +132,15 @@ class Conversation:
         self._tape.slack = [slack for node in sorted(left) for slack in left[node].slack]
         return {node: left[node] for node in self._hub.nodes}
 
-    def abort(self, error: BaseException) -> BaseException:
-        """Nodes may go, what they sampled so far is kept; returns what to raise in place of the error."""
+    def abort(self, error: BaseException) -> None:
+        """Nodes may go, what they sampled so far is kept; raises Stopped where a signal is the reason."""
         self._close()
         self._hub.dismiss(m.encode(m.Stop(self.now, "aborted")))
         self._take_samples()
         if isinstance(error, KeyboardInterrupt):
             at = self.now.t * 1e-9
             by = "the user" if str(error) in ("", "SIGINT") else error
-            return Stopped(f"stopped by {by} at {at:.3f} s; the recording is complete up to there")
-        return error
+            raise Stopped(f"stopped by {by} at {at:.3f} s; the recording is complete up to there") from error
 
     def _close(self) -> None:
         """No orders any more."""

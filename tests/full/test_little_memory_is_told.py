@@ -25,7 +25,9 @@ def test_what_is_a_lack_of_memory() -> None:
     thread = RuntimeError("can't start new thread")
     for lack in (MemoryError(), ImportError(unmapped), hidden, OSError(errno.ENOMEM, "Cannot allocate memory"), thread):
         assert out_of_memory(lack)
-    for other in (ImportError("no module"), OSError(errno.ENOSPC, "No space left on device"), KeyError("x")):
+    circle = ValueError("raised from itself")
+    circle.__cause__ = circle
+    for other in (circle, ImportError("no module"), OSError(errno.ENOSPC, "No space left on device"), KeyError("x")):
         assert not out_of_memory(other)
 
 
