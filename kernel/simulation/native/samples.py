@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from heavylift.kernel.algebra.attitudes import quaternions
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.graph import coordinate_names
 
@@ -79,10 +80,6 @@ def channels(method: Stepping) -> list[Channel]:
 
 def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
     """(n, columns) samples from (n, method.columns) raw rows."""
-    from scipy.spatial.transform import (
-        Rotation,  # 0.3 s to import: not before the first sample, so that runs start fast
-    )
-
     p, at = method.program, method.row_layout.at
     part = {name: rows[:, i if isinstance(i, slice) else slice(i, i + 1)] for name, i in at.items()}
     winches = [i for i, r in enumerate(p.system.ropes) if r.winch]
@@ -93,8 +90,8 @@ def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
     n = len(rows)
     energy += [sum(x.T, start=np.zeros(n))[:, None] for x in sums]  # one by one: equal in any batch
     poses = part["poses"].reshape(n, -1, 12)
-    quaternions = Rotation.from_matrix(poses[:, :, 3:].reshape(-1, 3, 3)).as_quat(canonical=True)
-    pose = np.concatenate([poses[:, :, :3], quaternions.reshape(n, -1, 4)], axis=2).reshape(n, -1)
+    turns = quaternions(poses[:, :, 3:].reshape(-1, 3, 3))
+    pose = np.concatenate([poses[:, :, :3], turns.reshape(n, -1, 4)], axis=2).reshape(n, -1)
     columns = [part[k] for k in ("q", "v", "tension", "pull", "peak", "peak_time", "length", "span")]
     columns += [part[k] for k in ("length_rate", "elongation")]
     forces = [i for group in shown(p).values() for _, i in group]
