@@ -134,7 +134,8 @@ def run_models(
             played = time.perf_counter()
             talk.dismiss(min(talk.core.end, end))
         except BaseException as error:
-            raise talk.abort(error) from error
+            talk.abort(error)
+            raise
         wall_s = time.perf_counter() - started
         sim_s, digest = tape.last_ns / 1e9, tape.digest.hexdigest()
         tape.close({"sim_s": sim_s, "wall_s": wall_s, "grants": talk.grants, "outcome": outcome.value})

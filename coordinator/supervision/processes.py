@@ -43,7 +43,11 @@ LOOK_s = 0.05  # between two looks at a keeper that owes an answer
 STACKS_s = 0.5  # in which a process writes where it is
 TAIL_chars = 300
 GONE = ("", "Z")  # what the system says of a process that has ended
-FILES = 32  # that the coordinator of a small run opens
+MB = 1 << 20
+LIMITS = (  # of the system, below which libraries end even a small run in words of their own
+    (resource.RLIMIT_NOFILE, 32, 1, "files may be open at once", "-n 256"),
+    (resource.RLIMIT_AS, 800, MB, "MB of memory may be addressed by a process", "-v unlimited"),
+)
 
 
 class Processes:
@@ -51,11 +55,13 @@ class Processes:
 
     def __init__(self, preload: Sequence[str] = (), fork: bool = sys.platform == "linux") -> None:
         """`preload`: modules for every node that start no thread; without `fork`, fresh interpreters."""
-        if (files := resource.getrlimit(resource.RLIMIT_NOFILE)[0]) < FILES:
-            raise ProtocolError(
-                f"only {files} files may be open at once, and a run in processes needs at least {FILES}; raise the "
-                "limit (`ulimit -n 256`) or run --in-process"
-            )
+        for kind, needed, unit, what, command in LIMITS:
+            given = resource.getrlimit(kind)[0]
+            if given != resource.RLIM_INFINITY and given < needed * unit:
+                raise ProtocolError(
+                    f"only {given // unit} {what}, and a run in processes needs at least {needed}; raise the limit "
+                    f"(`ulimit {command}`) or run --in-process"
+                )
         self.directory = RunDirectory.chosen()
         self.pids: dict[str, int] = {}
         """Process id of each process that has been started."""

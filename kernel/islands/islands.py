@@ -192,6 +192,13 @@ class Islands(Commanded):
             if more:
                 self._pause()
 
+    def foretold(self) -> tuple[int, np.ndarray] | None:
+        """See `Simulation.foretold`."""
+        parts = [found[1] for p in self.parts if (found := p.foretold())]
+        if len(parts) < len(self.parts) or any(p.rows for p in self.parts) or self._joining.struck:
+            return None
+        return self._joining.next_ns, self._joining.whole(parts)
+
     # ---- events and commands --------------------------------------------------------------------------------
 
     def preview(self) -> list[StateEvent]:

@@ -264,6 +264,19 @@ class Simulation(Commanded):
         self.recorder.energy.end(self.now)
         self.integrator.new_stretch(t_ns)
 
+    def foretold(self) -> tuple[int, np.ndarray] | None:
+        """Time [ns] and row of the next sample, and the row of all that follow, if nothing moves and nobody interferes;
+        changes nothing."""
+        bending = [x for x in self.program.guards if x[0] == "bending"] if self.program.axial else []
+        if not self._still or any(self.P[self.program.parameters.at[x]][2] >= 0.0 for x in bending):
+            return None  # what moves, or may buckle
+        before = self.X.copy()
+        self._note_peaks()
+        row = np.array(self.method.row_layout.pack(self.row()))
+        self.X[:] = before
+        row[self.method.row_layout.at["peak_time"]] += self.epoch * 1e-9
+        return self._samples * self._sample_ns, row
+
     def settle(self) -> None:
         """Derivative and guards after a jump; a guard that is below zero now is an event at once."""
         native, program = self.native, self.program

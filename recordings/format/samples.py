@@ -2,7 +2,8 @@
 
 A sample is one float64 row; the layout is announced once and cuts the row into channels.  Batches travel as
 msgpack `[first number, [t_ns, ...], rows, notes]`, rows being little-endian float64 in C order, or a single one that
-all are equal to; notes are sentences for people, `[number, t_ns, sentence]`, and may be left out.  Channels
+all are equal to; notes are sentences for people, `[number, t_ns, sentence]`, and may be left out.  With a fifth entry
+the samples are those that come unless something happens, and the last again and again in this period [ns].  Channels
 `pose/<body>` (x y z, then quaternion x y z w of the body frame in the world) are drawn as
 foxglove.FrameTransforms; all others are fields of one `heavylift.Samples` message per row (schema.py).
 """
@@ -12,6 +13,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from itertools import chain, count
+from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -39,6 +41,7 @@ class _Wire(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=
     times: list[int]
     rows: bytes
     notes: list[Note] = []
+    period: Annotated[int, msgspec.Meta(ge=0)] = 0
 
 
 _decode_batch = msgspec.msgpack.Decoder(_Wire).decode
@@ -89,12 +92,16 @@ class SampleLayout(msgspec.Struct, frozen=True):
 
 
 class Batch(msgspec.Struct, frozen=True):
-    """Consecutive samples: number of the first, simulation times [ns], rows (n, width); and notes."""
+    """Consecutive samples: number of the first, simulation times [ns], rows (n, width); and notes.
+
+    `period` [ns]: that of the samples which come after these unless something happens; 0: these have come.
+    """
 
     first: int
     times: list[int]
     rows: NDArray[np.float64]
     notes: list[Note] = []
+    period: int = 0
 
 
 def decode_batch(payload: bytes, width: int) -> Batch:
@@ -111,7 +118,7 @@ def decode_batch(payload: bytes, width: int) -> Batch:
             f"bytes, but {len(data)} came; the sender's layout differs from the announced one"
         )
     rows = np.frombuffer(data, "<f8").reshape(n, width)
-    return Batch(first, times, np.broadcast_to(rows, (len(times), width)), wire.notes)
+    return Batch(first, times, np.broadcast_to(rows, (len(times), width)), wire.notes, wire.period)
 
 
 class Field(msgspec.Struct, frozen=True):

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from heavylift.kernel.algebra.attitudes import quaternions
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.graph import coordinate_names
 
@@ -55,14 +56,10 @@ class Raw:
     @cached_property
     def poses(self) -> np.ndarray:
         """(n, 7 bodies)."""
-        from scipy.spatial.transform import (
-            Rotation,  # 0.3 s to import: not before the first sample, so that runs start fast
-        )
-
         n = len(self._rows)
         frames = self["poses"].reshape(n, -1, 12)
-        quaternions = Rotation.from_matrix(frames[:, :, 3:].reshape(-1, 3, 3)).as_quat(canonical=True)
-        return np.concatenate([frames[:, :, :3], quaternions.reshape(n, -1, 4)], axis=2).reshape(n, -1)
+        turns = quaternions(frames[:, :, 3:].reshape(-1, 3, 3))
+        return np.concatenate([frames[:, :, :3], turns.reshape(n, -1, 4)], axis=2).reshape(n, -1)
 
 
 Read = Callable[[Raw], np.ndarray]
