@@ -28,8 +28,8 @@ Rate = Callable[..., Any]  # (t (2,), y (ny,), P) -> dy, T, G, ... by name
 class Tangent:
     """Native functions of a scene: `sizes` of what `rate` writes, its first the derivative (ny,), G its guards.
 
-    `abreast`: freedoms of a joint at most; so many evaluations tell how velocities move the coordinates, of all joints at
-    once.  Block J: per velocity the derivative of all accelerations (nv,), then whether a guard fell.
+    `abreast`: freedoms of a joint at most; so many evaluations tell how velocities move the coordinates, of all joints
+    at once.  Block J: per velocity the derivative of all accelerations (nv,), then whether a guard fell.
     """
 
     nq: int

@@ -30,13 +30,18 @@ class Recorder:
         self.energy = EnergyCheck(native, tolerance, step)
         self.steps = None if step is None else StepCheck(native, step)
 
+    @property
+    def next_ns(self) -> int:
+        """Time of the next periodic sample [ns]."""
+        return self.number * self._sample_ns
+
     def drain(self) -> None:
         """Take the samples that native code has written."""
         native = self._native
         for i in range(int(native["row"])):
             row = native.table[i].copy()
             self.energy.see(row)
-            self.keep(self.number * self._sample_ns, row)
+            self.keep(self.next_ns, row)
             self.number += 1
         native.set(row=0.0)
         if "passing" in native.at and native["passing"] > 0.0:
@@ -65,7 +70,7 @@ class Recorder:
 
     def new_stretch(self) -> None:
         """Local time begins again at the epoch: so do the numbers of samples within the stretch."""
-        base = self._native.local(self.number * self._sample_ns)
+        base = self._native.local(self.next_ns)
         self._native.set(t_base=base, t_out=base, dt_out=self._sample_ns * 1e-9, count=0.0)
 
     # ---- rests --------------------------------------------------------------------------------------------
@@ -73,7 +78,7 @@ class Recorder:
     def rest(self, t_ns: int) -> None:
         """Samples of a scene at rest up to t_ns, all one row, for `unroll`; raises KernelError for compression that
         lasts."""
-        first = self.number * self._sample_ns
+        first = self.next_ns
         if first > t_ns:
             return
         self.keep(first, np.array(self._native.method.row_layout.pack(self._native.row())))

@@ -267,15 +267,16 @@ class Simulation(Commanded):
     def foretold(self) -> tuple[int, np.ndarray] | None:
         """Time [ns] and row of the next sample, and the row of all that follow, if nothing moves and nobody interferes;
         changes nothing."""
+        native = self.native
         bending = [x for x in self.program.guards if x[0] == "bending"] if self.program.axial else []
-        if not self._still or any(self.P[self.program.parameters.at[x]][2] >= 0.0 for x in bending):
+        if not self.still or any(self.P[self.program.parameters.at[x]][2] >= 0.0 for x in bending):
             return None  # what moves, or may buckle
-        before = self.X.copy()
-        self._note_peaks()
-        row = np.array(self.method.row_layout.pack(self.row()))
-        self.X[:] = before
+        before = native.X.copy()
+        self.integrator.note_peaks()
+        row = np.array(self.method.row_layout.pack(native.row()))
+        native.X[:] = before
         row[self.method.row_layout.at["peak_time"]] += self.epoch * 1e-9
-        return self._samples * self._sample_ns, row
+        return self.recorder.next_ns, row
 
     def settle(self) -> None:
         """Derivative and guards after a jump; a guard that is below zero now is an event at once."""
