@@ -12,7 +12,7 @@ from math import cos, sin
 from typing import TYPE_CHECKING
 
 import numpy as np
-from heavylift.kernel.forces.laws import BODY
+from heavylift.kernel.forces.force_law import BODY
 from heavylift.kernel.islands.components import islands_of
 from heavylift.kernel.methods.choice import choose, control_of
 from heavylift.kernel.model.program import Program

@@ -19,7 +19,7 @@ from heavylift.kernel.algebra.spatial import cross, exact, join
 from heavylift.kernel.compiler.function import Function
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import Joint
-from heavylift.kernel.forces.laws import BODY
+from heavylift.kernel.forces.force_law import BODY
 
 __all__ = ["CLOSURES", "closed_coordinates", "closure_function", "closure_numbers", "residual_unit"]
 

@@ -11,7 +11,7 @@ from typing import Any
 from heavylift.kernel.algebra.spatial import cross, join
 from heavylift.kernel.compiler.function import Function
 from heavylift.kernel.compiler.symbol import sqrt
-from heavylift.kernel.forces.laws import BODY, attachment
+from heavylift.kernel.forces.force_law import BODY, attachment
 
 __all__ = ["SLACK", "TOUCHING", "RigidAt", "rigid_numbers", "rigid_rope"]
 

@@ -17,7 +17,7 @@ import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join
 from heavylift.kernel.compiler.symbol import select
 from heavylift.kernel.description.mechanics import Joint, RigidRope
-from heavylift.kernel.forces.laws import attachment
+from heavylift.kernel.forces.force_law import attachment
 from heavylift.kernel.forces.rope_mass import at_the_hook
 from heavylift.kernel.multibody.graph import Graph
 from heavylift.kernel.multibody.trees import Tree

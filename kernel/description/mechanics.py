@@ -79,8 +79,21 @@ class Joint:
     R_CJ: Matrix = IDENTITY
 
 
+class AlongJoint:
+    """A law of one coordinate of a joint ("" where it has only one)."""
+
+    joint: str
+    coordinate: str
+    points = ()
+
+    @property
+    def along(self) -> tuple[str, str]:
+        """The joint that it acts along, with the coordinate."""
+        return self.joint, self.coordinate
+
+
 @dataclass(frozen=True)
-class JointSpring:
+class JointSpring(AlongJoint):
     """A linear spring and damper on a coordinate of a joint: force = k (q_rest - q) - d v."""
 
     name: str
@@ -92,7 +105,7 @@ class JointSpring:
 
 
 @dataclass(frozen=True)
-class Stop:
+class Stop(AlongJoint):
     """Unilateral end stops of a coordinate of a joint; k and d act beyond the limits only."""
 
     name: str
@@ -105,7 +118,7 @@ class Stop:
 
 
 @dataclass(frozen=True)
-class Brake:
+class Brake(AlongJoint):
     """Dry brake on a coordinate of a joint: a spring-damper that slips at `moment`.
 
     One that is always engaged is the joint's dry friction.
@@ -134,7 +147,7 @@ class Lock:
 
 
 @dataclass(frozen=True)
-class Drive:
+class Drive(AlongJoint):
     """An actuator of a coordinate of a joint; what it follows is sent at run time, see `references`.
 
     prescribed: q is the reference itself (rheonomic).  servo: force = kp (ref - q) + kv (ref' - v).
@@ -149,8 +162,20 @@ class Drive:
     coordinate: str = ""  # of a joint that has several
 
 
+class Straight:
+    """A rope over straight lines."""
+
+    lines: tuple[Line, ...]
+    along = None
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        """The ends of its lines."""
+        return tuple(p for line in self.lines for p in (line.a, line.b))
+
+
 @dataclass(frozen=True)
-class Rope:
+class Rope(Straight):
     """An elastic, tension-only rope of one tension over one or more straight lines.
 
     length l = sum(share * |a - b|), elongation e = l - L0, taut: T = max(0, EA e/L0 + damping (l' - L0')).
@@ -171,7 +196,7 @@ class Rope:
 
 
 @dataclass(frozen=True)
-class RigidRope:
+class RigidRope(Straight):
     """An inextensible rope over one or more straight lines: sum(share * |a - b|) is at most L0.
 
     Taut, it pulls with whatever tension keeps its length; snapping taut, it stops its ends inelastically.  `winch`: L0
@@ -201,6 +226,12 @@ class Support:
     mu: float = 0.0
     kt: float = 0.0
     dt: float = 0.0
+
+    along = None
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        return (self.point,)
 
 
 @dataclass(frozen=True)
@@ -243,6 +274,9 @@ class Threshold:
     coordinate: str = ""  # of a joint that has several
 
 
+Law = Rope | Support | JointSpring | Stop | Brake | Force
+
+
 @dataclass(frozen=True)
 class System:
     """Everything the kernel needs; declarations of several nodes are joined with `assembled`."""
@@ -263,6 +297,11 @@ class System:
     measured: tuple[Measured, ...] = ()
     thresholds: tuple[Threshold, ...] = ()
     gravity: float = field(default=9.80665)  # downwards along -z [m/s2]
+
+    @property
+    def laws(self) -> tuple[Law, ...]:
+        """All entries of the force table: ropes, supports, springs, stops and brakes, then forces."""
+        return *self.ropes, *self.supports, *self.springs, *self.stops, *self.brakes, *self.forces
 
     @property
     def reevings(self) -> tuple[Reeving, ...]:

@@ -46,16 +46,16 @@ class CharacteristicLaw(ForceLaw):
         force = signal[0] * (effort + slope * (x - x0))
         return Answer(effort=force, work=force * joint[1], guards=[x - lower, upper - x], shown=[force, x])
 
-    def guards(self, f: Characteristic) -> int:
-        return 2
+    def guards(self, f: Characteristic) -> tuple[str, ...]:
+        return "lower end", "upper end"
 
-    def switch(self, f: Characteristic, p: np.ndarray, guard: int, shown: np.ndarray) -> tuple[str, float]:
+    def switch(self, f: Characteristic, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
         x = float(shown[1])
         p[:] = _piece(f, bisect_right(f.x, x))
         return "piece", x
 
     def shows(self, f: Characteristic) -> list[Shown]:
-        return [("characteristic/effort", f.name, "N or N m"), ("characteristic/place", f.name, "SI")]
+        return [Shown("characteristic/effort", f.name, "N or N m"), Shown("characteristic/place", f.name, "SI")]
 
 
 def _piece(f: Characteristic, i: int) -> list[float]:

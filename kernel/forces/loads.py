@@ -9,8 +9,7 @@ from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.compiler.symbol import sqrt
 from heavylift.kernel.description.forces import Load, Signal, Wind
 
-from .force_law import Answer, ForceLaw, Poses, Shown, wrench
-from .laws import attachment
+from .force_law import Answer, ForceLaw, Poses, Shown, attachment, wrench
 
 __all__ = ["LoadLaw", "WindLaw"]
 
@@ -43,7 +42,7 @@ class LoadLaw(ForceLaw):
         return Answer([wrench(x, force, moment)], work=work, shown=[signal[0]])
 
     def shows(self, f: Load) -> list[Shown]:
-        return [("load/signal", f.name, "1")]
+        return [Shown("load/signal", f.name, "1")]
 
 
 class WindLaw(ForceLaw):
@@ -70,4 +69,4 @@ class WindLaw(ForceLaw):
         return Answer([wrench(x, force)], work=force @ v, shown=[signal[0], sqrt(force @ force)])
 
     def shows(self, f: Wind) -> list[Shown]:
-        return [("wind/speed", f.name, "m/s"), ("wind/force", f.name, "N")]
+        return [Shown("wind/speed", f.name, "m/s"), Shown("wind/force", f.name, "N")]

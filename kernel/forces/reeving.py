@@ -22,8 +22,7 @@ import numpy as np
 from heavylift.kernel.compiler.symbol import maximum, minimum, select
 from heavylift.kernel.description.forces import Reeving, Sheave, Signal
 
-from .force_law import Answer, Ended, ForceLaw, Poses, Shown, wrench
-from .laws import attachment
+from .force_law import Answer, Ended, ForceLaw, Poses, Shown, attachment, wrench
 from .rope_groups import FREE, Groups, slip_ratio
 from .sheaves import Node, Part, Way
 
@@ -199,54 +198,52 @@ class ReevingLaw(ForceLaw):
     def turns(self, f: Reeving, poses: Poses) -> None:
         return None  # arcs are divided where the rope lies at the start
 
-    def guards(self, f: Reeving) -> int:
-        return 1 + sum(_rubs(f)) + len(f.sheaves) + 1 + 2 * len(_round(f))
+    def guards(self, f: Reeving) -> tuple[str, ...]:
+        grips = [f"grip {i + 1}" for i, rubs in enumerate(_rubs(f)) if rubs]
+        parts = [f"part {i + 1}" for i in range(len(f.sheaves) + 1)]
+        return "taut", *grips, *parts, *(f"{what} {i + 1}" for i in _round(f) for what in ("wrap", "other side"))
 
-    def switch(self, f: Reeving, p: np.ndarray, guard: int, shown: np.ndarray) -> tuple[str, float]:
+    def switch(self, f: Reeving, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
         n = len(f.sheaves)
         _, lengths, kept, _ = np.split(shown, [n + 1, 2 * n + 2, 3 * n + 3])
         modes, own, limp, lies = np.split(p[3 : 4 + 4 * n], [n, 2 * n, 3 * n + 1])
-        rubbing = [i for i, rubs in enumerate(_rubs(f)) if rubs]
-        if guard == 0:
+        if guard == "taut":
             p[TAUT] = 1.0 - p[TAUT]
             own[:] = (lengths * (kept.sum() / lengths.sum()))[1:]  # slack rope has slid until it was even
             modes[:], limp[:] = 0.0 if p[TAUT] else FREE, 0.0
             modes[lies == 0.0] = FREE
             return "taut" if p[TAUT] else "slack", float(lengths.sum() - kept.sum())
-        if (other := guard - len(rubbing) - n - 2) >= 0:
-            i = _round(f)[other // 2]
-            if other % 2:
-                why = f"meets sheave {i + 1} from its other side, where it cannot turn; keep its ends apart"
-                raise Ended(f"reeving '{f.name}'", why)
+        what, _, number = guard.rpartition(" ")
+        i, strain = int(number) - 1, lengths / kept
+        if what == "other side":
+            why = f"meets sheave {number} from its other side, where it cannot turn; keep its ends apart"
+            raise Ended(f"reeving '{f.name}'", why)
+        if what == "wrap":
             lies[i] = 1.0 - lies[i]
             own[:], limp[i : i + 2] = kept[1:], 0.0
             modes[i] = 0.0 if lies[i] and p[TAUT] else FREE
-            return "found" if lies[i] else "left", float(i + 1)
-        if guard > len(rubbing):
-            part = guard - len(rubbing) - 1
-            beside = [i for i in rubbing if i in (part - 1, part) and not modes[i]]
-            strain = lengths / kept
-            if p[TAUT] and not limp[part] and beside and strain[part] < 1.0 + UNSTRAINED:
+            return "found" if lies[i] else "left", float(number)
+        if what == "part":
+            beside = [k for k, rubs in enumerate(_rubs(f)) if rubs and k in (i - 1, i) and not modes[k]]
+            if p[TAUT] and not limp[i] and beside and strain[i] < 1.0 + UNSTRAINED:
                 # it has just come taut while it runs: no friction holds what has no tension, so that it is drawn over
                 own[:] = kept[1:]
-                for i in beside:
-                    modes[i] = float(np.sign(strain[i + 1] - strain[i])) or (1.0 if part == i else -1.0)
+                for k in beside:
+                    modes[k] = float(np.sign(strain[k + 1] - strain[k])) or (1.0 if i == k else -1.0)
                 return "slip", float(beside[0] + 1)
-            limp[part] = 1.0 - limp[part] if p[TAUT] else 0.0
-            return "limp" if limp[part] else "pulls", float(part + 1)
-        i = rubbing[guard - 1]
+            limp[i] = 1.0 - limp[i] if p[TAUT] else 0.0
+            return "limp" if limp[i] else "pulls", float(number)
         if not p[TAUT]:
-            return "stick", float(i + 1)
+            return "stick", float(number)
         own[:] = kept[1:]
-        strain = lengths / kept
         modes[i] = 0.0 if modes[i] else float(np.sign(strain[i + 1] - strain[i]))
-        return "slip" if modes[i] else "stick", float(i + 1)
+        return "slip" if modes[i] else "stick", float(number)
 
     def shows(self, f: Reeving) -> list[Shown]:
         names = [f"{f.name}.{i + 1}" for i in range(len(f.sheaves) + 1)]
         topics = (("reeving/tension", "N"), ("reeving/length", "m"), ("reeving/unstretched", "m"))
-        wraps = [("reeving/wrap", f"{f.name}.{i + 1}", "rad") for i in _round(f)]
-        return [(topic, name, unit) for topic, unit in topics for name in names] + wraps
+        wraps = [Shown("reeving/wrap", f"{f.name}.{i + 1}", "rad") for i in _round(f)]
+        return [Shown(topic, name, unit) for topic, unit in topics for name in names] + wraps
 
 
 def _rubs(f: Reeving) -> list[bool]:

@@ -7,7 +7,7 @@ the stored energy, so that the accounts close however the bodies tumble.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.elementary import atan2
@@ -16,11 +16,7 @@ from heavylift.kernel.compiler.symbol import sqrt
 from heavylift.kernel.description.forces import Bushing, Spring, Torsion
 from heavylift.kernel.multibody.continuous_angles import hinge, on_turn
 
-from .force_law import Answer, Ended, ForceLaw, Poses, Shown, wrench
-from .laws import attachment
-
-if TYPE_CHECKING:
-    from heavylift.kernel.multibody.graph import Graph
+from .force_law import Answer, Ended, ForceLaw, Poses, Setting, Shown, attachment, wrench
 
 __all__ = ["BushingLaw", "SpringLaw", "TorsionLaw"]
 
@@ -84,7 +80,7 @@ class SpringLaw(ForceLaw):
         )
 
     def shows(self, f: Spring) -> list[Shown]:
-        return [("spring/tension", f.name, "N"), ("spring/elongation", f.name, "m")]
+        return [Shown("spring/tension", f.name, "N"), Shown("spring/elongation", f.name, "m")]
 
 
 class TorsionLaw(ForceLaw):
@@ -106,10 +102,10 @@ class TorsionLaw(ForceLaw):
     def turns(self, f: Torsion, poses: Poses) -> tuple[str, str, Any]:
         return f.a, f.b, np.asarray(poses(f.a)[0], float) @ np.array(f.axis)
 
-    def guards(self, f: Torsion) -> int:
-        return 1
+    def guards(self, f: Torsion) -> tuple[str, ...]:
+        return ("lean",)
 
-    def switch(self, f: Torsion, p: np.ndarray, guard: int, shown: np.ndarray) -> tuple[str, float]:
+    def switch(self, f: Torsion, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
         raise Ended(f"torsion '{f.name}'", f"its axis on '{f.b}' points {AGAINST} against that on '{f.a}', so that "
                     "there is no twist; let a joint hold the axis, or give the two bodies no torsion")  # fmt: skip
 
@@ -137,7 +133,7 @@ class TorsionLaw(ForceLaw):
         )
 
     def shows(self, f: Torsion) -> list[Shown]:
-        return [("torsion/angle", f.name, "rad"), ("torsion/moment", f.name, "N m")]
+        return [Shown("torsion/angle", f.name, "rad"), Shown("torsion/moment", f.name, "N m")]
 
 
 class BushingLaw(ForceLaw):
@@ -151,8 +147,9 @@ class BushingLaw(ForceLaw):
     def __init__(self, axis: Any = None) -> None:
         self._axis = axis
 
-    def between(self, f: Bushing, graph: Graph, poses: Poses) -> ForceLaw:
-        axis = hinge(graph, poses, f.a.body, f.b.body)
+    def within(self, f: Bushing, setting: Setting) -> BushingLaw:
+        poses = setting.poses
+        axis = hinge(setting.graph, poses, f.a.body, f.b.body)
         if axis is None:
             return self
         R_a, R_b = (np.asarray(poses(x.body)[0], float) @ np.array(R) for x, R in ((f.a, f.R_a), (f.b, f.R_b)))
@@ -166,10 +163,10 @@ class BushingLaw(ForceLaw):
         R_a = np.asarray(poses(f.a.body)[0], float) @ np.array(f.R_a)
         return f.a.body, f.b.body, R_a @ self._axis
 
-    def guards(self, f: Bushing) -> int:
-        return int(self._axis is None)
+    def guards(self, f: Bushing) -> tuple[str, ...]:
+        return ("turn",) if self._axis is None else ()
 
-    def switch(self, f: Bushing, p: np.ndarray, guard: int, shown: np.ndarray) -> tuple[str, float]:
+    def switch(self, f: Bushing, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
         raise Ended(f"bushing '{f.name}'", f"'{f.b.body}' is turned by {AGAINST} against '{f.a.body}', about more than "
                     "one axis; a rotation vector ends at 180: make it stiffer, or join the two by a hinge")  # fmt: skip
 
@@ -237,8 +234,8 @@ class BushingLaw(ForceLaw):
         )
 
     def shows(self, f: Bushing) -> list[Shown]:
-        place = [("bushing/displacement", f"{f.name}.{c}", "m or rad") for c in ("x", "y", "z", "rx", "ry", "rz")]
-        return place + [("bushing/force", name, "N or N m") for _, name, _ in place]
+        place = [Shown("bushing/displacement", f"{f.name}.{c}", "m or rad") for c in ("x", "y", "z", "rx", "ry", "rz")]
+        return place + [Shown("bushing/force", x.name, "N or N m") for x in place]
 
 
 def _filled(pattern: list[int], given: Any) -> Any:

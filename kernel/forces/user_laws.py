@@ -27,8 +27,7 @@ from heavylift.kernel.description.forces import Signal, UserLaw
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.trust import foreign, namer, refusal
 
-from .force_law import Answer, ForceLaw, Poses, Shown, wrench
-from .laws import BODY, attachment
+from .force_law import BODY, Answer, ForceLaw, Poses, Shown, attachment, wrench
 
 __all__ = ["Given", "UserLawEntry"]
 
@@ -118,18 +117,18 @@ class UserLawEntry(ForceLaw):
             work = work + row[:3] @ v + (0.0 if moment is None else moment @ body[15:18])
         return Answer(wrenches, work=work, guards=switched, shown=[x for row in rows for x in row[:3]])
 
-    def guards(self, f: UserLaw) -> int:
-        return f.modes
+    def guards(self, f: UserLaw) -> tuple[str, ...]:
+        return tuple(f"mode {i + 1}" for i in range(f.modes))
 
-    def switch(self, f: UserLaw, p: np.ndarray, guard: int, shown: np.ndarray) -> tuple[str, float]:
-        i = len(f.parameters) + guard
+    def switch(self, f: UserLaw, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
+        i = len(f.parameters) + self.guards(f).index(guard)
         p[i] = -p[i]
         return "switched", float(p[i])
 
     def shows(self, f: UserLaw) -> list[Shown]:
         if f.joint:
-            return [("law/effort", f.name, "N or N m")]
-        return [("law/force", f"{f.name}.{i + 1}.{c}", "N") for i in range(len(f.ends)) for c in "xyz"]
+            return [Shown("law/effort", f.name, "N or N m")]
+        return [Shown("law/force", f"{f.name}.{i + 1}.{c}", "N") for i in range(len(f.ends)) for c in "xyz"]
 
     def _traced(self, f: UserLaw) -> Function:
         """The law recorded by itself."""

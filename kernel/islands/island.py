@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.description.mechanics import System
+from heavylift.kernel.forces.ropes import RopeAt
 from heavylift.kernel.methods.small_motions import still_below
-from heavylift.kernel.model.parameters import RopeAt
 from heavylift.kernel.simulation.native.variant_policy import Thrift
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.kernel.simulation.snapshots import BLOCKS, KEPT

@@ -16,7 +16,7 @@ from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.spatial import exact
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.description.mechanics import RigidRope, Rope
-from heavylift.kernel.model.parameters import ROPE_HEAD, ROPE_LINE
+from heavylift.kernel.forces.ropes import ROPE_HEAD, ROPE_LINE
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.simulation.native.sample_row import row_layout
 
@@ -37,9 +37,8 @@ def labels(program: Program) -> list[Label]:
         "v": [k.body.name for k in sorted(links, key=lambda k: k.v.start) for _ in range(k.v.start, k.v_modes.stop)],
         "accounts": [f"{what} {name}" for what, name in program.accounts],
         "turned": [f"{kind} {name} {i}" for kind, name, i in program.angles],
-        "normal": [u.name for u in s.supports],
-        "stored": program.stored,
-        "shown": [x.name for x in program.forces for _ in x.law.shows(x.force)],
+        "stored": [name for _, name in program.stores],
+        **{group: [name for (_, name), _, _ in columns] for group, columns in program.columns.items()},
         "poses": [k.body.name for k in program.graph.links for _ in range(12)],
         "kinetic": [""],
         "potential": [""],
@@ -48,8 +47,7 @@ def labels(program: Program) -> list[Label]:
         "pressing": [c.name for c in s.contacts],
         "axial": [program.graph.links[i].body.name for i in program.axial],
     }
-    names |= {key: [r.name for r in s.ropes] for key in ("tension", "length", "length_rate", "elongation")}
-    names |= {key: [u.name for u in s.supports for _ in range(2)] for key in ("place", "velocity")}
+    names |= {key: [r.name for r in s.ropes] for key in ("length", "length_rate")}
     names |= {key: [r.name for r in s.rigid_ropes] for key in ("pull", "slack", "span")}
     names |= {key: [r.name for r in s.straight_ropes] for key in ("peak", "peak_time")}
     out: list[Label] = []

@@ -76,7 +76,7 @@ class Kutta4(RungeKutta):
 class DormandPrince5(RungeKutta):
     """Dormand-Prince 5(4) with the fourth-order dense output of Hairer, Norsett, Wanner I, II.6.
 
-    It alone sees clamped laws behind an event (`forces.laws`), as it always has: recordings keep their digests.
+    It alone sees clamped laws behind an event (`forces.friction`), as it always has: recordings keep their digests.
     """
 
     name = "dopri5"

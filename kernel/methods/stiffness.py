@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross
 from heavylift.kernel.compiler.symbol import select, sqrt
+from heavylift.kernel.forces.joint_laws import StopAt
+from heavylift.kernel.forces.ropes import RopeAt
 from heavylift.kernel.model.evaluation import Evaluation
-from heavylift.kernel.model.parameters import RopeAt, StopAt
 from heavylift.kernel.multibody.dynamics import composites, joint_space_inertia
 from heavylift.kernel.multibody.kinematics import Kinematics, kinematics, seen_from
 from heavylift.kernel.multibody.trees import Tree, with_numbers

@@ -65,8 +65,8 @@ def check_description(system: System) -> System:
     for f in fields(system):
         for x in getattr(system, f.name) if f.name != "gravity" else ():
             _check_item(x)
-    for force in system.forces:
-        check_force(force)
+    for law in system.laws:
+        check_force(law)
     for contact in system.contacts:
         check_contact(contact)
     for b in system.bodies:

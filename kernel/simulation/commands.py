@@ -14,7 +14,8 @@ import numpy as np
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.parameters import PROFILE, RopeAt
+from heavylift.kernel.forces.ropes import RopeAt
+from heavylift.kernel.model.parameters import PROFILE
 from heavylift.kernel.model.switching import StateEvent, Switches
 from heavylift.kernel.multibody.joint_locking import lock_of
 from heavylift.kernel.simulation.impacts.active_sets import Act, ContactSets

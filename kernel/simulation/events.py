@@ -14,7 +14,7 @@ from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.description.notes import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.force_law import Ended
-from heavylift.kernel.model.parameters import RopeAt
+from heavylift.kernel.forces.ropes import RopeAt
 from heavylift.kernel.model.switching import StateEvent
 from heavylift.kernel.simulation.assembly.causes import torn
 from heavylift.kernel.simulation.impacts.active_sets import KINDS

@@ -85,8 +85,9 @@ class Simulation(Eventful):
         self._begin_angles()
         self._set(peak_time=0.0)
         self._call("refresh")
-        for i, (kind, _) in enumerate(self.program.guards):
-            if kind in ("rope", "support", "lower", "upper", "force") and self.X[self._at["G"]][i] < 0.0:
+        for i, guard in enumerate(self.program.guards):
+            found = self.program.of_guard.get(guard)
+            if found and found.law.initial and self.X[self._at["G"]][i] < 0.0:
                 self.switches.fire(i, self.row())
         self._check_ropes()
         if self.program.contacts.sites:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from heavylift.kernel.compiler.function import Function
 from heavylift.kernel.compiler.symbol import maximum, sqrt
 from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.forces.laws import BODY
+from heavylift.kernel.forces.force_law import BODY
 
 from .frames import Side
 from .reach import apart

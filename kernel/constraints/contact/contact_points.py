@@ -20,7 +20,8 @@ from heavylift.kernel.compiler.symbol import maximum, minimum, select, sqrt
 from heavylift.kernel.constraints.rows import Row
 from heavylift.kernel.description.contacts import Contact
 from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.forces.laws import BODY, SLIP_BLEND
+from heavylift.kernel.forces.force_law import BODY
+from heavylift.kernel.forces.friction import SLIP_BLEND
 from heavylift.kernel.multibody.graph import Graph
 
 from . import frames

@@ -18,7 +18,7 @@ import numpy as np
 from heavylift.kernel.algebra.dense import combinations, decomposed, dot, norm, product, solve
 from heavylift.kernel.constraints.rows import Row, held_rows
 from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.model.evaluation import Evaluation
+from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.kinematics import Kinematics, kinematics, seen_from
 from heavylift.kernel.multibody.motion import rates
@@ -102,7 +102,7 @@ class Pose:
 
     def __init__(self, program: Program, state: State, running: bool = False) -> None:
         self.program, (self.t, self.y, self.P), self.running = program, state, running
-        x = Evaluation(program, self.t, np.array(self.y, dtype=object), np.array(self.P, dtype=object), self.t, False)
+        x = evaluate(program, self.t, np.array(self.y, dtype=object), np.array(self.P, dtype=object), forces=False)
         self.q, self.v, self.ends = x.q, x.v, x.ends
         lengths = {r.name: x.length_of(r) for r in program.constraints.ropes}
         self.rows: list[Row] = held_rows(program, x.ends, x.numbers, lengths)

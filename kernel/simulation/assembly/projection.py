@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.model.evaluation import Evaluation
+from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.multibody.motion import rates
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def projection(program: Program, required: Program) -> Function:
         if not len(required.constraints):
             nothing = all_rows(())
             return {"place": list(y), "gap": nothing, "slip": nothing, "pivot": nothing}
-        e = Evaluation(required, t[0], y, P, t[0], forces=False)
+        e = evaluate(required, t[0], y, P, forces=False)
         rows = e.constraint_rows()
         gap, slip = rows.held([r.gap for r in rows.rows]), rows.held([r.rate for r in rows.rows])
         place, speed = rows.change(rows.solve([-x for x in gap])), rows.change(rows.solve([-x for x in slip]))

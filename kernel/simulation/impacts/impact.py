@@ -6,7 +6,7 @@ from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.model.evaluation import Evaluation, evaluate
+from heavylift.kernel.model.evaluation import evaluate
 
 if TYPE_CHECKING:
     from heavylift.kernel.model.program import Program
@@ -32,7 +32,7 @@ def kicking(program: Program) -> Function:
     """t, y, P, x -> after: y after impulses x (n,) of the rows [N s]."""
 
     def body(t: Any, y: Any, P: Any, x: Any) -> dict[str, Any]:
-        rows = Evaluation(program, t[0], y, P, t[0], forces=False).constraint_rows()
+        rows = evaluate(program, t[0], y, P, forces=False).constraint_rows()
         out = list(y)
         for i, dv in rows.change(x).items():
             first = program.nq + program.instances[i][0].v.start

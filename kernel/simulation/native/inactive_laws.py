@@ -18,8 +18,9 @@ from heavylift.kernel.compiler.machine_code import Library
 from heavylift.kernel.constraints.contact.clearance import pads_of
 from heavylift.kernel.constraints.contact.contact_points import SlotAt
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
-from heavylift.kernel.forces.laws import BODY
-from heavylift.kernel.model.parameters import RopeAt, SupportAt
+from heavylift.kernel.forces.force_law import BODY
+from heavylift.kernel.forces.ropes import RopeAt
+from heavylift.kernel.forces.supports import SupportAt
 
 from .native_functions import Stepping
 from .oracle import Oracle

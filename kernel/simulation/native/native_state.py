@@ -91,7 +91,7 @@ class Blocks:
         columns = np.arange(self.method.columns)
         self._kinetic = int(columns[places["kinetic"]])
         self._parts = np.concatenate([np.ravel(columns[places[k]]) for k in ("potential", "stored", "accounts")])
-        self._signs = np.where([False] * (1 + len(self.program.stored)) + works, -1.0, 1.0)
+        self._signs = np.where([False] * (1 + len(self.program.stores)) + works, -1.0, 1.0)
         self._mass = sum(b.mass for b in system.bodies)
         self._softness = np.array([0.5 / r.EA for r in system.ropes])  # of a metre: energy held by a tension squared
         self._checked = np.zeros(len(system.ropes))  # unstretched lengths of ropes when the step was last looked at

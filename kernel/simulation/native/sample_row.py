@@ -18,17 +18,11 @@ __all__ = ["columns", "row_layout"]
 
 def row_layout(program: Program) -> Layout:
     """Names and sizes of the columns, in their order."""
-    ropes, supports = len(program.system.ropes), len(program.system.supports)
+    laws = {group: len(columns) for group, columns in program.columns.items()}
     sizes: dict[str, int | None] = {"q": program.nq, "v": program.nv, "accounts": len(program.accounts)}
     sizes["turned"] = len(program.angles)
-    sizes |= dict.fromkeys(("tension", "length", "length_rate", "elongation"), ropes)
-    sizes |= {
-        "normal": supports,
-        "place": 2 * supports,
-        "velocity": 2 * supports,
-        "stored": len(program.stored),
-        "shown": sum(len(x.law.shows(x.force)) for x in program.forces),
-    }
+    sizes |= dict.fromkeys(("length", "length_rate"), len(program.system.ropes))
+    sizes |= {**laws, "stored": len(program.stores)}
     sizes |= {"poses": 12 * len(program.graph.links), "kinetic": None, "potential": None}
     sizes |= {"loop": 6 * len(program.graph.loops)} | dict.fromkeys(
         ("pull", "slack", "span"), len(program.system.rigid_ropes)
@@ -43,14 +37,12 @@ def columns(x: Evaluation) -> list[Any]:
     program = x.program
     poses, kinetic, potential = x.poses_and_energies()
     turned = [x.turned[label] for label in program.angles]
-    parts = (x.q, x.v, x.accounts, turned, x.tensions, x.lengths, x.length_rates, x.elongations, x.normals)
-    flat = [e for part in parts for e in part]
+    lengths = [[x.signals[r.name][i] for r in program.system.ropes] for i in (0, 1)]
+    laws = (x.column(group) for group in program.columns)
+    flat = [e for part in (x.q, x.v, x.accounts, turned, *lengths, *laws) for e in part]
     return [
         *flat,
-        *x.places,
-        *x.velocities,
-        *x.stored,
-        *x.shown,
+        *(x.stored[label] for label in program.stores),
         *poses,
         kinetic,
         potential,
