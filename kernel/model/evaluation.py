@@ -42,10 +42,10 @@ FORCES = (
     Stage(applied_forces.drive, "q v references", "tau work"),
     Stage(applied_forces.bend, "q v", "tau heat stored watched"),
     Stage(accelerations.hold_rows, "q v ends masters references wrenches tau", "rows loads lengths_of"),
-    Stage(accelerations.accelerate, "q v references wrenches tau rows", "dq dv work"),
+    Stage(accelerations.accelerate, "q v references tau rows", "dq dv work"),
     Stage(accelerations.pull_rigid_ropes, "rows lengths_of", "watched work"),
     Stage(accelerations.press_contacts, "ends rows", "wrenches heat stored pressing watched"),
-    Stage(accelerations.watch_thresholds, "q v ends turned masters shown signals rows lengths_of", "watched"),
+    Stage(accelerations.watch_thresholds, "q v ends turned shown signals rows lengths_of", "watched"),
     Stage(accelerations.collect, "dq dv heat work turning watched", "dy guards"),
 )  # fmt: skip
 
