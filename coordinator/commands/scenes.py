@@ -11,22 +11,19 @@ from heavylift.coordinator.commands.common.app import After, At, Json, Scene, Se
 @app.command()
 def check(scene: Scene, as_json: Json = False, sets: Sets = None) -> None:
     """Check a scene, show its static loads and what of it is modelled; starts nothing.    heavylift check lift"""
-    from dataclasses import asdict
-
     import msgspec
     from heavylift.coordinator.participants.pause import check_steps
-    from heavylift.coordinator.run.stages import page, required
     from heavylift.nodes.scene import check as examine
     from heavylift.nodes.scene import load
 
     loaded = load(scene, sets or [])
     check_steps(loaded)
-    found, stages = examine(loaded), required(loaded)
+    found = examine(loaded)
     if not as_json:
-        typer.echo(str(found) + (f"\n\n{page(stages)}" if stages else ""))
+        typer.echo(str(found))
         return
     told: dict[str, object] = {k: v for k, v in msgspec.to_builtins(found).items() if k != "lines"}
-    told |= {"modelled": loaded.verdict.data() if loaded.verdict else None, "stages": [asdict(x) for x in stages]}
+    told |= {"modelled": loaded.verdict.data() if loaded.verdict else None}
     typer.echo(msgspec.json.encode(told).decode())
 
 

@@ -57,7 +57,6 @@ class KernelNode:
             config.step,
             config.ties,
             config.apart,
-            config.lean,
         )
 
     def layout(self) -> bytes:

@@ -32,7 +32,7 @@ class Contacts(Protocol):
     @property
     def held(self) -> Sequence[tuple[int, ...]]: ...
     @property
-    def present(self) -> Sequence[Any]: ...
+    def sites(self) -> Sequence[Any]: ...
     def slots(self, numbers: Callable[[str, str], Any], ends: Mapping[int, Any]) -> list[SimpleNamespace]: ...
     def rows(self, slots: list[SimpleNamespace]) -> list[Any]: ...
 
@@ -78,7 +78,7 @@ class Constraints:
         first = len(self.of)
         ropes = [[r for r in rows if first <= r < first + len(self.ropes)] for rows, _ in self.groups]
         equal = [x for x in ropes if x]
-        self.delassus = Lopsided(n, couples) if self.contacts.present else self._blockwise(equal)
+        self.delassus = Lopsided(n, couples) if self.contacts.sites else self._blockwise(equal)
 
     def _blockwise(self, equal: list[list[int]]) -> Blockwise:
         """The matrix in blocks of up to six loop rows in turn between the same bodies, or of one rope."""

@@ -11,7 +11,6 @@ from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.forces.ropes import RopeAt
 from heavylift.kernel.methods.small_motions import still_below
-from heavylift.kernel.simulation.native.variant_policy import Thrift
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.kernel.simulation.snapshots import BLOCKS, KEPT
 
@@ -19,7 +18,42 @@ from .components import islands_of
 
 __all__ = ["Island"]
 
-CODE = 3  # operations of the code of a whole simulation, for each of one evaluation
+PRICE = 2e5  # attempted steps that take as long as compiling their code: 3 operations of it for each of an evaluation
+
+
+class Rent:
+    """Ski-rental rule: as long as a part of an island could be on its own, its steps are counted; it is cut off once the
+    wasted work equals the cost of compiling.
+
+    Whatever comes, this never costs more than twice what foresight would have (Karlin et al., Algorithmica 3, 1988).
+    Steps are counted, not seconds, so that all runs of a scene decide alike.
+    """
+
+    def __init__(self, price: float) -> None:
+        self._price = price
+        self.spent: dict[frozenset[str], float] = {}  # attempted steps in which these ropes tied nothing
+        self.since = 0.0  # attempted steps at the last look
+        self.seen: frozenset[str] = frozenset()  # ropes that tied nothing then
+
+    def ends(self, attempts: float, loose: frozenset[str], share: float) -> bool:
+        """Whether these ropes should tie nothing from now on; share: of the work that this saves."""
+        if self.seen:
+            self.spent[self.seen] = self.spent.get(self.seen, 0.0) + attempts - self.since
+        self.since, self.seen = attempts, loose
+        return share * self.spent.get(loose, 0.0) >= self._price
+
+    def kept(self) -> dict[str, Any]:
+        """All that later choices depend on, in lists."""
+        return {
+            "spent": [[sorted(ropes), n] for ropes, n in self.spent.items()],
+            "since": self.since,
+            "seen": sorted(self.seen),
+        }
+
+    def go_on(self, kept: dict[str, Any]) -> None:
+        """Choose on from what another one has kept."""
+        self.spent = {frozenset(ropes): n for ropes, n in kept["spent"]}
+        self.since, self.seen = kept["since"], frozenset(kept["seen"])
 
 
 class Island(Simulation):
@@ -27,10 +61,10 @@ class Island(Simulation):
 
     struck: np.ndarray  # row of the last event or command
 
-    def __init__(self, system: System, lean: bool | None = None, **options: Any) -> None:
-        super().__init__(system, lean=lean, **options)
+    def __init__(self, system: System, cut_at_once: bool = False, **options: Any) -> None:
+        super().__init__(system, **options)
         self.given, self.subscribed = system, frozenset(name for _, name in self.program.guards)
-        self.cuts = Thrift(bool(lean))
+        self.cuts = Rent(0.0 if cut_at_once else PRICE)
         self.told = 0, 0  # entries of log and notes that are in the common ones
 
     def settle(self) -> None:
@@ -57,20 +91,13 @@ class Island(Simulation):
 
     def mark(self) -> dict[str, Any]:
         """What a run changes as long as nothing happens, for `back`; cheaper than a snapshot."""
-        beside = {"balance": {name: copy(x) for name, x in vars(self._balance).items()}, "absent": self.absent}
-        return (
-            {name: copy(getattr(self, name)) for name in KEPT}
-            | beside
-            | {"thrift": self.thrift and self.thrift.kept(), "phase": self.order.phase}
-        )
+        beside = {"balance": {name: copy(x) for name, x in vars(self._balance).items()}, "phase": self.order.phase}
+        return {name: copy(getattr(self, name)) for name in KEPT} | beside
 
     def back(self, mark: dict[str, Any]) -> None:
         """Stand again where `mark` was made, before anything happened."""
         self.order.phase = mark["phase"]
         vars(self._balance).update(mark["balance"])
-        self._leave_out(mark["absent"])
-        if self.thrift:
-            self.thrift.go_on(mark["thrift"])
         for name in KEPT:
             if isinstance(block := getattr(self, name), np.ndarray) and name in BLOCKS:
                 block[:] = mark[name]  # in place, for parts of it are in other hands
@@ -100,12 +127,7 @@ class Island(Simulation):
         loose = self._unhooked()
         if self.fallen or not (share := self._resting_share(loose)):
             return frozenset()
-        evaluation = self.operations(frozenset())[0]
-
-        def count(laws: frozenset[str]) -> tuple[int, int]:
-            return (round(evaluation * (1.0 - share)), CODE * evaluation) if laws else (evaluation, 0)
-
-        return self.cuts.choose(self._attempts, loose, count)
+        return loose if self.cuts.ends(self._attempts, loose, share) else frozenset()
 
     def _unhooked(self) -> frozenset[str]:
         at, s = self.program.parameters.at, self.given

@@ -7,7 +7,7 @@ alone, so nothing that is seen depends on spans or turns.  A command stops the i
 others: they show themselves at that instant by their dense output.
 
 A rope that is hooked between two islands makes them one; when it is taken off, and a part rests by then, the island is
-cut again once that pays (see `variant_policy`).
+cut again once that pays (see `island.Rent`).
 """
 
 from __future__ import annotations
@@ -59,13 +59,12 @@ def simulate(
     step: float | None,
     ties: Collection[str] = (),
     apart: bool = True,
-    lean: bool | None = None,
 ) -> Simulation | Islands:
     """A scene as one simulation, or (`apart`) as islands if it has several and the method is ours, which can go back.
 
     `ties`: ropes that tie though they are not hooked yet, since they will be; the other arguments are a `Simulation`'s.
     """
-    options: dict[str, Any] = {"method": method, "step": step, "lean": lean}
+    options: dict[str, Any] = {"method": method, "step": step}
     if apart and method not in PEERS and len(islands_of(check_description(system), loose_ropes(system, ties))) > 1:
         return Islands(system, tolerance, sample_ns, subscribed, ties, **options)
     return Simulation(system, tolerance, sample_ns, subscribed, **options)

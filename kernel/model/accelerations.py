@@ -24,7 +24,7 @@ def hold_rows(x: Evaluation) -> None:
 def accelerate(x: Evaluation) -> None:
     """The motion of every tree; a prescribed drive carries what the other laws of its joint do not."""
     for i, (_, shared) in enumerate(x.program.instances):
-        tied = i in x.program.constraints.linked  # by more than a rope that is left out
+        tied = i in x.program.constraints.linked
         out = x.rows.motion(i) if x.rows and tied else shared.accelerate(**x.arguments(i))
         x.dq += list(out.dq)
         x.dv += list(out.dv)
@@ -35,10 +35,11 @@ def accelerate(x: Evaluation) -> None:
 
 def pull_rigid_ropes(x: Evaluation) -> None:
     """Guards and work of rigid ropes; their heat is made at once (see `constraints.rigid_ropes`)."""
-    tensions, fell = (x.rows.tensions, x.rows.guards()) if x.rows else ({}, {})
-    for r in x.program.system.rigid_ropes:
-        x.watched["rigid", r.name] = [fell.get(r.name, 1.0)]
-        x.work["rigid", r.name] = -tensions[r.name] * x.lengths_of[r.name][1] if r.name in tensions else 0.0
+    if x.rows:
+        tensions = x.rows.tensions
+        for name, guard in x.rows.guards().items():
+            x.watched["rigid", name] = [guard]
+            x.work["rigid", name] = -tensions[name] * x.lengths_of[name][1]
 
 
 def press_contacts(x: Evaluation) -> None:
@@ -71,13 +72,12 @@ def _scalar(x: Evaluation, h: Threshold, point: Any) -> Any:
     if h.quantity in ("joint", "speed"):
         i, k = x.program.graph.coordinate(h.name, h.of, h.coordinate)
         return x.q[i] if h.quantity == "joint" else x.v[k]
-    told = x.rows.told if x.rows else {}  # of a rigid rope that is left out: it pulls nothing
     if h.quantity == "tension":
-        elastic = {name: shown[0] for (kind, name), shown in x.shown.items() if kind in ("rope", "force") and shown}
-        return sum((elastic[r] if r in elastic else told.get(r, 0.0) for r in h.ropes), 0.0)
-    rigid = {r.name: r for r in x.program.system.rigid_ropes}
+        known = {name: shown[0] for (kind, name), shown in x.shown.items() if kind in ("rope", "force") and shown}
+        known |= x.rows.told if x.rows else {}
+        return sum((known[r] for r in h.ropes), 0.0)
     name = h.ropes[0]
-    return x.signals[name][0] if name in x.signals else (x.lengths_of.get(name) or x.length_of(rigid[name]))[0]
+    return x.signals[name][0] if name in x.signals else x.lengths_of[name][0]
 
 
 def collect(x: Evaluation) -> None:

@@ -50,15 +50,9 @@ def weigh_rigid_ropes(x: Evaluation) -> None:
 
 
 def apply_laws(x: Evaluation) -> None:
-    """Every entry of the force table, called with its own numbers; one that is left out does nothing."""
+    """Every entry of the force table, called with its own numbers."""
     for law in x.program.laws:
-        label = law.law.kind, law.name
-        if law.name in x.program.absent:
-            x.shown[label] = [0.0] * len(law.shows)
-            x.heat[label] = x.work[label] = x.stored[label] = 0.0
-            x.watched |= {(guard, law.name): [1.0] for guard in law.guards}
-        else:
-            _apply(x, law)
+        _apply(x, law)
 
 
 def _apply(x: Evaluation, law: SharedForce) -> None:

@@ -22,7 +22,6 @@ def structure(program: Program, *method: Any) -> str:
     p, s = program, program.system
     number, along = p.graph.number, p.graph.coordinate
     ropes = [r.name for r in s.all_ropes]
-    laws = ropes + [u.name for u in s.supports] + [c.name for c in s.contacts]
 
     def of(x: Measured | Threshold) -> object:
         """What is measured: a body, or a coordinate of a joint."""
@@ -49,6 +48,5 @@ def structure(program: Program, *method: Any) -> str:
             ],
             [(k.q.start, k.v.start) for k in p.graph.links],
             [k.modes.smallness.groups for k in p.graph.links if k.modes and k.n_modes],
-            [name in p.absent for name in laws],
         ]
     )

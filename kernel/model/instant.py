@@ -10,8 +10,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import maximum, minimum, named, sqrt
-from heavylift.kernel.constraints.contact.clearance import NEVER_NEAR, pads_of
+from heavylift.kernel.compiler.symbol import maximum, named, sqrt
 from heavylift.kernel.constraints.rows import Rows
 from heavylift.kernel.description.mechanics import Drive, RigidRope
 from heavylift.kernel.multibody.continuous_angles import Label as AngleLabel
@@ -130,8 +129,7 @@ class Evaluation:
     @property
     def pulls(self) -> list[Any]:
         """Tensions of all ropes of straight lines, the rigid ones last [N]."""
-        rigid = self.rows.told if self.rows else {}
-        return [*self.tensions, *(rigid.get(r.name, 0.0) for r in self.program.system.rigid_ropes)]
+        return [*self.tensions, *(self.rows.told.values() if self.rows else ())]
 
     @property
     def tensions(self) -> list[Any]:
@@ -152,20 +150,6 @@ class Evaluation:
     def window(self) -> Any:
         """The same, for steps that it does not bound."""
         return self.reach
-
-    @property
-    def near(self) -> Any:
-        """Time before which nothing of what is left out can touch [s]."""
-        p, soonest = self.program, NEVER_NEAR
-        for body, pads in pads_of(p.system).items():
-            if p.absent.issuperset(pads):
-                end = self.ends[p.graph.number(body)]
-                soonest = minimum(soonest, p.clearances.pads(p=self.numbers("pads", body), body=end).time[0])
-        for s in p.contacts.sites:
-            if (name := s.contact.name) in p.absent:
-                a, b = (self.ends[i] for i in s.bodies)
-                soonest = minimum(soonest, p.clearances.of[name](p=self.numbers("shapes", name), A=a, B=b).time[0])
-        return soonest
 
     @property
     def drift(self) -> Any:

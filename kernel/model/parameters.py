@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from heavylift.kernel.constraints.contact.clearance import pads_numbers, pads_of
 from heavylift.kernel.constraints.contact.contact_points import contact_numbers
 from heavylift.kernel.constraints.loop_closures import closure_numbers
 from heavylift.kernel.constraints.rigid_ropes import rigid_numbers
@@ -59,8 +58,6 @@ class Parameters:
                 put("bending", link.body.name, link.modes.smallness.numbers)
         for d in system.drives:
             put("drive", d.name, [d.kp, d.kv])
-        for body in pads_of(system):
-            put("pads", body, pads_numbers(system, body))
         for x in laws:
             put(x.law.kind, x.name, x.numbers)
             if x.signal:

@@ -7,14 +7,12 @@ small however large the yard.
 
 from __future__ import annotations
 
-from copy import copy
 from functools import cached_property
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.constraints.contact.clearance import Clearances
 from heavylift.kernel.constraints.contact.contact_points import ContactRows
 from heavylift.kernel.constraints.loop_closures import CLOSURES
 from heavylift.kernel.constraints.row_structure import Constraints
@@ -87,10 +85,7 @@ class Program:
         self.laws = shared(system.laws, setting)
         self.parameters = Parameters.of(system, self.graph, trees, self.laws)
         self.nq, self.nv = self.graph.nq, self.graph.nv
-        self.absent: frozenset[str] = frozenset()
         self.contacts = ContactRows(system, self.graph)
-        self.clearances = Clearances(self.contacts.sites)
-        self.touches = bool(system.supports or system.contacts)
         self._label()
         self.ny = self.nq + self.nv + len(self.accounts) + len(self.angles)
         self.quaternions = [
@@ -125,28 +120,6 @@ class Program:
         for label, x in zip(laws, self.laws, strict=True):
             for i, shown in enumerate(x.shows):
                 self.columns[shown.column].append((label, i, shown))
-
-    def without(self, names: frozenset[str]) -> Program:
-        """The same scene without forces, rows and guards of these laws; layouts stay, equal functions are shared."""
-        out = copy(self)
-        out.absent = names
-        if names & {*(r.name for r in self.system.rigid_ropes), *(c.name for c in self.system.contacts)}:
-            out.contacts = self.contacts.without(names)
-            ropes = tuple(r for r in self.system.rigid_ropes if r.name not in names)
-            out.constraints = Constraints(self.graph, ropes, out.contacts)
-            out.constraints.link(out.instances)
-        return out
-
-    @property
-    def shared(self) -> list[Function]:
-        """Functions that have the same text whatever is left out."""
-        out = [self.profile, *(x.function for x in self.laws)]
-        out += [f for s in self.contacts.sites for f in (s.watch, s.slot, s.reach) if f]
-        for _, tree in self.instances:
-            out += [tree.place, tree.accelerate]
-            if tree.opened:
-                out += [tree.opened.factor, tree.opened.back, *tree.opened.half.values()]
-        return out
 
     def shown(self, law: SharedForce, row: SimpleNamespace) -> np.ndarray:
         """What a sample row holds of a law, in the order of `Answer.shown`."""

@@ -20,14 +20,11 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.methods.peers import Peer
 from heavylift.kernel.methods.small_motions import rounded, scale_of
 from heavylift.kernel.multibody.continuous_angles import starting
-from heavylift.kernel.simulation.native.inactive_laws import dispensable
 from heavylift.kernel.simulation.native.native_state import ROWS
 from heavylift.kernel.simulation.native.peaks import last
 from heavylift.kernel.simulation.native.steps import EVENT, FAILED, RUNNING, STILL
-from heavylift.kernel.simulation.native.variant_policy import SPELL, Thrift
 from heavylift.kernel.simulation.safeguards.deflection_check import LASTING, check_compression
 from heavylift.kernel.simulation.safeguards.failures import too_slow
 
@@ -39,6 +36,7 @@ from .stepper import FOREVER_NS, NEVER
 
 __all__ = ["FOREVER_NS", "Simulation"]
 
+SPELL = 4000  # attempted steps in one native call at most: 25 ms
 TOO_SHORT = 1e-6  # [m] by which a rigid rope may be too short by rounding
 
 
@@ -47,8 +45,7 @@ class Simulation(Eventful):
     events stop `run`; `native=False` runs the same text on floats (slow oracle); `method`: one of
     `kernel.methods.METHODS`; `step`: fixed steps of so many seconds; `formulation`: one of
     `kernel.multibody.formulations.FORMULATIONS`; `fused`: products are added unrounded, a little faster, with bits
-    that depend on the processor; `lean`: whether laws that the scene does not require at the moment leave the code at
-    once, never, or (None) once that pays.  Raises KernelError."""
+    that depend on the processor.  Raises KernelError."""
 
     def __init__(
         self,
@@ -64,7 +61,6 @@ class Simulation(Eventful):
         step: float | None = None,
         formulation: str = "recursive",
         fused: bool = False,
-        lean: bool | None = None,
     ) -> None:
         options = (tolerance, sample_ns, h_max, native, opt, cache, method, step, formulation, fused)
         super().__init__(subscribed, system, *options)
@@ -72,8 +68,6 @@ class Simulation(Eventful):
         self._rested: tuple[int, int, np.ndarray] | None = None
         """A rest that is over: its first sample without a row [ns], what it ends before [ns], its row."""
         self._sets_of_ropes: set[frozenset[str]] = set()  # whose loads were looked at
-        never = lean is False or isinstance(self.method.method, Peer)
-        self.thrift = None if never else Thrift(bool(lean))
 
     # ---- life ---------------------------------------------------------------------------------------------
 
@@ -156,11 +150,8 @@ class Simulation(Eventful):
                 self._pass_break()
             elif "top" in self._at and self["peaking"] > 0.0:
                 self._commit()
-            if self.absent:
-                self._look_ahead()
             done = self._attempts % SPELL
             if not done:
-                self._spare()
                 self._check_pace()
             rows = len(self.rows)
             self._set(run=1.0, status=RUNNING, budget=SPELL - done, until=horizon)
@@ -188,25 +179,12 @@ class Simulation(Eventful):
     def _attempts(self) -> float:
         return self["accepted"] + self["rejected"]
 
-    def _spare(self) -> None:
-        """Leave out of the code what the scene does not require now, if that pays."""
-        if self.thrift:
-            laws = dispensable(self.program, self.P, self.row, 2.0 * self["h_max"])
-            self._leave_out(self.thrift.choose(self._attempts, laws, self.operations))
-
     def _check_pace(self) -> None:
         """Raises KernelError if the run stops making progress."""
         t = self.epoch * 1e-9 + self["t"]
         if self._patience.ends(self._attempts, t):
             mode = self._fastest()
             raise too_slow(self.method.method.name, t, self["h0"], mode.told if mode else "")
-
-    def _look_ahead(self) -> None:
-        """All laws are back in the code before any of them could push; a step that ends too late for that is redone."""
-        if "near" in self._at and self["near"] <= self["h_max"]:
-            if self["near"] <= 0.0 and self["tentative"] > 0.0:
-                self._to_start()
-            self._leave_out(frozenset())
 
     def _pass_break(self) -> None:
         """Between two pieces of a profile or history: commit, and a new derivative, since forces may jump."""
@@ -291,7 +269,6 @@ class Simulation(Eventful):
             t_stop=next(iter(self.references.breaks(self.epoch)), NEVER),
             t_rest=self.references.rest(self.epoch),
         )
-        self._spare()
         speeds = self.state[self.program.nq : self.program.nq + self.program.nv]
         self._set(scale=float(scale_of(self["scale"], speeds)))
         self._call("refresh")

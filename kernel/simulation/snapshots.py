@@ -42,8 +42,6 @@ def kept(s: Any) -> dict[str, Any]:
     beside |= {"calm": sorted(s._calm), "rattles": s._rattling.counts}
     beside |= {"patience": vars(s._patience), "phase": s.order.phase, "scene": _scene(s)}
     led = {"actuators": s.references.actuators, "watched": s.switches.watched}
-    if s.thrift:
-        beside |= {"absent": sorted(s.absent), "thrift": s.thrift.kept()}
     return deepcopy({**{name: getattr(s, name) for name in KEPT}, **beside, **led})
 
 
@@ -58,9 +56,6 @@ def go_on(s: Any, snapshot: dict[str, Any]) -> None:
     s._use(frozenset(kept.pop("locked")))
     s._rattling.counts = kept.pop("rattles")
     vars(s._patience).update(kept.pop("patience"))
-    if s.thrift:
-        s._leave_out(frozenset(kept.pop("absent")))
-        s.thrift.go_on(kept.pop("thrift"))
     for name in BLOCKS:  # in place, for parts of them are in other hands
         if (block := kept.pop(name)) is not None:
             getattr(s, name)[:] = block

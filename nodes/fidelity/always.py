@@ -82,12 +82,4 @@ def islands(plan: Plan, mechanics: System) -> Choice:
     return Choice("islands", "", {}, 0, {}, why, allowed=n > 1 and not together)
 
 
-def unused(plan: Plan, mechanics: System) -> Choice:
-    """Ropes that nobody has hooked and pads far from their stools, as long as that lasts."""
-    dropped = plan.fidelity.unused_laws == "dropped"
-    laws = f"{len(mechanics.straight_ropes)} ropes and {len(mechanics.supports)} pads"
-    why = "while they pull or push nothing, if that pays" if dropped else "as the scene says"
-    return Choice("unused laws", "", {}, 0, {}, f"{laws}: {why}", allowed=dropped)
-
-
-ALWAYS: tuple[Callable[[Plan, System], Choice], ...] = (merged, reeving, wind, contact, islands, unused)
+ALWAYS: tuple[Callable[[Plan, System], Choice], ...] = (merged, reeving, wind, contact, islands)

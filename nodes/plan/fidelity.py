@@ -27,7 +27,6 @@ class Fidelity(Item, frozen=True, kw_only=True):
     pads: of the block; all of them, or only those of the face that it is "standing" on.
     locked: joints that are declared fixed where they start.
     islands: what nothing ties together is solved apart, or all of it together.
-    unused_laws: ropes that nobody has hooked and pads far from their stools are dropped from the code, or kept in it.
     """
 
     ropes: Literal["rigid", "elastic", "massive"] = "elastic"
@@ -39,7 +38,6 @@ class Fidelity(Item, frozen=True, kw_only=True):
     pads: Literal["all", "standing"] = "all"
     locked: tuple[str, ...] = ()
     islands: Literal["apart", "together"] = "apart"
-    unused_laws: Literal["dropped", "kept"] = "dropped"
 
 
 def held_by(fidelity: Fidelity, joint: str) -> str:

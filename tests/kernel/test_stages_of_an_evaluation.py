@@ -63,6 +63,7 @@ def whole() -> System:
             Threshold("tense", "tension", ropes=("hoist", "stay")),
             Threshold("short", "length", ropes=("stay",)),
             Threshold("fast", "speed", of="hinge"),
+            Threshold("open", "joint", of="hinge"),
             Threshold("steep", "angle", of="block"),
         ),
     )

@@ -9,7 +9,6 @@ zero), the normal force vanishes, friction reaches its limit or sliding its end,
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from copy import copy
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
@@ -90,29 +89,17 @@ class ContactRows:
         kinds: dict[str, tuple[Function, Function, Function | None]] = {}
         self.sites = [_site(c, graph, kinds) for c in system.contacts]
         self.bodies = [b for s in self.sites for b in s.bodies]
-        self.absent: frozenset[str] = frozenset()
-        self._rows_of(self.sites)
+        self.held = [s.bodies for s in self.sites for _ in range(s.pair.slots * s.per_slot)]
+        self.names = [s.contact.name for s in self.sites for _ in range(s.pair.slots * s.per_slot)]
         self.guards = [("touch", s.contact.name) for s in self.sites for _ in range(s.pair.candidates)]
         what = ("press", "grip", "leave")
         self.guards += [(kind, s.contact.name) for s in self.sites for _ in range(s.pair.slots) for kind in what]
         self.structure = [(s.slot.name, s.bodies, s.per_slot) for s in self.sites]
 
-    def _rows_of(self, sites: list[Site]) -> None:
-        self.present = sites
-        self.held = [s.bodies for s in sites for _ in range(s.pair.slots * s.per_slot)]
-        self.names = [s.contact.name for s in sites for _ in range(s.pair.slots * s.per_slot)]
-
-    def without(self, names: frozenset[str]) -> ContactRows:
-        """The same with neither rows nor forces of these contacts; their guards stay and never fall."""
-        out = copy(self)
-        out.absent = names
-        out._rows_of([s for s in self.sites if s.contact.name not in names])
-        return out
-
     def slots(self, numbers: Callable[[str, str], Any], ends: Mapping[int, Any]) -> list[SimpleNamespace]:
         """All slots at an instant, in order."""
         out = []
-        for s in self.present:
+        for s in self.sites:
             a, b = (ends[i] for i in s.bodies)
             mu, grain = numbers("contact", s.contact.name)
             for k in range(s.pair.slots):
@@ -137,9 +124,6 @@ class ContactRows:
         """Guards of all candidates."""
         out: list[Any] = []
         for s in self.sites:
-            if s.contact.name in self.absent:
-                out += [1.0] * s.pair.candidates
-                continue
             a, b = (ends[i] for i in s.bodies)
             p, held = numbers("shapes", s.contact.name), numbers("held", s.contact.name)
             out += list(s.watch(p=p, held=held, A=a, B=b).guard)
@@ -177,9 +161,7 @@ class ContactRows:
             own[name] += [select(on, n + x.grain, 1.0), grip, select(on, x.leave[0], 1.0)]
             force[name] = force[name] + select(on, n, 0.0)
             at += x.site.per_slot
-        away = ([1.0] * (3 * s.pair.slots) for s in self.sites)
-        guards = [g for s, open_ in zip(self.sites, away, strict=True) for g in own[s.contact.name] or open_]
-        return guards, list(heat.values()), list(force.values())
+        return [g for guards in own.values() for g in guards], list(heat.values()), list(force.values())
 
 
 def _site(c: Contact, graph: Graph, kinds: dict[str, tuple[Function, Function, Function | None]]) -> Site:

@@ -145,7 +145,7 @@ class Pose:
         """Whether a row of a contact is that of a normal force."""
         c = self.program.constraints.contacts
         first = len(self.rows) - len(c.held)
-        sizes = [s.per_slot for s in c.present for _ in range(s.pair.slots)]
+        sizes = [s.per_slot for s in c.sites for _ in range(s.pair.slots)]
         starts = [first]
         for n in sizes:
             starts.append(starts[-1] + n)

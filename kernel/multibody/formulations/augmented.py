@@ -19,7 +19,7 @@ from heavylift.kernel.compiler.symbol import named
 from heavylift.kernel.multibody.kinematics import Kinematics, kinematics
 from heavylift.kernel.multibody.trees import Tree
 
-from .newton_euler import newton_euler
+from .free_bodies import newton_euler
 
 __all__ = ["augmented"]
 

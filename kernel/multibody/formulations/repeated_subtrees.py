@@ -30,7 +30,7 @@ from heavylift.kernel.multibody.trees import (
 )
 
 from .articulated import inwards, outwards
-from .newton_euler import newton_euler
+from .free_bodies import newton_euler
 
 __all__ = ["Limbs", "limbs_of"]
 

@@ -19,23 +19,11 @@ if TYPE_CHECKING:
 __all__ = ["projection"]
 
 
-def projection(program: Program, required: Program) -> Function:
-    """t, y, P -> place: y on the constraints; gap, slip (n,) as they were before; pivot (n,) see `Rows.pivots`.
-
-    `required`: the program without the rows that the scene does not require; for those, gap, slip and pivot are 0.
-    """
-    names = required.constraints.names
-
-    def all_rows(values: Any) -> list[Any]:
-        """In the order of the program."""
-        found = iter(values)
-        return [next(found) if name in names else 0.0 for name in program.constraints.names]
+def projection(program: Program) -> Function:
+    """t, y, P -> place: y on the constraints; gap, slip (n,) as they were before; pivot (n,) see `Rows.pivots`."""
 
     def body(t: Any, y: Any, P: Any) -> dict[str, Any]:
-        if not len(required.constraints):
-            nothing = all_rows(())
-            return {"place": list(y), "gap": nothing, "slip": nothing, "pivot": nothing}
-        e = evaluate(required, t[0], y, P, forces=False)
+        e = evaluate(program, t[0], y, P, forces=False)
         rows = e.constraint_rows()
         gap, slip = rows.held([r.gap for r in rows.rows]), rows.held([r.rate for r in rows.rows])
         place, speed = rows.change(rows.solve([-x for x in gap])), rows.change(rows.solve([-x for x in slip]))
@@ -52,6 +40,6 @@ def projection(program: Program, required: Program) -> Function:
             first = program.nq + tree.v.start
             for k, du in enumerate(speed[i]):
                 out[first + k] = out[first + k] + du
-        return {"place": out, "gap": all_rows(gap), "slip": all_rows(slip), "pivot": all_rows(rows.pivots)}
+        return {"place": out, "gap": gap, "slip": slip, "pivot": rows.pivots}
 
     return Function("project", body, {"t": 1, "y": program.ny, "P": len(program.parameters.initial)})

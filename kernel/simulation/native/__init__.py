@@ -6,5 +6,4 @@ native_state                  state X, parameters P and the table of samples
 sample_row, samples           columns of a sample; channels with units
 peaks                         largest tensions between the ends of steps
 oracle                        the same functions interpreted on floats
-inactive_laws, variant_policy laws that are left out of the code, and when that pays
 """

@@ -31,22 +31,17 @@ __all__ = ["Stepping"]
 
 
 class Stepping:
-    """The native functions of one program: `advance` (the loop), and step, commit, sample, bisect, refresh, look.
+    """The native functions of one program: `advance` (the loop), and step, commit, sample, bisect, refresh, look."""
 
-    `lean`: the same program without laws that the scene does not require at the moment; all but rows go by that one.
-    """
-
-    def __init__(self, program: Program, method: Method, control: Control, lean: Program | None = None) -> None:
+    def __init__(self, program: Program, method: Method, control: Control) -> None:
         p = self.program = program
-        required = lean or program
         self.method, self.control = method, control
         nq, nv = p.nq, p.nv
         n_ropes, n_guards = len(p.system.straight_ropes), len(p.guards)
         climbs = n_ropes > 0 and not isinstance(method, Peer)
         states = dict.fromkeys(("y", "f", "f0", "d0", *(STATES if climbs else ()), *method.vectors), p.ny)
         ropes = dict.fromkeys(("T", "peak", "peak_time", *(POINTS if climbs else ())), n_ropes)
-        watched = p.touches and not isinstance(method, Peer)
-        beside = (["coarse"] if method.completes else []) + (["near"] if watched else [])
+        beside = ["coarse"] if method.completes else []
         blind = p.contacts.bounded and not isinstance(control, ErrorControl)
         beside += ["passing"] if blind else []
         beside += ["ta", "peaking", "searched"] if climbs else []
@@ -63,12 +58,12 @@ class Stepping:
 
         chosen = isinstance(control, ErrorControl) and not isinstance(method, Peer)  # lengths of steps
         bounded = isinstance(control, ErrorControl) and p.contacts.bounded
-        extra = {"near": watched, "reach": bounded, "window": blind, "drift": chosen and rows["gap"]}
+        extra = {"reach": bounded, "window": blind, "drift": chosen and rows["gap"]}
         asked = [name for name, there in extra.items() if there]
         self.rate_sizes = {"dy": p.ny, "T": n_ropes, "G": n_guards, **dict.fromkeys(asked, 1)}
 
         def rate(t: Any, y: Any, P: Any) -> dict[str, Any]:
-            x = evaluate(required, t[0], y, P, t[1])
+            x = evaluate(p, t[0], y, P, t[1])
             return {"dy": x.dy, "T": x.pulls, "G": x.guards, **{name: [getattr(x, name)] for name in asked}}
 
         def take(s: SimpleNamespace, rate: Rate, row: Row) -> None:
@@ -76,7 +71,7 @@ class Stepping:
 
         state = {"t": 1, "y": p.ny, "P": n_p}
         self.f_rate = Function("rate", rate, {**state, "t": 2}, vectors=["dy"])
-        self.f_project = projection(p, required) if rows["gap"] else None
+        self.f_project = projection(p) if rows["gap"] else None
 
         def row(t: Any, y: Any, P: Any) -> dict[str, Any]:
             at = self.f_project(t=t, y=y, P=P).place if self.f_project else y

@@ -1,7 +1,7 @@
 """The native blocks of one simulation: the state X, the parameters P, the table of samples, and what computes on them.
 
-Each set of locked joints and calmed ropes is a variant with code of its own, compiled when it is first used, and so is
-each set of laws that are left out while the scene does not require them; places in X and P are the same in all.
+Each set of locked joints and calmed ropes is a variant with code of its own, compiled when it is first used; places in
+X and P are the same in all.
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ from heavylift.kernel.model.references import References
 from heavylift.kernel.simulation.safeguards.fastest_mode import Fastest, fastest
 from heavylift.kernel.simulation.safeguards.inertia_check import check_resistance
 
-from .inactive_laws import alone, leaner, leaner_code
 from .native_functions import Stepping
 from .oracle import Oracle
 
@@ -75,10 +74,7 @@ class Blocks:
                 return PeerCode(code, found, self.method.layout.at, self.method.rate_sizes)
             return code
 
-        self._compiled, self._options = compiled, (fused, opt, cache)
-        self._leaner: dict[tuple[frozenset[str], ...], tuple[Stepping, Code | None]] = {}
-        self.absent: frozenset[str] = frozenset()
-        """Names of laws that the present code leaves out, since the scene does not require them now."""
+        self._compiled = compiled
         self._variants: dict[tuple[frozenset[str], frozenset[str]], tuple[Program, Stepping, Code]] = {}
         self._use(None)
         self.P = self.program.parameters.initial.copy()
@@ -123,43 +119,18 @@ class Blocks:
             locked = self.program.locked
             self._variants[locked, self._calm] = self.program, self.method, code
         self.program, self.method, self._code = self._variants[locked, self._calm]
-        self.absent = frozenset()
 
-    def _leave_out(self, absent: frozenset[str]) -> None:
-        """Go on with code in which these laws do not occur; they must have no effect now."""
-        if absent == self.absent:
-            return
-        base = self._variants[self.program.locked, self._calm][-1]
-        self._code, self.absent = base, absent
-        if absent:
-            lean, code = self._lean(absent)
-            if code is None:
-                code = leaner_code(lean, base, self.structure(absent), *self._options)
-                self._leaner[self.program.locked, self._calm, absent] = lean, code
-            self._code = code
+    @property
+    def operations(self) -> int:
+        """Arithmetic operations of one evaluation of the equations."""
+        return self.method.f_rate.operations
 
-    def _lean(self, absent: frozenset[str]) -> tuple[Stepping, Code | None]:
-        """The functions without some laws, and their code if there is some."""
-        key = self.program.locked, self._calm, absent
-        if key not in self._leaner:
-            self._leaner[key] = leaner(self.method, absent), None
-        return self._leaner[key]
-
-    def operations(self, absent: frozenset[str]) -> tuple[int, int]:
-        """Arithmetic operations of one evaluation of the equations without these laws, and how many of them stand in
-        code of that set alone."""
-        method = self._lean(absent)[0] if absent else self.method
-        return method.f_rate.operations, alone(method)
-
-    def structure(self, absent: frozenset[str] = frozenset()) -> str:
-        """Equal for simulations that share machine code, or that of the equations without these laws."""
-        program = self.program.without(absent) if absent else self.program
-        return structure(program, self.method.method.name, self.fixed, self._fused)
+    def structure(self) -> str:
+        """Equal for simulations that share machine code."""
+        return structure(self.program, self.method.method.name, self.fixed, self._fused)
 
     def _ir(self) -> str:
-        m = self.method
-        weak = [f for f in (m.f_rate, m.f_project) if f]
-        return module(m.advance, *m.functions.values(), fused=self._fused, weak=weak)
+        return module(self.method.advance, *self.method.functions.values(), fused=self._fused)
 
     def __getitem__(self, name: str) -> float:
         return float(self.X[self._at[name]])

@@ -21,11 +21,11 @@ from heavylift.kernel.methods.small_motions import scale_of, still_below
 from .peaks import begin, remember, watch
 
 __all__ = [
-    "BREAK", "EVENT", "FAILED", "NEAR", "RUNNING", "SCALARS", "STILL", "Project", "Row",
+    "BREAK", "EVENT", "FAILED", "RUNNING", "SCALARS", "STILL", "Project", "Row",
     "bisect", "close", "commit", "complete", "look", "refresh", "sample", "step",
 ]  # fmt: skip
 
-RUNNING, NEAR, BREAK, EVENT, STILL, FAILED = 0.0, 0.5, 1.0, 2.0, 3.0, 4.0  # why a native call returned
+RUNNING, BREAK, EVENT, STILL, FAILED = 0.0, 1.0, 2.0, 3.0, 4.0  # why a native call returned
 LOCATED = 2.5e-10  # [s] width to which a guard's root is bracketed
 
 Project = Callable[[Any, Any], Any]  # (t, y) -> place, gap, slip, pivot
@@ -83,11 +83,7 @@ def step(s: SimpleNamespace, rate: Rate, method: Method, control: Control) -> No
         s.more = select(s.peaking > 0.0, 0.0, s.more)
     if hasattr(s, "passing"):
         s.passing = passing(s, a.r)
-    going = RUNNING
-    if hasattr(s, "near"):
-        s.near = select(ok, a.r.near[0], s.near)
-        going = select(s.near > s.h_max, RUNNING, NEAR)
-    s.calm = select(verdict.failed, FAILED, select(s.still > 0.0, STILL, select(ok & last, BREAK, going)))
+    s.calm = select(verdict.failed, FAILED, select(s.still > 0.0, STILL, select(ok & last, BREAK, RUNNING)))
     go_on(s, select(fallen, select(s.calm > BREAK, s.calm, EVENT), s.calm))
 
 
@@ -168,8 +164,6 @@ def refresh(s: SimpleNamespace, rate: Rate, method: Method) -> None:
     s.f, s.T, s.G, s.h = r.dy, r.T, r.G, bounded(s.h, r)
     if hasattr(s, "passing"):
         s.passing = passing(s, r)
-    if hasattr(s, "near"):
-        s.near = r.near[0]
     if hasattr(s, "top"):
         begin(s, rate)
     for name, value in method.forgotten().items():

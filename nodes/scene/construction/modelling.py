@@ -32,6 +32,5 @@ def build_fidelity(yard: Yard) -> plan.Fidelity:
         pads=given.pads,
         locked=tuple(locked),
         islands=given.islands,
-        unused_laws=given.unused_laws,
     )
     return planar(made, yard.loaders, yard.cranes)

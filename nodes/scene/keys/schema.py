@@ -329,7 +329,6 @@ class Fidelity(Base):
     pads: Literal["all", "standing"] = "all"
     locked: tuple[str, ...] = ()
     islands: Literal["apart", "together"] = "apart"
-    unused_laws: Literal["dropped", "kept"] = "dropped"
 
 
 class Scene(Base):
