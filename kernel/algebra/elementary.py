@@ -15,6 +15,7 @@ from functools import cache
 from math import pi
 from typing import TYPE_CHECKING, Any
 
+from heavylift.kernel.compiler.function import Outputs
 from heavylift.kernel.compiler.symbol import exponent, is_sym, maximum, minimum, node, power_of_two, printing, select
 
 if TYPE_CHECKING:
@@ -196,7 +197,7 @@ def _exp(y: Pair) -> Any:
     return (1.0 - ((low - r * c / (2.0 - c)) - high)) * power_of_two(n)
 
 
-def _power(x: Any, p: Any) -> dict[str, Any]:
+def _power(x: Any, p: Any) -> Outputs:
     log = _log(minimum(maximum(x[0], 2.0**-1022), 2.0**1022))
     return {"y": [_exp(_times(log, (p[0], 0.0)))]}
 

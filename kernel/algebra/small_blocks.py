@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import is_sym, node
 
 __all__ = ["Blocks"]
@@ -39,7 +39,7 @@ class Blocks:
     def factor(self, n: int) -> Function:
         """M (n, n), of which the upper half counts -> C (n, n), pivot (n,) = D."""
 
-        def body(M: Any) -> dict[str, Any]:
+        def body(M: Any) -> Outputs:
             a = [list(M[n * i : n * i + n]) for i in range(n)]
             inverse, pivot = [], []
             for s in range(n):
@@ -83,7 +83,7 @@ class Blocks:
     def less(self, n: int, m: int, k: int) -> Function:
         """M (n, m), U (k, n), W (k, m) -> M - U^T W."""
 
-        def body(M: Any, U: Any, W: Any) -> dict[str, Any]:
+        def body(M: Any, U: Any, W: Any) -> Outputs:
             rows, w = _rows("M", M, m), _rows("W", W, m)
             for i in range(n):
                 for l in range(k):
@@ -95,7 +95,7 @@ class Blocks:
     def minus_transposed(self, m: int, n: int) -> Function:
         """x (m,), W (n, m), y (n,) -> x - W^T y."""
 
-        def body(x: Any, W: Any, y: Any) -> dict[str, Any]:
+        def body(x: Any, W: Any, y: Any) -> Outputs:
             (out,) = _rows("x", x, m)
             for l, w in enumerate(_rows("W", W, m)):
                 out = out - y[l] * w
@@ -106,7 +106,7 @@ class Blocks:
     def minus(self, n: int, m: int) -> Function:
         """x (n,), W (n, m), y (m,) -> x - W y."""
 
-        def body(x: Any, W: Any, y: Any) -> dict[str, Any]:
+        def body(x: Any, W: Any, y: Any) -> Outputs:
             out = list(x)
             for i in range(n):
                 for j in range(m):
@@ -118,7 +118,7 @@ class Blocks:
     def gram(self, n: int, m: int, k: int) -> Function:
         """A (n, m), Y (n, k), Z (k, m) -> A + Y Z."""
 
-        def body(A: Any, Y: Any, Z: Any) -> dict[str, Any]:
+        def body(A: Any, Y: Any, Z: Any) -> Outputs:
             rows, z = _rows("A", A, m), _rows("Z", Z, m)
             for i in range(n):
                 for l in range(k):

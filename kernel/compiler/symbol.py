@@ -10,14 +10,17 @@ to write instead.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from numbers import Real
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 __all__ = [
-    "GRAPHS", "Graph", "Sym", "any_of", "exponent", "is_sym", "maximum", "minimum", "named", "node", "power_of_two",
-    "printing", "scope", "select", "sqrt",
+    "GRAPHS", "Array", "Graph", "Scalar", "Scalars", "Sym", "any_of", "exponent", "is_sym", "maximum", "minimum",
+    "named", "node", "power_of_two", "printing", "scope", "select", "sqrt",
 ]  # fmt: skip
 
 _NUMBERS = (float, int, Real)  # among the latter NumPy's, which this file starts without
@@ -121,6 +124,11 @@ class Sym:
         raise TypeError(
             "a run-time value was forced to a float: use sin, cos, power of kernel.elementary, sqrt of kernel.symbol"
         )
+
+
+Scalar: TypeAlias = "float | Sym"  # a number, or what a traced text will have for it
+Array: TypeAlias = "NDArray[Any]"  # of such
+Scalars: TypeAlias = "NDArray[Any] | Sequence[float | Sym]"  # one behind the other
 
 
 def is_sym(x: Any) -> bool:

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.small_blocks import Blocks
-from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.function import Function, Outputs
+from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.constraints.complementarity.proximal_passes import MU, MU_SHARED, TINY, Proximal, fill_in
 
 __all__ = ["Blockwise"]
@@ -45,7 +46,7 @@ class Blockwise(Proximal):
         """The rows of a block."""
         return range(self.starts[r], self.starts[r + 1])
 
-    def _cut(self, flat: Any, pairs: Sequence[tuple[int, int]]) -> dict[tuple[int, int], list[Any]]:
+    def _cut(self, flat: Array, pairs: Sequence[tuple[int, int]]) -> dict[tuple[int, int], list[Any]]:
         """Blocks, row by row, that lie one behind the other."""
         out, at = {}, 0
         for r, s in pairs:
@@ -54,7 +55,7 @@ class Blockwise(Proximal):
             at += n
         return out
 
-    def _regularisation(self, diagonal: list[Any], size: Any) -> list[Any]:
+    def _regularisation(self, diagonal: list[Scalar], size: Array) -> list[Any]:
         """(n,) mu of all rows."""
         floor = sum(size, 0.0) * (MU_SHARED / self.n) + TINY
         mu = [MU * a + floor for a in diagonal]
@@ -64,7 +65,7 @@ class Blockwise(Proximal):
                 mu[r] = mean + floor
         return mu
 
-    def _factorise(self, A: Any, size: Any) -> dict[str, Any]:
+    def _factorise(self, A: Array, size: Array) -> Outputs:
         """C = (W = D^-1 M right of the diagonal, factors of D) of A + mu; pivot: what is left of it, relative."""
         M: dict[tuple[int, int], list[Any]] = self._cut(A, self.couples)
         m = self.sizes
@@ -75,7 +76,7 @@ class Blockwise(Proximal):
                 M[r, r][i * (m[r] + 1)] = diagonal[row] + mu[row]
         W: dict[tuple[int, int], list[Any]] = {}
         D: list[list[Any]] = []
-        pivot: list[Any] = []
+        pivot: list[Scalar] = []
         for s in range(len(m)):
             x = self.blocks.factor(m[s])(M=M[s, s])
             D.append(list(x.C))
@@ -88,7 +89,7 @@ class Blockwise(Proximal):
                     M[r, t] = list(self.blocks.less(m[r], m[t], m[s])(M=old, U=M[s, r], W=W[s, t]).M_)
         return {"C": [*(e for sr in self.filled for e in W[sr]), *(e for C in D for e in C)], "mu": mu, "pivot": pivot}
 
-    def _substituted(self, C: Any, b: Any) -> dict[str, Any]:
+    def _substituted(self, C: Array, b: Array) -> Outputs:
         m = self.sizes
         own = [(s, s) for s in range(len(m))]
         parts: Mapping[tuple[int, int], list[Any]] = self._cut(C, [*self.filled, *own])

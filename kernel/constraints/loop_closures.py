@@ -16,7 +16,8 @@ import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.algebra.spatial import cross, exact, join
-from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.function import Function, Outputs
+from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import Joint
 from heavylift.kernel.forces.force_law import BODY
@@ -35,15 +36,15 @@ class Pair:
     b: Any
     da: Any
     db: Any
-    d: Any
-    pitch: Any
+    d: Scalar
+    pitch: Scalar
 
 
 @dataclass(frozen=True)
 class Condition:
     """A residual g with its force f at the joint's point on B and moment n (on B; opposite on A), and their rates."""
 
-    g: Any
+    g: Scalar
     f: Any
     n: Any
     df: Any
@@ -112,7 +113,7 @@ def closure_numbers(joint: Joint) -> list[float]:
     return [*(float(x) for p, rows in sides for x in (*p, *rows.ravel())), joint.pitch]
 
 
-def closed_coordinates(joint: Joint, A: Any, B: Any) -> dict[str, float]:
+def closed_coordinates(joint: Joint, A: Array, B: Array) -> dict[str, float]:
     """Coordinates of a joint that closes a loop, where its sides are at A and B; {} where they are not told apart."""
     if joint.kind not in ("revolute", "prismatic", "cylindrical"):
         return {}
@@ -133,7 +134,7 @@ def _perpendicular(axis: np.ndarray) -> np.ndarray:
 def closure_function(kind: str) -> Function:
     """The rows of a joint type: `gap`, `rate`, `bias` (n,), `wa`, `wb` (6 n,) about the trees' points of A and B."""
 
-    def body(p: Any, A: Any, B: Any) -> dict[str, Any]:
+    def body(p: Array, A: Array, B: Array) -> Outputs:
         pair, (x_a, x_b), (V_A, V_B), v = _pair(p, A, B)
         rows = [condition(pair) for condition in CLOSURES[kind]]
         wa = [join(cross(x_a, c.f) + c.n, c.f) for c in rows]
@@ -153,7 +154,7 @@ def closure_function(kind: str) -> Function:
     return Function(f"closure_{kind.replace('-', '_')}", body, {"p": SIDES, "A": BODY, "B": BODY})
 
 
-def _pair(p: Any, A: Any, B: Any) -> tuple[Pair, tuple[Any, Any], tuple[Any, Any], Any]:
+def _pair(p: Array, A: Array, B: Array) -> tuple[Pair, tuple[Any, Any], tuple[Any, Any], Any]:
     """Both sides; the joint's point on B from each tree's point; both twists; that point's velocity."""
     (R_A, o_A, r_A, V_A), (R_B, o_B, r_B, V_B) = (
         (np.reshape(e[:9], (3, 3)), e[9:12], e[12:15], e[15:]) for e in (A, B)

@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import Any
 
 from heavylift.kernel.algebra.spatial import cross, join
-from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.compiler.symbol import sqrt
+from heavylift.kernel.compiler.function import Function, Outputs
+from heavylift.kernel.compiler.symbol import Array, sqrt
 from heavylift.kernel.forces.force_law import BODY, attachment
 
 __all__ = ["SLACK", "TOUCHING", "RigidAt", "rigid_numbers", "rigid_rope"]
@@ -35,7 +35,7 @@ def rigid_numbers(rope: Any) -> list[float]:
 def rigid_rope(n: int) -> Function:
     """The row of a rope of n lines: L (L0, L0', L0'') -> gap, rate, bias, and per line the wrenches wa, wb (6,)."""
 
-    def body(L: Any, p: Any, **ends: Any) -> dict[str, Any]:
+    def body(L: Array, p: Array, **ends: Array) -> Outputs:
         gap, rate, bias = L[0], L[1], L[2]
         out: dict[str, Any] = {}
         for i in range(n):

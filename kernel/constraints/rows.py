@@ -15,7 +15,8 @@ from typing import Any, Protocol
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join
-from heavylift.kernel.compiler.symbol import select
+from heavylift.kernel.compiler.function import Outputs
+from heavylift.kernel.compiler.symbol import Array, Scalar, select
 from heavylift.kernel.description.mechanics import Joint, RigidRope
 from heavylift.kernel.forces.force_law import attachment
 from heavylift.kernel.forces.rope_mass import at_the_hook
@@ -52,9 +53,9 @@ class Row:
 
     wrenches: list[tuple[int, Any]]
     gap: Any
-    rate: Any
+    rate: Scalar
     bias: Any
-    on: Any = 1.0  # 0: absent, as of a slack rope
+    on: Scalar = 1.0  # 0: absent, as of a slack rope
     push: list[tuple[int, Any]] | None = None  # what it does to the bodies where it senses otherwise: sliding friction
     soft: Any = 1.0  # factor of its regularisation: of redundant rows, a soft one carries less
     prior: Any = 0.0  # force next to which that of a redundant row is
@@ -72,7 +73,7 @@ def held_rows(
     return rows + [_rope(scene, r, ends, numbers("rigid", r.name), lengths[r.name]) for r in ropes]
 
 
-def _loop(scene: Scene, j: Joint, ends: Mapping[int, Any], p: Any) -> list[Row]:
+def _loop(scene: Scene, j: Joint, ends: Mapping[int, Any], p: Array) -> list[Row]:
     a, b = (scene.graph.number(x) for x in (j.parent, j.child))
     x = scene.constraints.closures[j.kind](p=p, A=ends[a], B=ends[b])
     return [
@@ -81,7 +82,7 @@ def _loop(scene: Scene, j: Joint, ends: Mapping[int, Any], p: Any) -> list[Row]:
     ]
 
 
-def _rope(scene: Scene, r: RigidRope, ends: Mapping[int, Any], p: Any, L: tuple[Any, Any, Any]) -> Row:
+def _rope(scene: Scene, r: RigidRope, ends: Mapping[int, Any], p: Array, L: tuple[Any, Any, Any]) -> Row:
     bodies = [(scene.graph.number(line.a.body), scene.graph.number(line.b.body)) for line in r.lines]
     at = {f"{e}{n}": ends[i] for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)}
     x = scene.constraints.pulls[len(r.lines)](L=list(L), p=p, **at)
@@ -119,7 +120,7 @@ class Rows:
         soft = {"soft": [row.soft for row in self.rows]} if self.slots else {}
         self._factors = self.constraints.delassus.factorise(A=self._entries, size=self._sizes, **soft)
         self.multipliers: Any = None
-        self.free: list[Any] = []  # second derivatives without multipliers
+        self.free: list[Scalar] = []  # second derivatives without multipliers
 
     @property
     def pivots(self) -> Any:
@@ -140,7 +141,7 @@ class Rows:
     def _free(self, i: int) -> list[int]:
         return self._instances[i][0].free_dofs
 
-    def held(self, values: list[Any]) -> list[Any]:
+    def held(self, values: list[Scalar]) -> list[Any]:
         """Values of the rows that are there, 0 of the others."""
         return [select(row.on > 0.0, x, 0.0) for row, x in zip(self.rows, values, strict=True)]
 
@@ -151,7 +152,7 @@ class Rows:
 
     def _block(self, d: Blockwise, rows: range, columns: range) -> list[Any]:
         """G H^-1 G^T of two blocks, row by row; one tree after the other."""
-        A: list[Any] = [0.0] * (len(rows) * len(columns))
+        A: list[Scalar] = [0.0] * (len(rows) * len(columns))
         shared = [ik for ik in self._Y[rows[0]] if ik in self._Z[columns[0]]]
         for i in dict.fromkeys(i for i, _ in shared):
             dofs = [ik for ik in shared if ik[0] == i]
@@ -179,7 +180,7 @@ class Rows:
         self._Y: list[_Parts] = []
         self._X: list[_Parts] = []  # of what the rows push
         self._pull: list[_Parts] = []
-        self._sizes: list[Any] = []
+        self._sizes: list[Scalar] = []
         for row in self.rows:
             Y, pull, size = self._half(row.wrenches)
             X, pull, _ = self._half(row.push) if row.push else (Y, pull, size)
@@ -194,7 +195,7 @@ class Rows:
         ]
 
     def _half(self, wrenches: list[tuple[int, Any]]) -> tuple[_Parts, _Parts, Any]:
-        size: Any = 0.0
+        size: Scalar = 0.0
         Y: _Parts = {}
         pull: _Parts = {}
         for body, w in wrenches:
@@ -218,7 +219,7 @@ class Rows:
         """What a unit of row s accelerates in row r."""
         return sum((y * self._W[s][ik] for ik, y in self._Y[r].items() if ik in self._W[s]), 0.0)
 
-    def solve(self, b: list[Any], prior: list[Any] | None = None) -> Any:
+    def solve(self, b: list[Scalar], prior: list[Scalar] | None = None) -> Any:
         """(n,) multipliers x with G H^-1 G^T x = b, those next to `prior`, which contacts have, or of least norm."""
         more = {"prior": prior or [0.0] * len(b)} if self.slots else {}
         return self.constraints.delassus.multipliers(C=self._factors.C, mu=self._factors.mu, b=b, **more).x
@@ -248,13 +249,13 @@ class Rows:
         return self.rows[first : first + len(self.constraints.ropes)]
 
     @property
-    def tensions(self) -> dict[str, Any]:
+    def tensions(self) -> Outputs:
         """Of the rigid ropes, by name [N]."""
         first = len(self.constraints.of)
         return {r.name: self.multipliers[first + i] for i, r in enumerate(self.constraints.ropes)}
 
     @property
-    def told(self) -> dict[str, Any]:
+    def told(self) -> Outputs:
         """Of the rigid ropes at their lower ends, by name [N]."""
         return {
             r.name: at_the_hook(self.tensions[r.name], self._numbers("weight", r.name)[0])
@@ -263,7 +264,7 @@ class Rows:
             for r in self.constraints.ropes
         }
 
-    def guards(self) -> dict[str, Any]:
+    def guards(self) -> Outputs:
         """Of the rigid ropes, by name: the tension while taut, the slack while slack."""
         out = {}
         for r, row in zip(self.constraints.ropes, self._rope_rows, strict=True):
@@ -319,7 +320,7 @@ class Rows:
     def loads(self) -> list[Any]:
         """Force and moment of each loop joint on its child at the joint, world axes (6 numbers each) [N, N m]; of the
         rigid ropes all tensions [N], all slacks and all lengths [m]."""
-        out: list[Any] = []
+        out: list[Scalar] = []
         at = 0
         for j in self.constraints.loops:
             n = len(CLOSURES[j.kind])

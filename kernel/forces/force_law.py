@@ -12,19 +12,21 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join
-from heavylift.kernel.compiler.symbol import named
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named
 from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.mechanics import Law
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.multibody.graph import Graph
 
 __all__ = ["BODY", "Answer", "Ended", "ForceLaw", "Poses", "Setting", "Shown", "attachment", "wrench"]
 
+F = TypeVar("F", bound=Law)
 BODY = 21  # numbers that describe a body to a law: R, o, r, V, see `attachment`
-Poses = Callable[[str], tuple[Any, Any]]  # body -> R_WB (3, 3), p_WB (3,) at the start
+Poses = Callable[[str], tuple[Array, Array]]  # body -> R_WB (3, 3), p_WB (3,) at the start
 
 
 class Shown(NamedTuple):
@@ -56,18 +58,18 @@ class Setting:
 class Answer:
     """What a force does at one instant; the balance kinetic + potential + stored - work + heat stays constant."""
 
-    wrenches: list[Any] = field(default_factory=list)  # (6,) on each end's body about its tree's point
-    effort: Any = 0.0  # along its joint [N or N m]
-    heat: Any = 0.0  # [W]
-    work: Any = 0.0  # [W] that it brings in
-    stored: Any = 0.0  # [J]
-    guards: list[Any] = field(default_factory=list)
-    shown: list[Any] = field(default_factory=list)
-    turned: list[Any] = field(default_factory=list)  # its angles, with their rates (`multibody.continuous_angles`)
-    turning: list[Any] = field(default_factory=list)
+    wrenches: list[Array] = field(default_factory=list)  # (6,) on each end's body about its tree's point
+    effort: Scalar = 0.0  # along its joint [N or N m]
+    heat: Scalar = 0.0  # [W]
+    work: Scalar = 0.0  # [W] that it brings in
+    stored: Scalar = 0.0  # [J]
+    guards: list[Scalar] = field(default_factory=list)
+    shown: list[Scalar] = field(default_factory=list)
+    turned: list[Scalar] = field(default_factory=list)  # its angles, with their rates (`multibody.continuous_angles`)
+    turning: list[Scalar] = field(default_factory=list)
 
 
-class ForceLaw(ABC):
+class ForceLaw(ABC, Generic[F]):
     """One row of the force table; `kind`: of its numbers in P; `works`: it brings work in from outside; `timed`: it
     looks at the clock; `initial`: its guards find the states of the initial pose, without events."""
 
@@ -76,53 +78,53 @@ class ForceLaw(ABC):
     timed = False
     initial = True
 
-    def check(self, f: Any) -> None:
+    def check(self, f: F) -> None:
         """Raises KernelError for a description that cannot be."""
         return  # of most kinds, all can
 
-    def within(self, f: Any, setting: Setting) -> ForceLaw:
+    def within(self, f: F, setting: Setting) -> ForceLaw[F]:
         """The law of a force that is part of a scene."""
         return self
 
-    def signal(self, f: Any) -> Signal | None:
+    def signal(self, f: F) -> Signal | None:
         """What commands or histories change."""
         return None
 
-    def shape(self, f: Any) -> Hashable:
+    def shape(self, f: F) -> Hashable:
         """Everything that its text branches on."""
         return None
 
     @abstractmethod
-    def numbers(self, f: Any, poses: Poses) -> list[float]:
+    def numbers(self, f: F, poses: Poses) -> list[float]:
         """Its numbers in P, discrete states included."""
 
     @abstractmethod
-    def answer(self, f: Any, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+    def answer(self, f: F, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
         """The law, of its numbers p, its ends' bodies (21,) (see `attachment`), signal (value, rate), joint
         (q, v), time t [s] of the run if it is timed; from f it may take what `shape` tells."""
 
-    def angles(self, f: Any) -> int:
+    def angles(self, f: F) -> int:
         """How many angles it counts over their turns; `answer` is then given their integrals as `counted`, too."""
         return 0
 
-    def turns(self, f: Any, poses: Poses) -> tuple[str, str, Any] | None:
+    def turns(self, f: F, poses: Poses) -> tuple[str, str, Array] | None:
         """Which body turns against which in its angles, and about which axis in the world, if before the start, too."""
         raise KernelError(f"{type(f).__name__.lower()} '{f.name}': its law has angles and no 'turns'; give it one")
 
-    def guards(self, f: Any) -> tuple[str, ...]:
+    def guards(self, f: F) -> tuple[str, ...]:
         """Names of its guards, in the order of `Answer.guards`."""
         return ()
 
-    def switch(self, f: Any, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
+    def switch(self, f: F, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
         """Change its discrete states in p after a guard has fallen; what happened, with a value.  Coordinates and
         velocities stay; elastic energy that it lets go becomes its heat."""
         raise KernelError(f"{type(f).__name__.lower()} '{f.name}': its law has guards and no 'switch'; give it one")
 
-    def shows(self, f: Any) -> list[Shown]:
+    def shows(self, f: F) -> list[Shown]:
         """What samples hold of it, in the order of `Answer.shown`."""
         return []
 
-    def demand(self, f: Any, field_: str, good: bool, told: str) -> None:
+    def demand(self, f: F, field_: str, good: bool, told: str) -> None:
         """Raises KernelError about a field."""
         if not good:
             raise KernelError(f"{type(f).__name__.lower()} '{f.name}': {field_} {told}")
@@ -140,7 +142,7 @@ class Ended(KernelError):
         return KernelError(f"{self.who} at {t:.3f} s: {self.why}")
 
 
-def attachment(body: Any, p_BX: Any, label: str = "X") -> tuple[Any, Any, Any]:
+def attachment(body: Array, p_BX: Array, label: str = "X") -> tuple[Array, Array, Array]:
     """Place from the tree's point, place in the world, velocity of a body-fixed point X.
 
     body: (21,) R_WB row-major, the tree's point o, r from o to the body's origin, twist V; label: its name in print.
@@ -150,7 +152,7 @@ def attachment(body: Any, p_BX: Any, label: str = "X") -> tuple[Any, Any, Any]:
     return x, named(f"p{label}", x + o), named(f"v{label}", V[3:] + cross(V[:3], x))
 
 
-def wrench(x: Any, force: Any, moment: Any = None) -> Any:
+def wrench(x: Array, force: Array, moment: Array | None = None) -> Array:
     """(6,) wrench about the tree's point of a force at x from it."""
     turning = cross(x, force)
     return join(turning if moment is None else turning + moment, force)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import maximum, minimum, select, sqrt
+from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, minimum, select, sqrt
 
 __all__ = ["GIVEN_WAY", "JUST_BELOW", "SLIP_BLEND", "Contact", "deflection", "friction", "one_sided", "pushes"]
 
@@ -21,8 +21,8 @@ class Contact(NamedTuple):
 
     force: Any
     guard: Any
-    heat: Any
-    stored: Any
+    heat: Scalar
+    stored: Scalar
 
 
 def one_sided(force: Any, clamped: bool) -> Any:
@@ -33,7 +33,7 @@ def one_sided(force: Any, clamped: bool) -> Any:
     return maximum(force, 0.0) if clamped else force
 
 
-def pushes(depth: Any, rate: Any, k: Any, d: Any, closed: Any, clamped: bool) -> Contact:
+def pushes(depth: Scalar, rate: Scalar, k: Scalar, d: Scalar, closed: Scalar, clamped: bool) -> Contact:
     """A one-sided spring-damper."""
     trial = k * depth + d * rate
     on = closed > 0.0
@@ -45,7 +45,9 @@ def pushes(depth: Any, rate: Any, k: Any, d: Any, closed: Any, clamped: bool) ->
     )
 
 
-def friction(s: Any, v: Any, limit: Any, k: Any, d: Any, stick: Any, direction: Any, at_rest: bool) -> Contact:
+def friction(
+    s: Any, v: Array, limit: Scalar, k: Scalar, d: Scalar, stick: Scalar, direction: Array, at_rest: bool
+) -> Contact:
     """(n,) dry friction: a spring-damper from its anchor (s from it) that slips at `limit`.
 
     Slipping, the force has the size of the limit and opposes the velocity; `direction` (n,) is that of the start of

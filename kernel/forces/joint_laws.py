@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import select
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, select
 from heavylift.kernel.description.mechanics import Brake, JointSpring, Stop
 
 from .force_law import Answer, ForceLaw, Poses, Setting, Shown
@@ -15,7 +14,7 @@ from .friction import JUST_BELOW, deflection, friction, pushes
 __all__ = ["BrakeAt", "BrakeLaw", "JointSpringLaw", "StopAt", "StopLaw"]
 
 
-class JointSpringLaw(ForceLaw):
+class JointSpringLaw(ForceLaw[JointSpring]):
     """Linear, with a damper beside it."""
 
     kind = "spring"
@@ -23,7 +22,7 @@ class JointSpringLaw(ForceLaw):
     def numbers(self, f: JointSpring, poses: Poses) -> list[float]:
         return [f.k, f.d, f.q_rest]
 
-    def answer(self, f: JointSpring, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+    def answer(self, f: JointSpring, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
         k, d, rest = p
         q, v = joint
         return Answer(effort=k * (rest - q) - d * v, heat=d * v * v, stored=0.5 * k * (rest - q) * (rest - q))
@@ -36,7 +35,7 @@ class StopAt:
 
 
 @dataclass(frozen=True)
-class StopLaw(ForceLaw):
+class StopLaw(ForceLaw[Stop]):
     """One-sided spring-dampers beyond both limits; `clamped` as of `Setting`."""
 
     clamped: bool = True
@@ -49,7 +48,7 @@ class StopLaw(ForceLaw):
     def numbers(self, f: Stop, poses: Poses) -> list[float]:
         return [f.lower, f.upper, f.k, f.d, 0.0, 0.0]
 
-    def answer(self, f: Stop, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+    def answer(self, f: Stop, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
         lower, upper, k, d, at_lower, at_upper = p
         q, v = joint
         low = pushes(lower - q, -v, k, d, at_lower, self.clamped)
@@ -78,7 +77,7 @@ class BrakeAt:
 
 
 @dataclass(frozen=True)
-class BrakeLaw(ForceLaw):
+class BrakeLaw(ForceLaw[Brake]):
     """Dry friction; `start`: its coordinate at the start; `at_rest` as of `Setting`."""
 
     start: float = 0.0
@@ -94,7 +93,7 @@ class BrakeLaw(ForceLaw):
     def numbers(self, f: Brake, poses: Poses) -> list[float]:
         return [f.moment, f.k, f.d, float(f.engaged), 1.0, self.start, 0.0]
 
-    def answer(self, f: Brake, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+    def answer(self, f: Brake, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
         moment, k, d, engaged, stick, anchor, direction = p
         q, v = joint
         x = friction(np.array([q - anchor]), np.array([v]), moment, k, d, stick, np.array([direction]), self.at_rest)

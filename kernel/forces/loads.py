@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Hashable
 
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
-from heavylift.kernel.compiler.symbol import sqrt
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, sqrt
 from heavylift.kernel.description.forces import Load, Signal, Wind
 
 from .force_law import Answer, ForceLaw, Poses, Shown, attachment, wrench
@@ -16,7 +16,7 @@ __all__ = ["LoadLaw", "WindLaw"]
 UNIT = 1e-6  # how far a direction may be off by rounding
 
 
-class LoadLaw(ForceLaw):
+class LoadLaw(ForceLaw[Load]):
     """Force and moment times the signal; what they do to the body is work."""
 
     works = True
@@ -24,17 +24,17 @@ class LoadLaw(ForceLaw):
     def signal(self, f: Load) -> Signal:
         return f.signal
 
-    def shape(self, f: Load) -> Any:
+    def shape(self, f: Load) -> Hashable:
         return f.axes, any(f.force), any(f.moment)
 
     def numbers(self, f: Load, poses: Poses) -> list[float]:
         return [*f.at.p, *f.force, *f.moment]
 
-    def answer(self, f: Load, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+    def answer(self, f: Load, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
         body = ends[0]
         x, _, v = attachment(body, p[:3], "a")
-        force = signal[0] * p[3:6] if any(f.force) else np.zeros(3)
-        moment = signal[0] * p[6:9] if any(f.moment) else np.zeros(3)
+        force: Array = signal[0] * p[3:6] if any(f.force) else np.zeros(3)
+        moment: Array = signal[0] * p[6:9] if any(f.moment) else np.zeros(3)
         if f.axes == "body":
             R = np.reshape(body[:9], (3, 3))
             force, moment = R @ force, R @ moment
@@ -45,7 +45,7 @@ class LoadLaw(ForceLaw):
         return [Shown("load/signal", f.name, "1")]
 
 
-class WindLaw(ForceLaw):
+class WindLaw(ForceLaw[Wind]):
     """Drag at a point that may move itself."""
 
     works = True
@@ -62,7 +62,7 @@ class WindLaw(ForceLaw):
     def numbers(self, f: Wind, poses: Poses) -> list[float]:
         return [*f.at.p, 0.5 * f.density * f.drag * f.area, *f.direction]
 
-    def answer(self, f: Wind, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+    def answer(self, f: Wind, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
         x, _, v = attachment(ends[0], p[:3], "a")
         u = signal[0] * p[4:7] - v
         force = p[3] * sqrt(u @ u) * u

@@ -14,12 +14,13 @@ flow, with the strain energy that is carried over.
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from itertools import pairwise
 from math import pi
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import maximum, minimum, select
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, select
 from heavylift.kernel.description.forces import Reeving, Sheave, Signal
 
 from .force_law import Answer, Ended, ForceLaw, Poses, Shown, attachment, wrench
@@ -40,7 +41,7 @@ UNIT = 1e-6  # how far an axis may be off by rounding
 UNSTRAINED = 1e-7  # strain of a part that has just come taut
 
 
-class ReevingLaw(ForceLaw):
+class ReevingLaw(ForceLaw[Reeving]):
     """P: EA, c, taut; per sheave its mode (-1, 0, +1: flow against, none, along the rope; FREE); per part but the first
     its N; per part whether it is limp; per sheave whether the rope lies on it; the nodes."""
 
@@ -60,8 +61,8 @@ class ReevingLaw(ForceLaw):
     def signal(self, f: Reeving) -> Signal:
         return f.signal
 
-    def shape(self, f: Reeving) -> Any:
-        return [(s.radius > 0.0, s.friction > 0.0, s.efficiency < 1.0) for s in f.sheaves]
+    def shape(self, f: Reeving) -> Hashable:
+        return tuple((s.radius > 0.0, s.friction > 0.0, s.efficiency < 1.0) for s in f.sheaves)
 
     def numbers(self, f: Reeving, poses: Poses) -> list[float]:
         n = len(f.sheaves)
@@ -141,7 +142,14 @@ class ReevingLaw(ForceLaw):
                 )
 
     def answer(
-        self, f: Reeving, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any, counted: Any = None
+        self,
+        f: Reeving,
+        p: Array,
+        ends: list[Array],
+        signal: Scalars,
+        joint: Scalars,
+        t: Scalar,
+        counted: Array | None = None,
     ) -> Answer:
         n = len(f.sheaves)
         EA, c, on = p[0], p[1], p[TAUT] > 0.0
@@ -255,7 +263,7 @@ def _round(f: Reeving) -> list[int]:
     return [i for i, s in enumerate(f.sheaves) if s.radius > 0.0]
 
 
-def _only(on: Any, x: Any) -> Any:
+def _only(on: Scalar, x: Any) -> Any:
     """x where `on`, else zeros."""
     return np.array([select(on, e, 0.0) for e in x])
 
@@ -273,7 +281,7 @@ def _node_numbers(s: Sheave) -> list[float]:
     return [*s.at.p, *s.axis, 1.0, 0.0, 0.0, s.radius, s.friction, 1.0 / s.efficiency]
 
 
-def _node(s: Sheave, q: Any, body: Any, label: str = "a") -> Node:
+def _node(s: Sheave, q: Array, body: Array, label: str = "a") -> Node:
     """The node of a sheave, or of an end of the rope."""
     x, c, v = attachment(body, q[:3], label)
     R = np.reshape(body[:9], (3, 3))
@@ -290,6 +298,6 @@ def _divide(node: Node, before: Part, after: Part) -> tuple[Any, float]:
     return np.cos(half) * first + np.sin(half) * np.cross(node.axis, first), wrap
 
 
-def _body(R: Any, p: Any) -> Any:
+def _body(R: Array, p: Array) -> Any:
     """A body at rest as laws see it, its tree's point in the world's origin."""
     return np.concatenate([np.ravel(R), np.zeros(3), p, np.zeros(6)])

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import exact, join
-from heavylift.kernel.compiler.symbol import maximum
+from heavylift.kernel.compiler.symbol import Scalar, maximum
 from heavylift.kernel.description.mechanics import WORLD, Body, Point, RigidRope, Rope, System
 
 __all__ = ["at_the_hook", "burdened", "not_weighed", "pulls_down"]
@@ -34,18 +34,18 @@ def burdened(system: System) -> System:
     return replace(system, bodies=tuple(_with(b, borne.get(b.name, [])) for b in system.bodies))
 
 
-def not_weighed(weight: Any) -> Any:
+def not_weighed(weight: Scalar) -> Any:
     """What the bodies at each end of a rope do not weigh of its own weight [N]."""
     return (WEIGHS - MOVES) * weight
 
 
-def pulls_down(weight: Any, x: Any) -> Any:
+def pulls_down(weight: Scalar, x: Any) -> Any:
     """(6,) wrench of that at an end, at x from the tree's point."""
     f = -not_weighed(weight)
     return join([x[1] * f, -x[0] * f, 0.0], [0.0, 0.0, f])
 
 
-def at_the_hook(tension: Any, weight: Any) -> Any:
+def at_the_hook(tension: Scalar, weight: Scalar) -> Any:
     """Tension at the lower end of a rope, from that in its middle [N]."""
     return maximum(tension - WEIGHS * weight, 0.0)
 

@@ -7,11 +7,10 @@ falls through 0.  Winch power -T L0' - (EA strain^2/2) L0': the second term is s
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join
-from heavylift.kernel.compiler.symbol import maximum, minimum, named, select, sqrt
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, named, select, sqrt
 from heavylift.kernel.description.forces import Signal
 from heavylift.kernel.description.mechanics import Rope
 
@@ -32,7 +31,7 @@ class RopeAt:
 
 
 @dataclass(frozen=True)
-class RopeLaw(ForceLaw):
+class RopeLaw(ForceLaw[Rope]):
     """With a mass of its own, the tension that is told is that at the ends b, see `rope_mass`.
 
     `calm`: no events; damping, at most as large as the elastic part, acts while e > 0, so that nothing jumps at e = 0.
@@ -58,7 +57,7 @@ class RopeLaw(ForceLaw):
         lines = [x for line in f.lines for x in (*line.a.p, *line.b.p, line.share)]
         return [f.EA, f.damping, float(f.hooked), 0.0, *lines, *([f.mass * self.gravity] if f.mass else [])]
 
-    def answer(self, f: Rope, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+    def answer(self, f: Rope, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
         EA, c, hooked, taut = p[:ROPE_HEAD]
         L0, dL0 = signal
         length, rate, high, lines = 0.0, 0.0, 0.0, []
@@ -87,7 +86,7 @@ class RopeLaw(ForceLaw):
         trial = held + damped
         on = select(taut > 0.0, hooked, 0.0)
         tension = named("T", select(on > 0.0, one_sided(trial, self.clamped), 0.0))
-        wrenches: list[Any] = []
+        wrenches: list[Array] = []
         for n, (x_a, x_b, u, share) in enumerate(lines):
             pull = named(f"f{n + 1}", tension * u)
             both = join(cross(x_a, pull), pull), -join(cross(x_b, pull), pull)

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.spatial import cross, join
-from heavylift.kernel.compiler.symbol import named, select
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named, select
 from heavylift.kernel.description.mechanics import Support
 
 from .force_law import Answer, ForceLaw, Poses, Setting, Shown, attachment
@@ -25,7 +24,7 @@ class SupportAt:
 
 
 @dataclass(frozen=True)
-class SupportLaw(ForceLaw):
+class SupportLaw(ForceLaw[Support]):
     """Arguments as of `Setting`; guards: whether it is closed, and whether friction holds."""
 
     clamped: bool = True
@@ -39,7 +38,7 @@ class SupportLaw(ForceLaw):
     def numbers(self, f: Support, poses: Poses) -> list[float]:
         return [*f.point.p, f.height, f.k, f.d, f.mu, f.kt, f.dt, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0]
 
-    def answer(self, f: Support, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+    def answer(self, f: Support, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
         height, k, d, mu, kt, dt, closed, stick = p[3:11]
         x, p_X, v_X = attachment(ends[0], p[:3], "a")
         N, guard, heat, stored = pushes(height - p_X[2], -v_X[2], k, d, closed, self.clamped)

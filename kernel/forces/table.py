@@ -12,6 +12,7 @@ from itertools import pairwise
 from typing import Any
 
 from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.symbol import Array, Scalars
 from heavylift.kernel.description.forces import (
     Bushing,
     Characteristic,
@@ -40,7 +41,7 @@ LISTS = ("guards", "shown", "turned", "turning")
 
 __all__ = ["FORCES", "SharedForce", "check_force", "law_of", "shared", "signals"]
 
-FORCES: dict[type, ForceLaw] = {
+FORCES: dict[type, ForceLaw[Any]] = {
     Rope: RopeLaw(),
     Support: SupportLaw(),
     JointSpring: JointSpringLaw(),
@@ -57,7 +58,7 @@ FORCES: dict[type, ForceLaw] = {
 }
 
 
-def law_of(f: Law) -> ForceLaw:
+def law_of(f: Law) -> ForceLaw[Any]:
     """The entry of a force."""
     return FORCES[type(f)]
 
@@ -68,7 +69,7 @@ class SharedForce:
     v of the coordinate that it acts along; `guards`: their names; `shows`: what samples hold of it."""
 
     force: Any
-    law: ForceLaw
+    law: ForceLaw[Any]
     ends: tuple[int, ...]
     along: tuple[int, int] | None
     numbers: list[float]
@@ -137,7 +138,7 @@ def check_force(f: Law) -> None:
         law.demand(f, "signal", not s.driven, "has a history and is driven; it can only be one of them")
 
 
-def _function(name: str, f: Any, law: ForceLaw, numbers: int) -> Function:
+def _function(name: str, f: Law, law: ForceLaw[Any], numbers: int) -> Function:
     ends = [f"e{i}" for i in range(len(f.points))]
     blocks = {"p": numbers, **dict.fromkeys(ends, BODY)}
     blocks |= {"s": 2} if law.signal(f) else {}
@@ -146,7 +147,9 @@ def _function(name: str, f: Any, law: ForceLaw, numbers: int) -> Function:
     n = law.angles(f)
     blocks |= {"c": n} if n else {}
 
-    def body(p: Any, s: Any = None, x: Any = None, t: Any = (0.0,), c: Any = None, **bodies: Any) -> Mapping[str, Any]:
+    def body(
+        p: Array, s: Any = None, x: Any = None, t: Scalars = (0.0,), c: Any = None, **bodies: Any
+    ) -> Mapping[str, Any]:
         counted = {"counted": c} if n else {}
         a: Answer = law.answer(f, p, [bodies[e] for e in ends], s, x, t[0], **counted)
         one = {k: [getattr(a, k)] for k in ("effort", "heat", "work", "stored")}

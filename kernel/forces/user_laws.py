@@ -21,8 +21,8 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.compiler.symbol import is_sym
+from heavylift.kernel.compiler.function import Function, Outputs
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, is_sym
 from heavylift.kernel.description.forces import Signal, UserLaw
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.trust import foreign, namer, refusal
@@ -40,10 +40,10 @@ class Given:
     """What a law sees: time [s], coordinate and velocity of its joint, per end place p, velocity v, rotation R and
     angular velocity w in world axes; its parameters, signal, and modes (+1 or -1, see `UserLaw`)."""
 
-    t: Any
-    parameters: Any  # (n,)
-    signal: Any
-    modes: Any  # (n,)
+    t: Scalar
+    parameters: Array  # (n,)
+    signal: Scalar
+    modes: Array  # (n,)
     q: Any = None
     dq: Any = None
     p: Any = None  # (ends, 3)
@@ -52,7 +52,7 @@ class Given:
     w: Any = None  # (ends, 3)
 
 
-class UserLawEntry(ForceLaw):
+class UserLawEntry(ForceLaw[UserLaw]):
     """Traces the function once to check it; P holds parameters and modes."""
 
     works = True
@@ -79,7 +79,7 @@ class UserLawEntry(ForceLaw):
     def numbers(self, f: UserLaw, poses: Poses) -> list[float]:
         return [*f.parameters, *[1.0] * f.modes, *(c for e in f.ends for c in e.p)]
 
-    def answer(self, f: UserLaw, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+    def answer(self, f: UserLaw, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
         n, m = len(f.parameters), len(f.parameters) + f.modes
         modes = p[n:m]
         at = [attachment(body, p[m + 3 * i : m + 3 * i + 3], f"a{i + 1}") for i, body in enumerate(ends)]
@@ -89,7 +89,7 @@ class UserLawEntry(ForceLaw):
             "R": _stack([np.reshape(body[:9], (3, 3)) for body in ends]),
             "w": _stack([body[15:18] for body in ends]),
         }
-        q, dq = joint if joint is not None else (None, None)
+        q, dq = joint if f.joint else (None, None)
         given = Given(t, p[:n], signal[0], modes, q, dq, **(stacked if ends else {}))
         answer = _called(f, f.function, given)
         guards = _called(f, f.guards, given) if f.guards else []
@@ -99,7 +99,7 @@ class UserLawEntry(ForceLaw):
                 f"law '{f.name}': '{f.guards}' must return a list of {f.modes} numbers, one for each mode"
             )
         switched = [mode * g for mode, g in zip(modes, told, strict=True)]
-        if joint is not None:
+        if f.joint:
             effort = _numbers([answer])
             if effort is None or len(effort) != 1:
                 raise KernelError(f"law '{f.name}': '{f.function}' must return one number, the effort along its joint")
@@ -135,9 +135,9 @@ class UserLawEntry(ForceLaw):
         blocks = {"p": len(self.numbers(f, lambda body: (np.eye(3), np.zeros(3)))), "s": 2, "x": 2, "t": 1}
         blocks |= {f"e{i}": BODY for i in range(len(f.ends))}
 
-        def body(p: Any, s: Any, x: Any, t: Any, **bodies: Any) -> dict[str, Any]:
+        def body(p: Array, s: Any, x: Any, t: Array, **bodies: Any) -> Outputs:
             ends = [bodies[f"e{i}"] for i in range(len(f.ends))]
-            a = self.answer(f, p, ends, s, x if f.joint else None, t[0])
+            a = self.answer(f, p, ends, s, x, t[0])
             return {"effort": [a.effort], "guards": a.guards, **{f"w{i}": w for i, w in enumerate(a.wrenches)}}
 
         law = Function(f.name, body, blocks)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from heavylift.kernel.algebra.spatial import join
+from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.description.mechanics import Threshold
 from heavylift.kernel.forces.force_law import attachment
 
@@ -63,7 +64,7 @@ def watch_thresholds(x: Evaluation) -> None:
         x.watched["threshold", h.name] = [p[0] * _scalar(x, h, p[2:5]) + p[1]]
 
 
-def _scalar(x: Evaluation, h: Threshold, point: Any) -> Any:
+def _scalar(x: Evaluation, h: Threshold, point: Array) -> Any:
     if h.quantity == "angle":
         return x.turned["body", h.of, h.axis]
     if h.quantity == "height":

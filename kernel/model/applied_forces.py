@@ -6,10 +6,8 @@ work; so the energy accounts of a scene stay closed.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from heavylift.kernel.compiler.symbol import named, scope
+from heavylift.kernel.compiler.symbol import Scalar, Scalars, named, scope
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.forces.force_law import attachment
 from heavylift.kernel.forces.rope_mass import not_weighed, pulls_down
@@ -36,7 +34,7 @@ def read_signals(x: Evaluation) -> None:
 def weigh_rigid_ropes(x: Evaluation) -> None:
     """What rigid ropes weigh and their ends do not."""
     for r in x.program.system.rigid_ropes:
-        height: Any = 0.0
+        height: Scalar = 0.0
         if r.mass:
             weight, p = x.numbers("weight", r.name)[0], x.numbers("rigid", r.name)
             for n, line in enumerate(r.lines):
@@ -57,7 +55,7 @@ def apply_laws(x: Evaluation) -> None:
 
 def _apply(x: Evaluation, law: SharedForce) -> None:
     label, name = (law.law.kind, law.name), law.name
-    blocks = {"p": x.numbers(*label), **{f"e{i}": x.ends[b] for i, b in enumerate(law.ends)}}
+    blocks: dict[str, Scalars] = {"p": x.numbers(*label), **{f"e{i}": x.ends[b] for i, b in enumerate(law.ends)}}
     if law.signal:
         blocks["s"] = x.signals[name]
     if law.along:

@@ -7,9 +7,10 @@ evaluation that reads what stages before it have written.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from heavylift.kernel.compiler.symbol import Array, Scalar
 
 from . import accelerations, applied_forces, poses
 from .instant import Evaluation
@@ -50,7 +51,9 @@ FORCES = (
 )  # fmt: skip
 
 
-def evaluate(program: Program, t: Any, y: Any, P: Any, inside: Any = None, forces: bool = True) -> Evaluation:
+def evaluate(
+    program: Program, t: Scalar, y: Array, P: Array, inside: Scalar | None = None, forces: bool = True
+) -> Evaluation:
     """The scene's equations at time t [s], state y, parameters P; `inside`: a time within the present step.
 
     Without `forces` nothing is known but where the bodies are and how they move.

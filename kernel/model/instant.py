@@ -7,10 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import maximum, named, sqrt
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, named, sqrt
 from heavylift.kernel.constraints.rows import Rows
 from heavylift.kernel.description.mechanics import Drive, RigidRope
 from heavylift.kernel.multibody.continuous_angles import Label as AngleLabel
@@ -21,8 +20,8 @@ __all__ = ["Evaluation", "Reference"]
 
 GROUND = np.concatenate([np.eye(3).ravel(), np.zeros(12)])
 ROUNDED = 1e-14  # part of the coordinates that rows may gape by rounding
-Reference = tuple[Any, Any, Any]  # value, rate, acceleration
-Master = tuple[Any, Any, Any, Any, Any]  # s, ds/dt, d2s/dt2, sin s, cos s
+Reference = tuple[Scalar, Scalar, Scalar]  # value, rate, acceleration
+Master = tuple[Scalar, Scalar, Scalar, Scalar, Scalar]  # s, ds/dt, d2s/dt2, sin s, cos s
 
 
 @dataclass
@@ -30,52 +29,53 @@ class Evaluation:
     """The text over these fields is run on floats and traced; `dy` and `guards` are what steps need."""
 
     program: Program
-    t: Any  # [s] since the epoch
-    inside: Any  # a time within the present step, which says what piece of a profile is meant
-    P: Any
-    q: list[Any]
-    v: list[Any]
-    accounts: list[Any]
-    counted: list[Any] = field(default_factory=list)  # integrals of the angles
+    t: Scalar  # [s] since the epoch
+    inside: Scalar  # a time within the present step, which says what piece of a profile is meant
+    P: Array
+    q: list[Scalar]
+    v: list[Scalar]
+    accounts: list[Scalar]
+    counted: list[Scalar] = field(default_factory=list)  # integrals of the angles
 
     masters: list[Master] = field(default_factory=list)
     references: dict[str, Reference] = field(default_factory=dict)  # of drives
-    ends: dict[int, Any] = field(default_factory=lambda: {-1: GROUND})  # (21,) of bodies with laws, see `attachment`
-    turned: dict[AngleLabel, Any] = field(default_factory=dict)  # angles over all their turns
-    turning: dict[AngleLabel, Any] = field(default_factory=dict)  # their rates
+    ends: dict[int, Array] = field(default_factory=lambda: {-1: GROUND})  # (21,) of bodies with laws, see `attachment`
+    turned: dict[AngleLabel, Scalar] = field(default_factory=dict)  # angles over all their turns
+    turning: dict[AngleLabel, Scalar] = field(default_factory=dict)  # their rates
 
-    wrenches: list[Any] = field(default_factory=list)  # (6,) per link about its tree's point
-    tau: list[Any] = field(default_factory=list)  # (nv,)
-    signals: dict[str, list[Any]] = field(default_factory=dict)  # value and rate
-    shown: dict[Label, list[Any]] = field(default_factory=dict)  # what samples hold of each law
-    heat: dict[Label, Any] = field(default_factory=dict)  # [W]
-    work: dict[Label, Any] = field(default_factory=dict)  # [W]
-    stored: dict[Label, Any] = field(default_factory=dict)  # [J]
-    watched: dict[Label, list[Any]] = field(default_factory=dict)  # guards by their names
+    wrenches: list[Array] = field(default_factory=list)  # (6,) per link about its tree's point
+    tau: list[Scalar] = field(default_factory=list)  # (nv,)
+    signals: dict[str, list[Scalar]] = field(default_factory=dict)  # value and rate
+    shown: dict[Label, list[Scalar]] = field(default_factory=dict)  # what samples hold of each law
+    heat: dict[Label, Scalar] = field(default_factory=dict)  # [W]
+    work: dict[Label, Scalar] = field(default_factory=dict)  # [W]
+    stored: dict[Label, Scalar] = field(default_factory=dict)  # [J]
+    watched: dict[Label, list[Scalar]] = field(default_factory=dict)  # guards by their names
 
     lengths_of: dict[str, Reference] = field(default_factory=dict)  # of rigid ropes
     rows: Rows | None = None
-    loads: Callable[[], list[Any]] = list  # of the joints that close loops
-    pressing: list[Any] = field(default_factory=list)  # normal force per contact
-    dq: list[Any] = field(default_factory=list)
-    dv: list[Any] = field(default_factory=list)
-    dy: Any = None  # (ny,) derivative of the state
-    guards: list[Any] = field(default_factory=list)  # in the order of the program
+    loads: Callable[[], list[Scalar]] = list  # of the joints that close loops
+    pressing: list[Scalar] = field(default_factory=list)  # normal force per contact
+    dq: list[Scalar] = field(default_factory=list)
+    dv: list[Scalar] = field(default_factory=list)
+    dy: Array = field(default_factory=lambda: np.zeros(0))  # (ny,) derivative of the state
+    guards: list[Scalar] = field(default_factory=list)  # in the order of the program
 
-    def numbers(self, kind: str, name: str) -> Any:
+    def numbers(self, kind: str, name: str) -> Array:
         """Its part of the parameters P."""
         return self.P[self.program.parameters.at[kind, name]]
 
     @property
-    def gravity(self) -> Any:
-        return self.numbers("gravity", "")[0]
+    def gravity(self) -> Scalar:
+        g: Scalar = self.numbers("gravity", "")[0]
+        return g
 
-    def push(self, body: int, wrench: Any) -> None:
+    def push(self, body: int, wrench: Array) -> None:
         """A further wrench (6,) on a body."""
         if body >= 0:
             self.wrenches[body] = self.wrenches[body] + wrench
 
-    def arguments(self, i: int) -> dict[str, Any]:
+    def arguments(self, i: int) -> dict[str, Scalars]:
         """What the motion of the i-th tree depends on."""
         tree, shared = self.program.instances[i]
         return {
@@ -127,59 +127,61 @@ class Evaluation:
     # ---- what steps ask for -------------------------------------------------------------------------------
 
     @property
-    def pulls(self) -> list[Any]:
+    def pulls(self) -> list[Scalar]:
         """Tensions of all ropes of straight lines, the rigid ones last [N]."""
         return [*self.tensions, *(self.rows.told.values() if self.rows else ())]
 
     @property
-    def tensions(self) -> list[Any]:
+    def tensions(self) -> list[Scalar]:
         """Of the elastic ropes [N]."""
         return self.column("tension")
 
     @property
-    def lengths(self) -> list[Any]:
+    def lengths(self) -> list[Scalar]:
         """Unstretched lengths of the elastic ropes [m]."""
         return [self.signals[r.name][0] for r in self.program.system.ropes]
 
     @property
-    def reach(self) -> Any:
+    def reach(self) -> Scalar:
         """Longest step from here in which no shape passes through another [s]."""
-        return self.program.contacts.reach(self.numbers, self.ends)
+        longest: Scalar = self.program.contacts.reach(self.numbers, self.ends)
+        return longest
 
     @property
-    def window(self) -> Any:
+    def window(self) -> Scalar:
         """The same, for steps that it does not bound."""
         return self.reach
 
     @property
-    def drift(self) -> Any:
+    def drift(self) -> Scalar:
         """Widest gap of the rows that are there [m or rad], beyond what round-off makes of the coordinates."""
-        widest: Any = 0.0
+        widest: Scalar = 0.0
         for gap in self.rows.held([abs(row.gap) for row in self.rows.rows]) if self.rows else ():
             widest = maximum(widest, gap)
-        return maximum(widest - ROUNDED * sqrt(sum(x * x for x in self.q)), 0.0)
+        widest = maximum(widest - ROUNDED * sqrt(sum(x * x for x in self.q)), 0.0)
+        return widest
 
     # ---- what samples ask for -----------------------------------------------------------------------------
 
-    def column(self, group: str) -> list[Any]:
+    def column(self, group: str) -> list[Scalar]:
         """The values of a group of columns of laws (see `Shown`)."""
         return [self.shown[label][i] for label, i, _ in self.program.columns[group]]
 
     @property
-    def axial(self) -> list[Any]:
+    def axial(self) -> list[Scalar]:
         """What flexible bodies carry along themselves (see `multibody.inverse_dynamics.axial_loads`)."""
-        out: list[Any] = []
+        out: list[Scalar] = []
         for i, (tree, shared) in enumerate(self.program.instances):
             if shared.axial:
                 known = {k: x for k, x in self.arguments(i).items() if k not in ("tau", "a")}
                 out += list(shared.axial(**known, dv=self.dy[self.program.nq :][tree.v]).loads)
         return out
 
-    def poses_and_energies(self) -> tuple[list[Any], Any, Any]:
+    def poses_and_energies(self) -> tuple[list[Scalar], Scalar, Scalar]:
         """Origin and rotation of every body (12 numbers each), kinetic and gravitational energy [J]."""
-        poses: list[Any] = []
-        kinetic: Any = 0.0
-        potential: Any = 0.0
+        poses: list[Scalar] = []
+        kinetic: Scalar = 0.0
+        potential: Scalar = 0.0
         for i, (tree, shared) in enumerate(self.program.instances):
             numbers = self.numbers("tree", str(i))
             x = shared.pose(q=self.q[tree.q], v=self.v[tree.v], P=numbers, g=[self.gravity])

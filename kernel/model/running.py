@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from types import SimpleNamespace
 from typing import Any, Protocol
 
 import numpy as np
+from heavylift.kernel.compiler.function import Outputs
 from heavylift.kernel.description.notes import Note
 
 from .evaluation import Evaluation
@@ -28,7 +28,7 @@ class Running(Protocol):
     @property
     def method(self) -> Any: ...
     @property
-    def _at(self) -> Mapping[str, Any]: ...
+    def _at(self) -> Outputs: ...
     @property
     def state(self) -> np.ndarray: ...
     def __getitem__(self, name: str) -> float: ...

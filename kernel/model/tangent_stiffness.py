@@ -13,9 +13,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.function import OPAQUE, Primitive
+from heavylift.kernel.compiler.function import OPAQUE, Outputs, Primitive
 from heavylift.kernel.compiler.native_linear_algebra import Factors, solver
 from heavylift.kernel.compiler.native_loops import Code
+from heavylift.kernel.compiler.symbol import Array, Scalar
 
 __all__ = ["FOURTH", "SECOND", "Tangent"]
 
@@ -52,7 +53,7 @@ class Tangent:
         c = Code("factorise_tangent", ["M"])
         self.factors.factorise(c)
 
-        def factorise(M: np.ndarray) -> dict[str, Any]:
+        def factorise(M: np.ndarray) -> Outputs:
             self.factors.factorise_floats(M)
             return {}
 
@@ -108,7 +109,7 @@ class Tangent:
             with c.loop(0, nv) as i:
                 c.store(c.let(f"fdiv double {c.load(c.at(row, i))}, {h}"), c.at(row, i))
 
-        def floats(t: Any, y: Any, P: Any, G: Any, step: Any, work: Any, J: Any) -> dict[str, Any]:
+        def floats(t: Scalar, y: Array, P: Array, G: Any, step: Any, work: Scalar, J: Any) -> Outputs:
             for row, e in zip(J.reshape(nv, width), np.eye(nv), strict=True):
                 at_rest = np.concatenate([y[:nq], e, y[nq + nv :]])
                 way = np.array(rate(t=t, y=at_rest, P=P).dy)[:nq]

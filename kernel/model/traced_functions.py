@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import join
-from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.compiler.symbol import maximum, minimum, select
+from heavylift.kernel.compiler.function import Function, Outputs
+from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, minimum, select
 from heavylift.kernel.constraints.tree_factors import OpenTree, open_tree
 from heavylift.kernel.multibody.dynamics import energies
 from heavylift.kernel.multibody.formulations import formulated
@@ -37,7 +37,7 @@ class SharedTree:
     opened: OpenTree | None
 
 
-def profile(t: Any, p: Any) -> dict[str, Any]:
+def profile(t: Array, p: Array) -> Outputs:
     """Reference, its rate and acceleration; p = (start, x0, v0, a1, d1, cruise, a2, d2), see `kernel.profile`.
 
     t: now, and a time within the present step: the acceleration jumps where two pieces meet, which says what piece is
@@ -46,7 +46,7 @@ def profile(t: Any, p: Any) -> dict[str, Any]:
     now, inside = t
     start, x0, v0, a1, d1, cruise, a2, d2 = p
 
-    def ramp(s: Any, among: Any, d: Any) -> tuple[Any, Any, Any]:
+    def ramp(s: Any, among: Any, d: Scalar) -> tuple[Any, Any, Any]:
         c = minimum(maximum(s, 0.0), d)
         on = select(among > 0.0, select(d > among, 1.0, 0.0), 0.0)
         return c * (maximum(s, 0.0) - 0.5 * c), c, on
@@ -66,26 +66,26 @@ def tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, .
     bends = any(b.n_modes for b in tree.bodies)
     state = {"q": tree.q.stop - tree.q.start, "v": nv, "P": len(numbers(tree))}
 
-    def place(q: Any, v: Any, P: Any) -> dict[str, Any]:
+    def place(q: Array, v: Array, P: Array) -> Outputs:
         t = with_numbers(tree, P)
         if limbs:
             return {f"b{i}": x for i, x in sorted(limbs.place(t, q, v, ends, [0.0] * fixed).items())}
         K = kinematics(t, q, v, 0.0, [0.0] * fixed)
         return {f"b{i}": join(K.R[i].ravel(), K.o, K.r[i], K.V[i]) for i in ends}
 
-    def accelerate(q: Any, v: Any, tau: Any, P: Any, g: Any, a: Any, **w: Any) -> dict[str, Any]:
+    def accelerate(q: Array, v: Array, tau: Array, P: Array, g: Array, a: Any, **w: Array) -> Outputs:
         W = [w.get(f"w{i}", np.zeros(6)) for i in range(len(tree.bodies))]
         text = limbs.dynamics if limbs else dynamics
         dq, dv, reaction = text(with_numbers(tree, P), q, v, tau, W, g[0], list(a)[:fixed])
         return {"dq": dq, "dv": dv, "reaction": reaction}
 
-    def pose(q: Any, v: Any, P: Any, g: Any) -> dict[str, Any]:
+    def pose(q: Array, v: Array, P: Array, g: Array) -> Outputs:
         t = with_numbers(tree, P)
         K = kinematics(t, q, v, 0.0, [0.0] * fixed)
         poses = [join(K.o + K.r[i], K.R[i].ravel()) for i in range(len(t.bodies))]
         return {"poses": poses, "energy": list(energies(t, K, g[0]))}
 
-    def axial(q: Any, v: Any, dv: Any, P: Any, g: Any, **w: Any) -> dict[str, Any]:
+    def axial(q: Array, v: Array, dv: Array, P: Array, g: Array, **w: Array) -> Outputs:
         from heavylift.kernel.multibody.inverse_dynamics import axial_loads  # whose package needs what this one makes
 
         W = [w.get(f"w{i}", np.zeros(6)) for i in range(len(tree.bodies))]

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from heavylift.kernel.algebra.elementary import nearest
+from heavylift.kernel.compiler.symbol import Scalar
 from heavylift.kernel.description.joint_table import JOINTS
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ Label = tuple[str, str, int]  # "body", its name, axis of its attitude; or "forc
 Poses = Callable[[str], tuple[Any, Any]]
 
 
-def on_turn(wrapped: Any, counted: Any) -> Any:
+def on_turn(wrapped: Scalar, counted: Scalar) -> Any:
     """The angle [rad] that a rotation shows as `wrapped`, next to its integral."""
     return wrapped + TURN * nearest((counted - wrapped) * (1.0 / TURN))
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from heavylift.kernel.compiler.symbol import Scalar
+
 from .trees import Tree
 
 __all__ = ["Factors", "ltdl"]
@@ -25,7 +27,7 @@ class Factors:
     L: dict[tuple[int, int], Any]
     D_inverse: dict[int, Any]
 
-    def half(self, b: list[Any]) -> list[Any]:
+    def half(self, b: list[Scalar]) -> list[Any]:
         """L^-T b, so that b^T H^-1 c = half(b)^T D^-1 half(c)."""
         y = dict(zip(self.dofs, b, strict=True))
         for k in reversed(self.dofs):
@@ -33,7 +35,7 @@ class Factors:
                 y[i] = y[i] - self.L[k, i] * y[k]
         return [y[k] for k in self.dofs]
 
-    def back(self, y: list[Any]) -> list[Any]:
+    def back(self, y: list[Scalar]) -> list[Any]:
         """L^-1 D^-1 y: the second half of a solution."""
         x: dict[int, Any] = {}
         for k, y_k in zip(self.dofs, y, strict=True):
@@ -43,7 +45,7 @@ class Factors:
             x[k] = t
         return [x[k] for k in self.dofs]
 
-    def solve(self, b: list[Any]) -> list[Any]:
+    def solve(self, b: list[Scalar]) -> list[Any]:
         """H^-1 b over the free degrees of freedom."""
         return self.back(self.half(b))
 

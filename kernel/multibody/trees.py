@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import is_sym
+from heavylift.kernel.compiler.symbol import Array, Scalar, is_sym
 from heavylift.kernel.description.mechanics import JointKind
 from heavylift.kernel.errors import KernelError
 
@@ -39,15 +39,15 @@ class TreeBody(Freedoms):
     parent: int
     q: slice
     v: slice
-    mass: Any
-    com: Any
+    mass: Scalar
+    com: Array
     inertia: Any
-    p_PJ: Any
-    R_PJ: Any
+    p_PJ: Array
+    R_PJ: Array
     axes: Any
-    pitch: Any
-    p_CJ: Any
-    R_CJ: Any
+    pitch: Scalar
+    p_CJ: Array
+    R_CJ: Array
     prescribed: tuple[int, ...]
     locked: bool
     elastic: Any = None

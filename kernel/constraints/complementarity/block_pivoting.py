@@ -11,7 +11,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import any_of, less, select
+from heavylift.kernel.compiler.symbol import Array, Scalar, any_of, less, select
 
 __all__ = ["ROUNDS", "eliminate", "product", "round_of", "start_of"]
 
@@ -26,7 +26,7 @@ def start_of(n: int, side: Any) -> SimpleNamespace:
     )
 
 
-def round_of(s: SimpleNamespace, A: Any, b: Any, lo: Any, hi: Any, small_x: Any, small_w: Any) -> None:
+def round_of(s: SimpleNamespace, A: Array, b: Array, lo: Array, hi: Array, small_x: Scalar, small_w: Scalar) -> None:
     """Solve for the present set and change the sides of rows that violate their condition; run = 0 when none does."""
     n = len(b)
     low, high = less(s.side, 0.0), less(0.0, s.side)
@@ -51,7 +51,7 @@ def round_of(s: SimpleNamespace, A: Any, b: Any, lo: Any, hi: Any, small_x: Any,
     s.number = number
 
 
-def product(A: Any, x: Any, b: Any) -> Any:
+def product(A: Array, x: Array, b: Array) -> Any:
     """A x + b, summed column by column."""
     for j in range(len(b)):
         b = b + A[:, j] * x[j]
@@ -59,7 +59,7 @@ def product(A: Any, x: Any, b: Any) -> Any:
 
 
 def _sum(x: Any) -> Any:
-    total: Any = 0.0
+    total: Scalar = 0.0
     for e in x:
         total = total + e
     return total
@@ -74,7 +74,7 @@ def _last(wrong: Any) -> Any:
     return np.array(out[::-1])
 
 
-def eliminate(A: Any, r: Any, free: Any) -> Any:
+def eliminate(A: Array, r: Any, free: Any) -> Any:
     """A x = r over the free rows and columns, x = 0 in the others; pivots in the order of the rows."""
     n = len(r)
     M = np.concatenate([A * free[:, None] * free + np.eye(n) * (1.0 - free), (r * free)[:, None]], axis=1)

@@ -14,8 +14,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.compiler.symbol import maximum, minimum, select, sqrt
+from heavylift.kernel.compiler.function import Function, Outputs
+from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, minimum, select, sqrt
 from heavylift.kernel.constraints.rows import Row
 from heavylift.kernel.description.contacts import Contact
 from heavylift.kernel.description.mechanics import System
@@ -122,7 +122,7 @@ class ContactRows:
 
     def watched(self, numbers: Callable[[str, str], Any], ends: Mapping[int, Any]) -> list[Any]:
         """Guards of all candidates."""
-        out: list[Any] = []
+        out: list[Scalar] = []
         for s in self.sites:
             a, b = (ends[i] for i in s.bodies)
             p, held = numbers("shapes", s.contact.name), numbers("held", s.contact.name)
@@ -136,7 +136,7 @@ class ContactRows:
 
     def reach(self, numbers: Callable[[str, str], Any], ends: Mapping[int, Any]) -> Any:
         """Longest step in which nothing passes through anything else [s]."""
-        longest: Any = FOREVER
+        longest: Scalar = FOREVER
         for s in self.sites:
             if s.reach:
                 a, b = (ends[i] for i in s.bodies)
@@ -177,14 +177,14 @@ def _site(c: Contact, graph: Graph, kinds: dict[str, tuple[Function, Function, F
 def _functions(c: Contact, pair: Pair, kind: str, n: int) -> tuple[Function, Function, Function | None]:
     """Guards of the candidates, one slot, and the reach of a step; n numbers are of the first shape."""
 
-    def watch(p: Any, held: Any, A: Any, B: Any) -> dict[str, Any]:
+    def watch(p: Array, held: Any, A: Array, B: Array) -> Outputs:
         witnesses = pair.watch(p[:n], p[n:], A, B)
         return {"guard": [select(h > 0.0, 1.0, _touch(*w)) for h, w in zip(held, witnesses, strict=True)]}
 
-    def slot(h: Any, mu: Any, A: Any, B: Any) -> dict[str, Any]:
+    def slot(h: Array, mu: Array, A: Array, B: Array) -> Outputs:
         return _slot(pair, h, mu[0], A, B)
 
-    def longest(p: Any, A: Any, B: Any) -> dict[str, Any]:
+    def longest(p: Array, A: Array, B: Array) -> Outputs:
         return {"reach": [reach(c, p[:n], p[n:], A, B)]}
 
     size = n + len(shape_numbers(c.b))
@@ -194,12 +194,12 @@ def _functions(c: Contact, pair: Pair, kind: str, n: int) -> tuple[Function, Fun
     return Function(f"watch_{kind}", watch, sizes), slots, bound
 
 
-def _touch(gap: Any, rate: Any) -> Any:
+def _touch(gap: Any, rate: Scalar) -> Any:
     """Below zero where a candidate touches: at once if it comes with a speed, slowly only if it has sunk in."""
     return minimum(maximum(gap + DEPTH, rate + RESTING), maximum(gap + SUNK, rate + DEPTH))
 
 
-def _slot(pair: Pair, h: Any, mu: Any, A: Any, B: Any) -> dict[str, Any]:
+def _slot(pair: Pair, h: Array, mu: Scalar, A: Array, B: Array) -> Outputs:
     """One slot: its rows as they are sensed (wa, wb) and the push of the normal one (pa, pb), all zero if it is open.
 
     `sliding`: speed against friction; `onward`: along the direction in which sliding began.

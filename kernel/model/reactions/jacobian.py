@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.dense import combinations, decomposed, dot, norm, product, solve
+from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.constraints.rows import Row, held_rows
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.model.evaluation import evaluate
@@ -227,7 +228,7 @@ class Pose:
         for group, step in steps:
             for c, x, by in zip(group.columns, step, group.columns_by, strict=True):
                 change[c] = x * by
-        y = list(self.y)
+        y: list[Any] = list(self.y)
         y[: p.nq] = self.q  # prescribed coordinates are where their drives are
         for i in sorted({i for i, _ in change}):
             tree = self.tree(i)
@@ -247,7 +248,7 @@ class Pose:
         return Pose(p, (self.t, y, self.P), self.running)
 
 
-def pose_of(program: Program, y: Any = None, P: Any = None, t: float = 0.0) -> Pose:
+def pose_of(program: Program, y: Array | None = None, P: Array | None = None, t: float = 0.0) -> Pose:
     """The pose of a state of a run, or that of the start if no parameters are given."""
     running = P is not None
     y = program.initial_state() if y is None else y

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.arrays import sizes
-from heavylift.kernel.compiler.symbol import maximum
+from heavylift.kernel.compiler.symbol import Array, maximum
 from heavylift.kernel.description.flexible import WARNED
 
 from .rounding import rounded
@@ -56,7 +56,7 @@ class Smallness:
             first += n
         return out
 
-    def guard(self, p: Any, eta: Any) -> Any:
+    def guard(self, p: Array, eta: Any) -> Any:
         """What is left of the limit that holds now, squared."""
         largest: Any = 0.0
         for x in self.use(eta, np.reshape(p[BEFORE:], self.rows.shape)):

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.algebra.ldlt import LDLT, frame
 from heavylift.kernel.algebra.spatial import join, skew
-from heavylift.kernel.compiler.symbol import named
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named
 from heavylift.kernel.multibody.kinematics import Kinematics, kinematics
 from heavylift.kernel.multibody.trees import Tree
 
@@ -37,17 +37,17 @@ class _Joint:
 
     S: dict[int, Any]
     free: list[int]
-    X: Any
+    X: Array
     Q: Any
-    R: Any
+    R: Array
 
     @property
     def B(self) -> Any:
         return self.X.T @ self.Q[:, len(self.free) :]
 
-    def applied(self, tau: Any) -> Any:
+    def applied(self, tau: Array) -> Any:
         """(6,) wrench that brings the joint forces tau and nothing across them: R^T y = tau."""
-        y: list[Any] = []
+        y: list[Scalar] = []
         for n, k in enumerate(self.free):
             y.append((tau[k] - sum((self.R[m][n] * y[m] for m in range(n)), 0.0)) * (1.0 / self.R[n][n]))
         return self.X.T @ sum((e * w for e, w in zip(self.Q.T, y, strict=False)), np.zeros(6))
@@ -61,7 +61,9 @@ class _Joint:
         return a
 
 
-def augmented(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: Any = ()) -> tuple[Any, Any, Any]:
+def augmented(
+    tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
+) -> tuple[Any, Any, Any]:
     """dq/dt, dv/dt and the forces of prescribed joints; arguments as for `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     M, p = newton_euler(tree, K, W)
@@ -94,11 +96,11 @@ def _joints(tree: Tree, K: Kinematics) -> list[_Joint]:
     return out
 
 
-def _named(i: int, B: Any) -> Any:
+def _named(i: int, B: Array) -> Any:
     return np.array([named(f"B({i},{k})", b) for k, b in enumerate(B.T)]).T if B.shape[1] else B
 
 
-def _on_bodies(parents: list[int], F: list[Any]) -> list[Any]:
+def _on_bodies(parents: list[int], F: list[Array]) -> list[Any]:
     """(6,) per body: the force of its own joint less those of the joints that it carries (the paper's eqs (1)-(4))."""
     out = list(F)
     for i, p in enumerate(parents):
@@ -111,7 +113,7 @@ def _against_parent(parents: list[int], x: list[Any], i: int) -> Any:
     return x[i] - x[parents[i]] if parents[i] >= 0 else x[i]
 
 
-def _regularised(tree: Tree, K: Kinematics, M: list[Any]) -> list[LDLT]:
+def _regularised(tree: Tree, K: Kinematics, M: list[Array]) -> list[LDLT]:
     """Per body the factors of M, to which a part of what it carries is added as mass and as moment [kg, kg m2]."""
     carried = list(M)
     for i in reversed(range(len(M))):
@@ -126,7 +128,7 @@ def _regularised(tree: Tree, K: Kinematics, M: list[Any]) -> list[LDLT]:
 
 
 def _solve(
-    M: list[Any], A: list[LDLT], joints: list[_Joint], parents: list[int], f: list[Any]
+    M: list[Array], A: list[LDLT], joints: list[_Joint], parents: list[int], f: list[Array]
 ) -> tuple[list[Any], list[Any]]:
     """x (6,) per body and the constraint wrench (6,) of its joint, from M x = f + wrenches and B^T (x - x_parent) = 0.
 
@@ -149,13 +151,13 @@ def _solve(
                         if l >= k:
                             complement[l][k] = complement[l][k] + sign * other * (e @ z)
     factors = LDLT(complement)
-    x: list[Any] = [np.zeros(6)] * n
-    F: list[Any] = [np.zeros(6)] * n
+    x: list[Array] = [np.zeros(6)] * n
+    F: list[Array] = [np.zeros(6)] * n
     for _ in range(PASSES):
         rest = [b - m @ a + c for b, m, a, c in zip(f, M, x, _on_bodies(parents, F), strict=True)]
         free = [np.array(a.solve(e)) for a, e in zip(A, rest, strict=True)]
         gap = [a + b for a, b in zip(x, free, strict=True)]
-        rhs: list[Any] = [0.0] * at
+        rhs: list[Scalar] = [0.0] * at
         for i in range(n):
             for k, e in zip(rows[i], B[i].T @ _against_parent(parents, gap, i), strict=True):
                 rhs[k] = -e

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.algebra.ldlt import LDLT
 from heavylift.kernel.algebra.spatial import join
-from heavylift.kernel.compiler.symbol import named
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named
 from heavylift.kernel.multibody.kinematics import Kinematics, kinematics
 from heavylift.kernel.multibody.trees import Tree
 
@@ -21,7 +21,9 @@ from .free_bodies import newton_euler
 __all__ = ["embedding", "velocity_transformation"]
 
 
-def embedding(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: Any = ()) -> tuple[Any, Any, Any]:
+def embedding(
+    tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
+) -> tuple[Any, Any, Any]:
     """dq/dt, dv/dt and the forces of prescribed joints; arguments as for `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     M, p = newton_euler(tree, K, W)
@@ -41,7 +43,7 @@ def embedding(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref:
 
 def velocity_transformation(tree: Tree, K: Kinematics) -> list[Any]:
     """R: per body (6, n_v), the columns of joints and modes on its path; all others are zero."""
-    R: list[Any] = []
+    R: list[Array] = []
     k = 0
     for i, (b, columns) in enumerate(zip(tree.bodies, K.S, strict=True)):
         own = [np.zeros(6)] * (tree.v.stop - tree.v.start) if b.parent < 0 else list(R[b.parent].T)

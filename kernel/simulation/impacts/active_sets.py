@@ -92,7 +92,7 @@ class ContactSets:
         touch(self._program.contacts.sites, self._slots, self._numbers, scene.ends, fell)
         for r, slack in zip(self._ropes, act.slack() if self._ropes else (), strict=True):
             r.take(float(slack))
-        out = self._impact(t, act, {r.name: scene.length_of(r)[1] for r in self._program.system.rigid_ropes})
+        out = self._impact(t, act, {r.name: float(scene.length_of(r)[1]) for r in self._program.system.rigid_ropes})
         self._rest(act)
         self._force(t, act, [x for x in self._all if x.guard in fallen])
         for r, was in zip(self._ropes, taut, strict=True):
