@@ -86,7 +86,7 @@ class Sym:
             raise TypeError("only whole powers 1 to 8 of run-time values: use power of kernel.elementary")
         return self if o == 1 else mul(self, self ** (o - 1))
 
-    def __abs__(self) -> Sym:
+    def __abs__(self) -> Any:
         return node("abs", self)
 
     def __matmul__(self, o: Sym) -> Sym:

@@ -32,10 +32,10 @@ AXIS, SECOND, THIRD = range(3)
 class Pair:
     """Both sides of a joint in world axes: directions a, b (rows axis, second, third), their rates, d = p_B - p_A."""
 
-    a: Any
-    b: Any
-    da: Any
-    db: Any
+    a: Array
+    b: Array
+    da: Array
+    db: Array
     d: Scalar
     pitch: Scalar
 
@@ -45,10 +45,10 @@ class Condition:
     """A residual g with its force f at the joint's point on B and moment n (on B; opposite on A), and their rates."""
 
     g: Scalar
-    f: Any
-    n: Any
-    df: Any
-    dn: Any
+    f: Array
+    n: Array
+    df: Array
+    dn: Array
 
 
 def _slide(i: int) -> Callable[[Pair], Condition]:

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any, Protocol
 
+from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.description.mechanics import RigidRope
 from heavylift.kernel.multibody.graph import Graph
 from heavylift.kernel.multibody.trees import Tree
@@ -33,7 +34,7 @@ class Contacts(Protocol):
     def held(self) -> Sequence[tuple[int, ...]]: ...
     @property
     def sites(self) -> Sequence[Any]: ...
-    def slots(self, numbers: Callable[[str, str], Any], ends: Mapping[int, Any]) -> list[SimpleNamespace]: ...
+    def slots(self, numbers: Callable[[str, str], Array], ends: Mapping[int, Array]) -> list[SimpleNamespace]: ...
     def rows(self, slots: list[SimpleNamespace]) -> list[Any]: ...
 
 

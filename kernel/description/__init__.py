@@ -1,6 +1,7 @@
 """What is simulated, as plain data: imports neither NumPy nor the rest of the kernel.
 
-mechanics                     System: bodies, joints, ropes, supports, springs, stops, brakes, drives, locks
+mechanics                     System: bodies, joints, masters, measured values, thresholds
+laws                          ropes, supports; springs, stops, brakes, drives and locks of joints
 forces, contacts, flexible    force elements; rigid contacts; what makes a body flexible
 joint_table                   everything the kernel knows of a joint type
 points                        places that all of these are described with

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import exact, join
-from heavylift.kernel.compiler.symbol import Scalar, maximum
+from heavylift.kernel.compiler.symbol import Array, Scalar, maximum
 from heavylift.kernel.description.mechanics import WORLD, Body, Point, RigidRope, Rope, System
 
 __all__ = ["at_the_hook", "burdened", "not_weighed", "pulls_down"]
@@ -39,7 +39,7 @@ def not_weighed(weight: Scalar) -> Any:
     return (WEIGHS - MOVES) * weight
 
 
-def pulls_down(weight: Scalar, x: Any) -> Any:
+def pulls_down(weight: Scalar, x: Array) -> Any:
     """(6,) wrench of that at an end, at x from the tree's point."""
     f = -not_weighed(weight)
     return join([x[1] * f, -x[0] * f, 0.0], [0.0, 0.0, f])

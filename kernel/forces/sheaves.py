@@ -36,8 +36,8 @@ class Node:
     """A point or sheave of a rope: centre from its tree's point, in the world, velocity, angular velocity of the body,
     axis and dividing direction in world axes; radius None for a point."""
 
-    x: Any
-    c: Any
+    x: Array
+    c: Array
     v: Array
     w: Array
     axis: Any
@@ -52,8 +52,8 @@ class Part:
 
     straight: Scalar
     rate: Scalar
-    u: Any
-    arms: tuple[Any, Any]
+    u: Array
+    arms: tuple[Array, Array]
     begin: Any = None
     flat: Any = None  # its length across the axis
     plane: Any = None  # u across the axis, for wraps
@@ -94,7 +94,7 @@ class Way:
         self.rates = [x.rate if on[i] is None else select(on[i], x.rate, 0.0) for i, x in enumerate(own)]
         self.turned: list[Scalar] = []
         self.turning: list[Scalar] = []
-        self.wraps: dict[int, tuple[Any, Any]] = {}
+        self.wraps: dict[int, tuple[Scalar, Scalar]] = {}
         """Of every node that turns the rope: its wrap [rad] and the rate of that."""
         self.lengths = self._pieces()
         for i, turns in enumerate(turning):
@@ -112,7 +112,7 @@ class Way:
                     self.lengths[i - 1] = self.lengths[i - 1] - x.radius * angles[0]
                     self.lengths[i] = self.lengths[i] + x.radius * angles[1]
 
-    def _pieces(self) -> list[Any]:
+    def _pieces(self) -> list[Scalar]:
         """Straight length between each two nodes; feet of nodes that the rope has left divide its parts."""
         starts: list[Scalar] = [0.0]
         for part, x, here in zip(self.parts[1:], self._nodes[1:], self._on[1:], strict=False):
@@ -128,7 +128,7 @@ class Way:
             out.append(last - starts[i])
         return out
 
-    def watches(self) -> list[tuple[Any, Any]]:
+    def watches(self) -> list[tuple[Scalar, Scalar]]:
         """Guards of each sheave that the rope can leave: that it leaves or finds it; that it meets its other side."""
         out = []
         for i, here in enumerate(self._on):

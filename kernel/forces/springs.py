@@ -27,7 +27,7 @@ FARTHEST, AGAINST = -0.9961946980917455, "175 degrees"  # cosine and angle of th
 UNIT = 1e-6  # how far an axis, a rotation or a symmetry may be off by rounding
 
 
-def _rotation(body: Array) -> Any:
+def _rotation(body: Array) -> Array:
     return np.reshape(body[:9], (3, 3))
 
 

@@ -6,12 +6,10 @@ winches may follow measured ones as well.  A reference is a profile plus f(s) = 
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.algebra.spatial import cross
-from heavylift.kernel.compiler.symbol import Array, named, sqrt
+from heavylift.kernel.compiler.symbol import Array, Scalar, named, sqrt
 from heavylift.kernel.multibody.continuous_angles import on_turn
 
 from .instant import Evaluation
@@ -76,7 +74,7 @@ def follow(x: Evaluation) -> None:
             x.references[d.name] = x.reference(d.name)
 
 
-def attitude(body: Array, axis: int) -> tuple[Any, Any, Any]:
+def attitude(body: Array, axis: int) -> tuple[Scalar, Scalar, Scalar]:
     """sin, cos (not normalised) of the angle by which body axis w leans towards +y (axis 0, about -x) or +x (axis 1,
     about +y), and sin' cos - sin cos'."""
     w = np.reshape(body[:9], (3, 3))[:, 2]

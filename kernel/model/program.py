@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from functools import cached_property
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.constraints.contact.contact_points import ContactRows
 from heavylift.kernel.constraints.loop_closures import CLOSURES
 from heavylift.kernel.constraints.row_structure import Constraints
@@ -247,7 +247,7 @@ class Program:
 def _poses_at_start(graph: Graph, trees: list[Tree]) -> Poses:
     """Rotation and origin of a body in the initial pose, for laws whose numbers depend on it."""
 
-    def pose(body: str) -> tuple[Any, Any]:
+    def pose(body: str) -> tuple[Array, Array]:
         i = graph.number(body)
         if i < 0:
             return np.eye(3), np.zeros(3)

@@ -109,7 +109,7 @@ class Tangent:
             with c.loop(0, nv) as i:
                 c.store(c.let(f"fdiv double {c.load(c.at(row, i))}, {h}"), c.at(row, i))
 
-        def floats(t: Scalar, y: Array, P: Array, G: Any, step: Any, work: Scalar, J: Any) -> Outputs:
+        def floats(t: Scalar, y: Array, P: Array, G: Array, step: Array, work: Array, J: Array) -> Outputs:
             for row, e in zip(J.reshape(nv, width), np.eye(nv), strict=True):
                 at_rest = np.concatenate([y[:nq], e, y[nq + nv :]])
                 way = np.array(rate(t=t, y=at_rest, P=P).dy)[:nq]

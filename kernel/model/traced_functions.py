@@ -6,7 +6,6 @@ Each instance calls them with its own numbers.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import join
@@ -46,7 +45,7 @@ def profile(t: Array, p: Array) -> Outputs:
     now, inside = t
     start, x0, v0, a1, d1, cruise, a2, d2 = p
 
-    def ramp(s: Any, among: Any, d: Scalar) -> tuple[Any, Any, Any]:
+    def ramp(s: Scalar, among: Scalar, d: Scalar) -> tuple[Scalar, Scalar, Scalar]:
         c = minimum(maximum(s, 0.0), d)
         on = select(among > 0.0, select(d > among, 1.0, 0.0), 0.0)
         return c * (maximum(s, 0.0) - 0.5 * c), c, on
@@ -73,7 +72,7 @@ def tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, .
         K = kinematics(t, q, v, 0.0, [0.0] * fixed)
         return {f"b{i}": join(K.R[i].ravel(), K.o, K.r[i], K.V[i]) for i in ends}
 
-    def accelerate(q: Array, v: Array, tau: Array, P: Array, g: Array, a: Any, **w: Array) -> Outputs:
+    def accelerate(q: Array, v: Array, tau: Array, P: Array, g: Array, a: Array, **w: Array) -> Outputs:
         W = [w.get(f"w{i}", np.zeros(6)) for i in range(len(tree.bodies))]
         text = limbs.dynamics if limbs else dynamics
         dq, dv, reaction = text(with_numbers(tree, P), q, v, tau, W, g[0], list(a)[:fixed])

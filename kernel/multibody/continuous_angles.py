@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from heavylift.kernel.algebra.elementary import nearest
-from heavylift.kernel.compiler.symbol import Scalar
+from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.description.joint_table import JOINTS
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ EVEN = 1e-9  # part of a turn: half a turn, rounded either way, counts upwards
 AXES = ((-1.0, 0.0, 0.0), (0.0, 1.0, 0.0))  # that attitudes turn about, see `poses.attitude`
 
 Label = tuple[str, str, int]  # "body", its name, axis of its attitude; or "force", its name, which of its own
-Poses = Callable[[str], tuple[Any, Any]]
+Poses = Callable[[str], tuple[Array, Array]]
 
 
 def on_turn(wrapped: Scalar, counted: Scalar) -> Any:

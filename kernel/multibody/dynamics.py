@@ -32,7 +32,7 @@ class Equations:
 
     tree: Tree
     K: Kinematics
-    H: dict[tuple[int, int], Any]
+    H: dict[tuple[int, int], Scalar]
     rhs: list[Scalar]
     factors: Factors
 
@@ -43,7 +43,7 @@ class Equations:
         )
         return np.array([values[k] for k in range(len(self.rhs))])
 
-    def solution(self, a_ref: Scalars) -> tuple[dict[int, Any], Any]:
+    def solution(self, a_ref: Scalars) -> tuple[dict[int, Scalar], Any]:
         """Accelerations by degree of freedom where nothing else acts, and the forces of prescribed joints."""
         a = self.accelerations(self.factors.solve([self.rhs[k] for k in self.tree.free_dofs]), a_ref)
         reaction = [
@@ -51,7 +51,7 @@ class Equations:
         ]
         return dict(enumerate(a)), np.array(reaction)
 
-    def given(self, k: int) -> dict[int, Any]:
+    def given(self, k: int) -> dict[int, Scalar]:
         """Row k of H, of a prescribed degree of freedom, over the free ones."""
         free = self.tree.free_dofs
         return {l: self.H[max(k, l), min(k, l)] for l in free if (max(k, l), min(k, l)) in self.H}
@@ -70,7 +70,7 @@ def equations_of_motion(
 
 def dynamics(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
-) -> tuple[Any, Any, Any]:
+) -> tuple[Array, Array, Array]:
     """dq/dt, dv/dt and the forces of prescribed joints; W: (6,) wrench on each body about the tree's point.
 
     tau: (n_v,) joint forces of springs, drives, brakes and stops [N or N m].
@@ -80,7 +80,7 @@ def dynamics(
     return join(*x.K.dq), np.array(list(motion.values())), reaction
 
 
-def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Any], list[Any]]:
+def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], list[Array]]:
     """Per body, with all that it carries: spatial inertia I^c and the wrench that its joint would have to transmit if
     no degree of freedom accelerated (Fig. 6 (c), (d))."""
     I, F = [], []
@@ -113,9 +113,9 @@ def joint_forces(tree: Tree, K: Kinematics, F: list[Array]) -> Iterator[Any]:
                 yield sum((K.carried[j][k] @ F[j] for j in on), own)
 
 
-def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Array]) -> dict[tuple[int, int], Any]:
+def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Array]) -> dict[tuple[int, int], Scalar]:
     """H[k, l] = S_l^T I^c S_k for l on the path of k (CRBA); raises KernelError where nothing resists a motion."""
-    H: dict[tuple[int, int], Any] = {}
+    H: dict[tuple[int, int], Scalar] = {}
     for k, (i, path) in enumerate(zip(tree.body_of_dof, tree.dof_paths, strict=True)):
         mode = k - tree.bodies[i].v_modes.start
         if mode >= 0:
@@ -133,7 +133,9 @@ def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Array]) -> dict[tuple
     return H
 
 
-def _mode_inertia(tree: Tree, K: Kinematics, I: list[Array], H: dict[tuple[int, int], Any], k: int, mode: int) -> None:
+def _mode_inertia(
+    tree: Tree, K: Kinematics, I: list[Array], H: dict[tuple[int, int], Scalar], k: int, mode: int
+) -> None:
     """The row of a mode: what the body's own deformation moves, and all that it carries."""
     i = tree.body_of_dof[k]
     b, own = tree.bodies[i], elastic(tree, K, i)
@@ -148,7 +150,7 @@ def _mode_inertia(tree: Tree, K: Kinematics, I: list[Array], H: dict[tuple[int, 
             H[k, l] = named(f"H({k},{l})", seen_from(tree, K, l, i) @ f)
 
 
-def energies(tree: Tree, K: Kinematics, g: Scalar) -> tuple[Any, Any]:
+def energies(tree: Tree, K: Kinematics, g: Scalar) -> tuple[Scalar, Scalar]:
     """Kinetic and gravitational energy of a tree [J]."""
     kinetic: Scalar = 0.0
     potential: Scalar = 0.0

@@ -41,10 +41,10 @@ class TreeBody(Freedoms):
     v: slice
     mass: Scalar
     com: Array
-    inertia: Any
+    inertia: Array
     p_PJ: Array
     R_PJ: Array
-    axes: Any
+    axes: Array
     pitch: Scalar
     p_CJ: Array
     R_CJ: Array

@@ -19,7 +19,7 @@ PATIENCE = 4.0  # block changes without progress before single ones
 ROUNDS = 60.0  # per row and solve; Murty's worst case is exponential, but is never met in practice
 
 
-def start_of(n: int, side: Any) -> SimpleNamespace:
+def start_of(n: int, side: Array) -> SimpleNamespace:
     """The loop's variables before the first round; side (n,) is the set to begin with."""
     return SimpleNamespace(
         side=side, x=np.zeros(n), w=np.zeros(n), fewest=n + 1.0, patience=PATIENCE, budget=ROUNDS * n, run=1.0
@@ -58,14 +58,14 @@ def product(A: Array, x: Array, b: Array) -> Any:
     return b
 
 
-def _sum(x: Any) -> Any:
+def _sum(x: Array) -> Any:
     total: Scalar = 0.0
     for e in x:
         total = total + e
     return total
 
 
-def _last(wrong: Any) -> Any:
+def _last(wrong: Array) -> Any:
     """Only the last of the marked rows."""
     out, later = [], 0.0
     for e in reversed(list(wrong)):
@@ -74,7 +74,7 @@ def _last(wrong: Any) -> Any:
     return np.array(out[::-1])
 
 
-def eliminate(A: Array, r: Any, free: Any) -> Any:
+def eliminate(A: Array, r: Array, free: Array) -> Any:
     """A x = r over the free rows and columns, x = 0 in the others; pivots in the order of the rows."""
     n = len(r)
     M = np.concatenate([A * free[:, None] * free + np.eye(n) * (1.0 - free), (r * free)[:, None]], axis=1)

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from heavylift.kernel.compiler.symbol import Array, maximum, minimum, sqrt
-from heavylift.kernel.description.contacts import Ball, Contact, Plane
+from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, minimum, sqrt
+from heavylift.kernel.description.contacts import Ball, Contact, Plane, Shape
 
 from .frames import Side
 
@@ -26,7 +26,7 @@ def passes(c: Contact) -> bool:
     return not isinstance(c.b, Plane)
 
 
-def reach(c: Contact, first: Any, second: Any, A: Array, B: Array) -> Any:
+def reach(c: Contact, first: Array, second: Array, A: Array, B: Array) -> Any:
     """Longest step [s] from where the bodies are, at the speed that they have."""
     (R_a, half_a), (R_b, half_b) = _extent(c.a, first), _extent(c.b, second)
     both_boxes = not isinstance(c.a, Ball) and not isinstance(c.b, Ball)
@@ -38,7 +38,7 @@ def reach(c: Contact, first: Any, second: Any, A: Array, B: Array) -> Any:
     return (maximum(window, THIN) + 0.5 * maximum(away, 0.0)) / speed
 
 
-def _extent(shape: Any, p: Array) -> tuple[Any, Any]:
+def _extent(shape: Shape, p: Array) -> tuple[Scalar, Scalar]:
     """Radius of the sphere around a shape and its smallest half extent [m]."""
     if isinstance(shape, Ball):
         return p[3], p[3]
@@ -46,5 +46,5 @@ def _extent(shape: Any, p: Array) -> tuple[Any, Any]:
     return _length(h), minimum(h[0], minimum(h[1], h[2]))
 
 
-def _length(x: Any) -> Any:
+def _length(x: Array) -> Any:
     return sqrt(x @ x + TINY)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.algebra.dense import combinations, decomposed, dot, norm, product, solve
 from heavylift.kernel.compiler.symbol import Array
-from heavylift.kernel.constraints.rows import Row, held_rows
+from heavylift.kernel.constraints.held_rows import Row, held_rows
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
@@ -138,7 +138,7 @@ class Pose:
         hooked = self.P[self.program.parameters.at["rigid", c.ropes[r - first].name]][0] > 0.0
         return bool(hooked) and bool(float(self.rows[r].gap) < TAUT)
 
-    def pushes(self, r: int) -> list[tuple[int, Any]]:
+    def pushes(self, r: int) -> list[tuple[int, Array]]:
         """Bodies and wrenches of a unit multiplier."""
         return self.rows[r].push or self.rows[r].wrenches
 

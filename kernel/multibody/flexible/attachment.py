@@ -46,7 +46,7 @@ class Track:
     coefficients: np.ndarray
     shortening: np.ndarray
 
-    def shapes(self, s: Any) -> tuple[Any, Any, Any, Any]:
+    def shapes(self, s: Scalar) -> tuple[Array, Array, Array, Array]:
         """(6, m) shapes at s [m], their first and second derivative in s, and g, by the polynomials' recurrences."""
         x = self.slope * s - 1.0
         T, dT, ddT = [1.0, x], [0.0, 1.0], [0.0, 0.0]
@@ -70,14 +70,14 @@ class Carried:
     per mode, and that of the slider's coordinate."""
 
     R: Array
-    r: Any
+    r: Array
     V: Array
     A: Array
     columns: list[Scalar]
     along: Any = None
 
 
-def carry(place: Place, eta: Array, rates: Any, R: Array, r: Any, V: Array, A: Array) -> Carried:
+def carry(place: Place, eta: Array, rates: Array, R: Array, r: Array, V: Array, A: Array) -> Carried:
     """The frame at a station of a body whose floating frame has pose R, r and motion V, A in world axes."""
     pull = place.shortening @ eta
     U, T = place.shape[:3] - np.outer(ALONG, pull), place.shape[3:]
@@ -87,7 +87,7 @@ def carry(place: Place, eta: Array, rates: Any, R: Array, r: Any, V: Array, A: A
 
 
 def carry_along(
-    track: Track, s: Any, speed: Any, eta: Array, rates: Any, R: Array, r: Any, V: Array, A: Array
+    track: Track, s: Scalar, speed: Scalar, eta: Array, rates: Array, R: Array, r: Array, V: Array, A: Array
 ) -> Carried:
     """The frame at s [m] along a beam, sliding with a speed [m/s]."""
     shape, first, second, g = track.shapes(s)
@@ -107,9 +107,9 @@ def _carried(
     U: Array,
     T: Array,
     eta: Array,
-    moving: tuple[Any, Any, Any],
-    turning: tuple[Any, Any],
-    frame: tuple[Any, Any, Any, Any],
+    moving: tuple[Array, Array, Array],
+    turning: tuple[Array, Array],
+    frame: tuple[Array, Array, Array, Array],
     tangent: Array | None = None,
 ) -> Carried:
     """Equations (10) and (11); moving: d, its rate and its second derivative without eta" and s"; turning: the rate

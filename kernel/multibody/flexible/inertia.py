@@ -29,7 +29,7 @@ class FlexibleInertia:
     momentum (6,); kinetic energy [J]; moment: first moment of mass about the tree's point [kg m].
     """
 
-    I: Any
+    I: Array
     C: list[Array]
     mass: list[Scalar]
     wrench: Array
@@ -40,7 +40,7 @@ class FlexibleInertia:
 
 
 def flexible_inertia(
-    e: Any, eta: Any, rates: Any, accelerations: Any, R: Array, r: Any, V: Array, A: Array
+    e: Any, eta: Array, rates: Array, accelerations: Array, R: Array, r: Array, V: Array, A: Array
 ) -> FlexibleInertia:
     """e: `reduction.Elastic` of floats or symbols; mode coordinates (m,); pose R_WB, r and V, A (6,) in world axes."""
     m = range(len(eta))

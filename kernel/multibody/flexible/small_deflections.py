@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.arrays import sizes
-from heavylift.kernel.compiler.symbol import Array, maximum
+from heavylift.kernel.compiler.symbol import Array, Scalar, maximum
 from heavylift.kernel.description.flexible import WARNED
 
 from .rounding import rounded
@@ -47,7 +47,7 @@ class Smallness:
         be, and since when it buckles the body; the rows."""
         return [1.0, 0.0, NEVER, NEVER, *self.rows.ravel().tolist()]
 
-    def use(self, eta: Any, rows: Any) -> list[Any]:
+    def use(self, eta: Array, rows: Array) -> list[Scalar]:
         """Squares of (13) per group for mode coordinates eta (m,)."""
         out, first = [], 0
         for n in self.groups:
@@ -56,9 +56,9 @@ class Smallness:
             first += n
         return out
 
-    def guard(self, p: Array, eta: Any) -> Any:
+    def guard(self, p: Array, eta: Array) -> Any:
         """What is left of the limit that holds now, squared."""
-        largest: Any = 0.0
+        largest: Scalar = 0.0
         for x in self.use(eta, np.reshape(p[BEFORE:], self.rows.shape)):
             largest = maximum(largest, x)
         return p[0] - largest

@@ -35,10 +35,10 @@ class _Joint:
     Q, R: orthonormal motions about the child's origin with free columns = Q R; B: the wrenches of the constraints.
     """
 
-    S: dict[int, Any]
+    S: dict[int, Array]
     free: list[int]
     X: Array
-    Q: Any
+    Q: Array
     R: Array
 
     @property
@@ -52,9 +52,9 @@ class _Joint:
             y.append((tau[k] - sum((self.R[m][n] * y[m] for m in range(n)), 0.0)) * (1.0 / self.R[n][n]))
         return self.X.T @ sum((e * w for e, w in zip(self.Q.T, y, strict=False)), np.zeros(6))
 
-    def accelerations(self, x: Any) -> dict[int, Any]:
+    def accelerations(self, x: Any) -> dict[int, Array]:
         """Of the free degrees of freedom, from the acceleration (6,) of the child against the parent: R a = Q^T x."""
-        a: dict[int, Any] = {}
+        a: dict[int, Array] = {}
         for n, k in reversed(list(enumerate(self.free))):
             rest = sum((self.R[n][m] * a[self.free[m]] for m in range(n + 1, len(self.free))), 0.0)
             a[k] = (self.Q[:, n] @ (self.X @ x) - rest) * (1.0 / self.R[n][n])
@@ -63,7 +63,7 @@ class _Joint:
 
 def augmented(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
-) -> tuple[Any, Any, Any]:
+) -> tuple[Array, Array, Array]:
     """dq/dt, dv/dt and the forces of prescribed joints; arguments as for `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     M, p = newton_euler(tree, K, W)
@@ -100,7 +100,7 @@ def _named(i: int, B: Array) -> Any:
     return np.array([named(f"B({i},{k})", b) for k, b in enumerate(B.T)]).T if B.shape[1] else B
 
 
-def _on_bodies(parents: list[int], F: list[Array]) -> list[Any]:
+def _on_bodies(parents: list[int], F: list[Array]) -> list[Array]:
     """(6,) per body: the force of its own joint less those of the joints that it carries (the paper's eqs (1)-(4))."""
     out = list(F)
     for i, p in enumerate(parents):
@@ -109,7 +109,7 @@ def _on_bodies(parents: list[int], F: list[Array]) -> list[Any]:
     return out
 
 
-def _against_parent(parents: list[int], x: list[Any], i: int) -> Any:
+def _against_parent(parents: list[int], x: list[Array], i: int) -> Any:
     return x[i] - x[parents[i]] if parents[i] >= 0 else x[i]
 
 
@@ -129,7 +129,7 @@ def _regularised(tree: Tree, K: Kinematics, M: list[Array]) -> list[LDLT]:
 
 def _solve(
     M: list[Array], A: list[LDLT], joints: list[_Joint], parents: list[int], f: list[Array]
-) -> tuple[list[Any], list[Any]]:
+) -> tuple[list[Array], list[Array]]:
     """x (6,) per body and the constraint wrench (6,) of its joint, from M x = f + wrenches and B^T (x - x_parent) = 0.
 
     A: factors of the regularised M.
@@ -140,7 +140,7 @@ def _solve(
     for i in reversed(range(n)):  # from the tips to the ground: no fill-in
         rows[i] = range(at, at + B[i].shape[1])
         at += B[i].shape[1]
-    complement: list[list[Any]] = [[0.0] * at for _ in range(at)]
+    complement: list[list[Scalar]] = [[0.0] * at for _ in range(at)]
     for i in range(n):  # what body i adds between the joints that meet at it
         meeting = [(i, 1.0)] + [(c, -1.0) for c in range(n) if parents[c] == i]
         for c, sign in meeting:

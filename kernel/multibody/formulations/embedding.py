@@ -7,8 +7,6 @@ R = T^T S: row i holds the columns of all joints on the path of body i.  Then R^
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from heavylift.kernel.algebra.ldlt import LDLT
 from heavylift.kernel.algebra.spatial import join
@@ -23,7 +21,7 @@ __all__ = ["embedding", "velocity_transformation"]
 
 def embedding(
     tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
-) -> tuple[Any, Any, Any]:
+) -> tuple[Array, Array, Array]:
     """dq/dt, dv/dt and the forces of prescribed joints; arguments as for `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     M, p = newton_euler(tree, K, W)
@@ -41,7 +39,7 @@ def embedding(
     return join(*K.dq), np.array([dv[k] for k in range(n)]), np.array(reaction)
 
 
-def velocity_transformation(tree: Tree, K: Kinematics) -> list[Any]:
+def velocity_transformation(tree: Tree, K: Kinematics) -> list[Array]:
     """R: per body (6, n_v), the columns of joints and modes on its path; all others are zero."""
     R: list[Array] = []
     k = 0

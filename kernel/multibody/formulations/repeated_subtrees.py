@@ -70,7 +70,7 @@ class Limbs:
         gone = {i for kind in kinds for limb in kind.limbs for i in limb.bodies}
         self._trunk = [i for i in range(len(tree.bodies)) if i not in gone]
 
-    def place(self, tree: Tree, q: Array, v: Array, ends: Sequence[int], a_ref: Scalars) -> dict[int, Any]:
+    def place(self, tree: Tree, q: Array, v: Array, ends: Sequence[int], a_ref: Scalars) -> dict[int, Array]:
         """(21,) rotation, tree's point, place and twist of the bodies that laws act on; `tree` with its numbers."""
         trunk = _part(tree, self._trunk)
         K = kinematics(trunk, _of(tree, "q", self._trunk, q), _of(tree, "v", self._trunk, v), 0.0, a_ref)
@@ -86,7 +86,7 @@ class Limbs:
 
     def dynamics(
         self, tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars
-    ) -> tuple[Any, Any, Any]:
+    ) -> tuple[Array, Array, Array]:
         """As `dynamics.dynamics`."""
         trunk = _part(tree, self._trunk)
         at = {i: n for n, i in enumerate(self._trunk)}
@@ -115,7 +115,7 @@ class Limbs:
         dv, reaction = Equations(trunk, K, H, rhs, ltdl(trunk, dict(H))).solution(a_ref)
         X = _beyond_the_bias(trunk, K, dv)
         dq = _spread(tree, "q", self._trunk, join(*K.dq))
-        all_dv = _spread(tree, "v", self._trunk, dv.values())
+        all_dv = _spread(tree, "v", self._trunk, [*dv.values()])
         for kind, limb, x in bent:
             dq |= _spread(tree, "q", limb.bodies, x.dq)
             all_dv |= _spread(tree, "v", limb.bodies, kind.swing(x=X[at[limb.on]], m=x.m).dv)
@@ -130,7 +130,7 @@ class Limbs:
         return {"q": _of(tree, "q", limb.bodies, q), "v": _of(tree, "v", limb.bodies, v), "P": values}
 
 
-def _beyond_the_bias(trunk: Tree, K: Kinematics, dv: dict[int, Any]) -> list[Any]:
+def _beyond_the_bias(trunk: Tree, K: Kinematics, dv: dict[int, Scalar]) -> list[Array]:
     """(6,) accelerations of the bodies that the free degrees of freedom make."""
     X: list[Array] = []
     given = set(trunk.prescribed_dofs)
@@ -147,18 +147,18 @@ def _base(K: Kinematics, i: int) -> list[Scalar]:
     return [*K.R[i].ravel(), *K.r[i], *K.V[i], *K.A[i]]
 
 
-def _of(tree: Tree, what: str, bodies: Sequence[int], x: Any) -> Any:
+def _of(tree: Tree, what: str, bodies: Sequence[int], x: Array) -> Any:
     """Coordinates (what = "q") or velocities ("v") of some bodies, one after the other."""
     return [e for i in bodies for e in list(x[getattr(tree.bodies[i], what)])]
 
 
-def _spread(tree: Tree, what: str, bodies: Sequence[int], x: Any) -> dict[int, Any]:
+def _spread(tree: Tree, what: str, bodies: Sequence[int], x: Scalars) -> dict[int, Any]:
     """The inverse of `_of`: place in the tree -> value."""
     slices = (getattr(tree.bodies[i], what) for i in bodies)
     return dict(zip((k for s in slices for k in range(s.start, s.stop)), x, strict=True))
 
 
-def _symmetric(upper: Any) -> Any:
+def _symmetric(upper: Array) -> Any:
     """(6, 6) of the 21 numbers on and above its diagonal."""
     A = np.zeros((6, 6), dtype=object)
     for (i, j), x in zip(_UPPER, upper, strict=True):
@@ -230,7 +230,7 @@ def _kind(name: str, tree: Tree, limbs: tuple[Limb, ...], ends: Sequence[int]) -
     n_v = common.v.stop
     held = range(n_v - 1)  # columns of degrees of freedom that others follow
 
-    def standing(base: Array, bias: Any) -> Base:
+    def standing(base: Array, bias: Array) -> Base:
         return np.reshape(base[:9], (3, 3)), base[9:12], base[12:18], bias
 
     def place(q: Array, v: Array, P: Array, base: Array) -> Outputs:
@@ -247,7 +247,7 @@ def _kind(name: str, tree: Tree, limbs: tuple[Limb, ...], ends: Sequence[int]) -
         upper = [inertia[i, j] for i, j in _UPPER]
         return {"inertia": upper, "force": force, "dq": join(*K.dq), "m": flatten(memory)}
 
-    def swing(x: Any, m: Any) -> Outputs:
+    def swing(x: Array, m: Array) -> Outputs:
         rows = [m[8 * k : 8 * k + 8] for k in range(n_v)]
         S = {k: m[8 * n_v + 6 * k : 8 * n_v + 6 * k + 6] for k in held}
         columns = [[S.get(k, np.zeros(6)) for k in range(b.v.start, b.v.stop)] for b in common.bodies]
