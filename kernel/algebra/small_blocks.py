@@ -75,9 +75,7 @@ class Blocks:
     def under(self, n: int, m: int) -> Function:
         """C (n, n), U (n, m) -> W (n, m) = the inverse of what C factorises, times U."""
         return self._get(
-            f"block_under{n}_{m}",
-            lambda C, U: {"W": self._solved(n, C, _rows("U", U, m))},
-            {"C": n * n, "U": n * m},
+            f"block_under{n}_{m}", lambda C, U: {"W": self._solved(n, C, _rows("U", U, m))}, {"C": n * n, "U": n * m}
         )
 
     def less(self, n: int, m: int, k: int) -> Function:

@@ -50,12 +50,7 @@ class Row:
     prior: Scalar = 0.0  # force next to which that of a redundant row is
 
 
-def held_rows(
-    scene: Scene,
-    ends: Mapping[int, Array],
-    numbers: Numbers,
-    lengths: Lengths,
-) -> list[Row]:
+def held_rows(scene: Scene, ends: Mapping[int, Array], numbers: Numbers, lengths: Lengths) -> list[Row]:
     """The rows of loops, then of rigid ropes, where bodies are at `ends`; arguments as of `Rows`."""
     rows = [row for j in scene.constraints.loops for row in _loop(scene, j, ends, numbers("loop", j.name))]
     ropes = scene.constraints.ropes

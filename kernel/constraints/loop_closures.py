@@ -36,7 +36,7 @@ class Pair:
     b: Array
     da: Array
     db: Array
-    d: Scalar
+    d: Array
     pitch: Scalar
 
 

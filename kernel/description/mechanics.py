@@ -52,11 +52,7 @@ class Body:
     name: str
     mass: float  # [kg]
     com: Vector = (0.0, 0.0, 0.0)  # p_BC, centre of mass [m]
-    inertia: Matrix = (
-        (0.0, 0.0, 0.0),
-        (0.0, 0.0, 0.0),
-        (0.0, 0.0, 0.0),
-    )  # about the centre of mass, body axes [kg m2]
+    inertia: Matrix = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # about the centre of mass, body axes [kg m2]
     flexible: Flexible | None = None
 
 

@@ -70,16 +70,8 @@ class ReevingLaw(ForceLaw[Reeving]):
         lengths = [0.0] * n  # of a rope that sticks; set when it comes taut
         limp = [0.0] * (n + 1)
         on = [float(x is not False) for x in lies[1:-1]]
-        return [
-            f.EA,
-            f.damping * f.signal.value,
-            0.0,
-            *[FREE] * n,
-            *lengths,
-            *limp,
-            *on,
-            *(x for q in given for x in q),
-        ]
+        head = [f.EA, f.damping * f.signal.value, 0.0]
+        return [*head, *[FREE] * n, *lengths, *limp, *on, *(x for q in given for x in q)]
 
     def start_length(self, f: Reeving, poses: Poses) -> float:
         """Its length in the initial pose [m]; raises KernelError where it cannot run so."""

@@ -14,9 +14,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.algebra.spatial import exact, join
+from heavylift.kernel.algebra.spatial import join
 from heavylift.kernel.compiler.symbol import Array, Scalar, maximum
 from heavylift.kernel.description.mechanics import WORLD, Body, Point, RigidRope, Rope, System
+from heavylift.kernel.multibody.fixed_masses import gathered
 
 __all__ = ["at_the_hook", "burdened", "not_weighed", "pulls_down"]
 
@@ -63,12 +64,7 @@ def _with(body: Body, borne: list[tuple[float, Point]]) -> Body:
     if not borne:
         return body
     parts = [(body.mass, np.array(body.com)), *((m, np.array(p.p)) for m, p in borne)]
-    mass = sum(m for m, _ in parts)
-    com = sum((m * x for m, x in parts), np.zeros(3)) / mass
-    inertia = np.array(body.inertia)
-    for m, x in parts:
-        d = exact(x - com)
-        inertia = inertia + m * ((d @ d) * np.eye(3) - np.outer(d, d))
+    mass, com, inertia = gathered(np.array(body.inertia), parts)
     px, py, pz = com.tolist()
     a, b, c = ((u, v, w) for u, v, w in inertia.tolist())
     return replace(body, mass=mass, com=(px, py, pz), inertia=(a, b, c))

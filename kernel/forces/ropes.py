@@ -63,10 +63,7 @@ class RopeLaw(ForceLaw[Rope]):
         length, rate, high, lines = 0.0, 0.0, 0.0, []
         for n, (A, B) in enumerate(zip(ends[::2], ends[1::2], strict=True)):
             q = p[ROPE_HEAD + ROPE_LINE * n :]
-            (x_a, p_a, v_a), (x_b, p_b, v_b) = (
-                attachment(A, q[:3], f"a{n + 1}"),
-                attachment(B, q[3:6], f"b{n + 1}"),
-            )
+            (x_a, p_a, v_a), (x_b, p_b, v_b) = (attachment(A, q[:3], f"a{n + 1}"), attachment(B, q[3:6], f"b{n + 1}"))
             d = named(f"d{n + 1}", p_b - p_a)
             l = named(f"l{n + 1}", sqrt(d @ d))
             u = named(f"u{n + 1}", d * (1.0 / l))

@@ -10,7 +10,7 @@ poses                first stages: drives and winches, where the bodies are
 applied_forces       then: the laws that act on them
 accelerations        at last: constraint rows, accelerations, thresholds
 switching            discrete states of laws, and what changes when a guard has fallen
-references           what actuators follow; signal_histories: time histories of signals
+references           what actuators follow: profiles, masters, time histories of signals
 tangent_stiffness    derivatives of the accelerations along all coordinates
 kinetic_energy       by bodies and joint velocities
 running              what is seen of a running simulation by those who watch it

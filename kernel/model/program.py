@@ -117,19 +117,16 @@ class Program:
         self.guards: list[Label] = [*self.of_guard, *bending, *rigid, *self.contacts.guards]
         self.guards += [("threshold", h.name) for h in s.thresholds]
         self.columns: dict[str, list[tuple[Label, int, Shown]]] = {group: [] for group in COLUMNS}
+        self._places: dict[Label, list[tuple[str, int]]] = {label: [] for label in laws}
         for label, x in zip(laws, self.laws, strict=True):
             for i, shown in enumerate(x.shows):
-                self.columns[shown.column].append((label, i, shown))
+                column = self.columns[shown.column]
+                self._places[label].append((shown.column, len(column)))
+                column.append((label, i, shown))
 
     def shown(self, law: SharedForce, row: SimpleNamespace) -> np.ndarray:
         """What a sample row holds of a law, in the order of `Answer.shown`."""
-        groups = {group: [label for label, _, _ in columns] for group, columns in self.columns.items()}
-        label, taken = (law.law.kind, law.name), dict.fromkeys(COLUMNS, 0)
-        out = []
-        for x in law.shows:
-            out.append(getattr(row, x.column)[groups[x.column].index(label) + taken[x.column]])
-            taken[x.column] += 1
-        return np.array(out)
+        return np.array([getattr(row, group)[i] for group, i in self._places[law.law.kind, law.name]])
 
     def _check(self) -> None:
         s = self.system

@@ -12,17 +12,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import degrees, sqrt
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from heavylift.kernel.algebra.arrays import sizes
 from heavylift.kernel.compiler.symbol import Array, Scalar, maximum
-from heavylift.kernel.description.flexible import WARNED
+from heavylift.kernel.description.flexible import WARNED, Flexible
 
 from .rounding import rounded
-from .shapes import Shapes
 
-__all__ = ["NEVER", "Smallness", "smallness", "told"]
+__all__ = ["NEVER", "Shapes", "Smallness", "smallness", "told"]
 
 TURNED = 4.5  # rad, for each part of the length
 PLACES = 8  # parts into which a beam is divided for this
@@ -68,6 +67,22 @@ class Smallness:
         use = self.use(eta.astype(object), self.rows)  # floats of Python, whose products are summed in order
         first = max(range(len(use)), key=use.__getitem__)
         return sqrt(float(use[first])), self.turns[first]
+
+
+class Shapes(Protocol):
+    """Part of `modes.Modes`: shapes (6n, m) and masses (m,) of m modes at n nodes (n, 3) [m]; M (6n, 6n)."""
+
+    @property
+    def flexible(self) -> Flexible: ...
+    @property
+    def nodes(self) -> np.ndarray: ...
+    @property
+    def M(self) -> np.ndarray: ...
+    @property
+    def shapes(self) -> np.ndarray: ...
+    @property
+    def mass(self) -> np.ndarray: ...
+    def at(self, station: int | float) -> np.ndarray: ...
 
 
 def smallness(modes: Shapes) -> Smallness:

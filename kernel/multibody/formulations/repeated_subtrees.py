@@ -119,11 +119,7 @@ class Limbs:
         for kind, limb, x in bent:
             dq |= _spread(tree, "q", limb.bodies, x.dq)
             all_dv |= _spread(tree, "v", limb.bodies, kind.swing(x=X[at[limb.on]], m=x.m).dv)
-        return (
-            np.array([dq[i] for i in range(len(dq))]),
-            np.array([all_dv[i] for i in range(len(all_dv))]),
-            reaction,
-        )
+        return (np.array([dq[i] for i in range(len(dq))]), np.array([all_dv[i] for i in range(len(all_dv))]), reaction)
 
     def _state(self, kind: Kind, limb: Limb, tree: Tree, q: Array, v: Array) -> Outputs:
         values = in_order(kind.tree, all_numbers([tree.bodies[i] for i in limb.bodies]))
