@@ -16,10 +16,11 @@ from numbers import Real
 from typing import Any
 
 __all__ = [
-    "GRAPHS", "Graph", "Sym", "any_of", "exponent", "is_sym", "maximum", "minimum", "named", "node", "power_of_two",
-    "printing", "scope", "select", "sqrt",
+    "GRAPHS", "Graph", "Sym", "Value", "any_of", "exponent", "is_sym", "maximum", "minimum", "named", "node",
+    "power_of_two", "printing", "scope", "select", "sqrt",
 ]  # fmt: skip
 
+Value = Any  # in traced text: a float or a symbol, or an array of them
 _NUMBERS = (float, int, Real)  # among the latter NumPy's, which this file starts without
 GRAPHS: list[Graph] = []  # the graphs being recorded, innermost last
 

@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from types import SimpleNamespace
-from typing import Any
 
 from heavylift.kernel.compiler.function import flatten
 from heavylift.kernel.compiler.layout import Layout
+from heavylift.kernel.compiler.symbol import Value
+from heavylift.kernel.methods.step_state import StepState
 from heavylift.kernel.model.evaluation import Evaluation
 from heavylift.kernel.model.program import Program
 
@@ -28,12 +28,12 @@ class Instant:
         self.x, self.program = x, x.program
 
     @cached_property
-    def energies(self) -> tuple[list[Any], Any, Any]:
+    def energies(self) -> tuple[list[Value], Value, Value]:
         """Poses, kinetic and potential energy."""
         return self.x.poses_and_energies()
 
     @cached_property
-    def loads(self) -> list[list[Any]]:
+    def loads(self) -> list[list[Value]]:
         """Of loops; tensions, slacks and lengths of rigid ropes."""
         values, ropes = self.x.loads(), len(self.program.system.rigid_ropes)
         first = len(values) - 3 * ropes
@@ -51,7 +51,7 @@ class Columns:
     unit: str
     frame: str
     owners: Callable[[Program], Sequence[str]]
-    read: Callable[[Instant], Any] | None = None
+    read: Callable[[Instant], Value] | None = None
     kept: str = ""
     single: bool = False
 
@@ -119,13 +119,13 @@ def row_layout(program: Program) -> Layout:
     return Layout({c.name: None if c.single else len(c.owners(program)) for c in ROW})
 
 
-def columns(x: Evaluation) -> list[Any]:
+def columns(x: Evaluation) -> list[Value]:
     """The values of all columns that are read of an evaluation."""
     instant = Instant(x)
     return flatten([c.read(instant) for c in ROW if c.read])
 
 
-def kept(s: SimpleNamespace) -> list[Any]:
+def kept(s: StepState) -> list[Value]:
     """Those of the others, which the steps keep."""
     return flatten([getattr(s, c.kept) for c in ROW if not c.read])
 
