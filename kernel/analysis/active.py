@@ -43,7 +43,7 @@ def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateE
             break
         others = [i for i in fallen if guards[i][0] not in RUBS]
         happened += [_rub(simulation, *guards[i]) for i in fallen if guards[i][0] in RUBS]
-        happened += simulation._switch(others, simulation.epoch) if others else []
+        happened += simulation.events.switch(others, simulation.epoch) if others else []
     return happened
 
 

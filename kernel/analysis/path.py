@@ -23,9 +23,9 @@ from heavylift.kernel.description.profile import REST
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.references import Actuator
 from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.simulation.native.native_state import NEVER
 from heavylift.kernel.simulation.safeguards.deflection_check import check_bending
 from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
-from heavylift.kernel.simulation.stepper import NEVER
 
 from .active import RUBS, give_way, net, switch
 from .corrector import BEND, Corrector
@@ -232,7 +232,7 @@ class EquilibriumPath:
     def _lead(self, t_ns: int) -> None:
         """What is driven stands where it is commanded to be at a time."""
         s = self.command
-        self.epoch = s.epoch = t_ns
+        self.epoch = s.native.epoch = t_ns
         for place, a in self._driven:
             s.P[place] = a.x0 + a.move.displacement((t_ns - a.start_ns) * 1e-9)
         s.references.stand(t_ns)
@@ -243,7 +243,7 @@ class EquilibriumPath:
     def _commanded(self) -> None:
         """Take over what has been commanded at the epoch: everything stands, what moves is led from here on."""
         s, at = self.command, self.command.program.parameters.at
-        s._set(t=0.0, t_stop=NEVER)
+        s.native.set(t=0.0, t_stop=NEVER)
         s.references.write(self.epoch)
         self._driven: list[tuple[int, Actuator]] = []
         for name, a in s.references.actuators.items():
@@ -256,7 +256,7 @@ class EquilibriumPath:
     def _keep(self, events: list[StateEvent]) -> None:
         self._near.poses.count_turns(self._q)
         self._near.poses.accelerations(self._q)
-        check_bending(self.command)
+        check_bending(self.command.native)
         give_way(self.command)
         self.points.append(Rest(self.epoch, self._q.copy(), self.command.row(), tuple(events)))
 

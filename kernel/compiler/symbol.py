@@ -19,10 +19,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = [
-    "GRAPHS", "Array", "Graph", "Scalar", "Scalars", "Sym", "any_of", "exponent", "is_sym", "maximum", "minimum",
-    "named", "node", "power_of_two", "printing", "scope", "select", "sqrt",
+    "GRAPHS", "Array", "Graph", "Scalar", "Scalars", "Sym", "Value", "any_of", "exponent", "is_sym", "maximum",
+    "minimum", "named", "node", "power_of_two", "printing", "scope", "select", "sqrt",
 ]  # fmt: skip
 
+Value = Any  # in traced text: a float or a symbol, or an array of them
 _NUMBERS = (float, int, Real)  # among the latter NumPy's, which this file starts without
 GRAPHS: list[Graph] = []  # the graphs being recorded, innermost last
 

@@ -3,7 +3,8 @@
 components       which bodies are tied together, with all that acts on them
 islands, island  simulations that are solved apart; one of them
 state_transfer   a simulation initialised from the state of existing ones, where islands merge or part
-sample_merge     samples of the scene from those of its islands
+sample_merge     samples, log and notes of the scene from those of its islands
+time_warp        islands run ahead by turns, and go back to the first event
 """
 
 from typing import TYPE_CHECKING, Any

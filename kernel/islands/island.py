@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from copy import copy
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,6 @@ from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.forces.ropes import RopeAt
 from heavylift.kernel.methods.small_motions import still_below
 from heavylift.kernel.simulation.simulation import Simulation
-from heavylift.kernel.simulation.snapshots import BLOCKS, KEPT
 
 from .components import islands_of
 
@@ -22,8 +20,7 @@ PRICE = 2e5  # attempted steps that take as long as compiling their code: 3 oper
 
 
 class Rent:
-    """Ski-rental rule: as long as a part of an island could be on its own, its steps are counted; it is cut off once the
-    wasted work equals the cost of compiling.
+    """Ski-rental rule: cut a part off once the wasted work equals the cost of compiling.
 
     Whatever comes, this never costs more than twice what foresight would have (Karlin et al., Algorithmica 3, 1988).
     Steps are counted, not seconds, so that all runs of a scene decide alike.
@@ -73,61 +70,41 @@ class Island(Simulation):
         super().settle()
         ((_, self.struck),) = self.rows[before:]
         del self.rows[before:]
-        at = self.method.row_layout.at
-        self.X[self._at["peak"]] = self.struck[at["peak"]]
-        self.X[self._at["peak_time"]] = self.struck[at["peak_time"]] - self.epoch * 1e-9
+        native, at = self.native, self.method.row_layout.at
+        native.part("peak")[:] = self.struck[at["peak"]]
+        native.part("peak_time")[:] = self.struck[at["peak_time"]] - self.epoch * 1e-9
 
     def _show_rest(self, pause: Callable[[], None]) -> None:
         """Islands show it, together with others, as far as they have not yet."""
 
     def tells(self, subscribed: frozenset[str]) -> bool:
         """Whether somebody subscribed to what happens next."""
-        return not subscribed.isdisjoint(self.falling)
-
-    @property
-    def resting(self) -> bool:
-        """Whether nothing moves or will move by itself."""
-        return self._still
-
-    def mark(self) -> dict[str, Any]:
-        """What a run changes as long as nothing happens, for `back`; cheaper than a snapshot."""
-        beside = {"balance": {name: copy(x) for name, x in vars(self._balance).items()}, "phase": self.order.phase}
-        return {name: copy(getattr(self, name)) for name in KEPT} | beside
-
-    def back(self, mark: dict[str, Any]) -> None:
-        """Stand again where `mark` was made, before anything happened."""
-        self.order.phase = mark["phase"]
-        vars(self._balance).update(mark["balance"])
-        for name in KEPT:
-            if isinstance(block := getattr(self, name), np.ndarray) and name in BLOCKS:
-                block[:] = mark[name]  # in place, for parts of it are in other hands
-            else:
-                setattr(self, name, mark[name])
+        return not subscribed.isdisjoint(self.events.names)
 
     def shown(self, t_ns: int) -> np.ndarray:
         """The row at a time within the tentative step, or at rest; changes nothing."""
-        before = self.X.copy()
-        if self._snapshot is not None:
-            self.X[:] = self._snapshot
-        if self._still or not self["tentative"] > 0.0:
-            row = self._raw().copy()
+        native, now = self.native, self.native.X.copy()
+        if self.events.before is not None:
+            native.X[:] = self.events.before
+        if self.still or not native["tentative"] > 0.0:
+            row = native.raw().copy()
         else:
-            if self.method.method.completes and self["coarse"] > 0.0:
-                self._call("complete")
-            self._set(t_out=self._local(t_ns))
-            at = int(self["row"])
-            self._call("sample")
-            row = self._table[at].copy()
-        self.X[:] = before
+            if self.method.method.completes and native["coarse"] > 0.0:
+                native.call("complete")
+            native.set(t_out=native.local(t_ns))
+            at = int(native["row"])
+            native.call("sample")
+            row = native.table[at].copy()
+        native.X[:] = now
         row[self.method.row_layout.at["peak_time"]] += self.epoch * 1e-9
         return row
 
     def may_be_cut(self) -> frozenset[str]:
         """Ropes that nobody has hooked, if without them a part of the island that rests is on its own and that pays."""
         loose = self._unhooked()
-        if self.fallen or not (share := self._resting_share(loose)):
+        if self.events.fallen or not (share := self._resting_share(loose)):
             return frozenset()
-        return loose if self.cuts.ends(self._attempts, loose, share) else frozenset()
+        return loose if self.cuts.ends(self.native.attempts, loose, share) else frozenset()
 
     def _unhooked(self) -> frozenset[str]:
         at, s = self.program.parameters.at, self.given
@@ -139,7 +116,7 @@ class Island(Simulation):
         pieces = islands_of(self.given, loose) if loose else []
         own = [self._velocities({b.name for b in piece.bodies}) for piece in pieces]
         limit = float(still_below(self["scale"], self["faint"]))
-        nq, now = self.program.nq, (self.state, self.X[self._at["f"]])
+        nq, now = self.program.nq, (self.state, self.native.part("f"))
         resting = [len(v) for v in own if all(float(x[nq:][v] @ x[nq:][v]) < limit for x in now)]
         return sum(resting) / self.program.nv if len(resting) < len(own) else 0.0
 

@@ -9,10 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
 from heavylift.kernel.simulation.call_order import STOPPED
-
-from .sample_merge import labels
+from heavylift.kernel.simulation.native.sample_row import labels
 
 if TYPE_CHECKING:
     from heavylift.kernel.simulation.simulation import Simulation
@@ -25,9 +23,9 @@ KINDS = ("rope", "rigid", "support", "stop", "brake", "force", "held", "slot", "
 
 def inherit(new: Simulation, old: Sequence[Simulation]) -> None:
     """Bring a new simulation, not yet started, to the instant of the old ones; to be settled then."""
-    s, at = new.program.system, new.program.parameters.at
-    new._calm = frozenset(r.name for r in s.ropes if any(r.name in x._calm for x in old))
-    new._use(frozenset(k.name for k in s.locks if any(k.name in x.program.locked for x in old)))
+    s, at, native = new.program.system, new.program.parameters.at, new.native
+    native.calm = frozenset(r.name for r in s.ropes if any(r.name in x.native.calm for x in old))
+    native.use(frozenset(k.name for k in s.locks if any(k.name in x.program.locked for x in old)))
     known = dict[tuple[str, str, int], float]()
     for x in old:
         own = [label for label in labels(x.program) if label[0] in STATE]
@@ -36,11 +34,10 @@ def inherit(new: Simulation, old: Sequence[Simulation]) -> None:
             if key[0] in KINDS and key in at:
                 new.P[at[key]] = x.P[place]
         new.switches.watched |= {k: v for k, v in x.switches.watched.items() if ("threshold", k) in at}
-        new._rattling.counts |= x._rattling.counts
+        new.events.rattling.counts |= x.events.rattling.counts
         new.references.take(x.references)
-    new.X[new._at["y"]] = np.array([known[label] for label in labels(new.program) if label[0] in STATE])
-    new._set(h=min(x["h"] for x in old), error=max(x["error"] for x in old), scale=max(x["scale"] for x in old))
-    new.epoch, new._samples, new.order.phase = old[0].epoch, old[0]._samples, STOPPED
-    new._new_stretch(new.epoch)
-    if len(new.program.constraints):
-        new._pivots = new._close(new.state.copy())[3]
+    new.state[:] = [known[label] for label in labels(new.program) if label[0] in STATE]
+    native.set(h=min(x["h"] for x in old), error=max(x["error"] for x in old), scale=max(x["scale"] for x in old))
+    native.epoch, new.recorder.number, new.order.phase = old[0].epoch, old[0].recorder.number, STOPPED
+    new.integrator.new_stretch(new.epoch)
+    new.held.measure()

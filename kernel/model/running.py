@@ -1,13 +1,10 @@
-"""What those who watch or ask a running simulation see of it."""
+"""What those who ask a running simulation about its present instant see of it."""
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
-from heavylift.kernel.compiler.function import Outputs
-from heavylift.kernel.description.notes import Note
 
 from .evaluation import Evaluation
 from .program import Program
@@ -16,25 +13,13 @@ __all__ = ["Running"]
 
 
 class Running(Protocol):
-    """A simulation (`simulation.Simulation`) as it stands, `[name]` of its state vector X included."""
-
-    X: np.ndarray
-    P: np.ndarray
-    M: np.ndarray | None
-    epoch: int
-    program: Program
-    notes: list[Note]
+    """A simulation, or its native state, as it stands; `[name]` of its state vector X included."""
 
     @property
-    def method(self) -> Any: ...
+    def program(self) -> Program: ...
     @property
-    def _at(self) -> Outputs: ...
+    def P(self) -> np.ndarray: ...
     @property
     def state(self) -> np.ndarray: ...
     def __getitem__(self, name: str) -> float: ...
-    def _set(self, **values: float) -> None: ...
-    def _forced(self, t: float) -> None: ...
-    def _close(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]: ...
-    def rate_at(self, t: float, among: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]: ...
-    def row(self) -> SimpleNamespace: ...
     def instant(self) -> Evaluation: ...

@@ -61,7 +61,6 @@ KERNEL = {
     "kernel/simulation/safeguards/resolution_check.py": TELLS_STEPS,
     "kernel/forces/reeving.py": "where a rope runs at the start: the middle of an arc, and what cannot be",
     "kernel/forces/springs.py": "whether the matrices of a bushing can be",
-    "kernel/methods/peers.py": "methods of SciPy, which tests compare with",
     "kernel/methods/radau.py": "its amplification on floats, which judges fixed steps",
     "kernel/methods/rosenbrock.py": "its amplification on floats, which judges fixed steps",
     "kernel/simulation/native/samples.py": "recorded quaternions, compiled in one order; nothing follows from them",

@@ -9,7 +9,6 @@ import pytest
 from contact_scenes import on_slope, rocker
 from every_law import yard
 from heavylift.kernel.description.mechanics import Body, Joint, Lock, System
-from heavylift.kernel.errors import KernelError
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.devs.execution.canonical import frozen, thawed
 from small_scenes import SECOND, G, Y, cube, hand_over, hung, started
@@ -94,9 +93,3 @@ def test_the_snapshot_is_nobody_elses() -> None:
     twin.run(2 * SECOND)
     assert frozen(kept) == before
     assert bits(twin) == bits(s)
-
-
-def test_a_method_of_scipy_says_that_it_cannot() -> None:
-    s = started(hung(62.0), method="scipy-lsoda", tolerance=1e-5)
-    with pytest.raises(KernelError, match="method scipy-lsoda: SciPy keeps its history; choose a method of our own"):
-        s.snapshot()

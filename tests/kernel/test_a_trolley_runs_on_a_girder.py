@@ -147,7 +147,7 @@ def test_machine_code_of_a_slider_is_the_text():
     y = np.concatenate([random.normal(size=simulation.program.nv) * 0.1, random.normal(size=simulation.program.nv)])
     y[5] = 60.0
     simulation.state[: len(y)] = y
-    simulation._call("refresh")
+    simulation.native.call("refresh")
     native = simulation.X[simulation.method.layout.at["f"]][: len(y)]
     plain = evaluate(simulation.program, 0.0, simulation.state, simulation.program.parameters.initial).dy[: len(y)]
     plain = np.asarray(plain, float)

@@ -54,7 +54,7 @@ def test_an_equaliser_beam_shares_as_its_tilt_says():
         ropes.append(Rope(name, (line,), EA, l / (1.0 + T / EA)))
     s = started(System((beam,), (joint,), ropes=tuple(ropes), gravity=G))
     n = s.program.nq
-    assert s.X[s._at["f"]][n : n + 6] == pytest.approx(np.zeros(6), abs=1e-6)
+    assert s.X[s.native.at["f"]][n : n + 6] == pytest.approx(np.zeros(6), abs=1e-6)
 
 
 def test_an_equaliser_does_not_feel_a_length_error():

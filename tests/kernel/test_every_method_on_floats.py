@@ -1,16 +1,17 @@
 """Every method of the kernel, compiled and on floats, takes the same steps: loops of native code included."""
 
+from typing import get_args
+
 import numpy as np
 import pytest
-from heavylift.kernel.methods import METHODS
-from heavylift.kernel.methods.peers import PEERS
+from heavylift.kernel.description.mechanics import MethodName
 from small_scenes import SECOND, events, hand_over, hung, started
 
 SAME = 1e-12
 FIXED = {"semi-implicit-euler": 0.01, "rk4": 0.01}
 
 
-@pytest.mark.parametrize("method", [name for name in METHODS if name not in PEERS])
+@pytest.mark.parametrize("method", get_args(MethodName))
 def test_a_load_that_is_caught_by_its_rope(method):
     native, floats = (
         started(hung(59.9), method=method, tolerance=1e-6, step=FIXED.get(method), native=n) for n in (True, False)

@@ -27,8 +27,8 @@ def oscillator(q0: float = 1.0) -> System:
 def put_aside(s, x: float = 1.0) -> None:
     """Behind the back of the guard that asks, before the run, whether steps follow what moves."""
     s.state[0] = x
-    s._call("refresh")
-    s._balance.begin(*s._energies(s._raw()))
+    s.native.call("refresh")
+    s.recorder.energy.begin(s.native.raw())
 
 
 @pytest.mark.parametrize(("method", "name"), [("semi-implicit-euler", "h_max_leapfrog"), ("rk4", "h_max_rk4")])

@@ -111,7 +111,7 @@ def test_machine_code_and_floats_agree(seed):
     program = simulation.program
     q, v = state_of(program, seed)
     simulation.state[: len(q) + len(v)] = np.concatenate([q, v])
-    simulation._call("refresh")
+    simulation.native.call("refresh")
     native = simulation.X[simulation.method.layout.at["f"]][: program.nq + program.nv]
     plain = np.asarray(evaluated(program, q, v).dy[: program.nq + program.nv], float)
     assert native == pytest.approx(plain, rel=1e-10, abs=1e-10 * np.abs(plain).max())

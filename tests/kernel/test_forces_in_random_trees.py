@@ -71,7 +71,7 @@ def test_every_force_at_once(seed):
     system = replace(system, forces=tuple(taut if f is reeved else f for f in made))
     s = started(system, tolerance=1e-11, sample_ns=10_000_000, h_max=0.02)
     oracle = started(system, native=False)
-    f, theirs = s.X[s._at["f"]], oracle.X[oracle._at["f"]]
+    f, theirs = s.X[s.native.at["f"]], oracle.X[oracle.native.at["f"]]
     assert f == pytest.approx(theirs, abs=SAME * np.abs(theirs).max())
     s.run(SECOND // 2)
     assert ("reeved", "slip") in events(s)

@@ -108,7 +108,7 @@ def test_an_edited_law_is_compiled_again(tmp_path, monkeypatch):
             """)
         )
         s = started(cart(law))
-        found.append((end(s, 1.0)[1], s._code.cached))
+        found.append((end(s, 1.0)[1], s.native.code.cached))
     assert [(round(v, 9), cached) for v, cached in found] == [(1.5, False), (1.5, True), (2.5, False)]
 
 

@@ -1,13 +1,12 @@
 """Arithmetic on long states runs in loops: the bits are those of unrolled code, with every method."""
 
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
 from heavylift.kernel.compiler import vector_loops as wide
-from heavylift.kernel.description.mechanics import Point
-from heavylift.kernel.methods import METHODS
-from heavylift.kernel.methods.peers import PEERS
+from heavylift.kernel.description.mechanics import MethodName, Point
 from heavylift.kernel.simulation.simulation import Simulation
 from small_scenes import hung
 
@@ -40,7 +39,7 @@ def end(method):
     return s.state.copy(), np.concatenate([r for _, r in s.rows])
 
 
-@pytest.mark.parametrize("method", [name for name in METHODS if name not in PEERS])
+@pytest.mark.parametrize("method", get_args(MethodName))
 def test_loops_and_unrolled_code_agree_to_the_bit(method, monkeypatch):
     made, loop = [], wide.Wide._loop
     monkeypatch.setattr(wide.Wide, "_loop", lambda self, *args: (made.append(args), loop(self, *args)))

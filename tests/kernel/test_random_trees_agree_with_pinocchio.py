@@ -88,5 +88,5 @@ def test_accelerations_of_the_machine_code(seed):
     for i in range(10):
         q, v = random_state(program.graph, i)
         simulation.state[:] = np.concatenate([q, v])
-        simulation._call("refresh")
+        simulation.native.call("refresh")
         assert relative(simulation.X[at][program.nq :], pin.aba(model, model.createData(), q, v, 0 * v)) < SAME

@@ -107,10 +107,10 @@ def test_accelerations_at_random_states_with_turning_drums_and_slack_ropes(simul
         for name, length, rate in zip((r.name for r in program.system.ropes), L0, dL0, strict=True):
             simulation.P[program.parameters.at["rope", name]][3] = 0.0
             simulation.P[program.parameters.at["reference", name]] = [0.0, length, rate, 0.0, 0.0, 1e9, 0.0, 0.0]
-        simulation._call("refresh")
+        simulation.native.call("refresh")
         for i, name in enumerate(r.name for r in program.system.ropes):
             simulation.P[program.parameters.at["rope", name]][3] = simulation.X[layout.at["G"]][i] < 0.0
-        simulation._call("refresh")
+        simulation.native.call("refresh")
         T, got = simulation.X[layout.at["T"]], simulation.X[layout.at["f"]][program.nq : n]
         want, tension = peer.acceleration(y[: program.nq], y[program.nq :], L0, dL0, EA, c)
         if ((T == 0.0) != (tension == 0.0)).any():

@@ -196,7 +196,7 @@ def test_wrapped_ropes_pull_as_mujocos_tendons():
     n = s.program.nq
     theirs = data.qacc.copy()
     theirs[1:4] -= np.cross(v0[3:], v0[:3])
-    ours = s.X[s._at["f"]][n : n + 7]
+    ours = s.X[s.native.at["f"]][n : n + 7]
     assert sum(s.row().shown[4:8]) == pytest.approx(data.ten_length[0], rel=1e-12)
     assert s.row().shown[0] > 1000.0, "taut"
     assert ours == pytest.approx(theirs, abs=SAME * np.abs(theirs).max())

@@ -12,6 +12,7 @@ import pytest
 from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, Line, Point, Rope, System
 from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.simulation.simulation import Simulation
+from scipy_peers import PEERS
 from small_scenes import EA, LENGTH, MASS, SECOND, G, X, Y, column, hand_over, hung, slider, started
 
 AMPLITUDES = [10.0**n for n in range(-9, 3)]  # [m]
@@ -57,7 +58,7 @@ def test_with_every_method_of_error_control(method, amplitude):
     assert end == pytest.approx(let_go(END), abs=METHODS[method])
 
 
-@pytest.mark.parametrize("method", ["scipy-dop853", "scipy-radau"])
+@pytest.mark.parametrize("method", sorted(set(PEERS) & {"scipy-dop853", "scipy-radau"}))
 def test_with_methods_of_scipy(method):
     end = float(after(oscillator(1e-8), 3.0, method=method).state[0]) / 1e-8
     assert end == pytest.approx(let_go(3.0), abs=FOLLOWED)

@@ -43,7 +43,7 @@ def accelerations(system: System) -> np.ndarray:
     """(n_v,) dv/dt at the start."""
     s = started(system)
     nq, nv = s.program.nq, s.program.nv
-    return s.X[s._at["f"]][nq : nq + nv].copy()
+    return s.X[s.native.at["f"]][nq : nq + nv].copy()
 
 
 def test_a_spring_between_two_bodies_is_mujocos_tendon():

@@ -136,7 +136,7 @@ def test_an_input_one_nanosecond_before_an_event_can_prevent_it():
     s.settle()
     s.run(t_ns + SECOND)
     assert events(s) == []
-    assert not s.fallen
+    assert not s.events.fallen
 
 
 def test_an_input_at_the_event_switches_first_and_then_applies():
@@ -145,7 +145,7 @@ def test_an_input_at_the_event_switches_first_and_then_applies():
     s.unhook("rope")
     s.settle()
     assert s.epoch == t_ns
-    assert not s.fallen, "nothing is left to fire"
+    assert not s.events.fallen, "nothing is left to fire"
     s.run(t_ns + SECOND)
     assert events(s) == [("rope", "taut")]
 
@@ -161,7 +161,7 @@ def test_a_guard_made_true_by_an_input_fires_at_the_same_nanosecond_in_the_next_
     assert (s.event, s.next_ns) == (True, t_ns)
     assert [e.name for e in s.fire()] == ["low"]
     s.settle()
-    assert not s.fallen
+    assert not s.events.fallen
     assert [t for t, _ in s.log] == [t_ns, t_ns]
 
 
@@ -174,7 +174,7 @@ def test_an_input_one_nanosecond_after_an_event_finds_the_rope_taut():
     s.settle()
     assert events(s) == [("rope", "taut")]
     assert s.row().tension[0] > 0.0
-    assert not s.fallen, "one that fired is disarmed until it leaves its surface"
+    assert not s.events.fallen, "one that fired is disarmed until it leaves its surface"
 
 
 @pytest.mark.parametrize("period", [0.25, 1.0])

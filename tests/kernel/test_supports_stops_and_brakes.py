@@ -197,7 +197,7 @@ def test_a_pad_that_opens_does_not_slip_at_that_instant():
     s = started(block_on_pads(1e4, (0.0, 0.0, 0.0), ((0.0, 0.0),), -5e-3, mu=0.2), **FINE)
     both = [i for i, guard in enumerate(s.program.guards) if guard in (("support", "pad0"), ("rub", "pad0"))]
     assert len(both) == 2
-    s._fallen, s._event_ns = both, 0
+    s.events.fallen, s.events.t_ns = both, 0
     assert [(e.name, e.what) for e in s.preview()] == [("pad0", "open")]
-    s._fallen = both[1:]
+    s.events.fallen = both[1:]
     assert [(e.name, e.what) for e in s.preview()] == [("pad0", "slip")]

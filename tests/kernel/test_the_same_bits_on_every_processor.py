@@ -28,7 +28,7 @@ PLAIN = {"OPENBLAS_CORETYPE": "Prescott", "NPY_DISABLE_CPU_FEATURES": "X86_V3 X8
 
 def digest(s: Simulation, code: Library) -> str:
     """Of a tenth of a second: events, steps, samples."""
-    s._code = code
+    s.native.code = code
     s.start()
     s.run(100_000_000)
     s.interrupt(100_000_001)
@@ -40,7 +40,7 @@ def digest(s: Simulation, code: Library) -> str:
 def test_levels_and_instruction_sets():
     def run(opt, cpu):
         s = Simulation(yard(), 1e-8, 20_000_000)
-        return digest(s, Library(s.structure(), s._ir, opt, cpu=cpu))
+        return digest(s, Library(s.native.structure, s.method.ir, opt, cpu=cpu))
 
     want = run(1, None)
     for opt in (0, 2, 3):

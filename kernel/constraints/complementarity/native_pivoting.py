@@ -58,7 +58,7 @@ def _loop(n: int) -> tuple[Layout, Library]:
     layout = Layout({**dict.fromkeys(("run", *_SCALARS)), **dict.fromkeys(_VECTORS, n), "A": n * n})
 
     def body(X: Array) -> Outputs:
-        s = layout.unpack(X)
+        s = layout.unpack(X, SimpleNamespace)
         round_of(s, np.reshape(s.A, (n, n)), s.b, s.lo, s.hi, s.small_x, s.small_w)
         return {"X": layout.pack(s)}
 

@@ -6,10 +6,11 @@ together; assembly repeats it.  Scenes without rows have no such function.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.symbol import Value
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.multibody.motion import rates
 
@@ -22,7 +23,7 @@ __all__ = ["projection"]
 def projection(program: Program) -> Function:
     """t, y, P -> place: y on the constraints; gap, slip (n,) as they were before; pivot (n,) see `Rows.pivots`."""
 
-    def body(t: Any, y: Any, P: Any) -> dict[str, Any]:
+    def body(t: Value, y: Value, P: Value) -> dict[str, Value]:
         e = evaluate(program, t[0], y, P, forces=False)
         rows = e.constraint_rows()
         gap, slip = rows.held([r.gap for r in rows.rows]), rows.held([r.rate for r in rows.rows])

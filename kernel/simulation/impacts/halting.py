@@ -3,10 +3,9 @@ work."""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from heavylift.kernel.algebra.spatial import join
+from heavylift.kernel.compiler.symbol import Value
 from heavylift.kernel.model.evaluation import Evaluation
 from heavylift.kernel.model.program import Program
 
@@ -19,7 +18,7 @@ def moving_drive(program: Program, v: np.ndarray) -> str:
     return next((d.name for d in drives if v[program.driven(d)[1]] != 0.0), "")
 
 
-def halted(x: Evaluation) -> Any:
+def halted(x: Evaluation) -> Value:
     """(ny,) the state with all locked joints at rest; heat and work of the impulses are in the accounts."""
     p = x.program
     v, accounts = list(x.v), dict(zip(p.accounts, x.accounts, strict=True))

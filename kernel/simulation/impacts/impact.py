@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.symbol import Value
+from heavylift.kernel.methods.step_state import StepState
 from heavylift.kernel.model.evaluation import evaluate
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ __all__ = ["kick", "kicking", "survey", "surveying"]
 def surveying(program: Program) -> Function:
     """t, y, P -> delassus (n * n,), velocities `speed` and free accelerations `free` (n,) of all rows."""
 
-    def body(t: Any, y: Any, P: Any) -> dict[str, Any]:
+    def body(t: Value, y: Value, P: Value) -> dict[str, Value]:
         rows = evaluate(program, t[0], y, P, t[1]).constraint_rows()
         return {
             "delassus": rows.entries(),
@@ -31,7 +32,7 @@ def surveying(program: Program) -> Function:
 def kicking(program: Program) -> Function:
     """t, y, P, x -> after: y after impulses x (n,) of the rows [N s]."""
 
-    def body(t: Any, y: Any, P: Any, x: Any) -> dict[str, Any]:
+    def body(t: Value, y: Value, P: Value, x: Value) -> dict[str, Value]:
         rows = evaluate(program, t[0], y, P, forces=False).constraint_rows()
         out = list(y)
         for i, dv in rows.change(x).items():
@@ -44,12 +45,12 @@ def kicking(program: Program) -> Function:
     return Function("kick_rows", body, sizes)
 
 
-def survey(s: SimpleNamespace, P: Any, f: Function, inside: Any) -> None:
+def survey(s: StepState, P: Value, f: Function, inside: Value) -> None:
     """Fill the block with what `surveying` finds at (t, y)."""
     x = f(t=[s.t, inside], y=s.y, P=P)
     s.delassus, s.speed, s.free = x.delassus, x.speed, x.free
 
 
-def kick(s: SimpleNamespace, P: Any, f: Function) -> None:
+def kick(s: StepState, P: Value, f: Function) -> None:
     """Apply the block's impulses to its state."""
     s.y = f(t=[s.t], y=s.y, P=P, x=s.impulse).after

@@ -13,7 +13,7 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.kernel.model.program import Program
 
-__all__ = ["check_lengths", "check_sliders", "given_up", "too_slow", "too_small", "undefined", "unsolved"]
+__all__ = ["check_lengths", "check_sliders", "too_slow", "too_small", "undefined", "unsolved"]
 
 OTHER = {"radau5": "choose a larger tolerance"}  # what is left to a method that is itself the remedy
 SHORTEST_ROPE = 1e-6  # [m] below which EA/L0 makes any step too small
@@ -44,14 +44,6 @@ def unsolved(method: str, t: float) -> KernelError:
     """An implicit method whose iteration does not converge."""
     return KernelError(
         f"step near {t:.6f} s: method '{method}' finds no solution of its equations; choose a smaller step or tolerance"
-    )
-
-
-def given_up(method: str, t: float, why: str, mode: str) -> KernelError:
-    """SciPy finds no next step."""
-    return KernelError(
-        f"run at {t:.6f} s: method '{method}' gives up ({why}){'; ' + mode if mode else ''}; "
-        "choose one of the kernel's own methods, such as radau5"
     )
 
 

@@ -9,13 +9,13 @@ note says what is missed.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.methods.method import Method
 from heavylift.kernel.methods.stability import bent, missed
 from heavylift.kernel.model.kinetic_energy import KineticShares
+from heavylift.kernel.simulation.native.native_state import NativeState
 
 __all__ = ["check_followed"]
 
@@ -25,12 +25,12 @@ CALM = 1e-3  # [m/s] what moves no faster is at rest
 HALVINGS = 30  # of the bracket around the longest step that would do
 
 
-def check_followed(simulation: Any, J: np.ndarray, step: float, t: float, told: Callable[[], str]) -> None:
+def check_followed(native: NativeState, J: np.ndarray, step: float, t: float, told: Callable[[], str]) -> None:
     """Raises KernelError if a fixed step [s] leaves too much of what moves at time t [s]; `told`: the fastest mode."""
-    method = simulation.method.method
+    method = native.method.method
     if not np.isfinite(J).all() or not any(bent(method, s, step) for s in np.linalg.eigvals(J)):
         return
-    modes = _energies(simulation, J)
+    modes = _energies(native, J)
     if not _wrong(method, modes, step) > WRONG:
         return
     low, high = 0.0, step
@@ -44,14 +44,14 @@ def check_followed(simulation: Any, J: np.ndarray, step: float, t: float, told: 
     )
 
 
-def _energies(simulation: Any, J: np.ndarray) -> list[tuple[complex, float]]:
+def _energies(native: NativeState, J: np.ndarray) -> list[tuple[complex, float]]:
     """Eigenvalues of the oscillations and their parts of the energy."""
-    p, y = simulation.program, simulation.state.copy()
+    p, y = native.program, native.state.copy()
     n, speeds = p.nq + p.nv, slice(p.nq, p.nq + p.nv)
-    rate = simulation.rate_now()[:n]
+    rate = native.rate(native.state.copy())[0][:n]
     s, V = np.linalg.eig(J)
     amplitudes = np.linalg.lstsq(V, rate.astype(complex), rcond=None)[0]
-    kinetic = KineticShares(p, simulation.P, y[: p.nq])
+    kinetic = KineticShares(p, native.P, y[: p.nq])
     rest, found = y[speeds].astype(complex), list[tuple[complex, float]]()
     for k in np.flatnonzero(s.imag > 0.0):
         shape = 2.0 * amplitudes[k] / s[k] * V[speeds, k]

@@ -1,4 +1,4 @@
-"""SciPy's integrators on the same compiled equations: references to compare the kernel's own methods with.
+"""SciPy's integrators on the same compiled equations, registered with the kernel's own methods to compare these with.
 
 One adapter for all: SciPy takes the steps in Python, its dense output is copied as values at 13 nodes (exact for its
 polynomials, whose degree is at most 12), and all else (guards, samples, commits) is the native code of
@@ -12,31 +12,23 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from types import MappingProxyType, SimpleNamespace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
-
-from .method import Attempt, Exponents, Method, Rate
-
-__all__ = ["PEERS", "Peer", "PeerCode"]
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.methods import METHODS
+from heavylift.kernel.methods.at_rest import Stepless
+from heavylift.kernel.methods.method import Code
+from heavylift.kernel.simulation.native.steps import BREAK, EVENT, RUNNING, STILL
 
 PEERS = {"scipy-dop853": "DOP853", "scipy-radau": "Radau", "scipy-bdf": "BDF", "scipy-lsoda": "LSODA"}
 NODES = (0.5 - 0.5 * np.cos(np.pi * np.arange(13) / 12.0)).tolist()
 LOOSE = 4.0  # by how much LSODA's longest step may be shorter than it could be before it begins anew
-RUNNING, BREAK, EVENT, STILL, FAILED = 0.0, 1.0, 2.0, 3.0, 4.0  # as in `native_functions`
 
 
-class Code(Protocol):
-    """Native functions by name."""
+class Peer(Stepless):
+    """A method whose steps SciPy takes."""
 
-    def call(self, name: str, *blocks: np.ndarray) -> None: ...
-
-
-class Peer(Method):
-    """A method whose steps SciPy takes; the kernel knows its interpolant only."""
-
-    order = evaluations = 0  # SciPy knows
-    exponents = Exponents(0.0, 0.0, 0.0)
     vectors = tuple(f"n{i}" for i in range(1, len(NODES)))
     scalars = ("asked",)
     counted = MappingProxyType({"asked": 1})
@@ -44,14 +36,12 @@ class Peer(Method):
     def __init__(self, name: str) -> None:
         self.name, self.solver = name, PEERS[name]
 
-    def attempt(self, s: SimpleNamespace, rate: Rate, h: Any, among: Any) -> Attempt:
-        raise AssertionError("SciPy takes the steps")
+    @property
+    def implicit(self) -> bool:
+        return self.solver != "DOP853"
 
-    def keep(self, s: SimpleNamespace, h: Any, a: Attempt) -> None:
-        raise AssertionError("SciPy takes the steps")
-
-    def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:
-        raise AssertionError("SciPy has no fixed steps")
+    def run(self, code: Code, at: Mapping[str, Any], sizes: Mapping[str, int]) -> Code:
+        return PeerCode(code, self, at, sizes)
 
     def interpolate(self, s: SimpleNamespace, x: Any) -> Any:
         """Lagrange's polynomial through the nodes."""
@@ -68,12 +58,10 @@ class Peer(Method):
 class PeerCode:
     """Stands in for `machine_code.Library`: `advance` and `step` here, all else in `native`."""
 
-    def __init__(self, native: Code, method: Peer, at: dict[str, Any], sizes: Mapping[str, int]) -> None:
+    def __init__(self, native: Code, method: Peer, at: Mapping[str, Any], sizes: Mapping[str, int]) -> None:
         self._native, self._method, self._at, self._sizes = native, method, at, sizes
         self._solver: Any = None
         self._seen = np.zeros(0), np.zeros((0, 0))  # times (13,) and tensions (13, n_ropes) of the tentative step [N]
-        self.failed = ""
-        """Why SciPy has found no next step, in its words."""
 
     def call(self, name: str, *blocks: np.ndarray) -> None:
         if name == "step":
@@ -137,7 +125,7 @@ class PeerCode:
         return longest
 
     def _advance(self, X: np.ndarray, P: np.ndarray, t_stop: float) -> Any:
-        """One of SciPy's steps as its interpolant; None, with the reason in `failed`, where there is none."""
+        """One of SciPy's steps as its interpolant; raises KernelError where there is none."""
         at, solver = self._at, self._solver
         t, y = (float(X[at["t"]]), X[at["y"]].copy()) if solver is None else (solver.t, solver.y)
         longest = self._longest(X, P, t, t_stop, y)
@@ -158,8 +146,8 @@ class PeerCode:
         except (ValueError, ArithmeticError, np.linalg.LinAlgError):
             solver = None
         if solver is None or solver.status == "failed" or not np.isfinite(solver.y).all():
-            self.failed = (told or "its numbers are not finite").rstrip(".").lower()
-            return None
+            why = (told or "its numbers are not finite").rstrip(".").lower()
+            raise KernelError(f"method '{self._method.name}' gives up ({why})")
         return solver.dense_output()
 
     def _step(self, X: np.ndarray, P: np.ndarray) -> None:
@@ -169,17 +157,10 @@ class PeerCode:
         t0, t_stop, y0, forced = float(X[at["t"]]), float(X[at["t_stop"]]), X[at["y"]].copy(), X[at["forced"]] > 0.0
         if forced or (self._solver and self._solver.t != t0):
             self._solver = None
-        self.failed = ""
         pieces: list[Any] = []
         while not pieces or (forced and self._solver.status == "running"):
-            piece = self._advance(X, P, t_stop)
-            if piece is None:
-                break
-            pieces.append(piece)
+            pieces.append(self._advance(X, P, t_stop))
         solver = self._solver
-        if self.failed:
-            X[at["t"]], X[at["y"]], X[at["status"]], X[at["run"]] = t0, y0, FAILED, 0.0
-            return
         t, h = float(solver.t), float(solver.t) - t0
         places = [t0 + x * h for x in NODES]
         values = [next((p for p in pieces if place <= p.t), pieces[-1])(place) for place in places]
@@ -215,3 +196,6 @@ def _top(t: list[float], T: list[float]) -> tuple[float, float]:
         return t[1], T[1]
     top = min(max(0.5 * (t[0] + t[1] - up / bend), t[0]), t[2])
     return top, T[0] + (top - t[0]) * (up + bend * (top - t[1]))
+
+
+METHODS.update({name: lambda program, name=name: Peer(name) for name in PEERS})
