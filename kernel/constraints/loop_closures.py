@@ -140,7 +140,7 @@ def closure_function(kind: str) -> Function:
         wa = [join(cross(x_a, c.f) + c.n, c.f) for c in rows]
         wb = [join(cross(x_b, c.f) + c.n, c.f) for c in rows]
 
-        def bias(x: Any, c: Condition) -> Any:
+        def bias(x: Array, c: Condition) -> Any:
             return join(cross(v, c.f) + cross(x, c.df) + c.dn, c.df)
 
         return {
@@ -154,7 +154,7 @@ def closure_function(kind: str) -> Function:
     return Function(f"closure_{kind.replace('-', '_')}", body, {"p": SIDES, "A": BODY, "B": BODY})
 
 
-def _pair(p: Array, A: Array, B: Array) -> tuple[Pair, tuple[Any, Any], tuple[Any, Any], Any]:
+def _pair(p: Array, A: Array, B: Array) -> tuple[Pair, tuple[Array, Array], tuple[Array, Array], Array]:
     """Both sides; the joint's point on B from each tree's point; both twists; that point's velocity."""
     (R_A, o_A, r_A, V_A), (R_B, o_B, r_B, V_B) = (
         (np.reshape(e[:9], (3, 3)), e[9:12], e[12:15], e[15:]) for e in (A, B)

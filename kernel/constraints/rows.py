@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join
-from heavylift.kernel.compiler.symbol import Array, Scalar, select
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, select
 from heavylift.kernel.forces.force_law import attachment
 from heavylift.kernel.forces.rope_mass import at_the_hook
 
@@ -35,7 +35,7 @@ class Rows:
     def __init__(
         self,
         scene: Scene,
-        arguments: dict[int, dict[str, Any]],
+        arguments: dict[int, dict[str, Scalars]],
         ends: Mapping[int, Array],
         numbers: Numbers,
         lengths: Lengths,
@@ -229,14 +229,14 @@ class Rows:
         )
         return SimpleNamespace(dq=x.dq, dv=out.dv, reaction=out.reaction)
 
-    def _apply(self, i: int, x: Any, half: dict[int, Scalar], given: dict[int, Scalar]) -> None:
+    def _apply(self, i: int, x: Scalars, half: dict[int, Scalar], given: dict[int, Scalar]) -> None:
         for multiplier, X, pull in zip(x, self._X, self._pull, strict=True):
             for values, parts in ((half, X), (given, pull)):
                 for (j, k), y in parts.items():
                     if j == i:
                         values[k] = values[k] + multiplier * y
 
-    def change(self, x: Any) -> Mapping[int, Array]:
+    def change(self, x: Scalars) -> Mapping[int, Array]:
         """Per linked tree the (n_v,) change of velocity by impulses x (or of place, in velocity components): of all
         changes that do the same to the rows, that of least kinetic energy; prescribed degrees of freedom stay."""
         out = {}

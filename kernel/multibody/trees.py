@@ -186,7 +186,7 @@ def numbers(tree: Tree) -> list[float]:
     return in_order(tree, all_numbers(tree.bodies))
 
 
-def in_order(tree: Tree, every: Sequence[Any]) -> list[Any]:
+def in_order(tree: Tree, every: Sequence[Scalar]) -> list[Any]:
     """Of `all_numbers` of a tree like this one, its parameters in the order that `with_numbers` takes them."""
     return [every[i] for i in _places(tree)]
 

@@ -34,7 +34,7 @@ __all__ = [
     "box_box", "box_plane", "crossings", "edge",
 ]  # fmt: skip
 
-Witness = tuple[Any, Any]  # gap [m], its rate [m/s]
+Witness = tuple[Scalar, Scalar]  # gap [m], its rate [m/s]
 
 APART = 1.0  # [m] witness of a candidate that does not count
 CROSSING = 1e-3  # sine of the angle below which two edges are parallel
@@ -53,23 +53,23 @@ class Box:
         self.c, self.h = self.side.place(p[:3]), p[12:15]
         self.axes = np.array([self.side.R @ e for e in np.reshape(p[3:12], (3, 3))])
 
-    def vertices(self) -> list[Any]:
+    def vertices(self) -> list[Array]:
         return [self.c + sum(s * h * e for s, h, e in zip(v, self.h, self.axes, strict=True)) for v in VERTICES]
 
-    def outside(self, x: Any, body: Side) -> tuple[Any, Any]:
+    def outside(self, x: Array, body: Side) -> tuple[Array, Array]:
         """(3,) how far x, a point of `body`, lies outside of the nearer face across each axis, and its rate."""
         d = self.axes @ (x - self.c)
         v = self.axes @ (body.velocity(x) - self.side.velocity(x))
         return abs(d) - self.h, np.array([select(e > 0.0, u, -u) for e, u in zip(d, v, strict=True)])
 
-    def depth(self, x: Any, body: Side) -> Witness:
+    def depth(self, x: Array, body: Side) -> Witness:
         """Distance of a point of `body` from the surface, over the axis along which it is outermost."""
         s, v = self.outside(x, body)
         first = s[0] > s[1]
         gap, rate = select(first, s[0], s[1]), select(first, v[0], v[1])
         return select(gap > s[2], gap, s[2]), select(gap > s[2], rate, v[2])
 
-    def height(self, x: Any, body: Side, faces: list[Scalar]) -> Witness:
+    def height(self, x: Array, body: Side, faces: list[Scalar]) -> Witness:
         """Distance of a point above the one of three `faces` that counts if it lies over it, else its depth."""
         s, v = self.outside(x, body)
         gap, rate = self.depth(x, body)
@@ -86,7 +86,7 @@ def ball_plane(ball: Array, plane: Array, A: Array, B: Array) -> list[Witness]:
     return [(n @ (c - b.place(plane[:3])) - ball[3], n @ (a.velocity(c) - b.velocity(c)))]
 
 
-def ball_ball(first: Any, second: Any, A: Array, B: Array) -> list[Witness]:
+def ball_ball(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
     """Two balls."""
     a, b = Side(A), Side(B)
     p, q = a.place(first[:3]), b.place(second[:3])
@@ -112,12 +112,12 @@ def box_plane(box: Array, plane: Array, A: Array, B: Array) -> list[Witness]:
     return [w for x in Box(box, A).vertices() for w in _above(x, plane, Side(A), Side(B))]
 
 
-def _above(x: Any, plane: Array, a: Side, b: Side) -> list[Witness]:
+def _above(x: Array, plane: Array, a: Side, b: Side) -> list[Witness]:
     n = b.R @ plane[3:6]
     return [(n @ (x - b.place(plane[:3])), n @ (a.velocity(x) - b.velocity(x)))]
 
 
-def box_box(first: Any, second: Any, A: Array, B: Array) -> list[Witness]:
+def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
     """Vertices of A in B, vertices of B in A, then pairs of edges: (a_i, b_j, edge of A, of B)."""
     a, b = Box(first, A), Box(second, B)
     C = a.axes @ b.axes.T
@@ -146,7 +146,7 @@ class Direction:
 
     i: int
     j: int
-    n: Any
+    n: Array
     sine: Scalar
     separation: Scalar
 
@@ -171,7 +171,7 @@ def edge(box: Box, i: int, signs: tuple[float, float]) -> Any:
     return box.c + signs[0] * box.h[k] * box.axes[k] + signs[1] * box.h[l] * box.axes[l]
 
 
-def _edges(a: Box, b: Box, x: Direction, most: Any) -> list[Witness]:
+def _edges(a: Box, b: Box, x: Direction, most: Scalar) -> list[Witness]:
     """Gap of each pair of edges, if they cross within both and no other direction separates the boxes further.
 
     All is linear in the midpoints p, q of the edges: their crossing lies at p + s a_i = q + t b_j + gap n.

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join
 from heavylift.kernel.compiler.function import Outputs
-from heavylift.kernel.compiler.symbol import Array, minimum, sqrt
+from heavylift.kernel.compiler.symbol import Array, Scalar, minimum, sqrt
 
 __all__ = [
     "BALLS",
@@ -46,12 +46,12 @@ class Frame:
     """gap [m]; x (3,) in the world with its rate; F (3, 3) rows n, t1, t2 with theirs; along: coordinates of x within
     the face (from its point) or along the edges of A and B (from their points) [m]."""
 
-    gap: Any
-    x: Any
+    gap: Scalar
+    x: Array
     dx: Array
     F: Array
-    dF: Any
-    along: Any
+    dF: Array
+    along: Array
 
 
 class Side:
@@ -64,7 +64,7 @@ class Side:
     def place(self, p: Array) -> Any:
         return self.o + self.r + self.R @ p
 
-    def velocity(self, x: Any) -> Any:
+    def velocity(self, x: Array) -> Any:
         return self.v + cross(self.w, x - self.o)
 
 
@@ -128,7 +128,7 @@ def corner(p: Array, A: Array, B: Array) -> Frame:
     return Frame(f.gap, f.x, f.dx, f.F, f.dF, np.array([1.0 - least, 0.0]))
 
 
-def _unit(m: Any, dm: Any) -> tuple[Any, Any, Any]:
+def _unit(m: Array, dm: Array) -> tuple[Array, Array, Scalar]:
     """Unit vector, its rate, length."""
     size = sqrt(m @ m + TINY)
     u, du = m * (1.0 / size), dm * (1.0 / size)

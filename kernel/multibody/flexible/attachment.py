@@ -42,7 +42,7 @@ class Track:
     """
 
     X: np.ndarray
-    slope: Any
+    slope: Scalar
     coefficients: np.ndarray
     shortening: np.ndarray
 
@@ -74,7 +74,7 @@ class Carried:
     V: Array
     A: Array
     columns: list[Scalar]
-    along: Any = None
+    along: Array | None = None
 
 
 def carry(place: Place, eta: Array, rates: Array, R: Array, r: Array, V: Array, A: Array) -> Carried:
