@@ -13,6 +13,5 @@ switching            discrete states of laws, and what changes when a guard has 
 references           what actuators follow: profiles, masters, time histories of signals
 tangent_stiffness    derivatives of the accelerations along all coordinates
 kinetic_energy       by bodies and joint velocities
-running              what is seen of a running simulation by those who watch it
 reactions            constraint Jacobian at a pose, mobility, joint reactions
 """
