@@ -193,7 +193,7 @@ class Rows:
         return {r.name: self.multipliers[first + i] for i, r in enumerate(self.constraints.ropes)}
 
     @property
-    def told(self) -> dict[str, Scalar]:
+    def end_tensions(self) -> dict[str, Scalar]:
         """Of the rigid ropes at their lower ends, by name [N]."""
         out = self.tensions
         for r in self.constraints.ropes:
@@ -263,4 +263,4 @@ class Rows:
             p = attachment(self._ends[self._graph.number(j.child)], self._numbers("loop", j.name)[12:15])[0]
             out += [*join(wrench[3:], wrench[:3] - cross(p, wrench[3:]))]
         slack = [row.gap for row in self._rope_rows]
-        return [*out, *self.told.values(), *slack, *(self._lengths[r.name][0] for r in self.constraints.ropes)]
+        return [*out, *self.end_tensions.values(), *slack, *(self._lengths[r.name][0] for r in self.constraints.ropes)]

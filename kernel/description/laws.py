@@ -116,7 +116,7 @@ class Rope(Straight):
     length l = sum(share * |a - b|), elongation e = l - L0, taut: T = max(0, EA e/L0 + damping (l' - L0')).
     `mass`, of all its lines by their shares: its ends bear it (see `rope_mass`); T is then the tension in the middle,
     and
-    the one that is told, that at the lower ends b.
+    the one that samples show is that at the lower ends b.
     `winch`: L0 follows a Profile or Follow sent at run time.  `hooked` is its state at the start.
     """
 

@@ -124,10 +124,10 @@ class ForceLaw(ABC, Generic[F]):
         """What samples hold of it, in the order of `Answer.shown`."""
         return []
 
-    def demand(self, f: F, field_: str, good: bool, told: str) -> None:
+    def demand(self, f: F, field_: str, good: bool, message: str) -> None:
         """Raises KernelError about a field."""
         if not good:
-            raise KernelError(f"{type(f).__name__.lower()} '{f.name}': {field_} {told}")
+            raise KernelError(f"{type(f).__name__.lower()} '{f.name}': {field_} {message}")
 
 
 class Ended(KernelError):

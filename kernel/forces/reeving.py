@@ -114,8 +114,8 @@ class ReevingLaw(ForceLaw[Reeving]):
                 break
             lies[beside[max(beside)]] = False  # the farthest one first
         for i, (here, wrap) in arcs.items():
-            told = f"is wrapped by {np.degrees(wrap):.0f} degrees; turn its axis round"
-            self.demand(f, f"sheave {i}", wrap <= MOST_WRAP or lies[i] is False, told)
+            message = f"is wrapped by {np.degrees(wrap):.0f} degrees; turn its axis round"
+            self.demand(f, f"sheave {i}", wrap <= MOST_WRAP or lies[i] is False, message)
             given[i][6:9] = (bodies[i][:9].reshape(3, 3).T @ here).tolist()
         return given, lies
 
@@ -126,8 +126,8 @@ class ReevingLaw(ForceLaw[Reeving]):
             self.demand(f, f"part {i}", float(D @ D) > bias * bias, "has no length; keep its ends apart")
             for x in (a, b):
                 if x.axis is not None:
-                    told = "runs along the axis of its sheave; turn the axis across the rope"
-                    self.demand(f, f"part {i}", abs(float(D @ x.axis)) < ALONG * float(np.linalg.norm(D)), told)
+                    message = "runs along the axis of its sheave; turn the axis across the rope"
+                    self.demand(f, f"part {i}", abs(float(D @ x.axis)) < ALONG * float(np.linalg.norm(D)), message)
             if a.radius is not None and b.radius is not None:
                 self.demand(
                     f, f"part {i}", abs(float(a.axis @ b.axis)) > PARALLEL, "joins sheaves whose axes are not parallel"
@@ -149,8 +149,8 @@ class ReevingLaw(ForceLaw[Reeving]):
         first = 4 + 4 * n
         kept = [signal[0] - sum(own, 0.0), *own]
         given = [p[first + NODE * i : first + NODE * (i + 1)] for i in range(n + 2)]
-        told = zip(_all(f), given, ends, strict=True)
-        nodes = [_node(x, q, body, f"a{i}") for i, (x, q, body) in enumerate(told, 1)]
+        placed = zip(_all(f), given, ends, strict=True)
+        nodes = [_node(x, q, body, f"a{i}") for i, (x, q, body) in enumerate(placed, 1)]
         leaves = [s.radius > 0.0 for s in f.sheaves]
         there = [lies[i] > 0.0 if x else None for i, x in enumerate(leaves)]
         way = Way(nodes, _turning(f), [None, *there, None], counted)

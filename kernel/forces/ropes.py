@@ -32,7 +32,7 @@ class RopeAt:
 
 @dataclass(frozen=True)
 class RopeLaw(ForceLaw[Rope]):
-    """With a mass of its own, the tension that is told is that at the ends b, see `rope_mass`.
+    """With a mass of its own, the tension that samples show is that at the ends b, see `rope_mass`.
 
     `calm`: no events; damping, at most as large as the elastic part, acts while e > 0, so that nothing jumps at e = 0.
     """
@@ -92,16 +92,16 @@ class RopeLaw(ForceLaw[Rope]):
                 both = both[0] + pulls_down(weight, x_a), both[1] + pulls_down(weight, x_b)
             wrenches += both
         wound = select(on > 0.0, 0.5 * EA * strain * strain, 0.0)
-        stored, told = wound * L0, tension
+        stored, at_end = wound * L0, tension
         if f.mass:
-            stored, told = stored + not_weighed(p[-1]) * high, at_the_hook(tension, p[-1])
+            stored, at_end = stored + not_weighed(p[-1]) * high, at_the_hook(tension, p[-1])
         return Answer(
             wrenches,
             heat=select(on > 0.0, damped * de, 0.0),
             work=-(tension + wound) * dL0,
             stored=stored,
             guards=[1.0 if self.calm else select(hooked > 0.0, select(taut > 0.0, trial, -minimum(e, trial)), 1.0)],
-            shown=[told, e],
+            shown=[at_end, e],
         )
 
     def guards(self, f: Rope) -> tuple[str, ...]:

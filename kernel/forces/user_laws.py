@@ -32,6 +32,7 @@ from .force_law import BODY, Answer, ForceLaw, Poses, Shown, attachment, wrench
 __all__ = ["Given", "UserLawEntry"]
 
 MATHEMATICS = "heavylift.kernel.forces.mathematics"
+OUTSIDE = ("no callable", "must be real number", "ufunc", "forced to a float")  # what math and NumPy say of symbols
 CONDITIONS = ("gt", "ge", "and", "or")  # operations whose result is no number
 
 
@@ -61,9 +62,9 @@ class UserLawEntry(ForceLaw[UserLaw]):
     def check(self, f: UserLaw) -> None:
         self.demand(f, "joint", bool(f.joint) != bool(f.ends), "and ends: it must act on either of them, not on both")
         law = self._traced(f)
-        told = _wrong(law)
-        if told:
-            raise KernelError(f"law '{f.name}': '{f.function}' {told}")
+        message = _wrong(law)
+        if message:
+            raise KernelError(f"law '{f.name}': '{f.function}' {message}")
         if _digest(self._traced(f)) != _digest(law):
             raise KernelError(
                 f"law '{f.name}': '{f.function}' computes something else each time it is called; a law depends on what "
@@ -93,12 +94,12 @@ class UserLawEntry(ForceLaw[UserLaw]):
         given = Given(t, p[:n], signal[0], modes, q, dq, **(stacked if ends else {}))
         answer = _called(f, f.function, given)
         guards = _called(f, f.guards, given) if f.guards else []
-        told = _numbers(guards)
-        if told is None or len(told) != f.modes:
+        values = _numbers(guards)
+        if values is None or len(values) != f.modes:
             raise KernelError(
                 f"law '{f.name}': '{f.guards}' must return a list of {f.modes} numbers, one for each mode"
             )
-        switched = [mode * g for mode, g in zip(modes, told, strict=True)]
+        switched = [mode * g for mode, g in zip(modes, values, strict=True)]
         if f.joint:
             effort = _numbers([answer])
             if effort is None or len(effort) != 1:
@@ -168,10 +169,15 @@ def _called(f: UserLaw, function: str, given: Given) -> Any:
         file = law.__code__.co_filename if hasattr(law, "__code__") else ""
         lines = [x for x in traceback.extract_tb(e.__traceback__) if x.filename == file]
         where = f"{Path(file).name}:{lines[-1].lineno}" if lines else function
-        told = str(e).replace("kernel.elementary", MATHEMATICS)
-        if "no callable" in told or "must be real number" in told or "ufunc" in told or "forced to a float" in told:
-            told = f"math and NumPy cannot work on a run-time value: use those of {MATHEMATICS}"
-        raise KernelError(f"law '{f.name}': '{function}' at {where}: {told}") from e
+        message = str(e).replace("kernel.elementary", MATHEMATICS)
+        if (
+            "no callable" in message
+            or "must be real number" in message
+            or "ufunc" in message
+            or "forced to a float" in message
+        ):
+            message = f"math and NumPy cannot work on a run-time value: use those of {MATHEMATICS}"
+        raise KernelError(f"law '{f.name}': '{function}' at {where}: {message}") from e
 
 
 def _found(f: UserLaw, function: str) -> Callable[[Given], Any]:
@@ -219,8 +225,8 @@ def _wrong(law: Function) -> str:
     ]
     for x, wants in (*used, *((x, False) for x in written)):
         if is_sym(x) and wants != (x.op in CONDITIONS):
-            told = "a number is not a condition" if wants else "a condition is not a number"
-            return f"computes where {told}: use select(condition, a, b) with > or >="
+            message = "a number is not a condition" if wants else "a condition is not a number"
+            return f"computes where {message}: use select(condition, a, b) with > or >="
     return ""
 
 
@@ -228,10 +234,10 @@ def _digest(law: Function) -> str:
     """What a recorded function computes, as 16 hexadecimal digits."""
     names = {n: f"#{i}" for i, n in enumerate(law.nodes)}
 
-    def told(x: Any) -> str:
+    def written(x: Any) -> str:
         if isinstance(x, tuple | list):
-            return "(" + ",".join(map(told, x)) + ")"
+            return "(" + ",".join(map(written, x)) + ")"
         return x.name if isinstance(x, Function) else names[x] if is_sym(x) else repr(x)
 
-    text = [f"{n.op}{told(n.args)}" for n in law.nodes] + [f"{k}={told(v)}" for k, v in law.outputs.items()]
+    text = [f"{n.op}{written(n.args)}" for n in law.nodes] + [f"{k}={written(v)}" for k, v in law.outputs.items()]
     return hashlib.sha256("\n".join(text).encode()).hexdigest()[:16]

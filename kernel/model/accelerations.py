@@ -75,7 +75,7 @@ def _scalar(x: Evaluation, h: Threshold, point: Array) -> Any:
         return x.q[i] if h.quantity == "joint" else x.v[k]
     if h.quantity == "tension":
         known = {name: shown[0] for (kind, name), shown in x.shown.items() if kind in ("rope", "force") and shown}
-        known |= x.rows.told if x.rows else {}
+        known |= x.rows.end_tensions if x.rows else {}
         return sum((known[r] for r in h.ropes), 0.0)
     name = h.ropes[0]
     return x.signals[name][0] if name in x.signals else x.lengths_of[name][0]

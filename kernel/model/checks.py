@@ -137,15 +137,15 @@ def check_inertia(b: Body) -> None:
                 f"body '{b.name}': its moment of inertia I{axis}{axis} is {I[i][i]:g} kg m2; none can be negative"
             )
     moments = eigenvalues(I)
-    told = f"body '{b.name}': its principal moments of inertia are {', '.join(f'{x:g}' for x in moments)} kg m2"
+    found = f"body '{b.name}': its principal moments of inertia are {', '.join(f'{x:g}' for x in moments)} kg m2"
     if moments[0] < -UNIT * moments[2]:
         raise KernelError(
-            f"{told}, and none can be negative: the products of inertia Ixy {I[0][1]:g}, Ixz {I[0][2]:g}, "
+            f"{found}, and none can be negative: the products of inertia Ixy {I[0][1]:g}, Ixz {I[0][2]:g}, "
             f"Iyz {I[1][2]:g} are too large for the moments; make them smaller"
         )
     if b.mass > 0.0 and moments[2] > (1.0 + PRINTED) * (moments[0] + moments[1]):
         raise KernelError(
-            f"{told}; no body has one that is larger than the sum of the others (a flat plate has Ixx + Iyy = Izz): "
+            f"{found}; no body has one that is larger than the sum of the others (a flat plate has Ixx + Iyy = Izz): "
             f"{_remedy(b, moments)}"
         )
 

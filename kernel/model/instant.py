@@ -129,7 +129,7 @@ class Evaluation:
     @property
     def pulls(self) -> list[Scalar]:
         """Tensions of all ropes of straight lines, the rigid ones last [N]."""
-        return [*self.tensions, *(self.rows.told.values() if self.rows else ())]
+        return [*self.tensions, *(self.rows.end_tensions.values() if self.rows else ())]
 
     @property
     def tensions(self) -> list[Scalar]:

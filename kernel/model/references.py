@@ -112,12 +112,12 @@ class References:
         if not isinstance(start_ns, int | np.integer):
             raise KernelError(f"'{name}': start {start_ns!r}; it must be a whole number of nanoseconds")
         if start_ns < now:
-            told = "start the profile there or later"
+            advice = "start the profile there or later"
         elif start_ns > now and self._moves(name, now, start_ns):
-            told = "it moves until then; start the profile there"
+            advice = "it moves until then; start the profile there"
         else:
             return
-        raise KernelError(f"'{name}' at {start_ns * 1e-9:.9g} s: the simulation stands at {now * 1e-9:.9g} s; {told}")
+        raise KernelError(f"'{name}' at {start_ns * 1e-9:.9g} s: the simulation stands at {now * 1e-9:.9g} s; {advice}")
 
     def _moves(self, name: str, now_ns: int, until_ns: int) -> bool:
         (x, v), (later, speed) = self.own(name, now_ns), self.own(name, until_ns)

@@ -21,7 +21,7 @@ from heavylift.kernel.description.flexible import WARNED, Flexible
 
 from .rounding import rounded
 
-__all__ = ["NEVER", "Shapes", "Smallness", "smallness", "told"]
+__all__ = ["NEVER", "Shapes", "Smallness", "sentence", "smallness"]
 
 TURNED = 4.5  # rad, for each part of the length
 PLACES = 8  # parts into which a beam is divided for this
@@ -116,7 +116,7 @@ def smallness(modes: Shapes) -> Smallness:
     return Smallness(rounded(given), tuple(groups), tuple(turns))
 
 
-def told(body: str, joint: str, t: float, turns: bool, use: float, refused: bool) -> str:
+def sentence(body: str, joint: str, t: float, turns: bool, use: float, refused: bool) -> str:
     """The sentence on a body that has come to a limit at t [s]; use: (13)."""
     size = use * WARNED
     turned, bent = (
