@@ -41,9 +41,8 @@ from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
 from heavylift.kernel.simulation.snapshots import Snapshot, foreign, read, write
 
 from .components import islands_of, loose_ropes
-from .island import Island
+from .island import Island, inherit
 from .sample_merge import Joining, news
-from .state_transfer import inherit
 from .time_warp import run_ahead
 
 __all__ = ["Islands", "simulate"]
