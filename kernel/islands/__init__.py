@@ -1,8 +1,7 @@
 """Parts of a scene that nothing ties together, each with steps of its own.
 
 components       which bodies are tied together, with all that acts on them
-islands, island  simulations that are solved apart; one of them
-state_transfer   a simulation initialised from the state of existing ones, where islands merge or part
+islands, island  simulations that are solved apart; one of them, and how it goes on where others stood
 sample_merge     samples, log and notes of the scene from those of its islands
 time_warp        islands run ahead by turns, and go back to the first event
 """

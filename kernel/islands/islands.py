@@ -38,17 +38,18 @@ from heavylift.kernel.simulation.commanded import Commanded
 from heavylift.kernel.simulation.commands import Commands
 from heavylift.kernel.simulation.native.native_functions import Stepping
 from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
-from heavylift.kernel.simulation.snapshots import foreign
+from heavylift.kernel.simulation.snapshots import Snapshot, foreign, read, write
 
 from .components import islands_of, loose_ropes
-from .island import Island
+from .island import Island, inherit
 from .sample_merge import Joining, news
-from .state_transfer import inherit
 from .time_warp import run_ahead
 
 __all__ = ["Islands", "simulate"]
 
 SPAN = 64  # periods of samples that islands run ahead of each other at most; one behind an event, then twice as many
+
+KEPT = {"": ("rows", "notes", "epoch", "reached"), "order": ("phase",), "samples": ("number", "struck")}
 
 
 def simulate(
@@ -92,13 +93,14 @@ class Islands(Commanded):
         self.parts: list[Island] = []
         self.loose: frozenset[str] = frozenset()
         """Ropes that tie nothing now."""
-        self._joining = Joining(self.program, sample_ns)
+        self.samples = Joining(self.program, sample_ns)
         self.rows: list[tuple[int, np.ndarray]] = []
         self.log: list[tuple[int, StateEvent]] = []
         self.notes: list[Note] = []
         self.epoch = 0
         """Time of the last event or command of any island [ns]."""
-        self._reached = 0
+        self.reached = 0
+        """Time that all islands have reached [ns]."""
         self.order = CallOrder()
         self._stopped: list[Island] = []  # those that stand at the epoch
         self._pause: Callable[[], None] = lambda: None
@@ -121,7 +123,7 @@ class Islands(Commanded):
             elif same in stopped:
                 self._stopped.append(same)
             self.parts.append(same)
-        self._joining.cut(self.parts, loose)
+        self.samples.cut(self.parts, loose)
 
     # ---- life ---------------------------------------------------------------------------------------------
 
@@ -131,7 +133,7 @@ class Islands(Commanded):
         for p in self.parts:
             p.start()
         self.order.phase = SETTLED
-        self.rows.append((0, self._joining.whole([p.struck for p in self.parts])))
+        self.rows.append((0, self.samples.whole([p.struck for p in self.parts])))
         self._collect()
 
     @property
@@ -152,13 +154,13 @@ class Islands(Commanded):
     @property
     def present_ns(self) -> int:
         """First time at which commands can still be given."""
-        shown = (self._joining.number - 1) * self._sample_ns
+        shown = (self.samples.number - 1) * self._sample_ns
         return max(self.epoch, shown, *(p.present_ns for p in self.parts if not p.still))
 
     @property
     def now(self) -> float:
         """Time that all islands have reached [s]."""
-        return self._reached * 1e-9
+        return self.reached * 1e-9
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
         """Commit steps that end by `until_ns` or by the first event that somebody hears."""
@@ -173,9 +175,9 @@ class Islands(Commanded):
                 self.settle()
                 self.order.phase = GOING
                 continue
-            horizon = min(until_ns, max(self._reached, following) + self._span * self._sample_ns)
+            horizon = min(until_ns, max(self.reached, following) + self._span * self._sample_ns)
             first = run_ahead(self.parts, horizon, pause)
-            self._reached = min(horizon, first)
+            self.reached = min(horizon, first)
             self._span = 1 if first < FOREVER_NS else min(2 * self._span, SPAN)
             self._collect()
 
@@ -184,11 +186,11 @@ class Islands(Commanded):
         log, notes = news(self.parts)
         self.log += log
         self.notes += notes
-        resting = [p.shown(self._reached) if p.still else None for p in self.parts]
+        resting = [p.shown(self.reached) if p.still else None for p in self.parts]
         more = True
         while more:
-            more = any([p.recorder.unroll(self._joining.next_ns) for p in self.parts])
-            self.rows += self._joining.take([p.rows for p in self.parts], resting)
+            more = any([p.recorder.unroll(self.samples.next_ns) for p in self.parts])
+            self.rows += self.samples.take([p.rows for p in self.parts], resting)
             if more:
                 self._pause()
 
@@ -236,7 +238,7 @@ class Islands(Commanded):
         for p in self._stopped:
             p.settle()
         parts = [p.struck if p in self._stopped else p.shown(self.epoch) for p in self.parts]
-        self._joining.struck.append((self.epoch, self._joining.whole(parts)))
+        self.samples.struck.append((self.epoch, self.samples.whole(parts)))
         self._stopped = []
         self._collect()
         self.order.phase = SETTLED
@@ -299,35 +301,24 @@ class Islands(Commanded):
 
     # ---- snapshots ------------------------------------------------------------------------------------------
 
-    def snapshot(self) -> dict[str, Any]:
+    def snapshot(self) -> Snapshot:
         """All that the future depends on."""
         self.order.check_begun()
-        own = {
-            "phase": self.order.phase,
-            "rows": self.rows,
-            "notes": self.notes,
-            "epoch": self.epoch,
-            "reached": self._reached,
-        }
-        joining = {"number": self._joining.number, "struck": self._joining.struck, "loose": sorted(self.loose)}
         parts = [{"of": p.snapshot(), "cuts": p.cuts.kept()} for p in self.parts]
-        return deepcopy({"parts": parts, **own, **joining})
+        return {"parts": parts, "loose": sorted(self.loose), "common": deepcopy(read(self, KEPT))}
 
-    def restore(self, snapshot: dict[str, Any]) -> None:
+    def restore(self, snapshot: Snapshot) -> None:
         """Go on from the snapshot of islands of the same system and options, bit for bit; start these first."""
         self.order.check_begun()
         if not isinstance(snapshot, dict) or "parts" not in snapshot:
             raise foreign()
-        kept = deepcopy(snapshot)
-        if self.loose != (loose := frozenset(kept["loose"])):
+        if self.loose != (loose := frozenset(snapshot["loose"])):
             self._cut(loose)
-        if len(self.parts) != len(kept["parts"]):
+        if len(self.parts) != len(snapshot["parts"]):
             raise foreign()
-        self.order.phase = kept["phase"]
-        for p, part in zip(self.parts, kept["parts"], strict=True):
+        for p, part in zip(self.parts, snapshot["parts"], strict=True):
             p.restore(part["of"])
             p.cuts.go_on(part["cuts"])
             p.told = len(p.log), len(p.notes)
-        self.rows, self.notes, self.epoch, self._reached = kept["rows"], kept["notes"], kept["epoch"], kept["reached"]
-        self._joining.number, self._joining.struck = kept["number"], kept["struck"]
+        write(self, deepcopy(snapshot["common"]))
         self._stopped = []

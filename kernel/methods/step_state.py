@@ -9,57 +9,23 @@ from heavylift.kernel.compiler.symbol import Value
 
 __all__ = ["SCALARS", "Evaluated", "Rate", "StepState"]
 
-
-class StepScalars(SimpleNamespace):
-    """The scalars of X that every method has."""
-
-    # loop flags, then why it stopped, attempts left in this call
-    run: Value
-    due: Value
-    locate: Value
-    status: Value
-    budget: Value
+SCALARS = (
+    # control: loop flags, then why it stopped, attempts left in this call
+    "run", "due", "locate", "status", "budget",
     # time: now, proposed step, step boundary that no step crosses, horizon behind which steps stay tentative
-    t: Value
-    h: Value
-    t_stop: Value
-    until: Value
-    # tolerance and its scale, step control, earliest time at which a scene may count as still, what rounding does
-    tol: Value
-    scale: Value
-    h_min: Value
-    h_max: Value
-    error: Value
-    forced: Value
-    t_rest: Value
-    grain: Value
-    faint: Value
-    accepted: Value
-    rejected: Value
-    tentative: Value
-    still: Value
+    "t", "h", "t_stop", "until",
+    # tolerance and its scale, step control, earliest time at which a scene may count as still, and what rounding does
+    "tol", "scale", "h_min", "h_max", "error", "forced", "t_rest", "grain", "faint",
+    "accepted", "rejected", "tentative", "still",
     # last step: start, length, bracket of a root, whether only a stage has seen it, status and loop without it
-    t0: Value
-    h0: Value
-    lo: Value
-    hi: Value
-    doubt: Value
-    calm: Value
-    more: Value
+    "t0", "h0", "lo", "hi", "doubt", "calm", "more",
     # samples: next, period, local time of sample 0 of this stretch, number within the stretch, row, rows allowed
-    t_out: Value
-    dt_out: Value
-    t_base: Value
-    count: Value
-    row: Value
-    rows: Value
+    "t_out", "dt_out", "t_base", "count", "row", "rows",
+)  # fmt: skip
 
 
-SCALARS = tuple(StepScalars.__annotations__)
-
-
-class StepState(StepScalars):
-    """The block X, unpacked, with M and P; a method (see `Method`) and peaks have more of their own."""
+class StepState(SimpleNamespace):
+    """The block X, unpacked: `SCALARS`, and what peaks and a method (see `Method`) have of their own; M and P."""
 
     y: Value  # (ny,) state and derivative now, then at the start of the step
     f: Value
@@ -72,8 +38,6 @@ class StepState(StepScalars):
     gap: Value  # (n_rows,) of the constraint rows
     slip: Value
     pivot: Value
-    M: Value
-    P: Value
 
 
 class Evaluated(Protocol):

@@ -18,11 +18,9 @@ from heavylift.kernel.methods.step_state import SCALARS, Rate, StepState
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.tangent_stiffness import Tangent
-from heavylift.kernel.simulation.assembly.projection import projection
-from heavylift.kernel.simulation.impacts.halting import halted
-from heavylift.kernel.simulation.impacts.impact import kick, kicking, survey, surveying
 
 from .peaks import POINTS, STATES
+from .row_functions import halted, kick, kicking, projection, survey, surveying
 from .sample_row import columns, row_layout
 from .steps import Row, bisect, close, commit, complete, look, refresh, sample, step
 
