@@ -17,6 +17,7 @@ from typing import Generic, NamedTuple, TypeVar
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named
+from heavylift.kernel.description.field_types import item_word
 from heavylift.kernel.description.forces import Signal
 from heavylift.kernel.description.mechanics import Law
 from heavylift.kernel.errors import KernelError
@@ -71,12 +72,15 @@ class Answer:
 
 class ForceLaw(ABC, Generic[F]):
     """One row of the force table; `kind`: of its numbers in P; `works`: it brings work in from outside; `timed`: it
-    looks at the clock; `initial`: its guards find the states of the initial pose, without events."""
+    looks at the clock; `initial`: its guards find the states of the initial pose, without events; `positive` and
+    `not_negative`: fields whose sign is checked."""
 
     kind = "force"
     works = False
     timed = False
     initial = True
+    positive: tuple[str, ...] = ()
+    not_negative: tuple[str, ...] = ()
 
     def check(self, f: F) -> None:
         """Raises KernelError for a description that cannot be."""
@@ -127,7 +131,7 @@ class ForceLaw(ABC, Generic[F]):
     def demand(self, f: F, field_: str, good: bool, message: str) -> None:
         """Raises KernelError about a field."""
         if not good:
-            raise KernelError(f"{type(f).__name__.lower()} '{f.name}': {field_} {message}")
+            raise KernelError(f"{item_word(f)} '{f.name}': {field_} {message}")
 
 
 class Ended(KernelError):

@@ -18,6 +18,7 @@ class JointSpringLaw(ForceLaw[JointSpring]):
     """Linear, with a damper beside it."""
 
     kind = "spring"
+    not_negative = ("k", "d")
 
     def numbers(self, f: JointSpring, poses: Poses) -> list[float]:
         return [f.k, f.d, f.q_rest]
@@ -41,6 +42,7 @@ class StopLaw(ForceLaw[Stop]):
     clamped: bool = True
 
     kind = "stop"
+    not_negative = ("k", "d")
 
     def within(self, f: Stop, setting: Setting) -> StopLaw:
         return StopLaw(setting.clamped)
@@ -85,6 +87,7 @@ class BrakeLaw(ForceLaw[Brake]):
 
     kind = "brake"
     initial = False
+    not_negative = ("moment", "k", "d")
 
     def within(self, f: Brake, setting: Setting) -> BrakeLaw:
         place, _ = setting.graph.coordinate(f.name, *f.along)

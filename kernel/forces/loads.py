@@ -49,10 +49,9 @@ class WindLaw(ForceLaw[Wind]):
     """Drag at a point that may move itself."""
 
     works = True
+    not_negative = ("area", "drag", "density")
 
     def check(self, f: Wind) -> None:
-        for field in ("area", "drag", "density"):
-            self.demand(f, field, getattr(f, field) >= 0.0, f"is {getattr(f, field):g}; it cannot be negative")
         size = norm(f.direction)
         self.demand(f, "direction", abs(size - 1.0) < UNIT, f"has length {size:g}; it must be a unit vector")
 

@@ -46,11 +46,11 @@ class ReevingLaw(ForceLaw[Reeving]):
     its N; per part whether it is limp; per sheave whether the rope lies on it; the nodes."""
 
     works = True
+    positive = ("EA",)
+    not_negative = ("damping",)
 
     def check(self, f: Reeving) -> None:
-        self.demand(f, "EA", f.EA > 0.0, f"is {f.EA:g}; it must be positive")
         self.demand(f, "length", f.signal.value > 0.0, f"is {f.signal.value:g}; it must be positive")
-        self.demand(f, "damping", f.damping >= 0.0, f"is {f.damping:g}; it cannot be negative")
         self.demand(f, "sheaves", bool(f.sheaves), "are missing; a rope without any is a Rope")
         for i, s in enumerate(f.sheaves, 1):
             self.demand(f, f"sheave {i}", min(s.radius, s.friction) >= 0.0, "has a negative radius or friction")

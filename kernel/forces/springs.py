@@ -56,9 +56,9 @@ def _rotation_vector(R: Array) -> tuple[Any, Any]:
 class SpringLaw(ForceLaw[Spring]):
     """Translational: pulls and pushes along the line between its points."""
 
+    not_negative = ("k", "d", "rest")
+
     def check(self, f: Spring) -> None:
-        for field in ("k", "d", "rest"):
-            self.demand(f, field, getattr(f, field) >= 0.0, f"is {getattr(f, field):g}; it cannot be negative")
         self.demand(f, "b", f.a != f.b, "is the same point as a; it has no direction")
 
     def numbers(self, f: Spring, poses: Poses) -> list[float]:
@@ -87,9 +87,9 @@ class SpringLaw(ForceLaw[Spring]):
 class TorsionLaw(ForceLaw[Torsion]):
     """Torsional: acts on the twist angle, wherever the axes lean (swing-twist decomposition)."""
 
+    not_negative = ("k", "d")
+
     def check(self, f: Torsion) -> None:
-        for field in ("k", "d"):
-            self.demand(f, field, getattr(f, field) >= 0.0, f"is {getattr(f, field):g}; it cannot be negative")
         size = float(np.linalg.norm(f.axis))
         self.demand(f, "axis", abs(size - 1.0) < UNIT, f"has length {size:g}; it must be a unit vector")
         self.demand(f, "b", f.a != f.b, f"is the same body as a, '{f.a}'; it must be another one")

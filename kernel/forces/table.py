@@ -128,6 +128,10 @@ def signals(forces: tuple[Force, ...]) -> dict[str, Signal]:
 def check_force(f: Law) -> None:
     """Raises KernelError for a force that cannot be."""
     law = law_of(f)
+    for field in law.positive:
+        law.demand(f, field, getattr(f, field) > 0.0, f"is {getattr(f, field):g}; it must be positive")
+    for field in law.not_negative:
+        law.demand(f, field, getattr(f, field) >= 0.0, f"is {getattr(f, field):g}; it cannot be negative")
     law.check(f)
     s = law.signal(f)
     if s and (s.times or s.values):

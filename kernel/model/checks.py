@@ -38,16 +38,8 @@ ADDRESSED = (
     ("ropes", "rigid_ropes", "supports", "stops", "brakes", "locks", "forces", "contacts", "thresholds"),
 )
 AXES = (0, 1)  # about which an attitude is measured
-POSITIVE = {"RigidRope": ("L0",), "Rope": ("EA", "L0")}
-NOT_NEGATIVE = {
-    "JointSpring": ("k", "d"),
-    "Stop": ("k", "d"),
-    "Brake": ("moment", "k", "d"),
-    "Drive": ("kp", "kv"),
-    "Rope": ("damping", "mass"),
-    "RigidRope": ("mass",),
-    "Support": ("k", "d", "mu", "kt", "dt"),
-}
+POSITIVE = {"RigidRope": ("L0",)}  # of laws see the force table
+NOT_NEGATIVE = {"Drive": ("kp", "kv"), "RigidRope": ("mass",)}
 
 
 def check_description(system: System) -> System:
