@@ -16,7 +16,7 @@ from numbers import Real
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    import numpy as np
 
 __all__ = [
     "GRAPHS", "Array", "Graph", "Scalar", "Scalars", "Sym", "Value", "any_of", "exponent", "is_sym", "maximum",
@@ -128,8 +128,8 @@ class Sym:
 
 
 Scalar: TypeAlias = "float | Sym"  # a number, or what a traced text will have for it
-Array: TypeAlias = "NDArray[Any]"  # of such
-Scalars: TypeAlias = "NDArray[Any] | Sequence[float | Sym]"  # one behind the other
+Array: TypeAlias = "np.ndarray[Any, np.dtype[Any]]"  # of such
+Scalars: TypeAlias = "np.ndarray[Any, np.dtype[Any]] | Sequence[float | Sym]"  # one behind the other
 
 
 def is_sym(x: Any) -> bool:
