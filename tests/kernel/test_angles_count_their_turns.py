@@ -9,7 +9,7 @@ from heavylift.kernel.analysis import equilibrium
 from heavylift.kernel.description.forces import Bushing, Load, Torsion
 from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Measured, Point, Rope, System, Threshold
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.islands.islands import simulate
+from heavylift.kernel.islands.choice import simulate
 from small_scenes import SECOND, X, Y, Z, column, cube, hand_over, imbalance, started
 
 ROUNDING = 1.01  # [ns] events are rounded up to the next nanosecond
