@@ -37,7 +37,7 @@ from heavylift.kernel.simulation.call_order import (
 from heavylift.kernel.simulation.commanded import Commanded
 from heavylift.kernel.simulation.commands import Commands
 from heavylift.kernel.simulation.native.native_functions import Stepping
-from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
+from heavylift.kernel.simulation.simulation import FOREVER_NS
 from heavylift.kernel.simulation.snapshots import Snapshot, foreign, read, write
 
 from .components import islands_of, loose_ropes
@@ -45,35 +45,15 @@ from .island import Island, inherit
 from .sample_merge import Joining, news
 from .time_warp import run_ahead
 
-__all__ = ["Islands", "simulate"]
+__all__ = ["Islands"]
 
 SPAN = 64  # periods of samples that islands run ahead of each other at most; one behind an event, then twice as many
 
 KEPT = {"": ("rows", "notes", "epoch", "reached"), "order": ("phase",), "samples": ("number", "struck")}
 
 
-def simulate(
-    system: System,
-    tolerance: float,
-    sample_ns: int,
-    subscribed: frozenset[str],
-    method: str,
-    step: float | None,
-    ties: Collection[str] = (),
-    apart: bool = True,
-) -> Simulation | Islands:
-    """A scene as one simulation, or (`apart`) as islands if it has several.
-
-    `ties`: ropes that tie though they are not hooked yet, since they will be; the other arguments are a `Simulation`'s.
-    """
-    options: dict[str, Any] = {"method": method, "step": step}
-    if apart and len(islands_of(check_description(system), loose_ropes(system, ties))) > 1:
-        return Islands(system, tolerance, sample_ns, subscribed, ties, **options)
-    return Simulation(system, tolerance, sample_ns, subscribed, **options)
-
-
 class Islands(Commanded):
-    """The face of a `Simulation` for a system of several islands; arguments as there and of `simulate`."""
+    """The face of a `Simulation` for a system of several islands; arguments as there and of `choice.simulate`."""
 
     def __init__(
         self,
@@ -91,16 +71,13 @@ class Islands(Commanded):
         self._options = {"tolerance": tolerance, "sample_ns": sample_ns, **options}
         self.subscribed, self._sample_ns, self._span = subscribed, sample_ns, 1
         self.parts: list[Island] = []
-        self.loose: frozenset[str] = frozenset()
-        """Ropes that tie nothing now."""
+        self.loose: frozenset[str] = frozenset()  # ropes that tie nothing now
         self.samples = Joining(self.program, sample_ns)
         self.rows: list[tuple[int, np.ndarray]] = []
         self.log: list[tuple[int, StateEvent]] = []
         self.notes: list[Note] = []
-        self.epoch = 0
-        """Time of the last event or command of any island [ns]."""
-        self.reached = 0
-        """Time that all islands have reached [ns]."""
+        self.epoch = 0  # [ns] of the last event or command of any island
+        self.reached = 0  # [ns] by all islands
         self.order = CallOrder()
         self._stopped: list[Island] = []  # those that stand at the epoch
         self._pause: Callable[[], None] = lambda: None
@@ -217,10 +194,8 @@ class Islands(Commanded):
 
         `pause` is called in `settle` and commands, too.
         """
-        check_time(t_ns)
-        if self.order.phase in (PAUSED, STOPPED) and t_ns == self.epoch:
+        if self.order.stands_at(t_ns, self.epoch):
             return
-        self.order.check_settled("interrupt", self.epoch)
         check_present(t_ns, self.present_ns)
         self._pause = pause
         self.run(t_ns, pause)

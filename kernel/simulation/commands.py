@@ -56,7 +56,7 @@ class Commands:
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
         """Let an actuator follow k1 s + kc cos s + ks sin s of a master from here on; "" releases it."""
         self._standing("set_follow")
-        self.references.set_follow(actuator, self._native.epoch, master, f, self._masters_now())
+        self.references.set_follow(actuator, self._native.epoch, master, f, self.masters_now())
 
     def set_brake(self, brake: str, engaged: bool) -> None:
         """Close a brake where its joint stands, or open it."""
@@ -164,7 +164,7 @@ class Commands:
         elastic, rigid = ([r.name for r in ropes] for ropes in (system.ropes, system.rigid_ropes))
         return float(row.elongation[elastic.index(rope)] if rope in elastic else -row.slack[rigid.index(rope)])
 
-    def _masters_now(self) -> list[float]:
+    def masters_now(self) -> list[float]:
         """Values of masters and measured scalars at the epoch."""
         native, program = self._native, self._native.program
         values = [self.references.own(m.name, native.epoch)[0] for m in program.system.masters]

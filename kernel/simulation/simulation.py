@@ -215,11 +215,8 @@ class Simulation(Commanded):
 
         Raises KernelError for a time before steps that are committed, or behind an event that somebody subscribed to.
         """
-        self.order.check_begun()
-        check_time(t_ns)
-        if self.order.phase in (PAUSED, STOPPED) and t_ns == self.epoch:
+        if self.order.stands_at(t_ns, self.epoch):
             return
-        self.order.check_settled("interrupt", self.epoch)
         check_present(t_ns, self.present_ns)
         self.run(t_ns, pause)  # what ends or happens unheard by then comes first
         if self.event and self.events.t_ns < t_ns:
