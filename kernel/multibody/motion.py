@@ -46,7 +46,7 @@ def axes_of(joint: Joint) -> np.ndarray:
     return np.array([axis, second, np.cross(axis, second)])
 
 
-def placement(kind: JointKind, axes: Array, pitch: Scalar, q: Array) -> tuple[Array, Array]:
+def placement(kind: JointKind, axes: Array, pitch: Scalar, q: Any) -> tuple[Array, Array]:
     """Rotation R_JB (3, 3) and place p_JB (3,) [m] of the child in the joint frame; axes as by `axes_of`."""
     joint = JOINTS[kind]
     if joint.quaternion is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from copy import copy
 from dataclasses import fields, replace
 from functools import cache
-from typing import Any
+from typing import Any, ClassVar
 
 import pytest
 from contact_scenes import brick, floating
@@ -77,7 +77,7 @@ def program() -> Program:
 class Watched(Evaluation):
     """Notes which fields are asked for."""
 
-    touched: set[str] = set()
+    touched: ClassVar[set[str]] = set()
 
     def __getattribute__(self, name: str) -> Any:
         Watched.touched.add(name)
