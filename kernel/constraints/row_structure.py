@@ -18,7 +18,7 @@ from heavylift.kernel.multibody.trees import Tree
 from .block_matrix import Blockwise
 from .loop_closures import CLOSURES, closure_function, residual_unit
 from .rigid_ropes import rigid_rope
-from .unsymmetric_matrix import Lopsided
+from .unsymmetric_matrix import Unsymmetric
 
 __all__ = ["Constraints"]
 
@@ -79,7 +79,7 @@ class Constraints:
         first = len(self.of)
         ropes = [[r for r in rows if first <= r < first + len(self.ropes)] for rows, _ in self.groups]
         equal = [x for x in ropes if x]
-        self.delassus = Lopsided(n, couples) if self.contacts.sites else self._blockwise(equal)
+        self.delassus = Unsymmetric(n, couples) if self.contacts.sites else self._blockwise(equal)
 
     def _blockwise(self, equal: list[list[int]]) -> Blockwise:
         """The matrix in blocks of up to six loop rows in turn between the same bodies, or of one rope."""

@@ -21,7 +21,7 @@ from .held_rows import Lengths, Numbers, Row, Scene, held_rows
 from .loop_closures import CLOSURES
 from .rigid_ropes import SLACK, RigidAt
 from .tree_factors import OpenTree
-from .unsymmetric_matrix import Lopsided
+from .unsymmetric_matrix import Unsymmetric
 
 __all__ = ["Rows"]
 
@@ -107,7 +107,7 @@ class Rows:
     def entries(self) -> list[Scalar]:
         """(n * n,) the Delassus matrix of the rows that are there, row by row."""
         d = self.constraints.delassus
-        assert isinstance(d, Lopsided), "asked for with contacts only"
+        assert isinstance(d, Unsymmetric), "asked for with contacts only"
         A = dict(zip(d.entries, self._entries, strict=True))
         n = len(self.rows)
         return [A.get((r, s), 0.0) for r in range(n) for s in range(n)]

@@ -20,7 +20,7 @@ from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import WORLD, Drive, System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.force_law import Poses, Setting, Shown
-from heavylift.kernel.forces.rope_mass import burdened
+from heavylift.kernel.forces.rope_mass import with_rope_masses
 from heavylift.kernel.forces.table import SharedForce, shared
 from heavylift.kernel.multibody.continuous_angles import AXES, turned_at_start
 from heavylift.kernel.multibody.continuous_angles import Label as AngleLabel
@@ -69,7 +69,7 @@ class Program:
                     f"body '{next(iter(modes))}' is flexible, but formulation '{formulation}' knows rigid bodies only; "
                     "choose recursive"
                 )
-        system = burdened(system)
+        system = with_rope_masses(system)
         self.system, self.formulation, self.clamped = system, formulation, clamped
         self.at_rest = at_rest
         self.graph = build_graph(system, modes)
