@@ -16,7 +16,8 @@ import msgspec
 import numpy as np
 from heavylift.kernel.description.mechanics import assembled
 from heavylift.kernel.errors import KernelError, ModelError
-from heavylift.kernel.islands.islands import Islands, simulate
+from heavylift.kernel.islands.choice import simulate
+from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.model.switching import StateEvent as Switched
 from heavylift.kernel.simulation.native.samples import channels, published
 from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation

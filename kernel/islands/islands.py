@@ -37,42 +37,23 @@ from heavylift.kernel.simulation.call_order import (
 from heavylift.kernel.simulation.commanded import Commanded
 from heavylift.kernel.simulation.commands import Commands
 from heavylift.kernel.simulation.native.native_functions import Stepping
-from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
-from heavylift.kernel.simulation.snapshots import foreign
+from heavylift.kernel.simulation.simulation import FOREVER_NS
+from heavylift.kernel.simulation.snapshots import Snapshot, foreign, read, write
 
 from .components import islands_of, loose_ropes
-from .island import Island
+from .island import Island, inherit
 from .sample_merge import Joining, news
-from .state_transfer import inherit
 from .time_warp import run_ahead
 
-__all__ = ["Islands", "simulate"]
+__all__ = ["Islands"]
 
 SPAN = 64  # periods of samples that islands run ahead of each other at most; one behind an event, then twice as many
 
-
-def simulate(
-    system: System,
-    tolerance: float,
-    sample_ns: int,
-    subscribed: frozenset[str],
-    method: str,
-    step: float | None,
-    ties: Collection[str] = (),
-    apart: bool = True,
-) -> Simulation | Islands:
-    """A scene as one simulation, or (`apart`) as islands if it has several.
-
-    `ties`: ropes that tie though they are not hooked yet, since they will be; the other arguments are a `Simulation`'s.
-    """
-    options: dict[str, Any] = {"method": method, "step": step}
-    if apart and len(islands_of(check_description(system), loose_ropes(system, ties))) > 1:
-        return Islands(system, tolerance, sample_ns, subscribed, ties, **options)
-    return Simulation(system, tolerance, sample_ns, subscribed, **options)
+KEPT = {"": ("rows", "notes", "epoch", "reached"), "order": ("phase",), "samples": ("number", "struck")}
 
 
 class Islands(Commanded):
-    """The face of a `Simulation` for a system of several islands; arguments as there and of `simulate`."""
+    """The face of a `Simulation` for a system of several islands; arguments as there and of `choice.simulate`."""
 
     def __init__(
         self,
@@ -90,15 +71,13 @@ class Islands(Commanded):
         self._options = {"tolerance": tolerance, "sample_ns": sample_ns, **options}
         self.subscribed, self._sample_ns, self._span = subscribed, sample_ns, 1
         self.parts: list[Island] = []
-        self.loose: frozenset[str] = frozenset()
-        """Ropes that tie nothing now."""
-        self._joining = Joining(self.program, sample_ns)
+        self.loose: frozenset[str] = frozenset()  # ropes that tie nothing now
+        self.samples = Joining(self.program, sample_ns)
         self.rows: list[tuple[int, np.ndarray]] = []
         self.log: list[tuple[int, StateEvent]] = []
         self.notes: list[Note] = []
-        self.epoch = 0
-        """Time of the last event or command of any island [ns]."""
-        self._reached = 0
+        self.epoch = 0  # [ns] of the last event or command of any island
+        self.reached = 0  # [ns] by all islands
         self.order = CallOrder()
         self._stopped: list[Island] = []  # those that stand at the epoch
         self._pause: Callable[[], None] = lambda: None
@@ -121,7 +100,7 @@ class Islands(Commanded):
             elif same in stopped:
                 self._stopped.append(same)
             self.parts.append(same)
-        self._joining.cut(self.parts, loose)
+        self.samples.cut(self.parts, loose)
 
     # ---- life ---------------------------------------------------------------------------------------------
 
@@ -131,7 +110,7 @@ class Islands(Commanded):
         for p in self.parts:
             p.start()
         self.order.phase = SETTLED
-        self.rows.append((0, self._joining.whole([p.struck for p in self.parts])))
+        self.rows.append((0, self.samples.whole([p.struck for p in self.parts])))
         self._collect()
 
     @property
@@ -152,13 +131,13 @@ class Islands(Commanded):
     @property
     def present_ns(self) -> int:
         """First time at which commands can still be given."""
-        shown = (self._joining.number - 1) * self._sample_ns
+        shown = (self.samples.number - 1) * self._sample_ns
         return max(self.epoch, shown, *(p.present_ns for p in self.parts if not p.still))
 
     @property
     def now(self) -> float:
         """Time that all islands have reached [s]."""
-        return self._reached * 1e-9
+        return self.reached * 1e-9
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
         """Commit steps that end by `until_ns` or by the first event that somebody hears."""
@@ -173,9 +152,9 @@ class Islands(Commanded):
                 self.settle()
                 self.order.phase = GOING
                 continue
-            horizon = min(until_ns, max(self._reached, following) + self._span * self._sample_ns)
+            horizon = min(until_ns, max(self.reached, following) + self._span * self._sample_ns)
             first = run_ahead(self.parts, horizon, pause)
-            self._reached = min(horizon, first)
+            self.reached = min(horizon, first)
             self._span = 1 if first < FOREVER_NS else min(2 * self._span, SPAN)
             self._collect()
 
@@ -184,11 +163,11 @@ class Islands(Commanded):
         log, notes = news(self.parts)
         self.log += log
         self.notes += notes
-        resting = [p.shown(self._reached) if p.still else None for p in self.parts]
+        resting = [p.shown(self.reached) if p.still else None for p in self.parts]
         more = True
         while more:
-            more = any([p.recorder.unroll(self._joining.next_ns) for p in self.parts])
-            self.rows += self._joining.take([p.rows for p in self.parts], resting)
+            more = any([p.recorder.unroll(self.samples.next_ns) for p in self.parts])
+            self.rows += self.samples.take([p.rows for p in self.parts], resting)
             if more:
                 self._pause()
 
@@ -222,10 +201,8 @@ class Islands(Commanded):
 
         `pause` is called in `settle` and commands, too.
         """
-        check_time(t_ns)
-        if self.order.phase in (PAUSED, STOPPED) and t_ns == self.epoch:
+        if self.order.stands_at(t_ns, self.epoch):
             return
-        self.order.check_settled("interrupt", self.epoch)
         check_present(t_ns, self.present_ns)
         self._pause = pause
         self.run(t_ns, pause)
@@ -243,7 +220,7 @@ class Islands(Commanded):
         for p in self._stopped:
             p.settle()
         parts = [p.struck if p in self._stopped else p.shown(self.epoch) for p in self.parts]
-        self._joining.struck.append((self.epoch, self._joining.whole(parts)))
+        self.samples.struck.append((self.epoch, self.samples.whole(parts)))
         self._stopped = []
         self._collect()
         self.order.phase = SETTLED
@@ -306,35 +283,24 @@ class Islands(Commanded):
 
     # ---- snapshots ------------------------------------------------------------------------------------------
 
-    def snapshot(self) -> dict[str, Any]:
+    def snapshot(self) -> Snapshot:
         """All that the future depends on."""
         self.order.check_begun()
-        own = {
-            "phase": self.order.phase,
-            "rows": self.rows,
-            "notes": self.notes,
-            "epoch": self.epoch,
-            "reached": self._reached,
-        }
-        joining = {"number": self._joining.number, "struck": self._joining.struck, "loose": sorted(self.loose)}
         parts = [{"of": p.snapshot(), "cuts": p.cuts.kept()} for p in self.parts]
-        return deepcopy({"parts": parts, **own, **joining})
+        return {"parts": parts, "loose": sorted(self.loose), "common": deepcopy(read(self, KEPT))}
 
-    def restore(self, snapshot: dict[str, Any]) -> None:
+    def restore(self, snapshot: Snapshot) -> None:
         """Go on from the snapshot of islands of the same system and options, bit for bit; start these first."""
         self.order.check_begun()
         if not isinstance(snapshot, dict) or "parts" not in snapshot:
             raise foreign()
-        kept = deepcopy(snapshot)
-        if self.loose != (loose := frozenset(kept["loose"])):
+        if self.loose != (loose := frozenset(snapshot["loose"])):
             self._cut(loose)
-        if len(self.parts) != len(kept["parts"]):
+        if len(self.parts) != len(snapshot["parts"]):
             raise foreign()
-        self.order.phase = kept["phase"]
-        for p, part in zip(self.parts, kept["parts"], strict=True):
+        for p, part in zip(self.parts, snapshot["parts"], strict=True):
             p.restore(part["of"])
             p.cuts.go_on(part["cuts"])
             p.told = len(p.log), len(p.notes)
-        self.rows, self.notes, self.epoch, self._reached = kept["rows"], kept["notes"], kept["epoch"], kept["reached"]
-        self._joining.number, self._joining.struck = kept["number"], kept["struck"]
+        write(self, deepcopy(snapshot["common"]))
         self._stopped = []

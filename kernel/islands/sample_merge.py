@@ -16,7 +16,7 @@ from heavylift.kernel.algebra.spatial import exact
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.description.mechanics import RigidRope, Rope
 from heavylift.kernel.description.notes import Note
-from heavylift.kernel.model.parameters import ROPE_HEAD, ROPE_LINE
+from heavylift.kernel.forces.ropes import ROPE_HEAD, ROPE_LINE
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.switching import StateEvent
 from heavylift.kernel.simulation.native.sample_row import labels, row_layout

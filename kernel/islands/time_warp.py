@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.simulation.native.native_state import FOREVER_NS
-from heavylift.kernel.simulation.snapshots import State, back, mark
+from heavylift.kernel.simulation.snapshots import Snapshot, back, mark
 
 from .island import Island
 
@@ -20,13 +20,13 @@ def run_ahead(parts: Sequence[Island], horizon: int, pause: Callable[[], None]) 
     """All islands up to the horizon [ns], or to the first event by then; when that is, FOREVER_NS if there is none."""
     first, failed = FOREVER_NS, list[KernelError]()
     moving = [p for p in parts if not p.still]
-    before: list[tuple[Island, State, int]] = []
+    before: list[tuple[Island, Snapshot, int]] = []
     for p in moving:
         end = min(horizon, first)
         if p is moving[-1]:
             p.run(end, pause)
         else:
-            marked = mark(p.parts)
+            marked = mark(p)
             try:
                 p.run(end, pause)
             except KernelError as error:  # it counts if nothing happens elsewhere before
@@ -39,6 +39,6 @@ def run_ahead(parts: Sequence[Island], horizon: int, pause: Callable[[], None]) 
         raise failed[0]
     for p, marked, end in before:
         if end > first:
-            back(p.parts, marked)
+            back(p, marked)
             p.run(first, pause)
     return first

@@ -1,6 +1,7 @@
 """Integration methods: tableaus as data, and tiny classes that turn one into the stages and the dense output of a step.
 
 tableaus, dop853         coefficients with order and source
+step_state               what the text of a step works on
 method, choice           what every method tells: stages, interpolant, stability; their names
 explicit, semi_implicit  Runge-Kutta pairs; symplectic Euler
 rosenbrock, stiffness    linearly implicit, with the stiffness of ropes in its matrix

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
+from heavylift.kernel.compiler.symbol import Value
+from heavylift.kernel.methods.step_state import Rate, StepState
 
-from .method import Attempt, Exponents, Method, Rate
+from .method import Attempt, Exponents, Method
 
 __all__ = ["AtRest", "Stepless"]
 
@@ -19,10 +18,10 @@ class Stepless(Method):
     order = evaluations = 0
     exponents = Exponents(0.0, 0.0, 0.0)
 
-    def attempt(self, s: SimpleNamespace, rate: Rate, h: Any, among: Any) -> Attempt:
+    def attempt(self, s: StepState, rate: Rate, h: Value, among: Value) -> Attempt:
         raise AssertionError("it has no native steps")
 
-    def keep(self, s: SimpleNamespace, h: Any, a: Attempt) -> None:
+    def keep(self, s: StepState, h: Value, a: Attempt) -> None:
         raise AssertionError("it has no native steps")
 
     def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:
@@ -35,5 +34,5 @@ class AtRest(Stepless):
     name = "at-rest"
     vectors = ()
 
-    def interpolate(self, s: SimpleNamespace, x: Any) -> Any:
+    def interpolate(self, s: StepState, x: Value) -> Value:
         return s.d0

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import isfinite
+from typing import get_args
 
+from heavylift.kernel.description.mechanics import MethodName
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.program import Program
 
@@ -35,7 +37,9 @@ def choose(name: str, program: Program) -> Method:
     if name == AtRest.name:
         return AtRest()
     if name not in METHODS:
-        raise KernelError(f"method '{name}': there is none of this name; choose one of {', '.join(METHODS)}")
+        raise KernelError(
+            f"method '{name}': there is none of this name; choose one of {', '.join(get_args(MethodName))}"
+        )
     return METHODS[name](program)
 
 

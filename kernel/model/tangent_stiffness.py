@@ -13,9 +13,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.function import OPAQUE, Primitive
+from heavylift.kernel.compiler.function import OPAQUE, Outputs, Primitive
 from heavylift.kernel.compiler.native_linear_algebra import Factors, solver
 from heavylift.kernel.compiler.native_loops import Code
+from heavylift.kernel.compiler.symbol import Array, Scalar
 
 __all__ = ["FOURTH", "SECOND", "Tangent"]
 
@@ -57,7 +58,7 @@ class Tangent:
         c = Code("factorise_tangent", ["M"])
         self.factors.factorise(c)
 
-        def factorise(M: np.ndarray) -> dict[str, Any]:
+        def factorise(M: np.ndarray) -> Outputs:
             self.factors.factorise_floats(M)
             return {}
 
@@ -125,7 +126,9 @@ class Tangent:
             with c.loop(0, nv) as i:
                 c.store(c.let(f"fdiv double {c.load(c.at(row, i))}, {h}"), c.at(row, i))
 
-        def floats(t: Any, y: Any, P: Any, G: Any, order: Any, columns: Any, work: Any, J: Any) -> dict[str, Any]:
+        def floats(
+            t: Scalar, y: Array, P: Array, G: Array, order: Array, columns: Array, work: Array, J: Array
+        ) -> Outputs:
             steps, abreast, firsts, lasts = columns.reshape(nv, 4).T
             ways = []
             for n in range(self.abreast):

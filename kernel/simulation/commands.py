@@ -14,11 +14,12 @@ import numpy as np
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.parameters import PROFILE, RopeAt
+from heavylift.kernel.forces.ropes import RopeAt
+from heavylift.kernel.model.parameters import PROFILE
+from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.references import References
 from heavylift.kernel.model.switching import StateEvent, Switches
 from heavylift.kernel.multibody.joint_locking import lock_of
-from heavylift.kernel.simulation.impacts.halting import moving_drive
 from heavylift.kernel.simulation.native.native_state import NativeState
 
 from .call_order import CallOrder
@@ -55,7 +56,7 @@ class Commands:
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
         """Let an actuator follow k1 s + kc cos s + ks sin s of a master from here on; "" releases it."""
         self._standing("set_follow")
-        self.references.set_follow(actuator, self._native.epoch, master, f, self._masters_now())
+        self.references.set_follow(actuator, self._native.epoch, master, f, self.masters_now())
 
     def set_brake(self, brake: str, engaged: bool) -> None:
         """Close a brake where its joint stands, or open it."""
@@ -78,7 +79,7 @@ class Commands:
             return None
         native, before, at_lock = self._native, self._native.row(), self._native.account("heat", lock)
         heat = native.state[at_lock]
-        if engaged and len(native.program.constraints) and (moving := moving_drive(native.program, before.v)):
+        if engaged and len(native.program.constraints) and (moving := _moving_drive(native.program, before.v)):
             raise KernelError(
                 f"lock '{lock}' at {native.epoch * 1e-9:.3f} s: drive '{moving}' moves; stop it before a joint of a "
                 "scene with closed loops is locked"
@@ -163,7 +164,7 @@ class Commands:
         elastic, rigid = ([r.name for r in ropes] for ropes in (system.ropes, system.rigid_ropes))
         return float(row.elongation[elastic.index(rope)] if rope in elastic else -row.slack[rigid.index(rope)])
 
-    def _masters_now(self) -> list[float]:
+    def masters_now(self) -> list[float]:
         """Values of masters and measured scalars at the epoch."""
         native, program = self._native, self._native.program
         values = [self.references.own(m.name, native.epoch)[0] for m in program.system.masters]
@@ -183,3 +184,9 @@ def _is_place(p: Any) -> bool:
         and len(p) == 3
         and all(isinstance(x, float | int | np.number) and np.isfinite(x) for x in p)
     )
+
+
+def _moving_drive(program: Program, v: np.ndarray) -> str:
+    """The first prescribed drive that is in motion, "" if none."""
+    drives = (d for d in program.system.drives if d.kind == "prescribed")
+    return next((d.name for d in drives if v[program.driven(d)[1]] != 0.0), "")

@@ -13,7 +13,7 @@ import numpy as np
 from heavylift.kernel.description.notes import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.force_law import Ended
-from heavylift.kernel.model.parameters import RopeAt
+from heavylift.kernel.forces.ropes import RopeAt
 from heavylift.kernel.model.switching import StateEvent, Switches
 from heavylift.kernel.simulation.impacts.active_sets import KINDS
 from heavylift.kernel.simulation.native.native_state import FOREVER_NS, NativeState
@@ -27,7 +27,6 @@ from .integrator import Integrator
 __all__ = ["Events"]
 
 CHATTER = 200  # events at one instant, after which the laws contradict each other
-INITIAL = ("rope", "support", "lower", "upper", "force")  # guards that tell discrete states of the start
 
 
 class Events:
@@ -52,11 +51,21 @@ class Events:
         """Names of the laws whose event is next."""
         return [self._native.program.guards[i][1] for i in self.fallen]
 
+    @property
+    def present_ns(self) -> int:
+        """First time at which commands can still be given; steps until then are history."""
+        native = self._native
+        X = native.X if self.before is None else self.before
+        t = float(X[native.at["t0" if X[native.at["tentative"]] > 0.0 else "t"]])
+        present = native.epoch + max(0, ceil(t * 1e9) - 1)
+        return present if native.local(present) >= t else present + 1
+
     def start(self) -> None:
         """Switch what the initial pose says."""
         native = self._native
-        for i, (kind, _) in enumerate(native.program.guards):
-            if kind in INITIAL and native.part("G")[i] < 0.0:
+        for i, guard in enumerate(native.program.guards):
+            found = native.program.of_guard.get(guard)
+            if found and found.law.initial and native.part("G")[i] < 0.0:
                 self._switches.fire(i, native.row())
 
     def look(self) -> None:

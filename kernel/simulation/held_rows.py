@@ -8,8 +8,7 @@ from heavylift.kernel.description.notes import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.references import References
 from heavylift.kernel.model.switching import StateEvent
-from heavylift.kernel.simulation.assembly.assembly import assemble, locked, lost
-from heavylift.kernel.simulation.assembly.causes import torn
+from heavylift.kernel.simulation.assembly.assembly import assemble, locked, lost, torn
 from heavylift.kernel.simulation.impacts.active_sets import Act, ContactSets
 from heavylift.kernel.simulation.impacts.rope_impacts import resolve
 from heavylift.kernel.simulation.native.native_state import NativeState

@@ -12,11 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
-from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.methods.step_state import StepState
 from heavylift.kernel.simulation.native.native_state import NativeState
 from heavylift.kernel.simulation.native.peaks import AHEAD, SLIGHT, higher
 
@@ -85,7 +85,7 @@ class PeakSearch:
         """Look for the hills that the last two steps, just committed, have shown; they count among the peaks."""
         native = self._native
         names = ("t", "t0", "ta", "Ta", "Tb", "T", "top", "skips")
-        seen = SimpleNamespace(**{name: native.X[native.at[name]] for name in names})
+        seen = StepState(**{name: native.X[native.at[name]] for name in names})
         due = np.array(higher(seen, seen.t), dtype=bool) & (seen.skips < 0.0)
         self._search(np.flatnonzero(due), self._step(LAST, NOW), self._step(BEFORE, LAST))
 

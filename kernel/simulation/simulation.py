@@ -41,7 +41,7 @@ from .held_rows import HeldRows
 from .integrator import Integrator
 from .recorder import Recorder
 from .shared_loads import note_shared_loads
-from .snapshots import go_on, kept
+from .snapshots import Snapshot, go_on, kept
 
 __all__ = ["FOREVER_NS", "Simulation"]
 
@@ -94,11 +94,6 @@ class Simulation(Commanded):
         """Time of the last event or command [ns]."""
         return self.native.epoch
 
-    @property
-    def evaluations(self) -> int:
-        """Of the right-hand side so far, in steps (see `NativeState`)."""
-        return self.native.evaluations
-
     def __getitem__(self, name: str) -> float:
         """A scalar of X."""
         return self.native[name]
@@ -133,7 +128,7 @@ class Simulation(Commanded):
             return self.events.t_ns
         if self.still:
             return FOREVER_NS
-        return self.epoch + ceil(self["t"] * 1e9)
+        return self.native.epoch + ceil(self.native["t"] * 1e9)
 
     @property
     def event(self) -> bool:
@@ -143,11 +138,7 @@ class Simulation(Commanded):
     @property
     def present_ns(self) -> int:
         """First time at which commands can still be given; steps until then are history."""
-        native, before = self.native, self.events.before
-        X = native.X if before is None else before
-        t = float(X[native.at["t0" if X[native.at["tentative"]] > 0.0 else "t"]])
-        present = self.epoch + max(0, ceil(t * 1e9) - 1)
-        return present if native.local(present) >= t else present + 1
+        return self.events.present_ns
 
     @property
     def now(self) -> float:
@@ -160,7 +151,7 @@ class Simulation(Commanded):
             self.settle()
         self.order.check_settled("run", self.epoch)
         check_time(until_ns)
-        self.order.phase = GOING
+        self.order.phase, native = GOING, self.native
         while not self.still:
             if self.events.fallen:
                 if self.event or self.events.t_ns > until_ns:
@@ -169,10 +160,10 @@ class Simulation(Commanded):
                 self.settle()
                 self.order.phase = GOING
                 continue
-            horizon = self.native.local(until_ns)
-            if self["t"] > horizon and self["tentative"] > 0.0:
+            horizon = native.local(until_ns)
+            if native["t"] > horizon and native["tentative"] > 0.0:
                 return
-            if self["t"] >= self["t_stop"]:
+            if native["t"] >= native["t_stop"]:
                 self.integrator.pass_break()
             elif self.integrator.peaking:
                 self.integrator.commit()
@@ -224,11 +215,8 @@ class Simulation(Commanded):
 
         Raises KernelError for a time before steps that are committed, or behind an event that somebody subscribed to.
         """
-        self.order.check_begun()
-        check_time(t_ns)
-        if self.order.phase in (PAUSED, STOPPED) and t_ns == self.epoch:
+        if self.order.stands_at(t_ns, self.epoch):
             return
-        self.order.check_settled("interrupt", self.epoch)
         check_present(t_ns, self.present_ns)
         self.run(t_ns, pause)  # what ends or happens unheard by then comes first
         if self.event and self.events.t_ns < t_ns:
@@ -308,30 +296,12 @@ class Simulation(Commanded):
         y[:nq] = q
         return self.native.rate(y)[0][nq : nq + self.program.nv]
 
-    @property
-    def parts(self) -> dict[str, object]:
-        """All whose state a snapshot keeps, by name."""
-        steps = {"steps": self.recorder.steps} if self.recorder.steps else {}
-        return {
-            "simulation": self,
-            "order": self.order,
-            "native": self.native,
-            "recorder": self.recorder,
-            **steps,
-            "balance": self.recorder.energy.balance,
-            "events": self.events,
-            "patience": self.events.patience,
-            "rattling": self.events.rattling,
-            "references": self.references,
-            "switches": self.switches,
-        }
-
-    def snapshot(self) -> dict[str, Any]:
+    def snapshot(self) -> Snapshot:
         """All that the future depends on (see `snapshots`)."""
         self.order.check_begun()
-        return kept(self.parts, self.native)
+        return kept(self, self.native)
 
-    def restore(self, snapshot: dict[str, Any]) -> None:
+    def restore(self, snapshot: Snapshot) -> None:
         """Go on from the snapshot of a simulation of the same system and options, bit for bit; start this one first."""
         self.order.check_begun()
-        go_on(self.parts, self.native, snapshot)
+        go_on(self, self.native, snapshot)

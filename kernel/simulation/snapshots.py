@@ -1,13 +1,14 @@
 """A simulation between two calls as plain numbers, and a simulation that goes on from them bit for bit.
 
 Step size and its history, the tentative step, armed guards and modes are in X, P and M; beside them stand laws with
-their starts, accounts and the number of the next sample.  `parts` are those of `Simulation.parts`.
+their starts, accounts and the number of the next sample.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from copy import copy, deepcopy
+from functools import reduce
 from hashlib import sha256
 from typing import Any
 
@@ -15,73 +16,80 @@ import numpy as np
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.simulation.native.native_state import NativeState
 
-__all__ = ["back", "foreign", "go_on", "kept", "mark"]
+__all__ = ["Snapshot", "back", "foreign", "go_on", "kept", "mark", "read", "write"]
 
-State = dict[str, dict[str, Any]]
-Parts = Mapping[str, object]
+Snapshot = dict[str, Any]
+Table = Mapping[str, tuple[str, ...]]  # part of a run, by its path -> names of its state; (): all that it has
 
-KEPT: dict[str, tuple[str, ...]] = {  # part of a simulation -> its state; (): all of it
-    "simulation": ("still",),
+CHANGED: Table = {  # by a run in which nothing happens
+    "": ("still",),
     "order": ("phase",),
     "native": ("X", "P", "M", "epoch", "notes"),
     "recorder": ("rows", "number", "rested"),
-    "steps": ("lengths", "missed"),
-    "balance": (),
+    "recorder.steps": ("lengths", "missed"),
+    "recorder.energy.balance": (),
     "events": ("fallen", "t_ns", "before", "instant"),
-    "patience": ("since", "crowd", "spell"),
-    "rattling": ("counts",),
+    "events.patience": (),
+}
+KEPT: Table = {
+    **CHANGED,
+    "events.rattling": ("counts",),
     "references": ("actuators",),
     "switches": ("watched",),
 }
 IN_PLACE = ("X", "P", "M", "rows", "notes")  # as all tables are: they are in other hands, too
-COMMANDED = ("rattling", "references", "switches")  # what changes only where something happens
 
 
-def _state(part: object, names: tuple[str, ...]) -> dict[str, Any]:
-    return {name: getattr(part, name) for name in names or vars(part)}
+def _part(run: object, path: str) -> object:
+    return reduce(getattr, path.split("."), run) if path else run
 
 
-def _write(part: object, state: Mapping[str, Any]) -> None:
-    """Bring a part to a state."""
-    for name, x in state.items():
-        mine = getattr(part, name)
-        if name in IN_PLACE and mine is not None:
-            mine[:] = x
-        elif isinstance(mine, dict):
-            mine.clear()
-            mine.update(x)
-        else:
-            setattr(part, name, x)
+def read(run: object, table: Table) -> Snapshot:
+    """The state of the parts of a run, nothing copied."""
+    parts = {path: _part(run, path) for path in table}
+    return {
+        path: {name: getattr(x, name) for name in table[path] or vars(x)} for path, x in parts.items() if x is not None
+    }
 
 
-def kept(parts: Parts, native: NativeState) -> dict[str, Any]:
-    """All that the future depends on."""
-    state = {name: _state(part, KEPT[name]) for name, part in parts.items()}
+def write(run: object, state: Snapshot) -> None:
+    """Bring the parts of a run to a state."""
+    for path, values in state.items():
+        part = _part(run, path)
+        for name, x in values.items():
+            mine = getattr(part, name)
+            if name in IN_PLACE and mine is not None:
+                mine[:] = x
+            elif isinstance(mine, dict):
+                mine.clear()
+                mine.update(x)
+            else:
+                setattr(part, name, x)
+
+
+def kept(run: object, native: NativeState) -> Snapshot:
+    """All that the future of a simulation depends on."""
     variant = {"locked": sorted(native.program.locked), "calm": sorted(native.calm)}
-    return deepcopy({**state, "variant": variant, "scene": _scene(native)})
+    return deepcopy({"state": read(run, KEPT), "variant": variant, "scene": _scene(native)})
 
 
-def go_on(parts: Parts, native: NativeState, snapshot: dict[str, Any]) -> None:
+def go_on(run: object, native: NativeState, snapshot: Snapshot) -> None:
     """Bring a started simulation to the point of a snapshot; raises KernelError for one of another scene."""
     if not isinstance(snapshot, dict) or snapshot.get("scene") != _scene(native):
         raise foreign()
-    state = deepcopy(snapshot)
-    native.calm = frozenset(state["variant"]["calm"])
-    native.use(frozenset(state["variant"]["locked"]))
-    for name, part in parts.items():
-        _write(part, state[name])
+    native.calm = frozenset(snapshot["variant"]["calm"])
+    native.use(frozenset(snapshot["variant"]["locked"]))
+    write(run, deepcopy(snapshot["state"]))
 
 
-def mark(parts: Parts) -> State:
+def mark(run: object) -> Snapshot:
     """What a run changes as long as nothing happens, for `back`; cheaper than a snapshot."""
-    changed = {name: part for name, part in parts.items() if name not in COMMANDED}
-    return {name: {k: copy(x) for k, x in _state(part, KEPT[name]).items()} for name, part in changed.items()}
+    return {path: {k: copy(x) for k, x in values.items()} for path, values in read(run, CHANGED).items()}
 
 
-def back(parts: Parts, marked: State) -> None:
+def back(run: object, marked: Snapshot) -> None:
     """Stand again where `mark` was made, before anything happened."""
-    for name, state in marked.items():
-        _write(parts[name], state)
+    write(run, marked)
 
 
 def foreign() -> KernelError:

@@ -9,7 +9,7 @@ from heavylift.kernel.analysis import equilibrium
 from heavylift.kernel.description.forces import Bushing, Load, Torsion
 from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Measured, Point, Rope, System, Threshold
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.islands.islands import simulate
+from heavylift.kernel.islands.choice import simulate
 from small_scenes import SECOND, X, Y, Z, column, cube, hand_over, imbalance, started
 
 ROUNDING = 1.01  # [ns] events are rounded up to the next nanosecond
@@ -87,7 +87,7 @@ def test_a_drive_follows_a_measured_angle_past_half_a_turn(turns):
     s.set_follow("push", "angle", (k, 0.0, 0.0))  # anew, from an angle of several turns
     s.settle()
     assert float(s.row().q[s.program.graph.joint("slide").q.start]) == place
-    assert s.masters_now() == pytest.approx([speed], abs=EXACT)
+    assert s.commands.masters_now() == pytest.approx([speed], abs=EXACT)
 
 
 def spring(kind: str, axis=Z) -> Bushing | Torsion:
@@ -168,7 +168,7 @@ def test_cubes_turn_alike_at_fixed_steps_however_far_one_step_turns():
     s = started(scene, method="rk4", step=0.05)
     hand_over(s, SECOND)
     s.settle()
-    assert s.masters_now() == pytest.approx([100.0], abs=EXACT)
+    assert s.commands.masters_now() == pytest.approx([100.0], abs=EXACT)
 
 
 def test_turns_are_kept_where_islands_merge():

@@ -17,7 +17,7 @@ from heavylift.kernel.description.mechanics import (
     Support,
     System,
 )
-from heavylift.kernel.forces import laws
+from heavylift.kernel.forces.ropes import RopeLaw
 from small_scenes import EA, MASS, SECOND, G, X, Y, Z, column, cube, events, hand_over, hung, imbalance, slider, started
 
 CLOSES = 1e-10  # of the energy turned over
@@ -48,26 +48,24 @@ def test_a_winch_pays_for_the_tension_and_for_the_strain_that_it_winds_up():
 
 
 def test_without_the_wound_up_strain_the_balance_misses(monkeypatch):
-    whole = laws.rope
+    whole = RopeLaw.answer
 
-    def tension_only(p, L0, dL0, bodies, clamped):
-        x = whole(p, L0, dL0, bodies)
-        x.work = -x.tension * dL0
-        return x
+    def tension_only(law, f, p, ends, signal, joint, t):
+        x = whole(law, f, p, ends, signal, joint, t)
+        return replace(x, work=-x.shown[0] * signal[1])
 
-    monkeypatch.setattr(laws, "rope", tension_only)
+    monkeypatch.setattr(RopeLaw, "answer", tension_only)
     assert imbalance(hoist(2.0e5, cache=False)) > 1e-4
 
 
 def test_a_damper_left_out_of_the_accounts_shows(monkeypatch):
-    whole = laws.rope
+    whole = RopeLaw.answer
 
-    def uncounted(p, L0, dL0, bodies, clamped):
-        x = whole(p, L0, dL0, bodies)
-        x.heat = 0.0 * x.heat
-        return x
+    def uncounted(*given):
+        x = whole(*given)
+        return replace(x, heat=0.0 * x.heat)
 
-    monkeypatch.setattr(laws, "rope", uncounted)
+    monkeypatch.setattr(RopeLaw, "answer", uncounted)
     assert imbalance(hoist(2.0e5, cache=False)) > 1e3 * CLOSES
 
 

@@ -16,12 +16,12 @@ def test_as_many_are_counted_as_are_made(method):
         return evaluate(**given)
 
     rate.body = evaluated
-    before = simulation.evaluations
+    before = simulation.native.evaluations
     simulation.run(SECOND // 4)
-    assert made[0] == simulation.evaluations - before > 20
+    assert made[0] == simulation.native.evaluations - before > 20
 
 
 def test_fixed_steps_cost_what_their_tableau_says():
     simulation = started(hung(60.2), method="rk4", step=0.01)
     simulation.run(SECOND // 2)
-    assert simulation.evaluations == 4 * simulation["accepted"]
+    assert simulation.native.evaluations == 4 * simulation["accepted"]

@@ -46,6 +46,6 @@ def test_as_many_evaluations_are_counted_as_are_made(method):
             made[0] = before
 
     s.native.code.call = located
-    before = s.evaluations
+    before = s.native.evaluations
     s.run(SECOND // 4)
-    assert made[0] == s.evaluations - before > 20
+    assert made[0] == s.native.evaluations - before > 20

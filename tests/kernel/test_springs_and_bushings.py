@@ -200,7 +200,7 @@ def test_the_accounts_close_for_tumbling_bodies(force):
 def test_equal_bushings_share_one_function():
     other = Bushing("n", Point("a"), Point("world"), D, K)
     program = Simulation(replace(pair(X, Z), forces=(Bushing("m", P_A, P_B, K, D, R_A, R_B), other))).program
-    assert program.forces[0].function is program.forces[1].function
+    assert program.laws[0].function is program.laws[1].function
 
 
 def unsymmetric(A):

@@ -100,4 +100,4 @@ def test_a_scene_with_more_of_a_law_is_another_scene(folder):
     Simulation(slider())
     spring = JointSpring("s", "load-guide", 2.0)
     assert not Simulation(replace(slider(), springs=(spring,))).native.code.cached
-    assert Simulation(replace(slider(), springs=(replace(spring, k=5.0),)))._code.cached
+    assert Simulation(replace(slider(), springs=(replace(spring, k=5.0),))).native.code.cached

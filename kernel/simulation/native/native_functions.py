@@ -7,24 +7,22 @@ Blocks: X (state of the steps), P (numbers of the scene and discrete states), M 
 from __future__ import annotations
 
 from collections.abc import Callable
-from types import SimpleNamespace
-from typing import Any
 
 from heavylift.kernel.compiler.emit import Parts, Sequence, While, module
 from heavylift.kernel.compiler.function import OPAQUE, Function, flatten
 from heavylift.kernel.compiler.layout import Layout
+from heavylift.kernel.compiler.symbol import Value
 from heavylift.kernel.methods.control import Control, ErrorControl
-from heavylift.kernel.methods.method import Method, Rate, inside
+from heavylift.kernel.methods.method import Method, inside
+from heavylift.kernel.methods.step_state import SCALARS, Rate, StepState
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.tangent_stiffness import Tangent
-from heavylift.kernel.simulation.assembly.projection import projection
-from heavylift.kernel.simulation.impacts.halting import halted
-from heavylift.kernel.simulation.impacts.impact import kick, kicking, survey, surveying
 
 from .peaks import POINTS, STATES
+from .row_functions import halted, kick, kicking, projection, survey, surveying
 from .sample_row import columns, row_layout
-from .steps import SCALARS, Row, bisect, close, commit, complete, look, refresh, sample, step
+from .steps import Row, bisect, close, commit, complete, look, refresh, sample, step
 
 __all__ = ["Stepping"]
 
@@ -61,18 +59,18 @@ class Stepping:
         asked = [name for name, there in extra.items() if there]
         self.rate_sizes = {"dy": p.ny, "T": n_ropes, "G": n_guards, **dict.fromkeys(asked, 1)}
 
-        def rate(t: Any, y: Any, P: Any) -> dict[str, Any]:
+        def rate(t: Value, y: Value, P: Value) -> dict[str, Value]:
             x = evaluate(p, t[0], y, P, t[1])
             return {"dy": x.dy, "T": x.pulls, "G": x.guards, **{name: [getattr(x, name)] for name in asked}}
 
-        def take(s: SimpleNamespace, rate: Rate, row: Row) -> None:
+        def take(s: StepState, rate: Rate, row: Row) -> None:
             step(s, rate, method, control)
 
         state = {"t": 1, "y": p.ny, "P": n_p}
         self.f_rate = Function("rate", rate, {**state, "t": 2}, vectors=["dy"])
         self.f_project = projection(p) if rows["gap"] else None
 
-        def row(t: Any, y: Any, P: Any) -> dict[str, Any]:
+        def row(t: Value, y: Value, P: Value) -> dict[str, Value]:
             at = self.f_project(t=t, y=y, P=P).place if self.f_project else y
             return {"values": columns(evaluate(p, t[0], at, P))}
 
@@ -125,8 +123,8 @@ class Stepping:
         blocks = {"t": 1, "y": p.ny, "P": n_p}
         at_once = Function("halted", lambda t, y, P: {"after": halted(evaluate(p, t[0], y, P))}, blocks, ["after"])
 
-        def body(X: Any, P: Any) -> dict[str, Any]:
-            s = self.layout.unpack(X)
+        def body(X: Value, P: Value) -> dict[str, Value]:
+            s = self.layout.unpack(X, StepState)
             s.y = at_once(t=[s.t], y=s.y, P=P).after
             return {"X": self.layout.pack(s)}
 
@@ -140,19 +138,21 @@ class Stepping:
     def _plain(self, name: str, part: Callable[..., None]) -> Function:
         """A function of the blocks X, in scalars, and P made of `part(s, P)`."""
 
-        def body(X: Any, P: Any) -> dict[str, Any]:
-            s = self.plain.unpack(X)
+        def body(X: Value, P: Value) -> dict[str, Value]:
+            s = self.plain.unpack(X, StepState)
             part(s, P)
             return {"X": self.plain.pack(s)}
 
         return Function(name, body, {"X": self.plain.size, "P": OPAQUE})
 
-    def _on_method(self, name: str, part: Callable[..., Any], matrices: bool = False, plain: bool = False) -> Function:
+    def _on_method(
+        self, name: str, part: Callable[..., Value], matrices: bool = False, plain: bool = False
+    ) -> Function:
         """A part of a method, `part(s, rate)`; `plain`: it wants the state in scalars."""
         return self._on_block(name, lambda s, rate, row: part(s, rate), matrices=matrices, plain=plain)
 
     def _on_block(
-        self, name: str, part: Callable[..., Any], table: bool = False, matrices: bool = False, plain: bool = False
+        self, name: str, part: Callable[..., Value], table: bool = False, matrices: bool = False, plain: bool = False
     ) -> Function:
         """A function of the blocks X and P (and M, and a table) made of `part(s, rate, row)`.
 
@@ -160,8 +160,8 @@ class Stepping:
         """
         layout = self.plain if plain else self.layout
 
-        def body(X: Any, P: Any, M: Any = None) -> dict[str, Any]:
-            s = layout.unpack(X)
+        def body(X: Value, P: Value, M: Value = None) -> dict[str, Value]:
+            s = layout.unpack(X, StepState)
             s.M, s.P = M, P
             r = part(
                 s,

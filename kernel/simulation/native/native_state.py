@@ -6,13 +6,12 @@ X and P are the same in all.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from functools import partial
 from math import ceil
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
+from heavylift.kernel.compiler.layout import Places
 from heavylift.kernel.compiler.machine_code import Library
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.description.notes import Note
@@ -61,7 +60,7 @@ class NativeState:
         self.use(None)
         self.P = self.program.parameters.initial.copy()
         self.X = np.zeros(self.method.layout.size)
-        self.at: Mapping[str, Any] = self.method.layout.at
+        self.at: Places = self.method.layout.at
         chosen = self.method.method
         self.M = np.zeros(chosen.matrices) if chosen.matrices else None
         for name, value in chosen.constants().items():
@@ -182,7 +181,7 @@ class NativeState:
 
     def row(self) -> SimpleNamespace:
         """The present state as a sample row."""
-        return self.method.row_layout.unpack(self.raw().copy())
+        return self.method.row_layout.unpack(self.raw().copy(), SimpleNamespace)
 
     def raw(self) -> np.ndarray:
         """The same as it stands in the native table until the next call."""

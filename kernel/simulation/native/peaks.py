@@ -8,12 +8,10 @@ a third of what is missing (steps of up to two radians).
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
-from heavylift.kernel.compiler.symbol import any_of, maximum, select
-from heavylift.kernel.methods.method import Rate, inside
+from heavylift.kernel.compiler.symbol import Value, any_of, maximum, select
+from heavylift.kernel.methods.method import inside
+from heavylift.kernel.methods.step_state import Rate, StepState
 
 __all__ = ["AHEAD", "POINTS", "SLIGHT", "STATES", "begin", "higher", "remember", "watch"]
 
@@ -25,7 +23,7 @@ SEEN = 3.0  # times what a parabola sees
 AHEAD = 1e-6  # [s] to where a rate is measured
 
 
-def begin(s: SimpleNamespace, rate: Rate) -> None:
+def begin(s: StepState, rate: Rate) -> None:
     """At the start of a stretch: a point before it, on the tangent."""
     ahead = rate(s.t + AHEAD, inside(s), s.y + AHEAD * s.f).T
     s.ta, s.t0, s.Tb, s.Ta = s.t - AHEAD, s.t, s.T, 2.0 * s.T - ahead
@@ -34,14 +32,14 @@ def begin(s: SimpleNamespace, rate: Rate) -> None:
     s.peaking, s.hill, s.older, s.skips = 0.0, 0.0 * s.T, 0.0 * s.T, 0.0 * s.T
 
 
-def remember(s: SimpleNamespace) -> None:
+def remember(s: StepState) -> None:
     """Before an attempt: the last step, if it was taken, becomes the one before it."""
     taken = s.t > s.t0
     s.ta, s.Ta, s.Tb = select(taken, s.t0, s.ta), select(taken, s.Tb, s.Ta), select(taken, s.T, s.Tb)
     s.ya, s.fa = select(taken, s.d0, s.ya), select(taken, s.f0, s.fa)
 
 
-def watch(s: SimpleNamespace, ok: Any) -> None:
+def watch(s: StepState, ok: Value) -> None:
     """After an attempt: whether it shows a hill that may be the highest and is not skipped."""
     rising = [ok & h for h in higher(s, select(ok, s.t, s.t0 + 1.0))]
     due = [h & (n <= 0.0) for h, n in zip(rising, s.skips, strict=True)]
@@ -49,7 +47,7 @@ def watch(s: SimpleNamespace, ok: Any) -> None:
     s.peaking = select(any_of(due), 1.0, 0.0)
 
 
-def higher(s: SimpleNamespace, end: Any) -> list[Any]:
+def higher(s: StepState, end: Value) -> list[Value]:
     """Of each rope, whether the last two steps, to time `end`, show a hill that may be the highest."""
     before, after, whole = 1.0 / (s.t0 - s.ta), 1.0 / (end - s.t0), 1.0 / (end - s.ta)
     hills = []

@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from types import SimpleNamespace
-from typing import Any
 
 from heavylift.kernel.compiler.function import flatten
 from heavylift.kernel.compiler.layout import Layout
+from heavylift.kernel.compiler.symbol import Value
+from heavylift.kernel.methods.step_state import StepState
 from heavylift.kernel.model.evaluation import Evaluation
 from heavylift.kernel.model.program import Program
 
@@ -28,12 +28,12 @@ class Instant:
         self.x, self.program = x, x.program
 
     @cached_property
-    def energies(self) -> tuple[list[Any], Any, Any]:
+    def energies(self) -> tuple[list[Value], Value, Value]:
         """Poses, kinetic and potential energy."""
         return self.x.poses_and_energies()
 
     @cached_property
-    def loads(self) -> list[list[Any]]:
+    def loads(self) -> list[list[Value]]:
         """Of loops; tensions, slacks and lengths of rigid ropes."""
         values, ropes = self.x.loads(), len(self.program.system.rigid_ropes)
         first = len(values) - 3 * ropes
@@ -51,14 +51,14 @@ class Columns:
     unit: str
     frame: str
     owners: Callable[[Program], Sequence[str]]
-    read: Callable[[Instant], Any] | None = None
+    read: Callable[[Instant], Value] | None = None
     kept: str = ""
     single: bool = False
 
 
-def _names(group: str, times: int = 1) -> Callable[[Program], list[str]]:
-    """Of the elements of one kind, each as often as it has columns."""
-    return lambda p: [x.name for x in getattr(p.system, group) for _ in range(times)]
+def _names(group: str) -> Callable[[Program], list[str]]:
+    """Of the elements of one kind."""
+    return lambda p: [x.name for x in getattr(p.system, group)]
 
 
 def _coordinates(p: Program) -> list[str]:
@@ -71,8 +71,14 @@ def _velocities(p: Program) -> list[str]:
     return [k.body.name for k in links for _ in range(k.v.start, k.v_modes.stop)]
 
 
-def _shown(p: Program) -> list[str]:
-    return [x.name for x in p.forces for _ in x.law.shows(x.force)]
+def _law(group: str, unit: str, frame: str) -> Columns:
+    """Of what laws show in this group (see `Shown`)."""
+    return Columns(group, unit, frame, lambda p: [x for (_, x), _, _ in p.columns[group]], lambda i: i.x.column(group))
+
+
+def _signals(i: int) -> Callable[[Instant], list[Value]]:
+    """Values (0) or rates (1) of what elastic ropes are led by."""
+    return lambda x: [x.x.signals[r.name][i] for r in x.program.system.ropes]
 
 
 def _angles(p: Program) -> list[str]:
@@ -88,15 +94,15 @@ ROW = (
     Columns("v", "m/s or rad/s", "joint", _velocities, lambda i: i.x.v),
     Columns("accounts", "J", "", lambda p: [f"{what} {x}" for what, x in p.accounts], lambda i: i.x.accounts),
     Columns("turned", "rad", "joint", _angles, lambda i: [i.x.turned[label] for label in i.program.angles]),
-    Columns("tension", "N", "rope", _names("ropes"), lambda i: i.x.tensions),
-    Columns("length", "m", "rope", _names("ropes"), lambda i: i.x.lengths),
-    Columns("length_rate", "m/s", "rope", _names("ropes"), lambda i: i.x.length_rates),
-    Columns("elongation", "m", "rope", _names("ropes"), lambda i: i.x.elongations),
-    Columns("normal", "N", "world", _names("supports"), lambda i: i.x.normals),
-    Columns("place", "m", "world", _names("supports", 2), lambda i: i.x.places),
-    Columns("velocity", "m/s", "world", _names("supports", 2), lambda i: i.x.velocities),
-    Columns("stored", "J", "", lambda p: p.stored, lambda i: i.x.stored),
-    Columns("shown", "of the law", "of the law", _shown, lambda i: i.x.shown),
+    _law("tension", "N", "rope"),
+    Columns("length", "m", "rope", _names("ropes"), _signals(0)),
+    Columns("length_rate", "m/s", "rope", _names("ropes"), _signals(1)),
+    _law("elongation", "m", "rope"),
+    _law("normal", "N", "world"),
+    _law("place", "m or rad", "world, joint"),
+    _law("velocity", "m/s or rad/s", "world, joint"),
+    Columns("stored", "J", "", lambda p: [x for _, x in p.stores], lambda i: [i.x.stored[k] for k in i.program.stores]),
+    _law("shown", "of the law", "of the law"),
     Columns("poses", "m, 1", "world", lambda p: [k.body.name for k in p.graph.links for _ in range(12)],
             lambda i: i.energies[0]),
     Columns("kinetic", "J", "", _one, lambda i: i.energies[1], single=True),
@@ -119,13 +125,13 @@ def row_layout(program: Program) -> Layout:
     return Layout({c.name: None if c.single else len(c.owners(program)) for c in ROW})
 
 
-def columns(x: Evaluation) -> list[Any]:
+def columns(x: Evaluation) -> list[Value]:
     """The values of all columns that are read of an evaluation."""
     instant = Instant(x)
     return flatten([c.read(instant) for c in ROW if c.read])
 
 
-def kept(s: SimpleNamespace) -> list[Any]:
+def kept(s: StepState) -> list[Value]:
     """Those of the others, which the steps keep."""
     return flatten([getattr(s, c.kept) for c in ROW if not c.read])
 

@@ -118,9 +118,8 @@ def _pose(first: int) -> Read:
 def shown(p: Program) -> dict[tuple[str, str], list[tuple[str, int]]]:
     """Topic and unit of what forces show -> names with their columns in `row.shown`."""
     groups: dict[tuple[str, str], list[tuple[str, int]]] = {}
-    columns = [c for x in p.forces for c in x.law.shows(x.force)]
-    for i, (topic, name, unit) in enumerate(columns):
-        groups.setdefault((topic, unit), []).append((name, i))
+    for i, (_, _, x) in enumerate(p.columns["shown"]):
+        groups.setdefault((x.topic, x.unit), []).append((x.name, i))
     return groups
 
 

@@ -2,8 +2,7 @@
 
 inertia_check      something resists every motion
 energy_check       energy that comes out of nothing, or goes there
-step_check         a fixed step that is unstable or blind to a mode
-resolution_check   a fixed step that does not follow what moves; fastest_mode: which motion that is
+step_check         a fixed step that is unstable or does not follow what moves; fastest_mode: which motion that is
 progress_limit     too many steps or events: the run stops making progress
 chatter            ropes that go slack and taut faster than a run can resolve
 deflection_check   flexible bodies at the limits of their theory

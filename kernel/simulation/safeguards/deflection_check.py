@@ -14,7 +14,7 @@ from heavylift.kernel.description.forces import Load, Wind
 from heavylift.kernel.description.notes import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.switching import StateEvent
-from heavylift.kernel.multibody.flexible.small_deflections import NEVER, told
+from heavylift.kernel.multibody.flexible.small_deflections import NEVER, sentence
 from heavylift.kernel.simulation.native.native_state import NativeState
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ def _held(program: Program, i: int) -> bool:
     s, number = program.system, program.graph.number
     ends = {number(p.body) for r in s.straight_ropes for line in r.lines for p in (line.a, line.b)}
     ends |= {number(u.point.body) for u in s.supports} | set(program.constraints.bodies)
-    ends |= {end for x in program.forces if not isinstance(x.force, Load | Wind) for end in x.ends}
+    ends |= {end for x in program.laws if not isinstance(x.force, Load | Wind) for end in x.ends}
     return bool(carried & ends)
 
 
@@ -130,4 +130,4 @@ def _use(native: NativeState, link: Link) -> tuple[float, bool]:
 
 def _told(native: NativeState, link: Link, t_ns: int, refused: bool) -> str:
     use, turns = _use(native, link)
-    return told(link.body.name, link.joint.name, t_ns * 1e-9, turns, use, refused)
+    return sentence(link.body.name, link.joint.name, t_ns * 1e-9, turns, use, refused)

@@ -25,7 +25,7 @@ class EnergyCheck:
         self._kinetic = int(columns[self._at["kinetic"]])
         self._parts = np.concatenate([np.ravel(columns[self._at[k]]) for k in ("potential", "stored", "accounts")])
         works = [what == "work" for what, _ in p.accounts]
-        self._signs = np.where([False] * (1 + len(p.stored)) + works, -1.0, 1.0)
+        self._signs = np.where([False] * (1 + len(p.stores)) + works, -1.0, 1.0)
         self._mass = sum(b.mass for b in p.system.bodies)
         self._softness = np.array([0.5 / r.EA for r in p.system.ropes])  # of a metre: energy of a tension squared
 

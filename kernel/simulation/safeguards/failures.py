@@ -60,11 +60,8 @@ def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -
         i = program.graph.number(body)
         return (np.eye(3), np.zeros(3)) if i < 0 else (frames[i, 3:].reshape(3, 3), frames[i, :3])
 
-    first = 0
-    for x in program.forces:
-        shown = row.shown[first : first + len(x.law.shows(x.force))]
-        first += len(shown)
-        if isinstance(x.law, ReevingLaw) and (told := x.law.off_its_sheaves(x.force, pose, shown)):
+    for x in program.laws:
+        if isinstance(x.law, ReevingLaw) and (told := x.law.off_its_sheaves(x.force, pose, program.shown(x, row))):
             return KernelError(f"reeving '{x.name}' at {t:.3f} s: {told}")
     for link in program.graph.links:
         if not np.isfinite(v[link.v.start : link.v_modes.stop]).all():

@@ -69,9 +69,9 @@ def fastest(native: NativeState, J: np.ndarray) -> Fastest | None:
     with np.errstate(all="ignore"):  # what is not finite stays out of the ranking below
         here, ahead, back, fast, slow = at(0.0, 0.0), at(1.0, 0.0), at(-1.0, 0.0), at(0.0, 1.0), at(0.0, -1.0)
         share: dict[str, float] = {}
-        for i, name in enumerate(p.stored):
-            curved = ahead.stored[i] - 2.0 * here.stored[i] + back.stored[i]
+        for i, label in enumerate(p.stores):
+            curved = ahead.stored[label] - 2.0 * here.stored[label] + back.stored[label]
             heated = (fast.dy[p.nq + p.nv + i] + slow.dy[p.nq + p.nv + i]) / size
-            share[name] = share.get(name, 0.0) + float(np.nan_to_num(abs(curved) + abs(heated)))
+            share[label[1]] = share.get(label[1], 0.0) + float(np.nan_to_num(abs(curved) + abs(heated)))
     law = max(share, key=lambda n: (share[n], n)) if share else ""
     return Fastest(size / (2.0 * pi), float(-s[k].real / size), bodies[0][0], law if share.get(law, 0.0) > 0.0 else "")

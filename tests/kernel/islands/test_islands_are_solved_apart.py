@@ -21,8 +21,9 @@ from heavylift.kernel.description.mechanics import (
     merge,
 )
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.islands.choice import simulate
 from heavylift.kernel.islands.components import islands_of
-from heavylift.kernel.islands.islands import Islands, simulate
+from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.devs.execution.canonical import frozen, thawed
 

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from heavylift.kernel.algebra.spatial import force_cross, mirror, spatial_inertia
-from heavylift.kernel.compiler.symbol import named
+from heavylift.kernel.compiler.symbol import Array, named
 from heavylift.kernel.multibody.kinematics import Kinematics
 from heavylift.kernel.multibody.trees import Tree
 
 __all__ = ["newton_euler"]
 
 
-def newton_euler(tree: Tree, K: Kinematics, W: list[Any]) -> tuple[list[Any], list[Any]]:
+def newton_euler(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], list[Array]]:
     """Per body M (6, 6) and p (6,): M x + p is the wrench that its joints must bring together, where x (6,) is its
     acceleration beyond the bias K.A, in world axes about the tree's point; W: (6,) applied wrenches."""
     M, p = [], []
