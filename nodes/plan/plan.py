@@ -251,6 +251,11 @@ class Plan(Item, frozen=True, kw_only=True):
     limits: tuple[Limit, ...] = ()
     actions: tuple[Action, ...] = ()
 
+    @property
+    def machines(self) -> tuple[Crane | Loader | Block | Mechanism, ...]:
+        """All machines, in the order of their nodes."""
+        return (*self.cranes, *self.loaders, *([self.block] if self.block else []), *self.mechanisms)
+
 
 def drive_name(crane: str, axis: Literal["gantry", "upper", "lower"]) -> str:
     """Name of the actuator that moves a crane or one of its trolleys."""

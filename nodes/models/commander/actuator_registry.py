@@ -15,9 +15,7 @@ TURN = "turn"  # the Master of a turn-over, and the commander's own actor that m
 
 def machines(plan: Plan) -> list[str]:
     """Names of all machines, in the order of the plan."""
-    before = [*(crane.name for crane in plan.cranes), *(loader.name for loader in plan.loaders)]
-    block = [plan.block.name] if plan.block else []
-    return before + block + [mechanism.name for mechanism in plan.mechanisms]
+    return [machine.name for machine in plan.machines]
 
 
 def turns(plan: Plan) -> bool:

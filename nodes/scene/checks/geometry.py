@@ -124,11 +124,7 @@ def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Told:
     if not over:
         told = f"the block at x = {x:g} m, y = {y:g} m lies under no hook"
         hooks = ", ".join(f"{loader.pose[0]:g} / {loader.pose[1]:g} m" for loader in built.loaders)
-        yield (
-            "block",
-            built.block.where,
-            f"{told}: hooks hang at {hooks or 'no place, the rig has no loaders'}",
-        )
+        yield ("block", built.block.where, f"{told}: hooks hang at {hooks or 'no place, the rig has no loaders'}")
 
 
 def _ropes_overloaded(scene: schema.Scene, built: plan.Plan) -> Told:

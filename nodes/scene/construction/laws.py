@@ -124,8 +124,7 @@ def laws_of(given: mechanics.Mechanism) -> dict[str, tuple[Any, ...]]:
             (k.JointSpring(n, x.joint, x.stiffness, x.damping, x.rest, x.coordinate) for n, x in given.springs.items()),
         ),
         "stops": made(
-            k.Stop,
-            (k.Stop(n, x.joint, *x.range, x.stiffness, x.damping, x.coordinate) for n, x in given.stops.items()),
+            k.Stop, (k.Stop(n, x.joint, *x.range, x.stiffness, x.damping, x.coordinate) for n, x in given.stops.items())
         ),
         "brakes": made(
             k.Brake,

@@ -188,10 +188,7 @@ class Law(_Force):
         return f.UserLaw(name, function, *along, signal, guards, self.modes, self.coordinate)
 
 
-Force = Annotated[
-    Load | Wind | Spring | Torsion | Bushing | Characteristic | Law,
-    Field(discriminator="type"),
-]
+Force = Annotated[Load | Wind | Spring | Torsion | Bushing | Characteristic | Law, Field(discriminator="type")]
 
 
 def _point(end: End) -> Point:
