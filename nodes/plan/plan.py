@@ -263,7 +263,7 @@ def drive_name(crane: str, axis: Literal["gantry", "upper", "lower"]) -> str:
 
 
 def driven(actuator: str) -> str:
-    """What an actuator moves, in a planner's words: a crane, a trolley of it, else its own name."""
+    """What an actuator moves, for planners: a crane, a trolley of it, else its own name."""
     name = actuator.removesuffix(".drive")
     crane, _, axis = name.rpartition(".")
     if name == actuator or axis not in ("gantry", "upper-slide", "lower-slide"):

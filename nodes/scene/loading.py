@@ -1,6 +1,6 @@
 """From a scene's path or name to its plan: read, lay over, validate, build, check.
 
-Errors of one step are told all at once; a later step starts only when the earlier ones found nothing.
+All errors of one step are reported at once; a later step starts only when the earlier ones found nothing.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ class LoadedScene:
 
     @cached_property
     def findings(self) -> list[Finding]:
-        """What is beyond a limit on that path, or should be told."""
+        """What is beyond a limit on that path, or should be reported."""
         judged = judge(self.plan, self.uses, dynamic=False)
         return sorted_findings([*geometry_findings(self.plan), *judged, *path_findings(self.plan, self.statics)])
 
@@ -204,8 +204,8 @@ def _pruned(loaded: LoadedScene) -> LoadedScene:
         return loaded
     question = Question(scene.ask, scene.wanted_accuracy)
     if loaded.followed is None:
-        told = "a mechanism is modelled as it is written"
-        return replace(loaded, verdict=unpromised(question, built.fidelity, told))
+        message = "a mechanism is modelled as it is written"
+        return replace(loaded, verdict=unpromised(question, built.fidelity, message))
     named = frozenset(scene.fidelity.model_fields_set)
     verdict = choose(built, loaded.followed, question, named, frozenset(scene.model_fields_set))
     built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, built.loaders, built.cranes))
@@ -221,19 +221,19 @@ def _needs(source: Source, scene: schema.Scene) -> None:
     missing = [key for key, there in parts.items() if not there]
     if len(missing) == len(parts):
         if scene.mechanism is None:
-            told = "a scene needs cranes, a block and a rig, or a mechanism"
-            source.fault((), told)
+            message = "a scene needs cranes, a block and a rig, or a mechanism"
+            source.fault((), message)
     elif missing:
         there = " and ".join(key for key in parts if key not in missing)
-        told = f"a scene with {there} needs {' and '.join(missing)}, too"
-        source.fault((), told)
+        message = f"a scene with {there} needs {' and '.join(missing)}, too"
+        source.fault((), message)
     names = {*scene.cranes, *(scene.rig.loaders if scene.rig else ())}
     if scene.mechanism and scene.mechanism.name in names:
-        told = f"the name '{scene.mechanism.name}' is given twice: another machine has it, too"
-        source.fault(("mechanism", "name"), told)
+        message = f"the name '{scene.mechanism.name}' is given twice: another machine has it, too"
+        source.fault(("mechanism", "name"), message)
     if not scene.actions and scene.end is None:
-        told = "the scene never ends: give it 'actions' or an 'end', such as 'end: 60 s'"
-        source.fault((), told)
+        message = "the scene never ends: give it 'actions' or an 'end', such as 'end: 60 s'"
+        source.fault((), message)
 
 
 def _physics(source: Source, loaded: LoadedScene) -> list[Fault]:
@@ -241,12 +241,12 @@ def _physics(source: Source, loaded: LoadedScene) -> list[Fault]:
     scene, built = loaded.scene, loaded.plan
     if scene.block is None:
         return []
-    told = start_checks(scene, built) or held_orders(built)
-    if not told:
+    message = start_checks(scene, built) or held_orders(built)
+    if not message:
         assert loaded.followed is not None
-        told = order_checks(scene, built, loaded.followed) or step_checks(scene, built, loaded.followed.steps)
-    told = told or _overloads(loaded)
-    return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in told]
+        message = order_checks(scene, built, loaded.followed) or step_checks(scene, built, loaded.followed.steps)
+    message = message or _overloads(loaded)
+    return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in message]
 
 
 def _overloads(loaded: LoadedScene) -> list[tuple[str, str]]:
@@ -262,10 +262,10 @@ def _overloads(loaded: LoadedScene) -> list[tuple[str, str]]:
 def _refused(built: plan.Plan, uses: Sequence[Use]) -> list[tuple[str, str]]:
     found = Findings()
     for use in (use for use in uses if WORDS[use.limit.quantity].refused):
-        for told in judge(built, [use], dynamic=False):
-            if told.severity == "red":
-                where, stage = (told.where, told.stage) if use.action else ("", "")
-                found.take(use.limit.quantity, iter([(told.subject, told.where, told.sentence)]), stage, where)
+        for message in judge(built, [use], dynamic=False):
+            if message.severity == "red":
+                where, stage = (message.where, message.stage) if use.action else ("", "")
+                found.take(use.limit.quantity, iter([(message.subject, message.where, message.sentence)]), stage, where)
     return found.list()
 
 
@@ -285,8 +285,8 @@ def _source(path: Path, name: str, text: str, root: Path, above: tuple[Path, ...
         if base in bundled() and not (below.suffix in ENDINGS and below.is_file()):
             below, root = bundled()[base], bundled()[base].parent
         elif below.suffix not in ENDINGS:
-            told = f"'{base}' is neither a file .yaml nor the name of a bundled scene: {closest(base, bundled())}"
-            raise SceneError(told)
+            message = f"'{base}' is neither a file .yaml nor the name of a bundled scene: {closest(base, bundled())}"
+            raise SceneError(message)
         real = within(root, below)
         if real in here:
             raise SceneError(f"'{base}' extends itself in a circle")
@@ -305,8 +305,8 @@ def _find(scene: str) -> Path:
     known = bundled()
     if path.is_file() or scene not in known:
         if not path.is_file() and not path.suffix and "/" not in scene and "\\" not in scene:
-            told = f"there is no scene '{scene}', neither a file nor a bundled one: {closest(scene, known)}"
-            raise SceneError(told)
+            message = f"there is no scene '{scene}', neither a file nor a bundled one: {closest(scene, known)}"
+            raise SceneError(message)
         return path
     return known[scene]
 

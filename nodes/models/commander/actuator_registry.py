@@ -1,6 +1,6 @@
-"""Who is who: which machine owns which actuator, sling and brake, and how everything stands at the start.
+"""Registry of actuators: which machine owns which actuator, sling and brake, and the state at the start.
 
-The commander addresses orders with it and begins its picture from it; both follow from the plan alone.
+The commander addresses orders with it and starts from its state; both follow from the plan alone.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """The commander: an atomic model with an action list, connected to every actor (section 4.1 of the paper).
 
-It begins an action when its condition holds, sends each order to its actor once and in order, hears the
-reports, halts moves whose `until` holds, and says `stage` and at the end `finished`.  A move is closed by
-its Done report.  An action that contradicts what is going on ends the run with a sentence; `waiting_for`
-says what a run that stands still lacks.  Its messages number actions and orders; sentences name their lines.
+It begins an action when its condition holds, sends each order to its actor once and in order, receives the
+reports, halts moves whose `until` holds, and sends `stage` and at the end `finished`.  A move is closed by
+its Done report.  An action that contradicts the state ends the run with a sentence; `waiting_for` describes
+what a stalled run waits for.  Its messages number actions and orders; sentences name their lines.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class Commander(Atomic):
         self._settle()
 
     def waiting_for(self) -> str:
-        """What the action list lacks to go on, as a sentence; "" when it is done."""
+        """What the action list still waits for, as a sentence; "" when it is done."""
         moment = Moment(self.now.t, self.since, still_open(self.jobs, self.index - 1))
         if self.index == len(self.plan.actions):
             if all(job.ends_ns is not None for job in self.jobs):
@@ -122,7 +122,7 @@ class Commander(Atomic):
         return closed
 
     def _next_action(self) -> bool:
-        """Begin the next action if its condition holds; at the end of the list say so."""
+        """Begin the next action if its condition holds; at the end of the list report it."""
         plan = self.plan
         if self.index == len(plan.actions):
             if plan.end is None and not still_open(self.jobs, self.index - 1) and not still_open(self.jobs, ASIDE):

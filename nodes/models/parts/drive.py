@@ -143,7 +143,7 @@ class DriveActor(LiveActor):
 
 
 class HeldActor(LiveActor):
-    """In place of the drive `element` of a joint that is not modelled: obeys nothing; `why` is what it says."""
+    """In place of the drive `element` of a joint that is not modelled: refuses all orders; `why`: its answer."""
 
     def __init__(self, name: str, element: str, why: str) -> None:
         super().__init__(name, element)
@@ -155,7 +155,7 @@ class HeldActor(LiveActor):
 
 
 class WinchActor(DriveActor):
-    """A drive that winds a rope: says when the rope is taut or slack; has an upper limit switch at the hook.
+    """A drive that winds a rope: reports when the rope is taut or slack; has an upper limit switch at the hook.
 
     `switch` is the height of the hook eye with the value at which it trips; hoisting stops then.  A rope of several
     `pieces` (with their parts of its length) is wound as if all of them were.
@@ -195,7 +195,7 @@ class WinchActor(DriveActor):
             super().run(order)
 
     def say(self, *messages: m.KernelInput | m.Report) -> None:
-        """Tell every piece of the rope its part."""
+        """Give every piece of the rope its part."""
         for message in messages:
             if isinstance(message, m.SetProfile | m.SetFollow):
                 super().say(*(part(message, *piece) for piece in self.pieces.items()))

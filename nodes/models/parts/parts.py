@@ -100,7 +100,7 @@ class LiveActor(Actor):
         self.wake: int | None = None
 
     def start(self) -> None:
-        """At (0, 0): say what must be known from the beginning."""
+        """At (0, 0): announce the initial state."""
         self.outbox, self.wake = [], None
         self.begin()
         self.schedule()

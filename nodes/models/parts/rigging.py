@@ -1,8 +1,8 @@
 """Actors of ropes, brakes and supports that are hooked, locked or touched: slings, hinge locks, stools.
 
 A sling is hooked and taken off by orders; taut and slack are state events of the kernel.  The hinge lock of
-a loader holds by itself as long as no sling is hooked.  The stools say when the block leaves the ground and
-when it is back.
+a loader is engaged as long as no sling is hooked.  The stools report when the block leaves the ground and when
+it is back.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class SlingActor(LiveActor):
             self.say(m.RopeState(self.element, event.what, event.value))
 
     def output(self) -> None:
-        """Tell the lock as well."""
+        """Inform the lock, too."""
         super().output()
         for message in self.outbox:
             if isinstance(message, (m.Hooked, m.Unhooked)):
@@ -76,7 +76,7 @@ class BrakeActor(LiveActor):
             self.say(m.BrakeState(self.element, engaged))
 
     def command(self, engaged: bool) -> m.KernelInput:
-        """What the kernel is told."""
+        """The kernel input."""
         return m.SetBrake(self.element, engaged)
 
 
@@ -88,7 +88,7 @@ class JointLockActor(BrakeActor):
         self.hears = frozenset((lock,))
 
     def command(self, engaged: bool) -> m.KernelInput:
-        """What the kernel is told."""
+        """The kernel input."""
         return m.SetLock(self.element, engaged)
 
 

@@ -29,15 +29,15 @@ def held_orders(built: plan.Plan) -> list[tuple[str, str]]:
             elif isinstance(order, Unhook):
                 lugs.pop(order.sling, None)
             ordered = [joint for joint in _moved(built, order, lugs) if joint in built.fidelity.locked]
-            told = (
+            violations = (
                 (joint, order.where, f"{held_by(built.fidelity, joint)}, or leave the order out") for joint in ordered
             )
-            found.take(f"{order.where} held", told, where=order.where)
+            found.take(f"{order.where} held", violations, where=order.where)
     return found.list()
 
 
 def _moved(built: plan.Plan, order: Order, lugs: dict[str, str]) -> list[str]:
-    """Joints that an order moves; none of a turn that no hook can follow: that is told when it is given."""
+    """Joints that an order moves; none for a turn that no hook can follow, which is reported when it is given."""
     try:
         return joints_moved(order, built, lugs)
     except ModelError:

@@ -1,7 +1,6 @@
-"""What the parts of a mechanism say of each other, checked: bodies and joints that are there, stations on beams,
-coordinates that a joint has.
+"""Checks of the references between the parts of a mechanism: bodies, joints, stations on beams, coordinates.
 
-Faults are collected with their place in the file, never raised, so that a scene tells all of them at once.
+Faults are collected with their place in the file, never raised, so that all of them are reported at once.
 """
 
 from __future__ import annotations
@@ -59,8 +58,8 @@ class Checking:
             words = " or ".join(f"'coordinate: {c}'" for c in joint.coordinates)
             self.fault((*path, "joint"), f"the {joint.type} joint '{name}' has several coordinates: add {words}")
         elif coordinate and coordinate not in joint.coordinates:
-            told = f"a {joint.type} joint has no coordinate '{coordinate}'"
-            self.fault((*path, "coordinate"), told, closest(coordinate, joint.coordinates))
+            message = f"a {joint.type} joint has no coordinate '{coordinate}'"
+            self.fault((*path, "coordinate"), message, closest(coordinate, joint.coordinates))
         else:
             along = coordinate or joint.coordinates[0]
             return along, joint.turns(along)

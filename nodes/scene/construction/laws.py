@@ -36,7 +36,7 @@ _UNITS: dict[str, tuple[Dimension, Dimension]] = {
 
 
 def check_laws(checks: Checking) -> None:
-    """Names are given once; laws act along coordinates that there are, in their units, with ranges in order."""
+    """Names are unique; laws act along existing coordinates, in their units, with ordered ranges."""
     _names(checks)
     driven: dict[tuple[str, str], str] = {}
     for kind, laws in checks.given.laws.items():
@@ -47,8 +47,8 @@ def check_laws(checks: Checking) -> None:
                 _dimensions(checks, path, turns=along[1])
             if kind == "drives" and along:
                 if other := driven.get((law.joint, along[0])):
-                    told = f"the joint '{law.joint}' has two drives, '{other}' and '{name}'"
-                    checks.fault((*path, "joint"), f"{told}: keep one")
+                    message = f"the joint '{law.joint}' has two drives, '{other}' and '{name}'"
+                    checks.fault((*path, "joint"), f"{message}: keep one")
                 driven.setdefault((law.joint, along[0]), name)
             if kind in {"stops", "drives"} and law.range and law.range[0] >= law.range[1]:
                 checks.fault((*path, "range"), "the first end must be below the second")
@@ -59,8 +59,8 @@ def check_laws(checks: Checking) -> None:
                 if coordinate in joint.coordinates:
                     _dimensions(checks, path, turns=joint.turns(coordinate))
                 else:
-                    told = f"a {joint.type} joint has no coordinate '{coordinate}' to act on"
-                    checks.fault(path, told, closest(coordinate, joint.coordinates), on_key=True)
+                    message = f"a {joint.type} joint has no coordinate '{coordinate}' to act on"
+                    checks.fault(path, message, closest(coordinate, joint.coordinates), on_key=True)
         for coordinate, x in joint.limits.items():
             if x.range[0] >= x.range[1]:
                 path = ("mechanism", "joints", name, "limits", coordinate, "range")
@@ -106,8 +106,8 @@ def _names(checks: Checking) -> None:
     for kind in kinds:
         for name in getattr(checks.given, kind):
             if name in taken:
-                told = f"the name '{name}' is given twice: one of the {taken[name]} has it, too"
-                checks.fault(("mechanism", kind, name), told, on_key=True)
+                message = f"the name '{name}' is given twice: one of the {taken[name]} has it, too"
+                checks.fault(("mechanism", kind, name), message, on_key=True)
             taken.setdefault(name, kind)
 
 

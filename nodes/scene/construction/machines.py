@@ -86,8 +86,8 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
         return plan.Trolley(name=kind, body=body, axis=slide, capacity=capacity, where=place)
 
     if crane.drum_ends and crane.falls % crane.drum_ends:
-        told = f"{crane.falls} falls cannot be shared by {crane.drum_ends} drum ends: give an even number of falls"
-        yard.source.fault(("cranes", name, "drum ends"), f"{told}, or 'drum ends: 1'", on_key=True)
+        message = f"{crane.falls} falls cannot be shared by {crane.drum_ends} drum ends: give an even number of falls"
+        yard.source.fault(("cranes", name, "drum ends"), f"{message}, or 'drum ends: 1'", on_key=True)
     hooks = []
     for loader, (owner, hook) in yard.hooks.items():
         if owner == name:
@@ -152,8 +152,8 @@ def build_fidelity(yard: Yard) -> plan.Fidelity:
     locked: list[str] = []
     for i, name in enumerate(given.locked):
         if name not in groups and name not in joints:
-            told = f"there is no joint '{name}' to lock"
-            yard.source.fault(("fidelity", "locked", i), told, closest(name, [*groups, *joints]))
+            message = f"there is no joint '{name}' to lock"
+            yard.source.fault(("fidelity", "locked", i), message, closest(name, [*groups, *joints]))
         locked += groups.get(name, [name])
     made = msgspec.convert(given.model_dump() | {"locked": locked}, plan.Fidelity)
     return planar(made, yard.loaders, yard.cranes)

@@ -56,15 +56,15 @@ def reeving_of(checks: Checking, name: str, rope: mechanics.Rope) -> forces.Reev
     """A rope over sheaves with a radius or friction."""
     path: Path = ("mechanism", "ropes", name)
     if rope.start is None or rope.end is None or rope.lines or not rope.hooked:
-        told = "a rope over sheaves has 'start' and 'end', no 'lines', and is never taken off"
-        checks.fault(path, told, on_key=True)
+        message = "a rope over sheaves has 'start' and 'end', no 'lines', and is never taken off"
+        checks.fault(path, message, on_key=True)
     start, end = (x or mechanics.End(body=k.WORLD) for x in (rope.start, rope.end))
     _nodes(checks, path, start, rope.over, end)
     _wound(checks, path, rope)
     _stretch(checks, path, rope)
     if rope.rigid:
-        told = "a rigid rope runs over points only: leave 'radius', 'friction' and 'efficiency' of its sheaves away"
-        checks.fault((*path, "rigid"), told, on_key=True)
+        message = "a rigid rope runs over points only: leave 'radius', 'friction' and 'efficiency' of its sheaves away"
+        checks.fault((*path, "rigid"), message, on_key=True)
     sheaves = tuple(
         forces.Sheave(k.Point(s.body, s.at), unit(s.axis), s.radius, s.friction, s.efficiency) for s in rope.over
     )

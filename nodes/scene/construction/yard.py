@@ -1,4 +1,4 @@
-"""What the builders of a scene's machines share: the yard they build into, and where hooks and trolleys are."""
+"""Shared by the builders of a scene's machines: the yard that they build, and where hooks and trolleys are."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ HOOKS = {"H1": ("upper", -1), "H2": ("upper", 1), "H3": ("lower", 0)}  # trolley
 
 @dataclass
 class Yard:
-    """What the machines of a scene resolve to, while its faults are collected."""
+    """The machines of a scene as far as they are built; its faults are collected by the source."""
 
     source: Source
     scene: schema.Scene

@@ -1,7 +1,7 @@
 """The JSON Schema of scene files, for editors: keys, their units and defaults, what they mean.
 
-Made from the pydantic models that read scenes, so it cannot lag behind them.  An editor that knows it completes and
-checks while one types; what it cannot know (names, physics, phrases of the action list) `heavylift check` tells.
+Made from the pydantic models that read scenes, so it is always up to date.  An editor completes and checks with it
+during typing; the rest (names, physics, phrases of the action list) is checked by `heavylift check`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ __all__ = ["json_schema", "with_unit"]
 Schema = dict[str, Any]
 ALL = (*DIMENSIONS, STROKE, STROKE_SPEED, STROKE_RAMP, REACH, EFFORT, ANY_STIFFNESS, ANY_DAMPING)
 FIRST_UNIT = {dimension.name: next(iter(dimension.units.items())) for dimension in ALL}
-SHORT = {  # what a scene may write shorter than its models say
+SHORT = {  # what a scene may write shorter than its models require
     "Action": {"type": "string", "pattern": "^wait ", "description": "only wait, such as 'wait 60 s'"},
     "Process": {"type": "array", "items": {"type": "string"}, "description": "nodes of a process on this host"},
 }
@@ -40,9 +40,9 @@ def json_schema() -> Schema:
     definitions = schema["$defs"]
     meanings = {model.__name__: comments(model) for model in _models(Scene)}
     for name, part in {"Scene": schema, **definitions}.items():
-        told = meanings.get(name.rpartition("__")[2], {})
+        comment = meanings.get(name.rpartition("__")[2], {})
         for key, value in part.get("properties", {}).items():
-            part["properties"][key] = _readable(value, told.get(key, ""))
+            part["properties"][key] = _readable(value, comment.get(key, ""))
     for name, short in SHORT.items():
         definitions[name] = {"anyOf": [definitions[name], short]}
     schema["properties"]["extends"] = {"type": "string", "description": "scene that this one is laid over"}
@@ -75,7 +75,7 @@ def _models(model: type[Base]) -> Iterator[type[Base]]:
 def _readable(key: Schema, meaning: str) -> Schema:
     """A key without machine-made titles, its default with a unit; a place on a beam may be one length."""
     found = {name: value for name, value in key.items() if name != "title"}
-    if found.get("default") in ({}, []) or isinstance(found.get("default"), dict):  # its own keys tell theirs
+    if found.get("default") in ({}, []) or isinstance(found.get("default"), dict):  # its own keys have theirs
         del found["default"]
     if "default" in found:
         found["default"] = _default(found, found["default"])

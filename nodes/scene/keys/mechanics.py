@@ -1,7 +1,7 @@
 """The keys of `mechanism:` in a scene file: a researcher's own bodies, joints and laws.
 
-Body frames sit in their joint.  Laws name the joint they act on and, where it has several, the coordinate; whether
-their units are those of a sliding or a turning one is seen there.
+Body frames sit in their joint.  Laws name the joint they act on and, where it has several, the coordinate; it decides
+whether their units are those of a sliding or a turning one.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
     placement:
       yard-a: [west, loader-1]                    two nodes share a process
-      yard-b: {nodes: [east], host: remote}       a process that somebody starts elsewhere, by `heavylift node yard-b`
+      yard-b: {nodes: [east], host: remote}       a process that is started on another host, by `heavylift node yard-b`
 
 Nodes are the machines of the scene, `commander` and `kernel`; those that are not named have a process of their own.
 """
@@ -22,7 +22,7 @@ __all__ = ["Process", "placement_faults"]
 
 
 class Process(Base):
-    """A process of a run: its nodes, and whether it is started here or by somebody on another host."""
+    """A process of a run: its nodes, and whether it is started here or on another host."""
 
     nodes: Annotated[list[str], Field(min_length=1)]
     host: Literal["here", "remote"] = "here"

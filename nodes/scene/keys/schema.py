@@ -1,8 +1,7 @@
 """The keys of a scene file, as frozen pydantic models: every key, its unit, its default.
 
 A key of several words is written with blanks in YAML (`upper trolley: 60.4 m`) and with underscores in
-Python. Defaults of a crane and a loader are those of a credible 900 t yard; a scene overrides what it
-knows better.
+Python. Defaults of a crane and a loader are those of a credible 900 t yard; a scene overrides them with its own.
 """
 
 from __future__ import annotations
@@ -229,13 +228,13 @@ class RopeLimit(Base):
 
 
 class LiftLimits(Base):
-    """What must not be exceeded, of all machines that say nothing else; `unknown`: told, and not judged."""
+    """What must not be exceeded, of all machines that say nothing else; `unknown`: reported, and not judged."""
 
     off_lead: OffLead = ANGLE.read("3 deg")  # of ropes that carry a load; assumed
     off_lead_along: OffLead | None = None  # along the rails, instead of off-lead
     off_lead_across: OffLead | None = None  # across the rails, instead of off-lead
     clearance: Gap = LENGTH.read("0.5 m")  # between what can meet; assumed
-    bridle_warning: Swing = ANGLE.read("45 deg")  # of slings to the vertical: beyond it they are told
+    bridle_warning: Swing = ANGLE.read("45 deg")  # of slings to the vertical: beyond it they are reported
     bridle: Swing = ANGLE.read("60 deg")  # of slings to the vertical; EN 13414-1
     wind: Speed | None = None  # in which is lifted; left out: not judged
     ropes: dict[str, RopeLimit] = Field(default_factory=dict)  # of any ropes, those of a mechanism too

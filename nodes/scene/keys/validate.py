@@ -1,6 +1,6 @@
 """Scene data through the pydantic models; pydantic's errors become sentences at the place of the text.
 
-pydantic tells all errors at once; here each gets its path in the file (without pydantic's own union
+pydantic reports all errors at once; here each gets its path in the file (without pydantic's own union
 tags), a plain sentence, and for an unknown key or word the nearest known one.
 """
 
@@ -38,15 +38,15 @@ def validate(source: Source) -> Scene | None:
     try:
         scene = Scene.model_validate(ordered(source.data))
     except ValidationError as error:
-        for told in error.errors(include_url=False):
-            source.faults.append(_fault(source.data, dict(told)))
+        for message in error.errors(include_url=False):
+            source.faults.append(_fault(source.data, dict(message)))
         return None
     source.faults += _reserved(scene)
     return scene
 
 
 def _reserved(scene: Scene) -> Iterator[Fault]:
-    """No machine and no group is named like a word of the language or a part of a run."""
+    """No machine and no group has the name of a keyword of the language or of a part of a run."""
     named: dict[Path, str] = {("cranes", name): name for name in scene.cranes}
     if scene.rig:
         named |= {("rig", "loaders", name): name for name in scene.rig.loaders}
@@ -55,8 +55,8 @@ def _reserved(scene: Scene) -> Iterator[Fault]:
         named["mechanism", "name"] = scene.mechanism.name
     for path, name in named.items():
         if name in RESERVED:
-            told = f"the name '{name}' is reserved: choose another"
-            yield Fault(path, told, on_key=path != ("mechanism", "name"))
+            message = f"the name '{name}' is reserved: choose another"
+            yield Fault(path, message, on_key=path != ("mechanism", "name"))
 
 
 def _fault(data: Any, error: dict[str, Any]) -> Fault:
@@ -90,8 +90,8 @@ def _fault(data: Any, error: dict[str, Any]) -> Fault:
     if kind == "too_long":
         return Fault(path, f"{context['max_length']} values are enough here, not {context['actual_length']}")
     if kind == "too_short":
-        told = f"{context['min_length']} or more are needed here, not {context['actual_length']}"
-        return Fault(path, told)
+        message = f"{context['min_length']} or more are needed here, not {context['actual_length']}"
+        return Fault(path, message)
     if kind in {"greater_than_equal", "greater_than"}:
         return Fault(path, f"{next(iter(context.values()))} or more is needed here, not {given}")
     if kind == "less_than_equal":

@@ -101,8 +101,8 @@ class _Composer(Composer):
         self.count += 1
         if self.depth >= DEEPEST or self.count > 2 * MOST_VALUES:  # keys are nodes, too
             deep = f"nested deeper than {DEEPEST} levels"
-            told = deep if self.depth >= DEEPEST else f"more than {MOST_VALUES} values"
-            raise MarkedYAMLError(problem=told, problem_mark=self.parser.peek_event().start_mark)
+            message = deep if self.depth >= DEEPEST else f"more than {MOST_VALUES} values"
+            raise MarkedYAMLError(problem=message, problem_mark=self.parser.peek_event().start_mark)
         self.depth += 1
         node = super().compose_node(parent, index)
         self.depth -= 1
@@ -134,8 +134,8 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = at(mark.line, mark.column) if mark else at(0, 0)
-        told = " ".join(str(error.problem or error.context).split())
-        source.fault((), f"this is not YAML: {told}", mark=where)
+        message = " ".join(str(error.problem or error.context).split())
+        source.fault((), f"this is not YAML: {message}", mark=where)
         return source
     except YAMLError as error:
         source.fault((), f"this is not YAML: {' '.join(str(error).split())}", mark=at(0, 0))
@@ -171,8 +171,8 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
                 source.fault(path, "a key must be a word", mark=mark)
             elif word in made:
                 first = source.keys[(*path, word)].line
-                told = f"the name '{word}' is given twice (first in line {first})"
-                source.fault((*path, word), told, mark=mark)
+                message = f"the name '{word}' is given twice (first in line {first})"
+                source.fault((*path, word), message, mark=mark)
             else:
                 source.keys[(*path, word)] = mark
                 made[word] = value_of(child, (*path, word), above)
@@ -182,8 +182,8 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
         source.data = mapping(node, (), (id(node),))
     except _TooLong:
         source = Source(name, values={(): source.values[()]}, root=source.root)
-        told = f"with its aliases, the scene has more than {MOST_VALUES} values or more than {DEEPEST} levels of them"
-        source.fault((), told)
+        limits = f"more than {MOST_VALUES} values or more than {DEEPEST} levels of them"
+        source.fault((), f"with its aliases, the scene has {limits}")
     return source
 
 

@@ -52,8 +52,8 @@ class Dimension:
             return self._bare(number, match[1])
         if unit not in self.units:
             other = next((d.name for d in DIMENSIONS if unit in d.units), "")
-            told = f"'{match[2]}' is a unit of {other}" if other else f"'{match[2]}' is not a unit that is known here"
-            raise ValueError(f"'{value}' is no {self.name}: {told}; use {', '.join(self.units)}")
+            what = f"a unit of {other}" if other else "not a unit that is known here"
+            raise ValueError(f"'{value}' is no {self.name}: '{match[2]}' is {what}; use {', '.join(self.units)}")
         return _product(match[1], self.units[unit])
 
     def show(self, si: float) -> str:
@@ -91,8 +91,8 @@ class Limited(Dimension):
         """The value in SI units, at an end or between them."""
         number = self.number(value)
         if not self.number(self.lowest) * (1 - 1e-9) <= number <= self.number(self.highest) * (1 + 1e-9):
-            told = f"{value:.12g}" if isinstance(value, float) else value
-            raise ValueError(f"{told} is out of range: choose {self.lowest} to {self.highest}")
+            message = f"{value:.12g}" if isinstance(value, float) else value
+            raise ValueError(f"{message} is out of range: choose {self.lowest} to {self.highest}")
         return number
 
 
@@ -160,18 +160,18 @@ def _positive(dimension: Dimension, least: str) -> Callable[[Any], float]:
     def read(value: Any) -> float:
         number = dimension.read(value)
         if number < 0 or (number == 0 and least == "positive"):
-            told = "greater than zero" if least == "positive" else "zero or more"
-            raise ValueError(f"{dimension.article} must be {told} here, not {value}")
+            message = "greater than zero" if least == "positive" else "zero or more"
+            raise ValueError(f"{dimension.article} must be {message} here, not {value}")
         return number
 
     return read
 
 
 def _schema(dimension: Dimension) -> WithJsonSchema:
-    told = f"{dimension.name} with its unit: {', '.join(u or 'number' for u in dimension.units)}"
+    message = f"{dimension.name} with its unit: {', '.join(u or 'number' for u in dimension.units)}"
     if isinstance(dimension, Limited):
-        told += f"; {dimension.lowest} to {dimension.highest}"
-    return WithJsonSchema({"type": ["string", "number"], "description": told, "dimension": dimension.name})
+        message += f"; {dimension.lowest} to {dimension.highest}"
+    return WithJsonSchema({"type": ["string", "number"], "description": message, "dimension": dimension.name})
 
 
 STROKE = either(LENGTH, ANGLE)
