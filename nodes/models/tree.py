@@ -5,8 +5,6 @@ Printed by `heavylift tree SCENE`; each line is one model with what it holds and
 
 from __future__ import annotations
 
-from typing import Any
-
 from heavylift.nodes.devs import Coupled, InPort, Model
 from heavylift.nodes.models.commander.commander import Commander
 from heavylift.nodes.models.parts import parts
@@ -39,12 +37,12 @@ def tree(plan: Plan) -> str:
     return "\n".join(lines)
 
 
-def tree_data(plan: Plan) -> dict[str, Any]:
+def tree_data(plan: Plan) -> dict[str, object]:
     """The same as plain data: name, kind, in and out ports and children of every model."""
     return {"name": plan.name, "children": [_data(model) for model in build(plan).values()]}
 
 
-def _data(model: Model) -> dict[str, Any]:
+def _data(model: Model) -> dict[str, object]:
     into, out = _directions(model)
     children = list(model.children.values()) if isinstance(model, Coupled) else []
     return {"name": model.name, "kind": _kind(model), "in": into, "out": out, "children": [_data(c) for c in children]}

@@ -102,7 +102,7 @@ def _rows(built: plan.Plan, followed: Following) -> list[Row]:
     """The hooks at the end of each stage in which the block hangs, in a turn every 30 degrees, too."""
     found = []
     for step in followed.steps:
-        if step.loads is None or not step.line:
+        if step.loads is None or not step.told:
             continue
         for crane in built.cranes:
             for hook in crane.hooks:

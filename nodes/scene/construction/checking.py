@@ -6,7 +6,7 @@ Faults are collected with their place in the file, never raised, so that all of 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TypeVar
 
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.errors import KernelError
@@ -17,6 +17,8 @@ from heavylift.nodes.scene.text.source import Path, Source
 
 __all__ = ["Checking"]
 
+Made = TypeVar("Made")
+
 
 class Checking:
     """A mechanism as it is written, with the source that its faults are added to."""
@@ -25,7 +27,7 @@ class Checking:
         self.source, self.given, self.fault = source, given, source.fault
         self.bodies = [k.WORLD, *given.bodies]
 
-    def checked(self, path: Path, check: Callable[[Any], object], made: Any) -> None:
+    def checked(self, path: Path, check: Callable[[Made], object], made: Made) -> None:
         """What the kernel would refuse is a fault of the scene."""
         try:
             check(made)

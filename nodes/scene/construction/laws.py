@@ -73,30 +73,29 @@ def check_laws(checks: Checking) -> None:
 
 def _dimensions(checks: Checking, path: Path, *, turns: bool) -> None:
     """The units of a law fit the coordinate that it acts on."""
-    written: Any = checks.source.data
-    for part in path:
-        written = written[part]
     for key, dimensions in _UNITS.items():
-        values = written.get(key)
-        dimension = dimensions[turns]
-        many = isinstance(values, list)
-        for i, value in enumerate(values if isinstance(values, list) else [values]):
-            if value is not None:
-                try:
-                    dimension.read(value)
-                except ValueError as error:
-                    checks.fault((*path, key, i) if many else (*path, key), str(error))
+        _fits(checks, (*path, key), dimensions[turns])
+
+
+def _fits(checks: Checking, path: Path, dimension: Dimension) -> None:
+    """The value that is written at a path, or each of a list, is one of a dimension."""
+    value = checks.source.at(path)
+    if isinstance(value, list):
+        for i in range(len(value)):
+            _fits(checks, (*path, i), dimension)
+    elif value is not None:
+        try:
+            dimension.read(value)
+        except ValueError as error:
+            checks.fault(path, str(error))
 
 
 def check_curve(checks: Checking, path: Path, force: Characteristic, turns: bool) -> None:
     """The units of a curve fit the joint that it acts along."""
     place = (units.LENGTH, units.ANGLE) if force.over == "position" else (units.SPEED, units.RATE)
-    for i, pair in enumerate(checks.source.data["mechanism"]["forces"][path[-1]]["curve"]):
+    for i in range(len(force.curve)):
         for j, dimensions in enumerate((place, (units.FORCE, units.MOMENT))):
-            try:
-                dimensions[turns].read(pair[j])
-            except ValueError as error:
-                checks.fault((*path, "curve", i, j), str(error))
+            _fits(checks, (*path, "curve", i, j), dimensions[turns])
 
 
 def _names(checks: Checking) -> None:

@@ -64,7 +64,7 @@ def _models(model: type[Base]) -> Iterator[type[Base]]:
             continue
         seen.add(one)
         yield one
-        types: list[Any] = [field.annotation for field in one.model_fields.values()]
+        types: list[object] = [field.annotation for field in one.model_fields.values()]
         while types:
             kind = types.pop()
             if isinstance(kind, type) and issubclass(kind, Base):
@@ -89,7 +89,7 @@ def _readable(key: Schema, meaning: str) -> Schema:
     return found
 
 
-def _default(key: Schema, value: Any) -> Any:
+def _default(key: Schema, value: object) -> object:
     options = [key, *key.get("anyOf", [])]
     if isinstance(value, list):
         lists: list[list[Schema]] = [option.get("prefixItems", []) for option in options]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal, cast
 
 from heavylift.kernel.description import forces as f
 from heavylift.kernel.description.points import Point
@@ -199,8 +199,8 @@ def _signal(value: float, history: list[tuple[float, float]]) -> f.Signal:
     return f.Signal(value, tuple(t for t, _ in history), tuple(x for _, x in history))
 
 
-def _diagonal(values: tuple[float, ...]) -> Any:
-    return tuple(tuple(x if i == j else 0.0 for j in range(6)) for i, x in enumerate(values))
+def _diagonal(values: tuple[float, ...]) -> Matrix6:
+    return cast(Matrix6, tuple(tuple(x if i == j else 0.0 for j in range(6)) for i, x in enumerate(values)))
 
 
 def _beside(function: str, folder: Path) -> str:

@@ -40,14 +40,14 @@ from .forces import Force as ForceElement
 from .joints import Joint
 
 
-def _shape(given: Any) -> str:
+def _shape(given: object) -> str:
     """Which kind of moments a list is: with products or without; raises ValueError for any other number of values."""
     if isinstance(given, list | tuple) and len(given) not in (3, 6):
         raise ValueError(f"Ixx, Iyy, Izz or Ixx, Iyy, Izz, Ixy, Ixz, Iyz are needed here, not {len(given)} values")
     return "with products" if isinstance(given, list | tuple) and len(given) > 3 else "moments"
 
 
-def _counted(given: Any) -> Any:
+def _counted(given: object) -> object:
     _shape(given)
     return given
 

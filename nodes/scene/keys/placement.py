@@ -10,7 +10,7 @@ Nodes are the machines of the scene, `commander` and `kernel`; those that are no
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Fault, Source
@@ -29,7 +29,7 @@ class Process(Base):
 
     @model_validator(mode="before")
     @classmethod
-    def _list(cls, data: Any) -> Any:
+    def _list(cls, data: object) -> object:
         return {"nodes": data} if isinstance(data, list) else data
 
 
@@ -37,7 +37,7 @@ def placement_faults(source: Source, placement: Mapping[str, Process], nodes: Se
     """Names that are no nodes, and nodes that are placed twice."""
     found, placed = list[Fault](), dict[str, str]()
     for process, hosting in placement.items():
-        given = source.data["placement"][process]
+        given = source.at(("placement", process))
         below = ("placement", process) if isinstance(given, list) else ("placement", process, "nodes")
         for i, node in enumerate(hosting.nodes):
             if node not in nodes:

@@ -12,7 +12,7 @@ from types import UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Fault, Path, Source, ordered
+from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered
 from pydantic import BaseModel, ValidationError
 
 from .schema import RESERVED, Scene
@@ -39,7 +39,7 @@ def validate(source: Source) -> Scene | None:
         scene = Scene.model_validate(ordered(source.data))
     except ValidationError as error:
         for message in error.errors(include_url=False):
-            source.faults.append(_fault(source.data, dict(message)))
+            source.faults.append(_fault(source, dict(message)))
         return None
     source.faults += _reserved(scene)
     return scene
@@ -59,15 +59,12 @@ def _reserved(scene: Scene) -> Iterator[Fault]:
             yield Fault(path, message, on_key=path != ("mechanism", "name"))
 
 
-def _fault(data: Any, error: dict[str, Any]) -> Fault:
-    path, kind, given = _path(data, error["loc"]), str(error["type"]), error.get("input")
+def _fault(source: Source, error: dict[str, Any]) -> Fault:
+    path, kind, given = _path(source.data, error["loc"]), str(error["type"]), error.get("input")
     context: dict[str, Any] = error.get("ctx") or {}
     last = str(path[-1]) if path else ""
     if kind == "phrase":
-        at = data
-        for part in path:
-            at = at[part]
-        added = len(str(given)) - len(str(at))  # `wait: 3 s` is read as the phrase 'wait 3 s'
+        added = len(str(given)) - len(str(source.at(path)))  # `wait: 3 s` is read as the phrase 'wait 3 s'
         return Fault(path, context["sentence"], context["hint"], column=context["column"] - added)
     if kind == "extra_forbidden":
         return Fault(path, f"unknown key '{last}'", closest(last, _keys(error["loc"][:-1])), on_key=True)
@@ -103,7 +100,7 @@ def _fault(data: Any, error: dict[str, Any]) -> Fault:
     return Fault(path, _PLAIN.get(kind, str(error["msg"])))
 
 
-def _path(data: Any, loc: tuple[str | int, ...]) -> Path:
+def _path(data: Data, loc: tuple[str | int, ...]) -> Path:
     """The location without what is not in the data: union tags and the like; a missing last key stays."""
     path: list[str | int] = []
     at = data
@@ -113,14 +110,14 @@ def _path(data: Any, loc: tuple[str | int, ...]) -> Path:
             isinstance(at, list) and isinstance(part, int) and part < len(at)
         )
         if inside:
-            at = at[part]
+            at = child(at, part)
             path.append(part)
         elif last and part != "[key]" and (isinstance(at, dict) or (isinstance(at, list) and isinstance(part, int))):
             path.append(part)
     return tuple(path)
 
 
-def _models(annotation: Any) -> list[Any]:
+def _models(annotation: object) -> list[object]:
     """What an annotation is about, without Annotated, None and unions."""
     origin = get_origin(annotation)
     if origin is Annotated:
@@ -130,8 +127,8 @@ def _models(annotation: Any) -> list[Any]:
     return [annotation]
 
 
-def _down(found: list[Any], part: str | int) -> list[Any]:
-    below: list[Any] = []
+def _down(found: list[object], part: str | int) -> list[object]:
+    below: list[object] = []
     for each in found:
         if isinstance(each, type) and issubclass(each, BaseModel):
             fields = {f.alias or name: f.annotation for name, f in each.model_fields.items()}
@@ -145,12 +142,12 @@ def _down(found: list[Any], part: str | int) -> list[Any]:
     return below
 
 
-def _tags(model: Any) -> tuple[Any, ...]:
+def _tags(model: object) -> tuple[object, ...]:
     kind = getattr(model, "model_fields", {}).get("type")
     return get_args(kind.annotation) if kind else ()
 
 
-def _at(loc: tuple[str | int, ...]) -> list[Any]:
+def _at(loc: tuple[str | int, ...]) -> list[object]:
     """The models and types that can stand at a location."""
     return reduce(_down, loc, [Scene])
 

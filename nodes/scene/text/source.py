@@ -22,6 +22,7 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from .files import LARGEST
 
 Path: TypeAlias = tuple[str | int, ...]
+Data: TypeAlias = "dict[str, Data] | list[Data] | str | int | float | bool | None"
 
 DEEPEST = 40  # levels of a scene
 MOST_VALUES = 50_000  # of a scene, those that an alias stands for counted each time
@@ -55,7 +56,7 @@ class Source:
     """Plain data of a scene, and the mark of each key and value in it."""
 
     name: str
-    data: dict[str, Any] = field(default_factory=dict)
+    data: dict[str, Data] = field(default_factory=dict)
     keys: dict[Path, Mark] = field(default_factory=dict)
     values: dict[Path, Mark] = field(default_factory=dict)
     faults: list[Fault] = field(default_factory=list)
@@ -67,6 +68,13 @@ class Source:
     ) -> None:
         """One more fault of the scene, at a place in its file."""
         self.faults.append(Fault(path, text, hint, on_key, column, mark))
+
+    def at(self, path: Path) -> Data:
+        """What is written at a path; None if nothing is."""
+        found: Data = self.data
+        for part in path:
+            found = child(found, part)
+        return found
 
     def mark(self, path: Path, *, on_key: bool = False) -> Mark:
         """The mark of a path, or of the nearest thing above it that was written."""
@@ -148,7 +156,7 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
         source.fault((), "a scene is a mapping of keys, beginning with 'heavylift: 1'")
         return source
 
-    def value_of(node: Node, path: Path, above: tuple[int, ...]) -> Any:
+    def value_of(node: Node, path: Path, above: tuple[int, ...]) -> Data:
         source.values[path] = at(node.start_mark.line, node.start_mark.column)
         if len(source.values) > MOST_VALUES or len(path) > DEEPEST:
             raise _TooLong
@@ -162,8 +170,8 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
             return mapping(node, path, above)
         return _scalar(node, path, source)
 
-    def mapping(node: MappingNode, path: Path, above: tuple[int, ...]) -> dict[str, Any]:
-        made: dict[str, Any] = {}
+    def mapping(node: MappingNode, path: Path, above: tuple[int, ...]) -> dict[str, Data]:
+        made: dict[str, Data] = {}
         for key, child in node.value:
             mark = at(key.start_mark.line, key.start_mark.column)
             word = key.value if isinstance(key, ScalarNode) else None
@@ -211,7 +219,7 @@ def _scalar(node: Node, path: Path, source: Source) -> str | int | float | bool 
     return text
 
 
-def ordered(data: Any) -> Any:
+def ordered(data: Data) -> Data:
     """The same data, the keys of each mapping in the order of their names, so that the text's order means nothing."""
     if isinstance(data, dict):
         return {key: ordered(data[key]) for key in sorted(data, key=natural)}
@@ -224,3 +232,10 @@ def shown(path: Path) -> str:
     for part in path:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
     return text or "scene"
+
+
+def child(at: Data, part: str | int) -> Data:
+    """What a key or a number leads to in a mapping or a list; None if nothing is there."""
+    if isinstance(at, dict):
+        return at.get(str(part))
+    return at[part] if isinstance(at, list) and isinstance(part, int) and part < len(at) else None

@@ -13,7 +13,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import BeforeValidator, WithJsonSchema
 
@@ -156,8 +156,8 @@ def either(first: Dimension, second: Dimension) -> Dimension:
     return Dimension(f"{first.name} or {second.name}", {**first.units, **second.units})
 
 
-def _positive(dimension: Dimension, least: str) -> Callable[[Any], float]:
-    def read(value: Any) -> float:
+def _positive(dimension: Dimension, least: str) -> Callable[[object], float]:
+    def read(value: object) -> float:
         number = dimension.read(value)
         if number < 0 or (number == 0 and least == "positive"):
             message = "greater than zero" if least == "positive" else "zero or more"
