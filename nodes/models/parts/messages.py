@@ -91,8 +91,8 @@ class Unwatch(KernelInput, frozen=True):
 
 
 class StateEvent(Message, frozen=True):
-    """A rope is taut / slack, a support or stop closed / open, a brake stick / slip, a threshold reached, a joint
-    locked (with the energy that it lost [J]) / freed."""
+    """Of a rope: taut, slack; of a support or stop: closed, open; of a brake: stick, slip; of a threshold: reached; of a
+    joint: locked, with the energy that it lost [J], freed."""
 
     name: str
     what: str
@@ -271,10 +271,7 @@ class OperatorCommand(Message, frozen=True):
 
 
 class OperatorAnswer(Message, frozen=True):
-    """To the command that came at `t_ns`: its orders are given, or why they are refused.
-
-    `at`: the order of the action list that is in the way, where one is.
-    """
+    """To the command of `t_ns`: its orders are given, or why not; `at`: the conflicting order of the action list."""
 
     text: str
     t_ns: int

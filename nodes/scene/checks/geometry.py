@@ -29,13 +29,16 @@ SURFACE = 0.01  # so deep below a face a sling still lies on it, and a block on 
 def start_checks(scene: schema.Scene, built: plan.Plan) -> list[tuple[str, str]]:
     """What does not fit before anything moves; slings are judged where cranes and block stand well."""
     found = Findings()
-    for fits in (_on_stools, _stools_below_mass, _lugs_outside, _under_hooks, _ropes_overloaded):
-        found.take(fits.__name__, fits(scene, built))
+    assert scene.block is not None
+    assert built.block is not None
+    for fits in (_on_stools, _stools_below_mass, _lugs_outside, _under_hooks):
+        found.take(fits.__name__, fits(scene.block, built.block, built))
+    found.take("ropes", _ropes_overloaded(built))
     start = _start(scene, built)
     for check in _PLACES:
         found.take(check.__name__, check(scene, built, start, start))
     if not found.sentences:
-        found.take("slings", _slings_reach(scene, built))
+        found.take("slings", _slings_reach(scene.block, built.block, built))
     return found.list()
 
 
@@ -72,37 +75,31 @@ def _start(scene: schema.Scene, built: plan.Plan) -> State:
 # at the start
 
 
-def _on_stools(scene: schema.Scene, built: plan.Plan) -> Violations:
+def _on_stools(given: schema.Block, block: plan.Block, built: plan.Plan) -> Violations:
     """The block stands on its stools: neither above nor sunk into them."""
-    assert scene.block is not None
-    assert built.block is not None
-    gap = scene.block.at[2] - scene.block.size[2] / 2 - scene.block.supports.height
+    gap = given.at[2] - given.size[2] / 2 - given.supports.height
     if abs(gap) > TOUCH:
         how = f"{gap:g} m above" if gap > 0 else f"{-gap:g} m deep in"
-        z = scene.block.supports.height + scene.block.size[2] / 2
-        yield "block", built.block.where, f"the block is {how} its stools: put its middle at z = {z:g} m"
+        z = given.supports.height + given.size[2] / 2
+        yield "block", block.where, f"the block is {how} its stools: put its middle at z = {z:g} m"
 
 
-def _stools_below_mass(scene: schema.Scene, built: plan.Plan) -> Violations:
+def _stools_below_mass(given: schema.Block, block: plan.Block, built: plan.Plan) -> Violations:
     """All stools bear: the centre of mass is inside them, and they are under the block."""
-    assert scene.block is not None
-    assert built.block is not None
-    u, v, _ = scene.block.com
-    rows = [(x, y) for x, y in scene.block.supports.at]
+    u, v, _ = given.com
+    rows = [(x, y) for x, y in given.supports.at]
     a, b = (max(abs(c[i]) for c in rows) for i in (0, 1))
-    if a > scene.block.size[0] / 2 or b > scene.block.size[1] / 2:
-        yield "stools", built.block.pads[0].where, "a stool stands beside the block"
+    if a > given.size[0] / 2 or b > given.size[1] / 2:
+        yield "stools", block.pads[0].where, "a stool stands beside the block"
     elif not _inside((u, v), rows):
         message = f"the centre of mass at u = {u:g} m, v = {v:g} m is not above the stools: the block would tip"
-        yield "stools", built.block.pads[0].where, message
+        yield "stools", block.pads[0].where, message
 
 
-def _lugs_outside(scene: schema.Scene, built: plan.Plan) -> Violations:
+def _lugs_outside(given: schema.Block, block: plan.Block, built: plan.Plan) -> Violations:
     """No lug is inside the block."""
-    assert scene.block is not None
-    assert built.block is not None
-    half = tuple(side / 2 for side in scene.block.size)
-    for lug in built.block.lugs:
+    half = tuple(side / 2 for side in given.size)
+    for lug in block.lugs:
         depths = [h - abs(x) for h, x in zip(half, lug.p, strict=True)]
         if min(depths) > TOUCH:
             axis = "uvw"[depths.index(min(depths))]
@@ -114,20 +111,18 @@ def _lugs_outside(scene: schema.Scene, built: plan.Plan) -> Violations:
             )
 
 
-def _under_hooks(scene: schema.Scene, built: plan.Plan) -> Violations:
+def _under_hooks(given: schema.Block, block: plan.Block, built: plan.Plan) -> Violations:
     """Some hook is above the block."""
-    assert scene.block is not None
-    assert built.block is not None
-    x, y, _ = scene.block.at
-    a, b, _ = scene.block.size
+    x, y, _ = given.at
+    a, b, _ = given.size
     over = [p for p in (loader.pose for loader in built.loaders) if abs(p[0] - x) <= a and abs(p[1] - y) <= b]
     if not over:
         message = f"the block at x = {x:g} m, y = {y:g} m lies under no hook"
         hooks = ", ".join(f"{loader.pose[0]:g} / {loader.pose[1]:g} m" for loader in built.loaders)
-        yield ("block", built.block.where, f"{message}: hooks hang at {hooks or 'no place, the rig has no loaders'}")
+        yield ("block", block.where, f"{message}: hooks hang at {hooks or 'no place, the rig has no loaders'}")
 
 
-def _ropes_overloaded(scene: schema.Scene, built: plan.Plan) -> Violations:
+def _ropes_overloaded(built: plan.Plan) -> Violations:
     """No hook rope begins with more than its rated tension, from what hangs on it alone."""
     loaders = {loader.name: loader for loader in built.loaders}
     for rope in built.rig.hook_ropes:
@@ -152,13 +147,11 @@ def reach(sling: plan.Sling, lug: str, beam: tuple[float, ...], p: tuple[float, 
     return f"{message}: lower the hook or take a longer sling than {sling.L0:g} m"
 
 
-def _slings_reach(scene: schema.Scene, built: plan.Plan) -> Violations:
+def _slings_reach(given: schema.Block, block: plan.Block, built: plan.Plan) -> Violations:
     """Each sling that is hooked at the start reaches its lug, not overstretched and not through the block."""
-    assert built.block is not None
-    assert scene.block is not None
-    loaders, lugs = {x.name: x for x in built.loaders}, {lug.name: lug.p for lug in built.block.lugs}
-    u, v, w = (max(0.0, side / 2 - SURFACE) for side in scene.block.size)
-    x, y, z = scene.block.at  # as slack is counted: before the block sinks into its stools
+    loaders, lugs = {x.name: x for x in built.loaders}, {lug.name: lug.p for lug in block.lugs}
+    u, v, w = (max(0.0, side / 2 - SURFACE) for side in given.size)
+    x, y, z = given.at  # as slack is counted: before the block sinks into its stools
     for sling in built.rig.slings:
         if not sling.lug:
             continue

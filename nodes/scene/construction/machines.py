@@ -38,6 +38,24 @@ def build_machines(source: Source, scene: schema.Scene) -> Yard:
     return yard
 
 
+def check_parts(source: Source, scene: schema.Scene) -> None:
+    """A lift needs cranes, a rig and a block; a scene needs something that moves."""
+    parts = {"cranes": bool(scene.cranes), "block": scene.block is not None, "rig": scene.rig is not None}
+    missing = [key for key, there in parts.items() if not there]
+    if len(missing) == len(parts):
+        if scene.mechanism is None:
+            source.fault((), "a scene needs cranes, a block and a rig, or a mechanism")
+    elif missing:
+        there = " and ".join(key for key in parts if key not in missing)
+        source.fault((), f"a scene with {there} needs {' and '.join(missing)}, too")
+    names = {*scene.cranes, *(scene.rig.loaders if scene.rig else ())}
+    if scene.mechanism and scene.mechanism.name in names:
+        message = f"the name '{scene.mechanism.name}' is given twice: another machine has it, too"
+        source.fault(("mechanism", "name"), message)
+    if not scene.actions and scene.end is None:
+        source.fault((), "the scene never ends: give it 'actions' or an 'end', such as 'end: 60 s'")
+
+
 def _hang(yard: Yard, rig: schema.Rig) -> None:
     """Who hangs on which hook."""
     known = [f"{crane} {hook}" for crane in yard.scene.cranes for hook in HOOKS]

@@ -7,7 +7,7 @@ during typing; the rest (names, physics, phrases of the action list) is checked 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, get_args
+from typing import Any
 
 from heavylift.nodes.scene.text.units import (
     ANY_DAMPING,
@@ -38,7 +38,7 @@ def json_schema() -> Schema:
     """The schema as plain data."""
     schema = Scene.model_json_schema(by_alias=True)
     definitions = schema["$defs"]
-    meanings = {model.__name__: comments(model) for model in _models(Scene)}
+    meanings = {model.__name__: comments(model) for model in _models(Base)}
     for name, part in {"Scene": schema, **definitions}.items():
         comment = meanings.get(name.rpartition("__")[2], {})
         for key, value in part.get("properties", {}).items():
@@ -55,21 +55,11 @@ def with_unit(dimension: str, value: float) -> str | float:
     return f"{value / factor:.10g} {unit}" if unit else value
 
 
-def _models(model: type[Base]) -> Iterator[type[Base]]:
-    """A model and all that stand in its fields; those of one name share their comments."""
-    seen, todo = set[type[Base]](), [model]
-    while todo:
-        one = todo.pop()
-        if one in seen:
-            continue
-        seen.add(one)
-        yield one
-        types: list[object] = [field.annotation for field in one.model_fields.values()]
-        while types:
-            kind = types.pop()
-            if isinstance(kind, type) and issubclass(kind, Base):
-                todo.append(kind)
-            types += get_args(kind)
+def _models(base: type[Base]) -> Iterator[type[Base]]:
+    """All models of keys; those of one name share their comments."""
+    for model in base.__subclasses__():
+        yield model
+        yield from _models(model)
 
 
 def _readable(key: Schema, meaning: str) -> Schema:

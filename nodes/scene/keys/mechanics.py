@@ -18,22 +18,17 @@ from heavylift.nodes.scene.text.units import (
     Gap,
     Inertia,
     Length,
+    Mass,
     Product,
+    Ramp,
     Ratio,
     Stiffness,
     Stroke,
     StrokeRamp,
 )
-from heavylift.nodes.scene.text.units import Mass as MassValue
-from heavylift.nodes.scene.text.units import Ramp as RampValue
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
-from .base import Base as Base
-from .base import Direction
-from .base import End as End
-from .base import Name as Name
-from .base import Place as Place
-from .base import Station as Station
+from .base import Base, Direction, End, Name, Place, Station
 from .contacts import Contact
 from .flexible import Beam, Matrices
 from .forces import Force as ForceElement
@@ -66,7 +61,7 @@ class Body(Base):
     `beam` or `matrices` make it flexible; mass, com and inertia are then what sits rigidly in its frame.
     """
 
-    mass: MassValue | None = None
+    mass: Mass | None = None
     com: Place = (0.0, 0.0, 0.0)
     inertia: Moments = (0.0, 0.0, 0.0)
     beam: Beam | None = None
@@ -84,7 +79,7 @@ class Line(Base):
 class Winch(Base):
     """The rope's length is driven: ramp and shortest and longest unstretched length."""
 
-    ramp: RampValue
+    ramp: Ramp
     shortest: Extent
     longest: Extent
 
