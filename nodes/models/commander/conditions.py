@@ -113,7 +113,7 @@ def _hooked(term: Slings, picture: Picture) -> list[str]:
     names = [name for name in term.names if picture.ropes.get(name, OFF) != OFF]
     if not names:
         what, whom = term.text or f"{term.each} slings {term.state}", _list(list(term.names))
-        raise Refused(f"`{what}` speaks of no sling, none of {whom} is hooked")
+        raise Refused(f"`{what}` refers to no sling, none of {whom} is hooked")
     return names
 
 
