@@ -42,7 +42,7 @@ Quantity: TypeAlias = Literal[
 
 
 class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A limit of a subject: what may be reached of a quantity, and who says so.
+    """A limit of a subject: what may be reached of a quantity, and by which source.
 
     `value` [unit] is a single limit, `between` has a lower and an upper one; `chart` holds (x, value) between which the
     limit is interpolated, x being what `over` names; without any of them the limit is not known.  With `least` a value

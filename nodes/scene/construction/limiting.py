@@ -1,4 +1,4 @@
-"""The table of limits of a scene: what its machine types and its own keys say, each with its source.
+"""The table of limits of a scene: from its machine types and its own keys, each with its source.
 
 A number that the scene gives is the scene's; one of a machine type is the type's; a default is called assumed.
 """

@@ -57,7 +57,7 @@ def check_parts(source: Source, scene: schema.Scene) -> None:
 
 
 def _hang(yard: Yard, rig: schema.Rig) -> None:
-    """Who hangs on which hook."""
+    """Which loader hangs on which hook."""
     known = [f"{crane} {hook}" for crane in yard.scene.cranes for hook in HOOKS]
     taken: dict[str, str] = {}
     for name, loader in rig.loaders.items():

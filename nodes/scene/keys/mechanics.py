@@ -8,24 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from heavylift.nodes.scene.text.units import (
-    AnyDamping,
-    AnyStiffness,
-    Damping,
-    Effort,
-    Extent,
-    Force,
-    Gap,
-    Inertia,
-    Length,
-    Mass,
-    Product,
-    Ramp,
-    Ratio,
-    Stiffness,
-    Stroke,
-    StrokeRamp,
-)
+from heavylift.nodes.scene.text import units as u
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from .base import Base, Direction, End, Name, Place, Station
@@ -48,8 +31,8 @@ def _counted(given: object) -> object:
 
 
 Moments = Annotated[
-    Annotated[tuple[Inertia, Inertia, Inertia], Tag("moments")]
-    | Annotated[tuple[Inertia, Inertia, Inertia, Product, Product, Product], Tag("with products")],
+    Annotated[tuple[u.Inertia, u.Inertia, u.Inertia], Tag("moments")]
+    | Annotated[tuple[u.Inertia, u.Inertia, u.Inertia, u.Product, u.Product, u.Product], Tag("with products")],
     Discriminator(_shape),
     BeforeValidator(_counted),
 ]
@@ -61,7 +44,7 @@ class Body(Base):
     `beam` or `matrices` make it flexible; mass, com and inertia are then what sits rigidly in its frame.
     """
 
-    mass: Mass | None = None
+    mass: u.Mass | None = None
     com: Place = (0.0, 0.0, 0.0)
     inertia: Moments = (0.0, 0.0, 0.0)
     beam: Beam | None = None
@@ -73,15 +56,15 @@ class Line(Base):
 
     start: End
     end: End
-    share: Ratio = 1.0
+    share: u.Ratio = 1.0
 
 
 class Winch(Base):
     """The rope's length is driven: ramp and shortest and longest unstretched length."""
 
-    ramp: Ramp
-    shortest: Extent
-    longest: Extent
+    ramp: u.Ramp
+    shortest: u.Extent
+    longest: u.Extent
 
 
 class Over(End):
@@ -92,9 +75,9 @@ class Over(End):
     """
 
     axis: Direction = (0.0, 1.0, 0.0)
-    radius: Gap = 0.0
-    friction: Ratio = 0.0
-    efficiency: Ratio = 1.0
+    radius: u.Gap = 0.0
+    friction: u.Ratio = 0.0
+    efficiency: u.Ratio = 1.0
 
     @property
     def plain(self) -> bool:
@@ -112,10 +95,10 @@ class Rope(Base):
     end: End | None = None
     over: list[Over] = Field(default_factory=list)
     lines: list[Line] = Field(default_factory=list)
-    EA: Force | None = None
+    EA: u.Force | None = None
     rigid: bool = False
-    length: Extent
-    damping: Damping | None = None
+    length: u.Extent
+    damping: u.Damping | None = None
     winch: Winch | None = None
     hooked: bool = True
 
@@ -125,21 +108,21 @@ class Support(Base):
 
     body: str
     at: Station = (0.0, 0.0, 0.0)
-    height: Length
-    stiffness: Stiffness
-    damping: Damping = 0.0
-    friction: Ratio = 0.0
-    tangential_stiffness: Stiffness = 0.0
-    tangential_damping: Damping = 0.0
+    height: u.Length
+    stiffness: u.Stiffness
+    damping: u.Damping = 0.0
+    friction: u.Ratio = 0.0
+    tangential_stiffness: u.Stiffness = 0.0
+    tangential_damping: u.Damping = 0.0
 
 
 class Spring(Base):
     """A linear spring and damper on a joint."""
 
     joint: str
-    stiffness: AnyStiffness = 0.0
-    damping: AnyDamping = 0.0
-    rest: Stroke = 0.0
+    stiffness: u.AnyStiffness = 0.0
+    damping: u.AnyDamping = 0.0
+    rest: u.Stroke = 0.0
     coordinate: str = ""
 
 
@@ -147,9 +130,9 @@ class Stop(Base):
     """End stops of a joint."""
 
     joint: str
-    range: tuple[Stroke, Stroke]
-    stiffness: AnyStiffness
-    damping: AnyDamping = 0.0
+    range: tuple[u.Stroke, u.Stroke]
+    stiffness: u.AnyStiffness
+    damping: u.AnyDamping = 0.0
     coordinate: str = ""
 
 
@@ -157,9 +140,9 @@ class Brake(Base):
     """A dry brake on a joint, slipping at `holds`."""
 
     joint: str
-    holds: Effort
-    stiffness: AnyStiffness
-    damping: AnyDamping = 0.0
+    holds: u.Effort
+    stiffness: u.AnyStiffness
+    damping: u.AnyDamping = 0.0
     engaged: bool = False
     coordinate: str = ""
 
@@ -176,10 +159,10 @@ class Drive(Base):
 
     joint: str
     type: Literal["prescribed", "servo", "speed"]
-    stiffness: AnyStiffness = 0.0  # servo: per displacement
-    damping: AnyDamping = 0.0  # servo and speed: per velocity
-    ramp: StrokeRamp
-    range: tuple[Stroke, Stroke] | None = None
+    stiffness: u.AnyStiffness = 0.0  # servo: per displacement
+    damping: u.AnyDamping = 0.0  # servo and speed: per velocity
+    ramp: u.StrokeRamp
+    range: tuple[u.Stroke, u.Stroke] | None = None
     coordinate: str = ""
 
 

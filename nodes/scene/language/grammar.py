@@ -34,7 +34,7 @@ _TOKEN = re.compile(r">=|<=|==|=|>|<|[\[\],]|[^\s\[\],<>=]+")
 
 
 def read_order(text: str) -> OrderPhrase:
-    """The order that a phrase says; raises PhraseError."""
+    """The order of a phrase; raises PhraseError."""
     reader = _Reader(text)
     order = _order(reader)
     reader.end()
@@ -42,7 +42,7 @@ def read_order(text: str) -> OrderPhrase:
 
 
 def read_condition(text: str) -> ConditionPhrase:
-    """The condition that a phrase says; raises PhraseError."""
+    """The condition of a phrase; raises PhraseError."""
     reader = _Reader(text)
     condition = _condition(reader)
     reader.end()
