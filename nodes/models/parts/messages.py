@@ -91,8 +91,8 @@ class Unwatch(KernelInput, frozen=True):
 
 
 class StateEvent(Message, frozen=True):
-    """A rope is taut or slack, a support or stop closed or open, a brake sticks or slips, a threshold is reached, a joint
-    is locked (with the energy that it lost [J]) or freed."""
+    """A rope is taut or slack, a support or stop closed or open, a brake sticks or slips, a threshold is reached, a
+    joint is locked (with the energy that it lost [J]) or freed."""
 
     name: str
     what: str
