@@ -5,12 +5,13 @@ Units are read again here, since they depend on whether the coordinate slides or
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, get_args
 
 from heavylift.kernel.description import mechanics as k
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys import mechanics
+from heavylift.nodes.scene.keys.base import Base
 from heavylift.nodes.scene.keys.forces import Characteristic
 from heavylift.nodes.scene.keys.joints import POSITIONS
 from heavylift.nodes.scene.text import units
@@ -22,18 +23,6 @@ from .checking import Checking
 
 __all__ = ["actuators", "check_curve", "check_laws", "laws_of"]
 
-# key of a law -> its dimension on a sliding and on a turning joint
-_UNITS: dict[str, tuple[Dimension, Dimension]] = {
-    "stiffness": (units.STIFFNESS, units.TURN_STIFFNESS),
-    "damping": (units.DAMPING, units.TURN_DAMPING),
-    "holds": (units.FORCE, units.MOMENT),
-    "rest": (units.LENGTH, units.ANGLE),
-    "range": (units.LENGTH, units.ANGLE),
-    "dry": (units.FORCE, units.MOMENT),
-    "viscous": (units.DAMPING, units.TURN_DAMPING),
-    "ramp": (units.ACCELERATION, units.ANGULAR_ACCELERATION),
-}
-
 
 def check_laws(checks: Checking) -> None:
     """Names are unique; laws act along existing coordinates, in their units, with ordered ranges."""
@@ -44,7 +33,7 @@ def check_laws(checks: Checking) -> None:
             path: Path = ("mechanism", kind, name)
             along = checks.along(path, law.joint, law.coordinate)
             if along:
-                _dimensions(checks, path, turns=along[1])
+                _dimensions(checks, path, law, turns=along[1])
             if kind == "drives" and along:
                 if other := driven.get((law.joint, along[0])):
                     message = f"the joint '{law.joint}' has two drives, '{other}' and '{name}'"
@@ -53,11 +42,12 @@ def check_laws(checks: Checking) -> None:
             if kind in {"stops", "drives"} and law.range and law.range[0] >= law.range[1]:
                 checks.fault((*path, "range"), "the first end must be below the second")
     for name, joint in checks.given.joints.items():
-        for key, given in (("limits", joint.limits), ("friction", joint.friction)):
-            for coordinate in given:
+        own: dict[str, Mapping[str, Base]] = {"limits": joint.limits, "friction": joint.friction}
+        for key, given in own.items():
+            for coordinate, law in given.items():
                 path = ("mechanism", "joints", name, key, coordinate)
                 if coordinate in joint.coordinates:
-                    _dimensions(checks, path, turns=joint.turns(coordinate))
+                    _dimensions(checks, path, law, turns=joint.turns(coordinate))
                 else:
                     message = f"a {joint.type} joint has no coordinate '{coordinate}' to act on"
                     checks.fault(path, message, closest(coordinate, joint.coordinates), on_key=True)
@@ -71,10 +61,21 @@ def check_laws(checks: Checking) -> None:
             checks.fault(path, f"there is no joint '{lock.joint}'", closest(lock.joint, checks.given.joints))
 
 
-def _dimensions(checks: Checking, path: Path, *, turns: bool) -> None:
+def _dimensions(checks: Checking, path: Path, law: Base, *, turns: bool) -> None:
     """The units of a law fit the coordinate that it acts on."""
-    for key, dimensions in _UNITS.items():
-        _fits(checks, (*path, key), dimensions[turns])
+    for name, field in type(law).model_fields.items():
+        dimension = next(_dimensions_in((*field.metadata, field.annotation)), None)
+        if isinstance(dimension, units.Either):
+            _fits(checks, (*path, field.alias or name), dimension.turning if turns else dimension.sliding)
+
+
+def _dimensions_in(annotations: Iterable[object]) -> Iterator[Dimension]:
+    """The dimensions of the quantities in annotations, at any depth."""
+    for each in annotations:
+        if isinstance(each, units.Quantity):
+            yield each.dimension
+        else:
+            yield from _dimensions_in(get_args(each))
 
 
 def _fits(checks: Checking, path: Path, dimension: Dimension) -> None:
