@@ -24,8 +24,7 @@ from heavylift.nodes.plan.finding import Finding
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.planar import planar
 from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
-from heavylift.nodes.scene.checks.locked_checks import held_orders
-from heavylift.nodes.scene.checks.orders import order_checks
+from heavylift.nodes.scene.checks.orders import held_orders, order_checks
 from heavylift.nodes.scene.checks.overloads import overloads
 from heavylift.nodes.scene.construction.limiting import build_limits
 from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_parts

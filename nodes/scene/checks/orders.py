@@ -11,9 +11,12 @@ from math import degrees, radians, sqrt
 
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.errors import ModelError
+from heavylift.nodes.models.commander.actuator_registry import first_lugs
 from heavylift.nodes.models.commander.conditions import terms
+from heavylift.nodes.models.commander.order_checks import joints_moved
 from heavylift.nodes.models.commander.turn_law import followers
 from heavylift.nodes.plan import actions, plan
+from heavylift.nodes.plan.fidelity import held_by
 from heavylift.nodes.plan.verbs import MOTIONS, VERBS
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.statics.state import Acted, StaticState
@@ -22,7 +25,7 @@ from heavylift.nodes.statics.static_state import Following, State, Step, goals, 
 from .findings import Findings, Violations
 from .geometry import goal_checks, reach
 
-__all__ = ["order_checks"]
+__all__ = ["held_orders", "order_checks"]
 
 SAME = 1.0 + 1e-6  # times a speed that is not faster
 FALLS = 1.0  # [m] that a block sinks at once when it is let go
@@ -51,10 +54,7 @@ class Order:
         self.hooked = hooked
         self.lugs = dict(hooked)
         for order in action.orders:
-            if isinstance(order, actions.Hookup):
-                self.lugs[order.sling] = order.lug
-            elif isinstance(order, actions.Unhook):
-                self.lugs.pop(order.sling, None)
+            _hook(order, self.lugs)
 
     def carrying(self, loaders: set[str]) -> list[str]:
         """Loaders with a taut sling among these."""
@@ -77,7 +77,7 @@ class Order:
 def order_checks(scene: schema.Scene, built: plan.Plan, followed: Following) -> list[tuple[str, str]]:
     """What is wrong with the orders that could be followed."""
     found = Findings()
-    hooked = {sling.name: sling.lug for sling in built.rig.slings if sling.lug}
+    hooked = first_lugs(built)
     for number, acted in enumerate(followed.path.acted, 1):
         action = built.actions[number - 1]
         steps = [step for step in followed.steps if step.static.action == number]
@@ -90,6 +90,41 @@ def order_checks(scene: schema.Scene, built: plan.Plan, followed: Following) -> 
         if found.sentences:
             break
     return found.list()
+
+
+def _hook(order: actions.Order, lugs: dict[str, str]) -> None:
+    """The lug of each hooked sling, once an order is carried out."""
+    if isinstance(order, actions.Hookup):
+        lugs[order.sling] = order.lug
+    elif isinstance(order, actions.Unhook):
+        lugs.pop(order.sling, None)
+
+
+def held_orders(built: plan.Plan) -> list[tuple[str, str]]:
+    """(where, sentence) of each order to a joint that the fidelity locks; of several to one joint the first.
+
+    A planar motion locks what would leave its plane, the list `locked` what it names.  A turn orders the trolleys of
+    the hooks that carry slings then.
+    """
+    found = Findings()
+    lugs = first_lugs(built)
+    for action in built.actions:
+        for order in action.orders:
+            _hook(order, lugs)
+            ordered = [joint for joint in _moved(built, order, lugs) if joint in built.fidelity.locked]
+            violations = (
+                (joint, order.where, f"{held_by(built.fidelity, joint)}, or leave the order out") for joint in ordered
+            )
+            found.take(f"{order.where} held", violations, where=order.where)
+    return found.list()
+
+
+def _moved(built: plan.Plan, order: actions.Order, lugs: dict[str, str]) -> list[str]:
+    """Joints that an order moves; none for a turn that no hook can follow, which is reported when it is given."""
+    try:
+        return joints_moved(order, built, lugs)
+    except ModelError:
+        return []
 
 
 # ---- checks ---------------------------------------------------------------------------------------------------
