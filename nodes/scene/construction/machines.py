@@ -6,7 +6,6 @@ Names are resolved here and defaults become numbers; loaders hang and the block 
 from __future__ import annotations
 
 import math
-from typing import Literal
 
 import msgspec
 from heavylift.nodes.plan import plan
@@ -17,7 +16,7 @@ from heavylift.nodes.scene.text.source import Path, Source
 
 from .loaders import add_loader
 from .stools import build_block
-from .yard import HOOKS, LOWER, UPPER, Yard, box, trolley_start
+from .yard import HOOKS, LOWER, UPPER, Level, Yard, box, trolley_start
 
 
 def build_machines(source: Source, scene: schema.Scene) -> Yard:
@@ -93,15 +92,12 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
         kp, kv = mass * omega * omega, 2 * crane.servo_damping * mass * omega
         return plan.Axis(start=start, lower=ends[0], upper=ends[1], accel=crane.ramp, kp=kp, kv=kv)
 
-    def trolley(which: str, mass: float, height: float, capacity: float) -> plan.Trolley:
+    def trolley(which: Level, mass: float, height: float, capacity: float) -> plan.Trolley:
         size = (2 * crane.hook_spacing, crane.trolley_length, 4.0)
         body = plan.Inertia(mass=mass, com=(0.0, 0.0, height), moments=box(mass, size))
         y = trolley_start(yard, name, crane, which)
-        key = f"{which} trolley"
-        place = yard.source.where(("cranes", name, key))
-        slide = axis(y, crane.girder, mass)
-        kind: Literal["upper", "lower"] = "upper" if which == UPPER else "lower"
-        return plan.Trolley(name=kind, body=body, axis=slide, capacity=capacity, where=place)
+        place = yard.source.where(("cranes", name, f"{which} trolley"))
+        return plan.Trolley(name=which, body=body, axis=axis(y, crane.girder, mass), capacity=capacity, where=place)
 
     if crane.drum_ends and crane.falls % crane.drum_ends:
         message = f"{crane.falls} falls cannot be shared by {crane.drum_ends} drum ends: give an even number of falls"
@@ -110,12 +106,11 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
     for loader, (owner, hook) in yard.hooks.items():
         if owner == name:
             place = yard.source.where(("rig", "loaders", loader, "hook"))
-            which: Literal["upper", "lower"] = "upper" if HOOKS[hook][0] == UPPER else "lower"
             hooks.append(
                 plan.Hook(
                     name=hook,
                     rope=f"{name}.{hook}",
-                    trolley=which,
+                    trolley=HOOKS[hook][0],
                     accel=crane.ramp,
                     shortest=crane.shortest_rope,
                     drum=crane.drum,

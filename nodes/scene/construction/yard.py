@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
 
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.text.source import Source
 
-UPPER, LOWER = "upper", "lower"
-HOOKS = {"H1": ("upper", -1), "H2": ("upper", 1), "H3": ("lower", 0)}  # trolley, side along x
+Level: TypeAlias = Literal["upper", "lower"]
+UPPER: Level = "upper"
+LOWER: Level = "lower"
+HOOKS: dict[str, tuple[Level, int]] = {"H1": (UPPER, -1), "H2": (UPPER, 1), "H3": (LOWER, 0)}  # trolley, side along x
 
 
 @dataclass
