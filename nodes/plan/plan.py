@@ -251,6 +251,11 @@ class Plan(Item, frozen=True, kw_only=True):
     limits: tuple[Limit, ...] = ()
     actions: tuple[Action, ...] = ()
 
+    @property
+    def machines(self) -> tuple[Crane | Loader | Block | Mechanism, ...]:
+        """All machines, in the order of their nodes."""
+        return (*self.cranes, *self.loaders, *([self.block] if self.block else []), *self.mechanisms)
+
 
 def drive_name(crane: str, axis: Literal["gantry", "upper", "lower"]) -> str:
     """Name of the actuator that moves a crane or one of its trolleys."""
@@ -258,7 +263,7 @@ def drive_name(crane: str, axis: Literal["gantry", "upper", "lower"]) -> str:
 
 
 def driven(actuator: str) -> str:
-    """What an actuator moves, in a planner's words: a crane, a trolley of it, else its own name."""
+    """What an actuator moves, for planners: a crane, a trolley of it, else its own name."""
     name = actuator.removesuffix(".drive")
     crane, _, axis = name.rpartition(".")
     if name == actuator or axis not in ("gantry", "upper-slide", "lower-slide"):

@@ -6,7 +6,6 @@ Names are resolved here and defaults become numbers; loaders hang and the block 
 from __future__ import annotations
 
 import math
-from typing import Literal
 
 import msgspec
 from heavylift.nodes.plan import plan
@@ -17,7 +16,7 @@ from heavylift.nodes.scene.text.source import Path, Source
 
 from .loaders import add_loader
 from .stools import build_block
-from .yard import HOOKS, LOWER, UPPER, Yard, box, trolley_start
+from .yard import HOOKS, LOWER, UPPER, Level, Yard, box, trolley_start
 
 
 def build_machines(source: Source, scene: schema.Scene) -> Yard:
@@ -38,8 +37,26 @@ def build_machines(source: Source, scene: schema.Scene) -> Yard:
     return yard
 
 
+def check_parts(source: Source, scene: schema.Scene) -> None:
+    """A lift needs cranes, a rig and a block; a scene needs something that moves."""
+    parts = {"cranes": bool(scene.cranes), "block": scene.block is not None, "rig": scene.rig is not None}
+    missing = [key for key, there in parts.items() if not there]
+    if len(missing) == len(parts):
+        if scene.mechanism is None:
+            source.fault((), "a scene needs cranes, a block and a rig, or a mechanism")
+    elif missing:
+        there = " and ".join(key for key in parts if key not in missing)
+        source.fault((), f"a scene with {there} needs {' and '.join(missing)}, too")
+    names = {*scene.cranes, *(scene.rig.loaders if scene.rig else ())}
+    if scene.mechanism and scene.mechanism.name in names:
+        message = f"the name '{scene.mechanism.name}' is given twice: another machine has it, too"
+        source.fault(("mechanism", "name"), message)
+    if not scene.actions and scene.end is None:
+        source.fault((), "the scene never ends: give it 'actions' or an 'end', such as 'end: 60 s'")
+
+
 def _hang(yard: Yard, rig: schema.Rig) -> None:
-    """Who hangs on which hook."""
+    """Which loader hangs on which hook."""
     known = [f"{crane} {hook}" for crane in yard.scene.cranes for hook in HOOKS]
     taken: dict[str, str] = {}
     for name, loader in rig.loaders.items():
@@ -75,29 +92,25 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
         kp, kv = mass * omega * omega, 2 * crane.servo_damping * mass * omega
         return plan.Axis(start=start, lower=ends[0], upper=ends[1], accel=crane.ramp, kp=kp, kv=kv)
 
-    def trolley(which: str, mass: float, height: float, capacity: float) -> plan.Trolley:
+    def trolley(which: Level, mass: float, height: float, capacity: float) -> plan.Trolley:
         size = (2 * crane.hook_spacing, crane.trolley_length, 4.0)
         body = plan.Inertia(mass=mass, com=(0.0, 0.0, height), moments=box(mass, size))
         y = trolley_start(yard, name, crane, which)
-        key = f"{which} trolley"
-        place = yard.source.where(("cranes", name, key))
-        slide = axis(y, crane.girder, mass)
-        kind: Literal["upper", "lower"] = "upper" if which == UPPER else "lower"
-        return plan.Trolley(name=kind, body=body, axis=slide, capacity=capacity, where=place)
+        place = yard.source.where(("cranes", name, f"{which} trolley"))
+        return plan.Trolley(name=which, body=body, axis=axis(y, crane.girder, mass), capacity=capacity, where=place)
 
     if crane.drum_ends and crane.falls % crane.drum_ends:
-        told = f"{crane.falls} falls cannot be shared by {crane.drum_ends} drum ends: give an even number of falls"
-        yard.source.fault(("cranes", name, "drum ends"), f"{told}, or 'drum ends: 1'", on_key=True)
+        message = f"{crane.falls} falls cannot be shared by {crane.drum_ends} drum ends: give an even number of falls"
+        yard.source.fault(("cranes", name, "drum ends"), f"{message}, or 'drum ends: 1'", on_key=True)
     hooks = []
     for loader, (owner, hook) in yard.hooks.items():
         if owner == name:
             place = yard.source.where(("rig", "loaders", loader, "hook"))
-            which: Literal["upper", "lower"] = "upper" if HOOKS[hook][0] == UPPER else "lower"
             hooks.append(
                 plan.Hook(
                     name=hook,
                     rope=f"{name}.{hook}",
-                    trolley=which,
+                    trolley=HOOKS[hook][0],
                     accel=crane.ramp,
                     shortest=crane.shortest_rope,
                     drum=crane.drum,
@@ -152,8 +165,8 @@ def build_fidelity(yard: Yard) -> plan.Fidelity:
     locked: list[str] = []
     for i, name in enumerate(given.locked):
         if name not in groups and name not in joints:
-            told = f"there is no joint '{name}' to lock"
-            yard.source.fault(("fidelity", "locked", i), told, closest(name, [*groups, *joints]))
+            message = f"there is no joint '{name}' to lock"
+            yard.source.fault(("fidelity", "locked", i), message, closest(name, [*groups, *joints]))
         locked += groups.get(name, [name])
     made = msgspec.convert(given.model_dump() | {"locked": locked}, plan.Fidelity)
     return planar(made, yard.loaders, yard.cranes)

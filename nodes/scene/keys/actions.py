@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Annotated
 
 from heavylift.nodes.scene.language.grammar import read_condition, read_order
 from heavylift.nodes.scene.language.phrases import ConditionPhrase, OrderPhrase, PhraseError
@@ -21,7 +21,7 @@ def _phrase(read: Callable[[str], object], needed: str) -> PlainValidator:
         try:
             return read(text)
         except PhraseError as error:
-            context: dict[str, Any] = {"sentence": str(error), "hint": error.hint, "column": error.column}
+            context = {"sentence": str(error), "hint": error.hint, "column": error.column}
             raise PydanticCustomError("phrase", "{sentence}", context) from None
 
     return PlainValidator(reads)
@@ -44,12 +44,13 @@ class Action(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _wait(cls, data: Any) -> Any:
+    def _wait(cls, data: object) -> object:
         if isinstance(data, str) and data.split()[:1] == ["wait"]:
             return {"wait": data}
-        wait = data.get("wait") if isinstance(data, dict) else None
-        if isinstance(wait, str | int | float) and not str(wait).startswith("wait"):
-            return {**data, "wait": f"wait {wait}"}
+        if isinstance(data, dict):
+            wait = data.get("wait")
+            if isinstance(wait, str | int | float) and not str(wait).startswith("wait"):
+                return data | {"wait": f"wait {wait}"}
         return data
 
     @property

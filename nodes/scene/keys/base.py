@@ -38,12 +38,7 @@ def written(name: str) -> str:
 class Base(BaseModel):
     """Frozen; unknown keys are errors; underscores of Python are blanks in YAML."""
 
-    model_config = ConfigDict(
-        frozen=True,
-        extra="forbid",
-        populate_by_name=True,
-        alias_generator=written,
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", populate_by_name=True, alias_generator=written)
     struct: ClassVar[type | None] = None  # the struct whose fields are its keys, if there is one
 
 

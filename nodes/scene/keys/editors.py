@@ -1,13 +1,13 @@
 """The JSON Schema of scene files, for editors: keys, their units and defaults, what they mean.
 
-Made from the pydantic models that read scenes, so it cannot lag behind them.  An editor that knows it completes and
-checks while one types; what it cannot know (names, physics, phrases of the action list) `heavylift check` tells.
+Made from the pydantic models that read scenes, so it is always up to date.  An editor completes and checks with it
+during typing; the rest (names, physics, phrases of the action list) is checked by `heavylift check`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, get_args
+from typing import Any
 
 from heavylift.nodes.scene.text.units import (
     ANY_DAMPING,
@@ -28,7 +28,7 @@ __all__ = ["json_schema", "with_unit"]
 Schema = dict[str, Any]
 ALL = (*DIMENSIONS, STROKE, STROKE_SPEED, STROKE_RAMP, REACH, EFFORT, ANY_STIFFNESS, ANY_DAMPING)
 FIRST_UNIT = {dimension.name: next(iter(dimension.units.items())) for dimension in ALL}
-SHORT = {  # what a scene may write shorter than its models say
+SHORT = {  # what a scene may write shorter than its models require
     "Action": {"type": "string", "pattern": "^wait ", "description": "only wait, such as 'wait 60 s'"},
     "Process": {"type": "array", "items": {"type": "string"}, "description": "nodes of a process on this host"},
 }
@@ -38,11 +38,11 @@ def json_schema() -> Schema:
     """The schema as plain data."""
     schema = Scene.model_json_schema(by_alias=True)
     definitions = schema["$defs"]
-    meanings = {model.__name__: comments(model) for model in _models(Scene)}
+    meanings = {model.__name__: comments(model) for model in _models(Base)}
     for name, part in {"Scene": schema, **definitions}.items():
-        told = meanings.get(name.rpartition("__")[2], {})
+        comment = meanings.get(name.rpartition("__")[2], {})
         for key, value in part.get("properties", {}).items():
-            part["properties"][key] = _readable(value, told.get(key, ""))
+            part["properties"][key] = _readable(value, comment.get(key, ""))
     for name, short in SHORT.items():
         definitions[name] = {"anyOf": [definitions[name], short]}
     schema["properties"]["extends"] = {"type": "string", "description": "scene that this one is laid over"}
@@ -55,27 +55,17 @@ def with_unit(dimension: str, value: float) -> str | float:
     return f"{value / factor:.10g} {unit}" if unit else value
 
 
-def _models(model: type[Base]) -> Iterator[type[Base]]:
-    """A model and all that stand in its fields; those of one name share their comments."""
-    seen, todo = set[type[Base]](), [model]
-    while todo:
-        one = todo.pop()
-        if one in seen:
-            continue
-        seen.add(one)
-        yield one
-        types: list[Any] = [field.annotation for field in one.model_fields.values()]
-        while types:
-            kind = types.pop()
-            if isinstance(kind, type) and issubclass(kind, Base):
-                todo.append(kind)
-            types += get_args(kind)
+def _models(base: type[Base]) -> Iterator[type[Base]]:
+    """All models of keys; those of one name share their comments."""
+    for model in base.__subclasses__():
+        yield model
+        yield from _models(model)
 
 
 def _readable(key: Schema, meaning: str) -> Schema:
     """A key without machine-made titles, its default with a unit; a place on a beam may be one length."""
     found = {name: value for name, value in key.items() if name != "title"}
-    if found.get("default") in ({}, []) or isinstance(found.get("default"), dict):  # its own keys tell theirs
+    if found.get("default") in ({}, []) or isinstance(found.get("default"), dict):  # its own keys have theirs
         del found["default"]
     if "default" in found:
         found["default"] = _default(found, found["default"])
@@ -89,7 +79,7 @@ def _readable(key: Schema, meaning: str) -> Schema:
     return found
 
 
-def _default(key: Schema, value: Any) -> Any:
+def _default(key: Schema, value: object) -> object:
     options = [key, *key.get("anyOf", [])]
     if isinstance(value, list):
         lists: list[list[Schema]] = [option.get("prefixItems", []) for option in options]

@@ -9,29 +9,12 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal, cast
 
 from heavylift.kernel.description import forces as f
 from heavylift.kernel.description.points import Point
 from heavylift.kernel.trust import named
-from heavylift.nodes.scene.text.units import (
-    Angle,
-    Area,
-    Damping,
-    Density,
-    Gap,
-    Instant,
-    Number,
-    Push,
-    Ratio,
-    Reach,
-    Stiffness,
-    Thrust,
-    TurnDamping,
-    TurnStiffness,
-    Twist,
-    Velocity,
-)
+from heavylift.nodes.scene.text import units as u
 from pydantic import Field
 
 from .attitudes import quaternion_matrix, unit
@@ -39,9 +22,9 @@ from .base import Base, Direction, End, Quaternion, Station
 
 __all__ = ["Force"]
 
-Row6 = tuple[Number, Number, Number, Number, Number, Number]
+Row6 = tuple[u.Number, u.Number, u.Number, u.Number, u.Number, u.Number]
 Matrix6 = tuple[Row6, Row6, Row6, Row6, Row6, Row6]
-History = list[tuple[Instant, Number]]
+History = list[tuple[u.Instant, u.Number]]
 Keys = tuple[str | int, ...]
 
 
@@ -69,10 +52,10 @@ class Load(_Force):
     type: Literal["load"]
     body: str
     at: Station = (0.0, 0.0, 0.0)
-    force: tuple[Push, Push, Push] = (0.0, 0.0, 0.0)
-    moment: tuple[Twist, Twist, Twist] = (0.0, 0.0, 0.0)
+    force: tuple[u.Push, u.Push, u.Push] = (0.0, 0.0, 0.0)
+    moment: tuple[u.Twist, u.Twist, u.Twist] = (0.0, 0.0, 0.0)
     axes: Literal["world", "body"] = "world"
-    factor: Number = 1.0
+    factor: u.Number = 1.0
     history: History = Field(default_factory=list)
 
     def built(self, name: str, folder: Path) -> f.Force:
@@ -86,12 +69,12 @@ class Wind(_Force):
     type: Literal["wind"]
     body: str
     at: Station = (0.0, 0.0, 0.0)
-    area: Area
-    drag: Ratio
+    area: u.Area
+    drag: u.Ratio
     direction: Direction
-    speed: Velocity = 0.0
-    gusts: list[tuple[Instant, Velocity]] = Field(default_factory=list)
-    density: Density = 1.225
+    speed: u.Velocity = 0.0
+    gusts: list[tuple[u.Instant, u.Velocity]] = Field(default_factory=list)
+    density: u.Density = 1.225
 
     def built(self, name: str, folder: Path) -> f.Force:
         at, signal = Point(self.body, self.at), _signal(self.speed, self.gusts)
@@ -104,9 +87,9 @@ class Spring(_Force):
     type: Literal["spring"]
     start: End
     end: End
-    rest: Gap
-    stiffness: Stiffness = 0.0
-    damping: Damping = 0.0
+    rest: u.Gap
+    stiffness: u.Stiffness = 0.0
+    damping: u.Damping = 0.0
 
     def built(self, name: str, folder: Path) -> f.Force:
         return f.Spring(name, _point(self.start), _point(self.end), self.rest, self.stiffness, self.damping)
@@ -119,9 +102,9 @@ class Torsion(_Force):
     start: str
     end: str
     axis: Direction
-    stiffness: TurnStiffness = 0.0
-    damping: TurnDamping = 0.0
-    rest: Angle = 0.0
+    stiffness: u.TurnStiffness = 0.0
+    damping: u.TurnDamping = 0.0
+    rest: u.Angle = 0.0
 
     def built(self, name: str, folder: Path) -> f.Force:
         return f.Torsion(name, self.start, self.end, unit(self.axis), self.stiffness, self.damping, self.rest)
@@ -135,10 +118,10 @@ class Bushing(_Force):
     end: End
     start_attitude: Quaternion = (0.0, 0.0, 0.0, 1.0)
     end_attitude: Quaternion = (0.0, 0.0, 0.0, 1.0)
-    stiffness: tuple[Stiffness, Stiffness, Stiffness] = (0.0, 0.0, 0.0)
-    turning_stiffness: tuple[TurnStiffness, TurnStiffness, TurnStiffness] = (0.0, 0.0, 0.0)
-    damping: tuple[Damping, Damping, Damping] = (0.0, 0.0, 0.0)
-    turning_damping: tuple[TurnDamping, TurnDamping, TurnDamping] = (0.0, 0.0, 0.0)
+    stiffness: tuple[u.Stiffness, u.Stiffness, u.Stiffness] = (0.0, 0.0, 0.0)
+    turning_stiffness: tuple[u.TurnStiffness, u.TurnStiffness, u.TurnStiffness] = (0.0, 0.0, 0.0)
+    damping: tuple[u.Damping, u.Damping, u.Damping] = (0.0, 0.0, 0.0)
+    turning_damping: tuple[u.TurnDamping, u.TurnDamping, u.TurnDamping] = (0.0, 0.0, 0.0)
     K: Matrix6 | None = None
     D: Matrix6 | None = None
 
@@ -156,8 +139,8 @@ class Characteristic(_Force):
     joint: str
     coordinate: str = ""
     over: Literal["position", "speed"]
-    curve: list[tuple[Reach, Thrust]] = Field(min_length=1)
-    factor: Number = 1.0
+    curve: list[tuple[u.Reach, u.Thrust]] = Field(min_length=1)
+    factor: u.Number = 1.0
     history: History = Field(default_factory=list)
 
     def built(self, name: str, folder: Path) -> f.Force:
@@ -174,8 +157,8 @@ class Law(_Force):
     joint: str = ""
     coordinate: str = ""
     ends: list[End] = Field(default_factory=list)
-    parameters: list[Number] = Field(default_factory=list)
-    factor: Number = 1.0
+    parameters: list[u.Number] = Field(default_factory=list)
+    factor: u.Number = 1.0
     history: History = Field(default_factory=list)
     guards: str = ""
     modes: int = Field(default=0, ge=0)
@@ -188,10 +171,7 @@ class Law(_Force):
         return f.UserLaw(name, function, *along, signal, guards, self.modes, self.coordinate)
 
 
-Force = Annotated[
-    Load | Wind | Spring | Torsion | Bushing | Characteristic | Law,
-    Field(discriminator="type"),
-]
+Force = Annotated[Load | Wind | Spring | Torsion | Bushing | Characteristic | Law, Field(discriminator="type")]
 
 
 def _point(end: End) -> Point:
@@ -202,8 +182,8 @@ def _signal(value: float, history: list[tuple[float, float]]) -> f.Signal:
     return f.Signal(value, tuple(t for t, _ in history), tuple(x for _, x in history))
 
 
-def _diagonal(values: tuple[float, ...]) -> Any:
-    return tuple(tuple(x if i == j else 0.0 for j in range(6)) for i, x in enumerate(values))
+def _diagonal(values: tuple[float, ...]) -> Matrix6:
+    return cast(Matrix6, tuple(tuple(x if i == j else 0.0 for j in range(6)) for i, x in enumerate(values)))
 
 
 def _beside(function: str, folder: Path) -> str:

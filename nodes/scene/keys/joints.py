@@ -72,7 +72,8 @@ class AnyJoint(Base):
         found: list[float] = []
         for key in keys:
             value = getattr(self, key, ())
-            found += unit(value) if key == "attitude" else value if isinstance(value, tuple) else (value,)
+            value = unit(value) if key == "attitude" and value else value
+            found += value if isinstance(value, tuple) else (value,)
         return tuple(found)
 
     def built(self, name: str) -> k.Joint:

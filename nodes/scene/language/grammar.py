@@ -34,7 +34,7 @@ _TOKEN = re.compile(r">=|<=|==|=|>|<|[\[\],]|[^\s\[\],<>=]+")
 
 
 def read_order(text: str) -> OrderPhrase:
-    """The order that a phrase says; raises PhraseError."""
+    """The order of a phrase; raises PhraseError."""
     reader = _Reader(text)
     order = _order(reader)
     reader.end()
@@ -42,7 +42,7 @@ def read_order(text: str) -> OrderPhrase:
 
 
 def read_condition(text: str) -> ConditionPhrase:
-    """The condition that a phrase says; raises PhraseError."""
+    """The condition of a phrase; raises PhraseError."""
     reader = _Reader(text)
     condition = _condition(reader)
     reader.end()
@@ -115,8 +115,8 @@ class _Reader:
         at = self.at
         number = self.quantity(dimension)
         if number <= 0:
-            told = f"{dimension.article} must be greater than zero: the verb says the direction"
-            raise PhraseError(told, "", at)
+            message = f"{dimension.article} must be greater than zero: the verb says the direction"
+            raise PhraseError(message, "", at)
         return number
 
     def end(self) -> None:
@@ -219,8 +219,8 @@ def _test(r: _Reader) -> Test:
 def _tension_state(r: _Reader) -> SlingTest:
     column = r.at
     if r.next in {"taut", "slack"}:
-        told = f"'{r.next}' needs to know of what"
-        raise r.error(told, f"write 'all slings {r.next}'")
+        message = f"'{r.next}' needs to know of what"
+        raise r.error(message, f"write 'all slings {r.next}'")
     each = r.take("all", "any")
     noun = r.take("slings", "ropes")
     of = ""
@@ -259,9 +259,9 @@ def _crossing(r: _Reader) -> CrossTest:
     at = r.at
     sign = r.take(">=", "<=", "==", "=", ">", "<")
     if sign in {"=", "=="}:
-        told = "two real numbers are never exactly equal"
+        message = "two real numbers are never exactly equal"
         rest = r.text[r.at :]
-        raise PhraseError(told, f"write '{quantity} >= {rest}' or '{quantity} <= {rest}'", at)
+        raise PhraseError(message, f"write '{quantity} >= {rest}' or '{quantity} <= {rest}'", at)
     if sign in {">", "<"}:
         raise PhraseError(f"write '{sign}=' instead of '{sign}'", "", at)
     if not sign:

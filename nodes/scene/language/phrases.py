@@ -15,8 +15,7 @@
     quantity   = "angle" ["of" name] | "height" ["of" name] | "position of" name | "speed of" name
                | "length of" name | "tension of" (name | set "slings" | set "ropes")
 
-These are the meanings of phrases; `grammar` reads them.  Names are resolved later, against the machines of the scene;
-conditions that need no names are those of the plan already.
+`grammar` reads phrases.  Names are resolved later, against the machines of the scene.
 """
 
 from __future__ import annotations

@@ -6,9 +6,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
-from .source import DEEPEST, Mark, Path, Source, read
+from .source import DEEPEST, Data, Mark, Path, Source, child, read
 
 __all__ = ["merged", "override"]
 
@@ -17,7 +16,8 @@ def merged(below: Source, above: Source) -> Source:
     """A scene with another one laid over it."""
     keys, values = dict(below.keys), dict(below.values)
     found = Source(above.name, below.data, keys, values, below.faults + above.faults, root=above.root)
-    found.data = _overlay(found, above, below.data, above.data, ())
+    laid = _overlay(found, above, below.data, above.data, ())
+    found.data = laid if isinstance(laid, dict) else {}
     found.values[()] = above.mark(())
     return found
 
@@ -38,63 +38,59 @@ def override(source: Source, setting: str) -> None:
     if len(path) > DEEPEST:
         source.fault((), f"a setting has at most {DEEPEST} levels, this one has {len(path)}", mark=mark)
         return
-    at: Any = source.data
+    at: Data = source.data
     for depth, part in enumerate(path[:-1]):
-        below = _child(at, part)
+        below = child(at, part)
         if below is None and isinstance(at, dict) and isinstance(part, str):
             below = at[part] = {}
             source.keys[path[: depth + 1]] = Mark(file, 1, 1, setting)
         at = below
-    last = path[-1]
-    in_list = isinstance(at, list) and isinstance(last, int) and last < len(at)
-    if in_list or (isinstance(at, dict) and isinstance(last, str)):
-        _forget(source, path, at[last] if in_list else at.get(last))
-        at[last] = inner.data["value"]
-    else:
-        source.fault(path, f"the scene has no place '{dotted}'", mark=Mark(file, 1, 1, setting))
-        return
+    last, value = path[-1], inner.data["value"]
+    _forget(source, path, child(at, last))
+    match at, last:
+        case dict(), str():
+            at[last] = value
+        case list(), int() if last < len(at):
+            at[last] = value
+        case _:
+            source.fault(path, f"the scene has no place '{dotted}'", mark=Mark(file, 1, 1, setting))
+            return
     source.keys[path] = Mark(file, 1, 1, setting)
     for below_path in inner.values:
         if below_path:
             source.values[(*path, *below_path[1:])] = mark
 
 
-def _child(at: Any, part: str | int) -> Any:
-    if isinstance(at, dict):
-        return at.get(part)
-    return at[part] if isinstance(at, list) and isinstance(part, int) and part < len(at) else None
-
-
-def _overlay(merged: Source, child: Source, below: Any, above: Any, path: Path) -> Any:
+def _overlay(merged: Source, upper: Source, below: Data, above: Data, path: Path) -> Data:
     if isinstance(below, dict) and isinstance(above, dict):
         joined = dict(below)
         for key, value in above.items():
-            joined[key] = _overlay(merged, child, below.get(key), value, (*path, key))
+            joined[key] = _overlay(merged, upper, below.get(key), value, (*path, key))
         if path:
-            _take(merged, child, path)
+            _take(merged, upper, path)
         return joined
     _forget(merged, path, below)
     for found in _paths(above, path):
-        _take(merged, child, found)
+        _take(merged, upper, found)
     return above
 
 
-def _take(merged: Source, child: Source, path: Path) -> None:
-    if path in child.values:
-        merged.values[path] = child.values[path]
-    if path in child.keys:
-        merged.keys[path] = child.keys[path]
+def _take(merged: Source, upper: Source, path: Path) -> None:
+    if path in upper.values:
+        merged.values[path] = upper.values[path]
+    if path in upper.keys:
+        merged.keys[path] = upper.keys[path]
 
 
-def _forget(source: Source, path: Path, value: Any) -> None:
+def _forget(source: Source, path: Path, value: Data) -> None:
     for found in _paths(value, path):
         source.keys.pop(found, None)
         source.values.pop(found, None)
 
 
-def _paths(value: Any, path: Path) -> Iterator[Path]:
+def _paths(value: Data, path: Path) -> Iterator[Path]:
     """The path of a value and of all in it."""
     yield path
-    below = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    for key, each in below:
+    below = value if isinstance(value, dict) else dict(enumerate(value)) if isinstance(value, list) else {}
+    for key, each in below.items():
         yield from _paths(each, (*path, key))

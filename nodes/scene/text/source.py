@@ -22,6 +22,7 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from .files import LARGEST
 
 Path: TypeAlias = tuple[str | int, ...]
+Data: TypeAlias = "dict[str, Data] | list[Data] | str | int | float | bool | None"
 
 DEEPEST = 40  # levels of a scene
 MOST_VALUES = 50_000  # of a scene, those that an alias stands for counted each time
@@ -55,7 +56,7 @@ class Source:
     """Plain data of a scene, and the mark of each key and value in it."""
 
     name: str
-    data: dict[str, Any] = field(default_factory=dict)
+    data: dict[str, Data] = field(default_factory=dict)
     keys: dict[Path, Mark] = field(default_factory=dict)
     values: dict[Path, Mark] = field(default_factory=dict)
     faults: list[Fault] = field(default_factory=list)
@@ -67,6 +68,13 @@ class Source:
     ) -> None:
         """One more fault of the scene, at a place in its file."""
         self.faults.append(Fault(path, text, hint, on_key, column, mark))
+
+    def at(self, path: Path) -> Data:
+        """What is written at a path; None if nothing is."""
+        found: Data = self.data
+        for part in path:
+            found = child(found, part)
+        return found
 
     def mark(self, path: Path, *, on_key: bool = False) -> Mark:
         """The mark of a path, or of the nearest thing above it that was written."""
@@ -101,8 +109,8 @@ class _Composer(Composer):
         self.count += 1
         if self.depth >= DEEPEST or self.count > 2 * MOST_VALUES:  # keys are nodes, too
             deep = f"nested deeper than {DEEPEST} levels"
-            told = deep if self.depth >= DEEPEST else f"more than {MOST_VALUES} values"
-            raise MarkedYAMLError(problem=told, problem_mark=self.parser.peek_event().start_mark)
+            message = deep if self.depth >= DEEPEST else f"more than {MOST_VALUES} values"
+            raise MarkedYAMLError(problem=message, problem_mark=self.parser.peek_event().start_mark)
         self.depth += 1
         node = super().compose_node(parent, index)
         self.depth -= 1
@@ -134,8 +142,8 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = at(mark.line, mark.column) if mark else at(0, 0)
-        told = " ".join(str(error.problem or error.context).split())
-        source.fault((), f"this is not YAML: {told}", mark=where)
+        message = " ".join(str(error.problem or error.context).split())
+        source.fault((), f"this is not YAML: {message}", mark=where)
         return source
     except YAMLError as error:
         source.fault((), f"this is not YAML: {' '.join(str(error).split())}", mark=at(0, 0))
@@ -148,7 +156,7 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
         source.fault((), "a scene is a mapping of keys, beginning with 'heavylift: 1'")
         return source
 
-    def value_of(node: Node, path: Path, above: tuple[int, ...]) -> Any:
+    def value_of(node: Node, path: Path, above: tuple[int, ...]) -> Data:
         source.values[path] = at(node.start_mark.line, node.start_mark.column)
         if len(source.values) > MOST_VALUES or len(path) > DEEPEST:
             raise _TooLong
@@ -162,8 +170,8 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
             return mapping(node, path, above)
         return _scalar(node, path, source)
 
-    def mapping(node: MappingNode, path: Path, above: tuple[int, ...]) -> dict[str, Any]:
-        made: dict[str, Any] = {}
+    def mapping(node: MappingNode, path: Path, above: tuple[int, ...]) -> dict[str, Data]:
+        made: dict[str, Data] = {}
         for key, child in node.value:
             mark = at(key.start_mark.line, key.start_mark.column)
             word = key.value if isinstance(key, ScalarNode) else None
@@ -171,8 +179,8 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
                 source.fault(path, "a key must be a word", mark=mark)
             elif word in made:
                 first = source.keys[(*path, word)].line
-                told = f"the name '{word}' is given twice (first in line {first})"
-                source.fault((*path, word), told, mark=mark)
+                message = f"the name '{word}' is given twice (first in line {first})"
+                source.fault((*path, word), message, mark=mark)
             else:
                 source.keys[(*path, word)] = mark
                 made[word] = value_of(child, (*path, word), above)
@@ -182,8 +190,8 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
         source.data = mapping(node, (), (id(node),))
     except _TooLong:
         source = Source(name, values={(): source.values[()]}, root=source.root)
-        told = f"with its aliases, the scene has more than {MOST_VALUES} values or more than {DEEPEST} levels of them"
-        source.fault((), told)
+        limits = f"more than {MOST_VALUES} values or more than {DEEPEST} levels of them"
+        source.fault((), f"with its aliases, the scene has {limits}")
     return source
 
 
@@ -211,7 +219,7 @@ def _scalar(node: Node, path: Path, source: Source) -> str | int | float | bool 
     return text
 
 
-def ordered(data: Any) -> Any:
+def ordered(data: Data) -> Data:
     """The same data, the keys of each mapping in the order of their names, so that the text's order means nothing."""
     if isinstance(data, dict):
         return {key: ordered(data[key]) for key in sorted(data, key=natural)}
@@ -224,3 +232,10 @@ def shown(path: Path) -> str:
     for part in path:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else part
     return text or "scene"
+
+
+def child(at: Data, part: str | int) -> Data:
+    """What a key or a number leads to in a mapping or a list; None if nothing is there."""
+    if isinstance(at, dict):
+        return at.get(str(part))
+    return at[part] if isinstance(at, list) and isinstance(part, int) and part < len(at) else None
