@@ -61,19 +61,26 @@ def _rub(simulation: Simulation, kind: str, name: str) -> StateEvent:
     return StateEvent(name, "slip" if slips else "stick", 0.0 if slips else float(row.q[j]))
 
 
-def give_way(simulation: Simulation) -> None:
-    """Draw the anchors of what slides after it, so that their springs hold what they can (radial return)."""
+def give_way(simulation: Simulation) -> float:
+    """Draw the anchors of what slides after it, so that their springs hold what they can (radial return).
+
+    Returns how far a pad has slid at most [m], whose direction is that of the end all the way.
+    """
+    slid = 0.0
     row, switches, at = simulation.row(), simulation.switches, simulation.program.parameters.at
     for u in simulation.program.system.supports:
         p, i = simulation.P[at["support", u.name]], switches._supports[u.name]
         if p[SupportAt.CLOSED] > 0.0 and p[SupportAt.STICK] <= 0.0 and p[SupportAt.KT] > 0.0:
             place, limit = row.place[2 * i : 2 * i + 2], p[SupportAt.MU] * row.normal[i]
             way = place - p[SupportAt.ANCHOR]
-            p[SupportAt.ANCHOR] = place - limit / p[SupportAt.KT] / max(_length(way), 1e-300) * way
+            anchor = place - limit / p[SupportAt.KT] / max(_length(way), 1e-300) * way
+            slid = max(slid, _length(anchor - p[SupportAt.ANCHOR]))
+            p[SupportAt.ANCHOR] = anchor
     for b in simulation.program.system.brakes:
         p, q = simulation.P[at["brake", b.name]], row.q[switches._brakes[b.name][0]]
         if p[BrakeAt.ENGAGED] > 0.0 and p[BrakeAt.STICK] <= 0.0 and p[BrakeAt.K] > 0.0:
             p[BrakeAt.ANCHOR] = q - p[BrakeAt.MOMENT] / p[BrakeAt.K] * np.sign(q - p[BrakeAt.ANCHOR])
+    return slid
 
 
 def net(events: list[StateEvent]) -> list[StateEvent]:
