@@ -28,8 +28,8 @@ Rate = Callable[..., Any]  # (t (2,), y (ny,), P) -> dy, T, G, ... by name
 class Tangent:
     """Native functions of a scene: `sizes` of what `rate` writes, its first the derivative (ny,), G its guards.
 
-    `abreast`: freedoms of a joint at most; so many evaluations tell how velocities move the coordinates, of all joints at
-    once.  Block J: per velocity the derivative of all accelerations (nv,), then whether a guard fell.
+    `abreast`: freedoms of a joint at most; so many evaluations tell how velocities move the coordinates, of all joints
+    at once.  Block J: per velocity the derivative of all accelerations (nv,), then whether a guard fell.
     """
 
     nq: int
@@ -86,14 +86,14 @@ class Tangent:
         def asked(k: str) -> str:
             return c.let(f"fcmp une double {c.load(c.at('%columns', c.integer('mul', k, 4)))}, 0.0")
 
-        with c.loop(0, self.abreast) as n:
+        with c.loop(0, self.abreast) as m:
             copied(ny, "%y", moved)
             with c.loop(0, nv) as k:
-                now = c.let(f"icmp eq i64 {number(k, 1)}, {n}")
+                now = c.let(f"icmp eq i64 {number(k, 1)}, {m}")
                 one = c.let(f"and i1 {now}, {asked(k)}")
                 c.store(c.let(f"select i1 {one}, double 1.0, double 0.0"), c.at(moved, nq, k))
             evaluate()
-            copied(nq, out["dy"], c.at(along, c.integer("mul", n, nq)))
+            copied(nq, out["dy"], c.at(along, c.integer("mul", m, nq)))
 
         near, far = (c.load(c.at("%order", i)) for i in range(2))
         with c.loop(0, nv) as k, c.when(asked(k)):
