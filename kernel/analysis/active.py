@@ -63,18 +63,25 @@ def _rub(simulation: Simulation, kind: str, name: str) -> StateEvent:
     return StateEvent(name, "slip" if slips else "stick", 0.0 if slips and kind == "brake" else value)
 
 
-def give_way(simulation: Simulation) -> None:
-    """Draw the anchors of what slides after it, so that their springs hold what they can (radial return)."""
+def give_way(simulation: Simulation) -> float:
+    """Draw the anchors of what slides after it, so that their springs hold what they can (radial return).
+
+    Returns how far a pad has slid at most [m], whose direction is that of the end all the way.
+    """
+    slid = 0.0
     program, row = simulation.program, simulation.row()
     for kind, law in ((kind, x) for (kind, _), x in program.of_guard.items() if kind in RUBS):
         shown, p = program.shown(law, row), simulation.P[program.parameters.at[law.law.kind, law.name]]
         if kind == "rub" and p[SupportAt.CLOSED] > 0.0 and p[SupportAt.STICK] <= 0.0 and p[SupportAt.KT] > 0.0:
             place, limit = shown[1:3], p[SupportAt.MU] * shown[0]
             way = place - p[SupportAt.ANCHOR]
-            p[SupportAt.ANCHOR] = place - limit / p[SupportAt.KT] / max(_length(way), 1e-300) * way
+            anchor = place - limit / p[SupportAt.KT] / max(_length(way), 1e-300) * way
+            slid = max(slid, _length(anchor - p[SupportAt.ANCHOR]))
+            p[SupportAt.ANCHOR] = anchor
         if kind == "brake" and p[BrakeAt.ENGAGED] > 0.0 and p[BrakeAt.STICK] <= 0.0 and p[BrakeAt.K] > 0.0:
             q = shown[0]
             p[BrakeAt.ANCHOR] = q - p[BrakeAt.MOMENT] / p[BrakeAt.K] * np.sign(q - p[BrakeAt.ANCHOR])
+    return slid
 
 
 def net(events: list[StateEvent]) -> list[StateEvent]:

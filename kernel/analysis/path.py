@@ -36,12 +36,14 @@ __all__ = ["EquilibriumPath", "Rest"]
 FIRST_NS, LONGEST_NS, SHORTEST_NS = 10**9, 600 * 10**9, 10**5  # steps of the path
 LONGEST_FALL_NS = 10**10  # of commands that go on while a scene falls from a fold
 SOON = 10  # times the length of a fall within which the next one is its sequel
-LINE, CHORD, MIDDLE = range(3)  # guesses of when an event is
-GUESSES = {LINE: CHORD, CHORD: MIDDLE, MIDDLE: LINE}  # what follows one that leaves more than half of the bracket
+CHORD, LINE, NEAR, MIDDLE = range(4)  # guesses of when an event is
+WELL = {CHORD: CHORD, LINE: LINE, NEAR: LINE, MIDDLE: LINE}  # what follows one that leaves half of the bracket or less
+BADLY = {CHORD: MIDDLE, LINE: NEAR, NEAR: MIDDLE, MIDDLE: LINE}  # or more
 LOCATED_NS = 1000  # an event is located to this
 UNLOCATED = (*RUBS, "bending")  # kinds of guards that are looked at where a step ends
 GROWTH = 1e-4  # [1/s2] eigenvalue of the tangent stiffness that is instability, not rounding
 NUDGE = 1e-3  # [m, rad] along the unstable mode
+SLID = 0.03  # [m] of a pad in a step: its way is a chain of secants
 FAR = 1.0  # [m, rad] of a fall that is worth a note
 CHATTER = 50  # events at one instant after which the laws are settled together
 
@@ -128,11 +130,11 @@ class EquilibriumPath:
     def _step(self, end_ns: int) -> list[StateEvent]:
         """One step of the path that ends by `end_ns`; what happened at its end."""
         t0, q0 = self.epoch, self._q
-        G0 = self._near.guards(q0)
+        G0, P0 = self._near.guards(q0), self.command.P.copy()
         while True:
             t1 = min(end_ns, t0 + self._dt)
             self._lead(t1)
-            q, bend = self._near.predicted(q0, t1 - t0)
+            q, bend = self._near.predicted(q0, P0, t1 - t0)
             if q is not None:
                 break
             if t1 - t0 <= SHORTEST_NS:
@@ -210,19 +212,19 @@ class EquilibriumPath:
     def _located(self, t0: int, q0: np.ndarray, G0: np.ndarray, t1: int, q1: np.ndarray) -> tuple[int, np.ndarray]:
         """The first instant of a step at which a guard has fallen, and the rest there.
 
-        Guesses are where the line through the last two rests before the root ends, then where the chord of the bracket
-        does, then its middle: the next kind when one leaves more than half of it.  Each is taken a bit to the far side,
-        so that the bracket closes from both.
+        Guesses are where the chord of the bracket ends, or the line through the last two rests before the event, of a
+        guard that has a kink there; a little before the end, which such a line has brought near; the middle.  Each is
+        taken a bit to the far side, so that the bracket closes from both.
         """
         G1, kind, failed = self._near.guards(q1), CHORD, set[int]()
         earlier = t0, q0, G0
         while t1 - t0 > LOCATED_NS:
             width = t1 - t0
             fell = np.flatnonzero((G1 < 0.0) & (G0 >= 0.0))
-            kind = CHORD if kind == LINE and earlier[0] == t0 else kind
+            kind = MIDDLE if kind == LINE and earlier[0] == t0 else kind
             t, q, G = earlier if kind == LINE else (t1, q1, G1)
-            part = 0.5
-            if kind != MIDDLE:
+            part = 0.9 if kind == NEAR else 0.5
+            if kind in (CHORD, LINE):
                 drop = (G0[fell] - G[fell]) / (t - t0)  # in each nanosecond
                 part = float(np.min(G0[fell][drop > 0.0] / drop[drop > 0.0], initial=width)) / width
             slope, aside = (q - q0) / (t - t0), LOCATED_NS // 2 if part < 0.5 else -LOCATED_NS // 2
@@ -232,15 +234,14 @@ class EquilibriumPath:
             if found is None and kind in failed:
                 break
             if found is None:
-                failed, kind = {*failed, kind}, GUESSES[kind]
+                failed, kind = {*failed, kind}, BADLY[kind]
                 continue
             G = self._near.guards(found)
             if ((G < 0.0) & (G0 >= 0.0)).any():
                 t1, q1, G1 = t, found, G
             else:
                 earlier, t0, q0, G0 = (t0, q0, G0), t, found, np.where(G0 >= 0.0, G, G0)
-            if kind == MIDDLE or 2 * (t1 - t0) > width:
-                kind = GUESSES[kind]
+            kind = (BADLY if 2 * (t1 - t0) > width else WELL)[kind]
         return t1, q1
 
     # ---- points -------------------------------------------------------------------------------------------
@@ -273,7 +274,9 @@ class EquilibriumPath:
         self._near.poses.count_turns(self._q)
         self._near.poses.accelerations(self._q)
         check_bending(self.command.native)
-        give_way(self.command)
+        slid = give_way(self.command)
+        if slid > SLID:
+            self._dt = max(SHORTEST_NS, int((self.epoch - self.points[-1].t_ns) * SLID / slid))
         self.points.append(Rest(self.epoch, self._q.copy(), self.command.row(), tuple(events)))
 
     # ---- stability ----------------------------------------------------------------------------------------

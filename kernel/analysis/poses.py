@@ -39,10 +39,9 @@ class Poses:
         for link in p.graph.links:
             for k in range(link.v.start, link.v.stop):
                 self._columns[k, 1:] = k - link.v.start, link.q.start, link.q.stop
-            for k, i in zip(
-                range(link.v_modes.start, link.v_modes.stop), range(link.q_modes.start, link.q_modes.stop), strict=True
-            ):
-                self._columns[k, 1:] = 0, i, i + 1
+            for n in range(link.n_modes):
+                i = link.q_modes.start + n
+                self._columns[link.v_modes.start + n, 1:] = 0, i, i + 1
 
     @staticmethod
     def stopped(simulation: Simulation) -> Poses:

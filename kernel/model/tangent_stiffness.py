@@ -87,14 +87,14 @@ class Tangent:
         def asked(k: str) -> str:
             return c.let(f"fcmp une double {c.load(c.at('%columns', c.integer('mul', k, 4)))}, 0.0")
 
-        with c.loop(0, self.abreast) as n:
+        with c.loop(0, self.abreast) as m:
             copied(ny, "%y", moved)
             with c.loop(0, nv) as k:
-                now = c.let(f"icmp eq i64 {number(k, 1)}, {n}")
+                now = c.let(f"icmp eq i64 {number(k, 1)}, {m}")
                 one = c.let(f"and i1 {now}, {asked(k)}")
                 c.store(c.let(f"select i1 {one}, double 1.0, double 0.0"), c.at(moved, nq, k))
             evaluate()
-            copied(nq, out["dy"], c.at(along, c.integer("mul", n, nq)))
+            copied(nq, out["dy"], c.at(along, c.integer("mul", m, nq)))
 
         near, far = (c.load(c.at("%order", i)) for i in range(2))
         with c.loop(0, nv) as k, c.when(asked(k)):

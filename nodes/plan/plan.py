@@ -156,6 +156,7 @@ class Block(Item, frozen=True, kw_only=True):
     pose: tuple[float, float, float, float, float, float, float]
     lugs: tuple[Lug, ...]
     pads: tuple[Pad, ...]
+    com_where: str = ""
 
 
 class Actuator(Item, frozen=True, kw_only=True):

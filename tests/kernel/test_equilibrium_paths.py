@@ -7,6 +7,7 @@ from math import acos, atan, cos, exp, sin
 import numpy as np
 import pytest
 from heavylift.kernel.analysis import equilibrium
+from heavylift.kernel.analysis.corrector import Corrector
 from heavylift.kernel.analysis.path import EquilibriumPath
 from heavylift.kernel.analysis.poses import Poses
 from heavylift.kernel.description.mechanics import Body, Brake, Drive, Joint, Line, Point, Rope, Support, System
@@ -248,3 +249,42 @@ def test_steps_of_the_tangent_solve_its_equations():
     poses.factorise(K, 10.0, None)
     assert (np.eye(6) / 100.0 - K) @ poses.solve(a) == pytest.approx(a, rel=1e-9)
     assert poses.sign() == np.sign(np.linalg.det(np.eye(6) / 100.0 - K))
+
+
+# ---- what it costs --------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def corrected(monkeypatch):
+    """Times at which the corrector has looked for a rest [ns]."""
+    times, whole = [], Corrector.corrected
+
+    def counted(corrector, q):
+        times.append(corrector._simulation.epoch)
+        return whole(corrector, q)
+
+    monkeypatch.setattr(Corrector, "corrected", counted)
+    return times
+
+
+@pytest.mark.parametrize("slack", [1e-3, 0.01, 0.3, 2.0, 7.0])
+def test_events_are_located_in_few_rests(slack, corrected):
+    """A guard of a slack rope is a length, of a taut one a force, 1e9 times as steep: no chord between them converges;
+    a bracket of hours has 34 halves down to a microsecond."""
+    path = following(lifted(slack), ("rope", "pad"))
+    moved(path, "rope", -1e-3, -slack - 2.0)
+    for what in ("taut", "open"):
+        del corrected[:]
+        assert path.run(10_000 * SECOND)[0].what == what
+        behind = next(i for i, t in enumerate(corrected) if t > path.epoch)  # the step in which it is
+        assert len(corrected) - behind <= 18, "of which some follow from it"
+
+
+def test_steps_are_as_long_as_the_path_is_straight(corrected):
+    """A load is hoisted by 40 of 50 m: its rope is stretched by a nanometre for a newton, but its path is a line."""
+    path = following(hung(LENGTH, winch=True))
+    moved(path, "rope", -0.05, -0.8 * LENGTH)
+    del corrected[:]
+    path.run(10_000 * SECOND)
+    assert tension(path) == pytest.approx(MASS * G, rel=EXACT)
+    assert len(corrected) <= 20

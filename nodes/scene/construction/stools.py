@@ -50,6 +50,7 @@ def build_block(yard: Yard, block: schema.Block) -> plan.Block:
         ),
         pads=tuple(pads),
         where=yard.source.where(("block",)),
+        com_where=yard.source.where(("block", "com")),
     )
 
 

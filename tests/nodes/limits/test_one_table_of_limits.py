@@ -10,8 +10,9 @@ import pytest
 from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.limits import Limit, Signals, judge_path, judge_run, limits_of, signals_of_peaks, uses_of_run
-from heavylift.nodes.limits.telling import likewise, percent, unjudged
+from heavylift.nodes.limits.telling import likewise, percent, rows, unjudged
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.scene import check, json_schema, load
 from heavylift.nodes.scene.keys.base import comments
 from heavylift.nodes.scene.keys.schema import Block, Crane, Loader, SlingType, Supports
@@ -189,3 +190,15 @@ def test_a_use_is_not_rounded_to_its_limit() -> None:
     uses = (0.123, 0.9949, 0.9951, 0.9999, 1.0, 1.0001, 1.004, 1.006)
     told = ["12 %", "99 %", "99.51 %", "99.99 %", "100 %", "100.01 %", "100.40 %", "101 %"]
     assert [percent(use) for use in uses] == told
+
+
+def test_rounding_decides_nothing_that_is_told() -> None:
+    """Of subjects that are loaded alike the first is told, and a force below a newton is none."""
+    limits = [Limit(subject=name, quantity="side force", unit="N", value=1e5) for name in ("east", "west")]
+    for tiny in (0.0, 2e-4, -2e-4):
+        (row,) = rows([Use(limits[0], 5e4, 1.0), Use(limits[1], 5e4 + tiny, 2.0)])
+        assert row[1:3] == ("east (of 2)", "50 kN")
+        (row,) = rows([Use(limits[0], abs(tiny), 1.0), Use(limits[1], 3e-4, 2.0)])
+        assert row[1:3] == ("east (of 2)", "0 kN")
+    (row,) = rows([Use(limits[0], 5e4, 1.0), Use(limits[1], 5e4 + 1.0, 2.0)])
+    assert row[1] == "west (of 2)"
