@@ -21,12 +21,13 @@ def lowest(rec: Recording, plan: dict[str, Any]) -> tuple[Floats, Floats]:
     body = plan["block"].get("name", "block") if plan.get("block") else ""
     if POSE + body not in rec.signals():
         return np.zeros(0), np.zeros(0)
-    pose = rec.signal(POSE + body)
     drawn = [box for raw in rec.messages("/scene") for box in boxes_of(raw.data) if box.body == body]
     if not drawn:
         return np.zeros(0), np.zeros(0)
-    heights: Floats = np.min([_heights(box, pose.values) for box in drawn], axis=0)
-    return pose.t, heights
+    found = [
+        (times, np.min([_heights(box, pose) for box in drawn], axis=0)) for times, (pose,) in rec.blocks([POSE + body])
+    ]
+    return np.concatenate([t for t, _ in found]) / 1e9, np.concatenate([z for _, z in found])
 
 
 def _heights(box: Box, pose: Floats) -> Floats:
