@@ -29,6 +29,8 @@ def devs(
     import json
 
     from heavylift.coordinator.run.models import run_models
+    from heavylift.coordinator.run.watch import Watch
+    from heavylift.coordinator.transport.printable import printable
     from heavylift.kernel.errors import ModelError
     from heavylift.nodes.devs import NEVER, ns
     from heavylift.nodes.scene.text.units import TIME
@@ -42,8 +44,13 @@ def devs(
     except ValueError as error:
         raise ModelError(f"--until: {error}") from None
     patience = patience_s(deadline)
+
+    class Aloud(Watch):
+        def say(self, sentence: str) -> None:
+            print(printable(sentence), file=sys.stderr)
+
     run = run_models(
-        model, end, output, in_process, processes=processes, microsteps=microsteps, force=force, deadline=patience
+        model, end, output, in_process, None, Aloud(), None, processes, microsteps, force, deadline=patience
     )
     if as_json:
         recording = str(run.recording) if run.recording else None
