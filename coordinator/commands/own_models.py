@@ -39,6 +39,8 @@ def devs(
     import json
 
     from heavylift.coordinator.run.models import run_models
+    from heavylift.coordinator.run.watch import Watch
+    from heavylift.coordinator.transport.printable import printable
     from heavylift.nodes.devs import NEVER, ns
     from heavylift.nodes.scene.text.units import TIME
 
@@ -46,8 +48,13 @@ def devs(
         sys.path.append(os.getcwd())  # a module in the folder where the user stands; what is installed comes first
     end = ns(quantity("--until", until, TIME)) if until else NEVER
     patience = deadline_s(deadline)
+
+    class Aloud(Watch):
+        def say(self, sentence: str) -> None:
+            print(printable(sentence), file=sys.stderr)
+
     run = run_models(
-        model, end, output, in_process, processes=processes, microsteps=microsteps, force=force, deadline=patience
+        model, end, output, in_process, None, Aloud(), None, processes, microsteps, force, deadline=patience
     )
     if as_json:
         recording = str(run.recording) if run.recording else None

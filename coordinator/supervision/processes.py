@@ -25,6 +25,7 @@ from queue import SimpleQueue
 from types import TracebackType
 from typing import IO, Self
 
+from heavylift.coordinator.stopping import Stopping
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.session import RunDirectory
 from heavylift.kernel.errors import ProtocolError
@@ -71,18 +72,22 @@ class Processes:
         self._hub: Hub | None = None
         self._commands: dict[str, Sequence[str]] = {}
         self._change = threading.Condition()
+        self._threads: list[threading.Thread] = []
         self._life_line, self._life = os.pipe()
         modules = ["heavylift.coordinator.transport.link", *preload]
         self._command = python("keep", modules, not fork, self._life_line, str(self.directory.path))
-        self._launch()
         try:
+            self._launch()
             self.directory.make()  # the keeper knows of it already, and so nobody leaves it behind
         except BaseException:  # Ctrl-C, too
-            self.end()
+            if self._threads:
+                self.end()
             raise
 
     def _launch(self) -> None:
+        """Start a keeper; no signal comes between its start and the knowledge of it."""
         pipe = subprocess.PIPE
+        Stopping.held = True
         try:
             errors = tempfile.TemporaryFile()  # noqa: SIM115 - until the keeper has ended
             keeper = subprocess.Popen(
@@ -98,6 +103,12 @@ class Processes:
             raise ProtocolError(
                 f"no process can be started ({error.strerror}); end others or raise the limits of this user (ulimit)"
             ) from None
+        else:
+            self._know(keeper, errors)
+        finally:
+            Stopping.held = False
+
+    def _know(self, keeper: subprocess.Popen[bytes], errors: IO[bytes]) -> None:
         with self._change:  # another thread asks for deaths: it sees the old keeper as lost, or the new one
             self._errors, self._keeper = errors, keeper
             self._orders: SimpleQueue[bytes] = SimpleQueue()

@@ -226,8 +226,7 @@ class Recording:
             numbers = [name for name in wanted if name in self._fields]
             if numbers:
                 self._keep(numbers, self._numbers(numbers))
-            if len(numbers) < len(wanted):  # all of them: they stand in one message
-                poses = [POSE + body for body in self._bodies]
+            if poses := [name for name in wanted if name not in self._fields]:
                 self._keep(poses, self._poses(poses))
 
     def blocks(self, names: Sequence[str]) -> Iterator[tuple[list[int], list[Floats]]]:
@@ -239,8 +238,22 @@ class Recording:
             parts += [self._poses(poses)] if poses else []
             for found in zip(*parts, strict=False):
                 n = min(len(times) for times, _ in found)
+                if any(times[:n] != found[0][0][:n] for times, _ in found):
+                    raise ValueError("its signals do not have the same times")
                 values = {name: x[:n] for _, part in found for name, x in part.items()}
                 yield found[0][0][:n], [values[name] for name in names]
+
+    def picked(self, names: Sequence[str], numbers: NDArray[np.intp]) -> dict[str, Signal]:
+        """These signals at the samples of these numbers, in order, alone."""
+        t, parts, first = list[int](), [[np.zeros((0, len(self.columns(name))))] for name in names], 0
+        for times, values in self.blocks(names):
+            inside = numbers[(numbers >= first) & (numbers < first + len(times))] - first
+            t += [times[i] for i in inside]
+            for part, x in zip(parts, values, strict=True):
+                part.append(x[inside])
+            first += len(times)
+        found = zip(names, map(np.concatenate, parts), strict=True)
+        return {name: Signal(np.array(t) / 1e9, x, self.columns(name), self.unit(name), name) for name, x in found}
 
     def _numbers(self, names: Sequence[str]) -> Blocks:
         fields, places = list(self._fields.values()), field_places([*self._fields.values()])

@@ -42,12 +42,16 @@ def storyboard(path: str | Path, out: str | Path, frames: int = 6, force: bool =
 
 
 def _figure(rec: Recording, frames: int) -> Figure:
-    poses = {name.removeprefix("pose/"): rec.signal(name) for name in rec.signals() if name.startswith("pose/")}
-    if not poses:
+    names = [name for name in rec.signals() if name.startswith("pose/")]
+    if not names:
         raise RecordingError(f"{rec.path}: there are no poses to draw; record a scene with bodies")
     from matplotlib.figure import Figure as Canvas
 
-    times = _instants(list(poses.values()), frames)
+    instants = np.concatenate([np.array(times) / 1e9 for times, _ in rec.blocks(names[:1])])
+    coarse = np.unique(np.linspace(0, len(instants) - 1, GRID).round().astype(int))
+    times = _instants(list(rec.picked(names, coarse).values()), frames)
+    wanted = np.unique(np.minimum(np.searchsorted(instants, times), len(instants) - 1))
+    poses = {name.removeprefix("pose/"): pose for name, pose in rec.picked(names, wanted).items()}
     columns = min(frames, 3)
     rows = -(-frames // columns)
     figure = Canvas(figsize=(4.2 * columns, 3.2 * rows), layout="constrained")
@@ -66,18 +70,17 @@ def _figure(rec: Recording, frames: int) -> Figure:
 def _instants(poses: list[Signal], frames: int) -> list[float]:
     """Times that cut the way of all bodies, as far as it is seen along x, into equal parts."""
     t = poses[0].t
-    coarse = np.unique(np.linspace(0, len(t) - 1, GRID).round().astype(int))
-    way = np.zeros(len(coarse))
+    way = np.zeros(len(t))
     for pose in poses:
-        place, quaternion = pose.values[coarse, 1:3], pose.values[coarse, 3:]
+        place, quaternion = pose.values[:, 1:3], pose.values[:, 3:]
         step = np.linalg.norm(np.diff(place, axis=0), axis=1)
         cosine = np.abs((quaternion[1:] * quaternion[:-1]).sum(axis=1))
         step += TURN_LENGTH * 2.0 * np.arccos(np.minimum(cosine, 1.0))
         way[1:] += np.cumsum(np.maximum(step - SWAY, 0.0))
     if way[-1] == 0.0:
-        way = t[coarse]
+        way = t
     wanted = np.linspace(0.0, way[-1], frames)
-    return [float(x) for x in np.interp(wanted, way, t[coarse])]
+    return [float(x) for x in np.interp(wanted, way, t)]
 
 
 def _ropes(rec: Recording, times: list[float]) -> list[Floats]:

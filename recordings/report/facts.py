@@ -151,9 +151,12 @@ def _heights(rec: Recording, plan: dict[str, Any]) -> tuple[Floats, Floats]:
     drawn = [corners(box) for box in rec.boxes() if box.body == body]
     if not drawn or POSE + body not in rec.signals():
         return np.zeros(0), np.zeros(0)
-    pose = rec.signal(POSE + body)
-    points = pose.values[:, None, :3] + turned(pose.values[:, None, 3:], np.concatenate(drawn))
-    return pose.t, points[:, :, 2].min(axis=1)
+    points = np.concatenate(drawn)
+    found = [
+        (t, (pose[:, None, :3] + turned(pose[:, None, 3:], points))[:, :, 2].min(axis=1))
+        for t, (pose,) in rec.blocks([POSE + body])
+    ]
+    return np.concatenate([t for t, _ in found]) / 1e9, np.concatenate([z for _, z in found])
 
 
 def _plan(rec: Recording) -> dict[str, Any]:
