@@ -131,8 +131,9 @@ def tradeoff(
     import json
 
     from heavylift.coordinator.tradeoff import measure, write
-    from heavylift.coordinator.tradeoff.communication import communicating, hanging
+    from heavylift.coordinator.tradeoff.communication import hanging
     from heavylift.coordinator.tradeoff.files import checked, data
+    from heavylift.coordinator.tradeoff.measuring import communicating
     from heavylift.nodes.scene import load
     from heavylift.nodes.scene.text.units import ACCURACY, DURATION
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import hypot, log, pi, sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -31,9 +31,7 @@ from heavylift.nodes.plan.plan import Plan
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
 
-    from .measuring import Measured
-
-__all__ = ["Distributed", "Held", "Pair", "communicating", "hanging", "held"]
+__all__ = ["Distributed", "Held", "Pair", "distributed", "hanging", "held", "held_forces"]
 
 EXCHANGES = (0.02, 0.01, 0.005, 0.002, 0.001)  # [s]
 PERIODS = 6.0  # over which amplitudes are compared
@@ -49,13 +47,15 @@ def hanging(scene: LoadedScene) -> Case:
     return case
 
 
-def communicating(scene: LoadedScene, measured: Measured) -> Measured:
-    """The measured scene with the communication side measured as well."""
-    lasts = measured.true.simulated_s
-    found = [held(pair, h, lasts) for pair in _hook_pairs(scene.plan, hanging(scene)) for h in EXCHANGES]
+def held_forces(scene: LoadedScene, lasts: float) -> list[Held]:
+    """The pairs on the hook ropes of a scene whose run lasts so long [s], with forces held over several times."""
+    return [held(pair, h, lasts) for pair in _hook_pairs(scene.plan, hanging(scene)) for h in EXCHANGES]
+
+
+def distributed(scene: LoadedScene) -> list[Distributed]:
+    """Run a scene as it is written, in this process and in processes of its own."""
     with tempfile.TemporaryDirectory(prefix="heavylift-") as folder:
-        runs = [_run(scene, Path(folder) / "run.mcap", apart) for apart in (False, True)]
-    return replace(measured, held=found, distributed=runs)
+        return [_run(scene, Path(folder) / "run.mcap", apart) for apart in (False, True)]
 
 
 @dataclass(frozen=True)

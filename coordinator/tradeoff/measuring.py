@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from .communication import Distributed, Held
 
-__all__ = ["Measured", "measure", "too_small"]
+__all__ = ["Measured", "communicating", "measure", "too_small"]
 
 TIGHT, TIGHTER = 1e-8, 1e-9  # tolerances of the reference and of what shows its convergence
 SCOUT = 1e-4
@@ -129,6 +129,13 @@ def measure(
         reference, converged, true, drawn, planner.left, planner.settled, _machine(), unit,
         {q: why for q, why in known.items() if why},
     )  # fmt: skip
+
+
+def communicating(scene: LoadedScene, measured: Measured) -> Measured:
+    """The measured scene with what its processes would cost measured as well."""
+    from .communication import distributed, held_forces  # all of a distributed run
+
+    return replace(measured, held=held_forces(scene, measured.true.simulated_s), distributed=distributed(scene))
 
 
 def _able(known: dict[Asked, str]) -> str:

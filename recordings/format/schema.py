@@ -73,6 +73,18 @@ def file_descriptor_set(descriptor: Any) -> bytes:
     return bytes(out.SerializeToString(deterministic=True))
 
 
+class RecordedEvent(msgspec.Struct, frozen=True):
+    """An event on a port of a coupled model; `value` is its message as plain data."""
+
+    t_ns: int
+    microstep: int
+    source: str
+    port: str
+    index: int
+    type: str
+    value: Any
+
+
 def event_schema(value: Mapping[str, Any]) -> bytes:
     """JSON Schema of an event record whose `value` follows the one given; its $defs move to the root."""
     inner = {name: part for name, part in value.items() if name != "$defs"}

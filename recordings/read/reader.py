@@ -22,7 +22,7 @@ import numpy as np
 from heavylift.kernel.errors import SignalError
 from heavylift.recordings.format.html import table
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, SAMPLER, Field
-from heavylift.recordings.format.schema import field_places, samples_template
+from heavylift.recordings.format.schema import RecordedEvent, field_places, samples_template
 from heavylift.recordings.format.template import Template
 from heavylift.recordings.format.text import duration, meant
 from heavylift.recordings.format.viewer_messages import Box, Log, Rig, boxes_of, frames_template
@@ -53,18 +53,6 @@ class Topic(NamedTuple):
     encoding: str
     metadata: dict[str, str]
     messages: int
-
-
-class RecordedEvent(msgspec.Struct, frozen=True):
-    """An event on a port of a coupled model; `value` is its message as plain data."""
-
-    t_ns: int
-    microstep: int
-    source: str
-    port: str
-    index: int
-    type: str
-    value: Any
 
 
 class Recording:

@@ -17,6 +17,7 @@ from typing import BinaryIO
 
 import msgspec
 from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format.mcapfile import MAGIC
 from heavylift.recordings.format.samples import Field
 from heavylift.recordings.format.schema import field_places, samples_template
 from heavylift.recordings.write.outputs import PART, beside, file_path, output_path, unnamable
@@ -26,7 +27,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Message, Metadata, Schema
 
-from .container import BROKEN, INNER, LIMIT, MAGIC, RATIO, RECORD, unpacked
+from .container import BROKEN, LIMIT, RATIO, RECORD, records, unpacked
 
 __all__ = ["Recovered", "recover"]
 
@@ -126,14 +127,9 @@ def _parsed(opcode: int, record: bytes) -> Iterator[object]:
     elif opcode == Opcode.MESSAGE:
         yield Message.read(stream, len(record) - RECORD.size)
     elif opcode == Opcode.CHUNK:
-        data, place = unpacked(Chunk.read(stream)), 0
-        while place < len(data):
-            inner, length = RECORD.unpack_from(data, place)
-            end = place + RECORD.size + length
-            if end > len(data) or inner not in INNER:
-                raise ValueError("a chunk is not made of whole records")
-            yield from _parsed(inner, data[place:end])
-            place = end
+        data = unpacked(Chunk.read(stream))
+        for inner, begin, end in records(data):
+            yield from _parsed(inner, data[begin - RECORD.size : end])
 
 
 class _Copy:

@@ -15,9 +15,10 @@ from pathlib import Path
 import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import POSE
+from heavylift.recordings.format.schema import RecordedEvent
 from heavylift.recordings.format.text import table
 from heavylift.recordings.read.export import matching
-from heavylift.recordings.read.reader import RecordedEvent, Recording
+from heavylift.recordings.read.reader import Recording
 from numpy.typing import NDArray
 
 from .curves import checked, drawn, larger

@@ -20,7 +20,7 @@ from heavylift.recordings.read.settings import settings
 from numpy.typing import NDArray
 
 __all__ = [
-    "Shown", "bundled", "event_text", "facts_shown", "is_inner", "load_of", "packed", "shown", "stage_name",
+    "Shown", "bundled", "event_shown", "facts_shown", "is_inner", "load_of", "packed", "shown", "stage_name",
 ]  # fmt: skip
 
 Floats = NDArray[np.float64]
@@ -69,11 +69,12 @@ def packed(values: Floats, kind: str = "<f4") -> str:
     return base64.b64encode(np.ascontiguousarray(values, kind).tobytes()).decode()
 
 
-def event_text(port: str, type_: str, value: object) -> str:
-    """An event in a few words: its type and what it carries."""
+def event_shown(t_ns: int, source: str, port: str, type_: str, value: object) -> dict[str, Any]:
+    """An event in a few words: its type and what it carries; `inner`: models talk among themselves."""
     fields = value if isinstance(value, dict) else {"": value}
     told = ", ".join(f"{name} {_text(x)}".strip() for name, x in fields.items() if x not in (None, "", [], {}))
-    return f"{port}: {type_}" + (f" ({told})" if told else "")
+    text = f"{port}: {type_}" + (f" ({told})" if told else "")
+    return {"t": t_ns * 1e-9, "source": source, "text": text, "inner": is_inner(port)}
 
 
 def facts_shown(run: Mapping[str, str], more: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +11,7 @@ from heavylift.recordings.format.samples import thinned
 from numpy.typing import NDArray
 
 from .content import bundled, packed
-from .paper import BAND, INK, LIMIT, QUIET, on_paper, save
+from .paper import INK, LIMIT, QUIET, banded, on_paper, save, tidied
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -72,12 +71,10 @@ def picture(figure: Figure, out: Path, force: bool = False) -> Path:
 
 
 def _stages(axes: Axes, figure: Figure, last: float, scale: float, named: bool) -> None:
-    edges = [t for t, _ in figure.stages] + [last]
-    for i, (start, stop) in enumerate(pairwise(edges)):
-        if i % 2 == 0:
-            axes.axvspan(start * scale, stop * scale, color=BAND, lw=0, zorder=0)
-        if named and stop - start > 0.04 * last:
-            place = ((start + stop) / 2 * scale, 1.0)
+    spans = banded(axes, [t * scale for t, _ in figure.stages], last * scale)
+    for i, (start, stop) in enumerate(spans):
+        if named and stop - start > 0.04 * last * scale:
+            place = ((start + stop) / 2, 1.0)
             axes.annotate(figure.stages[i][1][:18], place, xycoords=("data", "axes fraction"), xytext=(0, 2),
                           textcoords="offset points", ha="center", size=7, color=QUIET)  # fmt: skip
 
@@ -93,12 +90,9 @@ def _panel(axes: Axes, panel: Panel, scale: float) -> None:
             what = f"rated {limit:.6g} {panel.unit}"
             axes.annotate(what, (1, limit), xycoords=("axes fraction", "data"), xytext=(-4, 3), ha="right",
                           textcoords="offset points", color=LIMIT, size=8)  # fmt: skip
-    axes.set_ylabel(f"[{panel.unit}]", color=INK)
+    tidied(axes, f"[{panel.unit}]")
     if panel.title:
         axes.set_title(panel.title, size=9, loc="left", color=INK, pad=14)
-    axes.grid(axis="y", color="#d9dee3", lw=0.6)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
     handles, names = axes.get_legend_handles_labels()
     more = len(names) - NAMED
     title = f"and {more} more" if more > 0 else None

@@ -19,7 +19,7 @@ from heavylift.recordings.write.sink import texts
 from heavylift.recordings.write.spectator import Spectator
 from numpy.typing import NDArray
 
-from .content import Shown, event_text, facts_shown, is_inner, load_of, packed, shown, stage_name
+from .content import Shown, event_shown, facts_shown, is_inner, load_of, packed, shown, stage_name
 from .server import PageServer
 
 __all__ = ["LivePage"]
@@ -130,9 +130,8 @@ class LivePage(Spectator):
         """Events and stages for the page."""
         listed, stages = [], []
         for t_ns, source, port, type_, payload in events:
-            value, t = msgspec.msgpack.decode(payload), t_ns * 1e-9
-            text = event_text(port, type_, value)
-            listed.append({"t": t, "source": source, "text": text, "inner": is_inner(port)})
+            value = msgspec.msgpack.decode(payload)
+            listed.append(event_shown(t_ns, source, port, type_, value))
             if name := stage_name(port, value):
-                stages.append({"t": t, "name": name})
+                stages.append({"t": t_ns * 1e-9, "name": name})
         return listed, stages

@@ -19,7 +19,7 @@ from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written
 from numpy.typing import NDArray
 
-from .content import bundled, event_text, facts_shown, is_inner, load_of, packed, shown, stage_name
+from .content import bundled, event_shown, facts_shown, load_of, packed, shown, stage_name
 
 __all__ = ["content", "page", "sample_rows", "view"]
 
@@ -99,10 +99,7 @@ def layout_of(rec: Recording) -> SampleLayout:
 
 def _events(rec: Recording) -> tuple[list[dict[str, Any]], list[tuple[str, str]]]:
     """The events for the list, and what is to be said where it is not all of them."""
-    found = [
-        {"t": e.t_ns * 1e-9, "source": e.source, "text": event_text(e.port, e.type, e.value), "inner": is_inner(e.port)}
-        for e in rec.events()
-    ]
+    found = [event_shown(e.t_ns, e.source, e.port, e.type, e.value) for e in rec.events()]
     if len(found) <= EVENTS:
         return found, []
     kept = [e for e in found if not e["inner"]][:EVENTS]

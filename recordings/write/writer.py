@@ -22,7 +22,7 @@ import msgspec
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.digest import Digest
 from heavylift.recordings.format.samples import SAMPLER, Note, SampleLayout, decode_batch
-from heavylift.recordings.format.schema import PROTOCOL_SCHEMA, RIG_SCHEMA, event_schema
+from heavylift.recordings.format.schema import PROTOCOL_SCHEMA, RIG_SCHEMA, RecordedEvent, event_schema
 from heavylift.recordings.format.viewer_messages import Box, Log, Rig, RopeLine, SceneUpdate, boxes_message, log_message
 
 from .rows import Block, Peak, Rows
@@ -123,15 +123,7 @@ class Recorder:
         if channel is None:
             raise RecordingError(f"event of {source}.{port}: this port was not announced; call add_port first")
         self.digest.event(t_ns, k, source, port, index, type, payload)
-        record = {
-            "t_ns": t_ns,
-            "microstep": k,
-            "source": source,
-            "port": port,
-            "index": index,
-            "type": type,
-            "value": msgspec.msgpack.decode(payload),
-        }
+        record = RecordedEvent(t_ns, k, source, port, index, type, msgspec.msgpack.decode(payload))
         self._message(channel, t_ns, msgspec.json.encode(record))
         self._last_event = max(self._last_event, t_ns)
         self._drain()
@@ -171,14 +163,7 @@ class Recorder:
         channel = self._sink.topics.get(topic)
         if channel is None:
             channel = self._sink.json(topic, "heavylift.protocol", PROTOCOL_SCHEMA, {"node": node})
-        record = {
-            "kind": kind,
-            "node": node,
-            "direction": direction,
-            "t_ns": t_ns,
-            "summary": summary,
-            "raw": raw,
-        }
+        record = {"kind": kind, "node": node, "direction": direction, "t_ns": t_ns, "summary": summary, "raw": raw}
         self._put(self._now, self._writes(channel, t_ns, msgspec.json.encode(record)))
         self._drain()
 

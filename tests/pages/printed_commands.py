@@ -39,7 +39,7 @@ def printed() -> list[str]:
         if name[0] == "." or "node_modules" in name or name in GENERATED:
             continue
         text = page.read_text()
-        texts += re.findall(r"`(heavylift \S+ [^`\n]*)`", text)
+        texts += re.findall(r"`(heavylift [^\s`]+ [^`\n]*)`", text)
         if name not in FOLLOWED:
             texts += re.findall(r"^ {4}(heavylift .*?)(?:  .*)?$", text, re.M)
             blocks = re.findall(r"^```sh\n(.*?)^```", text, re.M | re.S)
@@ -64,7 +64,7 @@ def prepare(folder: Path, scene: str) -> None:
     run(load(scene, ["end=2 s"]), folder / "turnover.mcap", in_process=True)
     chunk = Recording(folder / "turnover.mcap")._file.summary.chunk_indexes[-1]
     cut_off = (folder / "turnover.mcap").read_bytes()[: chunk.chunk_start_offset + chunk.chunk_length + 3]
-    for name in ("a.mcap", "b.mcap", "run.mcap"):
+    for name in ("a.mcap", "b.mcap", "run.mcap", "lift.mcap"):
         shutil.copyfile(folder / "turnover.mcap", folder / name)
     for name in ("turnover.mcap.part", "lift.mcap.part", "cut.mcap.part"):
         (folder / name).write_bytes(cut_off)
