@@ -174,9 +174,9 @@ class Islands(Commanded):
     def foretold(self) -> tuple[int, np.ndarray] | None:
         """See `Simulation.foretold`."""
         parts = [found[1] for p in self.parts if (found := p.foretold())]
-        if len(parts) < len(self.parts) or any(p.rows for p in self.parts) or self._joining.struck:
+        if len(parts) < len(self.parts) or any(p.rows for p in self.parts) or self.samples.struck:
             return None
-        return self._joining.next_ns, self._joining.whole(parts)
+        return self.samples.next_ns, self.samples.whole(parts)
 
     # ---- events and commands --------------------------------------------------------------------------------
 
