@@ -15,7 +15,7 @@ TABLE = "Hoisting"
 SHOCKS, SLACK = "tests/kernel/test_hoisting_shocks.py", "tests/kernel/test_ropes_slacken_and_tighten.py"
 RIGID = "tests/kernel/test_rigid_ropes.py"
 FINE = {"tolerance": 1e-10, "sample_ns": SECOND // 200}
-EXACT = {"tolerance": 1e-11, "h_max": 0.01}
+EXACT = {"method": "dop853", "tolerance": 1e-11}
 FACTOR = 1e-3  # the closed forms know no winch that stiffens the rope which it shortens
 
 
@@ -118,7 +118,7 @@ def snatch() -> Iterator[Row]:
     k, h, w = x["k"], x["h"], sqrt(x["k"] / x["m"])
     s = started(hanging(x["m"], k, LENGTH, at=LENGTH - h), **EXACT)
     hand_over(s, 2 * SECOND)
-    yield Row("factor after 50 mm", want["phi_snatch"], factor(s, x["m"]), 1e-5)
+    yield Row("factor after 50 mm", want["phi_snatch"], factor(s, x["m"]), 1e-7)
     v, taut, slack = sqrt(2 * G * h), times(s, "rope", "taut"), times(s, "rope", "slack")
     yield Row("rope straight, sqrt(2 h/g)", sqrt(2 * h / G), taut[0], 1e-7, "s")
     yield Row("time in the rope", (2 * pi - 2 * atan2(v * w, G)) / w, slack[0] - taut[0], 1e-6, "s")
