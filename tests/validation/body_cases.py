@@ -59,6 +59,22 @@ def bending_frequencies() -> Iterator[Row]:
             yield Row(f"{frame}, root {k + 1}", root, float(sqrt(found[k])), 5e-5)
 
 
+@case(BEAMS, "clamped bar: axial pi/2L sqrt(EA/mu), torsion pi/2L sqrt(GJ/polar)", BEND, full=True)
+def bars() -> Iterator[Row]:
+    from dataclasses import replace
+
+    from test_beams_bend import Beam, Flexible, Program, girder
+
+    beam = Beam(10.0, 80.0, EA=2e9, GJ=3e6, polar=5.0, elements=64)
+    twist = Program(replace(girder(Flexible(2, beam)), gravity=0.0)).graph.links[0].modes
+    found = np.sqrt(twist.stiffness / twist.mass)
+    for k, n in enumerate((1, 3)):
+        yield Row(f"torsion, mode {k + 1}", n * pi / 20.0 * sqrt(3e6 / 5.0), float(found[k]), 1e-3, "rad/s")
+    pulled = Program(girder(Flexible(1, replace(beam, GJ=0.0)))).graph.links[0].modes
+    found = np.sqrt(pulled.stiffness / pulled.mass)
+    yield Row("axial, mode 1", pi / 20.0 * sqrt(2e9 / 80.0), float(found[0]), 1e-4, "rad/s")
+
+
 @case(BEAMS, "moving force, Frýba 1972", "tests/kernel/test_a_trolley_runs_on_a_girder.py", full=True)
 def moving_force() -> Iterator[Row]:
     from heavylift.kernel.description.forces import Load

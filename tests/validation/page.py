@@ -14,6 +14,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 import body_cases
+import event_cases
 import hoist_cases
 import measured_cases
 import problem_cases
@@ -22,7 +23,7 @@ import swing_cases
 from comparison import CASES, Case, Row
 from sources import NOT_HAD, TABLES, other_codes
 
-MODULES = (swing_cases, hoist_cases, static_cases, body_cases, problem_cases, measured_cases)
+MODULES = (swing_cases, hoist_cases, static_cases, event_cases, body_cases, problem_cases, measured_cases)
 PAGE = Path(__file__).parents[2] / "kernel" / "VALIDATION.md"
 HEAD = ["| source | quantity | theirs | ours | difference | within | shown in |", "|---|---|---|---|---|---|---|"]
 MEASURED = "Published measurements"
@@ -39,7 +40,7 @@ What this is not: no lift of a shipyard is among the measurements, because none 
 ([below](#sources-that-were-looked-for)); what was measured are a laboratory crane, pendulums and a frame on a rod. Rope
 damping, sheave efficiency, wind on real blocks and the stiffness of real cranes are not held against measurements at
 all. The one miss among what others calculated is an error in print; [each miss](#misses) has its reason, or says that
-none is known."""
+none is known. Soft and stiff, light and heavy to the extreme: [STABILITY.md](STABILITY.md)."""
 
 
 def made(computed: Sequence[tuple[Case, list[tuple[Row, str]]]]) -> str:
@@ -51,7 +52,10 @@ def made(computed: Sequence[tuple[Case, list[tuple[Row, str]]]]) -> str:
     parts.append(misses(computed))
     said = "Other programs solve the same scene; the bound is the one that the test holds at every run."
     parts.append("\n\n".join(("## Other codes", said, "\n".join(other_codes()))))
-    said = "Looked for, and not in the tables because this much could be read of them:"
+    said = (
+        "Looked for in stored copies of public pages and repositories, which often hold no more than the beginning of a "
+        "document; not in the tables because no more than this could be read:"
+    )
     rows = [
         "| source | could be read | why it is not used |",
         "|---|---|---|",

@@ -16,6 +16,7 @@ from small_scenes import SECOND, G, X, Y, Z, column, hand_over, started
 TABLE = "Swing"
 PERIODS, MODES = "tests/chain/test_pendulums_keep_their_period.py", "tests/kernel/test_modes_of_small_motions.py"
 RESIDUAL = "tests/chain/test_a_moving_trolley_leaves_a_swing.py"
+BORNE = "tests/kernel/test_ropes_bear_their_own_mass.py"
 WIND, HEAVY = "tests/kernel/test_loads_and_wind.py", "tests/kernel/test_ropes_with_mass.py"
 FINE = {"method": "dop853", "tolerance": 1e-12}
 
@@ -179,3 +180,14 @@ def rope_with_mass() -> Iterator[Row]:
     sway, string = along(found, "x")[:2]
     yield Row("sway, 12 lumps", want["w"] / (2 * pi), sway, 2e-5, "Hz")
     yield Row("first mode of the rope as a string", want["f_string_Hz"], string, 0.01, "Hz")
+
+
+@case(TABLE, "rope whose mass its ends bear: m + m_rope/3 along, rod with a load across", BORNE, full=True)
+def rope_mass_borne() -> Iterator[Row]:
+    from test_ropes_bear_their_own_mass import ELASTIC, OWN, K, L, M, frequencies, hung
+
+    across, along = frequencies(hung(ELASTIC))
+    yield Row("axial frequency", sqrt(K / (M + OWN / 3.0)) / (2 * pi), along / (2 * pi), 1e-6, "Hz")
+    stretched = L + (M + OWN / 2.0) * G / K
+    want = sqrt(G / stretched * (M + OWN / 2.0) / (M + OWN / 3.0))
+    yield Row("sway", want / (2 * pi), across / (2 * pi), 1e-6, "Hz")
