@@ -53,7 +53,7 @@ def made(computed: Sequence[tuple[Case, list[tuple[Row, str]]]]) -> str:
     said = "Other programs solve the same scene; the bound is the one that the test holds at every run."
     parts.append("\n\n".join(("## Other codes", said, "\n".join(other_codes()))))
     said = (
-        "Looked for in stored copies of public pages and repositories, which often hold no more than the beginning of a "
+        "Looked for in stored copies of public pages and repositories, which often hold only the beginning of a "
         "document; not in the tables because no more than this could be read:"
     )
     rows = [
