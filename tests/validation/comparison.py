@@ -22,7 +22,7 @@ for folder in ("kernel", "chain", "extremes"):  # whose builders of scenes the c
         sys.path.append(str(TESTS / folder))
 
 FORMS = {form["id"]: form for form in json.loads((TESTS / "data" / "closed_forms.json").read_text())}
-LEAST = 1e-9  # a smaller difference is told as less than this: round-off, which no reader needs
+LEAST = 0.01  # of what is allowed: a smaller difference is told as less than this, since its digits say nothing
 
 
 @dataclass(frozen=True)
@@ -63,9 +63,8 @@ class Row:
         return f"{self.quantity} | {figures[0]} | {figures[1]} | {apart} | {within}"
 
     def _told(self, value: float, sign: str = "") -> str:
-        least = 0.01 * self.within if self.absolute else LEAST
-        if sign and abs(value) < least:
-            return f"< {least:.0e} {self.unit if self.absolute else ''}".rstrip()
+        if sign and abs(value) < LEAST * self.within:
+            return f"< {self._told(LEAST * self.within)}"
         if self.absolute:
             return f"{value:{sign}.0e} {self.unit}".rstrip()
         if abs(value) >= 1.0:
