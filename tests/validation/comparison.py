@@ -22,6 +22,7 @@ for folder in ("kernel", "chain", "extremes"):  # whose builders of scenes the c
         sys.path.append(str(TESTS / folder))
 
 FORMS = {form["id"]: form for form in json.loads((TESTS / "data" / "closed_forms.json").read_text())}
+ROUND_OFF = 1e-9
 LEAST = 0.01  # of what is allowed: a smaller difference is told as less than this, since its digits say nothing
 
 
@@ -63,8 +64,9 @@ class Row:
         return f"{self.quantity} | {figures[0]} | {figures[1]} | {apart} | {within}"
 
     def _told(self, value: float, sign: str = "") -> str:
-        if sign and abs(value) < LEAST * self.within:
-            return f"< {self._told(LEAST * self.within)}"
+        least = LEAST * self.within if self.absolute else max(LEAST * self.within, ROUND_OFF)
+        if sign and abs(value) < least:
+            return f"< {self._told(least)}"
         if self.absolute:
             return f"{value:{sign}.0e} {self.unit}".rstrip()
         if abs(value) >= 1.0:
