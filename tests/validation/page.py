@@ -34,8 +34,8 @@ What heavylift computes, beside what others say: closed forms, published problem
 measurements. The page is made by `python tests/validation/page.py`, which computes each figure anew; the tests check
 that its rows are still what comes out. *Difference* is ours less theirs, relative to theirs (in the row's unit where
 theirs is 0). *Within* is what the comparison allows: theory that leaves something out, the digits of the source, the
-reading error of a measurement; differences below a hundredth of it, or 1e-9, are told as less than that. Misses are in bold
-and stay in the page."""
+reading error of a measurement; differences below a hundredth of it, or 1e-9, are told as less than that. Misses are
+in bold and stay in the page."""
 LIMITS = """\
 What this is not: no lift of a shipyard is among the measurements, because none could be had with its figures
 ([below](#sources-that-were-looked-for)); what was measured are a laboratory crane, pendulums and a frame on a rod. Rope
