@@ -226,7 +226,7 @@ class EquilibriumPath:
             part = 0.9 if kind == NEAR else 0.5
             if kind in (CHORD, LINE):
                 drop = (G0[fell] - G[fell]) / (t - t0)  # in each nanosecond
-                part = float(np.min(G0[fell][drop > 0.0] / drop[drop > 0.0], initial=width)) / width
+                part = float((G0[fell][drop > 0.0] / drop[drop > 0.0]).min(initial=width)) / width
             slope, aside = (q - q0) / (t - t0), LOCATED_NS // 2 if part < 0.5 else -LOCATED_NS // 2
             t = min(t1 - 1, max(t0 + 1, t0 + round(part * width) + aside))
             self._lead(t)
