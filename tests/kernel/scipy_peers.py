@@ -190,6 +190,8 @@ class PeerCode:
 
 def _top(t: list[float], T: list[float]) -> tuple[float, float]:
     """Time and height of the parabola through three points, of which the middle one is the highest."""
+    if not t[0] < t[1] < t[2]:  # a step of a few round-offs
+        return t[1], T[1]
     up, down = (T[1] - T[0]) / (t[1] - t[0]), (T[2] - T[1]) / (t[2] - t[1])
     bend = (down - up) / (t[2] - t[0])
     if not bend < 0.0:

@@ -110,7 +110,7 @@ def equaliser_beam() -> Iterator[Row]:
         ropes.append(Rope(name, (line,), EA, (top - z_at) / (1.0 + T / EA)))
     free = Joint("free", "free", "world", "beam", q0=(0.0, 0.0, 0.0, 0.0, sin(t / 2), 0.0, cos(t / 2)))
     s = started(System((Body("beam", W / G, inertia=cube(W / G)),), (free,), ropes=tuple(ropes), gravity=G))
-    moment = float(s.X[s._at["f"]][s.program.nq + 4]) * cube(W / G)[1][1]  # what is left to turn it [N m]
+    moment = float(s.X[s.native.at["f"]][s.program.nq + 4]) * cube(W / G)[1][1]  # what is left to turn it [N m]
     yield Row("moment left at 2° and the ratio 1.0141", 0.0, moment, 1e-3, "N m", absolute=True)
 
 
