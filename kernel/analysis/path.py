@@ -68,6 +68,7 @@ class EquilibriumPath:
         self.command, self.heard = simulation, heard
         self.epoch = 0
         self.points: list[Rest] = []
+        self._kept_ns = 0  # [ns] of the last of them, also if it was taken away
         self.notes: list[Note] = []
         self.unstable_since: int | None = None
         """Time from which the rest is unstable [ns]."""
@@ -276,7 +277,8 @@ class EquilibriumPath:
         check_bending(self.command.native)
         slid = give_way(self.command)
         if slid > SLID:
-            self._dt = max(SHORTEST_NS, int((self.epoch - self.points[-1].t_ns) * SLID / slid))
+            self._dt = max(SHORTEST_NS, int((self.epoch - self._kept_ns) * SLID / slid))
+        self._kept_ns = self.epoch
         self.points.append(Rest(self.epoch, self._q.copy(), self.command.row(), tuple(events)))
 
     # ---- stability ----------------------------------------------------------------------------------------
