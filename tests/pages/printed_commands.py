@@ -24,6 +24,7 @@ EXCEPTIONS = {  # what is not run as it is printed, and why
     r"run turnover --rate 1$": "takes as long as the lift, 67 minutes: tests/coordinator/live/test_a_run_keeps_time.py",
     r"tradeoff ": "takes its whole budget, five minutes: tests/coordinator/tradeoff",
     r"run .*--method": "is measured by tests/bench/settings.py, which writes SETTINGS.md",
+    r"devs my_models.py:build$": "has no end, as no `--until` is given: tests/coordinator/participants",
     r"gallery ": "runs scenes and draws them: tests/gallery, tests/coordinator/commands/test_a_beginner_starts.py",
 }
 QUICK = {  # done in less than a second each; the others are run in tests/full
