@@ -74,7 +74,7 @@ def _apply(x: Evaluation, law: SharedForce) -> None:
     for i, body in enumerate(law.ends):
         x.push(body, named(f"F({name},{i + 1})", getattr(out, f"w{i}")))
     if law.along:
-        x.tau[k] = x.tau[k] + named(f"F({name})", out.effort[0])
+        x.tau[k] = x.tau[k] + named(f"tau({name})", out.effort[0])
     x.shown[label] = list(out.shown)
     x.heat[label], x.work[label], x.stored[label] = out.heat[0], out.work[0], out.stored[0]
     x.watched |= {(guard, name): [value] for guard, value in zip(law.guards, out.guards, strict=True)}
@@ -88,7 +88,7 @@ def drive(x: Evaluation) -> None:
             force = kv * (dref - x.v[k])
             if d.kind == "servo":
                 force = kp * (ref - x.q[i]) + force
-            force = named(f"F({d.name})", force)
+            force = named(f"tau({d.name})", force)
             x.tau[k] = x.tau[k] + force
             x.work["drive", d.name] = force * x.v[k]
 
