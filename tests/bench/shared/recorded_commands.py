@@ -19,8 +19,8 @@ from heavylift.nodes.scene import load
 class Noting(room.KernelNode):
     """Notes what the kernel is told."""
 
-    def __init__(self, config, publish):
-        super().__init__(config, publish)
+    def __init__(self, config, publish, **how):
+        super().__init__(config, publish, **how)
         self.config, self.history, self.end = config, [], None
         Noting.last = self
 
