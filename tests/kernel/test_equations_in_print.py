@@ -177,4 +177,5 @@ def test_every_kind_of_force_is_printed_with_its_formula(force, formula):
     text = equations(system)
     assert formula in text
     assert f"law: {type(force).__name__.lower()}" in text.lower()
-    assert f"F({force.name}" in text, "in coordinates, too"
+    symbol = "tau" if isinstance(force, Characteristic | UserLaw) else "F"  # along a joint, or on bodies
+    assert f"\n  {symbol}({force.name}" in text, "in coordinates, too"
