@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "kernel/forces/ropes"))
 from goliath import scene
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.simulation.simulation import Simulation

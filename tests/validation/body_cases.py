@@ -13,9 +13,12 @@ from heavylift.kernel.multibody.graph import path_matrix
 from small_scenes import MASS, SECOND, G, X, column, hand_over, started, times
 
 BEAMS, ROTATION, CONTACT, METHODS = "Beams", "Rotating bodies and joints", "Contact and friction", "Numerical methods"
-BEND, TOUCH = "tests/kernel/test_beams_bend.py", "tests/kernel/test_rigid_bodies_touch.py"
-TOP, ARM = "tests/kernel/test_spinning_bodies.py", "tests/kernel/test_the_four_link_arm.py"
-STEPS = "tests/kernel/test_fixed_steps.py"
+BEND, TOUCH = (
+    "tests/kernel/multibody/flexible/test_beams_bend.py",
+    "tests/kernel/constraints/contact/test_rigid_bodies_touch.py",
+)
+TOP, ARM = "tests/kernel/multibody/test_spinning_bodies.py", "tests/kernel/multibody/test_the_four_link_arm.py"
+STEPS = "tests/kernel/methods/test_fixed_steps.py"
 FINE = {"tolerance": 1e-10}
 
 
@@ -75,7 +78,7 @@ def bars() -> Iterator[Row]:
     yield Row("axial, mode 1", pi / 20.0 * sqrt(2e9 / 80.0), float(found[0]), 1e-4, "rad/s")
 
 
-@case(BEAMS, "moving force, Frýba 1972", "tests/kernel/test_a_trolley_runs_on_a_girder.py", full=True)
+@case(BEAMS, "moving force, Frýba 1972", "tests/kernel/forces/test_a_trolley_runs_on_a_girder.py", full=True)
 def moving_force() -> Iterator[Row]:
     from heavylift.kernel.description.forces import Load
     from heavylift.kernel.description.points import Point
@@ -110,7 +113,9 @@ def symmetric_top() -> Iterator[Row]:
     yield Row("precession, H/I1", want["precession"], float(angle) / 100.0, 1e-8, "rad/s")
 
 
-@case(ROTATION, "nut on a screw, q'' = -m g p/(m p² + I)", "tests/kernel/test_every_joint_agrees_with_others.py")
+@case(
+    ROTATION, "nut on a screw, q'' = -m g p/(m p² + I)", "tests/kernel/multibody/test_every_joint_agrees_with_others.py"
+)
 def nut_on_a_screw() -> Iterator[Row]:
     p, m, i = 0.05, 120.0, 3.0
     nut = Body("nut", m, inertia=((5.0, 0.0, 0.0), (0.0, 5.0, 0.0), (0.0, 0.0, i)))
@@ -119,7 +124,9 @@ def nut_on_a_screw() -> Iterator[Row]:
     yield Row("angle after 1 s", -0.5 * m * G * p / (m * p * p + i), float(s.state[0]), 1e-9, "rad")
 
 
-@case(ROTATION, "founding paper (Procedia Technology 1, 2012): eq. (5)", "tests/kernel/test_the_path_matrix.py")
+@case(
+    ROTATION, "founding paper (Procedia Technology 1, 2012): eq. (5)", "tests/kernel/multibody/test_the_path_matrix.py"
+)
 def path_matrix_of_the_arm() -> Iterator[Row]:
     form = FORMS["C19a"]
     apart = np.abs(path_matrix(form["given"]["parent"]) - np.array(form["expected"]["T"])).sum()

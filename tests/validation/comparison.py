@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import Any
 
 TESTS = Path(__file__).parents[1]
-for folder in ("kernel", "chain", "extremes"):  # whose builders of scenes the cases share
+KERNEL = sorted({str(path.parent.relative_to(TESTS)) for path in TESTS.glob("kernel/**/*.py")})
+for folder in (*KERNEL, "chain", "extremes"):  # whose builders of scenes the cases share
     if str(TESTS / folder) not in sys.path:
         sys.path.append(str(TESTS / folder))
 

@@ -15,10 +15,11 @@ from heavylift.kernel.description.mechanics import Body, Brake, Joint, JointSpri
 from small_scenes import EA, MASS, SECOND, G, X, Z, column, cube, hand_over, slider, started, times
 
 CONTACT, ELASTIC, MISHAPS = "Contact and friction", "Springs, stops, brakes", "What goes wrong in a lift"
-TOUCH, SLIPS = "tests/kernel/test_rigid_bodies_touch.py", "tests/kernel/test_a_contact_slips_as_a_whole.py"
-NAMED, PATHS = "tests/extremes/test_named_cases.py", "tests/kernel/test_equilibrium_paths.py"
-WALL = "tests/kernel/test_crates_on_rigid_ropes_touch.py"
-STOPS = "tests/kernel/test_supports_stops_and_brakes.py"
+TOUCH = "tests/kernel/constraints/contact/test_rigid_bodies_touch.py"
+SLIPS = "tests/kernel/constraints/contact/test_a_contact_slips_as_a_whole.py"
+NAMED, PATHS = "tests/extremes/test_named_cases.py", "tests/kernel/analysis/test_equilibrium_paths.py"
+WALL = "tests/kernel/constraints/contact/test_crates_on_rigid_ropes_touch.py"
+STOPS = "tests/kernel/forces/test_supports_stops_and_brakes.py"
 FINE = {"tolerance": 1e-10}
 
 
@@ -80,7 +81,7 @@ def swing_against_a_wall() -> Iterator[Row]:
     yield Row("impulse at 30°, e = 0.5", (1 + e) * BALL * speed_at(angle) / cos(angle), s.log[0][1].value, 1e-7, "N s")
 
 
-@case(ELASTIC, "mass on a spring, T = 2 pi sqrt(m/k)", "tests/kernel/test_springs_and_bushings.py", full=True)
+@case(ELASTIC, "mass on a spring, T = 2 pi sqrt(m/k)", "tests/kernel/forces/test_springs_and_bushings.py", full=True)
 def springs() -> Iterator[Row]:
     k, m = 50.0, 2.0
     spring = Spring("s", Point("world", (0.0, 0.0, 5.0)), Point("load"), 3.0, k)

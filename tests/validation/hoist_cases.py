@@ -12,8 +12,9 @@ from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rig
 from small_scenes import EA, LENGTH, MASS, SECOND, G, X, Z, column, hand_over, hung, started, times
 
 TABLE = "Hoisting"
-SHOCKS, SLACK = "tests/kernel/test_hoisting_shocks.py", "tests/kernel/test_ropes_slacken_and_tighten.py"
-RIGID = "tests/kernel/test_rigid_ropes.py"
+SHOCKS = "tests/kernel/forces/ropes/test_hoisting_shocks.py"
+SLACK = "tests/kernel/forces/ropes/test_ropes_slacken_and_tighten.py"
+RIGID = "tests/kernel/constraints/test_rigid_ropes.py"
 FINE = {"tolerance": 1e-10, "sample_ns": SECOND // 200}
 EXACT = {"method": "dop853", "tolerance": 1e-11}
 FACTOR = 1e-3  # the closed forms know no winch that stiffens the rope which it shortens

@@ -13,7 +13,8 @@ from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Poi
 from small_scenes import SECOND, Y, hand_over, slider, started, times
 
 TABLE = "Published problems"
-TREES, LOOPS = "tests/kernel/test_reference_problems.py", "tests/kernel/test_reference_mechanisms.py"
+TREES = "tests/kernel/multibody/test_reference_problems.py"
+LOOPS = "tests/kernel/constraints/test_reference_mechanisms.py"
 PROBLEMS = json.loads((TESTS / "data" / "tree_problems.json").read_text())["problems"]
 LINKAGES = json.loads((TESTS / "data" / "linkages.json").read_text())
 FINE = {"method": "dop853", "tolerance": 1e-13, "sample_ns": SECOND}
@@ -33,7 +34,12 @@ def simple_pendulum() -> Iterator[Row]:
     yield Row("vertical speed after 10 s", want["vy"], s.state[1] * sin(s.state[0]), 1e-9, "m/s")
 
 
-@case(TABLE, "IFToMM A02, two four-bar windows through singular poses", "tests/kernel/test_loops_close.py", full=True)
+@case(
+    TABLE,
+    "IFToMM A02, two four-bar windows through singular poses",
+    "tests/kernel/constraints/test_loops_close.py",
+    full=True,
+)
 def four_bar_windows() -> Iterator[Row]:
     from linkages import windows
 
@@ -131,7 +137,7 @@ def dropped_on_a_rope() -> Iterator[Row]:
 @case(
     TABLE,
     "own: two cranes, 24 freedoms; Drake, Exudyn, MuJoCo",
-    "tests/kernel/test_the_goliath_reference.py",
+    "tests/kernel/simulation/test_the_goliath_reference.py",
     full=True,
 )
 def two_cranes() -> Iterator[Row]:

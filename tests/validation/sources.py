@@ -32,16 +32,16 @@ TABLES = {
 }
 
 OTHER_CODES = (  # what, which code, file, the constant in it that bounds the difference, of what
-    ("accelerations of random trees", "Pinocchio", "kernel/test_random_trees_agree_with_pinocchio", "SAME", "relative"),
-    ("every kind of joint, alone and in trees", "Pinocchio, MuJoCo", "kernel/test_every_joint_agrees_with_others",
+    ("accelerations of random trees", "Pinocchio", "kernel/multibody/test_random_trees_agree_with_pinocchio", "SAME", "relative"),  # noqa: E501
+    ("every kind of joint, alone and in trees", "Pinocchio, MuJoCo", "kernel/multibody/test_every_joint_agrees_with_others",  # noqa: E501
      "SAME", "relative"),
-    ("random trees with loops", "Pinocchio", "kernel/test_loops_close", "AGREES", "relative"),
-    ("ropes between bodies", "MuJoCo", "kernel/test_ropes_agree_with_mujoco", "SAME", "relative"),
-    ("ropes over sheaves", "MuJoCo", "kernel/test_ropes_over_sheaves", "SAME", "relative"),
+    ("random trees with loops", "Pinocchio", "kernel/constraints/test_loops_close", "AGREES", "relative"),
+    ("ropes between bodies", "MuJoCo", "kernel/forces/ropes/test_ropes_agree_with_mujoco", "SAME", "relative"),
+    ("ropes over sheaves", "MuJoCo", "kernel/forces/ropes/test_ropes_over_sheaves", "SAME", "relative"),
     ("flexible pendulum, three modes against twelve segments", "MuJoCo",
-     "kernel/test_a_flexible_pendulum_agrees_with_mujoco", "ALIKE", "m, of a bow of 0.25 m"),
-    ("instant of the fifth event", "SciPy's integrators", "kernel/test_scipy_agrees", "INSTANT", "s"),
-    ("tensions of two cranes over ten seconds", "Drake, Exudyn, MuJoCo", "kernel/test_the_goliath_reference",
+     "kernel/multibody/flexible/test_a_flexible_pendulum_agrees_with_mujoco", "ALIKE", "m, of a bow of 0.25 m"),
+    ("instant of the fifth event", "SciPy's integrators", "kernel/methods/test_scipy_agrees", "INSTANT", "s"),
+    ("tensions of two cranes over ten seconds", "Drake, Exudyn, MuJoCo", "kernel/simulation/test_the_goliath_reference",
      "TENSION_ERROR", "of 550 kN"),
 )  # fmt: skip
 

@@ -13,8 +13,9 @@ from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rop
 from small_scenes import SECOND, G, Y, Z, cube, started
 
 TABLE, RULES = "Statics", "Worked examples of rules and tools"
-SHARES, REEVED = "tests/kernel/test_statics_with_slack_ropes.py", "tests/kernel/test_ropes_over_sheaves.py"
-EQUAL, HERE = "tests/kernel/test_equalisers.py", "tests/validation/static_cases.py"
+SHARES = "tests/kernel/analysis/test_statics_with_slack_ropes.py"
+REEVED = "tests/kernel/forces/ropes/test_ropes_over_sheaves.py"
+EQUAL, HERE = "tests/kernel/forces/ropes/test_equalisers.py", "tests/validation/static_cases.py"
 
 
 def shares(system: System) -> list[float]:

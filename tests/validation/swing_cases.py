@@ -14,10 +14,11 @@ from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Poi
 from small_scenes import SECOND, G, X, Y, Z, column, hand_over, started
 
 TABLE = "Swing"
-PERIODS, MODES = "tests/chain/test_pendulums_keep_their_period.py", "tests/kernel/test_modes_of_small_motions.py"
+PERIODS = "tests/chain/test_pendulums_keep_their_period.py"
+MODES = "tests/kernel/analysis/test_modes_of_small_motions.py"
 RESIDUAL = "tests/chain/test_a_moving_trolley_leaves_a_swing.py"
-BORNE = "tests/kernel/test_ropes_bear_their_own_mass.py"
-WIND, HEAVY = "tests/kernel/test_loads_and_wind.py", "tests/kernel/test_ropes_with_mass.py"
+BORNE = "tests/kernel/forces/ropes/test_ropes_bear_their_own_mass.py"
+WIND, HEAVY = "tests/kernel/forces/test_loads_and_wind.py", "tests/kernel/forces/ropes/test_ropes_with_mass.py"
 FINE = {"method": "dop853", "tolerance": 1e-12}
 
 
@@ -137,7 +138,7 @@ def shaped_ramp() -> Iterator[Row]:
     yield Row("residual angle", 0.0, left_over(s, x["L"]), 1e-5, "rad", absolute=True)
 
 
-@case(TABLE, "swinging rope, T = m g (3 - 2 cos a)", "tests/kernel/test_hoisting_shocks.py")
+@case(TABLE, "swinging rope, T = m g (3 - 2 cos a)", "tests/kernel/forces/ropes/test_hoisting_shocks.py")
 def tension_at_the_bottom() -> Iterator[Row]:
     x, want = FORMS["C11b"]["given"], FORMS["C11b"]["expected"]
     m, L, start, k = x["m"], x["L"], radians(x["th0_deg"]), 1e9

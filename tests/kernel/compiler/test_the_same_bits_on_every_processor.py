@@ -20,7 +20,7 @@ from heavylift.kernel.simulation.simulation import Simulation
 
 PROCESSORS = {"x86-64": "sse2", "x86-64-v2": "sse4.2", "haswell": "avx2", "skylake-avx512": "avx512f"}
 HAS = llvm.get_host_cpu_features()
-TESTS = Path(__file__).parents[1]
+TESTS = Path(__file__).parents[2]
 SCRIPT, STORED = TESTS / "determinism" / "digests.py", TESTS / "data" / "digests.json"
 FEW = ["lift", "linkage"]  # a block on ropes and supports; joints that close a loop
 PLAIN = {"OPENBLAS_CORETYPE": "Prescott", "NPY_DISABLE_CPU_FEATURES": "X86_V3 X86_V4"}  # libraries without AVX

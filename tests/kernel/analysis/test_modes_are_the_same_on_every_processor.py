@@ -62,7 +62,8 @@ def bits(flexible: Flexible) -> str:
 
 def test_libraries_without_wide_instructions_change_no_bit():
     here = Path(__file__)
-    code = f"import sys; sys.path.insert(0, {str(here.parent)!r}); from {here.stem} import bits, bodies; "
+    folders = [str(here.parent), str(here.parents[1])]
+    code = f"import sys; sys.path[:0] = {folders!r}; from {here.stem} import bits, bodies; "
     code += "print(*(bits(b) for b in bodies().values()))"
     command = [sys.executable, "-c", code]
     out = subprocess.run(command, env={**os.environ, **PLAIN}, check=True, capture_output=True, text=True).stdout

@@ -12,7 +12,7 @@ from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, Lin
 from scipy.linalg import eigh
 from small_scenes import EA, LENGTH, MASS, G, X, Y, Z, hung, started
 
-FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[1] / "data" / "closed_forms.json").read_text())}
+FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[2] / "data" / "closed_forms.json").read_text())}
 CLOSE = 1e-8  # relative: fourth-order differences over 1e-4
 DAMPED = 1e-7
 

@@ -11,7 +11,7 @@ from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, Sys
 from heavylift.kernel.errors import KernelError
 from small_scenes import SECOND, X, column, hand_over, hung, slider, started
 
-FORMS = json.loads((Path(__file__).parents[1] / "data" / "closed_forms.json").read_text())
+FORMS = json.loads((Path(__file__).parents[2] / "data" / "closed_forms.json").read_text())
 C21 = next(x for x in FORMS if x["id"] == "C21")
 W, H = C21["given"]["w"], C21["given"]["h"]
 MASS = 1.0e3

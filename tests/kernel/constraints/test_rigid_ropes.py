@@ -77,7 +77,7 @@ def test_a_swing_too_slow_for_the_loop_goes_slack_where_its_tension_ends():
 
 
 def reference(name):
-    return json.loads((Path(__file__).parent.parent / "data" / "linkages.json").read_text())[name]
+    return json.loads((Path(__file__).parents[2] / "data" / "linkages.json").read_text())[name]
 
 
 def test_a_load_reeled_in_at_constant_speed_swings_as_the_reference_says():

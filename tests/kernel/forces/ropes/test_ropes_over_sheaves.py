@@ -19,7 +19,7 @@ EQUAL = 1e-9  # parts of a rope without friction
 SAME = 1e-9  # as MuJoCo, relative to the largest acceleration
 CLOSES = 1e-9  # of the energy turned over
 FINE = {"tolerance": 1e-10, "sample_ns": 20_000_000}
-FORMS = {c["id"]: c for c in json.loads((Path(__file__).parents[1] / "data" / "closed_forms.json").read_text())}
+FORMS = {c["id"]: c for c in json.loads((Path(__file__).parents[3] / "data" / "closed_forms.json").read_text())}
 WORLD, LOAD = Point("world"), Point("load")
 
 

@@ -11,7 +11,7 @@ from heavylift.kernel.analysis import equilibrium
 from heavylift.kernel.description.mechanics import Body, Drive, Joint, Line, Measured, Point, RigidRope, System
 from small_scenes import SECOND, G, X, Y, Z, column, cube, hand_over, started
 
-FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[1] / "data" / "closed_forms.json").read_text())}
+FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[2] / "data" / "closed_forms.json").read_text())}
 ROPE = 50.0  # [m]
 MASS = 9e5
 ANGLE = 0.05  # [deg], as C10e accepts it

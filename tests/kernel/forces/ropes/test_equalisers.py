@@ -13,7 +13,7 @@ from small_scenes import SECOND, G, cube, started
 
 EQUAL = 1e-9  # parts of a rope without friction
 FINE = {"tolerance": 1e-10, "sample_ns": 20_000_000}
-FORMS = {c["id"]: c for c in json.loads((Path(__file__).parents[1] / "data" / "closed_forms.json").read_text())}
+FORMS = {c["id"]: c for c in json.loads((Path(__file__).parents[3] / "data" / "closed_forms.json").read_text())}
 
 
 def tensions(s: Simulation, parts: int) -> np.ndarray:

@@ -15,7 +15,7 @@ from heavylift.kernel.multibody.graph import build_graph
 from heavylift.kernel.multibody.trees import cut
 from heavylift.kernel.simulation.simulation import Simulation
 
-FORMS = json.loads((Path(__file__).parents[1] / "data" / "closed_forms.json").read_text())
+FORMS = json.loads((Path(__file__).parents[2] / "data" / "closed_forms.json").read_text())
 C19B = next(x for x in FORMS if x["id"] == "C19b")
 GIVEN, WANT = C19B["given"], C19B["expected"]
 PARENT = (-1, 0, 0, 2)

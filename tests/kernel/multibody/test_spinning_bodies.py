@@ -11,7 +11,7 @@ from heavylift.kernel.description.mechanics import Body, Joint, System
 from scipy.spatial.transform import Rotation
 from small_scenes import SECOND, hand_over, started
 
-FORMS = json.loads((Path(__file__).parents[1] / "data" / "closed_forms.json").read_text())
+FORMS = json.loads((Path(__file__).parents[2] / "data" / "closed_forms.json").read_text())
 C17 = next(x for x in FORMS if x["id"] == "C17")
 I1, I3, W3, WT = (C17["given"][k] for k in ("I1", "I3", "w3", "wt"))
 UNIT = 1e-12

@@ -15,7 +15,7 @@ from heavylift.kernel.description.mechanics import WORLD, Body, Drive, Joint, Lo
 from small_scenes import SECOND, X, Y, Z, cube, hand_over, started
 from squeezer import squeezer
 
-DATA = Path(__file__).parents[1] / "data"
+DATA = Path(__file__).parents[2] / "data"
 LINKAGES = json.loads((DATA / "linkages.json").read_text())
 TOP = json.loads((DATA / "tree_problems.json").read_text())["problems"]["heavy_top"]
 methods = pytest.mark.parametrize(("method", "tolerance"), [("dopri5", 1e-12), ("dop853", 1e-12), ("radau5", 1e-10)])

@@ -12,7 +12,7 @@ from heavylift.kernel.description.mechanics import Body, Brake, Joint, Line, Poi
 from heavylift.kernel.errors import KernelError
 from small_scenes import EA, LENGTH, MASS, G, X, Y, Z, cube, hung, slider, started
 
-FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[1] / "data" / "closed_forms.json").read_text())}
+FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[2] / "data" / "closed_forms.json").read_text())}
 STATIC = 1e-6  # relative, as the closed forms ask
 
 

@@ -151,7 +151,7 @@ def off(j, d, turn):
 
 
 def reference(name):
-    path = Path(__file__).parent.parent / "data" / "linkages.json"
+    path = Path(__file__).parents[2] / "data" / "linkages.json"
     return json.loads(path.read_text())[name]
 
 

@@ -8,7 +8,7 @@ import pytest
 from goliath import scene
 from heavylift.kernel.simulation.simulation import Simulation
 
-REFERENCE = json.loads((Path(__file__).parents[1] / "data" / "goliath_reference.json").read_text())
+REFERENCE = json.loads((Path(__file__).parents[2] / "data" / "goliath_reference.json").read_text())
 TENSION_ERROR = 1e-6  # of 550 kN: two orders above the reference's own error (rtol 1e-12)
 SAME = 1e-12  # the same text on floats and in machine code: round-off of some thousand operations
 

@@ -11,7 +11,7 @@ from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rop
 from heavylift.kernel.simulation.simulation import Simulation
 from small_scenes import EA, LENGTH, MASS, SECOND, G, Y, Z, column, hand_over, hung, started
 
-FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[1] / "data" / "closed_forms.json").read_text())}
+FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[3] / "data" / "closed_forms.json").read_text())}
 FACTOR = 1e-3  # the closed forms are for constant stiffness; a winch law stiffens a rope that it shortens
 FINE = {"tolerance": 1e-10, "sample_ns": SECOND // 200}
 

@@ -11,7 +11,7 @@ from heavylift.kernel.description.mechanics import Body, Brake, Drive, Joint, Jo
 from small_scenes import G, X, Y, Z, cube, hung, started
 from test_the_four_link_arm import GIVEN, WANT, arm
 
-FORMS = json.loads((Path(__file__).parents[1] / "data" / "closed_forms.json").read_text())
+FORMS = json.loads((Path(__file__).parents[2] / "data" / "closed_forms.json").read_text())
 PRECISE = 1e-9  # relative, as the closed form asks
 EXACT = 1e-12
 

@@ -10,7 +10,7 @@ from heavylift.kernel.multibody.graph import build_graph, children_of, path_matr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-FORMS = json.loads((Path(__file__).parents[1] / "data" / "closed_forms.json").read_text())
+FORMS = json.loads((Path(__file__).parents[2] / "data" / "closed_forms.json").read_text())
 C19A = next(x for x in FORMS if x["id"] == "C19a")
 ARM = C19A["given"]["parent"]
 

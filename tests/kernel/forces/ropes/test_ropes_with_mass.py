@@ -10,7 +10,7 @@ from heavylift.kernel.analysis.modes import Mode
 from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
 from small_scenes import G, X, Z, started
 
-FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[1] / "data" / "closed_forms.json").read_text())}
+FORMS = {x["id"]: x for x in json.loads((Path(__file__).parents[3] / "data" / "closed_forms.json").read_text())}
 PIECES = 12
 LUMPED = 2e-5  # relative: m_rope / m / (12 PIECES^2) = 1.2e-5 of the lumps, and what Rayleigh's quotient neglects
 STRING = 0.01  # the closed form knows neither the weight of the rope (0.5 %) nor that the load gives way (0.2 %)

@@ -19,7 +19,7 @@ PERMILLE = 1e-3  # what the closed forms accept
 EXACT = 1e-12  # a cubic is integrated exactly, round-off apart
 CLOSES = 1e-10  # of the energy turned over
 PEAKS = {"tolerance": 1e-9, "sample_ns": 10_000_000, "h_max": 0.05}
-FORMS = {c["id"]: c for c in json.loads((Path(__file__).parents[1] / "data" / "closed_forms.json").read_text())}
+FORMS = {c["id"]: c for c in json.loads((Path(__file__).parents[2] / "data" / "closed_forms.json").read_text())}
 
 
 def pendulum(mass: float, length: float, start: float = 0.0) -> System:
