@@ -16,6 +16,7 @@ from .explicit import DormandPrince5, DormandPrince8, Kutta4
 from .method import Method
 from .radau import Radau5
 from .rosenbrock import RosenbrockW
+from .sdirk import SDIRK2, SDIRK3, DiagonallyImplicit
 from .semi_implicit import SemiImplicitEuler
 
 __all__ = ["METHODS", "choose", "control_of"]
@@ -28,6 +29,8 @@ METHODS: dict[str, Callable[[Program], Method]] = {
     "dop853": lambda program: DormandPrince8(),
     "ros34pw2": RosenbrockW,
     "radau5": Radau5,
+    "sdirk2": lambda program: DiagonallyImplicit(program, SDIRK2),
+    "sdirk3": lambda program: DiagonallyImplicit(program, SDIRK3),
 }
 SHORTEST = 1e-9  # [s] a fixed step: the resolution of event times
 

@@ -1,0 +1,314 @@
+"""Singly diagonally implicit Runge-Kutta methods, L-stable and stiffly accurate: long steps along the equilibrium path.
+
+Alexander, SIAM J. Numer. Anal. 14 (1977) 1006-1021; Hairer, Wanner, Solving ODEs II, IV.6.  The unknowns of a stage are
+its velocities v: its coordinates solve q = q_b + e N(q) v, e = gamma h, which are in closed form for every joint, and
+what remains is (I - e J_v - e^2 J_q) dv = e a(q, v) - (v - v_b), one real system of the velocities.  Modes whose
+frequency exceeds 1/h are damped, so that a long step follows the equilibrium path in the commanded inputs; slower ones
+are resolved.  Which happens is decided by the error estimate, filtered by the same matrix.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from heavylift.kernel.algebra.spatial import join, quaternion_rate
+from heavylift.kernel.compiler.emit import Parts, While
+from heavylift.kernel.compiler.function import OPAQUE, Function, Primitive
+from heavylift.kernel.compiler.layout import Places
+from heavylift.kernel.compiler.native_linear_algebra import Factors, product, solver
+from heavylift.kernel.compiler.native_loops import Code
+from heavylift.kernel.compiler.symbol import Value, maximum, minimum, select, sqrt
+from heavylift.kernel.description.joint_table import JOINTS
+from heavylift.kernel.methods.step_state import Rate, StepState
+from heavylift.kernel.model.program import Program
+from heavylift.kernel.multibody.motion import rates
+
+from .method import Attempt, Build, Exponents, Method, combine, fallen_in, inside, length
+
+__all__ = ["SDIRK2", "SDIRK3", "Diagonal", "DiagonallyImplicit"]
+
+MOVED, SPED = 1e-6, 1e-5  # [m, rad], [m/s, rad/s] finite differences
+MOST = 25.0  # iterations of a stage
+RENEWALS = 4.0  # of the Jacobian in one stage
+SLOW = 0.5  # rate of convergence above which the Jacobian is renewed
+FAR = 0.5  # [m, rad] longest way of one iteration
+LOST = 100.0  # [m, rad] a way after which the iterations are given up
+SOLVED = 1e-3  # of the tolerance: last change of an iteration
+ROUND_OFF = 1e-13  # [m, rad] a change that is none
+
+
+@dataclass(frozen=True)
+class Diagonal:
+    """Nodes c, stages A with one gamma on the diagonal, the last of them the solution, and weights of the estimate."""
+
+    name: str
+    order: int
+    gamma: float
+    c: tuple[float, ...]
+    A: tuple[tuple[float, ...], ...]
+    error: tuple[float, ...]
+
+
+def _second() -> Diagonal:
+    """Alexander (1977), theorem 5, p = 2; the estimate is the difference to the first stage's Euler step."""
+    g = 1.0 - sqrt(0.5)
+    return Diagonal("sdirk2", 2, g, (g, 1.0), ((g,), (1.0 - g, g)), (-g, g))
+
+
+def _third() -> Diagonal:
+    """Alexander (1977), theorem 5, p = 3; the estimate is the difference to the pair of order 2 of two stages."""
+    g = 0.43586652150845899942
+    b = (-(6.0 * g * g - 16.0 * g + 1.0) / 4.0, (6.0 * g * g - 20.0 * g + 5.0) / 4.0)
+    c = (g, (1.0 + g) / 2.0, 1.0)
+    second = (0.5 - c[0]) / (c[1] - c[0])
+    return Diagonal("sdirk3", 3, g, c, ((g,), (c[1] - g, g), (*b, g)), (b[0] - 1.0 + second, b[1] - second, g))
+
+
+SDIRK2, SDIRK3 = _second(), _third()
+
+
+class DiagonallyImplicit(Method):
+    """Solves its stages one after the other in `prologue`; z is the state of the one at work, k are their slopes."""
+
+    evaluations = 1  # beside the iterations
+    scalars = (
+        "columns", "stale", "factor", "of", "e",  # Jacobian, factors of gamma h = `of`
+        "newton", "stage", "turn", "size", "renewed", "sound",  # iterations
+        "iterations", "differences", "factorisations",  # so far
+    )  # fmt: skip
+
+    def __init__(self, program: Program, tableau: Diagonal) -> None:
+        self.program, self.tableau = program, tableau
+        self.name, self.order = tableau.name, tableau.order
+        power = -1.0 / tableau.order
+        self.exponents = Exponents(down=power, up=power, memory=0.0)
+        self._slopes = tuple(f"k{i}" for i in range(len(tableau.A)))
+        self._fell = tuple(f"fell{i}" for i in range(len(tableau.A) - 1))
+        self.vectors = ("d1", "d2", "d3", "z", "base", "here", "index", *self._slopes)
+        self.scalars = (*self.scalars, *self._fell)
+        self.counted = {"iterations": 1, "differences": 2}
+        n, ny = program.nv, program.ny
+        self._row = 2 * Factors(n, 1, 0).stride  # a column of J_q, then one of J_v
+        self._factors = Factors(n, 1, n * self._row)
+        self.matrices = self._factors.stop
+        self._solve = solver("solve_real", self._factors, n)
+        self._times_J_q = product("stiffness_times", n, self._row, 0)
+        self._staged = Function(
+            "staged", self._staged_text, {"base": ny, "z": ny, "d": n, "f": ny, "e": 1}, vectors=["x"]
+        )
+        self._displaced = Function("displaced", self._displaced_text, {"y": ny, "u": n, "w": n}, vectors=["x"])
+        at = slice(program.nq, program.nq + n)
+        self._velocities = Function("velocities", lambda y: {"x": y[at]}, {"y": ny}, vectors=["x"])
+        self._unit = Function("unit", lambda j: {"x": _unit(n, j[0])}, {"j": 1}, vectors=["x"])
+
+    def constants(self) -> dict[str, Value]:
+        return {"index": np.arange(self.program.ny), "stale": 1.0}
+
+    def forgotten(self) -> dict[str, float]:
+        return {"stale": 1.0}
+
+    # ---- what the coordinates do --------------------------------------------------------------------------
+
+    def _staged_text(self, base: Value, z: Value, d: Value, f: Value, e: Value) -> dict[str, Value]:
+        """State whose velocities are those of z and d more: q = base + e N(q) v, and the integrals' slopes of f."""
+        p, e = self.program, e[0]
+        first = p.nq + p.nv
+        v = z[p.nq : first] + d
+        q = []
+        for k in p.graph.links:
+            at, u = base[k.q], v[k.v]
+            i = JOINTS[k.joint.kind].quaternion
+            if i is not None:  # (1 - e/2 o) q = base for a turning o: o o = -|o|^2
+                o = u[i:]
+                turned = (at[i:] + e * quaternion_rate(at[i:], o)) * (1.0 / (1.0 + 0.25 * e * e * (o @ o)))
+                at = join(at[:i], turned)
+                q += [at[:i] + e * rates(k.joint.kind, at, u)[:i], turned]
+            else:
+                q.append(at + e * u)
+            q.append(base[k.q_modes] + e * v[k.v_modes])
+        return {"x": join(*q, v, base[first:] + e * f[first:])}
+
+    def _displaced_text(self, y: Value, u: Value, w: Value) -> dict[str, Value]:
+        """State after a small displacement along u and a change w of the velocities."""
+        p = self.program
+        first = p.nq + p.nv
+        q = []
+        for k in p.graph.links:
+            q += [y[k.q] + rates(k.joint.kind, y[k.q], u[k.v]), y[k.q_modes] + u[k.v_modes]]
+        return {"x": join(*q, y[p.nq : first] + w, y[first:])}
+
+    # ---- before the step: Jacobian, factors, stages --------------------------------------------------------
+
+    def prologue(self, build: Build, at: Places) -> tuple[Function | Parts, ...]:
+        return (
+            build("begin", self._begin),
+            While(
+                "stages",
+                at["newton"],
+                (
+                    While("differences", at["columns"], (build("difference", self._difference, matrices=True),)),
+                    While("factors", at["factor"], (self._factorise(at),)),
+                    build("iterate", self._iterate, matrices=True),
+                ),
+            ),
+        )
+
+    def _begin(self, s: StepState, rate: Rate) -> None:
+        h, _ = length(s)
+        s.e = self.tableau.gamma * h
+        s.factor = select(abs(s.of - s.e) > 0.0, 1.0, 0.0)
+        s.of, s.columns = s.e, 0.0
+        s.base = s.y
+        s.z = self._staged(base=s.y, z=s.y, d=np.zeros(self.program.nv), f=s.f, e=[s.e]).x
+        s.newton, s.stage, s.turn, s.size, s.renewed, s.sound = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
+
+    def _time(self, s: StepState) -> Value:
+        """Of the stage at work."""
+        h, c = length(s)[0], self.tableau.c
+        x = c[-1]
+        for i, node in reversed([*enumerate(c[:-1])]):
+            x = select(s.stage < i + 0.5, node, x)
+        return s.t + x * h
+
+    def _difference(self, s: StepState, rate: Rate) -> tuple[Value, list[Value]]:
+        """One column of the derivatives of the accelerations by displacements and by velocities at z."""
+        j = s.columns - 1.0
+        t, among, unit, none = self._time(s), inside(s), self._unit(j=[j]).x, np.zeros(self.program.nv)
+        columns: list[Value] = []
+        for change, d in (({"u": MOVED * unit, "w": none}, MOVED), ({"u": none, "w": SPED * unit}, SPED)):
+            f = rate(t, among, self._displaced(y=s.z, **change).x).dy
+            columns += [self._velocities(y=(f - s.here) * (1.0 / d)).x, *self._padding]
+        s.columns, s.differences = j, s.differences + 1.0
+        return j, columns
+
+    @property
+    def _padding(self) -> list[Value]:
+        return [0.0] * (self._row // 2 - self.program.nv)
+
+    def _factorise(self, at: Places) -> Primitive:
+        """I - e J_v - e^2 J_q, then its factors."""
+        n, half, F = self.program.nv, self._row // 2, self._factors
+        c = Code("factorise", ["X", "M"])
+        e = c.load(c.at("%X", at["e"]))
+        with c.loop(0, n) as j:
+            source, target = c.integer("mul", j, self._row), c.integer("mul", j, F.stride)
+            with c.loop(0, n) as i:
+                J_q, J_v = (c.load(c.at("%M", source, c.integer("add", i, k))) for k in (0, half))
+                x = c.let(f"fadd double {J_v}, {c.let(f'fmul double {e}, {J_q}')}")
+                x = c.let(f"fmul double {e}, {x}")
+                c.store(c.let(f"fneg double {x}"), c.at("%M", c.integer("add", target, F.start), i))
+            diagonal = c.at("%M", c.integer("add", target, F.start), j)
+            c.store(c.let(f"fadd double {c.load(diagonal)}, 1.0"), diagonal)
+        F.factorise(c)
+        c.store("0.0", c.at("%X", at["factor"]))
+
+        def floats(X: np.ndarray, M: np.ndarray) -> dict[str, Value]:
+            J = M[: n * self._row].reshape(n, 2, half)[:, :, :n].transpose(1, 2, 0)
+            F.write(M, np.eye(n) - X[at["e"]] * (J[1] + X[at["e"]] * J[0]))
+            F.factorise_floats(M)
+            X[at["factor"]] = 0.0
+            return {}
+
+        return Primitive("factorise", floats, {"X": OPAQUE, "M": OPAQUE}, {}, c.text())
+
+    def _iterate(self, s: StepState, rate: Rate) -> None:
+        """One simplified Newton iteration of the stage at work; the next stage, or a new Jacobian, where it is due."""
+        h, e = length(s)[0], s.e
+        r = rate(self._time(s), inside(s), s.z)
+        d = self._solve(M=s.M, b_re=self._velocities(y=e * r.dy - (s.z - s.base)).x, tail=[0.0]).re
+        change = sqrt(d @ d)
+        way = e * change
+        size = self._size(s, way, change)
+        again, ratio = s.size > 0.0, size * (1.0 / maximum(s.size, 1e-300))
+        near = again & (ratio < SLOW) & (ratio * size < SOLVED * (1.0 - ratio))
+        near = near | (size < SOLVED) | (way < ROUND_OFF)
+        renew = (s.stale > 0.0) | (again & (ratio > SLOW))
+        near = near & (s.stale <= 0.0)
+        renew = select(near, 0.0, select(renew, 1.0, 0.0))
+        goes_on = select(s.stale > 0.0, 1.0, select(way < LOST, select(s.turn < MOST, 1.0, 0.0), 0.0))
+        goes_on = select(renew > 0.0, select(s.renewed < RENEWALS, goes_on, 0.0), goes_on)
+        s.here, s.columns = r.dy, renew * goes_on * float(self.program.nv)
+        s.factor = select(s.columns > 0.0, 1.0, 0.0)
+        s.factorisations, s.iterations = s.factorisations + s.factor, s.iterations + 1.0
+        s.renewed, s.turn = s.renewed + renew, s.turn + 1.0
+        s.stale = select(goes_on > 0.0, 0.0, 1.0)
+        s.size = select(renew > 0.0, 0.0, size)
+        step = select(renew > 0.0, 0.0, minimum(1.0, FAR * (1.0 / maximum(way, 1e-300))))
+        z = self._staged(base=s.base, z=s.z, d=step * d, f=r.dy, e=[e]).x
+        s.z = select(goes_on > 0.0, z, s.z)
+        self._next(s, near, h, r)
+        s.newton = select(near, s.newton, goes_on)
+
+    def _size(self, s: StepState, way: Value, change: Value) -> Value:
+        """Of a change of velocities, relative to the tolerance."""
+        return (way + change) * (1.0 / (s.tol * maximum(s.scale, s.grain)))
+
+    def _next(self, s: StepState, near: Value, h: Value, r: Value) -> None:
+        """Where a stage is solved: its slope, and where the next one begins."""
+        k = (s.z - s.base) * (1.0 / s.e)
+        slopes = []
+        for i, name in enumerate(self._slopes):
+            here = near & (abs(s.stage - i) < 0.5)
+            slopes.append(select(here, k, getattr(s, name)))
+            setattr(s, name, slopes[-1])
+            if i < len(self._fell) and len(r.G):
+                setattr(s, self._fell[i], select(here & fallen_in(r), 1.0, select(here, 0.0, getattr(s, self._fell[i]))))
+        last = s.stage > len(slopes) - 1.5
+        s.sound = select(near & last, 1.0, 0.0)
+        on = near & (s.stage < len(slopes) - 1.5)
+        base = s.base
+        for i, row in enumerate(self.tableau.A[1:], start=1):
+            base = select(on & (abs(s.stage - (i - 1)) < 0.5), s.y + h * combine([*row[:-1]], slopes), base)
+        s.base = base
+        z = self._staged(base=base, z=s.z, d=np.zeros(self.program.nv), f=r.dy, e=[s.e]).x
+        s.z = select(on, z, s.z)
+        s.stage = s.stage + select(on, 1.0, 0.0)
+        s.turn, s.renewed = select(on, 0.0, s.turn), select(on, 0.0, s.renewed)
+        s.size = select(on, 0.0, s.size)
+        s.newton = select(near & last, 0.0, 1.0)
+
+    # ---- the step ------------------------------------------------------------------------------------------
+
+    def attempt(self, s: StepState, rate: Rate, h: Value, among: Value) -> Attempt:
+        k = [getattr(s, name) for name in self._slopes]
+        r = rate(s.t + h, among, s.z)
+        u, w = self._error(s, h, k)
+        error = self._displaced(y=s.z, u=u, w=w).x - s.z
+        fell = [getattr(s, name) > 0.0 for name in self._fell]
+        seen = [*zip(self.tableau.c, [*fell, fallen_in(r)], strict=True)] if len(r.G) else [(1.0, False)]
+        return Attempt(s.z, r.dy, r, error, seen, k, s.sound > 0.0)
+
+    def _error(self, s: StepState, h: Value, k: list[Value]) -> tuple[Value, Value]:
+        """Estimates for displacements and velocities, filtered: stiff modes are where their equilibrium is."""
+        d, A = self.tableau.error, self.tableau.A
+        of_v = [sum(d[i] * A[i][j] for i in range(j, len(d))) for j in range(len(d))]
+        u = self._velocities(y=h * h * combine(of_v, k)).x
+        w = self._velocities(y=h * combine([*d], k)).x
+        w = self._solve(M=s.M, b_re=w + s.e * self._times_J_q(M=s.M, b=u).x, tail=[0.0]).re
+        return u + s.e * w, w
+
+    def keep(self, s: StepState, h: Value, a: Attempt) -> None:
+        """Cubics of the coordinates; parabolas of the rest, whose slope at the start may be that of a fast mode."""
+        s.d1 = a.y - s.y
+        f = h * a.k[-1]
+        places = s.index < self.program.nq - 0.5
+        s.d2 = select(places, h * s.f - s.d1, s.d1 - f)
+        s.d3 = s.d1 - f - s.d2
+
+    def interpolate(self, s: StepState, x: Value) -> Value:
+        return s.d0 + x * (s.d1 + (1.0 - x) * (s.d2 + x * s.d3))
+
+    def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:
+        one = np.eye(len(J))
+        inverse = np.linalg.inv(one - h * self.tableau.gamma * J)
+        k: list[np.ndarray] = []
+        for row in self.tableau.A:
+            k.append(inverse @ J @ (one + h * combine([*row[:-1]], k)))
+        result: np.ndarray = one + h * combine([*self.tableau.A[-1]], k)
+        return result
+
+
+def _unit(n: int, j: Value) -> list[Value]:
+    return [select(abs(j - i) < 0.5, 1.0, 0.0) for i in range(n)]
