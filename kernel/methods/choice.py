@@ -22,28 +22,28 @@ from .semi_implicit import SemiImplicitEuler
 __all__ = ["METHODS", "choose", "control_of"]
 
 
-METHODS: dict[str, Callable[[Program], Method]] = {
-    "semi-implicit-euler": SemiImplicitEuler,
-    "rk4": lambda program: Kutta4(),
-    "dopri5": lambda program: DormandPrince5(),
-    "dop853": lambda program: DormandPrince8(),
-    "ros34pw2": RosenbrockW,
-    "radau5": Radau5,
-    "sdirk2": lambda program: DiagonallyImplicit(program, SDIRK2),
-    "sdirk3": lambda program: DiagonallyImplicit(program, SDIRK3),
+METHODS: dict[str, Callable[[Program, bool], Method]] = {
+    "semi-implicit-euler": lambda program, asked: SemiImplicitEuler(program),
+    "rk4": lambda program, asked: Kutta4(),
+    "dopri5": lambda program, asked: DormandPrince5(),
+    "dop853": lambda program, asked: DormandPrince8(),
+    "ros34pw2": lambda program, asked: RosenbrockW(program),
+    "radau5": lambda program, asked: Radau5(program),
+    "sdirk2": lambda program, asked: DiagonallyImplicit(program, SDIRK2, asked),
+    "sdirk3": lambda program, asked: DiagonallyImplicit(program, SDIRK3, asked),
 }
 SHORTEST = 1e-9  # [s] a fixed step: the resolution of event times
 
 
-def choose(name: str, program: Program) -> Method:
-    """Raises KernelError for a name that no method has."""
+def choose(name: str, program: Program, asked: bool = False) -> Method:
+    """`asked`: the accuracy is that of the tensions of ropes.  Raises KernelError for a name that no method has."""
     if name == AtRest.name:
         return AtRest()
     if name not in METHODS:
         raise KernelError(
             f"method '{name}': there is none of this name; choose one of {', '.join(get_args(MethodName))}"
         )
-    return METHODS[name](program)
+    return METHODS[name](program, asked)
 
 
 def control_of(method: Method, step: float | None, program: Program) -> Control:

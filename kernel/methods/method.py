@@ -20,8 +20,9 @@ from heavylift.kernel.compiler.layout import Places
 from heavylift.kernel.compiler.symbol import Value, any_of, minimum, select
 from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
 
-__all__ = ["Attempt", "Build", "Code", "Exponents", "Method", "combine", "fallen_in", "inside", "length"]
+__all__ = ["Attempt", "Build", "Code", "LONGEST", "Exponents", "Method", "combine", "fallen_in", "inside", "length"]
 
+LONGEST = 0.1  # [s] a step that nothing else bounds
 LEFT = 1e-10  # [s] before a boundary a step ends at it: by rounding nothing would be left for the next one
 
 
@@ -51,6 +52,7 @@ class Attempt:
     k: list[Value]
     sound: Value = None  # whether its equations were solved; None: there are none
     fresh: Value = None  # whether they had a new Jacobian
+    felt: Value = None  # (n_ropes,) tensions with the error applied to the state, where they are all that is asked for
 
 
 class Code(Protocol):
@@ -72,6 +74,7 @@ class Method(ABC):
 
     name: str
     order: int
+    longest = LONGEST  # [s] step
     evaluations: int
     vectors: tuple[str, ...]
     exponents: Exponents | None = None  # None: no error estimate, fixed steps only

@@ -25,6 +25,7 @@ from heavylift.kernel.methods.step_state import Rate, StepState
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.motion import rates
 
+from .control import NEAR
 from .method import Attempt, Build, Exponents, Method, combine, fallen_in, inside, length
 
 __all__ = ["SDIRK2", "SDIRK3", "Diagonal", "DiagonallyImplicit"]
@@ -72,15 +73,18 @@ SDIRK2, SDIRK3 = _second(), _third()
 class DiagonallyImplicit(Method):
     """Solves its stages one after the other in `prologue`; z is the state of the one at work, k are their slopes."""
 
-    evaluations = 1  # beside the iterations
     scalars = (
         "columns", "stale", "factor", "of", "e",  # Jacobian, factors of gamma h = `of`
-        "newton", "stage", "turn", "size", "renewed", "sound",  # iterations
+        "calmed", "newton", "stage", "turn", "size", "renewed", "sound",  # iterations
         "iterations", "differences", "factorisations",  # so far
     )  # fmt: skip
 
-    def __init__(self, program: Program, tableau: Diagonal) -> None:
+    longest = 10.0
+
+    def __init__(self, program: Program, tableau: Diagonal, asked: bool = False) -> None:
         self.program, self.tableau = program, tableau
+        self.asked = asked and bool(program.system.straight_ropes)
+        self.evaluations = 2 if self.asked else 1  # beside the iterations
         self.name, self.order = tableau.name, tableau.order
         power = -1.0 / tableau.order
         self.exponents = Exponents(down=power, up=power, memory=0.0)
@@ -107,7 +111,7 @@ class DiagonallyImplicit(Method):
         return {"index": np.arange(self.program.ny), "stale": 1.0}
 
     def forgotten(self) -> dict[str, float]:
-        return {"stale": 1.0}
+        return {"stale": 1.0, "calmed": 1.0}
 
     # ---- what the coordinates do --------------------------------------------------------------------------
 
@@ -156,6 +160,9 @@ class DiagonallyImplicit(Method):
         )
 
     def _begin(self, s: StepState, rate: Rate) -> None:
+        if self.asked:
+            s.h = select(s.calmed > 0.0, select(s.forced > 0.0, s.h, minimum(s.h, NEAR)), s.h)
+        s.calmed = 0.0
         h, _ = length(s)
         s.e = self.tableau.gamma * h
         s.factor = select(abs(s.of - s.e) > 0.0, 1.0, 0.0)
@@ -243,6 +250,8 @@ class DiagonallyImplicit(Method):
 
     def _size(self, s: StepState, way: Value, change: Value) -> Value:
         """Of a change of velocities, relative to the tolerance."""
+        if self.asked:
+            return way * (1.0 / s.tol)
         return (way + change) * (1.0 / (s.tol * maximum(s.scale, s.grain)))
 
     def _next(self, s: StepState, near: Value, h: Value, r: Value) -> None:
@@ -275,10 +284,11 @@ class DiagonallyImplicit(Method):
         k = [getattr(s, name) for name in self._slopes]
         r = rate(s.t + h, among, s.z)
         u, w = self._error(s, h, k)
-        error = self._displaced(y=s.z, u=u, w=w).x - s.z
+        apart = self._displaced(y=s.z, u=u, w=w).x
+        felt = rate(s.t + h, among, apart).T if self.asked else None
         fell = [getattr(s, name) > 0.0 for name in self._fell]
         seen = [*zip(self.tableau.c, [*fell, fallen_in(r)], strict=True)] if len(r.G) else [(1.0, False)]
-        return Attempt(s.z, r.dy, r, error, seen, k, s.sound > 0.0)
+        return Attempt(s.z, r.dy, r, apart - s.z, seen, k, s.sound > 0.0, felt=felt)
 
     def _error(self, s: StepState, h: Value, k: list[Value]) -> tuple[Value, Value]:
         """Estimates for displacements and velocities, filtered: stiff modes are where their equilibrium is."""
