@@ -122,6 +122,10 @@ class Method(ABC):
     def interpolate(self, s: StepState, x: Value) -> Value:
         """(ny,) state at s.t0 + x s.h0 inside the last step."""
 
+    def between(self, s: StepState, rate: Rate, t: Value) -> Value:
+        """(ny,) state that samples see at a time inside the last step."""
+        return self.interpolate(s, (t - s.t0) * (1.0 / s.h0))
+
     @abstractmethod
     def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:
         """(n, n) matrix that one step of h applies to y' = J y, whose first nq components are coordinates."""

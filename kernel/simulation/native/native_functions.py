@@ -75,13 +75,14 @@ class Stepping:
             return {"values": columns(evaluate(p, t[0], at, P))}
 
         self.f_row = Function("row", row, state, ["values"], rare=True)
+        matrices = bool(method.matrices)
         self.functions: dict[str, Function | Parts] = {
-            "step": self._on_block("step", take, matrices=bool(method.matrices)),
+            "step": self._on_block("step", take, matrices=matrices),
             "bisect": self._on_block("bisect", lambda s, rate, row: bisect(s, rate, method)),
             "commit": self._projecting(
                 "commit", lambda s, project: commit(s, p.quaternions, slice(nq, nq + nv), project)
             ),
-            "sample": self._on_block("sample", lambda s, rate, row: sample(s, row, method), table=True),
+            "sample": self._on_block("sample", lambda s, rate, row: sample(s, rate, row, method), table=True, matrices=matrices),
             "refresh": self._on_block("refresh", lambda s, rate, row: refresh(s, rate, method)),
             "look": self._on_block("look", lambda s, rate, row: look(s, row), table=True),
         }
@@ -100,7 +101,7 @@ class Stepping:
         if p.locked:
             f["halt"] = self._halt(n_p)
         if prologue := method.prologue(self._on_method, at):
-            f["step"] = Sequence("step", (*prologue, self._on_block("take", take, matrices=bool(method.matrices))))
+            f["step"] = Sequence("step", (*prologue, self._on_block("take", take, matrices=matrices)))
         ready: tuple[While, ...] = ()
         if method.completes:
             f["complete"] = self._on_block("complete", lambda s, rate, row: complete(s, rate, method))

@@ -112,10 +112,10 @@ class NativeState:
         blocks = [self.X, self.P]
         sizes = self.method.layout.size, len(self.program.parameters.initial)
         assert (self.X.size, self.P.size) == sizes, "blocks of another variant"
+        if self.M is not None and name in ("advance", "step", "sample"):
+            blocks.append(self.M)
         if name in ("advance", "sample", "look"):
             blocks.append(self.table)
-        if self.M is not None and name in ("advance", "step"):
-            blocks.append(self.M)
         self.code.call(name, *blocks)
 
     # ---- state --------------------------------------------------------------------------------------------
