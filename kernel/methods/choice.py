@@ -23,27 +23,27 @@ __all__ = ["METHODS", "choose", "control_of"]
 
 
 METHODS: dict[str, Callable[[Program, bool], Method]] = {
-    "semi-implicit-euler": lambda program, asked: SemiImplicitEuler(program),
-    "rk4": lambda program, asked: Kutta4(),
-    "dopri5": lambda program, asked: DormandPrince5(),
-    "dop853": lambda program, asked: DormandPrince8(),
-    "ros34pw2": lambda program, asked: RosenbrockW(program),
-    "radau5": lambda program, asked: Radau5(program),
-    "sdirk2": lambda program, asked: DiagonallyImplicit(program, SDIRK2, asked),
-    "sdirk3": lambda program, asked: DiagonallyImplicit(program, SDIRK3, asked),
+    "semi-implicit-euler": lambda program, tensions_only: SemiImplicitEuler(program),
+    "rk4": lambda program, tensions_only: Kutta4(),
+    "dopri5": lambda program, tensions_only: DormandPrince5(),
+    "dop853": lambda program, tensions_only: DormandPrince8(),
+    "ros34pw2": lambda program, tensions_only: RosenbrockW(program),
+    "radau5": lambda program, tensions_only: Radau5(program),
+    "sdirk2": lambda program, tensions_only: DiagonallyImplicit(program, SDIRK2, tensions_only),
+    "sdirk3": lambda program, tensions_only: DiagonallyImplicit(program, SDIRK3, tensions_only),
 }
 SHORTEST = 1e-9  # [s] a fixed step: the resolution of event times
 
 
-def choose(name: str, program: Program, asked: bool = False) -> Method:
-    """`asked`: the accuracy is that of the tensions of ropes.  Raises KernelError for a name that no method has."""
+def choose(name: str, program: Program, tensions_only: bool = False) -> Method:
+    """`tensions_only`: the accuracy is that of the tensions of ropes.  Raises KernelError for a name that no method has."""
     if name == AtRest.name:
         return AtRest()
     if name not in METHODS:
         raise KernelError(
             f"method '{name}': there is none of this name; choose one of {', '.join(get_args(MethodName))}"
         )
-    return METHODS[name](program, asked)
+    return METHODS[name](program, tensions_only)
 
 
 def control_of(method: Method, step: float | None, program: Program) -> Control:

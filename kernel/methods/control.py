@@ -72,7 +72,7 @@ class ErrorControl:
 
 
 def _of_tensions(s: StepState, a: Attempt, h: Value) -> Value:
-    """The error seen in the tensions, relative to what is asked of the largest so far; a guard that falls within a long
+    """The error seen in the tensions, relative to what is tensions_only of the largest so far; a guard that falls within a long
     step is looked for in shorter ones."""
     most = 0.0
     for T in s.top:

@@ -52,7 +52,7 @@ class Attempt:
     k: list[Value]
     sound: Value = None  # whether its equations were solved; None: there are none
     fresh: Value = None  # whether they had a new Jacobian
-    felt: Value = None  # (n_ropes,) tensions with the error applied to the state, where they are all that is asked for
+    felt: Value = None  # (n_ropes,) tensions with the error applied to the state, where they are all that is tensions_only for
 
 
 class Code(Protocol):
@@ -75,6 +75,7 @@ class Method(ABC):
     name: str
     order: int
     longest = LONGEST  # [s] step
+    tensions_only = False  # whether step control looks at the tensions of ropes alone
     evaluations: int
     vectors: tuple[str, ...]
     exponents: Exponents | None = None  # None: no error estimate, fixed steps only
@@ -115,7 +116,7 @@ class Method(ABC):
         """Write the `vectors` of the attempted step; s.d0 is the state at its start."""
 
     def complete(self, s: StepState, rate: Rate) -> None:
-        """What only the dense output needs, computed once when it is first asked for."""
+        """What only the dense output needs, computed once when it is first tensions_only for."""
         raise AssertionError(f"{self.name}: its dense output needs nothing more")
 
     @abstractmethod

@@ -81,16 +81,16 @@ class DiagonallyImplicit(Method):
 
     longest = 10.0
 
-    def __init__(self, program: Program, tableau: Diagonal, asked: bool = False) -> None:
+    def __init__(self, program: Program, tableau: Diagonal, tensions_only: bool = False) -> None:
         self.program, self.tableau = program, tableau
-        self.asked = asked and bool(program.system.straight_ropes)
-        self.evaluations = 2 if self.asked else 1  # beside the iterations
+        self.tensions_only = tensions_only and bool(program.system.straight_ropes)
+        self.evaluations = 2 if self.tensions_only else 1  # beside the iterations
         self.name, self.order = tableau.name, tableau.order
         power = -1.0 / tableau.order
         self.exponents = Exponents(down=power, up=power, memory=0.0)
         self._slopes = tuple(f"k{i}" for i in range(len(tableau.A)))
         self._fell = tuple(f"fell{i}" for i in range(len(tableau.A) - 1))
-        self.vectors = ("d1", "d2", "d3", "z", "base", "here", "index", *self._slopes)
+        self.vectors = ("d1", "d2", "d3", "z", "base", "here", *self._slopes)
         self.scalars = (*self.scalars, *self._fell)
         self.counted = {"iterations": 1, "differences": 2}
         n, ny = program.nv, program.ny
@@ -108,7 +108,7 @@ class DiagonallyImplicit(Method):
         self._unit = Function("unit", lambda j: {"x": _unit(n, j[0])}, {"j": 1}, vectors=["x"])
 
     def constants(self) -> dict[str, Value]:
-        return {"index": np.arange(self.program.ny), "stale": 1.0}
+        return {"stale": 1.0}
 
     def forgotten(self) -> dict[str, float]:
         return {"stale": 1.0, "calmed": 1.0}
@@ -160,7 +160,7 @@ class DiagonallyImplicit(Method):
         )
 
     def _begin(self, s: StepState, rate: Rate) -> None:
-        if self.asked:
+        if self.tensions_only:
             s.h = select(s.calmed > 0.0, select(s.forced > 0.0, s.h, minimum(s.h, NEAR)), s.h)
         s.calmed = 0.0
         h, _ = length(s)
@@ -250,7 +250,7 @@ class DiagonallyImplicit(Method):
 
     def _size(self, s: StepState, way: Value, change: Value) -> Value:
         """Of a change of velocities, relative to the tolerance."""
-        if self.asked:
+        if self.tensions_only:
             return way * (1.0 / s.tol)
         return (way + change) * (1.0 / (s.tol * maximum(s.scale, s.grain)))
 
@@ -285,7 +285,7 @@ class DiagonallyImplicit(Method):
         r = rate(s.t + h, among, s.z)
         u, w = self._error(s, h, k)
         apart = self._displaced(y=s.z, u=u, w=w).x
-        felt = rate(s.t + h, among, apart).T if self.asked else None
+        felt = rate(s.t + h, among, apart).T if self.tensions_only else None
         fell = [getattr(s, name) > 0.0 for name in self._fell]
         seen = [*zip(self.tableau.c, [*fell, fallen_in(r)], strict=True)] if len(r.G) else [(1.0, False)]
         return Attempt(s.z, r.dy, r, apart - s.z, seen, k, s.sound > 0.0, felt=felt)
@@ -300,12 +300,9 @@ class DiagonallyImplicit(Method):
         return u + s.e * w, w
 
     def keep(self, s: StepState, h: Value, a: Attempt) -> None:
-        """Cubics of the coordinates; parabolas of the rest, whose slope at the start may be that of a fast mode."""
         s.d1 = a.y - s.y
-        f = h * a.k[-1]
-        places = s.index < self.program.nq - 0.5
-        s.d2 = select(places, h * s.f - s.d1, s.d1 - f)
-        s.d3 = s.d1 - f - s.d2
+        s.d2 = h * s.f - s.d1
+        s.d3 = s.d1 - h * a.k[-1] - s.d2
 
     def interpolate(self, s: StepState, x: Value) -> Value:
         return s.d0 + x * (s.d1 + (1.0 - x) * (s.d2 + x * s.d3))
@@ -314,7 +311,7 @@ class DiagonallyImplicit(Method):
         """One iteration with the factors of the last step on the interpolant: stiff ropes feel what is little to it."""
         x, slope = (t - s.t0) * (1.0 / s.h0), 1.0 / s.h0
         y = self.interpolate(s, x)
-        change = (s.d1 + (1.0 - 2.0 * x) * s.d2) * slope  # of the velocities, which have no cubic term
+        change = (s.d1 + (1.0 - 2.0 * x) * s.d2 + x * (2.0 - 3.0 * x) * s.d3) * slope
         missing = self._velocities(y=rate(t, s.t0 + 0.5 * s.h0, y).dy - change).x
         w = self._solve(M=s.M, b_re=s.e * missing, tail=[0.0]).re
         return self._displaced(y=y, u=s.e * w, w=w).x

@@ -87,7 +87,7 @@ class NativeState:
         program = Program(self._system, o.formulation, locked, clamped, at_rest, self.calm)
         if not program.nv:
             raise KernelError("nothing in this scene can move: all joints are fixed")
-        found = choose(o.method, program, o.asked)
+        found = choose(o.method, program, o.tensions_only)
         m = Stepping(program, found, control_of(found, o.step, program))
         code: Code = Oracle(m)
         if o.native:
@@ -95,7 +95,7 @@ class NativeState:
         return program, m, found.run(code, m.layout.at, m.rate_sizes)
 
     def _structure(self, program: Program, method: Method) -> str:
-        return structure(program, method.name, self.options.step is not None, self.options.fused, self.options.asked)
+        return structure(program, method.name, self.options.step is not None, self.options.fused, method.tensions_only)
 
     @property
     def structure(self) -> str:

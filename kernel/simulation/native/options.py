@@ -13,7 +13,7 @@ class Options:
     `native=False` runs the same text on floats (slow oracle); `opt`: LLVM's level; `cache`: of machine code; `method`:
     one of `kernel.methods.METHODS`; `step`: fixed steps of so many seconds; `formulation`: one of
     `kernel.multibody.formulations.FORMULATIONS`; `fused`: products are added unrounded, a little faster, with bits
-    that depend on the processor; `asked`: the tensions of ropes are all that is asked for, and the tolerance is theirs,
+    that depend on the processor; `tensions_only`: the tensions of ropes are all that is tensions_only for, and the tolerance is theirs,
     relative to the largest of each so far."""
 
     tolerance: float = 1e-7
@@ -26,4 +26,4 @@ class Options:
     step: float | None = None
     formulation: str = "recursive"
     fused: bool = False
-    asked: bool = False
+    tensions_only: bool = False
