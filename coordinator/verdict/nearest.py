@@ -58,12 +58,16 @@ class Known:
 
     def bars(self) -> Floats:
         """(groups,) what a stretch must be able to come below [m]."""
-        most = self._most
-        if 0 < self.smallest <= len(self.free):
-            last = np.partition(self._least[self.free], self.smallest - 1)[self.smallest - 1]
-            most = np.minimum(most, max(float(last), self._limit))
-        found: Floats = np.minimum(most, self._least - SHARP)
+        found: Floats = np.minimum(np.minimum(self._most, self.told), self._least - SHARP)
         return found
+
+    @property
+    def told(self) -> float:
+        """What is not below this is neither among the smallest nor below the limit [m]."""
+        if not 0 < self.smallest <= len(self.free):
+            return np.inf
+        last = np.partition(self._least[self.free], self.smallest - 1)[self.smallest - 1]
+        return max(float(last), self._limit)
 
     def open(self, now: Stretches) -> Stretches:
         """Stretches that may hold something nearer."""
