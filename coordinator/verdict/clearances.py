@@ -50,6 +50,8 @@ def clearances(plan: Plan, history: Past, limit: float = LIMIT, landing: Spans =
     ground.settle(landing)
     for part, between in thinned(history):
         shapes = moving(plan, part, joints)
+        if not shapes:
+            continue
         coarse = Coarse(shapes, _common(plan, part), between)
         pairs, groups = things.pairs(shapes)
         # what need not keep apart is told if it goes through

@@ -8,7 +8,6 @@ for each metre that it is away from it as much as a point at 1 m; a point of a r
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from heavylift.nodes.plan.shapes import Strand
@@ -24,19 +23,6 @@ Indices = NDArray[np.intp]
 LONGEST = 64  # samples in a stretch
 
 
-class _Ways(NamedTuple):
-    """Of a body in each stretch (m,), the most [m], and the most of a point for each metre that it is away from the
-    origin: ways from the middle, and strays by accelerations, by them as quaternions, and by speeds."""
-
-    way: Floats
-    spun: Floats
-    bend: Floats
-    turning: Floats
-    quaternion: Floats
-    shake: Floats
-    shaking: Floats
-
-
 class Coarse:
     """Shapes in stretches from `starts` to `ends`, both included: of each at the middle its `centre` and half edges
     `reach` of its box (shapes, m, 3), how far points `moved` from there against a horizontal motion that all share
@@ -48,21 +34,39 @@ class Coarse:
         self.starts: Indices = np.arange(first, max(first + 1, last), LONGEST)
         self.ends = np.minimum(self.starts + LONGEST, last)
         self.middles: Indices = (self.starts + self.ends) // 2
-        self._common = common
-        ways: dict[Frame, _Ways] = {}
-        for frame in {frame: None for s in shapes for frame, _ in s.on}:
-            ways[frame] = self._ways(frame)
         poses = [posed(s, self.middles) for s in shapes]
         self.centre = np.array([centre for centre, _ in poses])
-        self.reach = np.array([np.broadcast_to(box(s, turn), p.shape) for s, (p, turn) in zip(shapes, poses, strict=True)])
-        self.moved = np.array([_moved(s, [(ways[frame], size(p)) for frame, p in s.on]) for s in shapes])
+        boxes = (box(s, turn) for s, (_, turn) in zip(shapes, poses, strict=True))
+        self.reach = np.array([np.broadcast_to(x, self.centre.shape[1:]) for x in boxes])
+        self.moved = self._moved(shapes, common)
         self.there = np.array([self._there(s) for s in shapes])
 
-    def _ways(self, frame: Frame) -> _Ways:
+    def _moved(self, shapes: Sequence[Moving], common: Floats) -> Floats:
+        frames = {frame: None for s in shapes for frame, _ in s.on}
+        ways = np.array([self._ways(frame, common) for frame in frames])
+        number = {frame: i for i, frame in enumerate(frames)}
+        rows = [
+            (number[frame], size(p), 0.0 if isinstance(s.shape, Strand) else s.reach)
+            for s in shapes
+            for frame, p in s.on
+        ]
+        begin = np.cumsum([0, *(len(s.on) for s in shapes)])[:-1]
+        of, away, reach = (np.array(x)[:, None] for x in zip(*rows, strict=True))
+        way, spun, bend, turning, quaternion, shake, shaking = ways[of[:, 0]].transpose(1, 0, 2)
+        way = np.maximum.reduceat(way + (away + reach) * spun, begin)
+        bend = np.add.reduceat(bend + away * turning + 2.0 * reach * quaternion, begin)
+        shake = np.maximum.reduceat(shake + (away + reach) * shaking, begin)
+        found: Floats = way + np.maximum(bend, shake)
+        return found
+
+    def _ways(self, frame: Frame, common: Floats) -> Floats:
+        """(7, m) the most in each stretch [m]: the origin's way from its place at the middle, and more of a point for
+        each metre that it is away from that; by accelerations the same of strays, and those of the quaternion; and by
+        speeds."""
         inside = slice(self.starts[0], self.ends[-1] + 1)
         counts = np.diff(self.starts, append=self.ends[-1] + 1)
         path = frame.p.copy(order="K")
-        path[:, :2] -= self._common
+        path[:, :2] -= common
         way = lengths(path[inside] - _repeated(path[self.middles], counts))
         way = np.maximum(self._most(way), lengths(path[self.ends] - path[self.middles]))  # the first of the next
         spun, q = np.zeros(len(way)), frame.turn
@@ -70,7 +74,7 @@ class Coarse:
             spun = self._most(chords(q[inside], _repeated(q[self.middles], counts)))
             spun = np.maximum(spun, chords(q[self.ends], q[self.middles]))
         strays = frame.strays, *reversed(frame.turn_strays), *frame.shakes
-        return _Ways(way, spun, *(self._most(np.append(x, 0.0)[inside]) for x in strays))
+        return np.array([way, spun, *(self._most(np.append(x, 0.0)[inside]) for x in strays)])
 
     def _most(self, x: Floats) -> Floats:
         """(m,) in each stretch but for its last sample."""
@@ -82,16 +86,6 @@ class Coarse:
             return np.ones(len(self.starts), bool)
         found: NDArray[np.bool_] = np.logical_or.reduceat(s.there, self.starts) | s.there[self.ends]
         return found
-
-
-def _moved(s: Moving, on: Sequence[tuple[_Ways, float]]) -> Floats:
-    """(m,) how far points of a shape leave their places; each body with the distance from its origin [m]."""
-    reach = 0.0 if isinstance(s.shape, Strand) else s.reach
-    way = np.max([x.way + (away + reach) * x.spun for x, away in on], axis=0)
-    bend = np.sum([x.bend + away * x.turning + 2.0 * reach * x.quaternion for x, away in on], axis=0)
-    shake = [x.shake + (away + reach) * x.shaking for x, away in on]
-    found: Floats = way + np.max([bend, *shake], axis=0)
-    return found
 
 
 def _repeated(x: Floats, counts: Indices) -> Floats:

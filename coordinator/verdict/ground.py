@@ -79,9 +79,7 @@ class Ground:
             self._meant = _meant(landing, *columns)
             self._columns = []
 
-    def look(
-        self, shapes: Sequence[Moving], coarse: Coarse, part: History, bar: float
-    ) -> Iterator[tuple[Low, bool]]:
+    def look(self, shapes: Sequence[Moving], coarse: Coarse, part: History, bar: float) -> Iterator[tuple[Low, bool]]:
         """What is nearer than before, and than a bar [m]; and whether it went into the ground."""
         plan, n = self._plan, len(part.t)
         first, last = int(coarse.starts[0]), int(coarse.ends[-1])

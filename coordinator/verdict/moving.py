@@ -13,13 +13,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from heavylift.kernel.description.mechanics import Joint, Vector
+from heavylift.kernel.description.mechanics import WORLD, Joint, Vector
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.shapes import Solid, Strand, solids, strands
 from numpy.typing import NDArray
 
 from .history import History
-from .rotating import chords, dots, lengths, matrices, onto
+from .rotating import dots, lengths, matrices, onto
 from .speeds import Twist, strays, twists
 
 __all__ = ["Frame", "Moving", "box", "moving", "posed", "size"]
@@ -27,15 +27,16 @@ __all__ = ["Frame", "Moving", "box", "moving", "posed", "size"]
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 DOUBT = 2.0  # on accelerations that are known from samples alone
-WORLD, STILL = "world", (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
+STILL = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 class Frame:
     """How a body moved: its origin p (n, 3) [m] and its turn, quaternions (n, 4), or (1, 4) if it never turns."""
 
-    def __init__(self, t: Floats, pose: Floats, twist: Twist | None = None) -> None:
+    def __init__(self, t: Floats, pose: Floats) -> None:
         pose = np.asfortranarray(pose)  # each column in one piece of memory
-        self._pose, self._twist = pose, twist
+        self._pose = pose
+        self.twist: Twist | None = None
         self._places: dict[Vector, Floats] = {}
         self.t, self.p = t, pose[:, :3]
         q = pose[:, 3:]
@@ -56,15 +57,15 @@ class Frame:
         """(n - 1,) the same of its turn as a quaternion; and more of a point than of the origin, per metre from it."""
         if len(self.turn) == 1:
             return (np.zeros(max(0, len(self.t) - 1)),) * 2
-        return _turn_bend(self.t, self.turn), _bend(self.t, self.R.reshape(-1, 9))
+        return _turn_bend(self.t, self.turn)
 
     @cached_property
     def shakes(self) -> tuple[Floats, Floats]:
         """(n - 1,) by its speeds, how far its origin may leave its chords [m], and points more per metre from it."""
-        if self._twist is None:
+        if self.twist is None:
             nothing = np.zeros(max(0, len(self.t) - 1))
             return nothing, nothing
-        return strays(self.t, self._pose, self._twist)
+        return strays(self.t, self._pose, self.twist)
 
     def place(self, x: Vector) -> Floats:
         """(n, 3) where one of its points is in the world [m]."""
@@ -232,9 +233,10 @@ def moving(plan: Plan, history: History, joints: Sequence[Joint] = ()) -> list[M
     n = len(history.t)
     if not n:
         return []
-    fast = twists(joints, history)
-    frames = {name: Frame(history.t, pose, fast.get(name)) for name, pose in history.poses.items()}
+    frames = {name: Frame(history.t, pose) for name, pose in history.poses.items()}
     frames[WORLD] = Frame(history.t, np.tile(STILL, (n, 1)))
+    for body, twist in twists(joints, frames, history.speeds).items():
+        frames[body].twist = twist
     found = [Moving(s, ((frames[s.body], s.centre),)) for s in solids(plan) if s.body in frames]
     return found + _ropes(plan, history, frames)
 
@@ -261,11 +263,19 @@ def _ropes(plan: Plan, history: History, frames: dict[str, Frame]) -> list[Movin
     ]
 
 
-def _turn_bend(t: Floats, turn: Floats) -> Floats:
-    """(n - 1,) the same of quaternions (n, 4), of which both signs mean one turn; a small angle moves them by half."""
+def _turn_bend(t: Floats, turn: Floats) -> tuple[Floats, Floats]:
+    """(n - 1,) the same of quaternions q (n, 4), of which both signs mean one turn and a small angle moves them by
+    half; and of points at 1 m from the axis, which go by R = q q*, so R'' is at most 2 |q''| + 2 |q'|^2."""
     q = turn.copy(order="K")
     q[1:] *= np.cumprod(np.where(dots(q[1:], q[:-1]) < 0.0, -1.0, 1.0))[:, None]
-    return _bend(t, q)
+    h, found = np.diff(t), _bend(t, q)
+    if len(t) < 3:
+        return found, found
+    way = q[1:] - q[:-1]
+    square = dots(way, way) / np.maximum(h, 1e-9)
+    accel = np.zeros(len(t))
+    accel[1:-1] = 2.0 * (square[1:] + square[:-1]) / np.maximum(h[1:] + h[:-1], 1e-9)
+    return found, 2.0 * found + _between(h, accel)
 
 
 def _bend(t: Floats, x: Floats) -> Floats:
@@ -278,6 +288,11 @@ def _bend(t: Floats, x: Floats) -> Floats:
     slope[:, h <= 0.0] = 0.0
     accel = np.empty(n)
     accel[1:-1] = 2.0 * lengths(np.diff(slope).T) / np.maximum(h[1:] + h[:-1], 1e-9)
+    return _between(h, accel)
+
+
+def _between(h: Floats, accel: Floats) -> Floats:
+    """(n - 1,) how far accelerations at the samples but for the first and the last lead away from a chord."""
     accel[0], accel[-1] = accel[1], accel[-2]
     found: Floats = DOUBT * h * h / 8.0 * np.maximum(accel[:-1], accel[1:])
     return found

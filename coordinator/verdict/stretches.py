@@ -54,11 +54,14 @@ def whole(coarse: Coarse, pairs: Sequence[tuple[int, int]], groups: Sequence[int
     a, b = (np.array(x, np.intp) for x in zip(*pairs, strict=True))
     group = np.zeros(len(a), np.intp) if groups is None else np.array(groups, np.intp)
     square = np.zeros((len(a), len(coarse.starts)))
+    deep = np.full(square.shape, -np.inf)  # of boxes that overlap, along the axis where they do least
     for x, half in zip(centre, reach, strict=True):
-        apart = np.maximum(0.0, np.abs(x[a] - x[b]) - (half[a] + half[b]))
+        apart = np.abs(x[a] - x[b]) - (half[a] + half[b])
+        np.maximum(deep, apart, out=deep)
+        np.maximum(0.0, apart, out=apart)
         square += apart * apart
     way = moved[a] + moved[b]
-    least = np.sqrt(square) - way
+    least = np.sqrt(square) + np.minimum(deep, 0.0) - way
     i, j = np.nonzero(coarse.there[a] & coarse.there[b])
     return Stretches(a[i], b[i], coarse.starts[j], coarse.ends[j], way[i, j], least[i, j], group[i])
 
