@@ -58,8 +58,8 @@ class Listening(Protocol):
 
     @property
     def endpoint(self) -> str: ...
-    def listening(self) -> dict[str, Any]: ...
-    def connecting(self) -> dict[str, Any]: ...
+    def listening(self) -> dict[str, object]: ...
+    def connecting(self) -> dict[str, object]: ...
 
 
 class Ticket(msgspec.Struct, frozen=True):
@@ -294,7 +294,7 @@ def _config(mode: str, listen: list[str] | None = None, connect: list[str] | Non
     }
 
 
-def _open(config: dict[str, Any], otherwise: str) -> zenoh.Session:
+def _open(config: dict[str, object], otherwise: str) -> zenoh.Session:
     os.environ.setdefault("ZENOH_RUNTIME", RUNTIME)
     try:
         return zenoh.open(zenoh.Config.from_json5(json.dumps(config)))

@@ -16,7 +16,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 from itertools import count
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import msgspec
 from heavylift.kernel.errors import RecordingError
@@ -87,7 +87,7 @@ class Recorder:
         self,
         model: str,
         port: str,
-        schema: Mapping[str, Any],
+        schema: Mapping[str, object],
         key: str = "",
         units: Mapping[str, str] | None = None,
     ) -> None:

@@ -74,7 +74,7 @@ class Simulator:
         self._last: Instant = (-1, 0)
         self._due = None
         self._spoken = False  # whether lambda has run for it
-        self._staged: list[tuple[InPort[Any], Message]] = []
+        self._staged: list[tuple[InPort[Message], Message]] = []
         self._observed = Observed()
         self._schedule, self._witness = Schedule(self.atomics), Witness()
         self._witness.meet(self.atomics)
@@ -180,7 +180,7 @@ class Simulator:
         self,
         tag: Instant,
         imminent: list[int],
-        sources: list[Port[Any]],
+        sources: list[Port[Message]],
         values: list[Message],
         until: Instant,
         silent: int = 0,

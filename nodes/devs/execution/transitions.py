@@ -6,11 +6,11 @@ would cost as much as the transitions do, most of it in the garbage collector.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Atomic
-from heavylift.nodes.devs.ports import OutPort, Port
+from heavylift.nodes.devs.ports import OutPort, Owner, Port
 from heavylift.nodes.devs.tags import Instant, Tag
 
 __all__ = ["Log", "Trace", "Transition"]
@@ -35,7 +35,7 @@ class Trace:
         # of all tags not settled yet, end to end; lists of lists would keep the garbage collector busy
         self._sizes: list[int] = []  # t, k, number of those due, number of messages
         self._due: list[int] = []
-        self._sources: list[Port[Any]] = []
+        self._sources: list[Port[Message]] = []
         self._values: list[Message] = []
 
     def note(
@@ -43,7 +43,7 @@ class Trace:
         tag: Instant,
         atomics: list[Atomic],
         imminent: list[int],
-        sources: Sequence[Port[Any]],
+        sources: Sequence[Port[Message]],
         values: Sequence[Message],
     ) -> None:
         """One tag: who was due, and all messages that were delivered."""
@@ -78,17 +78,28 @@ class Log(Trace):
         super().__init__()
         self._tell = tell
 
-    def note(self, *instant: Any) -> None:
+    def note(
+        self,
+        tag: Instant,
+        atomics: list[Atomic],
+        imminent: list[int],
+        sources: Sequence[Port[Message]],
+        values: Sequence[Message],
+    ) -> None:
         """One tag, told at once."""
-        for line in _transitions(*instant):
+        for line in _transitions(tag, atomics, imminent, sources, values):
             self._tell(line)
 
 
 def _transitions(
-    tag: Instant, atomics: list[Atomic], imminent: list[int], sources: Sequence[Port[Any]], values: Sequence[Message]
+    tag: Instant,
+    atomics: list[Atomic],
+    imminent: list[int],
+    sources: Sequence[Port[Message]],
+    values: Sequence[Message],
 ) -> list[Transition]:
     """The transitions of one tag in path order."""
-    said: dict[Any, list[tuple[str, Message]]] = {}
+    said: dict[Owner, list[tuple[str, Message]]] = {}
     heard: dict[int, list[tuple[int, str, Message]]] = {}
     for source, value in zip(sources, values, strict=True):
         if isinstance(source, OutPort):
