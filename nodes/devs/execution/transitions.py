@@ -6,7 +6,7 @@ would cost as much as the transitions do, most of it in the garbage collector.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Atomic
@@ -78,16 +78,9 @@ class Log(Trace):
         super().__init__()
         self._tell = tell
 
-    def note(
-        self,
-        tag: Instant,
-        atomics: list[Atomic],
-        imminent: list[int],
-        sources: Sequence[Port[Message]],
-        values: Sequence[Message],
-    ) -> None:
+    def note(self, *instant: Any) -> None:
         """One tag, told at once."""
-        for line in _transitions(tag, atomics, imminent, sources, values):
+        for line in _transitions(*instant):
             self._tell(line)
 
 
