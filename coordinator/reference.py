@@ -159,7 +159,8 @@ def _entry(name: str, thing: object) -> str:
 def _members(kind: type) -> Iterator[str]:
     if is_dataclass(kind):
         yield f"\n    {kind.__name__}({', '.join(field.name for field in fields(kind))})"
-    members = {k: v for base in reversed(kind.__mro__) if "heavylift" in base.__module__ for k, v in vars(base).items()}
+    bases = [base for base in reversed(kind.__mro__) if "heavylift" in base.__module__]
+    members = {k: v for b in bases for k, v in vars(b).items() if getattr(v, "__module__", "") != "typing"}  # overloads
     shown = [
         f"- `{name}{_signature(member)}` {_first(member)}"
         for name, member in members.items()

@@ -24,7 +24,7 @@ NAME = "run.json"
 
 
 class Notice(msgspec.Struct, frozen=True):
-    """What a run tells of itself; `started` in seconds of the system's clock."""
+    """What a run publishes about itself; `started` in seconds of the system's clock."""
 
     run: str
     scene: str
@@ -36,7 +36,7 @@ class Notice(msgspec.Struct, frozen=True):
 
 
 class Found(NamedTuple):
-    """A run that goes on, and its private directory."""
+    """A run in progress, and its private directory."""
 
     notice: Notice
     directory: Path
@@ -83,7 +83,7 @@ class Announcement:
 
 
 def running() -> list[Found]:
-    """All runs of this user that go on, the oldest first."""
+    """All runs of this user in progress, the oldest first."""
     return sorted(_running(), key=lambda found: (found.notice.started, found.notice.run))
 
 

@@ -253,7 +253,7 @@ class Simulation(Commanded):
         self.integrator.new_stretch(t_ns)
 
     def foretold(self) -> tuple[int, np.ndarray] | None:
-        """Time [ns] and row of the next sample, and the row of all that follow, if nothing moves and nobody interferes;
+        """Time [ns] and row of the next sample, and the row of all that follow, if nothing moves and no command is given;
         changes nothing."""
         native = self.native
         bending = [x for x in self.program.guards if x[0] == "bending"] if self.program.axial else []

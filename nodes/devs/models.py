@@ -148,7 +148,7 @@ class Atomic(Model):
         self._wait = wait
 
     def passivate(self) -> None:
-        """Wait for the next input, for ever if need be."""
+        """Schedule no internal transition: wait for the next input."""
         self._wait = NEVER
 
     def start(self) -> None:
@@ -185,12 +185,12 @@ class Coupled(Model):
         return list(self._coupled)
 
     def add(self, child: Child) -> Child:
-        """Take a child in; its name must be new here."""
+        """Add a child; its name must be new here."""
         self._change("add", lambda: self._add(child))
         return child
 
     def remove(self, name: str) -> None:
-        """Let a child go, with all couplings to and from it."""
+        """Remove a child, with all couplings to and from it."""
         self._change("remove", lambda: self._remove(name))
 
     def _reachable(self, name: str) -> None:

@@ -83,7 +83,7 @@ class Part:
 
     @property
     def events(self) -> list[RecordedEvent]:
-        """What the model of this name has said."""
+        """Events that the model of this name has sent."""
         return self._rec.events(source=self.name.replace("/", "-"))
 
     def __getattr__(self, word: str) -> Signal:

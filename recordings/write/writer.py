@@ -168,7 +168,7 @@ class Recorder:
         self._drain()
 
     def log(self, t_ns: int, level: str, name: str, message: str) -> None:
-        """Record a line for people; level is debug, info, warning, error or fatal, name says who speaks."""
+        """Record a line of the log; level is debug, info, warning, error or fatal, name is its source."""
         self._message(self._log, t_ns, log_message(t_ns, level, name, message))
 
     def settle(self, t_ns: int) -> None:

@@ -114,7 +114,7 @@ class Simulator:
 
     @property
     def passed(self) -> int:
-        """Grows while time goes on; any thread may ask."""
+        """A number that grows with progress; any thread may read it."""
         return sum(self._present.now)
 
     @property
@@ -317,5 +317,5 @@ class Simulator:
 
     @property
     def slack(self) -> list[Slack]:
-        """What was observed of the lookaheads of those who speak to the outside, since start or restore."""
+        """Observed lookaheads of the ports that send to the outside, since start or restore."""
         return self._observed.table()
