@@ -11,11 +11,10 @@ import os
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from types import TracebackType
 from typing import NamedTuple, Self
 
 import msgspec
-from heavylift.coordinator.transport.session import places
+from heavylift.coordinator.transport.run_directory import places
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
 
 __all__ = ["Announcement", "Found", "Notice", "find", "running"]
@@ -76,9 +75,7 @@ class Announcement:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 
