@@ -24,9 +24,11 @@ __all__ = ["ASKABLE", "METHODS", "Rung", "Setting", "chosen", "ladder", "setting
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 OF_TENSIONS = (0.01, 0.003, 1e-3, 3e-4)
 STEPS = (0.05, 0.02, 0.01, 0.005, 0.002, 0.001)  # [s]
-METHODS = {"semi-implicit-euler": STEPS, "rk4": STEPS} | dict.fromkeys(
-    ("dopri5", "dop853", "ros34pw2", "radau5"), TOLERANCES
-) | dict.fromkeys(TENSION_METHODS, OF_TENSIONS)
+METHODS = (
+    {"semi-implicit-euler": STEPS, "rk4": STEPS}
+    | dict.fromkeys(("dopri5", "dop853", "ros34pw2", "radau5"), TOLERANCES)
+    | dict.fromkeys(TENSION_METHODS, OF_TENSIONS)
+)
 FIXED = ("semi-implicit-euler", "rk4")
 AS_WRITTEN, ALL = "as written", "all asked"
 SPOKEN = ("ropes", "slings", "girder", "motion")  # named in every rung, whatever is the default

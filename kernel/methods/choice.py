@@ -16,8 +16,9 @@ from .explicit import DormandPrince5, DormandPrince8, Kutta4
 from .method import Method
 from .radau import Radau5
 from .rosenbrock import RosenbrockW
-from .sdirk import SDIRK2, SDIRK3, DiagonallyImplicit
+from .sdirk import DiagonallyImplicit
 from .semi_implicit import SemiImplicitEuler
+from .tableaus import SDIRK2, SDIRK3
 
 __all__ = ["METHODS", "choose", "control_of"]
 
@@ -36,7 +37,7 @@ SHORTEST = 1e-9  # [s] a fixed step: the resolution of event times
 
 
 def choose(name: str, program: Program, tensions_only: bool = False) -> Method:
-    """`tensions_only`: the accuracy is that of the tensions of ropes.  Raises KernelError for a name that no method has."""
+    """`tensions_only`: as in `Options`.  Raises KernelError for a name that no method has."""
     if name == AtRest.name:
         return AtRest()
     if name not in METHODS:

@@ -72,8 +72,8 @@ class ErrorControl:
 
 
 def _of_tensions(s: StepState, a: Attempt, h: Value) -> Value:
-    """The error seen in the tensions, relative to what is tensions_only of the largest so far; a guard that falls within a long
-    step is looked for in shorter ones."""
+    """The error seen in the tensions, relative to the largest of each so far and the tolerance; a guard that falls
+    within a long step is looked for in shorter ones."""
     most = 0.0
     for T in s.top:
         most = maximum(most, T)

@@ -20,7 +20,7 @@ from heavylift.kernel.compiler.layout import Places
 from heavylift.kernel.compiler.symbol import Value, any_of, minimum, select
 from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
 
-__all__ = ["Attempt", "Build", "Code", "LONGEST", "Exponents", "Method", "combine", "fallen_in", "inside", "length"]
+__all__ = ["LONGEST", "Attempt", "Build", "Code", "Exponents", "Method", "combine", "fallen_in", "inside", "length"]
 
 LONGEST = 0.1  # [s] a step that nothing else bounds
 LEFT = 1e-10  # [s] before a boundary a step ends at it: by rounding nothing would be left for the next one
@@ -52,7 +52,9 @@ class Attempt:
     k: list[Value]
     sound: Value = None  # whether its equations were solved; None: there are none
     fresh: Value = None  # whether they had a new Jacobian
-    felt: Value = None  # (n_ropes,) tensions with the error applied to the state, where they are all that is tensions_only for
+    felt: Value = (
+        None  # (n_ropes,) tensions with the error applied to the state, where they are all that is tensions_only for
+    )
 
 
 class Code(Protocol):

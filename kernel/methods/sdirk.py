@@ -9,9 +9,6 @@ are resolved.  Which happens is decided by the error estimate, filtered by the s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import pairwise
-
 import numpy as np
 from heavylift.kernel.algebra.spatial import join, quaternion_rate
 from heavylift.kernel.compiler.emit import Parts, While
@@ -21,14 +18,15 @@ from heavylift.kernel.compiler.native_linear_algebra import Factors, product, so
 from heavylift.kernel.compiler.native_loops import Code
 from heavylift.kernel.compiler.symbol import Value, maximum, minimum, select, sqrt
 from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.methods.step_state import Rate, StepState
+from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.motion import rates
 
 from .control import NEAR
 from .method import Attempt, Build, Exponents, Method, combine, fallen_in, inside, length
+from .tableaus import Diagonal
 
-__all__ = ["SDIRK2", "SDIRK3", "Diagonal", "DiagonallyImplicit"]
+__all__ = ["DiagonallyImplicit"]
 
 MOVED, SPED = 1e-6, 1e-5  # [m, rad], [m/s, rad/s] finite differences
 MOST = 25.0  # iterations of a stage
@@ -40,42 +38,12 @@ SOLVED = 1e-3  # of the tolerance: last change of an iteration
 ROUND_OFF = 1e-13  # [m, rad] a change that is none
 
 
-@dataclass(frozen=True)
-class Diagonal:
-    """Nodes c, stages A with one gamma on the diagonal, the last of them the solution, and weights of the estimate."""
-
-    name: str
-    order: int
-    gamma: float
-    c: tuple[float, ...]
-    A: tuple[tuple[float, ...], ...]
-    error: tuple[float, ...]
-
-
-def _second() -> Diagonal:
-    """Alexander (1977), theorem 5, p = 2; the estimate is the difference to the first stage's Euler step."""
-    g = 1.0 - sqrt(0.5)
-    return Diagonal("sdirk2", 2, g, (g, 1.0), ((g,), (1.0 - g, g)), (-g, g))
-
-
-def _third() -> Diagonal:
-    """Alexander (1977), theorem 5, p = 3; the estimate is the difference to the pair of order 2 of two stages."""
-    g = 0.43586652150845899942
-    b = (-(6.0 * g * g - 16.0 * g + 1.0) / 4.0, (6.0 * g * g - 20.0 * g + 5.0) / 4.0)
-    c = (g, (1.0 + g) / 2.0, 1.0)
-    second = (0.5 - c[0]) / (c[1] - c[0])
-    return Diagonal("sdirk3", 3, g, c, ((g,), (c[1] - g, g), (*b, g)), (b[0] - 1.0 + second, b[1] - second, g))
-
-
-SDIRK2, SDIRK3 = _second(), _third()
-
-
 class DiagonallyImplicit(Method):
     """Solves its stages one after the other in `prologue`; z is the state of the one at work, k are their slopes."""
 
-    scalars = (
+    scalars: tuple[str, ...] = (
         "columns", "stale", "factor", "of", "e",  # Jacobian, factors of gamma h = `of`
-        "calmed", "newton", "stage", "turn", "size", "renewed", "sound",  # iterations
+        "begun", "newton", "stage", "turn", "size", "renewed", "sound",  # iterations
         "iterations", "differences", "factorisations",  # so far
     )  # fmt: skip
 
@@ -94,6 +62,7 @@ class DiagonallyImplicit(Method):
         self.scalars = (*self.scalars, *self._fell)
         self.counted = {"iterations": 1, "differences": 2}
         n, ny = program.nv, program.ny
+        self._none = np.zeros(n)
         self._row = 2 * Factors(n, 1, 0).stride  # a column of J_q, then one of J_v
         self._factors = Factors(n, 1, n * self._row)
         self.matrices = self._factors.stop
@@ -111,7 +80,7 @@ class DiagonallyImplicit(Method):
         return {"stale": 1.0}
 
     def forgotten(self) -> dict[str, float]:
-        return {"stale": 1.0, "calmed": 1.0}
+        return {"stale": 1.0, "begun": 1.0}
 
     # ---- what the coordinates do --------------------------------------------------------------------------
 
@@ -124,7 +93,7 @@ class DiagonallyImplicit(Method):
         for k in p.graph.links:
             at, u = base[k.q], v[k.v]
             i = JOINTS[k.joint.kind].quaternion
-            if i is not None:  # (1 - e/2 o) q = base for a turning o: o o = -|o|^2
+            if i is not None:  # a turning o as a matrix: o o = -|o|^2, so that (1 - e/2 o) q = q_b is solved by
                 o = u[i:]
                 turned = (at[i:] + e * quaternion_rate(at[i:], o)) * (1.0 / (1.0 + 0.25 * e * e * (o @ o)))
                 at = join(at[:i], turned)
@@ -161,14 +130,14 @@ class DiagonallyImplicit(Method):
 
     def _begin(self, s: StepState, rate: Rate) -> None:
         if self.tensions_only:
-            s.h = select(s.calmed > 0.0, select(s.forced > 0.0, s.h, minimum(s.h, NEAR)), s.h)
-        s.calmed = 0.0
+            s.h = select(s.begun > 0.0, select(s.forced > 0.0, s.h, minimum(s.h, NEAR)), s.h)
+        s.begun = 0.0
         h, _ = length(s)
         s.e = self.tableau.gamma * h
         s.factor = select(abs(s.of - s.e) > 0.0, 1.0, 0.0)
         s.of, s.columns = s.e, 0.0
         s.base = s.y
-        s.z = self._staged(base=s.y, z=s.y, d=np.zeros(self.program.nv), f=s.f, e=[s.e]).x
+        s.z = self._staged(base=s.y, z=s.y, d=self._none, f=s.f, e=[s.e]).x
         s.newton, s.stage, s.turn, s.size, s.renewed, s.sound = 1.0, 0.0, 0.0, 0.0, 0.0, 0.0
 
     def _time(self, s: StepState) -> Value:
@@ -182,7 +151,7 @@ class DiagonallyImplicit(Method):
     def _difference(self, s: StepState, rate: Rate) -> tuple[Value, list[Value]]:
         """One column of the derivatives of the accelerations by displacements and by velocities at z."""
         j = s.columns - 1.0
-        t, among, unit, none = self._time(s), inside(s), self._unit(j=[j]).x, np.zeros(self.program.nv)
+        t, among, unit, none = self._time(s), inside(s), self._unit(j=[j]).x, self._none
         columns: list[Value] = []
         for change, d in (({"u": MOVED * unit, "w": none}, MOVED), ({"u": none, "w": SPED * unit}, SPED)):
             f = rate(t, among, self._displaced(y=s.z, **change).x).dy
@@ -221,32 +190,27 @@ class DiagonallyImplicit(Method):
         return Primitive("factorise", floats, {"X": OPAQUE, "M": OPAQUE}, {}, c.text())
 
     def _iterate(self, s: StepState, rate: Rate) -> None:
-        """One simplified Newton iteration of the stage at work; the next stage, or a new Jacobian, where it is due."""
-        h, e = length(s)[0], s.e
+        """One simplified Newton iteration of the stage at work; a new Jacobian or the next stage where it is due."""
         r = rate(self._time(s), inside(s), s.z)
-        d = self._solve(M=s.M, b_re=self._velocities(y=e * r.dy - (s.z - s.base)).x, tail=[0.0]).re
+        d = self._solve(M=s.M, b_re=self._velocities(y=s.e * r.dy - (s.z - s.base)).x, tail=[0.0]).re
         change = sqrt(d @ d)
-        way = e * change
+        way = s.e * change
         size = self._size(s, way, change)
-        again, ratio = s.size > 0.0, size * (1.0 / maximum(s.size, 1e-300))
-        near = again & (ratio < SLOW) & (ratio * size < SOLVED * (1.0 - ratio))
-        near = near | (size < SOLVED) | (way < ROUND_OFF)
-        renew = (s.stale > 0.0) | (again & (ratio > SLOW))
-        near = near & (s.stale <= 0.0)
-        renew = select(near, 0.0, select(renew, 1.0, 0.0))
-        goes_on = select(s.stale > 0.0, 1.0, select(way < LOST, select(s.turn < MOST, 1.0, 0.0), 0.0))
-        goes_on = select(renew > 0.0, select(s.renewed < RENEWALS, goes_on, 0.0), goes_on)
-        s.here, s.columns = r.dy, renew * goes_on * float(self.program.nv)
-        s.factor = select(s.columns > 0.0, 1.0, 0.0)
-        s.factorisations, s.iterations = s.factorisations + s.factor, s.iterations + 1.0
-        s.renewed, s.turn = s.renewed + renew, s.turn + 1.0
-        s.stale = select(goes_on > 0.0, 0.0, 1.0)
-        s.size = select(renew > 0.0, 0.0, size)
-        step = select(renew > 0.0, 0.0, minimum(1.0, FAR * (1.0 / maximum(way, 1e-300))))
-        z = self._staged(base=s.base, z=s.z, d=step * d, f=r.dy, e=[e]).x
-        s.z = select(goes_on > 0.0, z, s.z)
-        self._next(s, near, h, r)
-        s.newton = select(near, s.newton, goes_on)
+        again, ratio = s.size > 0.0, minimum(1.0, size * (1.0 / maximum(s.size, 1e-300)))
+        fine = (size < SOLVED) | (way < ROUND_OFF) | (again & (ratio < SLOW) & (ratio * size < SOLVED * (1.0 - ratio)))
+        known = s.stale <= 0.0
+        near = fine & known
+        slow = select(known, select(fine, 0.0, select(again, select(ratio > SLOW, 1.0, 0.0), 0.0)), 1.0) > 0.5
+        going = (s.turn < MOST) & (s.renewed < RENEWALS + 0.5) & ((way < LOST) | (s.stale > 0.0))
+        renew = select(slow, select(going, 1.0, 0.0), 0.0)
+        s.here, s.columns, s.factor = r.dy, renew * float(self.program.nv), renew
+        s.factorisations, s.iterations = s.factorisations + renew, s.iterations + 1.0
+        s.renewed, s.turn, s.size = s.renewed + renew, s.turn + 1.0, select(slow, 0.0, size)
+        s.newton = select(near, 1.0, select(going, 1.0, 0.0))
+        s.stale = 1.0 - s.newton
+        part = select(slow, 0.0, select(going, minimum(1.0, FAR * (1.0 / maximum(way, 1e-300))), 0.0))
+        s.z = self._staged(base=s.base, z=s.z, d=select(near, 1.0, part) * d, f=r.dy, e=[s.e]).x
+        self._next(s, near, r)
 
     def _size(self, s: StepState, way: Value, change: Value) -> Value:
         """Of a change of velocities, relative to the tolerance."""
@@ -254,29 +218,25 @@ class DiagonallyImplicit(Method):
             return way * (1.0 / s.tol)
         return (way + change) * (1.0 / (s.tol * maximum(s.scale, s.grain)))
 
-    def _next(self, s: StepState, near: Value, h: Value, r: Value) -> None:
+    def _next(self, s: StepState, near: Value, r: Evaluated) -> None:
         """Where a stage is solved: its slope, and where the next one begins."""
-        k = (s.z - s.base) * (1.0 / s.e)
-        slopes = []
+        k, h, last = (s.z - s.base) * (1.0 / s.e), length(s)[0], len(self._slopes) - 1
+        base, slopes = s.base, list[Value]()
         for i, name in enumerate(self._slopes):
             here = near & (abs(s.stage - i) < 0.5)
             slopes.append(select(here, k, getattr(s, name)))
             setattr(s, name, slopes[-1])
-            if i < len(self._fell) and len(r.G):
-                setattr(s, self._fell[i], select(here & fallen_in(r), 1.0, select(here, 0.0, getattr(s, self._fell[i]))))
-        last = s.stage > len(slopes) - 1.5
-        s.sound = select(near & last, 1.0, 0.0)
-        on = near & (s.stage < len(slopes) - 1.5)
-        base = s.base
-        for i, row in enumerate(self.tableau.A[1:], start=1):
-            base = select(on & (abs(s.stage - (i - 1)) < 0.5), s.y + h * combine([*row[:-1]], slopes), base)
+            if i < last:
+                following = s.y + h * combine([*self.tableau.A[i + 1][:-1]], slopes)
+                base = select(here, following, base)
+                before = getattr(s, self._fell[i])
+                setattr(s, self._fell[i], select(here, select(fallen_in(r), 1.0, 0.0), before) if len(r.G) else before)
+        ended, on = near & (s.stage > last - 0.5), near & (s.stage < last - 0.5)
         s.base = base
-        z = self._staged(base=base, z=s.z, d=np.zeros(self.program.nv), f=r.dy, e=[s.e]).x
-        s.z = select(on, z, s.z)
-        s.stage = s.stage + select(on, 1.0, 0.0)
+        s.z = select(on, self._staged(base=base, z=s.z, d=self._none, f=r.dy, e=[s.e]).x, s.z)
+        s.stage, s.size = s.stage + select(on, 1.0, 0.0), select(on, 0.0, s.size)
         s.turn, s.renewed = select(on, 0.0, s.turn), select(on, 0.0, s.renewed)
-        s.size = select(on, 0.0, s.size)
-        s.newton = select(near & last, 0.0, 1.0)
+        s.sound, s.newton = select(ended, 1.0, 0.0), select(ended, 0.0, s.newton)
 
     # ---- the step ------------------------------------------------------------------------------------------
 

@@ -107,15 +107,21 @@ def sdirk2(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     steps = jumps + duration(case) / 4.0 * power(1e-2 / tolerance, 0.5)
     jacobians = 10.0 * case.stages + 0.2 * (steps - jumps)
     spent = 6.0 * steps + n * jacobians
-    none = float("inf")
-    errors: Errors = {"rope tension": max(5.0 * tolerance, FLOOR), "swing": none, "position": none, "lift-off time": none}
+    errors: Errors = dict.fromkeys(("swing", "position", "lift-off time"), float("inf"))
+    errors["rope tension"] = max(5.0 * tolerance, FLOOR)
     able = at.ropes != "rigid" and at.slings != "rigid"
     why = f"implicit: {steps:.0f} steps" if able else "it does not keep rigid ropes"
     linear = sdirk_algebra(n, jacobians + 0.5 * steps, 6.0 * steps)
     return Stepped("sdirk2", tolerance, errors, Cost(n, attempts(case, at), spent, linear), why, able)
 
 
-METHODS: dict[str, Method] = {"dopri5": dopri5, "dop853": dop853, "ros34pw2": ros34pw2, "radau5": radau5, "sdirk2": sdirk2}
+METHODS: dict[str, Method] = {
+    "dopri5": dopri5,
+    "dop853": dop853,
+    "ros34pw2": ros34pw2,
+    "radau5": radau5,
+    "sdirk2": sdirk2,
+}
 
 
 def stepped(

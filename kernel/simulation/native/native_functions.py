@@ -82,7 +82,9 @@ class Stepping:
             "commit": self._projecting(
                 "commit", lambda s, project: commit(s, p.quaternions, slice(nq, nq + nv), project)
             ),
-            "sample": self._on_block("sample", lambda s, rate, row: sample(s, rate, row, method), table=True, matrices=matrices),
+            "sample": self._on_block(
+                "sample", lambda s, rate, row: sample(s, rate, row, method), table=True, matrices=matrices
+            ),
             "refresh": self._on_block("refresh", lambda s, rate, row: refresh(s, rate, method)),
             "look": self._on_block("look", lambda s, rate, row: look(s, row), table=True),
         }

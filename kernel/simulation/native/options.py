@@ -9,12 +9,12 @@ __all__ = ["Options"]
 
 @dataclass(frozen=True)
 class Options:
-    """`tolerance`: of a step, relative to 1 + |y|; `sample_ns`: period of samples; `h_max`: longest step [s], None: that of the method;
-    `native=False` runs the same text on floats (slow oracle); `opt`: LLVM's level; `cache`: of machine code; `method`:
-    one of `kernel.methods.METHODS`; `step`: fixed steps of so many seconds; `formulation`: one of
+    """`tolerance`: of a step, relative to 1 + |y|, or (`tensions_only`) of rope tensions, relative to the largest of
+    each so far; `sample_ns`: period of samples; `h_max`: longest step [s], None: the method's; `native=False` runs the
+    same text on floats (slow oracle); `opt`: LLVM's level; `cache`: of machine code; `method`: one of
+    `kernel.methods.METHODS`; `step`: fixed steps of so many seconds; `formulation`: one of
     `kernel.multibody.formulations.FORMULATIONS`; `fused`: products are added unrounded, a little faster, with bits
-    that depend on the processor; `tensions_only`: the tensions of ropes are all that is tensions_only for, and the tolerance is theirs,
-    relative to the largest of each so far."""
+    that depend on the processor."""
 
     tolerance: float = 1e-7
     sample_ns: int = 500_000_000

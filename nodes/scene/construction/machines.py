@@ -53,8 +53,8 @@ def check_parts(source: Source, scene: schema.Scene) -> None:
         source.fault(("mechanism", "name"), message)
     if scene.tolerance_of == "rope tension":
         if scene.method not in plan.TENSION_METHODS:
-            told = f"method {scene.method} knows the tolerance of the state only; choose {' or '.join(plan.TENSION_METHODS)}"
-            source.fault(("tolerance of",), told)
+            known = " or ".join(plan.TENSION_METHODS)
+            source.fault(("tolerance of",), f"method {scene.method} knows that of the state only; choose {known}")
         elif scene.tolerance is None and not scene.ask:
             source.fault(("tolerance of",), "no tolerance is given; add one, such as 'tolerance: 0.01'")
     if not scene.actions and scene.end is None:
