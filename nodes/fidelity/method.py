@@ -51,6 +51,10 @@ class Stepped:
         """Whether the predicted errors alone do."""
         return all(self.errors[q] <= e for q, e in left.items())
 
+    def worst(self, left: Errors) -> float:
+        """Largest predicted error of what is asked."""
+        return max(self.errors[q] for q in left)
+
 
 Method = Callable[[Case, Fidelity, float], Stepped]
 
@@ -136,8 +140,10 @@ def stepped(
 
 def _cheapest(method: Method, case: Case, at: Fidelity, left: Errors, tolerances: Sequence[float]) -> Stepped:
     tried = [method(case, at, tolerance) for tolerance in tolerances]
-    finest = tried[-1] if isfinite(max(tried[-1].errors[q] for q in left)) else tried[len(tried) // 2]  # not predicted
-    otherwise = next((s for s in tried if s.exact(left)), finest)  # of a method that the scene names all the same
+    least = min(s.worst(left) for s in tried)
+    finest = [s for s in tried if s.worst(left) <= least]  # the loosest comes first; where none is predicted, a usual one
+    fallback = finest[0] if isfinite(least) else tried[len(tried) // 2]
+    otherwise = next((s for s in tried if s.exact(left)), fallback)  # of a method that the scene names all the same
     return min((s for s in tried if s.within(left)), key=lambda s: s.cost.product, default=otherwise)
 
 
