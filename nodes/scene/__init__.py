@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from heavylift.nodes.scene.keys.editors import json_schema
     from heavylift.nodes.scenes import bundled
 
-    from .loading import LoadedScene, begun, check, load, parse, restored
+    from .loading import LoadedScene, begun, check, load, loaded, parse, restored
     from .report import Report
 
 __all__ = ["LoadedScene", "Report", "begun", "bundled", "check", "json_schema", "load", "loaded", "parse", "restored"]
