@@ -141,7 +141,7 @@ def stepped(
 def _cheapest(method: Method, case: Case, at: Fidelity, left: Errors, tolerances: Sequence[float]) -> Stepped:
     tried = [method(case, at, tolerance) for tolerance in tolerances]
     least = min(s.worst(left) for s in tried)
-    finest = [s for s in tried if s.worst(left) <= least]  # the loosest comes first; where none is predicted, a usual one
+    finest = [s for s in tried if s.worst(left) <= least]  # the loosest first; where none is predicted, a usual one
     fallback = finest[0] if isfinite(least) else tried[len(tried) // 2]
     otherwise = next((s for s in tried if s.exact(left)), fallback)  # of a method that the scene names all the same
     return min((s for s in tried if s.within(left)), key=lambda s: s.cost.product, default=otherwise)
