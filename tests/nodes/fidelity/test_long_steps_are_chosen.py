@@ -40,6 +40,7 @@ def test_a_named_method_without_a_prediction_gets_a_tolerance_that_it_can_keep()
 
 
 @pytest.mark.parametrize("seed", [2, 5, 11])
+@pytest.mark.large(beyond=1)
 def test_random_lifts_keep_the_accuracy_at_less_cost(seed):
     scene = parse(random_lift(seed), overrides=["ask=[rope tension]", "accuracy=5 %"])
     assert scene.plan.method == "sdirk2"
