@@ -4,6 +4,7 @@ running, resuming, replaying, devs     runs of scenes and models, again, and to 
 operating, watching, hosts             what is said to a run that goes on; who looks at it; other hosts
 starting, gallery, health, trusting    a beginning: new, gallery, schema, doctor, trust
 scenes, files, tracing, trading        scenes that are not run; recordings; where time went; speed against accuracy
+measuring                              the log of a real lift beside its run
 common                                 the application, help, completion, exit codes
 """
 
@@ -13,6 +14,7 @@ from . import (
     devs,
     files,
     hosts,
+    measuring,
     operating,
     replaying,
     resuming,
@@ -30,6 +32,7 @@ __all__ = [
     "devs",
     "files",
     "hosts",
+    "measuring",
     "operating",
     "replaying",
     "resuming",

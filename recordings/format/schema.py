@@ -17,13 +17,13 @@ JSON_INTEGER = {"type": "integer"}
 JSON_STRING = {"type": "string"}
 
 
-def samples_descriptor(fields: Sequence[str]) -> Any:
+def samples_descriptor(fields: Sequence[str], name: str = "Samples") -> Any:
     """The descriptor of `heavylift.Samples` with these fields: `repeated double <field> = <number> [packed]`."""
-    file = descriptor_pb2.FileDescriptorProto(name="heavylift/Samples.proto", package="heavylift", syntax="proto3")
-    message = file.message_type.add(name="Samples")
-    for i, name in enumerate(fields):
+    file = descriptor_pb2.FileDescriptorProto(name=f"heavylift/{name}.proto", package="heavylift", syntax="proto3")
+    message = file.message_type.add(name=name)
+    for i, field_name in enumerate(fields):
         field = message.field.add(
-            name=name,
+            name=field_name,
             number=i + 1,
             label=descriptor_pb2.FieldDescriptorProto.LABEL_REPEATED,
             type=descriptor_pb2.FieldDescriptorProto.TYPE_DOUBLE,
@@ -31,7 +31,7 @@ def samples_descriptor(fields: Sequence[str]) -> Any:
         field.options.packed = True
     pool = descriptor_pool.DescriptorPool()
     pool.Add(file)
-    return pool.FindMessageTypeByName("heavylift.Samples")
+    return pool.FindMessageTypeByName(f"heavylift.{name}")
 
 
 def file_descriptor_set(descriptor: Any) -> bytes:

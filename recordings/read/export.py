@@ -54,18 +54,17 @@ def _parquet(out: Path, stream: BinaryIO, columns: dict[str, NDArray[np.float64]
 
 
 def _columns(rec: Recording, patterns: Sequence[str]) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
-    """Sample times and the chosen columns; all channels are sampled together, so that times are the same."""
+    """Times of the first chosen signal and all columns there: what was measured has other times than the run."""
     wanted = matching(rec, patterns)
     rec.load([*dict.fromkeys(name for name, _ in wanted)])
     signals = {name: rec.signal(name) for name, _ in wanted}
-    if len({signal.t.tobytes() for signal in signals.values()}) > 1:
-        raise ValueError("its signals do not have the same times")
+    t = next((x.t for x in signals.values()), np.zeros(0))
     columns: dict[str, NDArray[np.float64]] = {}
     for name, column in wanted:
         signal = signals[name]
         k = signal.names.index(column)
-        columns[f"{name}/{titles(signal)[k]}"] = signal.values[:, k]
-    return next((x.t for x in signals.values()), np.zeros(0)), columns
+        columns[f"{name}/{titles(signal)[k]}"] = signal.at(t).values[:, k]
+    return t, columns
 
 
 def matching(rec: Recording, patterns: Sequence[str]) -> list[tuple[str, str]]:

@@ -4,8 +4,8 @@
     t, tension, names, unit = rec.signal("rope/tension")     # s, (n, m), ["west.H1", ...], "N"
     rec["block"].pose, rec["rope/tension/west.*"]            # as people ask; see READING.md
 
-`pose/<body>` is read back from the frame transforms, every other signal from its field of `/samples`; only what is
-asked for is read.
+`pose/<body>` is read back from the frame transforms, every other signal from its field of `/samples` or, as measured at
+a real machine, of `/measured` at times of its own; only what is asked for is read.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ from .signal import Signal, only
 __all__ = ["RecordedEvent", "Recording", "Topic", "guarded"]
 
 BLOCK = 4096  # rows that are decoded together
+TABLES = ("/samples", "/measured")  # topics of numbers
 Floats = NDArray[np.float64]
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -201,10 +202,10 @@ class Recording:
                 raise SignalError(f"{self.path}: has no signal {name}; {meant(name, self.signals())}")
         wanted = [name for name in names if name not in self._signals]
         with self._file.reading():
-            numbers = [name for name in wanted if name in self._fields]
-            if numbers:
-                self._keep(numbers, self._numbers(numbers))
-            if len(numbers) < len(wanted):  # all of them: they stand in one message
+            for topic, fields in self._tables.items():
+                if numbers := [name for name in wanted if name in fields]:
+                    self._keep(numbers, self._numbers(numbers, topic))
+            if any(name not in self._fields for name in wanted):  # all of them: they stand in one message
                 poses = [POSE + body for body in self._bodies]
                 self._keep(poses, self._poses(poses))
 
@@ -220,10 +221,10 @@ class Recording:
                 values = {name: x[:n] for _, part in found for name, x in part.items()}
                 yield found[0][0][:n], [values[name] for name in names]
 
-    def _numbers(self, names: Sequence[str]) -> Iterator[tuple[list[int], dict[str, Floats]]]:
-        form = SamplesForm(list(self._fields.values()))
+    def _numbers(self, names: Sequence[str], topic: str = "/samples") -> Iterator[tuple[list[int], dict[str, Floats]]]:
+        form = SamplesForm(list(self._tables[topic].values()))
         tags = form.image[form.fixed].tobytes()
-        messages = self.messages("/samples")
+        messages = self.messages(topic)
         while block := list(islice(messages, BLOCK)):
             times: list[int] = []
             found: dict[str, list[bytes]] = {name: [] for name in names}
@@ -268,10 +269,16 @@ class Recording:
         return {}
 
     @cached_property
-    def _fields(self) -> dict[str, Field]:
+    def _tables(self) -> dict[str, dict[str, Field]]:
+        """Fields by signal, by topic: those of the run, and those that were measured."""
         with self._file.reading():
-            facts = self.topics["/samples"].metadata if "/samples" in self.topics else {"signals": "[]"}
-            return {field.signal: field for field in msgspec.json.decode(facts["signals"], type=list[Field])}
+            tables = {name: self.topics[name].metadata["signals"] for name in TABLES if name in self.topics}
+            decode = msgspec.json.Decoder(list[Field]).decode
+            return {name: {field.signal: field for field in decode(fields)} for name, fields in tables.items()}
+
+    @cached_property
+    def _fields(self) -> dict[str, Field]:
+        return {name: field for fields in self._tables.values() for name, field in fields.items()}
 
     @cached_property
     def _bodies(self) -> list[str]:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.read.export import matching
+from heavylift.recordings.read.extended import MEASURED
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.settings import settings
 from heavylift.recordings.read.signal import titles
@@ -54,8 +55,10 @@ def drawn(figure: Figure, out: Path, force: bool = False) -> Path:
 
 
 def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
-    """The columns that match, by unit, with the rated values of ropes as limits."""
+    """The columns that match, and what was measured of them, by unit, with the rated values of ropes as limits."""
     wanted = matching(rec, patterns)
+    measured = [(MEASURED + name, column) for name, column in wanted if MEASURED + name in rec.signals()]
+    wanted += [x for x in measured if x not in wanted and x[1] in rec.columns(x[0])]
     if len(wanted) > MANY:
         raise RecordingError(
             f"{rec.path}: {len(wanted)} curves in one figure; name fewer, such as 'rope/tension/west.*'"
@@ -68,7 +71,9 @@ def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
         title = titles(signal)[signal.names.index(column)]
         factor, unit = larger(title[len(column) + 2 : -1])
         panel = panels.setdefault(unit, Panel(unit, []))
-        panel.curves.append(Curve(f"{name}/{column}", signal.t, signal[column] * factor))
+        model = f"{name}/{column}".removeprefix(MEASURED)
+        like = model if name.startswith(MEASURED) and any(c.name == model for c in panel.curves) else ""
+        panel.curves.append(Curve(f"{name}/{column}", signal.t, signal[column] * factor, bool(like), like))
         if name in ("rope/tension", "rope/peak") and column in rated:
             panel.limits[column] = rated[column] * factor
     if not any(len(curve.t) > 1 for panel in panels.values() for curve in panel.curves):

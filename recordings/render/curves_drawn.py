@@ -53,7 +53,7 @@ def _stages(axes: Axes, figure: Figure, last: float, scale: float, named: bool) 
 
 
 def _panel(axes: Axes, panel: Panel, scale: float) -> None:
-    for k, curve in enumerate(panel.curves):
+    for k, curve in zip(panel.colours(), panel.curves, strict=True):
         how = {"ls": (0, (4, 2)), "lw": 0.9} if curve.dashed else {"lw": 1.2}
         axes.plot(curve.t * scale, curve.y, color=COLOURS[k % len(COLOURS)], label=curve.name, zorder=3, **how)
     high = max((float(np.nanmax(c.y)) for c in panel.curves if len(c.y)), default=0.0)
@@ -96,8 +96,8 @@ def _content(panel: Panel) -> dict[str, Any]:
         of.append(k)
     keep = [_kept([c.y for c in panel.curves if c.t is t], len(t)) for t in times]
     shown = [
-        {"name": c.name, "times": k, "dashed": c.dashed, "y": packed(c.y[keep[k]])}
-        for c, k in zip(panel.curves, of, strict=True)
+        {"name": c.name, "times": k, "dashed": c.dashed, "colour": colour, "y": packed(c.y[keep[k]])}
+        for c, k, colour in zip(panel.curves, of, panel.colours(), strict=True)
     ]
     kept = [packed(t[k], "<f8") for t, k in zip(times, keep, strict=True)]
     limits = [{"name": name, "y": limit} for name, limit in panel.limits.items()]

@@ -14,6 +14,7 @@ from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout
 from heavylift.recordings.format.text import duration
 from heavylift.recordings.format.viewer_messages import Box, boxes_of
+from heavylift.recordings.read.extended import ERROR, MEASURED
 from heavylift.recordings.read.reader import Recording, guarded
 from heavylift.recordings.read.verdict import Judged, recorded_verdict
 from heavylift.recordings.write.outputs import output_path
@@ -60,6 +61,7 @@ def content(rec: Recording, verdict: Judged | None = None) -> dict[str, Any]:
     stages = [(e.t_ns * 1e-9, stage_name(e.port, e.value)) for e in rec.events(port="stage")]
     events, told = _events(rec)
     more = [(name, rec.result[name]) for name in ("digest", "reason") if rec.result.get(name)]
+    more += [("measured", line) for line in rec.fact("measured", {}).get("told", [])]
     more += [("samples shown", f"{len(kept)} of {len(t)}, peaks kept")] if len(kept) < len(t) else []
     return {
         "title": rec.run.get("scene", rec.run.get("model", rec.path.stem)),
@@ -81,11 +83,15 @@ def content(rec: Recording, verdict: Judged | None = None) -> dict[str, Any]:
 def sample_rows(rec: Recording) -> tuple[SampleLayout, NDArray[np.float64], NDArray[np.float64]]:
     """All signals side by side at the instants of the one that was sampled most often, with their layout."""
     signals = {name: rec.signal(name) for name in rec.signals()}
-    t = max((s.t for s in signals.values()), key=len, default=np.zeros(0))
+    t = max(
+        (s.t for name, s in signals.items() if not name.startswith((MEASURED, ERROR))), key=len, default=np.zeros(0)
+    )
     if len(t) < 2:
         raise RecordingError(f"{rec.path}: has no samples to show; let the run last longer")
     channels, parts, start = [], [], 0
     for name, s in signals.items():
+        if name.startswith((MEASURED, ERROR)):
+            s = s.at(t)
         values = s.values if len(s.t) == len(t) else np.column_stack([np.interp(t, s.t, y) for y in s.values.T])
         names = list(POSE_COLUMNS) if name.startswith(POSE) else s.names
         channels.append(SampleChannel(name, names, s.unit, start, start + len(names)))

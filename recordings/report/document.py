@@ -71,6 +71,7 @@ def _page(rec: Recording, found: Facts, pictures: list[str], verdict: Judged | N
         *(_limits(limits) if limits else ()),
         *(_clearances(verdict) if verdict else ()),
         _notes(found),
+        _measured(rec),
         _section("Scene", ["what", ""], [list(row) for row in found.scene], "told"),
         _section("Cranes", ["crane", "largest load", "at", "may carry", "use"], [_load(c) for c in found.cranes]),
         f'<p class="quiet">{RULE}</p>' if len(found.cranes) > 1 else "",
@@ -140,6 +141,14 @@ def _clearances(verdict: Judged) -> list[str]:
 
 def _notes(found: Facts) -> str:
     return _section("Notes of the kernel", ["what", "at"], [[(told, True), _clock(t)] for t, told in found.notes])
+
+
+def _measured(rec: Recording) -> str:
+    """What the log of a real lift says of the run: E of each channel, its uncertainty, and what was estimated."""
+    told = rec.fact("measured", {}).get("told", [])
+    return _section(
+        "Beside the log of the lift", ["run less log, uncertainties at 95 %"], [[line] for line in told], "told"
+    )
 
 
 def _warnings(found: Facts) -> str:
