@@ -23,8 +23,8 @@ __all__ = ["Estimate", "Told", "estimate"]
 STEP = 0.02  # of a scale: step of the central differences
 NOISE = 0.5  # second over first difference above which a derivative is noise
 SHARE = 0.3  # of a direction that an input must have to be named with it
-EVALUATIONS = 12
-ENOUGH = 1e-5  # relative change of x or of the sum of squares that ends it
+EVALUATIONS = 8
+ENOUGH = 1e-4  # relative change of x or of the sum of squares that ends it
 Floats = NDArray[np.float64]
 
 
@@ -63,7 +63,7 @@ class _Fit:
 
     def begin(self) -> Floats:
         x = self.start[self.free] / self.scales[self.free]
-        return np.append(x, self.at.offset / self.span) if self.at.estimated else x
+        return np.append(x, 0.0) if self.at.estimated else x
 
     def curves(self, x: Floats) -> Sequence[Curve]:
         p = self.start.copy()
@@ -74,7 +74,7 @@ class _Fit:
         return self._known[key]
 
     def offset(self, x: Floats) -> float:
-        return float(x[-1]) * self.span if self.at.estimated else self.at.offset
+        return self.at.offset + (float(x[-1]) * self.span if self.at.estimated else 0.0)
 
     def residuals(self, x: Floats) -> Floats:
         t, told = self.told.t + self.offset(x), self.told

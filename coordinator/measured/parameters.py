@@ -21,7 +21,7 @@ from heavylift.nodes.scene.text.source import Path, read
 from heavylift.nodes.scene.text.units import DIMENSIONS, EFFICIENCY, NUMBER, Dimension, Limited, tidy
 from pydantic import BaseModel
 
-__all__ = ["Parameter", "parameters", "varied"]
+__all__ = ["Parameter", "parameters", "settings", "varied"]
 
 AXES = {"x": 0, "y": 1, "z": 2}
 SCALES = {"length": 1.0, "efficiency": 0.1}  # SI, of quantities whose own size says little of their uncertainty
@@ -44,10 +44,6 @@ class Parameter:
     bounds: tuple[float, float]
     whole: str = ""
 
-    def written(self, value: float) -> str:
-        """A value as a setting, with all its digits."""
-        return f"{value / self.factor!r} {self.unit}".strip()
-
     def rounded(self, value: float, sigma: float) -> tuple[str, str]:
         """A value and two standard uncertainties, as people write them, to two digits of the latter."""
         half = 2.0 * sigma / self.factor
@@ -64,11 +60,16 @@ def parameters(scene: LoadedScene, names: Sequence[str]) -> list[Parameter]:
     return found
 
 
+def settings(inputs: Sequence[Parameter], values: Sequence[str]) -> list[str]:
+    """What `--set` takes to give inputs these values."""
+    first = dict.fromkeys(p.whole for p in inputs if p.whole)
+    return [*first, *(f"{'.'.join(map(str, p.path))}={text}" for p, text in zip(inputs, values, strict=True))]
+
+
 def varied(scene: LoadedScene, inputs: Sequence[Parameter], values: Sequence[float]) -> LoadedScene:
     """The scene with other values, modelled and integrated as it was; SceneError if it is none."""
-    settings = list(dict.fromkeys(p.whole for p in inputs if p.whole))
-    settings += [f"{'.'.join(map(str, p.path))}={p.written(x)}" for p, x in zip(inputs, values, strict=True)]
-    other = parse(scene.merged or scene.text, scene.path.name, settings)
+    texts = [f"{x / p.factor!r} {p.unit}".strip() for p, x in zip(inputs, values, strict=True)]
+    other = parse(scene.merged or scene.text, scene.path.name, settings(inputs, texts))
     return replace(other, plan=_as(other.plan, scene.plan))
 
 
@@ -94,6 +95,7 @@ def _parameter(scene: LoadedScene, data: dict[str, Any], name: str) -> Parameter
                 raise SceneError(f"--estimate {name}: there is no '{word}'; {closest(word, known)}")
             info = type(at).model_fields[field]
             at, kind, key = getattr(at, field), (info.annotation, *info.metadata), info.alias or field
+            key = field if isinstance(written, dict) and field in written else key
         elif isinstance(at, dict):
             if word not in at:
                 raise SceneError(f"--estimate {name}: there is no '{word}'; {closest(word, at)}")
@@ -127,7 +129,7 @@ def _parameter(scene: LoadedScene, data: dict[str, Any], name: str) -> Parameter
 
 def _below(data: Any, key: str | int) -> Any:
     if isinstance(data, dict):
-        return data.get(key, data.get(str(key).replace(" ", "_")))
+        return data.get(key)
     return data[key] if isinstance(data, list) and isinstance(key, int) and key < len(data) else None
 
 

@@ -81,9 +81,11 @@ def compared(
         val = np.sqrt(num**2 + given**2 + sensor**2)
         k = int(np.argmax(np.abs(error)))
         within = float(np.mean(np.abs(error) <= LEVEL * val))
-        bars = [_rms(x) for x in (val, num, given, sensor)]
-        off = float(error.mean()), _rms(error), float(error[k]), float(t[k])
-        out.append(Comparison(channel.name, channel.unit, *off, *bars, within, channel.stated))
+        out.append(Comparison(
+            channel.name, channel.unit, mean=float(error.mean()), rms=_rms(error), largest=float(error[k]),
+            when=float(t[k]), u_val=_rms(val), u_num=_rms(num), u_input=_rms(given), u_D=_rms(sensor),
+            within=within, stated=channel.stated,
+        ))  # fmt: skip
         errors.append(error)
     return out, errors
 

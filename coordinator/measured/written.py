@@ -1,8 +1,8 @@
 """Estimates written back as inputs: the scene once more, comments kept, with the new values and their uncertainty.
 
 The uncertainty stands in a comment above the part that has the input, one line each, `block.mass: 481.2 t +- 1.1 t`:
-path, value, half-width at a level of 95 %.  What was written is read again, and is the scene with the new values or is
-not written.
+path, value, half-width at a level of 95 %.  What was laid over the scene for its run, by `extends` or `--set`, is
+written out.  The text is read again, and is the scene with the new values or is not written.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from heavylift.nodes.scene.loading import parse
 from heavylift.nodes.scene.text.source import ordered, override, read
 from ruamel.yaml import YAML
 
-from .parameters import Parameter
+from .parameters import Parameter, settings
 
 __all__ = ["scene_text"]
 
@@ -28,60 +28,36 @@ def scene_text(
     scene: LoadedScene, inputs: Sequence[Parameter], estimates: Mapping[str, tuple[str, str]], source: str
 ) -> str:
     """The text of a scene with estimates, (value, uncertainty) by name, from the log `source`."""
+    name = scene.path.name
     yaml = YAML()
-    yaml.preserve_quotes, yaml.width = True, WIDTH  # type: ignore[assignment]
+    yaml.preserve_quotes, yaml.width = True, WIDTH
     yaml.indent(mapping=2, sequence=4, offset=2)
-    data = yaml.load(scene.merged or scene.text)
-    wanted = read(scene.merged or scene.text, scene.path.name)
-    lines: dict[str | int, list[str]] = {}
-    for p in inputs:
-        if p.name not in estimates:
-            continue
-        value, half = estimates[p.name]
-        for setting in filter(None, (p.whole if _at(data, p.path) is None else "", f"{_dotted(p)}={value}")):
-            override(wanted, setting)
-        _put(data, p, value, wanted.data)
-        lines.setdefault(p.path[0], [f"from {source}, 95 %:"]).append(f"  {p.name}: {value} +- {half}")
-    for key, told in lines.items():
-        data.yaml_set_comment_before_after_key(key, before="\n".join(told))
+    data, wanted = yaml.load(scene.text), read(scene.merged or scene.text, name)
+    fitted = [p for p in inputs if p.name in estimates]
+    for setting in settings(fitted, [estimates[p.name][0] for p in fitted]):
+        override(wanted, setting)
+    data = _laid(data, wanted.data)
+    for part in dict.fromkeys(p.path[0] for p in fitted):
+        told = [f"  {p.name}: {' +- '.join(estimates[p.name])}" for p in fitted if p.path[0] == part]
+        data.yaml_set_comment_before_after_key(part, before="\n".join([f"from {source}, 95 %:", *told]))
     out = io.StringIO()
     yaml.dump(data, out)
-    text = out.getvalue()
-    if ordered(read(text, scene.path.name).data) != ordered(wanted.data):
-        raise SceneError(f"{scene.path.name}: cannot be written with its comments; set the estimates with --set")
-    parse(text, scene.path.name)
-    return text
+    if ordered(read(out.getvalue(), name).data) != ordered(wanted.data):
+        raise SceneError(f"{name}: cannot be written with its comments; set the estimates with --set")
+    parse(out.getvalue(), name)
+    return out.getvalue()
 
 
-def _put(data: Any, p: Parameter, value: str, wanted: Any) -> None:
-    """The value at its place; what is missing on the way as it is wanted."""
-    for key in p.path[:-1]:
-        below = _step(data, key)
-        if below is None:
-            data[key] = wanted[key]
-            return
-        data, wanted = (
-            below,
-            wanted[key if not isinstance(wanted, dict) or key in wanted else str(key).replace(" ", "_")],
-        )
-    key = p.path[-1]
-    if isinstance(data, dict) and key not in data and str(key).replace(" ", "_") in data:
-        key = str(key).replace(" ", "_")
-    data[key] = value
-
-
-def _step(data: Any, key: str | int) -> Any:
-    if isinstance(data, list):
-        return data[key] if isinstance(key, int) and key < len(data) else None
-    return data.get(key, data.get(str(key).replace(" ", "_")))
-
-
-def _at(data: Any, path: Sequence[str | int]) -> Any:
-    for key in path:
-        if (data := _step(data, key) if isinstance(data, dict | list) else None) is None:
-            return None
-    return data
-
-
-def _dotted(p: Parameter) -> str:
-    return ".".join(map(str, p.path))
+def _laid(data: Any, wanted: Any) -> Any:
+    """The data as wanted; what is so already stays the object that it is, with its comments and style."""
+    if isinstance(data, dict) and isinstance(wanted, dict):
+        for key in [key for key in data if key not in wanted]:
+            del data[key]
+        for key, value in wanted.items():
+            data[key] = _laid(data.get(key), value)
+        return data
+    if isinstance(data, list) and isinstance(wanted, list) and len(data) == len(wanted):
+        for i, value in enumerate(wanted):
+            data[i] = _laid(data[i], value)
+        return data
+    return data if data == wanted and type(data) is not bool else wanted
