@@ -4,7 +4,6 @@ running, resuming, replaying, devs     runs of scenes and models, again, and to 
 operating, watching, hosts             what is said to a run that goes on; who looks at it; other hosts
 starting, gallery, health, trusting    a beginning: new, gallery, schema, doctor, trust
 scenes, files, tracing, trading        scenes that are not run; recordings; where time went; speed against accuracy
-measuring                              the log of a real lift beside its run
 common                                 the application, help, completion, exit codes
 """
 
@@ -14,7 +13,6 @@ from . import (
     devs,
     files,
     hosts,
-    measuring,
     operating,
     replaying,
     resuming,
@@ -32,7 +30,6 @@ __all__ = [
     "devs",
     "files",
     "hosts",
-    "measuring",
     "operating",
     "replaying",
     "resuming",

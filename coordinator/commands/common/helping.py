@@ -24,7 +24,6 @@ HEADINGS = {
     "files": "Recordings",
     "replaying": "Recordings",
     "tracing": "Recordings",
-    "measuring": "Recordings",
     "trusting": "Models of your own",
     "hosts": "Several hosts",
     "devs": "Models of your own",
