@@ -1,4 +1,4 @@
-"""What a recording tells beside other things: `heavylift trace`, where its time went; `heavylift measured`, a real lift."""
+"""`heavylift trace`, where the time of a run went, and `heavylift measured`, a real lift beside it."""
 
 from __future__ import annotations
 

@@ -59,7 +59,6 @@ class _Fit:
         self.told, self.at = told, at
         self.span = float(np.median(np.diff(told.t)))  # in which the offset is counted
         self.noisy = np.zeros(len(free), bool)
-        self._known: dict[bytes, Sequence[Curve]] = {}
 
     def begin(self) -> Floats:
         x = self.start[self.free] / self.scales[self.free]
@@ -68,10 +67,7 @@ class _Fit:
     def curves(self, x: Floats) -> Sequence[Curve]:
         p = self.start.copy()
         p[self.free] = x[: len(self.free)] * self.scales[self.free]
-        key = p.tobytes()
-        if key not in self._known:
-            self._known[key] = self.simulate(p)
-        return self._known[key]
+        return self.simulate(p)
 
     def offset(self, x: Floats) -> float:
         return self.at.offset + (float(x[-1]) * self.span if self.at.estimated else 0.0)
@@ -100,8 +96,15 @@ def estimate(
 ) -> Estimate:  # fmt: skip
     """Fit what the log tells of inputs p (m,) within `bounds` (2, m), whose curves `simulate(p)` gives."""
     free, unknown = list(range(len(start))), dict[int, str]()
+    known: dict[bytes, Sequence[Curve]] = {}
+
+    def once(p: Floats) -> Sequence[Curve]:
+        if (key := p.tobytes()) not in known:
+            known[key] = simulate(p)
+        return known[key]
+
     while True:
-        fit = _Fit(simulate, start, scales, free, told, at)
+        fit = _Fit(once, start, scales, free, told, at)
         x = fit.begin()
         named = [names[i] for i in free]
         lost = _untold(fit.jacobian(x), fit.noisy, named)

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 from heavylift.kernel.errors import RecordingError, SceneError
 from heavylift.nodes.scene.text.faults import closest, raise_faults
-from heavylift.nodes.scene.text.source import Fault, Source, read
+from heavylift.nodes.scene.text.source import Fault, Mark, Source, read
 from heavylift.nodes.scene.text.units import DIMENSIONS, MASS, NUMBER, TIME, tidy
 from heavylift.recordings import Recording
 from heavylift.recordings.read.extended import ERROR, MEASURED
@@ -102,6 +102,7 @@ def _source(maps: Sequence[str]) -> Source:
         column, equals, line = given.partition("=")
         if equals:
             part = Source("--map", {column.strip(): line.strip()})
+            part.values[column.strip(),] = Mark("--map", 1, len(column) + 2, given)
         else:
             try:
                 part = read(Path(given).read_text("utf-8"), given)

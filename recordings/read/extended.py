@@ -42,7 +42,7 @@ def extended(
     sink = Sink(out, metadata["run"], {**old.attachments(), **files}, force)
     try:
         summary, numbers = old.summary, dict[int, int]()
-        for channel in summary.channels.values():
+        for channel in (c for c in summary.channels.values() if c.topic != TOPIC):  # of an earlier log
             schema = summary.schemas[channel.schema_id]
             numbers[channel.id] = sink.channel(
                 channel.topic, channel.message_encoding, schema.name, schema.encoding, schema.data, channel.metadata

@@ -56,6 +56,17 @@ def test_channels_stand_beside_those_of_the_run(beside: Path) -> None:
     assert "measured  rope/tension/west.H1: E " in info(beside)
 
 
+def test_another_log_takes_its_place(beside: Path, tmp_path: Path) -> None:
+    t = np.arange(0.0, 39.0, 0.1)
+    made = log(tmp_path / "log.csv", {"time [s]": t, "cell [t]": tension(t, 1e6, 0.6)[:, 1] / 9806.65})
+    found = measure(beside, made, ["cell=rope/tension/west.H2"], 0.0, out=tmp_path / "again.mcap")
+    rec = Recording(found.recording)
+    assert rec.columns("measured/rope/tension") == ["west.H2"]
+    assert abs(rec.signal("error/rope/tension").values).max() < 500.0  # straight lines between samples
+    assert found.told[0] == "time 0 of the log is 0 s of the run, as given"
+    assert "the map states no uncertainty" in found.told[1]
+
+
 def test_it_is_drawn_dashed_in_the_colour_of_the_run(beside: Path, tmp_path: Path) -> None:
     (panel,) = panels_of(Recording(beside), ["rope/tension/*"])
     assert [curve.dashed for curve in panel.curves] == [False, False, True]

@@ -77,6 +77,11 @@ def test_a_fault_in_the_map(run: Path, tmp_path: Path, line: str, what: str) -> 
     assert what in refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), line)
 
 
+def test_a_fault_in_an_option_is_shown(run: Path, tmp_path: Path) -> None:
+    told = refused(run, log(tmp_path / "log.csv", {"time [s]": T, "cell": CELL}), "cell=rope/tension/west.H1 [m]")
+    assert told.splitlines()[1:] == ["    1 | cell=rope/tension/west.H1 [m]", "      |      ^", "1 error in --map"]
+
+
 def test_a_fault_in_a_file_of_lines_points_at_its_line(run: Path, tmp_path: Path) -> None:
     lines = tmp_path / "map.yaml"
     lines.write_text("# cells\ncell: rope/tension/west.H1 [kg m]\n")
