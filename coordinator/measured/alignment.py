@@ -22,6 +22,7 @@ __all__ = ["Alignment", "Curve", "aligned", "correlation_time", "overlapping"]
 COARSE = 150  # steps of the shorter one in the coarse search
 SHORTEST = 0.25  # of the shorter one: less overlap is not looked at
 WINDOW = 0.05  # of the shorter one: as far the best offset may be from that of the coarse search
+DOUBTED = 0.95  # correlation up to which the offset is told with a warning
 ALIKE = 0.5  # least mean correlation of what is taken to be the same lift
 Floats = NDArray[np.float64]
 Curve = tuple[Floats, Floats]  # times (n,) [s] and values (n,)
@@ -40,7 +41,8 @@ class Alignment:
         told = f"time 0 of the log is {self.offset:.6g} s of the run"
         if not self.estimated:
             return f"{told}, as given"
-        return f"{told} +- {2.0 * self.sigma:.2g} s (95 %), estimated; correlation {self.correlation:.3f}"
+        doubt = "" if self.correlation > DOUBTED else ", so low that it may be wrong; see the plot, or give --offset"
+        return f"{told} +- {2.0 * self.sigma:.2g} s (95 %), estimated; correlation {self.correlation:.3f}{doubt}"
 
 
 def aligned(model: Sequence[Curve], t: Floats, values: Sequence[Floats]) -> Alignment:
@@ -128,7 +130,7 @@ def _residuals(model: Sequence[Curve], t: Floats, values: Sequence[Floats], tau:
     for (T, S), y in zip(model, values, strict=True):
         s = np.interp(t + tau, T, S)
         s, d = s - s.mean(), y - y.mean()
-        b = float(s @ d) / (float(s @ s) or 1.0)
+        b = max(0.0, float(s @ d)) / (float(s @ s) or 1.0)
         out.append((d - b * s) / (float(np.std(y)) or 1.0))
     return out
 

@@ -47,8 +47,10 @@ class Parameter:
     def rounded(self, value: float, sigma: float) -> tuple[str, str]:
         """A value and two standard uncertainties, as people write them, to two digits of the latter."""
         half = 2.0 * sigma / self.factor
-        places = max(0, 1 - floor(log10(half))) if half > 0.0 else DIGITS
-        return tuple(f"{x:.{places}f} {self.unit}".strip() for x in (value / self.factor, half))  # type: ignore[return-value]
+        places = 1 - floor(log10(half)) if half > 0.0 else DIGITS
+        texts = (f"{round(x, places):.{max(0, places)}f} {self.unit}" for x in (value / self.factor, half))
+        first, second = (text.strip() for text in texts)
+        return first, second
 
 
 def parameters(scene: LoadedScene, names: Sequence[str]) -> list[Parameter]:

@@ -85,7 +85,7 @@ def test_it_leaves_for_other_programs_at_the_times_of_the_run(beside: Path, tmp_
 
 def test_the_offset_is_within_its_uncertainty_on_random_logs() -> None:
     rng, missed = np.random.default_rng(5), 0
-    for _ in range(16):
+    for _ in range(8):
         start, t = rng.uniform(-3.0, 3.0), np.arange(0.0, rng.uniform(15.0, 50.0), rng.choice([0.1, 0.2]))
         noise = rng.standard_normal((len(t), 2))
         if rng.random() < 0.5:  # that hangs together
@@ -95,4 +95,4 @@ def test_the_offset_is_within_its_uncertainty_on_random_logs() -> None:
         model = tension(TIMES, 1e6, 0.6)
         found = aligned([(TIMES, model[:, 0]), (TIMES, model[:, 1])], t + true, [*D.T])
         missed += abs(found.offset - (-true - start)) > 2.0 * found.sigma
-    assert missed <= 3  # of 16; one is expected
+    assert missed <= 2  # of 8

@@ -81,6 +81,12 @@ def test_an_input_that_is_not_written_is_added() -> None:
     assert "# on stools of 2 m; its inertia is that of a uniform box" in text
 
 
+def test_values_are_rounded_to_their_uncertainty() -> None:
+    mass, EA = parameters(load("lift"), ["block.mass", "rig.sling.EA"])
+    assert mass.rounded(305_983.2, 332.0) == ("305.98 t", "0.66 t")
+    assert EA.rounded(4.45255e8, 4.9295e6) == ("445300 kN", "9900 kN")
+
+
 def test_an_input_varies_alone() -> None:
     scene = load("lift", ["block.mass=310 t"])
     (com,) = parameters(scene, ["block.com.y"])
