@@ -45,10 +45,8 @@ class Log:
         found = [i for i, (name, unit) in enumerate(self.head) if column in (name, f"{name} [{unit}]")]
         if len(found) == 1:
             return found[0]
-        names = [name for name, _ in self.head]
-        raise self.error(
-            1, column, f"several columns have this name: {found}" if found else f"none; {meant(column, names)}"
-        )
+        missing = f"there is no such column; {meant(column, [name for name, _ in self.head])}"
+        raise self.error(1, column, f"several columns have this name: {found}" if found else missing)
 
     def unit(self, column: str) -> str:
         """The unit that its head carries, "" if none; `date` of times that are dates."""

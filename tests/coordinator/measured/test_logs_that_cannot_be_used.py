@@ -46,8 +46,8 @@ def refused(run: Path, path: Path, *maps: str, offset: float | None = None) -> s
         ({"time [s]": [*T[:30], *(t + 9.0 for t in T[30:])], "cell": CELL}, 31, "time", "a gap of 9.5 behind it"),
         ({"time": T, "cell": CELL}, 1, "time", "the unit is missing"),
         ({"time [m]": T, "cell": CELL}, 1, "time", "'m' is no unit of time"),
-        ({"clock [s]": T, "cell": CELL}, 1, "time", "none; there are clock, cell"),
-        ({"time [s]": T, "cel": CELL}, 1, "cell", "none; did you mean cel?"),
+        ({"clock [s]": T, "cell": CELL}, 1, "time", "there is no such column; there are clock, cell"),
+        ({"time [s]": T, "cel": CELL}, 1, "cell", "there is no such column; did you mean cel?"),
         ({"time [s]": T[:1], "cell": CELL[:1]}, 2, "time", "the log needs at least two rows"),
     ],
 )
