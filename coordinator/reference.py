@@ -29,6 +29,7 @@ MODULES = (
     "heavylift.nodes.devs",
     "heavylift.nodes.testing",
     "heavylift.kernel.description.mechanics",
+    "heavylift.kernel.description.laws",
     "heavylift.kernel.description.forces",
     "heavylift.kernel.simulation.simulation",
     "heavylift.kernel.analysis",

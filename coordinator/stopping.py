@@ -40,6 +40,8 @@ class ReaderLeft(BaseException):
 class Stopping:
     """From now on these signals end what the main thread does."""
 
+    held = False  # while what was begun must be known to who ends it; the timer comes again
+
     def __init__(self) -> None:
         self._over = False
         self._signal = signal.SIGINT
@@ -70,7 +72,7 @@ class Stopping:
 
     def _look(self, number: int, frame: FrameType | None) -> None:
         """Raise it, unless it is handled already."""
-        if self._over or self._raised() is not None:
+        if self._over or Stopping.held or self._raised() is not None:
             return
         error = Interrupted(self._signal.name)
         self._raised = weakref.ref(error)

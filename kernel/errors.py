@@ -38,7 +38,9 @@ UNREADABLE = (msgspec.MsgspecError, UnicodeDecodeError, OverflowError, Recursion
 
 def out_of_memory(error: BaseException | None) -> bool:
     """Whether an error, or what it came from, is a lack of memory, be it for a library or a thread."""
-    while error is not None:
+    seen = set[int]()
+    while error is not None and id(error) not in seen:  # who raises an error from itself makes a circle
+        seen.add(id(error))
         refused = isinstance(error, ImportError | OSError) and "failed to map segment" in str(error)
         refused |= isinstance(error, RuntimeError) and "can't start new thread" in str(error)
         if refused or isinstance(error, MemoryError) or getattr(error, "errno", None) == errno.ENOMEM:

@@ -4,8 +4,8 @@
         said = drive(Hoist("hoist"), [(ns(1), "command", HoistCommand(id=7, duration=ns(2)))])
         assert said == [(Tag(ns(3)), "done", HoistDone(7))]
 
-Inputs that stand at one tag arrive in one bag. `output` is called twice at every tag: a model that says
-something else the second time is refused.
+Inputs that stand at one tag arrive in one bag. `output` is called twice at every tag: a model whose
+output differs the second time is refused.
 """
 
 from collections.abc import Callable, Iterable
@@ -47,8 +47,8 @@ def drive(
 def _tag(model: Model, when: int | Tag, port: str) -> Tag:
     tag = when if isinstance(when, Tag) else Tag(when)
     if type(tag.t) is not int or not (0, 0) <= tag < FOREVER:
-        told = "take a time before 2**63 ns" if tag >= FOREVER else "give ns(seconds) or a Tag, from 0 on"
-        raise ModelError(f"{model.path}: the input for {port} comes at {when!r}; {told}")
+        message = "take a time before 2**63 ns" if tag >= FOREVER else "give ns(seconds) or a Tag, from 0 on"
+        raise ModelError(f"{model.path}: the input for {port} comes at {when!r}; {message}")
     return tag
 
 

@@ -1,4 +1,4 @@
-"""Commands about a recording: info, plot, view, report, compare, export, recover."""
+"""Commands about a recording: info, plot, view, report, compare, export, recover, trace, layout."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from heavylift.coordinator.commands.common import completing
-from heavylift.coordinator.commands.common.app import File, Force, Json, app
+from heavylift.coordinator.commands.common.app import File, Force, Json, app, written_to
 
 if TYPE_CHECKING:
     from heavylift.recordings.read.verdict import Judged
@@ -30,7 +30,7 @@ def plot(
     signals: Annotated[
         list[str] | None, typer.Argument(help="signals or patterns, such as 'rope/tension/west.*'; default tensions")
     ] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="figure: .png, .svg, or .html to zoom")] = None,
+    output: Annotated[Path | None, written_to("figure: .png, .svg, or .html to zoom")] = None,
     lift: Annotated[bool, typer.Option("--lift", help="the lift itself at some instants")] = False,
     force: Force = False,
 ) -> None:
@@ -52,7 +52,7 @@ def plot(
 @app.command()
 def view(
     file: File,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="page; default NAME.html")] = None,
+    output: Annotated[Path | None, written_to("page; default NAME.html")] = None,
     force: Force = False,
 ) -> None:
     """Write one page with the lift in 3D, signals, stages, events.    heavylift view turnover.mcap"""
@@ -66,9 +66,7 @@ def view(
 @app.command()
 def report(
     file: File,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="document, .html or .pdf; default NAME-report.html")
-    ] = None,
+    output: Annotated[Path | None, written_to("document, .html or .pdf; default NAME-report.html")] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
@@ -103,9 +101,7 @@ def compare(
     signals: Annotated[
         list[str] | None, typer.Argument(help="signals or patterns to draw; default those that differ most")
     ] = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="figure of both over one another: .png, .svg, .html")
-    ] = None,
+    output: Annotated[Path | None, written_to("figure of both over one another: .png, .svg, .html")] = None,
     force: Force = False,
     as_json: Json = False,
 ) -> None:
@@ -125,7 +121,7 @@ def compare(
 @app.command()
 def export(
     file: File,
-    output: Annotated[Path, typer.Option("-o", "--output", help="table, .csv or .parquet")],
+    output: Annotated[Path, written_to("table, .csv or .parquet")],
     signals: Annotated[
         list[str] | None, typer.Option("--signal", help="signal or pattern, such as 'rope/tension/*'; default all")
     ] = None,
@@ -145,7 +141,7 @@ def recover(
             help="a cut-off or damaged recording (.mcap or .mcap.part)", autocompletion=completing.recordings
         ),
     ],
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="default NAME-recovered.mcap")] = None,
+    output: Annotated[Path | None, written_to("default NAME-recovered.mcap")] = None,
     force: Force = False,
 ) -> None:
     """Save what a killed run has left.    heavylift recover turnover.mcap.part"""
@@ -153,3 +149,44 @@ def recover(
 
     found = save(file, output, force)
     typer.echo(f"wrote {found.path}: {found}")
+
+
+@app.command()
+def trace(
+    file: File,
+    perfetto: Annotated[Path | None, typer.Option("--perfetto", help="file for ui.perfetto.dev, .json")] = None,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Show who worked and who waited for whom in a run.    heavylift trace turnover.mcap --perfetto trace.json"""
+    import json
+
+    from heavylift.coordinator.trace import Timeline, data, text, trace_events
+    from heavylift.recordings.write.partfile import written
+
+    timeline = Timeline(file)
+    if perfetto is not None:
+        perfetto = written(json.dumps(trace_events(timeline)), perfetto, "a trace", (".json",), force)
+    typer.echo(json.dumps(data(timeline)) if as_json else text(timeline))
+    if perfetto is not None and not as_json:
+        typer.echo(f"\nwrote {perfetto}; open it at ui.perfetto.dev")
+
+
+@app.command()
+def layout(
+    file: File,
+    output: Annotated[Path | None, written_to("default NAME-lichtblick.json")] = None,
+    force: Force = False,
+) -> None:
+    """Write the layout for Lichtblick or Foxglove that a recording has with it.    heavylift layout turnover.mcap"""
+    from heavylift.kernel.errors import RecordingError
+    from heavylift.recordings import Recording
+    from heavylift.recordings.render.lichtblick import LAYOUT
+    from heavylift.recordings.write.outputs import beside
+    from heavylift.recordings.write.partfile import written
+
+    found = Recording(file).attachments.get(LAYOUT)
+    if found is None:
+        raise RecordingError(f"{file}: has no layout attached; record the scene with `heavylift run`")
+    path = written(found, output or beside(file, "-lichtblick.json"), "a layout", (".json",), force)
+    typer.echo(f"wrote {path}; in Lichtblick: import this layout, then open {file}")

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, BinaryIO
 
 from heavylift.coordinator.run import run
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings.write.outputs import GENERATOR, output_path
+from heavylift.recordings.format.text import GENERATOR
+from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import PartFile
 
 if TYPE_CHECKING:

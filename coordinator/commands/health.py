@@ -16,6 +16,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Literal, NamedTuple
 
+import typer
+from heavylift.coordinator.commands.common.app import Json, app
 from heavylift.kernel.errors import HeavyliftError
 
 __all__ = ["Finding", "findings"]
@@ -36,6 +38,22 @@ class Finding(NamedTuple):
 
     def __str__(self) -> str:
         return f"{self.state:<8} {self.what:<26} {self.told}"
+
+
+@app.command()
+def doctor(as_json: Json = False) -> None:
+    """Check the installation: versions, rights, a short run in processes.    heavylift doctor"""
+    import json
+
+    found = []
+    for finding in findings():
+        found.append(finding)
+        if not as_json:
+            typer.echo(str(finding))
+    if as_json:
+        typer.echo(json.dumps([finding._asdict() for finding in found]))
+    if any(finding.state == "broken" for finding in found):
+        raise typer.Exit(1)
 
 
 def findings() -> Iterator[Finding]:

@@ -1,4 +1,4 @@
-"""Commands to a run that goes on: pause, step, continue, command, stop."""
+"""Commands to a run that goes on: watch, pause, step, continue, command, stop."""
 
 from __future__ import annotations
 
@@ -6,9 +6,45 @@ from typing import Annotated
 
 import typer
 from heavylift.coordinator.commands.common import completing
-from heavylift.coordinator.commands.common.app import Json, Run, app
+from heavylift.coordinator.commands.common.app import Json, Run, app, quantity
 
-__all__: list[str] = []
+
+@app.command()
+def watch(
+    run: Run = "",
+    topics: Annotated[
+        str, typer.Option("--topics", help="events of this source.port only, such as 'west.*' or '*.stage'")
+    ] = "*",
+    as_json: Json = False,
+) -> None:
+    """Print the events of a run, those so far and then each as it happens.    heavylift watch turnover.mcap"""
+    from fnmatch import fnmatchcase
+
+    import msgspec
+    from heavylift.coordinator.live import find, observe
+    from heavylift.coordinator.live.line import Lines
+    from heavylift.kernel.errors import ProtocolError
+
+    found = find(run)
+    lines, observer = Lines(found.notice), observe(found)
+    for number, event in observer:
+        wanted = fnmatchcase(f"{event.source}.{event.port}", topics)
+        if not wanted:
+            lines.of(event)
+        elif as_json:
+            stage, value = lines.of(event)
+            told = {"number": number, "t_ns": event.t, "microstep": event.k, "stage": stage}
+            told |= {"source": event.source, "port": event.port, "index": event.index, "type": event.type}
+            typer.echo(msgspec.json.encode({**told, "value": value}))
+        else:
+            typer.echo(lines.text(event))
+    ended = observer.ended
+    if as_json:
+        typer.echo(msgspec.json.encode({"ended": ended}))
+    elif ended.status == "finished":
+        typer.echo(f"finished at {ended.sim_s:.6f} s")
+    if ended.status != "finished":
+        raise ProtocolError(f"the run has failed at {ended.sim_s:.6f} s: {ended.reason}")
 
 
 @app.command()
@@ -70,10 +106,7 @@ def _duration(option: str, text: str) -> float:
     from heavylift.kernel.errors import ProtocolError
     from heavylift.nodes.scene.text.units import TIME
 
-    try:
-        length = TIME.read(text)
-    except ValueError as error:
-        raise ProtocolError(f"{option}: {error}") from None
+    length = quantity(option, text, TIME)
     if length < 0.0:
         raise ProtocolError(f"{option} {text}: a time is zero or more")
     return length

@@ -1,12 +1,11 @@
-"""`heavylift replay`: over Zenoh again, verified, or with one model for real; `heavylift layout` for other viewers."""
+"""`heavylift replay`: over Zenoh again, verified, or with one model for real."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from heavylift.coordinator.commands.common.app import File, Force, Json, app
+from heavylift.coordinator.commands.common.app import File, Json, app
 from heavylift.kernel.errors import UNREADABLE, RecordingError
 
 from .running import live_page
@@ -162,23 +161,3 @@ def _watching(run: RecordedRun) -> AbstractContextManager[Watch]:
         return Progress(decode(run.recording.attachments[RESOLVED]))
     except (KeyError, *UNREADABLE):
         return nullcontext(Watch())
-
-
-@app.command()
-def layout(
-    file: File,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="default NAME-lichtblick.json")] = None,
-    force: Force = False,
-) -> None:
-    """Write the layout for Lichtblick or Foxglove that a recording has with it.    heavylift layout turnover.mcap"""
-    from heavylift.recordings import Recording
-    from heavylift.recordings.render.lichtblick import LAYOUT
-    from heavylift.recordings.write.outputs import beside
-    from heavylift.recordings.write.partfile import PartFile
-
-    found = Recording(file).attachments.get(LAYOUT)
-    if found is None:
-        raise RecordingError(f"{file}: has no layout attached; record the scene with `heavylift run`")
-    with PartFile(output or beside(file, "-lichtblick.json"), "a layout", (".json",), force) as written:
-        written.stream.write(found)
-    typer.echo(f"wrote {written.path}; in Lichtblick: import this layout, then open {file}")

@@ -1,4 +1,4 @@
-"""`heavylift run`."""
+"""`heavylift run`, `heavylift resume`."""
 
 from __future__ import annotations
 
@@ -9,26 +9,37 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from heavylift.coordinator.commands.common.app import Force, Json, Scene, Sets, Strict, app
+from heavylift.coordinator.commands.common import completing
+from heavylift.coordinator.commands.common.app import (
+    Deadline,
+    Force,
+    InProcess,
+    Json,
+    Processes,
+    Scene,
+    Sets,
+    Strict,
+    app,
+    deadline_s,
+    written_to,
+)
 
 from .hosts import Certificates, open_door
 
 if TYPE_CHECKING:
     from heavylift.recordings import Spectator
 
-LEAST_s = 1.0  # that a process has for an answer
-
 
 @app.command()
 def run(
     scene: Scene,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="recording; default NAME.mcap")] = None,
+    output: Annotated[Path | None, written_to("recording; default NAME.mcap")] = None,
     force: Force = False,
     sets: Sets = None,
-    in_process: Annotated[bool, typer.Option("--in-process", help="all models in this process")] = False,
+    in_process: InProcess = False,
     method: Annotated[str, typer.Option("--method", help="of integration: dopri5, radau5, ...")] = "",
     step: Annotated[str, typer.Option("--step", help="fixed steps: --step '2 ms'")] = "",
-    processes: Annotated[int, typer.Option("--processes", help="deal the nodes out over so many processes")] = 0,
+    processes: Processes = 0,
     view: Annotated[bool, typer.Option("--view", help="show the lift in a browser while it runs")] = False,
     places: Annotated[
         list[str] | None, typer.Option("--place", help="nodes that share a process: --place 'west,east=yard-a'")
@@ -36,7 +47,7 @@ def run(
     remote: Annotated[list[str] | None, typer.Option("--remote", help="this process runs on another host")] = None,
     listen: Annotated[str, typer.Option("--listen", help="tls/ADDRESS:PORT for processes of other hosts")] = "",
     keys: Certificates = Path("certificates"),
-    deadline: Annotated[str, typer.Option("--deadline", help="for a process to show progress")] = "60 s",
+    deadline: Deadline = "60 s",
     rate: Annotated[
         float | None, typer.Option("--rate", help="by the clock: 1 is real time, 10 ten times as fast")
     ] = None,
@@ -62,7 +73,7 @@ def run(
 
         pace = None if rate is None else RealTime(rate)
         given = [f"{key}={text}" for key, text in (("method", method), ("step", step)) if text]
-        patience = patience_s(deadline)
+        patience = deadline_s(deadline)
         loaded = load(scene, [*(sets or []), *given])
         if drive:
             from heavylift.coordinator.measured.driving import driven
@@ -95,6 +106,36 @@ def run(
         raise typer.Exit(1)
 
 
+@app.command()
+def resume(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="a cut-off recording (.mcap.part), or one of a run that failed", autocompletion=completing.recordings
+        ),
+    ],
+    output: Annotated[Path | None, written_to("default NAME-resumed.mcap")] = None,
+    force: Force = False,
+    strict: Strict = False,
+    as_json: Json = False,
+) -> None:
+    """Run to its end what was cut off, checked against what was recorded.    heavylift resume lift.mcap.part"""
+    from heavylift.coordinator.participants.participant import PRELOAD
+    from heavylift.coordinator.supervision.processes import Processes
+
+    with Processes(PRELOAD) as crew:
+        from heavylift.coordinator.run.progress import Progress, summary
+        from heavylift.coordinator.run.resume import Beginning
+        from heavylift.coordinator.run.resume import resume as go_on
+
+        begun = Beginning.of(file, crew.directory.path)
+        with Progress(begun.scene.plan, as_json) as watch:
+            result = go_on(file, begun, output, watch, crew, force=force)
+    summary(begun.scene.plan, result, as_json)
+    if strict and result.verdict is not None and result.verdict.red:
+        raise typer.Exit(1)
+
+
 @contextmanager
 def live_page(view: bool) -> Iterator[Spectator | None]:
     """A page on this machine and its address, if one is wanted; a browser is opened where a person sits."""
@@ -113,17 +154,3 @@ def live_page(view: bool) -> Iterator[Spectator | None]:
         ):
             webbrowser.open(page.url)
         yield page
-
-
-def patience_s(text: str) -> float:
-    """A deadline as a user writes it [s]."""
-    from heavylift.kernel.errors import SceneError
-    from heavylift.nodes.scene.text.units import DURATION
-
-    try:
-        seconds = DURATION.read(text)
-    except ValueError as error:
-        raise SceneError(f"--deadline '{text}': {error}") from None
-    if seconds < LEAST_s:
-        raise SceneError(f"--deadline '{text}': give a process at least {LEAST_s:g} s")
-    return seconds

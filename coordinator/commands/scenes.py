@@ -1,32 +1,32 @@
-"""Commands about a scene that is not run: check, tree, equations, statics, modes."""
+"""Commands about a scene that is not run: check, tree, equations, statics, modes, tradeoff, new, gallery, schema."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
-from heavylift.coordinator.commands.common.app import After, At, Json, Scene, Sets, app
+from heavylift.coordinator.commands.common import completing
+from heavylift.coordinator.commands.common.app import After, At, Force, Json, Scene, Sets, app, quantity, written_to
+from heavylift.kernel.errors import SceneError
 
 
 @app.command()
 def check(scene: Scene, as_json: Json = False, sets: Sets = None) -> None:
     """Check a scene, show its static loads and what of it is modelled; starts nothing.    heavylift check lift"""
-    from dataclasses import asdict
-
     import msgspec
     from heavylift.coordinator.participants.pause import check_steps
-    from heavylift.coordinator.run.stages import page, required
     from heavylift.nodes.scene import check as examine
     from heavylift.nodes.scene import load
 
     loaded = load(scene, sets or [])
     check_steps(loaded)
-    found, stages = examine(loaded), required(loaded)
+    found = examine(loaded)
     if not as_json:
-        typer.echo(str(found) + (f"\n\n{page(stages)}" if stages else ""))
+        typer.echo(str(found))
         return
     told: dict[str, object] = {k: v for k, v in msgspec.to_builtins(found).items() if k != "lines"}
-    told |= {"modelled": loaded.verdict.data() if loaded.verdict else None, "stages": [asdict(x) for x in stages]}
+    told |= {"modelled": loaded.verdict.data() if loaded.verdict else None}
     typer.echo(msgspec.json.encode(told).decode())
 
 
@@ -106,3 +106,104 @@ def modes(scene: Scene, at: At = None, after: After = "", as_json: Json = False,
         equilibrium(simulation)
     found = about(simulation)
     typer.echo(json.dumps(modes_data(found)) if as_json else modes_text(found))
+
+
+@app.command()
+def tradeoff(
+    scene: Scene,
+    output: Annotated[
+        list[Path] | None,
+        written_to("report: .html, .png, .svg, .csv, .json; default NAME-tradeoff.html"),
+    ] = None,
+    force: Force = False,
+    ask: Annotated[str, typer.Option("--ask", help="what must be right: --ask 'rope tension, swing'")] = "",
+    accuracy: Annotated[
+        str, typer.Option("--accuracy", help="of each quantity asked; default the scene's own if it asks, else 1 %")
+    ] = "",
+    budget: Annotated[str, typer.Option("--budget", help="wall time for all runs")] = "5 min",
+    coupling: Annotated[
+        bool, typer.Option("--coupling", help="also what processes cost: held forces, messages")
+    ] = False,
+    sets: Sets = None,
+    as_json: Json = False,
+) -> None:
+    """Measure speed against accuracy: which rung, method and step to use.    heavylift tradeoff lift --ask swing"""
+    import json
+
+    from heavylift.coordinator.tradeoff import measure, write
+    from heavylift.coordinator.tradeoff.communication import hanging
+    from heavylift.coordinator.tradeoff.files import checked, data
+    from heavylift.coordinator.tradeoff.measuring import communicating
+    from heavylift.nodes.scene import load
+    from heavylift.nodes.scene.text.units import ACCURACY, DURATION
+
+    loaded = load(scene, sets or [])
+    outputs = [checked(path) for path in output or ([] if as_json else [Path(f"{loaded.plan.name}-tradeoff.html")])]
+    limit = quantity("--accuracy", accuracy, ACCURACY) if accuracy else None
+    seconds = quantity("--budget", budget, DURATION)
+    if coupling:
+        hanging(loaded)
+    measured = measure(loaded, ask, limit, seconds, lambda told: typer.echo(f"  {told}", err=True))
+    if coupling:
+        measured = communicating(loaded, measured)
+    outputs = [write(measured, path, force) for path in outputs]
+    if as_json:
+        typer.echo(json.dumps(data(measured)))
+        return
+    typer.echo(measured.verdict.sentence)
+    for path in outputs:
+        typer.echo(f"wrote {path}")
+
+
+@app.command()
+def new(
+    name: Annotated[str, typer.Argument(help="of the scene; it is written to NAME.yaml")],
+    like: Annotated[
+        str, typer.Option("--like", help="bundled scene that it begins as", autocompletion=completing.scenes)
+    ] = "lift",
+) -> None:
+    """Write a scene to start from, with comments.    heavylift new my-lift"""
+    from heavylift.coordinator.run.progress import command
+    from heavylift.nodes.scene import begun
+
+    path = Path(f"{name}.yaml")
+    text = begun(name, like)
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise SceneError(f"{path}: is there already and stays as it is; choose another name") from None
+    except OSError as error:
+        raise SceneError(f"{path}: cannot be written ({error.strerror}); choose another folder") from None
+    typer.echo(f"wrote {path}\n\nnext: {command()} check {path}")
+
+
+@app.command()
+def gallery(
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(help="scene files or names; default all bundled ones", autocompletion=completing.scenes),
+    ] = None,
+    output: Annotated[Path, written_to("folder for GALLERY.md and pictures")] = Path("gallery"),
+    force: Force = False,
+) -> None:
+    """Run scenes and write a page with a picture of each.    heavylift gallery lift tandem -o my-gallery"""
+    from heavylift.nodes.scene import bundled, load
+    from heavylift.recordings.write.partfile import written
+
+    from .gallery import draw, page
+
+    loaded = [load(scene) for scene in scenes or bundled()]
+    for scene in loaded:
+        typer.echo(f"wrote {draw(scene, output / 'pictures', force)}")
+    typer.echo(f"wrote {written(page(loaded), output / 'GALLERY.md', 'a page', ('.md',), force)}")
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON Schema of scene files, by which editors complete.    heavylift schema > heavylift.schema.json"""
+    import json
+
+    from heavylift.nodes.scene import json_schema
+
+    typer.echo(json.dumps(json_schema(), indent=2))

@@ -9,13 +9,13 @@ their number says (integrated autocorrelation; Sokal 1997, Monte Carlo Methods i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
+from scipy.optimize import minimize_scalar
 
 __all__ = ["Alignment", "Curve", "aligned", "correlation_time", "overlapping"]
 
@@ -38,44 +38,48 @@ class Alignment:
     estimated: bool = False
 
     def __str__(self) -> str:
-        told = f"time 0 of the log is {self.offset:.6g} s of the run"
+        where = f"time 0 of the log is {self.offset:.6g} s of the run"
         if not self.estimated:
-            return f"{told}, as given"
+            return f"{where}, as given"
         doubt = "" if self.correlation > DOUBTED else ", so low that it may be wrong; see the plot, or give --offset"
-        return f"{told} +- {2.0 * self.sigma:.2g} s (95 %), estimated; correlation {self.correlation:.3f}{doubt}"
+        return f"{where} +- {2.0 * self.sigma:.2g} s (95 %), estimated; correlation {self.correlation:.3f}{doubt}"
 
 
 def aligned(model: Sequence[Curve], t: Floats, values: Sequence[Floats]) -> Alignment:
     """The offset of a log: channels of the run beside those measured at t; RecordingError if nothing tells it."""
     T = model[0][0]
     span = min(T[-1] - T[0], t[-1] - t[0])
-    step = max(span / COARSE, 1e-9)
+    step, reach, window = span / COARSE, SHORTEST * span, WINDOW * span
     grid = np.arange(t[0], t[-1] + 0.5 * step, step)
     coarse = [np.interp(grid, t, y) for y in values]
-    reach = SHORTEST * span
     offsets = np.arange(T[0] + reach - t[-1], T[-1] - reach - t[0] + 0.5 * step, step)
-    scores = [_score(model, grid, coarse, tau) for tau in offsets]
-    best = float(offsets[int(np.argmax(scores))]) if scores else 0.0
-    if not scores or max(scores) <= 0.0:
+    scores = [_score(model, grid, coarse, offset) for offset in offsets]
+    if max(scores) <= 0.0:
         raise RecordingError("no mapped channel moves in run and log alike, so that nothing aligns them; give --offset")
-
-    def residuals(x: Floats) -> Floats:
-        return np.concatenate(_residuals(model, t[rows], [y[rows] for y in values], best + float(x[0])))
-
-    window = WINDOW * span
+    best = float(offsets[int(np.argmax(scores))])
     rows = overlapping(model[0], t, best, window)
-    near = np.arange(-window, window, 0.25 * step)
-    start = float(near[int(np.argmin([np.sum(residuals(np.array([x])) ** 2) for x in near]))])
-    ends = start - step, start + step
-    found = least_squares(residuals, [start], jac=_central(residuals, 0.1 * step), bounds=ends)
-    r = found.fun
+    measured = [y[rows] for y in values]
+
+    def residuals(offset: float) -> Floats:
+        return np.concatenate(
+            [_off_line(s, y) for s, y in zip(_sampled(model, t[rows], offset), measured, strict=True)]
+        )
+
+    def misfit(offset: float) -> float:
+        return float(np.sum(residuals(offset) ** 2))
+
+    near = min(np.arange(best - window, best + window, 0.25 * step), key=misfit)
+    tight = {"xatol": 1e-6 * step}
+    offset = float(minimize_scalar(misfit, bounds=(near - step, near + step), method="bounded", options=tight).x)
+    r, h = residuals(offset), 0.1 * step
+    slope = float(np.sum((residuals(offset + h) - residuals(offset - h)) ** 2)) / (2.0 * h) ** 2
     factor = max(correlation_time(part) for part in np.split(r, len(values)))
-    slope = float(np.sum(found.jac**2))
-    sigma = float(np.sqrt(factor * np.sum(r * r) / max(1, len(r) - 2 * len(values) - 1) / slope)) if slope else np.inf
-    offset = best + float(found.x[0])
-    alike = _alike(model, t[rows], [y[rows] for y in values], offset)
-    if alike < ALIKE or not np.isfinite(sigma):
+    alike = float(
+        np.mean([_correlation(s, y) for s, y in zip(_sampled(model, t[rows], offset), measured, strict=True)])
+    )
+    if alike < ALIKE or slope == 0.0:
         raise RecordingError(f"log and run are not alike at any offset (correlation {alike:.2f}); give --offset")
+    sigma = float(np.sqrt(factor * np.sum(r * r) / max(1, len(r) - 2 * len(values) - 1) / slope))
     return Alignment(offset, sigma, alike, True)
 
 
@@ -88,8 +92,7 @@ def overlapping(curve: Curve, t: Floats, offset: float, margin: float = 0.0) -> 
 def correlation_time(r: Floats) -> float:
     """1 + 2 sum of the autocorrelations up to the first window of five times that: 1 for white noise, never less."""
     n, r = len(r), r - np.mean(r)
-    spectrum = np.abs(np.fft.rfft(r, 2 * n)) ** 2
-    rho = np.fft.irfft(spectrum)[:n]
+    rho = np.fft.irfft(np.abs(np.fft.rfft(r, 2 * n)) ** 2)[:n]
     if rho[0] <= 0.0:
         return 1.0
     tau = 2.0 * np.cumsum(rho / rho[0]) - 1.0
@@ -97,16 +100,19 @@ def correlation_time(r: Floats) -> float:
     return float(max(1.0, tau[window[0] if len(window) else n - 1]))
 
 
-def _score(model: Sequence[Curve], t: Floats, values: Sequence[Floats], tau: float) -> float:
+def _sampled(model: Sequence[Curve], t: Floats, offset: float) -> list[Floats]:
+    return [np.interp(t + offset, T, S) for T, S in model]
+
+
+def _score(model: Sequence[Curve], t: Floats, values: Sequence[Floats], offset: float) -> float:
     """Mean of the squared correlations, each weighted with how much of the motion lies in the overlap."""
-    rows, total = overlapping(model[0], t, tau), 0.0
+    rows, total = overlapping(model[0], t, offset), 0.0
     if rows.sum() < 3:
         return 0.0
-    for (T, S), y in zip(model, values, strict=True):
-        s, d = np.interp(t[rows] + tau, T, S), y[rows]
-        inside = (t[rows][0] + tau <= T) & (t[rows][-1] + tau >= T)
-        covered = max(_motion(d) / (_motion(y) or 1.0), _motion(S[inside]) / (_motion(S) or 1.0))
-        total += max(_correlation(s, d), 0.0) ** 2 * min(covered, 1.0)
+    for (T, S), s, y in zip(model, _sampled(model, t[rows], offset), values, strict=True):
+        inside = (t[rows][0] + offset <= T) & (t[rows][-1] + offset >= T)
+        covered = max(_motion(y[rows]) / (_motion(y) or 1.0), _motion(S[inside]) / (_motion(S) or 1.0))
+        total += max(_correlation(s, y[rows]), 0.0) ** 2 * min(covered, 1.0)
     return total / len(model)
 
 
@@ -119,21 +125,9 @@ def _correlation(s: Floats, d: Floats) -> float:
     return float((s - s.mean()) @ (d - d.mean()) / norm) if norm > 1e-12 * float(np.sum(s * s) + np.sum(d * d)) else 0.0
 
 
-def _alike(model: Sequence[Curve], t: Floats, values: Sequence[Floats], tau: float) -> float:
-    found = [_correlation(np.interp(t + tau, T, S), y) for (T, S), y in zip(model, values, strict=True)]
-    return float(np.mean(found))
-
-
-def _residuals(model: Sequence[Curve], t: Floats, values: Sequence[Floats], tau: float) -> list[Floats]:
-    """Of each channel what no line a + b S of the model's explains, in its own scatter."""
-    out = []
-    for (T, S), y in zip(model, values, strict=True):
-        s = np.interp(t + tau, T, S)
-        s, d = s - s.mean(), y - y.mean()
-        b = max(0.0, float(s @ d)) / (float(s @ s) or 1.0)
-        out.append((d - b * s) / (float(np.std(y)) or 1.0))
-    return out
-
-
-def _central(f: Callable[[Floats], Floats], h: float) -> Callable[[Floats], Floats]:
-    return lambda x: ((f(x + h) - f(x - h)) / (2.0 * h))[:, None]
+def _off_line(s: Floats, d: Floats) -> Floats:
+    """What no line a + b s with b >= 0 explains of d, in its own scatter."""
+    s, d = s - s.mean(), d - d.mean()
+    b = max(0.0, float(s @ d)) / (float(s @ s) or 1.0)
+    off: Floats = (d - b * s) / (float(np.std(d)) or 1.0)
+    return off

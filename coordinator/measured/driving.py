@@ -26,8 +26,6 @@ from heavylift.nodes.scene.text.units import STROKE, STROKE_SPEED, TIME, tidy
 from heavylift.recordings.read.log import Log, read_log
 from numpy.typing import NDArray
 
-from .mapping import seconds
-
 __all__ = ["driven"]
 
 FORM = re.compile(r"(?P<target>.+?)\.(?P<verb>[^.=]+)=(?P<file>.+?\.\w+):(?P<column>[^@\[]+?)\s*(?:\[(?P<unit>.*)\])?"
@@ -58,32 +56,30 @@ def _read(scene: LoadedScene, text: str, actors: dict[str, DriveActor]) -> list[
     unit, column = tidy(form["unit"] or log.unit(form["column"])), form["column"]
     kind = next((kind for kind in (STROKE_SPEED, STROKE) if unit in kind.units), None)
     if kind is None:
-        told = f"'{unit}' is no unit of a speed or place" if unit else "the unit is missing"
-        raise log.error(1, column, f"{told}; write it behind the name, such as '{column} [m/min]'")
-    t, values = seconds(log), log.values(column)
-    if form["start"]:
-        try:
-            t = t + TIME.read(form["start"])
-        except ValueError as error:
-            raise SceneError(f"--drive '{text}': {error}") from None
-    if len(late := np.flatnonzero(t >= 0.0)) < 2:
-        raise log.error(
-            log.rows[-1], column, "no two rows lie within the run, which begins at 0 s; shift the log by '@'"
-        )
-    t, values, first = t[late], values[late] * float(kind.units[unit]), int(late[0])
-    unit_speed = "rad/s" if unit in ("deg", "rad") or unit.startswith(("deg/", "rad/")) else "m/s"
-    action = spoken(scene, f"{form['target'].replace('.', ' ')}: {form['verb']} 0.0001 {unit_speed} until after 1 s")
+        what = f"'{unit}' is no unit of a speed or place" if unit else "the unit is missing"
+        raise log.error(1, column, f"{what}; write it behind the name, such as '{column} [m/min]'")
+    try:
+        t = log.seconds() + (TIME.read(form["start"]) if form["start"] else 0.0)
+    except ValueError as error:
+        raise SceneError(f"--drive '{text}': {error}") from None
+    values, late = log.values(column) * float(kind.units[unit]), t >= 0.0
+    if late.sum() < 2:
+        what = "no two rows lie within the run, which begins at 0 s; shift the log by '@'"
+        raise log.error(log.rows[-1], column, what)
+    t, values, rows = t[late], values[late], np.array(log.rows)[late].tolist()
+    knots, speeds = _spline(t, values) if kind is STROKE else (t, np.concatenate([[0.0], values[1:]]))
+    slow = f"0.0001 {'rad/s' if unit.startswith(('deg', 'rad')) else 'm/s'} until after 1 s"
     out = []
-    for order in action.orders:
+    for order in spoken(scene, f"{form['target'].replace('.', ' ')}: {form['verb']} {slow}").orders:
         if not isinstance(order, Move) or (drive := actors.get(order.actuator)) is None:
             raise SceneError(f"--drive '{text}': {form['target']} is no drive or winch that this scene models")
-        knots, speeds = _spline(t, values) if kind is STROKE else (t, np.concatenate([[0.0], values[1:]]))
-        speeds = speeds * (1.0 if order.speed > 0.0 else -1.0)
-        _within(log, column, first, drive, t, np.interp(t, knots, _places(drive.initial, knots, speeds)))
+        sign = 1.0 if order.speed > 0.0 else -1.0
+        way = np.concatenate([[0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(knots))])
+        _within(log, column, rows, drive, t, drive.initial + sign * np.interp(t, knots, way))
+        times = tuple(np.round(knots * 1e9).astype(np.int64).tolist())
         source = f"{log.path.name}:{column}"
-        times = np.round(knots * 1e9).astype(np.int64)
-        out.append(Driven(actuator=order.actuator, source=source, accel=order.accel, times=tuple(times.tolist()),
-                          speeds=tuple(speeds.tolist())))  # fmt: skip
+        out.append(Driven(actuator=order.actuator, source=source, accel=order.accel, times=times,
+                          speeds=tuple((sign * speeds).tolist())))  # fmt: skip
     return out
 
 
@@ -91,26 +87,16 @@ def _spline(t: Floats, x: Floats) -> tuple[Floats, Floats]:
     """Knots and speeds of a line of two parabolas per interval through places x, which begins and ends at rest."""
     h, slope = np.diff(t), np.diff(x) / np.diff(t)
     v = np.concatenate([[0.0], (slope[:-1] * h[1:] + slope[1:] * h[:-1]) / (h[:-1] + h[1:]), [0.0]])
-    middle = 2.0 * slope - 0.5 * (v[:-1] + v[1:])
     knots, speeds = np.empty(2 * len(t) - 1), np.empty(2 * len(t) - 1)
     knots[::2], speeds[::2] = t, v
-    knots[1::2], speeds[1::2] = t[:-1] + 0.5 * h, middle
+    knots[1::2], speeds[1::2] = t[:-1] + 0.5 * h, 2.0 * slope - 0.5 * (v[:-1] + v[1:])
     return knots, speeds
 
 
-def _places(start: float, t: Floats, v: Floats) -> Floats:
-    """Where a drive is at each of its knots."""
-    return start + np.concatenate([[0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t))])
-
-
-def _within(log: Log, column: str, first: int, drive: DriveActor, t: Floats, x: Floats) -> None:
+def _within(log: Log, column: str, rows: list[int], drive: DriveActor, t: Floats, x: Floats) -> None:
     """Raises RecordingError for the first row at which a drive would be beyond an end position."""
     lower, upper = (end if end is not None else s * np.inf for end, s in zip(drive.ends, (-1.0, 1.0), strict=True))
-    for i in np.flatnonzero((x < lower - BEYOND) | (x > upper + BEYOND)):
-        end = lower if x[i] < lower else upper
-        told = (
-            f"leads {drive.element} from {drive.initial:.6g} to {x[i]:.6g} at {t[i]:.6g} s, beyond its end at {end:.6g}"
-        )
-        raise log.error(
-            log.rows[first + int(i)], column, f"{told}; let the scene begin elsewhere, or cut the log there"
-        )
+    for i in np.flatnonzero((x < lower - BEYOND) | (x > upper + BEYOND)).tolist():
+        way = f"leads {drive.element} from {drive.initial:.6g} to {x[i]:.6g} at {t[i]:.6g} s"
+        end = f"beyond its end at {lower if x[i] < lower else upper:.6g}"
+        raise log.error(rows[i], column, f"{way}, {end}; let the scene begin elsewhere, or cut the log there")

@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from .alignment import Alignment, Curve, correlation_time
+from .parameters import Parameter
 
 __all__ = ["Estimate", "Told", "estimate"]
 
-STEP = 0.02  # of a scale: step of the central differences
+STEP, OFFSET_STEP = 0.02, 0.5  # of a scale, and of the log's: steps of the central differences
 NOISE = 0.5  # second over first difference above which a derivative is noise
 SHARE = 0.3  # of a direction that an input must have to be named with it
 EVALUATIONS = 8
@@ -48,88 +49,58 @@ class Estimate:
     at: Alignment
 
 
-class _Fit:
-    """Residuals and their derivatives for some of the inputs, the others at their start."""
+def estimate(
+    simulate: Callable[[Floats], Sequence[Curve]], inputs: Sequence[Parameter], told: Told, at: Alignment
+) -> Estimate:
+    """Fit what the log tells of the inputs, for whose values (m,) `simulate` gives the channels' curves."""
+    m, known = len(inputs), dict[bytes, Sequence[Curve]]()
+    unknowns = [(p.value, p.scale, *p.bounds, STEP) for p in inputs]
+    unknowns += [(0.0, float(np.median(np.diff(told.t))), -np.inf, np.inf, OFFSET_STEP)] * at.estimated
+    start, scale, lower, upper, step = (np.array(column) for column in zip(*unknowns, strict=True))
+    free, unknown = list(range(len(start))), dict[int, str]()
+    noisy = np.zeros(len(start), bool)
 
-    def __init__(
-        self, simulate: Callable[[Floats], Sequence[Curve]], start: Floats, scales: Floats, free: list[int],
-        told: Told, at: Alignment,
-    ) -> None:  # fmt: skip
-        self.simulate, self.start, self.scales, self.free = simulate, start, scales, free
-        self.told, self.at = told, at
-        self.span = float(np.median(np.diff(told.t)))  # in which the offset is counted
-        self.noisy = np.zeros(len(free), bool)
-
-    def begin(self) -> Floats:
-        x = self.start[self.free] / self.scales[self.free]
-        return np.append(x, 0.0) if self.at.estimated else x
-
-    def curves(self, x: Floats) -> Sequence[Curve]:
-        p = self.start.copy()
-        p[self.free] = x[: len(self.free)] * self.scales[self.free]
-        return self.simulate(p)
-
-    def offset(self, x: Floats) -> float:
-        return self.at.offset + (float(x[-1]) * self.span if self.at.estimated else 0.0)
-
-    def residuals(self, x: Floats) -> Floats:
-        t, told = self.told.t + self.offset(x), self.told
-        parts = zip(self.curves(x), told.values, told.scatter, strict=True)
+    def residuals(x: Floats) -> Floats:
+        p = start.copy()
+        p[free] = x * scale[free]
+        if (key := p[:m].tobytes()) not in known:
+            known[key] = simulate(p[:m])
+        t = told.t + at.offset + (p[m] if at.estimated else 0.0)
+        parts = zip(known[key], told.values, told.scatter, strict=True)
         return np.concatenate([(np.interp(t, T, S) - D) / s for (T, S), D, s in parts])
 
-    def jacobian(self, x: Floats) -> Floats:
+    def jacobian(x: Floats) -> Floats:
         columns = []
-        for k in range(len(x)):
-            h = np.zeros(len(x))
-            h[k] = STEP if k < len(self.free) else 0.5
-            up, down = self.residuals(x + h), self.residuals(x - h)
-            columns.append((up - down) / (2.0 * h[k]))
-            if k < len(self.free):
-                curved = np.linalg.norm(up + down - 2.0 * self.residuals(x))
-                self.noisy[k] = curved > NOISE * np.linalg.norm(up - down)
+        for k, i in enumerate(free):
+            h, centre = step[i] * np.eye(len(x))[k], x.copy()
+            centre[k] = np.clip(x[k], lower[i] / scale[i] + step[i], upper[i] / scale[i] - step[i])
+            up, down, here = (residuals(each) for each in (centre + h, centre - h, centre))
+            columns.append((up - down) / (2.0 * step[i]))
+            noisy[i] = i < m and np.linalg.norm(up + down - 2.0 * here) > NOISE * np.linalg.norm(up - down)
         return np.column_stack(columns)
 
-
-def estimate(
-    simulate: Callable[[Floats], Sequence[Curve]], start: Floats, scales: Floats, bounds: Floats, names: Sequence[str],
-    told: Told, at: Alignment,
-) -> Estimate:  # fmt: skip
-    """Fit what the log tells of inputs p (m,) within `bounds` (2, m), whose curves `simulate(p)` gives."""
-    free, unknown = list(range(len(start))), dict[int, str]()
-    known: dict[bytes, Sequence[Curve]] = {}
-
-    def once(p: Floats) -> Sequence[Curve]:
-        if (key := p.tobytes()) not in known:
-            known[key] = simulate(p)
-        return known[key]
-
-    while True:
-        fit = _Fit(once, start, scales, free, told, at)
-        x = fit.begin()
-        named = [names[i] for i in free]
-        lost = _untold(fit.jacobian(x), fit.noisy, named)
+    while any(i < m for i in free):
+        names = [inputs[i].name for i in free if i < m]
+        x, ends = start[free] / scale[free], (lower[free] / scale[free], upper[free] / scale[free])
+        lost = _untold(jacobian(x), noisy[free], names)
         if not lost:
-            ends = np.full((2, len(x)), np.inf) * [[-1.0], [1.0]]
-            ends[:, : len(free)] = bounds[:, free] / scales[free]
-            found = least_squares(fit.residuals, x, fit.jacobian, ends, max_nfev=EVALUATIONS, xtol=ENOUGH, ftol=ENOUGH)
-            lost = _untold(found.jac, fit.noisy, named)
+            found = least_squares(residuals, x, jacobian, ends, max_nfev=EVALUATIONS, xtol=ENOUGH, ftol=ENOUGH)
+            lost = _untold(found.jac, noisy[free], names)
         if not lost:
-            covariance = _covariance(found.jac, found.fun, told)
-            sigma = np.sqrt(np.diag(covariance))
-            for k in range(len(free)):
-                if 2.0 * sigma[k] > 1.0 or found.active_mask[k]:
-                    lost[k] = f"the log leaves it uncertain by {200.0 * sigma[k]:.0f} % of its scale"
+            sigma = np.sqrt(np.diag(_covariance(found.jac, found.fun, told)))
+            vague = [k for k in range(len(names)) if 2.0 * sigma[k] > 1.0 or found.active_mask[k]]
+            lost = {k: f"the log leaves it uncertain by {200.0 * sigma[k]:.0f} % of its scale" for k in vague}
         if not lost:
-            break
+            values = dict(zip(free, found.x * scale[free], strict=True))
+            bars = dict(zip(free, sigma * scale[free], strict=True))
+            if at.estimated:
+                at = Alignment(at.offset + float(values.pop(m)), float(bars.pop(m)), at.correlation, True)
+            return Estimate(
+                {i: float(v) for i, v in values.items()}, {i: float(v) for i, v in bars.items()}, unknown, at
+            )
         unknown |= {free[k]: why for k, why in lost.items()}
-        free = [i for k, i in enumerate(free) if k not in lost]
-        if not free:
-            return Estimate({}, {}, unknown, at)
-    values = {i: float(found.x[k] * scales[i]) for k, i in enumerate(free)}
-    bars = {i: float(sigma[k] * scales[i]) for k, i in enumerate(free)}
-    if at.estimated:
-        at = Alignment(fit.offset(found.x), float(sigma[-1]) * fit.span, at.correlation, True)
-    return Estimate(values, bars, unknown, at)
+        free[:] = [i for k, i in enumerate(free) if k not in lost]
+    return Estimate({}, {}, unknown, at)
 
 
 def _untold(J: Floats, noisy: NDArray[np.bool_], names: Sequence[str]) -> dict[int, str]:
@@ -142,30 +113,22 @@ def _untold(J: Floats, noisy: NDArray[np.bool_], names: Sequence[str]) -> dict[i
             lost[k] = "what it changes is lost in how the run itself jitters"
     if lost:
         return lost
+    unit = J / np.linalg.norm(J, axis=0)
+    alike = np.abs(unit.T @ unit - np.eye(J.shape[1])).max(axis=0)
     _, sizes, directions = np.linalg.svd(J, full_matrices=False)
-    for size, direction in zip(sizes, directions, strict=True):
+    for direction in directions[sizes < 2.0]:
         involved = [k for k in range(m) if abs(direction[k]) > SHARE * np.abs(direction).max()]
-        if size < 2.0 and involved:
-            for k in involved:
-                others = [names[i] for i in involved if i != k] or ["the log's offset"]
-                cosine = max(abs(_cosine(J[:, k], J[:, i])) for i in range(J.shape[1]) if i != k)
-                lost.setdefault(k, f"the log cannot tell it from {', '.join(others)} (correlation {cosine:.4f})")
+        for k in involved:
+            others = ", ".join(names[i] for i in involved if i != k) or "the log's offset"
+            lost.setdefault(k, f"the log cannot tell it from {others} (correlation {alike[k]:.4f})")
     return lost
-
-
-def _cosine(a: Floats, b: Floats) -> float:
-    return float(a @ b / (np.linalg.norm(a) * np.linalg.norm(b) or 1.0))
 
 
 def _covariance(J: Floats, r: Floats, told: Told) -> Floats:
     """(m, m) of x: scatter of each channel with its correlation time, and what its rows have in common."""
-    A = np.linalg.inv(J.T @ J)
-    middle = np.zeros_like(A)
-    parts = zip(
-        np.split(J, len(told.values)), np.split(r, len(told.values)), told.systematic, told.scatter, strict=True
-    )
-    spare = len(r) / max(1, len(r) - J.shape[1])
-    for Jk, rk, common, s in parts:
+    A, n = np.linalg.inv(J.T @ J), len(told.values)
+    middle, spare = np.zeros_like(A), len(r) / max(1, len(r) - J.shape[1])
+    for Jk, rk, common, s in zip(np.split(J, n), np.split(r, n), told.systematic, told.scatter, strict=True):
         middle += correlation_time(rk) * spare * float(np.mean(rk * rk)) * (Jk.T @ Jk)
         shift = Jk.T @ (common / s)
         middle += np.outer(shift, shift)

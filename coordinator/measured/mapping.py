@@ -9,29 +9,30 @@ force is its weight, as load cells show it.  A channel `measured/NAME`, such as 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError, SceneError
 from heavylift.nodes.scene.text.faults import closest, raise_faults
+from heavylift.nodes.scene.text.files import content
 from heavylift.nodes.scene.text.source import Fault, Mark, Source, read
-from heavylift.nodes.scene.text.units import DIMENSIONS, MASS, NUMBER, TIME, tidy
+from heavylift.nodes.scene.text.units import DIMENSIONS, MASS, NUMBER, tidy
 from heavylift.recordings import Recording
-from heavylift.recordings.read.extended import ERROR, MEASURED
-from heavylift.recordings.read.log import DATES, Log, read_log
+from heavylift.recordings.format.samples import ERROR, MEASURED
+from heavylift.recordings.read.log import Log, read_log
 from heavylift.recordings.read.part import chosen
 from heavylift.recordings.read.signal import titles
 from numpy.typing import NDArray
 
-__all__ = ["Channel", "Measured", "measured", "seconds"]
+__all__ = ["PLUS", "Channel", "Measured", "measured", "stated"]
 
-LINE = re.compile(r"(?P<channel>[^\[±]+?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*(?:(?:\+-|\+/-|±)\s*(?P<half>.+))?")
-HALF = re.compile(rf"(?P<number>{NUMBER})\s*(?P<unit>.*)")
+PLUS = r"\+-|\+/-|±"
+LINE = re.compile(rf"(?P<channel>[^\[±]+?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*(?:(?:{PLUS})\s*(?P<half>.+))?")
+HALF = re.compile(rf"({NUMBER})\s*(.*)")
 EXAMPLE = "'rope/tension/west.H1 [kN] +- 5 kN'"
-TIMES = ("time", "t")  # columns of times; the first stands for a channel, too
 Floats = NDArray[np.float64]
 
 
@@ -57,12 +58,12 @@ class Channel:
 
 @dataclass(frozen=True)
 class Measured:
-    """A log as a map reads it: times (n,) [s] and channels."""
+    """A log as a map reads it: times (n,) [s], channels, and the map's lines."""
 
     log: Log
     t: Floats
     channels: list[Channel]
-    lines: dict[str, str] = field(default_factory=dict)
+    lines: dict[str, str]
 
     @property
     def compared(self) -> list[Channel]:
@@ -72,52 +73,48 @@ class Measured:
 
 def measured(rec: Recording, path: str | Path, maps: Sequence[str], gravity: float) -> Measured:
     """Read a log by a map; HeavyliftError names what is wrong in map or log."""
-    log, source = read_log(path), _source(maps)
-    raise_faults(source, source.faults)
-    t, channels, faults = None, list[Channel](), list[Fault]()
-    for column, text in source.data.items():
-        try:
-            line = LINE.fullmatch(text.strip()) if isinstance(text, str) else None
-            if line is None:
-                raise ValueError(f"write the channel that '{column}' is, such as {EXAMPLE}")
-            if line["channel"] == TIMES[0]:
-                t = seconds(log, column, line["unit"] or "")
-            else:
-                channels.append(_channel(rec, log, column, line, gravity))
-        except (ValueError, SceneError) as error:
-            faults.append(Fault((column,), str(error)))
-    raise_faults(source, faults)
+    log, t = read_log(path), None
+    channels, lines = list[Channel](), dict[str, str]()
+    for source in map(_source, maps):
+        faults = list(source.faults)
+        for column, text in source.data.items():
+            try:
+                line = LINE.fullmatch(text.strip()) if isinstance(text, str) else None
+                if line is None:
+                    raise ValueError(f"write the channel that '{column}' is, such as {EXAMPLE}")
+                if column in lines:
+                    raise ValueError(f"column '{column}' is mapped twice; say once what it is")
+                if line["channel"] == "time":
+                    t = log.seconds(column, line["unit"] or "")
+                else:
+                    channels.append(_channel(rec, log, column, line, gravity))
+                lines[column] = line[0]
+            except (ValueError, SceneError) as error:
+                faults.append(Fault((column,), str(error)))
+        raise_faults(source, faults)
     names = [channel.name for channel in channels]
     if twice := next((name for i, name in enumerate(names) if name in names[:i]), ""):
         raise RecordingError(f"{log.path}: two columns are mapped to {twice}; a channel has one")
     if not any(channel.model for channel in channels):
         raise RecordingError(f"{log.path}: no column is mapped to a channel of {rec.path}; add one, such as {EXAMPLE}")
-    return Measured(log, seconds(log) if t is None else t, channels, {k: str(v) for k, v in source.data.items()})
+    return Measured(log, log.seconds() if t is None else t, channels, lines)
 
 
-def _source(maps: Sequence[str]) -> Source:
-    """Lines of all maps with their places."""
-    found = Source("--map")
-    for given in maps:
-        column, equals, line = given.partition("=")
-        if equals:
-            part = Source("--map", {column.strip(): line.strip()})
-            part.values[column.strip(),] = Mark("--map", 1, len(column) + 2, given)
-        else:
-            try:
-                part = read(Path(given).read_text("utf-8"), given)
-            except (OSError, ValueError) as error:
-                told = getattr(error, "strerror", "") or "it is not UTF-8 text"
-                raise RecordingError(
-                    f"{given}: no map can be read there ({told}); give a YAML file, or 'COLUMN=CHANNEL [UNIT]'"
-                ) from None
-            if not part.data and not part.keys:
-                raise RecordingError(f'{given}: is no map; write lines such as "cell_H1: {EXAMPLE[1:-1]}"')
-        if again := next((name for name in part.data if name in found.data), ""):
-            raise RecordingError(f"{given}: column '{again}' is mapped twice; say once what it is")
-        found = found.merge(part)
-        found.name = part.name
-    return found
+def _source(given: str) -> Source:
+    """The lines of a file, or the one of an option, with their places."""
+    column, equals, line = given.partition("=")
+    if equals:
+        place = Mark("--map", 1, len(column) + 2, given)
+        return Source("--map", {column.strip(): line.strip()}, values={(column.strip(),): place})
+    try:
+        source = read(content(Path(given)).decode(), given)
+    except (OSError, ValueError) as error:
+        told = getattr(error, "strerror", "") or "it is not UTF-8 text"
+        where = "give a YAML file, or 'COLUMN=CHANNEL [UNIT]'"
+        raise RecordingError(f"{given}: no map can be read there ({told}); {where}") from None
+    if not source.data and not source.keys:
+        raise RecordingError(f'{given}: is no map; write lines such as "cell_H1: {EXAMPLE[1:-1]}"')
+    return source
 
 
 def _channel(rec: Recording, log: Log, column: str, line: re.Match[str], gravity: float) -> Channel:
@@ -130,55 +127,36 @@ def _channel(rec: Recording, log: Log, column: str, line: re.Match[str], gravity
         found = chosen(rec, name)
         if len(found) != 1 or name.startswith(ERROR):
             near = [f"{s}/{c}" for s in rec.signals() for c in rec.columns(s)]
-            told = f"{len(found)} channels are meant" if found else "the run has no such channel"
-            raise ValueError(f"{name}: {told}; {closest(name, near)}")
+            message = f"{len(found)} channels are meant" if found else "the run has no such channel"
+            raise ValueError(f"{name}: {message}; {closest(name, near)}")
         signal, part = found[0]
         si = titles(rec.signal(signal))[rec.columns(signal).index(part)].rpartition("[")[2][:-1]
     else:
         signal, _, part = name.removeprefix(MEASURED).rpartition("/")
-        signal, si = (
-            signal or part,
-            next((u for d in DIMENSIONS for u, f in d.units.items() if unit in d.units and f == 1), ""),
-        )
-    factor = _factors(si, gravity).get(unit)
-    if factor is None:
-        raise ValueError(
-            f"'{unit}' is no unit of {name}; use {', '.join(_factors(si, gravity)) or 'one that scenes know'}"
-        )
-    values = log.values(column) * float(factor)
-    return Channel(signal, part, si, values, _sigma(line["half"], si, values, gravity), model, bool(line["half"]))
+        signal = signal or part
+        si = next((u for d in DIMENSIONS if unit in d.units for u, f in d.units.items() if f == 1), "")
+    units = _units(si, gravity)
+    if unit not in units:
+        raise ValueError(f"'{unit}' is no unit of {name}; use {', '.join(units) or 'one that scenes know'}")
+    values = log.values(column) * float(units[unit])
+    sigma = np.zeros(len(values)) if line["half"] is None else stated(line["half"], values, units)
+    return Channel(signal, part, si, values, sigma, model, bool(line["half"]))
 
 
-def _factors(si: str, gravity: float) -> dict[str, Fraction]:
+def _units(si: str, gravity: float) -> dict[str, Fraction]:
     """Units, with their factors, in which a channel of this SI unit, or of these, can be written."""
-    parts = si.split(" or ")
-    found = {u: f for part in parts for d in DIMENSIONS if d.units.get(part) == 1 for u, f in d.units.items() if u}
+    fitting = [d for part in si.split(" or ") for d in DIMENSIONS if d.units.get(part) == 1]
     weights = {unit: factor * Fraction(gravity) for unit, factor in MASS.units.items()} if si == "N" else {}
-    return found | weights
+    return {unit: factor for d in fitting for unit, factor in d.units.items() if unit} | weights
 
 
-def _sigma(half: str | None, si: str, values: Floats, gravity: float) -> Floats:
-    """Standard uncertainties from the half-width that a line states."""
-    if half is None:
-        return np.zeros(len(values))
+def stated(half: str, values: Floats, units: Mapping[str, Fraction]) -> Floats:
+    """Standard uncertainties (n,) of values (n,) from a half-width at 95 %, such as `3 %`; ValueError if it is none."""
     form = HALF.fullmatch(half.strip())
-    if form is None or (width := float(form["number"])) < 0.0:
+    if form is None or (width := float(form[1])) < 0.0:
         raise ValueError(f"'+- {half}' is no uncertainty: write a number and a unit, such as '+- 5 kN' or '+- 1 %'")
-    unit = tidy(form["unit"])
-    if unit == "%":
+    if (unit := tidy(form[2])) == "%":
         return 0.5 * width / 100.0 * np.abs(values)
-    if (factor := _factors(si, gravity).get(unit)) is None:
-        raise ValueError(f"'+- {half}': '{unit}' is no unit of it; use %, {', '.join(_factors(si, gravity))}")
-    return np.full(len(values), 0.5 * width * float(factor))
-
-
-def seconds(log: Log, column: str = "", unit: str = "") -> NDArray[np.float64]:
-    """(n,) times [s]; RecordingError if they do not rise or have gaps, or without a column or unit."""
-    column = column or next((name for name, _ in log.head if name.lower() in TIMES), TIMES[0])
-    t, unit = log.times(column), tidy(unit or log.unit(column))
-    if unit == DATES:
-        return t
-    if unit not in TIME.units:
-        told = f"'{unit}' is no unit of time" if unit else "the unit is missing"
-        raise log.error(1, column, f"{told}; write it behind the name, such as '{column} [s]'")
-    return t * float(TIME.units[unit])
+    if unit not in units:
+        raise ValueError(f"'+- {half}': '{unit}' is no unit of it; use %, {', '.join(units)}")
+    return np.full(len(values), 0.5 * width * float(units[unit]))

@@ -6,24 +6,25 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 from heavylift.coordinator.record.scene import RESOLVED
+from heavylift.coordinator.replay.recorded import RecordedRun
+from heavylift.coordinator.run.resume import Beginning
 from heavylift.kernel.errors import RecordingError
-from heavylift.nodes.scene import LoadedScene
 from heavylift.recordings import Recording, file_path
 from heavylift.recordings.read.extended import extended
 from heavylift.recordings.write.outputs import beside as named_beside
 from heavylift.recordings.write.outputs import output_path
-from heavylift.recordings.write.partfile import PartFile
+from heavylift.recordings.write.partfile import written
 from numpy.typing import NDArray
 
 from .alignment import Alignment, aligned, overlapping
 from .estimation import Estimate, Told, estimate
 from .mapping import Channel, Measured, measured
-from .parameters import Parameter, parameters
-from .simulation import scene_of, simulator
+from .parameters import parameters, scene_text, uncertain
+from .simulation import simulator, spread
 from .validation import LEVEL, Comparison, accuracy, beside, compared, curves_of
-from .written import scene_text
 
 __all__ = ["Outcome", "measure"]
 
@@ -35,8 +36,8 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Outcome:
-    """What was found; `estimates`: value and half-width at 95 % as text, by name; `untold`: why, by name; how many rows
-    of the log lie outside of the run; the recording and the scene that were written."""
+    """What was found; `estimates`: value and half-width at 95 % as text, by name; `not_identified`: why, by name; how
+    many rows of the log lie outside of the run; the recording and the scene that were written."""
 
     at: Alignment
     comparisons: list[Comparison]
@@ -66,41 +67,47 @@ def measure(
     maps: Sequence[str],
     offset: float | None = None,
     wanted: Sequence[str] = (),
+    given: Sequence[str] = (),
     out: str | Path | None = None,
     force: bool = False,
-    say: Callable[[str], None] = lambda told: None,
+    say: Callable[[str], None] = lambda sentence: None,
 ) -> Outcome:
     """Compare the recording `path` with a log, and write both (default: NAME-measured.mcap).
 
     `offset` [s] of the log's time in the run, estimated if not given; `wanted`: inputs of the scene to estimate, which
-    are written into the scene beside the new recording.  Raises HeavyliftError.
+    are written into the scene beside the new recording; `given`: inputs with their uncertainty, `block.mass +- 3 %`.
+    Raises HeavyliftError.
     """
     path = file_path(path)
     out = output_path(out or named_beside(path, "-measured.mcap"), "a recording", (".mcap",))
     rec = Recording(path)
-    scene = scene_of(rec) if wanted or RESOLVED in rec.attachments else None
-    inputs = parameters(scene, wanted) if scene else []
-    found = measured(rec, log, maps, scene.plan.gravity if scene else EARTH)
-    at = _placed(rec, found, offset)
-    estimates, untold = dict[str, tuple[str, str]](), dict[str, str]()
-    if scene and inputs:
-        fit = _estimated(rec, scene, inputs, found, at, say)
-        at = fit.at
-        estimates = {inputs[i].name: inputs[i].rounded(x, fit.sigma[i]) for i, x in fit.values.items()}
-        untold = {inputs[i].name: why for i, why in sorted(fit.unknown.items())}
-    comparisons, errors = compared(rec, found, at)
-    rows = overlapping(curves_of(rec, found.compared)[0], found.t, at.offset)
-    outcome = Outcome(at, comparisons, estimates, untold, int((~rows).sum()))
+    begun = Beginning.left(path, RecordedRun(path), "record it with `heavylift run`") if wanted or given else None
+    inputs = parameters(begun.scene, wanted) if begun else []
+    known, sigma = uncertain(begun.scene, given) if begun else ([], np.zeros(0))
+    plan = msgspec.json.decode(rec.attachments.get(RESOLVED, b"{}"))
+    found = measured(rec, log, maps, plan.get("gravity", EARTH))
+    at, own = _placed(rec, found, offset), curves_of(rec, found.compared)
+    fit, u_input = Estimate({}, {}, {}, at), list[Floats]()
+    rate = 1.0 / float(np.median(np.diff(found.t)))
+    if begun and inputs:
+        told = _told(rec, found, at)
+        fit = estimate(simulator(begun, inputs, found.compared, rate, say), inputs, told, at)
+    if begun and known:
+        start = np.array([p.value for p in known])
+        u_input = spread(simulator(begun, known, found.compared, rate, say), start, sigma, own)
+    comparisons, errors = compared(rec, found, fit.at, u_input)
+    rows = overlapping(own[0], found.t, fit.at.offset)
+    estimates = {inputs[i].name: inputs[i].rounded(x, fit.sigma[i]) for i, x in fit.values.items()}
+    unknown = {inputs[i].name: why for i, why in sorted(fit.unknown.items())}
+    outcome = Outcome(fit.at, comparisons, estimates, unknown, int((~rows).sum()))
     name, lines = found.log.path.name, "".join(f"{column}: {line}\n" for column, line in found.lines.items())
     files = {name: found.log.path.read_bytes(), "map.yaml": lines.encode()}
-    made = extended(path, out, beside(found, at, errors, rows), {"measured": outcome.data()}, files, force)
+    made = extended(path, out, beside(found, fit.at, errors, rows), {"measured": outcome.data()}, files, force)
     outcome = replace(outcome, recording=made)
-    if scene is None or not estimates:
+    if begun is None or not estimates:
         return outcome
-    text = scene_text(scene, inputs, estimates, name)
-    with PartFile(made.with_suffix(".yaml"), "a scene", (".yaml",), force) as file, file.writing():
-        file.stream.write(text.encode())
-    return replace(outcome, scene=file.path)
+    text = scene_text(begun.scene, inputs, estimates, name)
+    return replace(outcome, scene=written(text, made.with_suffix(".yaml"), "a scene", (".yaml",), force))
 
 
 def _placed(rec: Recording, log: Measured, offset: float | None) -> Alignment:
@@ -119,27 +126,12 @@ def _placed(rec: Recording, log: Measured, offset: float | None) -> Alignment:
     return at
 
 
-def _estimated(
-    rec: Recording,
-    scene: LoadedScene,
-    inputs: list[Parameter],
-    log: Measured,
-    at: Alignment,
-    say: Callable[[str], None],
-) -> Estimate:
-    channels = log.compared
-    step = float(np.median(np.diff(log.t)))
-    rows = overlapping(curves_of(rec, channels)[0], log.t, at.offset, ROOM * step)
-    told = Told(
-        log.t[rows],
-        [c.values[rows] for c in channels],
-        [np.hypot(c.sigma[rows], accuracy(rec) / LEVEL * np.abs(c.values).max()) for c in channels],
-        [_scatter(c) for c in channels],
-    )
-    start, scales = (np.array([getattr(p, key) for p in inputs]) for key in ("value", "scale"))
-    simulate = simulator(rec, scene, inputs, channels, 1.0 / step, say)
-    bounds = np.array([p.bounds for p in inputs]).T
-    return estimate(simulate, start, scales, bounds, [p.name for p in inputs], told, at)
+def _told(rec: Recording, log: Measured, at: Alignment) -> Told:
+    """What estimates are made of."""
+    room = ROOM * float(np.median(np.diff(log.t)))
+    rows = overlapping(curves_of(rec, log.compared)[0], log.t, at.offset, room)
+    common = [np.hypot(c.sigma[rows], accuracy(rec) / LEVEL * np.abs(c.values).max()) for c in log.compared]
+    return Told(log.t[rows], [c.values[rows] for c in log.compared], common, [_scatter(c) for c in log.compared])
 
 
 def _scatter(channel: Channel) -> float:

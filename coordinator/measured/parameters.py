@@ -1,48 +1,65 @@
 """Inputs of a scene by the path that `--set` takes, with `x`, `y`, `z` for the numbers of a place: `block.com.x`.
 
 Each has its value, the unit in which it is written, and a scale, by which it may be off: its own size, of a place at
-least a metre, of an efficiency a tenth.
+least a metre, of what lies between two ends a fifth of their distance.  Estimates are written back into the scene, its
+comments kept; their uncertainty stands in a comment above the part that has the input, `block.mass: 481.2 t +- 1.1 t`.
 """
 
 from __future__ import annotations
 
+import io
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from math import floor, inf, log10
 from typing import Any, get_args
 
+import msgspec
+import numpy as np
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.scene import LoadedScene
+from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.loading import parse
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Path, read
-from heavylift.nodes.scene.text.units import DIMENSIONS, EFFICIENCY, NUMBER, Dimension, Limited, tidy
+from heavylift.nodes.scene.text.overlay import override
+from heavylift.nodes.scene.text.source import Path, Source, child, ordered, read
+from heavylift.nodes.scene.text.units import NUMBER, Dimension, Limited, Quantity, tidy
+from numpy.typing import NDArray
 from pydantic import BaseModel
+from ruamel.yaml import YAML
 
-__all__ = ["Parameter", "parameters", "settings", "varied"]
+from .mapping import PLUS, stated
+
+__all__ = ["Parameter", "parameters", "scene_text", "uncertain", "varied"]
 
 AXES = {"x": 0, "y": 1, "z": 2}
-SCALES = {"length": 1.0, "efficiency": 0.1}  # SI, of quantities whose own size says little of their uncertainty
-FREE = ("length", "angle")  # may change their sign
+LEAST = {"length": 1.0}  # scale [SI] of quantities whose own size says little of their uncertainty
+SIGNED = ("length", "angle")
 FAR = 20.0  # times more or less: an input that leads there is not told by the log
 DIGITS = 6  # of a value without uncertainty
+Floats = NDArray[np.float64]
+KEPT = ("fidelity", "method", "tolerance", "step", "driven", "end")  # of a plan, whatever an input is
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """An input: how it was named, its path in the scene's data, value and scale in SI, unit and what that is in SI;
-    `whole`: what must be written first for the path to be there."""
+    """An input: how it was named, value, scale and bounds in SI, its unit among those that it can have, its path in the
+    scene's data; `whole`: what must be written first for the path to be there."""
 
     name: str
-    path: Path
     value: float
     scale: float
-    unit: str
-    factor: float
-    bounds: tuple[float, float]
+    bounds: tuple[float, float] = (-inf, inf)
+    unit: str = ""
+    units: Mapping[str, Fraction] = field(default_factory=lambda: {"": Fraction(1)})
+    path: Path = ()
     whole: str = ""
+
+    @property
+    def factor(self) -> float:
+        """What its unit is in SI."""
+        return float(self.units[self.unit])
 
     def rounded(self, value: float, sigma: float) -> tuple[str, str]:
         """A value and two standard uncertainties, as people write them, to two digits of the latter."""
@@ -55,94 +72,122 @@ class Parameter:
 
 def parameters(scene: LoadedScene, names: Sequence[str]) -> list[Parameter]:
     """The inputs of these names; SceneError for one that the scene has not, or that is no quantity."""
-    data = read(scene.merged or scene.text, scene.path.name).data
-    found = [_parameter(scene, data, name) for name in dict.fromkeys(names)]
+    source = read(scene.merged or scene.text, scene.path.name)
+    found = [_parameter(scene, source, name) for name in names]
     if twice := next((p for i, p in enumerate(found) if p.path in [q.path for q in found[:i]]), None):
-        raise SceneError(f"--estimate {twice.name}: is named twice; once is enough")
+        raise SceneError(f"input {twice.name}: is named twice; once is enough")
     return found
 
 
-def settings(inputs: Sequence[Parameter], values: Sequence[str]) -> list[str]:
+def uncertain(scene: LoadedScene, texts: Sequence[str]) -> tuple[list[Parameter], Floats]:
+    """Inputs with their standard uncertainties (m,), as in `block.mass +- 3 %`, which is that at a level of 95 %."""
+    parts = [re.split(PLUS, text, maxsplit=1) for text in texts]
+    inputs, sigma = parameters(scene, [part[0].strip() for part in parts]), []
+    for p, (_, *half) in zip(inputs, parts, strict=True):
+        try:
+            sigma.append(stated(half[0] if half else "", np.array([p.value]), p.units)[0])
+        except ValueError as error:
+            raise SceneError(f"input {p.name}: {error}") from None
+    return inputs, np.array(sigma)
+
+
+def varied(scene: LoadedScene, inputs: Sequence[Parameter], values: Sequence[float]) -> LoadedScene:
+    """The scene with other values, modelled and integrated as it was; SceneError if it is none."""
+    texts = [f"{x / p.factor!r} {p.unit}" for p, x in zip(inputs, values, strict=True)]
+    other = parse(scene.merged or scene.text, scene.path.name, _settings(inputs, texts))
+    return replace(other, plan=msgspec.structs.replace(other.plan, **{x: getattr(scene.plan, x) for x in KEPT}))
+
+
+def scene_text(
+    scene: LoadedScene, inputs: Sequence[Parameter], estimates: Mapping[str, tuple[str, str]], source: str
+) -> str:
+    """The text of a scene with estimates, (value, uncertainty) by name, from the log `source`.
+
+    What was laid over the scene for its run, by `extends` or `--set`, is written out.
+    """
+    name, out, yaml = scene.path.name, io.StringIO(), YAML()
+    yaml.preserve_quotes, yaml.width = True, 10_000  # lines stay as long as they are
+    yaml.indent(mapping=2, sequence=4, offset=2)
+    fitted, wanted = [p for p in inputs if p.name in estimates], read(scene.merged or scene.text, name)
+    for setting in _settings(fitted, [estimates[p.name][0] for p in fitted]):
+        override(wanted, setting)
+    data = _laid(yaml.load(scene.text), wanted.data)
+    for part in dict.fromkeys(p.path[0] for p in fitted):
+        lines = [f"  {p.name}: {' +- '.join(estimates[p.name])}" for p in fitted if p.path[0] == part]
+        data.yaml_set_comment_before_after_key(part, before="\n".join([f"from {source}, 95 %:", *lines]))
+    yaml.dump(data, out)
+    if ordered(read(out.getvalue(), name).data) != ordered(wanted.data):
+        raise SceneError(f"{name}: cannot be written with its comments; set the estimates with --set")
+    parse(out.getvalue(), name)
+    return out.getvalue()
+
+
+def _parameter(scene: LoadedScene, source: Source, name: str) -> Parameter:
+    at: Any = scene.scene
+    kind: Any = None
+    path: Path = ()
+    whole = ""
+    for word in name.split("."):
+        key: str | int = word
+        below: dict[Any, tuple[Any, Any]]  # value and annotation of all that is here
+        if isinstance(at, BaseModel):
+            fields = type(at).model_fields.items()
+            below = {f.alias or each: (getattr(at, each), (f.annotation, *f.metadata)) for each, f in fields}
+            key = written(word)
+            key = word if child(source.at(path), word) is not None else key  # YAML may have the one of Python, too
+        elif isinstance(at, dict):
+            below = {each: (value, kind) for each, value in at.items()}
+        elif isinstance(at, list | tuple):
+            below = {i: (value, kind) for i, value in enumerate(at)}
+            key = AXES.get(word, int(word) if word.isdecimal() else word)
+            if not isinstance(source.at(path), list) and (found := _dimension(kind)):
+                si = next(unit for unit, factor in found.units.items() if factor == 1)
+                whole = f"{'.'.join(map(str, path))}=[{', '.join(f'{x!r} {si}' for x in at)}]"
+        else:
+            raise SceneError(f"input {name}: '{path[-1]}' is a quantity and has no '{word}'")
+        if key not in below:
+            raise SceneError(f"input {name}: there is no '{word}'; {closest(word, map(str, below))}")
+        at, kind = below[key]
+        path = (*path, key)
+    dimension = _dimension(kind)
+    if dimension is None or isinstance(at, bool) or not isinstance(at, int | float | None):
+        raise SceneError(f"input {name}: is no quantity; name one, such as block.mass")
+    if at is None:
+        raise SceneError(f"input {name}: the scene gives it no value; write one from which to begin")
+    text = re.fullmatch(rf"\s*{NUMBER}\s*(.*?)\s*", str(source.at(path)))
+    unit = tidy(text[1]) if text and tidy(text[1]) in dimension.units else next(iter(dimension.units))
+    scale = max(abs(at), LEAST.get(dimension.name, 0.0)) or 1.0
+    bounds = (at / FAR, at * FAR) if at > 0.0 and dimension.name not in SIGNED else (-inf, inf)
+    if isinstance(dimension, Limited):
+        bounds = (dimension.number(dimension.lowest), dimension.number(dimension.highest))
+        scale = 0.2 * (bounds[1] - bounds[0])
+    return Parameter(name, float(at), scale, bounds, unit, dimension.units, path, whole)
+
+
+def _dimension(kind: Any) -> Dimension | None:
+    """The dimension that an annotation of a key tells, however deep."""
+    if isinstance(kind, Quantity):
+        return kind.dimension
+    parts = kind if isinstance(kind, tuple) else get_args(kind)
+    return next((found for part in parts if (found := _dimension(part))), None)
+
+
+def _settings(inputs: Sequence[Parameter], values: Sequence[str]) -> list[str]:
     """What `--set` takes to give inputs these values."""
     first = dict.fromkeys(p.whole for p in inputs if p.whole)
     return [*first, *(f"{'.'.join(map(str, p.path))}={text}" for p, text in zip(inputs, values, strict=True))]
 
 
-def varied(scene: LoadedScene, inputs: Sequence[Parameter], values: Sequence[float]) -> LoadedScene:
-    """The scene with other values, modelled and integrated as it was; SceneError if it is none."""
-    texts = [f"{x / p.factor!r} {p.unit}".strip() for p, x in zip(inputs, values, strict=True)]
-    other = parse(scene.merged or scene.text, scene.path.name, settings(inputs, texts))
-    return replace(other, plan=_as(other.plan, scene.plan))
-
-
-def _as(new: Plan, old: Plan) -> Plan:
-    """How it is modelled and integrated, and what follows a log, do not change with an input."""
-    import msgspec
-
-    kept = ("fidelity", "method", "tolerance", "step", "driven", "end")
-    return msgspec.structs.replace(new, **{key: getattr(old, key) for key in kept})
-
-
-def _parameter(scene: LoadedScene, data: dict[str, Any], name: str) -> Parameter:
-    at: Any = scene.scene
-    kind: Any = type(scene.scene)
-    written: Any = data
-    path, whole = list[str | int](), ""
-    for word in name.split("."):
-        key: str | int = word
-        if isinstance(at, BaseModel):
-            field = next((f for f in type(at).model_fields if word in (f, f.replace("_", " "))), "")
-            known = [f.replace("_", " ") for f in type(at).model_fields]
-            if not field:
-                raise SceneError(f"--estimate {name}: there is no '{word}'; {closest(word, known)}")
-            info = type(at).model_fields[field]
-            at, kind, key = getattr(at, field), (info.annotation, *info.metadata), info.alias or field
-            key = field if isinstance(written, dict) and field in written else key
-        elif isinstance(at, dict):
-            if word not in at:
-                raise SceneError(f"--estimate {name}: there is no '{word}'; {closest(word, at)}")
-            at = at[word]
-        elif isinstance(at, list | tuple):
-            number = AXES.get(word, int(word) if word.isdecimal() else -1)
-            if not 0 <= number < len(at):
-                raise SceneError(f"--estimate {name}: there is no '{word}' among {len(at)}")
-            if not isinstance(written, list):
-                numbers = ", ".join(f"{x!r} {_si(_dimension(kind))}" for x in at)
-                whole = f"{'.'.join(map(str, path))}=[{numbers}]"
-            at, key = at[number], number
-        else:
-            raise SceneError(f"--estimate {name}: '{path[-1]}' is a quantity and has no '{word}'")
-        written = _below(written, key)
-        path.append(key)
-    dimension = _dimension(kind)
-    if dimension is None or isinstance(at, bool) or not isinstance(at, int | float | None):
-        raise SceneError(f"--estimate {name}: is no quantity; name one, such as block.mass")
-    if at is None:
-        raise SceneError(f"--estimate {name}: the scene gives it no value; write one from which to begin")
-    text = re.fullmatch(rf"\s*{NUMBER}\s*(.*?)\s*", str(written)) if written is not None else None
-    unit = tidy(text[1]) if text else next(iter(dimension.units))
-    scale = max(abs(at), SCALES.get(dimension.name, 0.0)) if dimension.name != "efficiency" else SCALES["efficiency"]
-    factor = float(dimension.units.get(unit, 1))
-    bounds = (at / FAR, at * FAR) if at > 0.0 and dimension.name not in FREE else (-inf, inf)
-    if isinstance(dimension, Limited):
-        bounds = (dimension.number(dimension.lowest), dimension.number(dimension.highest))
-    return Parameter(name, tuple(path), float(at), scale or 1.0, unit, factor, bounds, whole)
-
-
-def _below(data: Any, key: str | int) -> Any:
-    if isinstance(data, dict):
-        return data.get(key)
-    return data[key] if isinstance(data, list) and isinstance(key, int) and key < len(data) else None
-
-
-def _dimension(kind: Any) -> Dimension | None:
-    """The dimension that an annotation of a key tells, however deep."""
-    told = getattr(kind, "json_schema", None)
-    if isinstance(told, dict) and (name := told.get("dimension", "")):
-        return next((d for d in (*DIMENSIONS, EFFICIENCY) if d.name == name), None)
-    parts = kind if isinstance(kind, tuple) else (*get_args(kind), *getattr(kind, "__metadata__", ()))
-    return next((found for part in parts if (found := _dimension(part))), None)
-
-
-def _si(dimension: Dimension | None) -> str:
-    return next((unit for unit, factor in dimension.units.items() if factor == 1), "") if dimension else ""
+def _laid(data: Any, wanted: Any) -> Any:
+    """The data as wanted; what is so already stays the object that it is, with its comments and style."""
+    if isinstance(data, dict) and isinstance(wanted, dict):
+        for key in [key for key in data if key not in wanted]:
+            del data[key]
+        for key, value in wanted.items():
+            data[key] = _laid(data.get(key), value)
+        return data
+    if isinstance(data, list) and isinstance(wanted, list) and len(data) == len(wanted):
+        for i, value in enumerate(wanted):
+            data[i] = _laid(data[i], value)
+        return data
+    return data if data == wanted and type(data) is not bool else wanted

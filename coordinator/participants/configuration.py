@@ -25,5 +25,4 @@ def kernel_config(plan: Plan, systems: Iterable[System]) -> KernelConfig:
         plan.step,
         hooked_later(plan),
         plan.fidelity.islands == "apart",
-        None if plan.fidelity.unused_laws == "dropped" else False,
     )

@@ -16,7 +16,8 @@ import msgspec
 import numpy as np
 from heavylift.kernel.description.mechanics import assembled
 from heavylift.kernel.errors import KernelError, ModelError
-from heavylift.kernel.islands.islands import Islands, simulate
+from heavylift.kernel.islands.choice import simulate
+from heavylift.kernel.islands.islands import Islands
 from heavylift.kernel.model.switching import StateEvent as Switched
 from heavylift.kernel.simulation.native.samples import channels, published
 from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
@@ -35,12 +36,13 @@ SILENT = 2**30  # microstep of silent tags
 
 
 class KernelNode:
-    """A `Steppable` around a `Simulation`; `publish(batch)` gets encoded samples, [first, times, rows]."""
+    """A `Steppable` around a `Simulation`; `publish(batch)` gets encoded samples, [first, times, rows, notes], and, if
+    the node `foretells`, of a rest those that come unless a grant does, with their period."""
 
-    def __init__(self, config: KernelConfig, publish: Callable[[bytes], None]) -> None:
+    def __init__(self, config: KernelConfig, publish: Callable[[bytes], None], foretells: bool = False) -> None:
         self._subscriptions: Mapping[str, list[str]] = config.subscriptions
         self.lookahead = {_port(model): 0 for models in config.subscriptions.values() for model in models}
-        self._publish = publish
+        self._publish, self._foretells, self._period = publish, foretells, config.sample_ns
         self._sent = self._noted = 0
         self._before = FOREVER_NS  # samples from here on wait: a step may end where the run does [ns]
         self.pauses = 0
@@ -57,7 +59,6 @@ class KernelNode:
             config.step,
             config.ties,
             config.apart,
-            config.lean,
         )
 
     def layout(self) -> bytes:
@@ -171,6 +172,12 @@ class KernelNode:
                 self.simulation.run(until.t, self._pause)
         finally:
             self._flush()  # what came before an error, too
+        self.foretell()
+
+    def foretell(self) -> None:
+        """Say how it goes on if the scene rests."""
+        if self._foretells and (rest := self.simulation.foretold()):
+            self._batch([*self.simulation.rows, rest], [], self._period)
 
     def _pause(self) -> None:
         self.pauses += 1
@@ -183,11 +190,15 @@ class KernelNode:
             same = next((i for i in range(1, ready) if rows[i][1] is not rows[0][1]), ready)
             n = same if same > 1 else min(BATCH, ready)
             some, rows[:] = rows[:n], rows[n:]
-            values = published(self.simulation.method, np.array([row for _, row in some[: 1 if same > 1 else n]]))
-            new = [(number, *notes[number]) for number in range(self._noted, len(notes))]
-            batch = (self._sent, [t for t, _ in some], values.astype("<f8").tobytes(), *([new] if new else []))
-            self._publish(msgspec.msgpack.encode(batch))
+            self._batch(some, [(number, *notes[number]) for number in range(self._noted, len(notes))])
             self._sent, self._noted = self._sent + len(some), len(notes)
+
+    def _batch(self, rows: list[tuple[int, np.ndarray]], notes: list[tuple[int, int, str]], period: int = 0) -> None:
+        """Send consecutive samples, equal ones as one row."""
+        different = rows[:1] if all(row is rows[0][1] for _, row in rows) else rows
+        values = published(self.simulation.method, np.array([row for _, row in different])).astype("<f8").tobytes()
+        more = (notes, period) if period else (notes,) if notes else ()
+        self._publish(msgspec.msgpack.encode((self._sent, [t for t, _ in rows], values, *more)))
 
 
 def _port(model: str) -> str:

@@ -38,6 +38,7 @@ class Participant:
         self.name, self._send, self._sample = name, send, sample
         self._node: Node | None = None
         self._flush: Callable[[], None] = lambda: None  # what goes to the data topic before an answer
+        self._greeted: Callable[[], None] = lambda: None  # what goes there after HELLO
         self._pauses: Callable[[], int] = lambda: 0
         self._unchanged: Callable[[bool], None] = lambda now: None  # of what models share
         self._busy_s = 0.0
@@ -65,6 +66,8 @@ class Participant:
                 answer = msgspec.structs.replace(answer, busy_s=self._busy_s)
         if answer is not None:
             self._send(m.encode(answer))
+            if isinstance(answer, m.Hello):
+                self._greeted()
             self.over, self.failed = isinstance(answer, m.Bye | m.Fail), getattr(answer, "sentence", "")
 
     def _work(self, node: Node, message: m.AnyMessage) -> m.AnyMessage | None:
@@ -95,8 +98,8 @@ class Participant:
         if isinstance(part, parts.KernelPart):
             from .kernel_node import KernelNode
 
-            kernel = KernelNode(part.config, self._sample)
-            self._pauses = lambda: kernel.pauses
+            kernel = KernelNode(part.config, self._sample, foretells=True)
+            self._pauses, self._greeted = lambda: kernel.pauses, kernel.foretell
             return Node(self.name, kernel, kernel.finish, samples=True), kernel.layout(), part.agreed
         if isinstance(part, parts.ModelPart):
             from .building import child

@@ -34,7 +34,6 @@ class KernelConfig(msgspec.Struct, frozen=True):
     step: float | None = None
     ties: list[str] = []  # ropes that the list will hook: what they tie is one island from the start
     apart: bool = True  # islands are solved apart
-    lean: bool | None = None  # see `kernel.simulation`
 
 
 class KernelPart(msgspec.Struct, frozen=True, tag="kernel"):

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import time
+from bisect import bisect_left
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
 
 import msgspec
+import numpy as np
 from heavylift.coordinator.live.commands import COMMAND, OPERATOR
 from heavylift.coordinator.live.pace import Lateness
+from heavylift.coordinator.protocol import messages as m
 from heavylift.coordinator.transport.placement import Placement
 from heavylift.coordinator.verdict import judge
 from heavylift.coordinator.verdict.conduct import Conduct
@@ -22,14 +27,15 @@ from heavylift.nodes.models import KERNEL, NodeModel, system
 from heavylift.nodes.models.parts.messages import OperatorCommand, StateEvent
 from heavylift.nodes.plan.plan import HookRope, Plan, Sling, encode
 from heavylift.recordings import SampleLayout, Spectator
-from heavylift.recordings.format.samples import decode_batch
+from heavylift.recordings.format.samples import Batch, decode_batch
 from heavylift.recordings.read.verdict import Judged
 from heavylift.recordings.render.lichtblick import LAYOUT, layout
+from numpy.typing import NDArray
 
 from .budget import Budget, clocked
 from .drawing import RopeLines, boxes, surroundings
 from .energy import EnergyAudit
-from .tape import FileTape
+from .tape import FileTape, Held
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
@@ -37,6 +43,8 @@ if TYPE_CHECKING:
 __all__ = ["MERGED", "RESOLVED", "Record", "Result", "rated"]
 
 RESOLVED = "resolved.json"  # the plan
+SILENT_s = 0.4  # wall time after which samples that were foretold are taken
+REST = 4096  # of them at once
 MERGED = "merged.json"  # the whole scene, where its own text is not all of it
 
 
@@ -104,6 +112,8 @@ class Record(FileTape):
         self._facts: dict[str, object] = facts
         self._conduct = Conduct()
         self._collector = Collector(self._layout)
+        self._seen, self._seen_at = 0, time.monotonic()  # samples, and when the last of them came [s]
+        self._foretold: Batch | None = None  # what comes until the kernel is told something
         super().__init__(output, facts, attachments, force)
         for name, model in models.items():
             for port in model.ports.values():
@@ -140,15 +150,48 @@ class Record(FileTape):
 
     @clocked
     def samples(self, node: str, batch: bytes) -> int:
-        """A batch of the kernel; returns the time of its last sample [ns]."""
+        """A batch of the kernel; returns the time of the last sample [ns]."""
+        found = decode_batch(batch, self._layout.width)
+        if found.period:
+            self._foretold = found if found.first == self._seen else self._foretold  # not that of a successor
+            return self.last_ns
         self.recorder.samples(batch)
-        rows = decode_batch(batch, self._layout.width)
-        if self._energy is not None:
-            self._energy.add(rows.rows)
-        self._collector.samples(rows.first, rows.times, rows.rows)
-        self._page.samples(rows.times, rows.rows)
-        self.last_ns = max(self.last_ns, rows.times[-1])
-        return rows.times[-1]
+        if (skip := self._seen - found.first) < len(found.times):
+            times, rows = found.times[skip:], found.rows[skip:]
+            if self._energy is not None:
+                self._energy.add(rows)
+            self._collector.samples(self._seen, times, rows)
+            self._page.samples(times, rows)
+            self._seen, self._seen_at = self._seen + len(times), time.monotonic()
+            self.last_ns = max(self.last_ns, times[-1])
+        return found.times[-1]
+
+    def settle(self, t_ns: int) -> None:
+        """What waits below this simulation time [ns] may be written; what was foretold for it has come.
+
+        A rest that lasts is not waited for: whatever the run does, no more than a second of it is lost with it.
+        """
+        if self._foretold is not None and time.monotonic() - self._seen_at > SILENT_s:
+            known, period = self._foretold, self._foretold.period
+            new = range(self._seen - known.first, bisect_left(known.times, t_ns))
+            for i in new:
+                self._take_foretold([known.times[i]], known.rows[i])
+            after = self._seen - known.first - len(known.times) + 1
+            times = range(known.times[-1] + after * period, t_ns, period) if after > 0 else range(0)
+            for i in range(0, len(times), REST):
+                self._take_foretold(times[i : i + REST], known.rows[-1])
+        super().settle(t_ns)
+
+    def _take_foretold(self, times: Sequence[int], row: NDArray[np.float64]) -> None:
+        self.samples(KERNEL, msgspec.msgpack.encode((self._seen, list(times), row.astype("<f8").tobytes())))
+
+    def protocol(
+        self, t_ns: int, node: str, direction: str, message: m.AnyMessage, data: bytes, held: Held = ()
+    ) -> None:
+        """A message of the time protocol; with one for the kernel nothing is foretold any more."""
+        super().protocol(t_ns, node, direction, message, data, held)
+        if node == KERNEL and direction == "to node":
+            self._foretold = None
 
     def finish(self, grants: int, wall_s: float, unfinished: str, lateness: Lateness | None = None) -> Result:
         """Close the recording."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from heavylift.kernel.algebra.attitudes import quaternions
 from heavylift.kernel.description import contacts as contact
 from heavylift.kernel.description.mechanics import WORLD, Body, System, Vector
 from heavylift.recordings import Box
@@ -116,7 +117,5 @@ def _onto(n: Floats) -> tuple[float, float, float, float]:
 
 def _quaternion(R: Floats) -> tuple[float, float, float, float]:
     """Unit quaternion x y z w of a rotation."""
-    from scipy.spatial.transform import Rotation
-
-    x, y, z, w = Rotation.from_matrix(R).as_quat().tolist()
+    ((x, y, z, w),) = quaternions(R[None]).tolist()
     return x, y, z, w

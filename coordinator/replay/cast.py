@@ -19,6 +19,7 @@ from heavylift.coordinator.record.scene import RESOLVED
 from heavylift.kernel.errors import UNREADABLE, RecordingError
 from heavylift.kernel.trust import demand
 from heavylift.nodes.devs import Simulator, Steppable
+from heavylift.nodes.devs.execution.rules import LIMIT
 from heavylift.nodes.models import COMMANDER, KERNEL, build, build_one, couplings
 from heavylift.nodes.plan.plan import Plan, decode, functions
 from heavylift.recordings import Recording
@@ -39,6 +40,7 @@ class Cast:
     finish: tuple[str, str] | None
     make: Callable[[str, Callable[[bytes], None]], Steppable] = field(repr=False)
     outside: tuple[Coupling, ...] = ()
+    microsteps: int = LIMIT
 
     @property
     def nodes(self) -> list[str]:
@@ -65,7 +67,7 @@ def cast_of(rec: Recording) -> Cast:
                 f"{rec.path}: this version cannot run its scene ({error}); use the version that made it, {rec.library}"
             ) from None
     if "model" in rec.run:
-        return _of_model(rec.run["model"], f"{rec.path}")
+        return _of_model(rec.run["model"], f"{rec.path}", _microsteps(rec))
     raise RecordingError(f"{rec.path}: has no scene attached to simulate again; record it with `heavylift run`")
 
 
@@ -82,12 +84,23 @@ def _of_plan(plan: Plan) -> Cast:
     wiring = [Coupling(*wire) for wire in couplings(plan)]
     listens = COMMAND in build_one(plan, COMMANDER).ports
     outside = (Coupling(OPERATOR, COMMAND, COMMANDER, COMMAND),) if listens else ()
-    return Cast({**found, COMMANDER: COMMANDER, KERNEL: KERNEL}, wiring, (COMMANDER, "finished"), make, outside)
+    names = {**found, COMMANDER: COMMANDER, KERNEL: KERNEL}
+    return Cast(names, wiring, (COMMANDER, "finished"), make, outside, plan.microsteps)
 
 
-def _of_model(reference: str, by: str) -> Cast:
+def _of_model(reference: str, by: str, microsteps: int) -> Cast:
     model = building.built(reference, by)
     names = {name: name for name in model.children}
-    return Cast(
-        names, building.couplings(model), None, lambda name, publish: Simulator(building.child(reference, name, by))
-    )
+
+    def make(name: str, publish: Callable[[bytes], None]) -> Steppable:
+        return Simulator(building.child(reference, name, by), microsteps=microsteps)
+
+    return Cast(names, building.couplings(model), None, make, microsteps=microsteps)
+
+
+def _microsteps(rec: Recording) -> int:
+    """How many tags without time between them were allowed."""
+    found = rec.fact("microsteps", LIMIT)
+    if type(found) is not int or found < 1:
+        raise RecordingError(f"{rec.path}: it allows {found!r} microsteps, which is no number of them; run it again")
+    return found

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from heavylift.nodes.devs import Event
 from heavylift.recordings import Spectator
-from heavylift.recordings.render.view import drawn_boxes, sample_rows
+from heavylift.recordings.render.view import sample_rows
 
 from .recorded import RecordedRun
 
@@ -30,7 +30,7 @@ class Picture:
         self._rated = rec.fact("rated", {})
         before = [rig.lines for rig in rigs if rig.t_ns <= start]
         facts = {**rec.run, "rated": self._rated, "supports": rec.fact("supports", [])}
-        page.begin(facts, layout, drawn_boxes(rec), before[-1] if before else [])
+        page.begin(facts, layout, rec.boxes(), before[-1] if before else [])
 
     def event(self, e: Event) -> None:
         """An event that is said."""

@@ -3,7 +3,6 @@
 scene               `run`, the run of a scene; models: `run_models`; resume: from a recording that was cut off
 conversation        with the nodes of one run, whatever they model; joining: how they come to their hub
 watch, progress     what a run tells while it runs, and what a user sees of it
-stages              what the equations need to hold in each stage
 """
 
 from .scene import Result, run

@@ -61,6 +61,7 @@ class Conversation:
         self.now = Tag(0)
         """Tag of the last event, or time of the last sample."""
         self.grants = self._noted = 0
+        self._begun = False  # before, samples wait until it is known what they are
         self._sampler = sampler
         if isinstance(hub, Hub):
             hub.when = lambda: f"t = {self.now.t * 1e-9:.3f} s"
@@ -93,6 +94,7 @@ class Conversation:
     def play(self) -> Outcome:
         """Rounds until nothing is left to do before the end; again, if the end has been moved."""
         core, tempo, outstanding = self.core, self._tempo, 0
+        self._begun = True
         while True:
             if self._desk is not None:
                 self._desk.attend(core)
@@ -132,16 +134,15 @@ class Conversation:
         self._tape.slack = [slack for node in sorted(left) for slack in left[node].slack]
         return {node: left[node] for node in self._hub.nodes}
 
-    def abort(self, error: BaseException) -> BaseException:
-        """Nodes may go, what they sampled so far is kept; returns what to raise in place of the error."""
+    def abort(self, error: BaseException) -> None:
+        """Nodes may go, what they sampled so far is kept; raises Stopped where a signal is the reason."""
         self._close()
         self._hub.dismiss(m.encode(m.Stop(self.now, "aborted")))
         self._take_samples()
         if isinstance(error, KeyboardInterrupt):
             at = self.now.t * 1e-9
             by = "the user" if str(error) in ("", "SIGINT") else error
-            return Stopped(f"stopped by {by} at {at:.3f} s; the recording is complete up to there")
-        return error
+            raise Stopped(f"stopped by {by} at {at:.3f} s; the recording is complete up to there") from error
 
     def _close(self) -> None:
         """No orders any more."""
@@ -189,7 +190,7 @@ class Conversation:
         self._watch.event(event)
 
     def _take_samples(self) -> None:
-        for node, batch in self._hub.samples():
+        for node, batch in self._hub.samples() if self._begun else ():
             reached = self._tape.samples(node, batch)
             self.now = max(self.now, Tag(reached))
             if node == self._sampler:

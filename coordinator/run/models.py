@@ -108,7 +108,7 @@ def run_models(
     with (
         allowed([reference]),  # in the processes, too: the caller names it, not a recording
         Desk(lambda: Path(model.name), tempo) as desk,  # no model takes commands
-        _tape(reference, model, output, lines, placement, force) as tape,
+        _tape(reference, model, output, lines, placement, microsteps, force) as tape,
         joined(placement, in_process, None if in_process else Processes(_preload(reference)), deadline=deadline) as hub,
         shown(hub, model.name, tape.recording) as audience,
     ):
@@ -134,7 +134,8 @@ def run_models(
             played = time.perf_counter()
             talk.dismiss(min(talk.core.end, end))
         except BaseException as error:
-            raise talk.abort(error) from error
+            talk.abort(error)
+            raise
         wall_s = time.perf_counter() - started
         sim_s, digest = tape.last_ns / 1e9, tape.digest.hexdigest()
         tape.close({"sim_s": sim_s, "wall_s": wall_s, "grants": talk.grants, "outcome": outcome.value})
@@ -173,6 +174,7 @@ def _tape(
     output: str | Path | None,
     lines: list[Transition],
     placement: Placement,
+    microsteps: int,
     force: bool,
 ) -> _Lines:
     tape: _Lines
@@ -180,7 +182,7 @@ def _tape(
         tape = _Lines()
     else:
         placed = {process: list(nodes) for process, nodes in placement.processes.items()}
-        facts = {"model": reference, "nodes": list(model.children), "placement": placed}
+        facts = {"model": reference, "nodes": list(model.children), "placement": placed, "microsteps": microsteps}
         tape = file = _FileLines(file_path(output), facts, {}, force)
         for name, child in model.children.items():
             for port in child.ports.values():

@@ -124,7 +124,8 @@ def run(
             done = record.mark()
             played.dismiss()
         except BaseException as error:
-            raise played.talk.abort(error) from error
+            played.talk.abort(error)
+            raise
         seconds = time.perf_counter() - started
         result = record.finish(played.talk.grants, seconds, played.unfinished, tempo.pace.lateness)
     budget = Budget.of((started, 0.0), greeted, done, record.mark(), played.kernel_s)

@@ -25,6 +25,7 @@ from queue import SimpleQueue
 from types import TracebackType
 from typing import IO, Self
 
+from heavylift.coordinator.stopping import Stopping
 from heavylift.coordinator.transport.hub import Hub
 from heavylift.coordinator.transport.session import RunDirectory
 from heavylift.kernel.errors import ProtocolError
@@ -43,7 +44,11 @@ LOOK_s = 0.05  # between two looks at a keeper that owes an answer
 STACKS_s = 0.5  # in which a process writes where it is
 TAIL_chars = 300
 GONE = ("", "Z")  # what the system says of a process that has ended
-FILES = 32  # that the coordinator of a small run opens
+MB = 1 << 20
+LIMITS = (  # of the system, below which libraries end even a small run in words of their own
+    (resource.RLIMIT_NOFILE, 32, 1, "files may be open at once", "-n 256"),
+    (resource.RLIMIT_AS, 800, MB, "MB of memory may be addressed by a process", "-v unlimited"),
+)
 
 
 class Processes:
@@ -51,11 +56,13 @@ class Processes:
 
     def __init__(self, preload: Sequence[str] = (), fork: bool = sys.platform == "linux") -> None:
         """`preload`: modules for every node that start no thread; without `fork`, fresh interpreters."""
-        if (files := resource.getrlimit(resource.RLIMIT_NOFILE)[0]) < FILES:
-            raise ProtocolError(
-                f"only {files} files may be open at once, and a run in processes needs at least {FILES}; raise the "
-                "limit (`ulimit -n 256`) or run --in-process"
-            )
+        for kind, needed, unit, what, command in LIMITS:
+            given = resource.getrlimit(kind)[0]
+            if given != resource.RLIM_INFINITY and given < needed * unit:
+                raise ProtocolError(
+                    f"only {given // unit} {what}, and a run in processes needs at least {needed}; raise the limit "
+                    f"(`ulimit {command}`) or run --in-process"
+                )
         self.directory = RunDirectory.chosen()
         self.pids: dict[str, int] = {}
         """Process id of each process that has been started."""
@@ -65,18 +72,22 @@ class Processes:
         self._hub: Hub | None = None
         self._commands: dict[str, Sequence[str]] = {}
         self._change = threading.Condition()
+        self._threads: list[threading.Thread] = []
         self._life_line, self._life = os.pipe()
         modules = ["heavylift.coordinator.transport.link", *preload]
         self._command = python("keep", modules, not fork, self._life_line, str(self.directory.path))
-        self._launch()
         try:
+            self._launch()
             self.directory.make()  # the keeper knows of it already, and so nobody leaves it behind
         except BaseException:  # Ctrl-C, too
-            self.end()
+            if self._threads:
+                self.end()
             raise
 
     def _launch(self) -> None:
+        """Start a keeper; no signal comes between its start and the knowledge of it."""
         pipe = subprocess.PIPE
+        Stopping.held = True
         try:
             errors = tempfile.TemporaryFile()  # noqa: SIM115 - until the keeper has ended
             keeper = subprocess.Popen(
@@ -92,6 +103,12 @@ class Processes:
             raise ProtocolError(
                 f"no process can be started ({error.strerror}); end others or raise the limits of this user (ulimit)"
             ) from None
+        else:
+            self._know(keeper, errors)
+        finally:
+            Stopping.held = False
+
+    def _know(self, keeper: subprocess.Popen[bytes], errors: IO[bytes]) -> None:
         with self._change:  # another thread asks for deaths: it sees the old keeper as lost, or the new one
             self._errors, self._keeper = errors, keeper
             self._orders: SimpleQueue[bytes] = SimpleQueue()

@@ -11,7 +11,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from typing import Any
 
-from heavylift.recordings.write.outputs import GENERATOR
+from heavylift.recordings.format.text import GENERATOR
 
 from .timeline import Timeline
 from .waits import COORDINATOR

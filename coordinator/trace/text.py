@@ -53,24 +53,13 @@ def text(timeline: Timeline) -> str:
     """Tables: nodes, the longest chains of waiting, ports with their lookahead."""
     found = data(timeline)
     wall = found["wall_s"] or 1.0
-    head = (
-        "node",
-        "process",
-        "grants",
-        "inputs",
-        "outputs",
-        "kB",
-        "works s",
-        "granted s",
-        "held s",
-        "idle s",
-        "held by",
-    )
+    counts = ("grants", "inputs", "outputs")
+    head = ("node", "process", *counts, "kB", "works s", "granted s", "held s", "idle s", "held by")
     rows = [
         (
             node["node"],
             node["process"],
-            *(str(node[key]) for key in ("grants", "inputs", "outputs")),
+            *(str(node[key]) for key in counts),
             f"{node['bytes'] / 1e3:.1f}",
             *(f"{node[key]:.3f}" for key in ("busy_s", "granted_s", "held_s", "idle_s")),
             ", ".join(f"{by} {100 * s / node['held_s']:.0f} %" for by, s in list(node["held_by"].items())[:2]),

@@ -8,11 +8,9 @@ playing      one run of a setting in this process, cut when it takes too long
 quantities   what a scene can be asked, and how far two runs are apart in it
 planning     which run is next, and whether it fits into the budget
 measuring    the reference, its own convergence, then all settings
-verdict      which setting to use, and the next faster one that fails;  answers: for each quantity alone
-held         forces held between two solvers: the law of their damping;  distributed: the same run in processes
+verdict      which setting to use, and the next faster one that fails; for each quantity alone
 figure, page, files   what is written
-
-communication   what processes would cost a scene;  honesty: what the numbers were measured on
+communication         what processes would cost a scene
 """
 
 from .files import write

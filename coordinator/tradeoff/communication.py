@@ -1,36 +1,176 @@
-"""What processes would cost a scene: forces held between them, and its nodes in processes of their own."""
+"""What processes would cost a scene: forces held between two solvers, and its nodes in processes of their own.
+
+Held: two bodies on one elastic rope, each integrated by a kernel of its own; every h seconds they tell each other
+where they are, and the rope's force of that instant is held until the next.  Each solver is exact, yet the pair gains
+energy: x'' = -w^2 x(nh) held over h has |lambda|^2 = 1 + (w h)^2 / 2, a damping ratio of -w h / 4 to first order.
+That is why bodies tied together by taut ropes are given to one kernel.
+
+Distributed: the same scene in one process and with a process per node, as `heavylift run` runs it.  Both give the same
+digest; the wall time is that between the start and the last answer, with the recording.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+import tempfile
+import time
+from dataclasses import dataclass
+from math import hypot, log, pi, sqrt
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from heavylift.coordinator.participants.participant import PRELOAD
+from heavylift.coordinator.run import run
+from heavylift.coordinator.supervision.processes import Processes
+from heavylift.kernel.description.forces import Load, Signal
+from heavylift.kernel.description.mechanics import Body, Joint, Point, System
 from heavylift.kernel.errors import SceneError
-from heavylift.nodes.fidelity.case import case_of
-
-from .distributed import distributed
-from .held import EXCHANGES, held, hook_pairs
+from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.nodes.fidelity.case import Case, case_of
+from heavylift.nodes.plan.plan import Plan
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene import LoadedScene
 
-    from .measuring import Measured
+__all__ = ["Distributed", "Held", "Pair", "distributed", "hanging", "held", "held_forces"]
 
-__all__ = ["communicating", "hanging"]
+EXCHANGES = (0.02, 0.01, 0.005, 0.002, 0.001)  # [s]
+PERIODS = 6.0  # over which amplitudes are compared
+BUDGET = 0.01  # growth of an amplitude over a run that somebody may accept
+STRETCH = 0.01  # [m] at the start
 
 
-def hanging(scene: LoadedScene) -> None:
-    """SceneError for a scene without hook ropes, whose ends no two processes could share."""
-    if scene.followed is None or case_of(scene.plan, scene.followed) is None:
+def hanging(scene: LoadedScene) -> Case:
+    """What hangs on the hook ropes of a scene; SceneError if nothing does: no two processes could share a rope."""
+    case = None if scene.followed is None else case_of(scene.plan, scene.followed)
+    if case is None:
         raise SceneError(f"--coupling: nothing hangs on a hook rope in {scene.path.name}; leave the option out")
+    return case
 
 
-def communicating(scene: LoadedScene, measured: Measured) -> Measured:
-    """The measured scene with the communication side measured as well."""
-    hanging(scene)
-    assert scene.followed is not None
-    case = case_of(scene.plan, scene.followed)
-    assert case is not None
-    lasts = measured.true.simulated_s
-    found = [held(pair, h, lasts) for pair in hook_pairs(scene.plan, case) for h in EXCHANGES]
-    return replace(measured, held=found, distributed=distributed(scene))
+def held_forces(scene: LoadedScene, lasts: float) -> list[Held]:
+    """The pairs on the hook ropes of a scene whose run lasts so long [s], with forces held over several times."""
+    return [held(pair, h, lasts) for pair in _hook_pairs(scene.plan, hanging(scene)) for h in EXCHANGES]
+
+
+def distributed(scene: LoadedScene) -> list[Distributed]:
+    """Run a scene as it is written, in this process and in processes of its own."""
+    with tempfile.TemporaryDirectory(prefix="heavylift-") as folder:
+        return [_run(scene, Path(folder) / "run.mcap", apart) for apart in (False, True)]
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two bodies [kg] on a rope [N/m]."""
+
+    name: str
+    upper: float
+    lower: float
+    stiffness: float
+
+    @property
+    def omega(self) -> float:
+        """Frequency of their motion against each other [rad/s]."""
+        return sqrt(self.stiffness * (1.0 / self.upper + 1.0 / self.lower))
+
+
+@dataclass(frozen=True)
+class Held:
+    """A pair with forces held over `h` [s]: damping ratio as measured and by its law, and the h [s] that would let the
+    amplitude grow by 1 % over the run of the scene."""
+
+    pair: str
+    omega: float
+    h: float
+    measured: float
+    law: float
+    one_percent: float
+
+
+def _hook_pairs(plan: Plan, case: Case) -> list[Pair]:
+    """A crane and what hangs from it on the stiffest hook of a lift: loaded, and empty."""
+    hook = min(case.hooks, key=lambda h: h.soft_rope)
+    rope = next(r for r in plan.rig.hook_ropes if r.name == hook.rope)
+    crane = next(c for c in plan.cranes if c.name == rope.crane)
+    loader = next(x for x in plan.loaders if x.name == rope.carries)
+    empty = loader.upper.mass + loader.lower.mass
+    k = 1.0 / hook.soft_rope
+    return [
+        Pair(f"{rope.name}, loaded", crane.main.mass, hook.load, k),
+        Pair(f"{rope.name}, empty", crane.main.mass, empty, k),
+    ]
+
+
+def held(pair: Pair, h: float, lasts: float) -> Held:
+    """Measure a pair whose forces are held over h [s]; `lasts`: of the scene's run [s]."""
+    omega = pair.omega
+    first, second = (
+        _alone("upper", pair.upper, STRETCH * _part(pair)),
+        _alone("lower", pair.lower, -STRETCH * (1.0 - _part(pair))),
+    )
+    steps = max(1, round(PERIODS * 2.0 * pi / omega / h))
+    h_ns = round(h * 1e9)
+
+    def apart() -> tuple[float, float]:
+        (x1, v1), (x2, v2) = first.state[:2], second.state[:2]
+        return float(x1 - x2), float(v1 - v2)
+
+    before = hypot(apart()[0], apart()[1] / omega)
+    for k in range(steps):
+        for solver in (first, second):
+            solver.interrupt(k * h_ns)
+        pull = pair.stiffness * apart()[0]
+        for solver, force in ((first, -pull), (second, pull)):
+            solver.references.set_value("pull", solver.epoch, force)
+            solver.settle()
+    for solver in (first, second):
+        solver.interrupt(steps * h_ns)
+    x, v = apart()
+    growth = log(hypot(x, v / omega) / before) / (steps * h)  # of the amplitude, per second
+    return Held(pair.name, omega, h, -growth / omega, -omega * h / 4.0, 4.0 * log(1.0 + BUDGET) / (omega**2 * lasts))
+
+
+def _part(pair: Pair) -> float:
+    """Of a stretch, what the upper body moves while the centre of mass rests."""
+    return pair.lower / (pair.upper + pair.lower)
+
+
+def _alone(name: str, mass: float, x: float) -> Simulation:
+    """A solver of one body on a rail, under a force that is told from outside."""
+    pull = Load("pull", Point(name), force=(1.0, 0.0, 0.0), signal=Signal(0.0, driven=True))
+    rail = Joint("rail", "prismatic", "world", name, axis=(1.0, 0.0, 0.0), q0=(x,))
+    solver = Simulation(System((Body(name, mass),), (rail,), forces=(pull,), gravity=0.0))
+    solver.start()
+    return solver
+
+
+@dataclass(frozen=True)
+class Distributed:
+    """A run of the product: simulated and wall seconds, of which the kernel's and those of starting and leaving;
+    grants, each answered by one DONE; digest."""
+
+    where: str
+    simulated_s: float
+    wall_s: float
+    kernel_s: float
+    around_s: float
+    grants: int
+    digest: str
+
+    @property
+    def per_grant(self) -> float:
+        """Wall seconds between grants that are no work of the kernel: models, messages, waiting, recording."""
+        return max(0.0, self.wall_s - self.around_s - self.kernel_s) / self.grants
+
+
+def _run(scene: LoadedScene, output: Path, apart: bool) -> Distributed:
+    crew = Processes(PRELOAD) if apart else None
+    began = time.perf_counter()
+    try:
+        result = run(scene, output, in_process=not apart, processes=crew)
+    finally:
+        if crew is not None:
+            crew.end()
+    where = "a process per node" if apart else "one process"
+    wall, spent = time.perf_counter() - began, result.budget
+    around = spent.start + spent.exit
+    return Distributed(where, result.sim_s, wall, spent.kernel, around, result.grants, result.digest)

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from heavylift.recordings.format.samples import thinned
 from heavylift.recordings.render.paper import save
 
 from .playing import Played
@@ -62,10 +63,7 @@ def curve(run: Played, measured: Measured) -> tuple[np.ndarray, np.ndarray]:
     else:
         k = int(np.argmax(np.ptp(true.places, axis=0)))
         t, y = run.shown.t, run.shown.places[:, k]
-    if len(t) <= POINTS:
-        return t, y
-    parts = np.array_split(np.arange(len(t)), POINTS // 2)
-    keep = np.unique([0, len(t) - 1, *(part[f(y[part])] for part in parts for f in (np.argmin, np.argmax))])
+    keep = thinned([y], POINTS)
     return t[keep], y[keep]
 
 

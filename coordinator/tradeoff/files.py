@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import msgspec
 from heavylift.recordings.write.outputs import output_path
-from heavylift.recordings.write.partfile import PartFile
+from heavylift.recordings.write.partfile import written
 
-from .answers import Answer, answers
 from .figure import drawn
 from .page import page
-from .verdict import Row
+from .verdict import Answer, Row, answers
 
 if TYPE_CHECKING:
     from .measuring import Measured
@@ -43,9 +42,7 @@ def write(measured: Measured, out: str | Path, force: bool = False) -> Path:
             text = _json(data(measured))
         case _:
             return drawn(measured, path, force)
-    with PartFile(path, "a trade-off", KINDS, force) as file:
-        file.stream.write(text.encode())
-    return file.path
+    return written(text, path, "a trade-off", KINDS, force)
 
 
 def _json(whole: dict[str, Any]) -> str:
@@ -69,7 +66,7 @@ def data(measured: Measured) -> dict[str, Any]:
         "limit": measured.limit,
         "verdict": measured.verdict.sentence,
         "command": measured.words(pick) if pick else "",
-        "answers": [_answer(measured, answer) for answer in answers(measured)],
+        "answers": [_answer(measured, answer) for answer in answers(measured.ask, measured.rows)],
         "use": pick and _row(pick, measured.limit),
         "next_faster_that_fails": following and _row(following, measured.limit),
         "reference": {"setting": str(measured.reference), "moved_by": converged},

@@ -7,16 +7,19 @@ spread is told.  Speeds come from CPU time, which other work on the machine does
 
 from __future__ import annotations
 
+import os
+import platform
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from importlib.metadata import version
 from math import ceil, floor, log10
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.errors import HeavyliftError, SceneError
 
-from .honesty import Machine, machine
 from .planning import Planner
 from .playing import CUT, Played, play
 from .quantities import askable, asked, default_limit, errors, farthest
@@ -27,10 +30,9 @@ if TYPE_CHECKING:
     from heavylift.nodes.plan.question import Asked
     from heavylift.nodes.scene import LoadedScene
 
-    from .distributed import Distributed
-    from .held import Held
+    from .communication import Distributed, Held
 
-__all__ = ["Measured", "measure", "too_small"]
+__all__ = ["Measured", "communicating", "measure", "too_small"]
 
 TIGHT, TIGHTER = 1e-8, 1e-9  # tolerances of the reference and of what shows its convergence
 SCOUT = 1e-4
@@ -39,6 +41,17 @@ SHARE = 0.6  # of the budget that the reference may take
 SPARE = 1.1  # what a budget has to spare that is asked for: the next scout may be slower by so much
 SHORT, RUNS = 0.5, 3  # [s] a run below it is repeated, so often
 PATIENCE, SLOWER = 0.03, 5.0  # of the budget, or times what was predicted, that a run may take before it is cut
+
+
+@dataclass(frozen=True)
+class Machine:
+    """Processor, cores that a process may use, load of the last minute (other work on it), versions."""
+
+    processor: str
+    cores: int
+    load: float
+    python: str
+    heavylift: str
 
 
 @dataclass(frozen=True)
@@ -113,9 +126,16 @@ def measure(
     drawn = {str(row): kept[str(row)] for row in (verdict.pick, verdict.next_faster) if row is not None}
     return Measured(
         scene.plan.name, questions, limit, budget, time.perf_counter() - began, rungs, commands, rows, verdict,
-        reference, converged, true, drawn, planner.left, planner.settled, machine(), unit,
+        reference, converged, true, drawn, planner.left, planner.settled, _machine(), unit,
         {q: why for q, why in known.items() if why},
     )  # fmt: skip
+
+
+def communicating(scene: LoadedScene, measured: Measured) -> Measured:
+    """The measured scene with what its processes would cost measured as well."""
+    from .communication import distributed, held_forces  # all of a distributed run
+
+    return replace(measured, held=held_forces(scene, measured.true.simulated_s), distributed=distributed(scene))
 
 
 def _able(known: dict[Asked, str]) -> str:
@@ -199,3 +219,13 @@ def _row(
         notes=played.notes,
     )
     return row, played
+
+
+def _machine() -> Machine:
+    """This one, now."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    listed = Path("/proc/cpuinfo")
+    lines = listed.read_text().splitlines() if listed.exists() else []
+    named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    processor = next(named, platform.processor() or platform.machine())
+    return Machine(processor, cores, os.getloadavg()[0], platform.python_version(), version("heavylift"))

@@ -5,14 +5,17 @@ Pure functions of the table, whose rows are what was measured.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from math import inf
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from heavylift.nodes.plan.question import Asked
 
-__all__ = ["Row", "Verdict", "front", "judge", "percent"]
+__all__ = ["LIMITS", "Answer", "Row", "Verdict", "answers", "front", "judge", "percent"]
+
+LIMITS = (0.05, 0.01, 0.001)  # to which each quantity alone is judged
 
 
 @dataclass(frozen=True)
@@ -112,3 +115,20 @@ def _why(row: Row, limit: float) -> str:
 
 def _speed(row: Row) -> str:
     return f"{row.speed:.3g}" if row.speed < 1000 else f"{row.speed:.0f}"
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The fastest setting that keeps one quantity within a limit, with that error alone; None if none does."""
+
+    quantity: Asked
+    limit: float
+    row: Row | None
+
+
+def answers(ask: Sequence[Asked], rows: Sequence[Row]) -> Iterator[Answer]:
+    """The verdict on every quantity asked alone, loosest limit first."""
+    for quantity in ask:
+        alone = [replace(r, errors={q: e for q, e in r.errors.items() if q == quantity}) for r in rows]
+        for limit in LIMITS:
+            yield Answer(quantity, limit, judge(alone, limit).pick)

@@ -6,5 +6,6 @@ arrays               linear algebra on arrays by operations on elements
 eigenvalues          largest eigenvalues with their vectors
 polynomials          splines and Chebyshev series
 ldlt                 A = L D L^T without pivoting
+attitudes            rotations as quaternions, for what is shown
 spatial              spatial vectors in world axes about a common point (Featherstone)
 """

@@ -14,7 +14,7 @@ from math import copysign, fsum, inf, nan, sqrt
 from operator import mul
 
 __all__ = [
-    "combinations", "decomposed", "dot", "eigenvalues", "inverse", "least_norm", "norm", "null_space", "product",
+    "combinations", "decomposed", "dot", "eigenvalues", "inverse", "least_norm", "norm", "product",
     "singular_values", "solve",
 ]  # fmt: skip
 
@@ -106,12 +106,6 @@ def _rotation(a: float, b: float, off: float) -> tuple[float, float]:
 def singular_values(A: Matrix) -> list[float]:
     """All min(m, n) of them, in descending order."""
     return [size for size, _ in decomposed(A)[0]]
-
-
-def null_space(A: Matrix, n: int, least: float) -> list[list[float]]:
-    """Orthonormal vectors of n elements that A, of n columns, maps to less than `least` of their length."""
-    found, rest = decomposed(A, n)
-    return [direction for size, direction in found if not size > least] + rest
 
 
 def combinations(A: Matrix, least: float) -> list[dict[int, float]]:

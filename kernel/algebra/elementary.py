@@ -15,14 +15,25 @@ from functools import cache
 from math import pi
 from typing import TYPE_CHECKING, Any
 
-from heavylift.kernel.compiler.symbol import exponent, is_sym, maximum, minimum, node, power_of_two, printing, select
+from heavylift.kernel.compiler.symbol import (
+    Scalar,
+    Scalars,
+    exponent,
+    is_sym,
+    maximum,
+    minimum,
+    node,
+    power_of_two,
+    printing,
+    select,
+)
 
 if TYPE_CHECKING:
-    from heavylift.kernel.compiler.function import Function
+    from heavylift.kernel.compiler.function import Function, Outputs
 
 __all__ = ["atan2", "cos", "nearest", "power", "sin"]
 
-Pair = tuple[Any, Any]  # an unevaluated sum: a value and what its rounding left over
+Pair = tuple[Scalar, Scalar]  # an unevaluated sum: a value and what its rounding left over
 
 _ROUND = 1.5 * 2.0**52  # x + _ROUND - _ROUND is the whole number nearest to x
 _SPLIT = 2.0**27 + 1.0
@@ -55,14 +66,14 @@ _THIRD: Pair = (1.0 / 3.0, 1.850371707708594e-17)
 _ATANH = tuple(1.0 / (2 * k + 1) for k in range(2, 13))  # of log m = 2 atanh((m - 1)/(m + 1)), behind 1 + f^2/3
 
 
-def _sum(a: Any, b: Any) -> Pair:
+def _sum(a: Scalar, b: Scalar) -> Pair:
     """a + b and its rounding error, whatever their sizes."""
     s = a + b
     t = s - a
     return s, (a - (s - t)) + (b - t)
 
 
-def _product(a: Any, b: Any) -> Pair:
+def _product(a: Scalar, b: Scalar) -> Pair:
     """a b and its rounding error."""
     p, x, y = a * b, _SPLIT * a, _SPLIT * b
     ah, bh = x - (x - a), y - (y - b)
@@ -81,15 +92,15 @@ def _ratio(a: Pair, b: Pair) -> Pair:
     return x, (((a[0] - p) - e) + a[1] - x * b[1]) / b[0]
 
 
-def _polynomial(c: tuple[float, ...], x: Any) -> Any:
+def _polynomial(c: tuple[float, ...], x: Scalar) -> Any:
     """c[0] + c[1] x + ... by Horner's rule."""
-    y: Any = c[-1]
+    y: Scalar = c[-1]
     for a in c[-2::-1]:
         y = a + x * y
     return y
 
 
-def nearest(x: Any) -> Any:
+def nearest(x: Scalar) -> Any:
     """The whole number nearest to x, up to 2^51; the even one of two."""
     return x + _ROUND - _ROUND
 
@@ -97,7 +108,7 @@ def nearest(x: Any) -> Any:
 # ---- sine and cosine -----------------------------------------------------------------------------------------
 
 
-def _reduced(x: Any) -> tuple[Any, Any, Any]:
+def _reduced(x: Scalar) -> tuple[Scalar, Scalar, Scalar]:
     """x - n pi/2 as a pair within +-pi/4, and n modulo 4 as -2 ... 2."""
     n = nearest(x * (2.0 / pi))
     r, e1 = _sum(x - n * _HALF_PI[0], -(n * _HALF_PI[1]))
@@ -107,7 +118,7 @@ def _reduced(x: Any) -> tuple[Any, Any, Any]:
     return y, (r - y) + low, n - 4.0 * nearest(0.25 * n)
 
 
-def _kernels(y: Any, low: Any) -> Pair:
+def _kernels(y: Scalar, low: Scalar) -> Pair:
     """sin and cos within +-pi/4."""
     z = y * y
     w = z * z
@@ -120,7 +131,7 @@ def _kernels(y: Any, low: Any) -> Pair:
     return sine, one + (((1.0 - one) - half) + (z * r - y * low))
 
 
-def sin(x: Any) -> Any:
+def sin(x: Scalar) -> Any:
     """Sine of x [rad]; with the cosine of the same x in traced text it costs a few operations."""
     if printing(x):
         return node("sin", x)
@@ -130,7 +141,7 @@ def sin(x: Any) -> Any:
     return select(abs(even) > 0.0, even * sine, m * cosine)
 
 
-def cos(x: Any) -> Any:
+def cos(x: Scalar) -> Any:
     """Cosine of x [rad]."""
     if printing(x):
         return node("cos", x)
@@ -143,7 +154,7 @@ def cos(x: Any) -> Any:
 # ---- the angle of a vector -----------------------------------------------------------------------------------
 
 
-def atan2(y: Any, x: Any) -> Any:
+def atan2(y: Scalar, x: Scalar) -> Any:
     """Angle of the vector (x, y) from the x axis, -pi to pi [rad]; 0 for the zero vector."""
     if printing(x) or printing(y):
         return node("atan2", y, x)
@@ -170,7 +181,7 @@ def atan2(y: Any, x: Any) -> Any:
 # ---- powers --------------------------------------------------------------------------------------------------
 
 
-def _log(x: Any) -> Pair:
+def _log(x: Scalar) -> Pair:
     """Natural logarithm of a positive normal number as a pair, to 2^-64 of itself."""
     k = exponent(x)
     m = x * power_of_two(-k)
@@ -196,7 +207,7 @@ def _exp(y: Pair) -> Any:
     return (1.0 - ((low - r * c / (2.0 - c)) - high)) * power_of_two(n)
 
 
-def _power(x: Any, p: Any) -> dict[str, Any]:
+def _power(x: Scalars, p: Scalars) -> Outputs:
     log = _log(minimum(maximum(x[0], 2.0**-1022), 2.0**1022))
     return {"y": [_exp(_times(log, (p[0], 0.0)))]}
 
@@ -208,7 +219,7 @@ def _traced_power() -> Function:
     return Function("power", _power, {"x": 1, "p": 1})
 
 
-def power(x: Any, p: Any) -> Any:
+def power(x: Scalar, p: Scalar) -> Any:
     """x^p for x > 0; x counts as 2^-1022 below and as 2^1022 above those."""
     if printing(x) or printing(p):
         return node("power", x, p)

@@ -6,10 +6,11 @@ Zeros that are known when the text is traced stay zeros, so a good order of the 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import select, sqrt
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, select, sqrt
 
 __all__ = ["LDLT", "frame"]
 
@@ -17,10 +18,10 @@ __all__ = ["LDLT", "frame"]
 class LDLT:
     """Factors of a symmetric matrix (n, n); pivots must not vanish."""
 
-    def __init__(self, A: Any) -> None:
+    def __init__(self, A: Sequence[Sequence[Scalar]]) -> None:
         n = len(A)
         self.L = [[0.0] * n for _ in range(n)]
-        self.D_inverse: list[Any] = []
+        self.D_inverse: list[Scalar] = []
         U = [[A[i][j] for j in range(i + 1)] for i in range(n)]
         for k in range(n):
             d = 1.0 / U[k][k]
@@ -31,10 +32,10 @@ class LDLT:
                 for j in range(k + 1, i + 1):
                     U[i][j] = U[i][j] - U[i][k] * self.L[j][k]
 
-    def solve(self, b: Any) -> list[Any]:
+    def solve(self, b: Scalars) -> list[Scalar]:
         """A^-1 b for one right hand side (n,)."""
         n = len(self.L)
-        y: list[Any] = list(b)
+        y: list[Scalar] = list(b)
         for i in range(n):
             for k in range(i):
                 y[i] = y[i] - self.L[i][k] * y[k]
@@ -45,7 +46,7 @@ class LDLT:
         return y
 
 
-def frame(columns: list[Any]) -> tuple[Any, Any]:
+def frame(columns: list[Array]) -> tuple[Any, Any]:
     """Q (n, n) orthogonal and R (m, m) upper triangular with columns = Q[:, :m] R, by Householder reflections.
 
     The other columns of Q span what is orthogonal to all given ones.

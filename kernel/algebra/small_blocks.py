@@ -6,17 +6,17 @@ enough; in traced text a row of one is a vector symbol, so that the processor wo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.compiler.symbol import is_sym, node
+from heavylift.kernel.compiler.function import Function, Outputs
+from heavylift.kernel.compiler.symbol import Array, Sym, is_sym, node
 
 __all__ = ["Blocks"]
 
 
-def _rows(name: str, A: Any, n: int) -> list[Any]:
+def _rows(name: str, A: Array, n: int) -> list[Sym | Array]:
     """The rows of n numbers of an input block: vectors of it, or arrays of floats."""
     out = []
     for at in range(0, len(A), n):
@@ -31,7 +31,7 @@ class Blocks:
     def __init__(self) -> None:
         self._made: dict[str, Function] = {}
 
-    def _get(self, name: str, body: Callable[..., Mapping[str, Any]], sizes: dict[str, int]) -> Function:
+    def _get(self, name: str, body: Callable[..., Outputs], sizes: dict[str, int]) -> Function:
         if name not in self._made:
             self._made[name] = Function(name, body, sizes)
         return self._made[name]
@@ -39,7 +39,7 @@ class Blocks:
     def factor(self, n: int) -> Function:
         """M (n, n), of which the upper half counts -> C (n, n), pivot (n,) = D."""
 
-        def body(M: Any) -> dict[str, Any]:
+        def body(M: Array) -> Outputs:
             a = [list(M[n * i : n * i + n]) for i in range(n)]
             inverse, pivot = [], []
             for s in range(n):
@@ -56,7 +56,7 @@ class Blocks:
 
         return self._get(f"block_factor{n}", body, {"M": n * n})
 
-    def _solved(self, n: int, C: Any, b: list[Any]) -> list[Any]:
+    def _solved(self, n: int, C: Array, b: list[Any]) -> list[Any]:
         """Of rows b: what M, factorised in C, maps to them."""
         x = list(b)
         for s in range(n):
@@ -75,15 +75,13 @@ class Blocks:
     def under(self, n: int, m: int) -> Function:
         """C (n, n), U (n, m) -> W (n, m) = the inverse of what C factorises, times U."""
         return self._get(
-            f"block_under{n}_{m}",
-            lambda C, U: {"W": self._solved(n, C, _rows("U", U, m))},
-            {"C": n * n, "U": n * m},
+            f"block_under{n}_{m}", lambda C, U: {"W": self._solved(n, C, _rows("U", U, m))}, {"C": n * n, "U": n * m}
         )
 
     def less(self, n: int, m: int, k: int) -> Function:
         """M (n, m), U (k, n), W (k, m) -> M - U^T W."""
 
-        def body(M: Any, U: Any, W: Any) -> dict[str, Any]:
+        def body(M: Array, U: Array, W: Array) -> Outputs:
             rows, w = _rows("M", M, m), _rows("W", W, m)
             for i in range(n):
                 for l in range(k):
@@ -95,7 +93,7 @@ class Blocks:
     def minus_transposed(self, m: int, n: int) -> Function:
         """x (m,), W (n, m), y (n,) -> x - W^T y."""
 
-        def body(x: Any, W: Any, y: Any) -> dict[str, Any]:
+        def body(x: Array, W: Array, y: Array) -> Outputs:
             (out,) = _rows("x", x, m)
             for l, w in enumerate(_rows("W", W, m)):
                 out = out - y[l] * w
@@ -106,7 +104,7 @@ class Blocks:
     def minus(self, n: int, m: int) -> Function:
         """x (n,), W (n, m), y (m,) -> x - W y."""
 
-        def body(x: Any, W: Any, y: Any) -> dict[str, Any]:
+        def body(x: Array, W: Array, y: Array) -> Outputs:
             out = list(x)
             for i in range(n):
                 for j in range(m):
@@ -118,7 +116,7 @@ class Blocks:
     def gram(self, n: int, m: int, k: int) -> Function:
         """A (n, m), Y (n, k), Z (k, m) -> A + Y Z."""
 
-        def body(A: Any, Y: Any, Z: Any) -> dict[str, Any]:
+        def body(A: Array, Y: Array, Z: Array) -> Outputs:
             rows, z = _rows("A", A, m), _rows("Z", Z, m)
             for i in range(n):
                 for l in range(k):

@@ -9,10 +9,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from heavylift.kernel.compiler.symbol import Array, Scalar
 
 from .elementary import cos, sin
-
-Array = Any  # (n,) or (n, m) of float or of Sym
 
 __all__ = [
     "axis_rotation", "cross", "exact", "force_cross", "join", "mirror", "motion_cross", "quaternion_matrix",
@@ -54,13 +53,13 @@ def force_cross(V: Array) -> Array:
     return -motion_cross(V).T
 
 
-def axis_rotation(a: Array, q: Any) -> Array:
+def axis_rotation(a: Array, q: Scalar) -> Array:
     """(3, 3) rotation by q [rad] about the unit axis a; written so that principal axes fold to plain sin and cos."""
     c, s, K = cos(q), sin(q), skew(a)
     return np.array([[a[i] * a[j] + c * ((i == j) - a[i] * a[j]) + s * K[i, j] for j in range(3)] for i in range(3)])
 
 
-def quaternion_matrix(x: Any, y: Any, z: Any, w: Any) -> Array:
+def quaternion_matrix(x: Scalar, y: Scalar, z: Scalar, w: Scalar) -> Array:
     """(3, 3) rotation of a quaternion of any length, so that round-off in |q| never shears a body."""
     s = 2.0 / (x * x + y * y + z * z + w * w)
     return np.array(
@@ -85,7 +84,7 @@ def quaternion_rate(quaternion: Array, o: Array) -> Array:
     )
 
 
-def spatial_inertia(mass: Any, c: Array, I_C: Array) -> Array:
+def spatial_inertia(mass: Scalar, c: Array, I_C: Array) -> Array:
     """(6, 6) inertia about the common point; c: centre of mass from it [m], I_C: inertia about c, world axes."""
     h = skew(mass * c)
     return np.block([[mirror(I_C - h @ skew(c)), h], [-h, mass * np.eye(3)]])

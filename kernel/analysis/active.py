@@ -11,7 +11,8 @@ from math import sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
-from heavylift.kernel.model.parameters import BrakeAt, SupportAt
+from heavylift.kernel.forces.joint_laws import BrakeAt
+from heavylift.kernel.forces.supports import SupportAt
 from heavylift.kernel.model.switching import StateEvent
 
 from .poses import Poses
@@ -42,38 +43,45 @@ def switch(poses: Poses, q: np.ndarray, thresholds: bool = False) -> list[StateE
             break
         others = [i for i in fallen if guards[i][0] not in RUBS]
         happened += [_rub(simulation, *guards[i]) for i in fallen if guards[i][0] in RUBS]
-        happened += simulation._switch(others, simulation.epoch) if others else []
+        happened += simulation.events.switch(others, simulation.epoch) if others else []
     return happened
 
 
 def _rub(simulation: Simulation, kind: str, name: str) -> StateEvent:
     """Friction that held slides from here on, in the direction in which it was pulled; what slid holds."""
-    switches, row, at = simulation.switches, simulation.row(), simulation.program.parameters.at
+    program, row = simulation.program, simulation.row()
+    law = program.of_guard[kind, name]
+    shown, p = program.shown(law, row), simulation.P[program.parameters.at[law.law.kind, name]]
+    at: type[SupportAt] | type[BrakeAt]
     if kind == "rub":
-        i, p = switches._supports[name], simulation.P[at["support", name]]
-        way, value = row.place[2 * i : 2 * i + 2] - p[SupportAt.ANCHOR], float(row.normal[i])
-        slips = p[SupportAt.STICK] > 0.0
-        p[SupportAt.STICK], p[SupportAt.DIRECTION] = float(not slips), way / max(_length(way), 1e-300)
-        return StateEvent(name, "slip" if slips else "stick", value)
-    j, p = switches._brakes[name][0], simulation.P[at["brake", name]]
-    slips = p[BrakeAt.STICK] > 0.0
-    p[BrakeAt.STICK], p[BrakeAt.DIRECTION] = float(not slips), np.sign(row.q[j] - p[BrakeAt.ANCHOR])
-    return StateEvent(name, "slip" if slips else "stick", 0.0 if slips else float(row.q[j]))
+        at, way, value = SupportAt, shown[1:3] - p[SupportAt.ANCHOR], float(shown[0])
+        direction = way / max(_length(way), 1e-300)
+    else:
+        at, value, direction = BrakeAt, float(shown[0]), np.sign(shown[0] - p[BrakeAt.ANCHOR])
+    slips = p[at.STICK] > 0.0
+    p[at.STICK], p[at.DIRECTION] = float(not slips), direction
+    return StateEvent(name, "slip" if slips else "stick", 0.0 if slips and kind == "brake" else value)
 
 
-def give_way(simulation: Simulation) -> None:
-    """Draw the anchors of what slides after it, so that their springs hold what they can (radial return)."""
-    row, switches, at = simulation.row(), simulation.switches, simulation.program.parameters.at
-    for u in simulation.program.system.supports:
-        p, i = simulation.P[at["support", u.name]], switches._supports[u.name]
-        if p[SupportAt.CLOSED] > 0.0 and p[SupportAt.STICK] <= 0.0 and p[SupportAt.KT] > 0.0:
-            place, limit = row.place[2 * i : 2 * i + 2], p[SupportAt.MU] * row.normal[i]
+def give_way(simulation: Simulation) -> float:
+    """Draw the anchors of what slides after it, so that their springs hold what they can (radial return).
+
+    Returns how far a pad has slid at most [m], whose direction is that of the end all the way.
+    """
+    slid = 0.0
+    program, row = simulation.program, simulation.row()
+    for kind, law in ((kind, x) for (kind, _), x in program.of_guard.items() if kind in RUBS):
+        shown, p = program.shown(law, row), simulation.P[program.parameters.at[law.law.kind, law.name]]
+        if kind == "rub" and p[SupportAt.CLOSED] > 0.0 and p[SupportAt.STICK] <= 0.0 and p[SupportAt.KT] > 0.0:
+            place, limit = shown[1:3], p[SupportAt.MU] * shown[0]
             way = place - p[SupportAt.ANCHOR]
-            p[SupportAt.ANCHOR] = place - limit / p[SupportAt.KT] / max(_length(way), 1e-300) * way
-    for b in simulation.program.system.brakes:
-        p, q = simulation.P[at["brake", b.name]], row.q[switches._brakes[b.name][0]]
-        if p[BrakeAt.ENGAGED] > 0.0 and p[BrakeAt.STICK] <= 0.0 and p[BrakeAt.K] > 0.0:
+            anchor = place - limit / p[SupportAt.KT] / max(_length(way), 1e-300) * way
+            slid = max(slid, _length(anchor - p[SupportAt.ANCHOR]))
+            p[SupportAt.ANCHOR] = anchor
+        if kind == "brake" and p[BrakeAt.ENGAGED] > 0.0 and p[BrakeAt.STICK] <= 0.0 and p[BrakeAt.K] > 0.0:
+            q = shown[0]
             p[BrakeAt.ANCHOR] = q - p[BrakeAt.MOMENT] / p[BrakeAt.K] * np.sign(q - p[BrakeAt.ANCHOR])
+    return slid
 
 
 def net(events: list[StateEvent]) -> list[StateEvent]:

@@ -19,11 +19,11 @@ from .poses import Poses
 __all__ = ["BEND", "Corrector"]
 
 NEWTON = 12  # corrector steps of one point
-SLOW = 0.03  # contraction above which the stiffness is renewed
+SLOW = 0.1  # contraction above which the stiffness is renewed
 CLOSE = 1e-9  # [m, rad] of a corrector step behind which the next one is none
-CHORDS = 2  # corrector steps with the stiffness of the last point
 BEND = 0.15  # [m, rad] of a corrector step: what predicted poses may be off
 WIDEST = 1.0  # [m, rad] of a corrector step; a tangent may be longer
+PART = 0.01  # of the way of the commands along which a tangent is taken: stiff laws are straight so far
 LONG = 100.0  # [s] of pseudo time: leaves neutral directions alone
 
 
@@ -65,12 +65,14 @@ class Corrector:
         self._K = K
         self.poses.factorise(K, LONG, self.poses.basis(q))
 
-    def predicted(self, q0: np.ndarray, dt: int) -> tuple[np.ndarray | None, float]:
+    def predicted(self, q0: np.ndarray, P0: np.ndarray, dt: int) -> tuple[np.ndarray | None, float]:
         """The rest to which tangent and curvature lead from q0 over a step [ns], None if there is none near; and how
-        far it is from where they lead."""
-        poses = self.poses
-        q = self.place(q0)
-        tangent = poses.solve(poses.accelerations(q))
+        far it is from where they lead.  P0 are the parameters at q0, those of the simulation are at the other end."""
+        poses, P = self.poses, self._simulation.P
+        q, P1 = self.place(q0), P.copy()
+        P[:] = P0 + PART * (P1 - P0)
+        tangent = poses.solve(poses.accelerations(q0 + PART * (q - q0))) / PART
+        P[:] = P1
         if not np.isfinite(tangent).all():
             return None, inf
         way = tangent
@@ -78,13 +80,11 @@ class Corrector:
             slope, before = self._slope
             way = tangent + (0.5 * dt / before) * (tangent - dt * slope)
         q = poses.moved(q, way)
-        last, bend = self._K, 0.0
-        for _ in range(CHORDS):  # stiff ropes have their lengths again before their stiffness is looked at
-            step = poses.solve(poses.accelerations(q))
-            bend = max(bend, float(np.abs(step).max(initial=0.0)))
-            if not bend <= 2.0 * BEND:
-                return None, bend
-            q = poses.moved(q, step)
+        step = poses.solve(poses.accelerations(q))  # stiff ropes have their lengths again, then stiffness is looked at
+        bend = float(np.abs(step).max(initial=0.0))
+        if not bend <= 2.0 * BEND:
+            return None, bend
+        last, q = self._K, poses.moved(q, step)
         self._stiffen(q)
         found = self.corrected(q)
         if found is None:

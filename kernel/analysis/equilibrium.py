@@ -75,7 +75,7 @@ def relaxed(poses: Poses, q: np.ndarray) -> tuple[np.ndarray, int, list[StateEve
             break
         stalled = stalled + 1 if size > 0.5 * before and size < ROUNDING else 0
         if not switched and (size <= STILL or last <= NEAR or stalled >= 3):
-            check_bending(poses.simulation)
+            check_bending(poses.simulation.native)
             return q, steps, events
         h = min(LONG, max(SHORT, h * min(10.0, max(0.2, before / size if size else 10.0))))
         before = size

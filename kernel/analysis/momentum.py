@@ -15,7 +15,7 @@ from heavylift.kernel.multibody.kinematics import elastic, kinematics
 from heavylift.kernel.multibody.trees import with_numbers
 
 if TYPE_CHECKING:
-    from heavylift.kernel.simulation.stepper import Stepper
+    from heavylift.kernel.simulation.simulation import Simulation
 
 __all__ = ["Momentum", "momentum"]
 
@@ -36,7 +36,7 @@ class Momentum:
         return spin
 
 
-def momentum(simulation: Stepper) -> Momentum:
+def momentum(simulation: Simulation) -> Momentum:
     """Momentum of all bodies together at the present instant of a simulation."""
     program, x = simulation.program, simulation.instant()
     mass, moment, linear, angular = 0.0, np.zeros(3), np.zeros(3), np.zeros(3)

@@ -23,9 +23,9 @@ from heavylift.kernel.description.profile import REST
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.references import Actuator
 from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.simulation.native.native_state import NEVER
 from heavylift.kernel.simulation.safeguards.deflection_check import check_bending
 from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
-from heavylift.kernel.simulation.stepper import NEVER
 
 from .active import RUBS, give_way, net, switch
 from .corrector import BEND, Corrector
@@ -34,13 +34,16 @@ from .equilibrium import Equilibrium, equilibrium_at, relaxed
 __all__ = ["EquilibriumPath", "Rest"]
 
 FIRST_NS, LONGEST_NS, SHORTEST_NS = 10**9, 600 * 10**9, 10**5  # steps of the path
-STALLED = 1  # guesses in a row that leave more than half of the bracket, before it is halved
 LONGEST_FALL_NS = 10**10  # of commands that go on while a scene falls from a fold
 SOON = 10  # times the length of a fall within which the next one is its sequel
+CHORD, LINE, NEAR, MIDDLE = range(4)  # guesses of when an event is
+WELL = {CHORD: CHORD, LINE: LINE, NEAR: LINE, MIDDLE: LINE}  # what follows one that leaves half of the bracket or less
+BADLY = {CHORD: MIDDLE, LINE: NEAR, NEAR: MIDDLE, MIDDLE: LINE}  # or more
 LOCATED_NS = 1000  # an event is located to this
 UNLOCATED = (*RUBS, "bending")  # kinds of guards that are looked at where a step ends
 GROWTH = 1e-4  # [1/s2] eigenvalue of the tangent stiffness that is instability, not rounding
 NUDGE = 1e-3  # [m, rad] along the unstable mode
+SLID = 0.03  # [m] of a pad in a step: its way is a chain of secants
 FAR = 1.0  # [m, rad] of a fall that is worth a note
 CHATTER = 50  # events at one instant after which the laws are settled together
 
@@ -65,6 +68,7 @@ class EquilibriumPath:
         self.command, self.heard = simulation, heard
         self.epoch = 0
         self.points: list[Rest] = []
+        self._kept_ns = 0  # [ns] of the last of them, also if it was taken away
         self.notes: list[Note] = []
         self.unstable_since: int | None = None
         """Time from which the rest is unstable [ns]."""
@@ -127,11 +131,11 @@ class EquilibriumPath:
     def _step(self, end_ns: int) -> list[StateEvent]:
         """One step of the path that ends by `end_ns`; what happened at its end."""
         t0, q0 = self.epoch, self._q
-        G0 = self._near.guards(q0)
+        G0, P0 = self._near.guards(q0), self.command.P.copy()
         while True:
             t1 = min(end_ns, t0 + self._dt)
             self._lead(t1)
-            q, bend = self._near.predicted(q0, t1 - t0)
+            q, bend = self._near.predicted(q0, P0, t1 - t0)
             if q is not None:
                 break
             if t1 - t0 <= SHORTEST_NS:
@@ -207,24 +211,38 @@ class EquilibriumPath:
         return net(events)
 
     def _located(self, t0: int, q0: np.ndarray, G0: np.ndarray, t1: int, q1: np.ndarray) -> tuple[int, np.ndarray]:
-        """The first instant of a step at which a guard has fallen, and the rest there: regula falsi, with guesses now
-        before, now behind the root so that the bracket closes from both sides, halved where that converges slowly."""
-        G1, slow, aside = self._near.guards(q1), 0, -LOCATED_NS // 2
+        """The first instant of a step at which a guard has fallen, and the rest there.
+
+        Guesses are where the chord of the bracket ends, or the line through the last two rests before the event, of a
+        guard that has a kink there; a little before the end, which such a line has brought near; the middle.  Each is
+        taken a bit to the far side, so that the bracket closes from both.
+        """
+        G1, kind, failed = self._near.guards(q1), CHORD, set[int]()
+        earlier = t0, q0, G0
         while t1 - t0 > LOCATED_NS:
             width = t1 - t0
             fell = np.flatnonzero((G1 < 0.0) & (G0 >= 0.0))
-            part = 0.5 if slow >= STALLED else min(float(G0[i] / (G0[i] - G1[i])) for i in fell)
-            t = min(t1 - 1, max(t0 + 1, t0 + ceil(part * width) + aside))
+            kind = MIDDLE if kind == LINE and earlier[0] == t0 else kind
+            t, q, G = earlier if kind == LINE else (t1, q1, G1)
+            part = 0.9 if kind == NEAR else 0.5
+            if kind in (CHORD, LINE):
+                drop = (G0[fell] - G[fell]) / (t - t0)  # in each nanosecond
+                part = float((G0[fell][drop > 0.0] / drop[drop > 0.0]).min(initial=width)) / width
+            slope, aside = (q - q0) / (t - t0), LOCATED_NS // 2 if part < 0.5 else -LOCATED_NS // 2
+            t = min(t1 - 1, max(t0 + 1, t0 + round(part * width) + aside))
             self._lead(t)
-            q = self._near.corrected(self._near.place(q0 + (t - t0) / width * (q1 - q0)))
-            if q is None:
+            found = self._near.corrected(self._near.place(q0 + (t - t0) * slope))
+            if found is None and kind in failed:
                 break
-            G = self._near.guards(q)
+            if found is None:
+                failed, kind = {*failed, kind}, BADLY[kind]
+                continue
+            G = self._near.guards(found)
             if ((G < 0.0) & (G0 >= 0.0)).any():
-                t1, q1, G1, aside = t, q, G, -LOCATED_NS // 2
+                t1, q1, G1 = t, found, G
             else:
-                t0, q0, aside, G0 = t, q, LOCATED_NS // 2, np.where(G0 >= 0.0, G, G0)
-            slow = slow + 1 if t1 - t0 > width // 2 and slow < STALLED else 0
+                earlier, t0, q0, G0 = (t0, q0, G0), t, found, np.where(G0 >= 0.0, G, G0)
+            kind = (BADLY if 2 * (t1 - t0) > width else WELL)[kind]
         return t1, q1
 
     # ---- points -------------------------------------------------------------------------------------------
@@ -232,7 +250,7 @@ class EquilibriumPath:
     def _lead(self, t_ns: int) -> None:
         """What is driven stands where it is commanded to be at a time."""
         s = self.command
-        self.epoch = s.epoch = t_ns
+        self.epoch = s.native.epoch = t_ns
         for place, a in self._driven:
             s.P[place] = a.x0 + a.move.displacement((t_ns - a.start_ns) * 1e-9)
         s.references.stand(t_ns)
@@ -243,7 +261,7 @@ class EquilibriumPath:
     def _commanded(self) -> None:
         """Take over what has been commanded at the epoch: everything stands, what moves is led from here on."""
         s, at = self.command, self.command.program.parameters.at
-        s._set(t=0.0, t_stop=NEVER)
+        s.native.set(t=0.0, t_stop=NEVER)
         s.references.write(self.epoch)
         self._driven: list[tuple[int, Actuator]] = []
         for name, a in s.references.actuators.items():
@@ -256,8 +274,11 @@ class EquilibriumPath:
     def _keep(self, events: list[StateEvent]) -> None:
         self._near.poses.count_turns(self._q)
         self._near.poses.accelerations(self._q)
-        check_bending(self.command)
-        give_way(self.command)
+        check_bending(self.command.native)
+        slid = give_way(self.command)
+        if slid > SLID:
+            self._dt = max(SHORTEST_NS, int((self.epoch - self._kept_ns) * SLID / slid))
+        self._kept_ns = self.epoch
         self.points.append(Rest(self.epoch, self._q.copy(), self.command.row(), tuple(events)))
 
     # ---- stability ----------------------------------------------------------------------------------------

@@ -35,11 +35,18 @@ class Poses:
         self._rows = np.ix_(self.free, self.free)
         self._quaternions = np.array(p.quaternions, dtype=int)
         self._M = np.zeros(self._tangent.factors.stop)
+        self._columns = np.zeros((p.nv, 4))  # see `tangent_stiffness`
+        for link in p.graph.links:
+            for k in range(link.v.start, link.v.stop):
+                self._columns[k, 1:] = k - link.v.start, link.q.start, link.q.stop
+            for n in range(link.n_modes):
+                i = link.q_modes.start + n
+                self._columns[link.v_modes.start + n, 1:] = 0, i, i + 1
 
     @staticmethod
     def stopped(simulation: Simulation) -> Poses:
         """Of a simulation whose drives, winches and masters are stopped where they are, for good."""
-        simulation._admit("statics or modes")
+        simulation.commands.admit("statics or modes")
         simulation.references.stop(simulation.epoch)
         simulation.references.write(simulation.epoch)
         return Poses(simulation)
@@ -57,7 +64,7 @@ class Poses:
 
     def guards(self) -> np.ndarray:
         """Of the pose evaluated last."""
-        G: np.ndarray = self.simulation.X[self._at["G"]].copy()
+        G: np.ndarray = self.simulation.native.X[self._at["G"]].copy()
         return G
 
     def stiffness(self, q: np.ndarray, order: tuple[float, float] = FOURTH) -> np.ndarray:
@@ -65,17 +72,17 @@ class Poses:
         self.accelerations(q)
         s, n, nv = self.simulation, len(self.free), self.simulation.program.nv
         y, G = s.state.copy(), self.guards()
-        J, work = np.zeros((nv, nv + 1)), np.zeros(self._tangent.work)
-        t, h = np.array([s["t"], s._among()]), STEP
-        s._code.call("tangent", t, y, s.P, G, np.array([h, *order]), work, J)
-        found = J[:, :nv].T[self._rows].copy()
-        fallen = [k for k, i in enumerate(self.free) if J[i, nv] > 0.0]
-        while fallen and h > SMALLEST:
+        J, work, columns = np.zeros((nv, nv + 1)), np.zeros(self._tangent.work), self._columns.copy()
+        t, h, asked = np.array([s["t"], s.native.among()]), STEP, np.array(self.free)
+        while True:
+            columns[:, 0] = 0.0
+            columns[asked, 0] = h
+            s.native.code.call("tangent", t, y, s.P, G, np.array(order), columns, work, J)
+            asked = asked[J[asked, nv] > 0.0]
+            if not len(asked) or h <= SMALLEST:
+                break
             h *= 0.1
-            s._code.call("tangent", t, y, s.P, G, np.array([h, *order]), work, J)
-            for k in fallen:
-                found[:, k] = J[self.free[k], self.free]
-            fallen = [k for k in fallen if J[self.free[k], nv] > 0.0]
+        found: np.ndarray = J[:, :nv].T[self._rows].copy()
         assert found.shape == (n, n)
         return found
 
@@ -88,7 +95,7 @@ class Poses:
         n = len(K)
         whole[:n, :n] = whole[:n, :n] / h**2 - K
         self._tangent.factors.write(self._M, whole)
-        self.simulation._code.call("factorise_tangent", self._M)
+        self.simulation.native.code.call("factorise_tangent", self._M)
 
     def solve(self, a: np.ndarray) -> np.ndarray:
         """(n_free,) step of the matrix factorised last, for accelerations a (n_free,)."""
@@ -97,7 +104,7 @@ class Poses:
             whole[:] = a
         else:
             whole[: self._B.shape[1]] = self._B.T @ a
-        self.simulation._code.call("solve_tangent", self._M, whole, np.zeros(1), x)
+        self.simulation.native.code.call("solve_tangent", self._M, whole, np.zeros(1), x)
         return x if self._B is None else self._B @ x[: self._B.shape[1]]
 
     def sign(self) -> float:
@@ -114,7 +121,7 @@ class Poses:
         if len(p.constraints):
             y = self._state(new)
             for _ in range(CLOSINGS):
-                y = self.simulation._close(y)[0]
+                y = self.simulation.native.close(y)[0]
             new = y[: p.nq]
         return self.unit(new)
 
@@ -130,7 +137,7 @@ class Poses:
         """Angles go on from those at pose q, which is less than half a turn from the one before."""
         s = self.simulation
         if n := len(s.program.angles):
-            s.X[self._at["y"]] = self._state(q)
+            s.native.X[self._at["y"]] = self._state(q)
             self._accounts[-n:] = s.row().turned
 
     def basis(self, q: np.ndarray) -> np.ndarray | None:
@@ -140,7 +147,7 @@ class Poses:
             return None
         allowed = []
         for e in np.eye(n):
-            y, *_ = self.simulation._close(self._state(q, e))
+            y, *_ = self.simulation.native.close(self._state(q, e))
             allowed.append(y[p.nq : p.nq + p.nv][self.free])
         U, sizes, _ = np.linalg.svd(np.array(allowed).T)
         basis: np.ndarray = U[:, : int(np.sum(sizes > HALF))]  # a projection's are 0, or at least 1
@@ -148,9 +155,9 @@ class Poses:
 
     def _rates(self, q: np.ndarray, v: np.ndarray | None = None) -> np.ndarray:
         s = self.simulation
-        s.X[self._at["y"]] = self._state(q, v)
-        s._call("refresh")
-        f: np.ndarray = s.X[self._at["f"]].copy()
+        s.native.X[self._at["y"]] = self._state(q, v)
+        s.native.call("refresh")
+        f: np.ndarray = s.native.X[self._at["f"]].copy()
         return f
 
     def _state(self, q: np.ndarray, v: np.ndarray | None = None) -> np.ndarray:

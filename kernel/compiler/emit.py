@@ -6,7 +6,6 @@ products of fixed lanes, no contraction unless asked for), so that the bits are 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 from .function import Function, Primitive
@@ -62,17 +61,8 @@ def blocks(f: Function | Parts) -> list[str]:
     return f.blocks if isinstance(f, Parts) else blocks_of(f)
 
 
-def module(
-    *functions: Function | Parts,
-    fused: bool = False,
-    weak: Collection[Function] = (),
-    found: Callable[[Function, str], bool] | None = None,
-) -> str:
-    """IR text of functions and loops and of everything that they call; `fused`: see `Straight`.
-
-    `weak`: functions that another module may replace.  `found`: whether a function's machine code of that name stands
-    in another module already, so that a declaration is enough; then what else is called is this module's own affair.
-    """
+def module(*functions: Function | Parts, fused: bool = False) -> str:
+    """IR text of functions and loops and of everything that they call; `fused`: see `Straight`."""
     texts: list[str] = []
     seen: dict[str, Function | Parts] = {}
 
@@ -82,20 +72,16 @@ def module(
             assert seen[name] is f, f"two functions are called '{name}'"
             return
         seen[name] = f
-        if found and isinstance(f, Function) and f not in functions and found(f, name):
-            texts.append(f"declare void @{name}({', '.join('ptr' for _ in blocks(f))})")
-            return
-        own = "weak " if f in weak else "internal " if found and f not in functions else ""
         if isinstance(f, Parts):
             for part in f.parts:
                 visit(part, 0)
             texts.append(_sequence(f))
             return
         if isinstance(f, Primitive):
-            texts.append(f.text.replace("define ", f"define {own}", 1))
+            texts.append(f.text)
             return
         code = Straight(f, lanes, fused, shared)
-        texts.append(code.text().replace("define ", f"define {own}", 1))
+        texts.append(code.text())
         for called in code.called:
             visit(*called)
 

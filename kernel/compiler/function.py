@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from .symbol import GRAPHS, Graph, Sym, is_sym, node
 
-__all__ = ["OPAQUE", "Function", "Primitive", "flatten", "placed", "symbols"]
+__all__ = ["OPAQUE", "Function", "Outputs", "Primitive", "flatten", "placed", "symbols"]
 
 IDLE = ("in", "ret", "slice", "block")  # of nodes: they read what is there
+Outputs: TypeAlias = Mapping[str, Any]  # what a body returns: the numbers of each block
 OPAQUE = -1  # size of an input block that is handed on as a whole
 
 

@@ -4,29 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from .symbol import is_sym, node
 
-__all__ = ["Layout"]
+__all__ = ["Layout", "Places"]
+
+Places = Mapping[str, Any]  # name -> index of a scalar, slice of several numbers
+Parts = TypeVar("Parts", bound=SimpleNamespace)
 
 
 class Layout:
     """`sizes`: None = a scalar, n = n numbers; names in `vectors` are unpacked as one vector symbol."""
 
     def __init__(self, sizes: Mapping[str, int | None], vectors: frozenset[str] = frozenset()) -> None:
-        self.at: dict[str, Any] = {}
+        places: dict[str, Any] = {}
         self.vectors = vectors
         n = 0
         for name, m in sizes.items():
-            self.at[name] = n if m is None else slice(n, n + m)
+            places[name] = n if m is None else slice(n, n + m)
             n += 1 if m is None else m
+        self.at: Places = places
         self.size = n
 
-    def unpack(self, block: Any) -> SimpleNamespace:
-        """Parts of a block by name: scalars, arrays, and the vectors as one value."""
+    def unpack(self, block: Any, kind: type[Parts]) -> Parts:
+        """Parts of a block by name: scalars, arrays, and the vectors as one value; `kind`: which names there are."""
 
         def part(name: str) -> Any:
             x = block[self.at[name]]
@@ -34,7 +38,7 @@ class Layout:
                 return node("slice", x[0].args[0], x[0].args[1], width=len(x))
             return x
 
-        return SimpleNamespace(**{name: part(name) for name in self.at})
+        return kind(**{name: part(name) for name in self.at})
 
     def pack(self, parts: SimpleNamespace) -> list[Any]:
         """The block's values in order (a vector symbol stays one value)."""

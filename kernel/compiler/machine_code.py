@@ -30,8 +30,7 @@ def sources() -> bytes:
 
 class Library:
     """Machine code of `ir()`, which is called only if `structure` is not in the cache; `opt`: LLVM's level 0 to 3;
-    `cpu`: LLVM's name of a processor whose instructions are used instead of all that this one has; `base`: code of
-    which this one calls functions and replaces weak ones."""
+    `cpu`: LLVM's name of a processor whose instructions are used instead of all that this one has."""
 
     def __init__(
         self,
@@ -40,7 +39,6 @@ class Library:
         opt: int = 1,
         cache: bool = True,
         cpu: str | None = None,
-        base: Library | None = None,
     ) -> None:
         llvm.initialize_native_target()
         llvm.initialize_native_asmprinter()
@@ -58,10 +56,8 @@ class Library:
             if cache:
                 write_cached(name, code)
         self.size = len(code)
-        self._objects: list[bytes] = [code, *(base._objects if base else [])]
         self._engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), self._machine)
-        for each in self._objects:  # what the first defines, the others do not replace
-            self._engine.add_object_file(llvm.ObjectFileRef.from_data(each))
+        self._engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         self._engine.finalize_object()
         self._calls: dict[str, Callable[..., None]] = {}
 
@@ -78,10 +74,6 @@ class Library:
             else:
                 passes.getModulePassManager().run(module, passes)
         return bytes(self._machine.emit_object(module))
-
-    def has(self, name: str) -> bool:
-        """Whether there is a native function of this name."""
-        return bool(self._engine.get_function_address(name))
 
     def number(self, name: str) -> float:
         """A constant of the code."""

@@ -10,16 +10,20 @@ to write instead.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from numbers import Real
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+if TYPE_CHECKING:
+    import numpy as np
 
 __all__ = [
-    "GRAPHS", "Graph", "Sym", "any_of", "exponent", "is_sym", "maximum", "minimum", "named", "node", "power_of_two",
-    "printing", "scope", "select", "sqrt",
+    "GRAPHS", "Array", "Graph", "Scalar", "Scalars", "Sym", "Value", "any_of", "exponent", "is_sym", "maximum",
+    "minimum", "named", "node", "power_of_two", "printing", "scope", "select", "sqrt",
 ]  # fmt: skip
 
+Value = Any  # in traced text: a float or a symbol, or an array of them
 _NUMBERS = (float, int, Real)  # among the latter NumPy's, which this file starts without
 GRAPHS: list[Graph] = []  # the graphs being recorded, innermost last
 
@@ -83,7 +87,7 @@ class Sym:
             raise TypeError("only whole powers 1 to 8 of run-time values: use power of kernel.elementary")
         return self if o == 1 else mul(self, self ** (o - 1))
 
-    def __abs__(self) -> Sym:
+    def __abs__(self) -> Any:
         return node("abs", self)
 
     def __matmul__(self, o: Sym) -> Sym:
@@ -121,6 +125,11 @@ class Sym:
         raise TypeError(
             "a run-time value was forced to a float: use sin, cos, power of kernel.elementary, sqrt of kernel.symbol"
         )
+
+
+Scalar: TypeAlias = "float | Sym"  # a number, or what a traced text will have for it
+Array: TypeAlias = "np.ndarray[Any, np.dtype[Any]]"  # of such
+Scalars: TypeAlias = "np.ndarray[Any, np.dtype[Any]] | Sequence[float | Sym]"  # one behind the other
 
 
 def is_sym(x: Any) -> bool:

@@ -7,11 +7,11 @@ exist, so that a chain of loops costs in proportion to its length; a row of a bl
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.small_blocks import Blocks
-from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.function import Function, Outputs
+from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.constraints.complementarity.proximal_passes import MU, MU_SHARED, TINY, Proximal, fill_in
 
 __all__ = ["Blockwise"]
@@ -45,7 +45,7 @@ class Blockwise(Proximal):
         """The rows of a block."""
         return range(self.starts[r], self.starts[r + 1])
 
-    def _cut(self, flat: Any, pairs: Sequence[tuple[int, int]]) -> dict[tuple[int, int], list[Any]]:
+    def _cut(self, flat: Array, pairs: Sequence[tuple[int, int]]) -> dict[tuple[int, int], list[Scalar]]:
         """Blocks, row by row, that lie one behind the other."""
         out, at = {}, 0
         for r, s in pairs:
@@ -54,7 +54,7 @@ class Blockwise(Proximal):
             at += n
         return out
 
-    def _regularisation(self, diagonal: list[Any], size: Any) -> list[Any]:
+    def _regularisation(self, diagonal: list[Scalar], size: Array) -> list[Scalar]:
         """(n,) mu of all rows."""
         floor = sum(size, 0.0) * (MU_SHARED / self.n) + TINY
         mu = [MU * a + floor for a in diagonal]
@@ -64,18 +64,18 @@ class Blockwise(Proximal):
                 mu[r] = mean + floor
         return mu
 
-    def _factorise(self, A: Any, size: Any) -> dict[str, Any]:
+    def _factorise(self, A: Array, size: Array) -> Outputs:
         """C = (W = D^-1 M right of the diagonal, factors of D) of A + mu; pivot: what is left of it, relative."""
-        M: dict[tuple[int, int], list[Any]] = self._cut(A, self.couples)
+        M: dict[tuple[int, int], list[Scalar]] = self._cut(A, self.couples)
         m = self.sizes
         diagonal = [M[r, r][i * (m[r] + 1)] for r in range(len(m)) for i in range(m[r])]
         mu = self._regularisation(diagonal, size)
         for r in range(len(m)):
             for i, row in enumerate(self.rows(r)):
                 M[r, r][i * (m[r] + 1)] = diagonal[row] + mu[row]
-        W: dict[tuple[int, int], list[Any]] = {}
-        D: list[list[Any]] = []
-        pivot: list[Any] = []
+        W: dict[tuple[int, int], list[Scalar]] = {}
+        D: list[list[Scalar]] = []
+        pivot: list[Scalar] = []
         for s in range(len(m)):
             x = self.blocks.factor(m[s])(M=M[s, s])
             D.append(list(x.C))
@@ -88,10 +88,10 @@ class Blockwise(Proximal):
                     M[r, t] = list(self.blocks.less(m[r], m[t], m[s])(M=old, U=M[s, r], W=W[s, t]).M_)
         return {"C": [*(e for sr in self.filled for e in W[sr]), *(e for C in D for e in C)], "mu": mu, "pivot": pivot}
 
-    def _substituted(self, C: Any, b: Any) -> dict[str, Any]:
+    def _substituted(self, C: Array, b: Array) -> Outputs:
         m = self.sizes
         own = [(s, s) for s in range(len(m))]
-        parts: Mapping[tuple[int, int], list[Any]] = self._cut(C, [*self.filled, *own])
+        parts: Mapping[tuple[int, int], list[Scalar]] = self._cut(C, [*self.filled, *own])
         x = [list(b[self.starts[s] : self.starts[s + 1]]) for s in range(len(m))]
         for s in range(len(m)):
             for r in self.after[s]:

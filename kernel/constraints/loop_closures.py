@@ -16,10 +16,11 @@ import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import atan2, cos, sin
 from heavylift.kernel.algebra.spatial import cross, exact, join
-from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.function import Function, Outputs
+from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import Joint
-from heavylift.kernel.forces.laws import BODY
+from heavylift.kernel.forces.force_law import BODY
 
 __all__ = ["CLOSURES", "closed_coordinates", "closure_function", "closure_numbers", "residual_unit"]
 
@@ -31,23 +32,23 @@ AXIS, SECOND, THIRD = range(3)
 class Pair:
     """Both sides of a joint in world axes: directions a, b (rows axis, second, third), their rates, d = p_B - p_A."""
 
-    a: Any
-    b: Any
-    da: Any
-    db: Any
-    d: Any
-    pitch: Any
+    a: Array
+    b: Array
+    da: Array
+    db: Array
+    d: Array
+    pitch: Scalar
 
 
 @dataclass(frozen=True)
 class Condition:
     """A residual g with its force f at the joint's point on B and moment n (on B; opposite on A), and their rates."""
 
-    g: Any
-    f: Any
-    n: Any
-    df: Any
-    dn: Any
+    g: Scalar
+    f: Array
+    n: Array
+    df: Array
+    dn: Array
 
 
 def _slide(i: int) -> Callable[[Pair], Condition]:
@@ -112,7 +113,7 @@ def closure_numbers(joint: Joint) -> list[float]:
     return [*(float(x) for p, rows in sides for x in (*p, *rows.ravel())), joint.pitch]
 
 
-def closed_coordinates(joint: Joint, A: Any, B: Any) -> dict[str, float]:
+def closed_coordinates(joint: Joint, A: Array, B: Array) -> dict[str, float]:
     """Coordinates of a joint that closes a loop, where its sides are at A and B; {} where they are not told apart."""
     if joint.kind not in ("revolute", "prismatic", "cylindrical"):
         return {}
@@ -133,13 +134,13 @@ def _perpendicular(axis: np.ndarray) -> np.ndarray:
 def closure_function(kind: str) -> Function:
     """The rows of a joint type: `gap`, `rate`, `bias` (n,), `wa`, `wb` (6 n,) about the trees' points of A and B."""
 
-    def body(p: Any, A: Any, B: Any) -> dict[str, Any]:
+    def body(p: Array, A: Array, B: Array) -> Outputs:
         pair, (x_a, x_b), (V_A, V_B), v = _pair(p, A, B)
         rows = [condition(pair) for condition in CLOSURES[kind]]
         wa = [join(cross(x_a, c.f) + c.n, c.f) for c in rows]
         wb = [join(cross(x_b, c.f) + c.n, c.f) for c in rows]
 
-        def bias(x: Any, c: Condition) -> Any:
+        def bias(x: Array, c: Condition) -> Any:
             return join(cross(v, c.f) + cross(x, c.df) + c.dn, c.df)
 
         return {
@@ -153,7 +154,7 @@ def closure_function(kind: str) -> Function:
     return Function(f"closure_{kind.replace('-', '_')}", body, {"p": SIDES, "A": BODY, "B": BODY})
 
 
-def _pair(p: Any, A: Any, B: Any) -> tuple[Pair, tuple[Any, Any], tuple[Any, Any], Any]:
+def _pair(p: Array, A: Array, B: Array) -> tuple[Pair, tuple[Array, Array], tuple[Array, Array], Array]:
     """Both sides; the joint's point on B from each tree's point; both twists; that point's velocity."""
     (R_A, o_A, r_A, V_A), (R_B, o_B, r_B, V_B) = (
         (np.reshape(e[:9], (3, 3)), e[9:12], e[12:15], e[15:]) for e in (A, B)

@@ -6,12 +6,11 @@ taut is a discrete state; what becomes of it at an event stands in `rope_impacts
 
 from __future__ import annotations
 
-from typing import Any
-
 from heavylift.kernel.algebra.spatial import cross, join
-from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.compiler.symbol import sqrt
-from heavylift.kernel.forces.laws import BODY, attachment
+from heavylift.kernel.compiler.function import Function, Outputs
+from heavylift.kernel.compiler.symbol import Array, sqrt
+from heavylift.kernel.description.mechanics import RigidRope
+from heavylift.kernel.forces.force_law import BODY, attachment
 
 __all__ = ["SLACK", "TOUCHING", "RigidAt", "rigid_numbers", "rigid_rope"]
 
@@ -27,7 +26,7 @@ class RigidAt:
     A, B = slice(2, 5), slice(5, 8)
 
 
-def rigid_numbers(rope: Any) -> list[float]:
+def rigid_numbers(rope: RigidRope) -> list[float]:
     """hooked, taut and the lines of a rope."""
     return [float(rope.hooked), 0.0, *(x for line in rope.lines for x in (*line.a.p, *line.b.p, line.share))]
 
@@ -35,9 +34,9 @@ def rigid_numbers(rope: Any) -> list[float]:
 def rigid_rope(n: int) -> Function:
     """The row of a rope of n lines: L (L0, L0', L0'') -> gap, rate, bias, and per line the wrenches wa, wb (6,)."""
 
-    def body(L: Any, p: Any, **ends: Any) -> dict[str, Any]:
+    def body(L: Array, p: Array, **ends: Array) -> Outputs:
         gap, rate, bias = L[0], L[1], L[2]
-        out: dict[str, Any] = {}
+        out: dict[str, Array] = {}
         for i in range(n):
             q = p[RigidAt.LINES + LINE * i : RigidAt.LINES + LINE * (i + 1)]
             A, B = ends[f"a{i}"], ends[f"b{i}"]

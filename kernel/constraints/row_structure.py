@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any, Protocol
 
+from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.description.mechanics import RigidRope
 from heavylift.kernel.multibody.graph import Graph
 from heavylift.kernel.multibody.trees import Tree
@@ -17,7 +18,7 @@ from heavylift.kernel.multibody.trees import Tree
 from .block_matrix import Blockwise
 from .loop_closures import CLOSURES, closure_function, residual_unit
 from .rigid_ropes import rigid_rope
-from .unsymmetric_matrix import Lopsided
+from .unsymmetric_matrix import Unsymmetric
 
 __all__ = ["Constraints"]
 
@@ -32,8 +33,8 @@ class Contacts(Protocol):
     @property
     def held(self) -> Sequence[tuple[int, ...]]: ...
     @property
-    def present(self) -> Sequence[Any]: ...
-    def slots(self, numbers: Callable[[str, str], Any], ends: Mapping[int, Any]) -> list[SimpleNamespace]: ...
+    def sites(self) -> Sequence[Any]: ...
+    def slots(self, numbers: Callable[[str, str], Array], ends: Mapping[int, Array]) -> list[SimpleNamespace]: ...
     def rows(self, slots: list[SimpleNamespace]) -> list[Any]: ...
 
 
@@ -78,7 +79,7 @@ class Constraints:
         first = len(self.of)
         ropes = [[r for r in rows if first <= r < first + len(self.ropes)] for rows, _ in self.groups]
         equal = [x for x in ropes if x]
-        self.delassus = Lopsided(n, couples) if self.contacts.present else self._blockwise(equal)
+        self.delassus = Unsymmetric(n, couples) if self.contacts.sites else self._blockwise(equal)
 
     def _blockwise(self, equal: list[list[int]]) -> Blockwise:
         """The matrix in blocks of up to six loop rows in turn between the same bodies, or of one rope."""

@@ -1,93 +1,32 @@
 """The constraint rows of a scene at one instant: their matrix, their multipliers, what they do to the bodies.
 
-A row is a wrench on each body that it holds together: the twists V fulfil sum(w . V) = 0, the accelerations
-sum(w . A) + bias = 0, and multiplier * w acts on the bodies.  Drift is removed where a step is accepted, by one Newton
-step of the same rows on places and speeds, weighted with H (Bayo, Ledesma 1996): it does no work on the motion that
-is left, and costs one evaluation per step.
+Drift is removed where a step is accepted, by one Newton step of the same rows on places and speeds, weighted with H
+(Bayo, Ledesma 1996): it does no work on the motion that is left, and costs one evaluation per step.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join
-from heavylift.kernel.compiler.symbol import select
-from heavylift.kernel.description.mechanics import Joint, RigidRope
-from heavylift.kernel.forces.laws import attachment
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, select
+from heavylift.kernel.forces.force_law import attachment
 from heavylift.kernel.forces.rope_mass import at_the_hook
-from heavylift.kernel.multibody.graph import Graph
-from heavylift.kernel.multibody.trees import Tree
 
 from .block_matrix import Blockwise
+from .held_rows import Lengths, Numbers, Row, Scene, held_rows
 from .loop_closures import CLOSURES
 from .rigid_ropes import SLACK, RigidAt
-from .row_structure import Constraints
 from .tree_factors import OpenTree
-from .unsymmetric_matrix import Lopsided
+from .unsymmetric_matrix import Unsymmetric
 
-__all__ = ["Row", "Rows", "held_rows"]
+__all__ = ["Rows"]
 
 ROUNDED = 1e-12  # part of a row that is round-off
-_Parts = dict[tuple[int, int], Any]  # per tree and degree of freedom
-
-
-class Scene(Protocol):
-    """What rows depend on of a compiled scene."""
-
-    @property
-    def graph(self) -> Graph: ...
-    @property
-    def constraints(self) -> Constraints: ...
-    @property
-    def instances(self) -> Sequence[tuple[Tree, Any]]: ...
-
-
-@dataclass(frozen=True)
-class Row:
-    """One row at an instant; `wrenches`: body number and (6,) wrench about the point of that body's tree."""
-
-    wrenches: list[tuple[int, Any]]
-    gap: Any
-    rate: Any
-    bias: Any
-    on: Any = 1.0  # 0: absent, as of a slack rope
-    push: list[tuple[int, Any]] | None = None  # what it does to the bodies where it senses otherwise: sliding friction
-    soft: Any = 1.0  # factor of its regularisation: of redundant rows, a soft one carries less
-    prior: Any = 0.0  # force next to which that of a redundant row is
-
-
-def held_rows(
-    scene: Scene,
-    ends: Mapping[int, Any],
-    numbers: Callable[[str, str], Any],
-    lengths: Mapping[str, tuple[Any, Any, Any]],
-) -> list[Row]:
-    """The rows of loops, then of rigid ropes, where bodies are at `ends`; arguments as of `Rows`."""
-    rows = [row for j in scene.constraints.loops for row in _loop(scene, j, ends, numbers("loop", j.name))]
-    ropes = scene.constraints.ropes
-    return rows + [_rope(scene, r, ends, numbers("rigid", r.name), lengths[r.name]) for r in ropes]
-
-
-def _loop(scene: Scene, j: Joint, ends: Mapping[int, Any], p: Any) -> list[Row]:
-    a, b = (scene.graph.number(x) for x in (j.parent, j.child))
-    x = scene.constraints.closures[j.kind](p=p, A=ends[a], B=ends[b])
-    return [
-        Row([(a, -x.wa[6 * i : 6 * i + 6]), (b, x.wb[6 * i : 6 * i + 6])], x.gap[i], x.rate[i], x.bias[i])
-        for i in range(len(CLOSURES[j.kind]))
-    ]
-
-
-def _rope(scene: Scene, r: RigidRope, ends: Mapping[int, Any], p: Any, L: tuple[Any, Any, Any]) -> Row:
-    bodies = [(scene.graph.number(line.a.body), scene.graph.number(line.b.body)) for line in r.lines]
-    at = {f"{e}{n}": ends[i] for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)}
-    x = scene.constraints.pulls[len(r.lines)](L=list(L), p=p, **at)
-    wrenches = [(i, getattr(x, f"w{e}{n}")) for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)]
-    on = select(p[RigidAt.HOOKED] > 0.0, p[RigidAt.TAUT], 0.0)
-    return Row(wrenches, x.gap[0], x.rate[0], x.bias[0], on)
+_Parts = dict[tuple[int, int], Scalar]  # per tree and degree of freedom
 
 
 class Rows:
@@ -96,10 +35,10 @@ class Rows:
     def __init__(
         self,
         scene: Scene,
-        arguments: dict[int, dict[str, Any]],
-        ends: Mapping[int, Any],
-        numbers: Callable[[str, str], Any],
-        lengths: Mapping[str, tuple[Any, Any, Any]],
+        arguments: dict[int, dict[str, Scalars]],
+        ends: Mapping[int, Array],
+        numbers: Numbers,
+        lengths: Lengths,
     ) -> None:
         """`arguments`: what the motion of each linked tree depends on; `ends`: bodies; `numbers`: of P; `lengths`: of
         rigid ropes with two rates."""
@@ -119,7 +58,7 @@ class Rows:
         soft = {"soft": [row.soft for row in self.rows]} if self.slots else {}
         self._factors = self.constraints.delassus.factorise(A=self._entries, size=self._sizes, **soft)
         self.multipliers: Any = None
-        self.free: list[Any] = []  # second derivatives without multipliers
+        self.free: list[Scalar] = []  # second derivatives without multipliers
 
     @property
     def pivots(self) -> Any:
@@ -140,18 +79,18 @@ class Rows:
     def _free(self, i: int) -> list[int]:
         return self._instances[i][0].free_dofs
 
-    def held(self, values: list[Any]) -> list[Any]:
+    def held(self, values: list[Scalar]) -> list[Scalar]:
         """Values of the rows that are there, 0 of the others."""
         return [select(row.on > 0.0, x, 0.0) for row, x in zip(self.rows, values, strict=True)]
 
-    def _masked(self, r: int, s: int, a: Any) -> Any:
+    def _masked(self, r: int, s: int, a: Scalar) -> Any:
         """An entry of the matrix without the rows that are not there: 1 on their diagonal, 0 elsewhere."""
         both = select(self.rows[r].on > 0.0, self.rows[s].on, 0.0) if r != s else self.rows[r].on
         return select(both > 0.0, a, 1.0 if r == s else 0.0)
 
-    def _block(self, d: Blockwise, rows: range, columns: range) -> list[Any]:
+    def _block(self, d: Blockwise, rows: range, columns: range) -> list[Scalar]:
         """G H^-1 G^T of two blocks, row by row; one tree after the other."""
-        A: list[Any] = [0.0] * (len(rows) * len(columns))
+        A: list[Scalar] = [0.0] * (len(rows) * len(columns))
         shared = [ik for ik in self._Y[rows[0]] if ik in self._Z[columns[0]]]
         for i in dict.fromkeys(i for i, _ in shared):
             dofs = [ik for ik in shared if ik[0] == i]
@@ -165,10 +104,10 @@ class Rows:
         n = len(self.rows)
         return np.array([[float(self._entry(r, s)) for s in range(n)] for r in range(n)])
 
-    def entries(self) -> list[Any]:
+    def entries(self) -> list[Scalar]:
         """(n * n,) the Delassus matrix of the rows that are there, row by row."""
         d = self.constraints.delassus
-        assert isinstance(d, Lopsided), "asked for with contacts only"
+        assert isinstance(d, Unsymmetric), "asked for with contacts only"
         A = dict(zip(d.entries, self._entries, strict=True))
         n = len(self.rows)
         return [A.get((r, s), 0.0) for r in range(n) for s in range(n)]
@@ -179,7 +118,7 @@ class Rows:
         self._Y: list[_Parts] = []
         self._X: list[_Parts] = []  # of what the rows push
         self._pull: list[_Parts] = []
-        self._sizes: list[Any] = []
+        self._sizes: list[Scalar] = []
         for row in self.rows:
             Y, pull, size = self._half(row.wrenches)
             X, pull, _ = self._half(row.push) if row.push else (Y, pull, size)
@@ -193,8 +132,8 @@ class Rows:
             for X, Y, Z in zip(self._X, self._Y, self._Z, strict=True)
         ]
 
-    def _half(self, wrenches: list[tuple[int, Any]]) -> tuple[_Parts, _Parts, Any]:
-        size: Any = 0.0
+    def _half(self, wrenches: list[tuple[int, Array]]) -> tuple[_Parts, _Parts, Scalar]:
+        size: Scalar = 0.0
         Y: _Parts = {}
         pull: _Parts = {}
         for body, w in wrenches:
@@ -218,12 +157,12 @@ class Rows:
         """What a unit of row s accelerates in row r."""
         return sum((y * self._W[s][ik] for ik, y in self._Y[r].items() if ik in self._W[s]), 0.0)
 
-    def solve(self, b: list[Any], prior: list[Any] | None = None) -> Any:
+    def solve(self, b: list[Scalar], prior: list[Scalar] | None = None) -> Any:
         """(n,) multipliers x with G H^-1 G^T x = b, those next to `prior`, which contacts have, or of least norm."""
         more = {"prior": prior or [0.0] * len(b)} if self.slots else {}
         return self.constraints.delassus.multipliers(C=self._factors.C, mu=self._factors.mu, b=b, **more).x
 
-    def approach(self) -> list[Any]:
+    def approach(self) -> list[Scalar]:
         """(n,) second derivatives of the residuals under the forces, without multipliers."""
         out = []
         for row, Z in zip(self.rows, self._Z, strict=True):
@@ -248,22 +187,21 @@ class Rows:
         return self.rows[first : first + len(self.constraints.ropes)]
 
     @property
-    def tensions(self) -> dict[str, Any]:
+    def tensions(self) -> dict[str, Scalar]:
         """Of the rigid ropes, by name [N]."""
         first = len(self.constraints.of)
         return {r.name: self.multipliers[first + i] for i, r in enumerate(self.constraints.ropes)}
 
     @property
-    def told(self) -> dict[str, Any]:
+    def end_tensions(self) -> dict[str, Scalar]:
         """Of the rigid ropes at their lower ends, by name [N]."""
-        return {
-            r.name: at_the_hook(self.tensions[r.name], self._numbers("weight", r.name)[0])
-            if r.mass
-            else self.tensions[r.name]
-            for r in self.constraints.ropes
-        }
+        out = self.tensions
+        for r in self.constraints.ropes:
+            if r.mass:
+                out[r.name] = at_the_hook(out[r.name], self._numbers("weight", r.name)[0])
+        return out
 
-    def guards(self) -> dict[str, Any]:
+    def guards(self) -> dict[str, Scalar]:
         """Of the rigid ropes, by name: the tension while taut, the slack while slack."""
         out = {}
         for r, row in zip(self.constraints.ropes, self._rope_rows, strict=True):
@@ -271,7 +209,7 @@ class Rows:
             out[r.name] = select(hooked > 0.0, select(row.on > 0.0, self.tensions[r.name], row.gap + SLACK), 1.0)
         return out
 
-    def wrenches(self) -> list[tuple[int, Any]]:
+    def wrenches(self) -> list[tuple[int, Array]]:
         """What the rows do to the bodies, as pairs of body number and (6,) wrench."""
         pairs = zip(self.multipliers, self.rows, strict=True)
         return [(b, x * w) for x, row in pairs for b, w in row.push or row.wrenches]
@@ -291,35 +229,32 @@ class Rows:
         )
         return SimpleNamespace(dq=x.dq, dv=out.dv, reaction=out.reaction)
 
-    def _apply(self, i: int, x: Any, half: dict[int, Any], given: dict[int, Any]) -> None:
+    def _apply(self, i: int, x: Scalars, half: dict[int, Scalar], given: dict[int, Scalar]) -> None:
         for multiplier, X, pull in zip(x, self._X, self._pull, strict=True):
             for values, parts in ((half, X), (given, pull)):
                 for (j, k), y in parts.items():
                     if j == i:
                         values[k] = values[k] + multiplier * y
 
-    def change(self, x: Any) -> Mapping[int, Any]:
+    def change(self, x: Scalars) -> Mapping[int, Array]:
         """Per linked tree the (n_v,) change of velocity by impulses x (or of place, in velocity components): of all
         changes that do the same to the rows, that of least kinetic energy; prescribed degrees of freedom stay."""
         out = {}
         for i in self.constraints.linked:
             tree = self._instances[i][0]
-            half: dict[int, Any] = dict.fromkeys(tree.free_dofs, 0.0)
-            given: dict[int, Any] = dict.fromkeys(tree.prescribed_dofs, 0.0)
+            half: dict[int, Scalar] = dict.fromkeys(tree.free_dofs, 0.0)
+            given: dict[int, Scalar] = dict.fromkeys(tree.prescribed_dofs, 0.0)
             self._apply(i, x, half, {**given})
             zeros = [0.0] * max(1, len(given))
             cross_ = [0.0] * max(1, len(self._trees[i].cross))
-            out[i] = (
-                self._opened(i)
-                .back(F=self._trees[i].F, half=list(half.values()), a=zeros, given=zeros, cross_=cross_)
-                .dv
-            )
+            back = self._opened(i).back
+            out[i] = back(F=self._trees[i].F, half=list(half.values()), a=zeros, given=zeros, cross_=cross_).dv
         return out
 
-    def loads(self) -> list[Any]:
+    def loads(self) -> list[Scalar]:
         """Force and moment of each loop joint on its child at the joint, world axes (6 numbers each) [N, N m]; of the
         rigid ropes all tensions [N], all slacks and all lengths [m]."""
-        out: list[Any] = []
+        out: list[Scalar] = []
         at = 0
         for j in self.constraints.loops:
             n = len(CLOSURES[j.kind])
@@ -328,4 +263,4 @@ class Rows:
             p = attachment(self._ends[self._graph.number(j.child)], self._numbers("loop", j.name)[12:15])[0]
             out += [*join(wrench[3:], wrench[:3] - cross(p, wrench[3:]))]
         slack = [row.gap for row in self._rope_rows]
-        return [*out, *self.told.values(), *slack, *(self._lengths[r.name][0] for r in self.constraints.ropes)]
+        return [*out, *self.end_tensions.values(), *slack, *(self._lengths[r.name][0] for r in self.constraints.ropes)]

@@ -8,11 +8,11 @@ on one body touches only the degrees of freedom between that body and the ground
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import join
-from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.function import Function, Outputs
+from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.multibody.dynamics import equations_of_motion
 from heavylift.kernel.multibody.kinematics import seen_from
 from heavylift.kernel.multibody.trees import Tree, with_numbers
@@ -43,10 +43,10 @@ def open_tree(k: int, tree: Tree, inputs: dict[str, int], ends: tuple[int, ...])
     cross = [(i, j) for i in fixed for j in free if i in tree.dof_paths[j] or j in tree.dof_paths[i]]
     size = len(below) + len(free)
 
-    def unpack(F: Any) -> tuple[dict[tuple[int, int], Any], dict[int, Any]]:
+    def unpack(F: Array) -> tuple[dict[tuple[int, int], Scalar], dict[int, Scalar]]:
         return dict(zip(below, F[: len(below)], strict=True)), dict(zip(free, F[len(below) :], strict=True))
 
-    def factor(q: Any, v: Any, tau: Any, P: Any, g: Any, a: Any, **w: Any) -> dict[str, Any]:
+    def factor(q: Array, v: Array, tau: Array, P: Array, g: Array, a: Array, **w: Array) -> Outputs:
         W = [w.get(f"w{i}", np.zeros(6)) for i in range(len(tree.bodies))]
         x = equations_of_motion(with_numbers(tree, P), q, v, tau, W, g[0], list(a)[: len(fixed)])
         falling = join(np.zeros(5), [g[0]])
@@ -61,7 +61,7 @@ def open_tree(k: int, tree: Tree, inputs: dict[str, int], ends: tuple[int, ...])
         }
 
     def half(b: int) -> Function:
-        def body(F: Any, S: Any, w: Any) -> dict[str, Any]:
+        def body(F: Array, S: Array, w: Array) -> Outputs:
             L, _ = unpack(F)
             columns = dict(zip(on_path[b], np.reshape(S, (len(on_path[b]), 6)), strict=True))
             y = {i: columns[i] @ w for i in paths[b]}
@@ -73,9 +73,9 @@ def open_tree(k: int, tree: Tree, inputs: dict[str, int], ends: tuple[int, ...])
 
         return Function(f"half{k}_{b}", body, {"F": size, "S": 6 * len(on_path[b]), "w": 6})
 
-    def back(F: Any, half: Any, a: Any, given: Any, cross_: Any) -> dict[str, Any]:
+    def back(F: Array, half: Array, a: Array, given: Array, cross_: Array) -> Outputs:
         L, D_inverse = unpack(F)
-        x: dict[int, Any] = dict(zip(fixed, a, strict=False))
+        x: dict[int, Scalar] = dict(zip(fixed, a, strict=False))
         for i, y in zip(free, half, strict=True):
             x[i] = y * D_inverse[i] - sum((L[i, j] * x[j] for j in tree.free_paths[i]), 0.0)
         pull = {i: -f for i, f in zip(fixed, given, strict=False)}

@@ -7,15 +7,15 @@ proportion to its length.  What redundant rows get is in `proximal_passes`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
-from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.function import Function, Outputs
+from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.constraints.complementarity.proximal_passes import MU, MU_SHARED, TINY, Proximal, fill_in
 
-__all__ = ["Lopsided"]
+__all__ = ["Unsymmetric"]
 
 
-class Lopsided(Proximal):
+class Unsymmetric(Proximal):
     """Functions `factorise` (A, size, soft -> C, mu, pivot) and `multipliers` (C, mu, b, prior -> x) for one pattern of
     zeros of a matrix with two sides: rows may push otherwise than they sense.
 
@@ -33,7 +33,7 @@ class Lopsided(Proximal):
         self.multipliers = Function("multipliers", self._multipliers, {"C": size, "mu": n, "b": n, "prior": n})
         self._substitute = Function("substitute", self._substituted, {"C": size, "b": n})
 
-    def _factorise(self, A: Any, size: Any, soft: Any) -> dict[str, Any]:
+    def _factorise(self, A: Array, size: Array, soft: Array) -> Outputs:
         """C = (L, U above the diagonal, 1/D) of A + mu."""
         M = {rs: 0.0 for r, s in self.filled for rs in ((r, s), (s, r))} | dict(zip(self.entries, A, strict=True))
         floor = sum(size, 0.0) * (MU_SHARED / self.n) + TINY
@@ -41,7 +41,7 @@ class Lopsided(Proximal):
         diagonal = [M[r, r] for r in range(self.n)]
         for r in range(self.n):
             M[r, r] = diagonal[r] + mu[r]
-        inverse: list[Any] = []
+        inverse: list[Scalar] = []
         for s in range(self.n):
             inverse.append(1.0 / M[s, s])
             for r in self.lower[s]:
@@ -54,7 +54,7 @@ class Lopsided(Proximal):
             "pivot": [(M[r, r] - mu[r]) / (diagonal[r] + mu[r]) for r in range(self.n)],
         }
 
-    def _substituted(self, C: Any, b: Any) -> dict[str, Any]:
+    def _substituted(self, C: Array, b: Array) -> Outputs:
         n = len(self.filled)
         L, U = (dict(zip(self.filled, c, strict=True)) for c in (C[:n], C[n : 2 * n]))
         x = list(b)

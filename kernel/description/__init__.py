@@ -1,6 +1,7 @@
 """What is simulated, as plain data: imports neither NumPy nor the rest of the kernel.
 
-mechanics                     System: bodies, joints, ropes, supports, springs, stops, brakes, drives, locks
+mechanics                     System: bodies, joints, masters, measured values, thresholds
+laws                          ropes, supports; springs, stops, brakes, drives and locks of joints
 forces, contacts, flexible    force elements; rigid contacts; what makes a body flexible
 joint_table                   everything the kernel knows of a joint type
 points                        places that all of these are described with
@@ -8,60 +9,3 @@ profile                       trapezoid profiles that drives, winches and master
 field_types, flexible_checks  what every field must hold; what a flexible body must fulfil
 name_order, notes             the order of names; non-fatal warnings of a run
 """
-
-from .contacts import Ball, Box, Contact, Plane
-from .flexible import Beam, Flexible, Nodal
-from .forces import Bushing, Characteristic, Load, Reeving, Sheave, Signal, Spring, Torsion, UserLaw, Wind
-from .mechanics import (
-    Body,
-    Brake,
-    Drive,
-    Joint,
-    JointSpring,
-    Lock,
-    Master,
-    Measured,
-    RigidRope,
-    Rope,
-    Stop,
-    Support,
-    System,
-    Threshold,
-)
-from .points import Line, Point
-
-__all__ = [
-    "Ball",
-    "Beam",
-    "Body",
-    "Box",
-    "Brake",
-    "Bushing",
-    "Characteristic",
-    "Contact",
-    "Drive",
-    "Flexible",
-    "Joint",
-    "JointSpring",
-    "Line",
-    "Load",
-    "Lock",
-    "Master",
-    "Measured",
-    "Nodal",
-    "Plane",
-    "Point",
-    "Reeving",
-    "RigidRope",
-    "Rope",
-    "Sheave",
-    "Signal",
-    "Spring",
-    "Stop",
-    "Support",
-    "System",
-    "Threshold",
-    "Torsion",
-    "UserLaw",
-    "Wind",
-]

@@ -27,7 +27,7 @@ SHOWN = 60  # characters of a wrong value in a sentence
 def plain(system: System) -> System:
     """The same description in tuples and floats; raises KernelError for the first field that cannot be read so."""
     if not isinstance(system, System):
-        raise KernelError(f"the description is {_told(system)}; it must be a System")
+        raise KernelError(f"the description is {_shown(system)}; it must be a System")
     groups: dict[str, Any] = {}
     for name, hint in _hints(System).items():
         value: Any = getattr(system, name)
@@ -36,12 +36,12 @@ def plain(system: System) -> System:
             continue
         item = get_args(hint)[0]
         if not isinstance(value, tuple | list):
-            raise KernelError(f"{name} is {_told(value)}; it must be {_wanted(hint)}")
+            raise KernelError(f"{name} is {_shown(value)}; it must be {_wanted(hint)}")
         for x in value:
             if type(x) not in _classes(item):
-                raise KernelError(f"{name}: {_told(x)} is none of them; it must be {_wanted(item)}")
+                raise KernelError(f"{name}: {_shown(x)} is none of them; it must be {_wanted(item)}")
             if not isinstance(x.name, str):
-                raise KernelError(f"{item_word(x)} {_told(x.name)}: name is {_told(x.name)}; it must be a text")
+                raise KernelError(f"{item_word(x)} {_shown(x.name)}: name is {_shown(x.name)}; it must be a text")
         groups[name] = tuple(_built(x, f"{item_word(x)} '{x.name}': ") for x in value)
     return replace(system, **groups)
 
@@ -109,7 +109,7 @@ def _read(value: Any, hint: Any, where: str) -> Any:
     else:
         good = isinstance(value, hint)
     if not good:
-        raise KernelError(f"{where} is {_told(value)}; it must be {_wanted(hint)}")
+        raise KernelError(f"{where} is {_shown(value)}; it must be {_wanted(hint)}")
     return value
 
 
@@ -141,7 +141,7 @@ def _wanted(hint: Any, many: bool = False) -> str:
     return f"{word}s" if many else f"{'an' if word[0] in 'AEIOU' else 'a'} {word}"
 
 
-def _told(value: Any) -> str:
+def _shown(value: Any) -> str:
     text = " ".join(repr(value).split())
     return text if len(text) <= SHOWN else f"{text[: SHOWN - 3]}..."
 

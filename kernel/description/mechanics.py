@@ -13,6 +13,15 @@ from typing import Literal
 from .contacts import Contact
 from .flexible import Flexible
 from .forces import Force, Reeving, UserLaw
+from .laws import Brake as Brake
+from .laws import Drive as Drive
+from .laws import JointSpring as JointSpring
+from .laws import Law as Law
+from .laws import Lock as Lock
+from .laws import RigidRope as RigidRope
+from .laws import Rope as Rope
+from .laws import Stop as Stop
+from .laws import Support as Support
 from .name_order import natural
 from .points import IDENTITY as IDENTITY
 from .points import WORLD as WORLD
@@ -21,10 +30,7 @@ from .points import Matrix as Matrix
 from .points import Point as Point
 from .points import Vector as Vector
 
-MethodName = Literal[
-    "semi-implicit-euler", "rk4", "dopri5", "dop853", "ros34pw2", "radau5",
-    "scipy-dop853", "scipy-radau", "scipy-bdf", "scipy-lsoda",
-]  # fmt: skip
+MethodName = Literal["semi-implicit-euler", "rk4", "dopri5", "dop853", "ros34pw2", "radau5"]
 JointKind = Literal[
     "fixed", "revolute", "prismatic", "cylindrical", "screw", "universal", "planar", "constant-velocity",
     "spherical", "free", "slider",
@@ -43,11 +49,7 @@ class Body:
     name: str
     mass: float  # [kg]
     com: Vector = (0.0, 0.0, 0.0)  # p_BC, centre of mass [m]
-    inertia: Matrix = (
-        (0.0, 0.0, 0.0),
-        (0.0, 0.0, 0.0),
-        (0.0, 0.0, 0.0),
-    )  # about the centre of mass, body axes [kg m2]
+    inertia: Matrix = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))  # about the centre of mass, body axes [kg m2]
     flexible: Flexible | None = None
 
 
@@ -77,130 +79,6 @@ class Joint:
     v0: tuple[float, ...] = ()
     p_CJ: Vector = (0.0, 0.0, 0.0)
     R_CJ: Matrix = IDENTITY
-
-
-@dataclass(frozen=True)
-class JointSpring:
-    """A linear spring and damper on a coordinate of a joint: force = k (q_rest - q) - d v."""
-
-    name: str
-    joint: str
-    k: float = 0.0  # [N/m] or [N m/rad]
-    d: float = 0.0  # [N s/m] or [N m s/rad]
-    q_rest: float = 0.0
-    coordinate: str = ""  # of a joint that has several
-
-
-@dataclass(frozen=True)
-class Stop:
-    """Unilateral end stops of a coordinate of a joint; k and d act beyond the limits only."""
-
-    name: str
-    joint: str
-    lower: float
-    upper: float
-    k: float
-    d: float
-    coordinate: str = ""  # of a joint that has several
-
-
-@dataclass(frozen=True)
-class Brake:
-    """Dry brake on a coordinate of a joint: a spring-damper that slips at `moment`.
-
-    One that is always engaged is the joint's dry friction.
-    """
-
-    name: str
-    joint: str
-    moment: float  # [N] or [N m]
-    k: float
-    d: float
-    engaged: bool = False
-    coordinate: str = ""  # of a joint that has several
-
-
-@dataclass(frozen=True)
-class Lock:
-    """A joint that can be locked and freed while the simulation runs; `engaged`: locked at the start.
-
-    Locked in motion it stops at once: the impulse changes the velocities of its whole tree, and what kinetic energy
-    it takes is this lock's heat.
-    """
-
-    name: str
-    joint: str
-    engaged: bool = False
-
-
-@dataclass(frozen=True)
-class Drive:
-    """An actuator of a coordinate of a joint; what it follows is sent at run time, see `references`.
-
-    prescribed: q is the reference itself (rheonomic).  servo: force = kp (ref - q) + kv (ref' - v).
-    speed: force = kv (ref' - v).
-    """
-
-    name: str
-    joint: str
-    kind: Literal["prescribed", "servo", "speed"]
-    kp: float = 0.0
-    kv: float = 0.0
-    coordinate: str = ""  # of a joint that has several
-
-
-@dataclass(frozen=True)
-class Rope:
-    """An elastic, tension-only rope of one tension over one or more straight lines.
-
-    length l = sum(share * |a - b|), elongation e = l - L0, taut: T = max(0, EA e/L0 + damping (l' - L0')).
-    `mass`, of all its lines by their shares: its ends bear it (see `rope_mass`); T is then the tension in the middle,
-    and
-    the one that is told, that at the lower ends b.
-    `winch`: L0 follows a Profile or Follow sent at run time.  `hooked` is its state at the start.
-    """
-
-    name: str
-    lines: tuple[Line, ...]
-    EA: float  # [N]
-    L0: float  # unstretched length [m]
-    damping: float = 0.0  # [N s/m]
-    winch: bool = False
-    hooked: bool = True
-    mass: float = 0.0  # [kg]
-
-
-@dataclass(frozen=True)
-class RigidRope:
-    """An inextensible rope over one or more straight lines: sum(share * |a - b|) is at most L0.
-
-    Taut, it pulls with whatever tension keeps its length; snapping taut, it stops its ends inelastically.  `winch`: L0
-    follows a Profile or Follow sent at run time.  `mass` as of a `Rope`.
-    """
-
-    name: str
-    lines: tuple[Line, ...]
-    L0: float  # [m]
-    winch: bool = False
-    hooked: bool = True
-    mass: float = 0.0  # [kg]
-
-
-@dataclass(frozen=True)
-class Support:
-    """A point of a body that a horizontal pad at `height` (world) can push up and rub, never pull.
-
-    N = max(0, k depth + d depth'); tangential spring-damper (kt, dt) anchored at touch-down, at most mu N.
-    """
-
-    name: str
-    point: Point
-    height: float
-    k: float
-    d: float
-    mu: float = 0.0
-    kt: float = 0.0
-    dt: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -263,6 +141,11 @@ class System:
     measured: tuple[Measured, ...] = ()
     thresholds: tuple[Threshold, ...] = ()
     gravity: float = field(default=9.80665)  # downwards along -z [m/s2]
+
+    @property
+    def laws(self) -> tuple[Law, ...]:
+        """All entries of the force table: ropes, supports, springs, stops and brakes, then forces."""
+        return *self.ropes, *self.supports, *self.springs, *self.stops, *self.brakes, *self.forces
 
     @property
     def reevings(self) -> tuple[Reeving, ...]:

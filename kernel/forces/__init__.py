@@ -1,7 +1,8 @@
-"""Forces: one entry of the force table each, and the laws of ropes, supports, stops and brakes.
+"""Forces: one entry of the force table each.
 
 table, force_law        the force table; what the kernel asks of a kind of force
-laws                    ropes, supports, stops, brakes and drives between events
+ropes, supports         elastic ropes over straight lines; points on pads
+joint_laws, friction    springs, stops and brakes of joints; contact that only pushes, sticks and slips
 springs, loads          springs, dampers and bushings; loads that are given, and wind
 characteristic          actuator laws given as data
 reeving, rope_groups, sheaves   ropes over sheaves with friction; their parts; their geometry

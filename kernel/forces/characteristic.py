@@ -7,10 +7,11 @@ so that no step crosses a kink and the integrators keep their order.
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Hashable
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars
 from heavylift.kernel.description.forces import Characteristic, Signal
 
 from .force_law import Answer, ForceLaw, Poses, Shown
@@ -20,7 +21,7 @@ __all__ = ["CharacteristicLaw"]
 FAR = 1e300  # beyond any coordinate
 
 
-class CharacteristicLaw(ForceLaw):
+class CharacteristicLaw(ForceLaw[Characteristic]):
     """Effort = signal * f(x); its work counts as the actuator's."""
 
     works = True
@@ -34,28 +35,30 @@ class CharacteristicLaw(ForceLaw):
     def signal(self, f: Characteristic) -> Signal:
         return f.signal
 
-    def shape(self, f: Characteristic) -> Any:
+    def shape(self, f: Characteristic) -> Hashable:
         return f.of
 
     def numbers(self, f: Characteristic, poses: Poses) -> list[float]:
         return _piece(f, 0)
 
-    def answer(self, f: Characteristic, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+    def answer(
+        self, f: Characteristic, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar
+    ) -> Answer:
         lower, upper, x0, effort, slope = p
         x = joint[0 if f.of == "position" else 1]
         force = signal[0] * (effort + slope * (x - x0))
         return Answer(effort=force, work=force * joint[1], guards=[x - lower, upper - x], shown=[force, x])
 
-    def guards(self, f: Characteristic) -> int:
-        return 2
+    def guards(self, f: Characteristic) -> tuple[str, ...]:
+        return "lower end", "upper end"
 
-    def switch(self, f: Characteristic, p: np.ndarray, guard: int, shown: np.ndarray) -> tuple[str, float]:
+    def switch(self, f: Characteristic, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
         x = float(shown[1])
         p[:] = _piece(f, bisect_right(f.x, x))
         return "piece", x
 
     def shows(self, f: Characteristic) -> list[Shown]:
-        return [("characteristic/effort", f.name, "N or N m"), ("characteristic/place", f.name, "SI")]
+        return [Shown("characteristic/effort", f.name, "N or N m"), Shown("characteristic/place", f.name, "SI")]
 
 
 def _piece(f: Characteristic, i: int) -> list[float]:

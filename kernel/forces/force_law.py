@@ -1,8 +1,10 @@
 """What the kernel asks of a kind of force: the columns of the force table, with the defaults of a plain force.
 
 A kind says where it acts, which numbers it keeps in P and what it answers at one instant.  Its text is traced once per
-shape and shared by all forces of that shape.  Discrete states are numbers in P: frozen during a step, changed by
-`switch` at the located event when one of its guards falls below zero (see `forces.laws`).
+shape and shared by all forces of that shape.  Discrete states (hooked, taut, closed, stick) are numbers in P, frozen
+during a step; *guards* are scalars that are positive while they hold, and `switch` changes them at the located event
+when one falls below zero.  So no clamp ever acts inside a step, and the integrators keep their order.
+Each law also gives the power that it turns into heat or takes from a motor: the energy balance integrates those.
 """
 
 from __future__ import annotations
@@ -10,92 +12,126 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named
+from heavylift.kernel.description.field_types import item_word
 from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.mechanics import Law
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.multibody.graph import Graph
 
-if TYPE_CHECKING:
-    from heavylift.kernel.multibody.graph import Graph
+__all__ = ["BODY", "Answer", "Ended", "ForceLaw", "Poses", "Setting", "Shown", "attachment", "wrench"]
 
-__all__ = ["Answer", "Ended", "ForceLaw", "Poses", "Shown", "wrench"]
+F = TypeVar("F", bound=Law)
+BODY = 21  # numbers that describe a body to a law: R, o, r, V, see `attachment`
+Poses = Callable[[str], tuple[Array, Array]]  # body -> R_WB (3, 3), p_WB (3,) at the start
 
-Poses = Callable[[str], tuple[Any, Any]]  # body -> R_WB (3, 3), p_WB (3,) at the start
-Shown = tuple[str, str, str]  # topic, name, unit of a recorded quantity
+
+class Shown(NamedTuple):
+    """A quantity of a sample: topic ("" if it is not recorded), name, unit, and the group of its column in a row."""
+
+    topic: str
+    name: str
+    unit: str
+    column: str = "shown"
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What a law may ask of the scene that it becomes part of.
+
+    `clamped`: the part of a step that lies behind an event, and is thrown away, sees the one-sided law; `at_rest`: only
+    rests are looked for; `calm`: ropes without events.
+    """
+
+    graph: Graph
+    poses: Poses
+    gravity: float  # [m/s2]
+    clamped: bool
+    at_rest: bool
+    calm: frozenset[str]
 
 
 @dataclass(frozen=True)
 class Answer:
     """What a force does at one instant; the balance kinetic + potential + stored - work + heat stays constant."""
 
-    wrenches: list[Any] = field(default_factory=list)  # (6,) on each end's body about its tree's point
-    effort: Any = 0.0  # along its joint [N or N m]
-    heat: Any = 0.0  # [W]
-    work: Any = 0.0  # [W] that it brings in
-    stored: Any = 0.0  # [J]
-    guards: list[Any] = field(default_factory=list)
-    shown: list[Any] = field(default_factory=list)
-    turned: list[Any] = field(default_factory=list)  # its angles, with their rates (`multibody.continuous_angles`)
-    turning: list[Any] = field(default_factory=list)
+    wrenches: list[Array] = field(default_factory=list)  # (6,) on each end's body about its tree's point
+    effort: Scalar = 0.0  # along its joint [N or N m]
+    heat: Scalar = 0.0  # [W]
+    work: Scalar = 0.0  # [W] that it brings in
+    stored: Scalar = 0.0  # [J]
+    guards: list[Scalar] = field(default_factory=list)
+    shown: list[Scalar] = field(default_factory=list)
+    turned: list[Scalar] = field(default_factory=list)  # its angles, with their rates (`multibody.continuous_angles`)
+    turning: list[Scalar] = field(default_factory=list)
 
 
-class ForceLaw(ABC):
-    """One row of the force table; `works`: it brings work in from outside; `timed`: it looks at the clock."""
+class ForceLaw(ABC, Generic[F]):
+    """One row of the force table; `kind`: of its numbers in P; `works`: it brings work in from outside; `timed`: it
+    looks at the clock; `initial`: its guards find the states of the initial pose, without events; `positive` and
+    `not_negative`: fields whose sign is checked."""
 
+    kind = "force"
     works = False
     timed = False
+    initial = True
+    positive: tuple[str, ...] = ()
+    not_negative: tuple[str, ...] = ()
 
-    def check(self, f: Any) -> None:
+    def check(self, f: F) -> None:
         """Raises KernelError for a description that cannot be."""
         return  # of most kinds, all can
 
-    def between(self, f: Any, graph: Graph, poses: Poses) -> ForceLaw:
-        """The law for a force between bodies whose joints are known."""
+    def within(self, f: F, setting: Setting) -> ForceLaw[F]:
+        """The law of a force that is part of a scene."""
         return self
 
-    def signal(self, f: Any) -> Signal | None:
+    def signal(self, f: F) -> Signal | None:
         """What commands or histories change."""
         return None
 
-    def shape(self, f: Any) -> Hashable:
+    def shape(self, f: F) -> Hashable:
         """Everything that its text branches on."""
         return None
 
     @abstractmethod
-    def numbers(self, f: Any, poses: Poses) -> list[float]:
+    def numbers(self, f: F, poses: Poses) -> list[float]:
         """Its numbers in P, discrete states included."""
 
     @abstractmethod
-    def answer(self, f: Any, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
-        """The law, of its numbers p, its ends' bodies (21,) (see `laws.attachment`), signal (value, rate), joint
+    def answer(self, f: F, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
+        """The law, of its numbers p, its ends' bodies (21,) (see `attachment`), signal (value, rate), joint
         (q, v), time t [s] of the run if it is timed; from f it may take what `shape` tells."""
 
-    def angles(self, f: Any) -> int:
+    def angles(self, f: F) -> int:
         """How many angles it counts over their turns; `answer` is then given their integrals as `counted`, too."""
         return 0
 
-    def turns(self, f: Any, poses: Poses) -> tuple[str, str, Any] | None:
+    def turns(self, f: F, poses: Poses) -> tuple[str, str, Array] | None:
         """Which body turns against which in its angles, and about which axis in the world, if before the start, too."""
         raise KernelError(f"{type(f).__name__.lower()} '{f.name}': its law has angles and no 'turns'; give it one")
 
-    def guards(self, f: Any) -> int:
-        """How many guards it has."""
-        return 0
+    def guards(self, f: F) -> tuple[str, ...]:
+        """Names of its guards, in the order of `Answer.guards`."""
+        return ()
 
-    def switch(self, f: Any, p: np.ndarray, guard: int, shown: np.ndarray) -> tuple[str, float]:
-        """Change its discrete states in p after a guard has fallen; what happened, with a value."""
+    def switch(self, f: F, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
+        """Change its discrete states in p after a guard has fallen; what happened, with a value.  Coordinates and
+        velocities stay; elastic energy that it lets go becomes its heat."""
         raise KernelError(f"{type(f).__name__.lower()} '{f.name}': its law has guards and no 'switch'; give it one")
 
-    def shows(self, f: Any) -> list[Shown]:
-        """What samples show of it, in the order of `Answer.shown`."""
+    def shows(self, f: F) -> list[Shown]:
+        """What samples hold of it, in the order of `Answer.shown`."""
         return []
 
-    def demand(self, f: Any, field_: str, good: bool, told: str) -> None:
+    def demand(self, f: F, field_: str, good: bool, message: str) -> None:
         """Raises KernelError about a field."""
         if not good:
-            raise KernelError(f"{type(f).__name__.lower()} '{f.name}': {field_} {told}")
+            raise KernelError(f"{item_word(f)} '{f.name}': {field_} {message}")
 
 
 class Ended(KernelError):
@@ -110,7 +146,17 @@ class Ended(KernelError):
         return KernelError(f"{self.who} at {t:.3f} s: {self.why}")
 
 
-def wrench(x: Any, force: Any, moment: Any = None) -> Any:
+def attachment(body: Array, p_BX: Array, label: str = "X") -> tuple[Array, Array, Array]:
+    """Place from the tree's point, place in the world, velocity of a body-fixed point X.
+
+    body: (21,) R_WB row-major, the tree's point o, r from o to the body's origin, twist V; label: its name in print.
+    """
+    R, o, r, V = np.reshape(body[:9], (3, 3)), body[9:12], body[12:15], body[15:21]
+    x = named(f"r{label}", r + R @ p_BX)
+    return x, named(f"p{label}", x + o), named(f"v{label}", V[3:] + cross(V[:3], x))
+
+
+def wrench(x: Array, force: Array, moment: Array | None = None) -> Array:
     """(6,) wrench about the tree's point of a force at x from it."""
     turning = cross(x, force)
     return join(turning if moment is None else turning + moment, force)

@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Hashable
 
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
-from heavylift.kernel.compiler.symbol import sqrt
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, sqrt
 from heavylift.kernel.description.forces import Load, Signal, Wind
 
-from .force_law import Answer, ForceLaw, Poses, Shown, wrench
-from .laws import attachment
+from .force_law import Answer, ForceLaw, Poses, Shown, attachment, wrench
 
 __all__ = ["LoadLaw", "WindLaw"]
 
 UNIT = 1e-6  # how far a direction may be off by rounding
 
 
-class LoadLaw(ForceLaw):
+class LoadLaw(ForceLaw[Load]):
     """Force and moment times the signal; what they do to the body is work."""
 
     works = True
@@ -25,17 +24,17 @@ class LoadLaw(ForceLaw):
     def signal(self, f: Load) -> Signal:
         return f.signal
 
-    def shape(self, f: Load) -> Any:
+    def shape(self, f: Load) -> Hashable:
         return f.axes, any(f.force), any(f.moment)
 
     def numbers(self, f: Load, poses: Poses) -> list[float]:
         return [*f.at.p, *f.force, *f.moment]
 
-    def answer(self, f: Load, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+    def answer(self, f: Load, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
         body = ends[0]
         x, _, v = attachment(body, p[:3], "a")
-        force = signal[0] * p[3:6] if any(f.force) else np.zeros(3)
-        moment = signal[0] * p[6:9] if any(f.moment) else np.zeros(3)
+        force: Array = signal[0] * p[3:6] if any(f.force) else np.zeros(3)
+        moment: Array = signal[0] * p[6:9] if any(f.moment) else np.zeros(3)
         if f.axes == "body":
             R = np.reshape(body[:9], (3, 3))
             force, moment = R @ force, R @ moment
@@ -43,17 +42,16 @@ class LoadLaw(ForceLaw):
         return Answer([wrench(x, force, moment)], work=work, shown=[signal[0]])
 
     def shows(self, f: Load) -> list[Shown]:
-        return [("load/signal", f.name, "1")]
+        return [Shown("load/signal", f.name, "1")]
 
 
-class WindLaw(ForceLaw):
+class WindLaw(ForceLaw[Wind]):
     """Drag at a point that may move itself."""
 
     works = True
+    not_negative = ("area", "drag", "density")
 
     def check(self, f: Wind) -> None:
-        for field in ("area", "drag", "density"):
-            self.demand(f, field, getattr(f, field) >= 0.0, f"is {getattr(f, field):g}; it cannot be negative")
         size = norm(f.direction)
         self.demand(f, "direction", abs(size - 1.0) < UNIT, f"has length {size:g}; it must be a unit vector")
 
@@ -63,11 +61,11 @@ class WindLaw(ForceLaw):
     def numbers(self, f: Wind, poses: Poses) -> list[float]:
         return [*f.at.p, 0.5 * f.density * f.drag * f.area, *f.direction]
 
-    def answer(self, f: Wind, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+    def answer(self, f: Wind, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
         x, _, v = attachment(ends[0], p[:3], "a")
         u = signal[0] * p[4:7] - v
         force = p[3] * sqrt(u @ u) * u
         return Answer([wrench(x, force)], work=force @ v, shown=[signal[0], sqrt(force @ force)])
 
     def shows(self, f: Wind) -> list[Shown]:
-        return [("wind/speed", f.name, "m/s"), ("wind/force", f.name, "N")]
+        return [Shown("wind/speed", f.name, "m/s"), Shown("wind/force", f.name, "N")]

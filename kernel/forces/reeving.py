@@ -14,16 +14,16 @@ flow, with the strain energy that is carried over.
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from itertools import pairwise
 from math import pi
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import maximum, minimum, select
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, select
 from heavylift.kernel.description.forces import Reeving, Sheave, Signal
 
-from .force_law import Answer, Ended, ForceLaw, Poses, Shown, wrench
-from .laws import attachment
+from .force_law import Answer, Ended, ForceLaw, Poses, Shown, attachment, wrench
 from .rope_groups import FREE, Groups, slip_ratio
 from .sheaves import Node, Part, Way
 
@@ -41,16 +41,16 @@ UNIT = 1e-6  # how far an axis may be off by rounding
 UNSTRAINED = 1e-7  # strain of a part that has just come taut
 
 
-class ReevingLaw(ForceLaw):
+class ReevingLaw(ForceLaw[Reeving]):
     """P: EA, c, taut; per sheave its mode (-1, 0, +1: flow against, none, along the rope; FREE); per part but the first
     its N; per part whether it is limp; per sheave whether the rope lies on it; the nodes."""
 
     works = True
+    positive = ("EA",)
+    not_negative = ("damping",)
 
     def check(self, f: Reeving) -> None:
-        self.demand(f, "EA", f.EA > 0.0, f"is {f.EA:g}; it must be positive")
         self.demand(f, "length", f.signal.value > 0.0, f"is {f.signal.value:g}; it must be positive")
-        self.demand(f, "damping", f.damping >= 0.0, f"is {f.damping:g}; it cannot be negative")
         self.demand(f, "sheaves", bool(f.sheaves), "are missing; a rope without any is a Rope")
         for i, s in enumerate(f.sheaves, 1):
             self.demand(f, f"sheave {i}", min(s.radius, s.friction) >= 0.0, "has a negative radius or friction")
@@ -61,8 +61,8 @@ class ReevingLaw(ForceLaw):
     def signal(self, f: Reeving) -> Signal:
         return f.signal
 
-    def shape(self, f: Reeving) -> Any:
-        return [(s.radius > 0.0, s.friction > 0.0, s.efficiency < 1.0) for s in f.sheaves]
+    def shape(self, f: Reeving) -> Hashable:
+        return tuple((s.radius > 0.0, s.friction > 0.0, s.efficiency < 1.0) for s in f.sheaves)
 
     def numbers(self, f: Reeving, poses: Poses) -> list[float]:
         n = len(f.sheaves)
@@ -70,16 +70,8 @@ class ReevingLaw(ForceLaw):
         lengths = [0.0] * n  # of a rope that sticks; set when it comes taut
         limp = [0.0] * (n + 1)
         on = [float(x is not False) for x in lies[1:-1]]
-        return [
-            f.EA,
-            f.damping * f.signal.value,
-            0.0,
-            *[FREE] * n,
-            *lengths,
-            *limp,
-            *on,
-            *(x for q in given for x in q),
-        ]
+        head = [f.EA, f.damping * f.signal.value, 0.0]
+        return [*head, *[FREE] * n, *lengths, *limp, *on, *(x for q in given for x in q)]
 
     def start_length(self, f: Reeving, poses: Poses) -> float:
         """Its length in the initial pose [m]; raises KernelError where it cannot run so."""
@@ -122,8 +114,8 @@ class ReevingLaw(ForceLaw):
                 break
             lies[beside[max(beside)]] = False  # the farthest one first
         for i, (here, wrap) in arcs.items():
-            told = f"is wrapped by {np.degrees(wrap):.0f} degrees; turn its axis round"
-            self.demand(f, f"sheave {i}", wrap <= MOST_WRAP or lies[i] is False, told)
+            message = f"is wrapped by {np.degrees(wrap):.0f} degrees; turn its axis round"
+            self.demand(f, f"sheave {i}", wrap <= MOST_WRAP or lies[i] is False, message)
             given[i][6:9] = (bodies[i][:9].reshape(3, 3).T @ here).tolist()
         return given, lies
 
@@ -134,15 +126,22 @@ class ReevingLaw(ForceLaw):
             self.demand(f, f"part {i}", float(D @ D) > bias * bias, "has no length; keep its ends apart")
             for x in (a, b):
                 if x.axis is not None:
-                    told = "runs along the axis of its sheave; turn the axis across the rope"
-                    self.demand(f, f"part {i}", abs(float(D @ x.axis)) < ALONG * float(np.linalg.norm(D)), told)
+                    message = "runs along the axis of its sheave; turn the axis across the rope"
+                    self.demand(f, f"part {i}", abs(float(D @ x.axis)) < ALONG * float(np.linalg.norm(D)), message)
             if a.radius is not None and b.radius is not None:
                 self.demand(
                     f, f"part {i}", abs(float(a.axis @ b.axis)) > PARALLEL, "joins sheaves whose axes are not parallel"
                 )
 
     def answer(
-        self, f: Reeving, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any, counted: Any = None
+        self,
+        f: Reeving,
+        p: Array,
+        ends: list[Array],
+        signal: Scalars,
+        joint: Scalars,
+        t: Scalar,
+        counted: Array | None = None,
     ) -> Answer:
         n = len(f.sheaves)
         EA, c, on = p[0], p[1], p[TAUT] > 0.0
@@ -150,8 +149,8 @@ class ReevingLaw(ForceLaw):
         first = 4 + 4 * n
         kept = [signal[0] - sum(own, 0.0), *own]
         given = [p[first + NODE * i : first + NODE * (i + 1)] for i in range(n + 2)]
-        told = zip(_all(f), given, ends, strict=True)
-        nodes = [_node(x, q, body, f"a{i}") for i, (x, q, body) in enumerate(told, 1)]
+        placed = zip(_all(f), given, ends, strict=True)
+        nodes = [_node(x, q, body, f"a{i}") for i, (x, q, body) in enumerate(placed, 1)]
         leaves = [s.radius > 0.0 for s in f.sheaves]
         there = [lies[i] > 0.0 if x else None for i, x in enumerate(leaves)]
         way = Way(nodes, _turning(f), [None, *there, None], counted)
@@ -199,54 +198,52 @@ class ReevingLaw(ForceLaw):
     def turns(self, f: Reeving, poses: Poses) -> None:
         return None  # arcs are divided where the rope lies at the start
 
-    def guards(self, f: Reeving) -> int:
-        return 1 + sum(_rubs(f)) + len(f.sheaves) + 1 + 2 * len(_round(f))
+    def guards(self, f: Reeving) -> tuple[str, ...]:
+        grips = [f"grip {i + 1}" for i, rubs in enumerate(_rubs(f)) if rubs]
+        parts = [f"part {i + 1}" for i in range(len(f.sheaves) + 1)]
+        return "taut", *grips, *parts, *(f"{what} {i + 1}" for i in _round(f) for what in ("wrap", "other side"))
 
-    def switch(self, f: Reeving, p: np.ndarray, guard: int, shown: np.ndarray) -> tuple[str, float]:
+    def switch(self, f: Reeving, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
         n = len(f.sheaves)
         _, lengths, kept, _ = np.split(shown, [n + 1, 2 * n + 2, 3 * n + 3])
         modes, own, limp, lies = np.split(p[3 : 4 + 4 * n], [n, 2 * n, 3 * n + 1])
-        rubbing = [i for i, rubs in enumerate(_rubs(f)) if rubs]
-        if guard == 0:
+        if guard == "taut":
             p[TAUT] = 1.0 - p[TAUT]
             own[:] = (lengths * (kept.sum() / lengths.sum()))[1:]  # slack rope has slid until it was even
             modes[:], limp[:] = 0.0 if p[TAUT] else FREE, 0.0
             modes[lies == 0.0] = FREE
             return "taut" if p[TAUT] else "slack", float(lengths.sum() - kept.sum())
-        if (other := guard - len(rubbing) - n - 2) >= 0:
-            i = _round(f)[other // 2]
-            if other % 2:
-                why = f"meets sheave {i + 1} from its other side, where it cannot turn; keep its ends apart"
-                raise Ended(f"reeving '{f.name}'", why)
+        what, _, number = guard.rpartition(" ")
+        i, strain = int(number) - 1, lengths / kept
+        if what == "other side":
+            why = f"meets sheave {number} from its other side, where it cannot turn; keep its ends apart"
+            raise Ended(f"reeving '{f.name}'", why)
+        if what == "wrap":
             lies[i] = 1.0 - lies[i]
             own[:], limp[i : i + 2] = kept[1:], 0.0
             modes[i] = 0.0 if lies[i] and p[TAUT] else FREE
-            return "found" if lies[i] else "left", float(i + 1)
-        if guard > len(rubbing):
-            part = guard - len(rubbing) - 1
-            beside = [i for i in rubbing if i in (part - 1, part) and not modes[i]]
-            strain = lengths / kept
-            if p[TAUT] and not limp[part] and beside and strain[part] < 1.0 + UNSTRAINED:
+            return "found" if lies[i] else "left", float(number)
+        if what == "part":
+            beside = [k for k, rubs in enumerate(_rubs(f)) if rubs and k in (i - 1, i) and not modes[k]]
+            if p[TAUT] and not limp[i] and beside and strain[i] < 1.0 + UNSTRAINED:
                 # it has just come taut while it runs: no friction holds what has no tension, so that it is drawn over
                 own[:] = kept[1:]
-                for i in beside:
-                    modes[i] = float(np.sign(strain[i + 1] - strain[i])) or (1.0 if part == i else -1.0)
+                for k in beside:
+                    modes[k] = float(np.sign(strain[k + 1] - strain[k])) or (1.0 if i == k else -1.0)
                 return "slip", float(beside[0] + 1)
-            limp[part] = 1.0 - limp[part] if p[TAUT] else 0.0
-            return "limp" if limp[part] else "pulls", float(part + 1)
-        i = rubbing[guard - 1]
+            limp[i] = 1.0 - limp[i] if p[TAUT] else 0.0
+            return "limp" if limp[i] else "pulls", float(number)
         if not p[TAUT]:
-            return "stick", float(i + 1)
+            return "stick", float(number)
         own[:] = kept[1:]
-        strain = lengths / kept
         modes[i] = 0.0 if modes[i] else float(np.sign(strain[i + 1] - strain[i]))
-        return "slip" if modes[i] else "stick", float(i + 1)
+        return "slip" if modes[i] else "stick", float(number)
 
     def shows(self, f: Reeving) -> list[Shown]:
         names = [f"{f.name}.{i + 1}" for i in range(len(f.sheaves) + 1)]
         topics = (("reeving/tension", "N"), ("reeving/length", "m"), ("reeving/unstretched", "m"))
-        wraps = [("reeving/wrap", f"{f.name}.{i + 1}", "rad") for i in _round(f)]
-        return [(topic, name, unit) for topic, unit in topics for name in names] + wraps
+        wraps = [Shown("reeving/wrap", f"{f.name}.{i + 1}", "rad") for i in _round(f)]
+        return [Shown(topic, name, unit) for topic, unit in topics for name in names] + wraps
 
 
 def _rubs(f: Reeving) -> list[bool]:
@@ -258,7 +255,7 @@ def _round(f: Reeving) -> list[int]:
     return [i for i, s in enumerate(f.sheaves) if s.radius > 0.0]
 
 
-def _only(on: Any, x: Any) -> Any:
+def _only(on: Scalar, x: Any) -> Any:
     """x where `on`, else zeros."""
     return np.array([select(on, e, 0.0) for e in x])
 
@@ -276,7 +273,7 @@ def _node_numbers(s: Sheave) -> list[float]:
     return [*s.at.p, *s.axis, 1.0, 0.0, 0.0, s.radius, s.friction, 1.0 / s.efficiency]
 
 
-def _node(s: Sheave, q: Any, body: Any, label: str = "a") -> Node:
+def _node(s: Sheave, q: Array, body: Array, label: str = "a") -> Node:
     """The node of a sheave, or of an end of the rope."""
     x, c, v = attachment(body, q[:3], label)
     R = np.reshape(body[:9], (3, 3))
@@ -293,6 +290,6 @@ def _divide(node: Node, before: Part, after: Part) -> tuple[Any, float]:
     return np.cos(half) * first + np.sin(half) * np.cross(node.axis, first), wrap
 
 
-def _body(R: Any, p: Any) -> Any:
+def _body(R: Array, p: Array) -> Any:
     """A body at rest as laws see it, its tree's point in the world's origin."""
     return np.concatenate([np.ravel(R), np.zeros(3), p, np.zeros(6)])

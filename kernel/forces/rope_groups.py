@@ -6,11 +6,12 @@ one sum; the strain of the first part follows from it by Newton's method.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import e as E
 from typing import Any
 
 from heavylift.kernel.algebra.elementary import power
-from heavylift.kernel.compiler.symbol import minimum, named, select
+from heavylift.kernel.compiler.symbol import Array, Scalar, minimum, named, select
 from heavylift.kernel.description.forces import Sheave
 
 from .sheaves import Way
@@ -26,7 +27,13 @@ class Groups:
     """Strains, their rates and unstretched lengths of the parts, flows over the sheaves, in the present modes."""
 
     def __init__(
-        self, way: Way, kept: list[Any], dL: Any, rubs: list[bool], modes: Any, ratios: list[tuple[Any, Any]]
+        self,
+        way: Way,
+        kept: list[Scalar],
+        dL: Scalar,
+        rubs: list[bool],
+        modes: Array,
+        ratios: list[tuple[Scalar, Scalar]],
     ) -> None:
         self._rubs, self._modes, self._ratios = rubs, modes, ratios
         self._sums = 0  # for their names in print
@@ -61,16 +68,16 @@ class Groups:
         self.unstretched = _times(l, q)
         self._group = N
         passed = dL
-        self.flows: list[Any] = []
+        self.flows: list[Scalar] = []
         for i in range(n - 1):
             passed = passed - (dl[i] * q[i] - l[i] * self.rates[i] * q[i] * q[i])
             self.flows.append(self._joined(i, passed, 0.0))
 
-    def _joined(self, i: int, yes: Any, no: Any) -> Any:
+    def _joined(self, i: int, yes: Scalar, no: Scalar) -> Any:
         """`yes` where rope slips over sheave i, else `no`."""
         return select(abs(self._modes[i]) > 0.0, yes, no) if self._rubs[i] else yes
 
-    def _total(self, values: list[Any]) -> list[Any]:
+    def _total(self, values: list[Scalar]) -> list[Scalar]:
         """For each part the sum over its group."""
         sums = [values[0]]
         for i, x in enumerate(values[1:]):
@@ -80,12 +87,12 @@ class Groups:
         self._sums += 1
         return [named(f"sum{self._sums}_{i + 1}", x) for i, x in enumerate(sums)]
 
-    def mean_rates(self) -> list[Any]:
+    def mean_rates(self) -> list[Scalar]:
         """For each part the mean of N s' over its group."""
         together = self._total(_times(self.unstretched, self.rates))
         return [a / b for a, b in zip(together, self._group, strict=True)]
 
-    def grips(self) -> list[Any]:
+    def grips(self) -> list[Scalar]:
         """Guards of the sheaves with friction."""
         s = self.strains
         out = []
@@ -97,14 +104,14 @@ class Groups:
         return out
 
 
-def _times(*columns: list[Any]) -> list[Any]:
+def _times(*columns: Sequence[Scalar]) -> list[Scalar]:
     out = list(columns[0])
     for column in columns[1:]:
         out = [a * b for a, b in zip(out, column, strict=True)]
     return out
 
 
-def slip_ratio(s: Sheave, q: Any, wrap: tuple[Any, Any] | None) -> tuple[Any, Any]:
+def slip_ratio(s: Sheave, q: Array, wrap: tuple[Scalar, Scalar] | None) -> tuple[Scalar, Scalar]:
     """Ratio of the tensions of a sheave that slips, and its rate; wrap: of the rope on it [rad], with its rate."""
     ratio, rate = (q[11], 0.0) if s.efficiency < 1.0 else (1.0, 0.0)
     if wrap and s.friction > 0.0:

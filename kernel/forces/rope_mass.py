@@ -14,16 +14,17 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.algebra.spatial import exact, join
-from heavylift.kernel.compiler.symbol import maximum
+from heavylift.kernel.algebra.spatial import join
+from heavylift.kernel.compiler.symbol import Array, Scalar, maximum
 from heavylift.kernel.description.mechanics import WORLD, Body, Point, RigidRope, Rope, System
+from heavylift.kernel.multibody.fixed_masses import gathered
 
-__all__ = ["at_the_hook", "burdened", "not_weighed", "pulls_down"]
+__all__ = ["at_the_hook", "not_weighed", "pulls_down", "with_rope_masses"]
 
 MOVES, WEIGHS = 1.0 / 3.0, 1.0 / 2.0  # parts of a rope's mass at each end
 
 
-def burdened(system: System) -> System:
+def with_rope_masses(system: System) -> System:
     """The system with the masses that its ropes move on their bodies."""
     borne: dict[str, list[tuple[float, Point]]] = {}
     for rope in system.straight_ropes:
@@ -34,18 +35,18 @@ def burdened(system: System) -> System:
     return replace(system, bodies=tuple(_with(b, borne.get(b.name, [])) for b in system.bodies))
 
 
-def not_weighed(weight: Any) -> Any:
+def not_weighed(weight: Scalar) -> Any:
     """What the bodies at each end of a rope do not weigh of its own weight [N]."""
     return (WEIGHS - MOVES) * weight
 
 
-def pulls_down(weight: Any, x: Any) -> Any:
+def pulls_down(weight: Scalar, x: Array) -> Any:
     """(6,) wrench of that at an end, at x from the tree's point."""
     f = -not_weighed(weight)
     return join([x[1] * f, -x[0] * f, 0.0], [0.0, 0.0, f])
 
 
-def at_the_hook(tension: Any, weight: Any) -> Any:
+def at_the_hook(tension: Scalar, weight: Scalar) -> Any:
     """Tension at the lower end of a rope, from that in its middle [N]."""
     return maximum(tension - WEIGHS * weight, 0.0)
 
@@ -63,12 +64,7 @@ def _with(body: Body, borne: list[tuple[float, Point]]) -> Body:
     if not borne:
         return body
     parts = [(body.mass, np.array(body.com)), *((m, np.array(p.p)) for m, p in borne)]
-    mass = sum(m for m, _ in parts)
-    com = sum((m * x for m, x in parts), np.zeros(3)) / mass
-    inertia = np.array(body.inertia)
-    for m, x in parts:
-        d = exact(x - com)
-        inertia = inertia + m * ((d @ d) * np.eye(3) - np.outer(d, d))
+    mass, com, inertia = gathered(np.array(body.inertia), parts)
     px, py, pz = com.tolist()
     a, b, c = ((u, v, w) for u, v, w in inertia.tolist())
     return replace(body, mass=mass, com=(px, py, pz), inertia=(a, b, c))

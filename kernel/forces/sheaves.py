@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.algebra.spatial import cross
-from heavylift.kernel.compiler.symbol import maximum, minimum, select, sqrt
+from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, minimum, select, sqrt
 from heavylift.kernel.multibody.continuous_angles import on_turn
 
 __all__ = ["Node", "Part", "Way", "turn"]
@@ -36,10 +36,10 @@ class Node:
     """A point or sheave of a rope: centre from its tree's point, in the world, velocity, angular velocity of the body,
     axis and dividing direction in world axes; radius None for a point."""
 
-    x: Any
-    c: Any
-    v: Any
-    w: Any
+    x: Array
+    c: Array
+    v: Array
+    w: Array
     axis: Any
     divide: Any
     radius: Any = None
@@ -50,17 +50,17 @@ class Part:
     """A straight part: length [m], its rate (with that of the arcs beside it), direction u, arms from the trees' points
     at both ends, and where it begins."""
 
-    straight: Any
-    rate: Any
-    u: Any
-    arms: tuple[Any, Any]
+    straight: Scalar
+    rate: Scalar
+    u: Array
+    arms: tuple[Array, Array]
     begin: Any = None
     flat: Any = None  # its length across the axis
     plane: Any = None  # u across the axis, for wraps
     turning: Any = None  # (3,) angular velocity of that direction [rad/s]
 
 
-def _blend(on: Any, a: Any, b: Any) -> Any:
+def _blend(on: Scalar, a: Any, b: Any) -> Any:
     """a where `on`, else b; of numbers, arrays, nodes and parts."""
     if a is None or b is None:
         return b if a is None else a
@@ -77,7 +77,9 @@ class Way:
     """A rope over its nodes; `turning`: whether the direction at a node matters, for its wrap; `on`: of each node,
     whether the rope lies on it (None: it cannot leave); `counted`: integrals of the angles of nodes that turn."""
 
-    def __init__(self, nodes: Sequence[Node], turning: Sequence[bool], on: Sequence[Any], counted: Any = None) -> None:
+    def __init__(
+        self, nodes: Sequence[Node], turning: Sequence[bool], on: Sequence[Any], counted: Array | None = None
+    ) -> None:
         self._nodes, self._on = nodes, on
         ends = [nodes[-1]]
         for x, here in zip(reversed(nodes[1:-1]), reversed(on[1:-1]), strict=True):
@@ -90,9 +92,9 @@ class Way:
             here = on[i]
             self.parts.append(own[i] if here is None else _blend(here, own[i], self.parts[-1]))
         self.rates = [x.rate if on[i] is None else select(on[i], x.rate, 0.0) for i, x in enumerate(own)]
-        self.turned: list[Any] = []
-        self.turning: list[Any] = []
-        self.wraps: dict[int, tuple[Any, Any]] = {}
+        self.turned: list[Scalar] = []
+        self.turning: list[Scalar] = []
+        self.wraps: dict[int, tuple[Scalar, Scalar]] = {}
         """Of every node that turns the rope: its wrap [rad] and the rate of that."""
         self.lengths = self._pieces()
         for i, turns in enumerate(turning):
@@ -110,9 +112,9 @@ class Way:
                     self.lengths[i - 1] = self.lengths[i - 1] - x.radius * angles[0]
                     self.lengths[i] = self.lengths[i] + x.radius * angles[1]
 
-    def _pieces(self) -> list[Any]:
+    def _pieces(self) -> list[Scalar]:
         """Straight length between each two nodes; feet of nodes that the rope has left divide its parts."""
-        starts: list[Any] = [0.0]
+        starts: list[Scalar] = [0.0]
         for part, x, here in zip(self.parts[1:], self._nodes[1:], self._on[1:], strict=False):
             if here is None:
                 starts.append(0.0)
@@ -126,7 +128,7 @@ class Way:
             out.append(last - starts[i])
         return out
 
-    def watches(self) -> list[tuple[Any, Any]]:
+    def watches(self) -> list[tuple[Scalar, Scalar]]:
         """Guards of each sheave that the rope can leave: that it leaves or finds it; that it meets its other side."""
         out = []
         for i, here in enumerate(self._on):
@@ -175,7 +177,7 @@ def _part(a: Node, b: Node, turning: bool) -> Part:
     return Part(straight, rate, u, (arms[0], arms[1]), a.c + r_a * w, flat, plane, about)
 
 
-def turn(x: Node, plane: Any) -> Any:
+def turn(x: Node, plane: Array) -> Any:
     """[rad] from the dividing direction of a node to where a part of this direction touches, within half a turn."""
     w = cross(plane, x.axis)
     return atan2(x.axis @ cross(x.divide, w), x.divide @ w)

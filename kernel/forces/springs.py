@@ -7,20 +7,17 @@ the stored energy, so that the accounts close however the bodies tumble.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Hashable
+from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.algebra.spatial import cross, join, skew
-from heavylift.kernel.compiler.symbol import sqrt
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, sqrt
 from heavylift.kernel.description.forces import Bushing, Spring, Torsion
 from heavylift.kernel.multibody.continuous_angles import hinge, on_turn
 
-from .force_law import Answer, Ended, ForceLaw, Poses, Shown, wrench
-from .laws import attachment
-
-if TYPE_CHECKING:
-    from heavylift.kernel.multibody.graph import Graph
+from .force_law import Answer, Ended, ForceLaw, Poses, Setting, Shown, attachment, wrench
 
 __all__ = ["BushingLaw", "SpringLaw", "TorsionLaw"]
 
@@ -30,22 +27,22 @@ FARTHEST, AGAINST = -0.9961946980917455, "175 degrees"  # cosine and angle of th
 UNIT = 1e-6  # how far an axis, a rotation or a symmetry may be off by rounding
 
 
-def _rotation(body: Any) -> Any:
+def _rotation(body: Array) -> Array:
     return np.reshape(body[:9], (3, 3))
 
 
-def _half_turn(R: Any) -> tuple[Any, Any]:
+def _half_turn(R: Array) -> tuple[Any, Any]:
     """w and v (3,) proportional to the quaternion of a rotation matrix."""
     return 1.0 + R[0, 0] + R[1, 1] + R[2, 2], np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
 
 
-def _twist(R: Any, axis: Any, lean: Any) -> Any:
+def _twist(R: Array, axis: Array, lean: Scalar) -> Any:
     """Angle of a rotation about an axis (swing-twist decomposition), within half a turn; lean: axis . R axis."""
     _, v = _half_turn(R)
     return atan2(v @ axis, R[0, 0] + R[1, 1] + R[2, 2] - lean)
 
 
-def _rotation_vector(R: Any) -> tuple[Any, Any]:
+def _rotation_vector(R: Array) -> tuple[Any, Any]:
     """theta (3,) of a rotation below half a turn, and J."""
     w, v = _half_turn(R)
     n = sqrt(v @ v + TINY)
@@ -56,18 +53,18 @@ def _rotation_vector(R: Any) -> tuple[Any, Any]:
     return theta, np.eye(3) - 0.5 * T + bend * (T @ T)
 
 
-class SpringLaw(ForceLaw):
+class SpringLaw(ForceLaw[Spring]):
     """Translational: pulls and pushes along the line between its points."""
 
+    not_negative = ("k", "d", "rest")
+
     def check(self, f: Spring) -> None:
-        for field in ("k", "d", "rest"):
-            self.demand(f, field, getattr(f, field) >= 0.0, f"is {getattr(f, field):g}; it cannot be negative")
         self.demand(f, "b", f.a != f.b, "is the same point as a; it has no direction")
 
     def numbers(self, f: Spring, poses: Poses) -> list[float]:
         return [*f.a.p, *f.b.p, f.k, f.d, f.rest]
 
-    def answer(self, f: Spring, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+    def answer(self, f: Spring, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
         (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(ends[0], p[:3], "a"), attachment(ends[1], p[3:6], "b")
         k, d, rest = p[6:9]
         s = p_b - p_a
@@ -84,15 +81,15 @@ class SpringLaw(ForceLaw):
         )
 
     def shows(self, f: Spring) -> list[Shown]:
-        return [("spring/tension", f.name, "N"), ("spring/elongation", f.name, "m")]
+        return [Shown("spring/tension", f.name, "N"), Shown("spring/elongation", f.name, "m")]
 
 
-class TorsionLaw(ForceLaw):
+class TorsionLaw(ForceLaw[Torsion]):
     """Torsional: acts on the twist angle, wherever the axes lean (swing-twist decomposition)."""
 
+    not_negative = ("k", "d")
+
     def check(self, f: Torsion) -> None:
-        for field in ("k", "d"):
-            self.demand(f, field, getattr(f, field) >= 0.0, f"is {getattr(f, field):g}; it cannot be negative")
         size = float(np.linalg.norm(f.axis))
         self.demand(f, "axis", abs(size - 1.0) < UNIT, f"has length {size:g}; it must be a unit vector")
         self.demand(f, "b", f.a != f.b, f"is the same body as a, '{f.a}'; it must be another one")
@@ -103,18 +100,25 @@ class TorsionLaw(ForceLaw):
     def angles(self, f: Torsion) -> int:
         return 1
 
-    def turns(self, f: Torsion, poses: Poses) -> tuple[str, str, Any]:
+    def turns(self, f: Torsion, poses: Poses) -> tuple[str, str, Array]:
         return f.a, f.b, np.asarray(poses(f.a)[0], float) @ np.array(f.axis)
 
-    def guards(self, f: Torsion) -> int:
-        return 1
+    def guards(self, f: Torsion) -> tuple[str, ...]:
+        return ("lean",)
 
-    def switch(self, f: Torsion, p: np.ndarray, guard: int, shown: np.ndarray) -> tuple[str, float]:
+    def switch(self, f: Torsion, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
         raise Ended(f"torsion '{f.name}'", f"its axis on '{f.b}' points {AGAINST} against that on '{f.a}', so that "
                     "there is no twist; let a joint hold the axis, or give the two bodies no torsion")  # fmt: skip
 
     def answer(
-        self, f: Torsion, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any, counted: Any = (0.0,)
+        self,
+        f: Torsion,
+        p: Array,
+        ends: list[Array],
+        signal: Scalars,
+        joint: Scalars,
+        t: Scalar,
+        counted: Scalars = (0.0,),
     ) -> Answer:
         axis, (k, d, rest) = p[:3], p[3:6]
         R_a = _rotation(ends[0])
@@ -137,10 +141,10 @@ class TorsionLaw(ForceLaw):
         )
 
     def shows(self, f: Torsion) -> list[Shown]:
-        return [("torsion/angle", f.name, "rad"), ("torsion/moment", f.name, "N m")]
+        return [Shown("torsion/angle", f.name, "rad"), Shown("torsion/moment", f.name, "N m")]
 
 
-class BushingLaw(ForceLaw):
+class BushingLaw(ForceLaw[Bushing]):
     """A 6x6 spring and damper; the rotation vector's rate is J(theta) times the relative angular velocity.
 
     `axis` (3,), in frame a, of all rotation that the joints in between allow, if there is only one: then theta is the
@@ -148,11 +152,12 @@ class BushingLaw(ForceLaw):
     J = 1 - theta x / 2 + (1 - theta/2 cot theta/2) / theta^2 (theta x)^2 (Bullo, Murray 1995, eq. for log on SO(3)).
     """
 
-    def __init__(self, axis: Any = None) -> None:
+    def __init__(self, axis: Array | None = None) -> None:
         self._axis = axis
 
-    def between(self, f: Bushing, graph: Graph, poses: Poses) -> ForceLaw:
-        axis = hinge(graph, poses, f.a.body, f.b.body)
+    def within(self, f: Bushing, setting: Setting) -> BushingLaw:
+        poses = setting.poses
+        axis = hinge(setting.graph, poses, f.a.body, f.b.body)
         if axis is None:
             return self
         R_a, R_b = (np.asarray(poses(x.body)[0], float) @ np.array(R) for x, R in ((f.a, f.R_a), (f.b, f.R_b)))
@@ -162,14 +167,14 @@ class BushingLaw(ForceLaw):
     def angles(self, f: Bushing) -> int:
         return int(self._axis is not None)
 
-    def turns(self, f: Bushing, poses: Poses) -> tuple[str, str, Any]:
+    def turns(self, f: Bushing, poses: Poses) -> tuple[str, str, Array]:
         R_a = np.asarray(poses(f.a.body)[0], float) @ np.array(f.R_a)
         return f.a.body, f.b.body, R_a @ self._axis
 
-    def guards(self, f: Bushing) -> int:
-        return int(self._axis is None)
+    def guards(self, f: Bushing) -> tuple[str, ...]:
+        return ("turn",) if self._axis is None else ()
 
-    def switch(self, f: Bushing, p: np.ndarray, guard: int, shown: np.ndarray) -> tuple[str, float]:
+    def switch(self, f: Bushing, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
         raise Ended(f"bushing '{f.name}'", f"'{f.b.body}' is turned by {AGAINST} against '{f.a.body}', about more than "
                     "one axis; a rotation vector ends at 180: make it stiffer, or join the two by a hinge")  # fmt: skip
 
@@ -186,7 +191,7 @@ class BushingLaw(ForceLaw):
             good = bool(np.abs(R @ R.T - np.eye(3)).max() < UNIT and np.linalg.det(R) > 0.0)
             self.demand(f, field, good, "is not a rotation; its rows must be right-handed unit vectors")
 
-    def shape(self, f: Bushing) -> Any:
+    def shape(self, f: Bushing) -> Hashable:
         return self._axis is None, self._patterns(f)
 
     def _patterns(self, f: Bushing) -> list[list[int]]:
@@ -204,7 +209,14 @@ class BushingLaw(ForceLaw):
         ]
 
     def answer(
-        self, f: Bushing, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any, counted: Any = (0.0,)
+        self,
+        f: Bushing,
+        p: Array,
+        ends: list[Array],
+        signal: Scalars,
+        joint: Scalars,
+        t: Scalar,
+        counted: Scalars = (0.0,),
     ) -> Answer:
         A, B = ends
         (x_a, p_a, v_a), (x_b, p_b, v_b) = attachment(A, p[:3], "a"), attachment(B, p[3:6], "b")
@@ -237,8 +249,8 @@ class BushingLaw(ForceLaw):
         )
 
     def shows(self, f: Bushing) -> list[Shown]:
-        place = [("bushing/displacement", f"{f.name}.{c}", "m or rad") for c in ("x", "y", "z", "rx", "ry", "rz")]
-        return place + [("bushing/force", name, "N or N m") for _, name, _ in place]
+        place = [Shown("bushing/displacement", f"{f.name}.{c}", "m or rad") for c in ("x", "y", "z", "rx", "ry", "rz")]
+        return place + [Shown("bushing/force", x.name, "N or N m") for x in place]
 
 
 def _filled(pattern: list[int], given: Any) -> Any:

@@ -1,7 +1,7 @@
 """The force table: a new force is a new entry here and its dataclass in `forces.py`.
 
-`shared` turns the forces of a scene into traced functions, one per shape, that evaluation calls for each force with
-its own numbers, ends, signal and joint.
+`shared` turns the laws of a scene into traced functions, one per shape, that evaluation calls for each law with its
+own numbers, ends, signal and joint.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from itertools import pairwise
 from typing import Any
 
 from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.symbol import Array, Scalars
 from heavylift.kernel.description.forces import (
     Bushing,
     Characteristic,
@@ -24,20 +25,28 @@ from heavylift.kernel.description.forces import (
     UserLaw,
     Wind,
 )
-from heavylift.kernel.multibody.graph import Graph
+from heavylift.kernel.description.mechanics import Brake, JointSpring, Law, Rope, Stop, Support
 
 from .characteristic import CharacteristicLaw
-from .force_law import Answer, ForceLaw, Poses
+from .force_law import BODY, Answer, ForceLaw, Setting, Shown
+from .joint_laws import BrakeLaw, JointSpringLaw, StopLaw
 from .loads import LoadLaw, WindLaw
 from .reeving import ReevingLaw
+from .ropes import RopeLaw
 from .springs import BushingLaw, SpringLaw, TorsionLaw
+from .supports import SupportLaw
 from .user_laws import UserLawEntry
 
 LISTS = ("guards", "shown", "turned", "turning")
 
 __all__ = ["FORCES", "SharedForce", "check_force", "law_of", "shared", "signals"]
 
-FORCES: dict[type, ForceLaw] = {
+FORCES: dict[type, ForceLaw[Any]] = {
+    Rope: RopeLaw(),
+    Support: SupportLaw(),
+    JointSpring: JointSpringLaw(),
+    Stop: StopLaw(),
+    Brake: BrakeLaw(),
     Load: LoadLaw(),
     Wind: WindLaw(),
     Spring: SpringLaw(),
@@ -49,19 +58,25 @@ FORCES: dict[type, ForceLaw] = {
 }
 
 
-def law_of(f: Force) -> ForceLaw:
+def law_of(f: Law) -> ForceLaw[Any]:
     """The entry of a force."""
     return FORCES[type(f)]
 
 
 @dataclass(frozen=True)
 class SharedForce:
-    """A force with its function; `ends`: link numbers of the bodies it acts on, -1 the ground."""
+    """A force with its function; `ends`: link numbers of the bodies it acts on, -1 the ground; `along`: places in q and
+    v of the coordinate that it acts along; `guards`: their names; `shows`: what samples hold of it."""
 
     force: Any
-    law: ForceLaw
+    law: ForceLaw[Any]
     ends: tuple[int, ...]
+    along: tuple[int, int] | None
     numbers: list[float]
+    signal: Signal | None
+    guards: tuple[str, ...]
+    shows: tuple[Shown, ...]
+    angles: int
     function: Function
     key: str
 
@@ -70,28 +85,38 @@ class SharedForce:
         return str(self.force.name)
 
     @property
-    def angles(self) -> int:
-        return self.law.angles(self.force)
-
-    @property
     def structure(self) -> tuple[object, ...]:
         """Equal for forces that the same machine code serves in the same place of a scene."""
-        s = self.law.signal(self.force)
-        return self.key, self.ends, s and (s.driven, bool(s.times))
+        s = self.signal
+        return self.key, self.ends, self.along, s and (s.driven, bool(s.times))
 
 
-def shared(forces: tuple[Force, ...], graph: Graph, poses: Poses, end: int) -> tuple[SharedForce, ...]:
-    """The forces of a scene; `end`: numbers that describe a body to a law."""
+def shared(laws: tuple[Law, ...], setting: Setting) -> tuple[SharedForce, ...]:
+    """The laws of a scene, each with its function."""
+    graph, poses = setting.graph, setting.poses
     functions: dict[str, Function] = {}
     out = []
-    for f in forces:
-        law = law_of(f).between(f, graph, poses)
-        ends, numbers = f.points, [float(x) for x in law.numbers(f, poses)]
-        key = repr((type(f).__name__, law.shape(f), len(numbers), len(ends), bool(f.along)))
+    for f in laws:
+        law = law_of(f).within(f, setting)
+        numbers = [float(x) for x in law.numbers(f, poses)]
+        key = repr((type(f).__name__, law.shape(f), len(numbers), len(f.points), bool(f.along)))
         if key not in functions:
-            functions[key] = _function(f"force{len(functions)}", f, law, len(numbers), len(ends), end)
-        numbered = tuple(graph.number(e.body) for e in ends)
-        out.append(SharedForce(f, law, numbered, numbers, functions[key], key))
+            functions[key] = _function(f"force{len(functions)}", f, law, len(numbers))
+        out.append(
+            SharedForce(
+                f,
+                law,
+                tuple(graph.number(e.body) for e in f.points),
+                graph.coordinate(f.name, *f.along) if f.along else None,
+                numbers,
+                law.signal(f),
+                law.guards(f),
+                tuple(Shown(*x) for x in law.shows(f)),
+                law.angles(f),
+                functions[key],
+                key,
+            )
+        )
     return tuple(out)
 
 
@@ -100,9 +125,13 @@ def signals(forces: tuple[Force, ...]) -> dict[str, Signal]:
     return {f.name: s for f in forces if (s := law_of(f).signal(f))}
 
 
-def check_force(f: Force) -> None:
+def check_force(f: Law) -> None:
     """Raises KernelError for a force that cannot be."""
     law = law_of(f)
+    for field in law.positive:
+        law.demand(f, field, getattr(f, field) > 0.0, f"is {getattr(f, field):g}; it must be positive")
+    for field in law.not_negative:
+        law.demand(f, field, getattr(f, field) >= 0.0, f"is {getattr(f, field):g}; it cannot be negative")
     law.check(f)
     s = law.signal(f)
     if s and (s.times or s.values):
@@ -113,17 +142,20 @@ def check_force(f: Force) -> None:
         law.demand(f, "signal", not s.driven, "has a history and is driven; it can only be one of them")
 
 
-def _function(name: str, f: Any, law: ForceLaw, numbers: int, ends: int, end: int) -> Function:
-    blocks = {"p": numbers, **{f"e{i}": end for i in range(ends)}}
+def _function(name: str, f: Law, law: ForceLaw[Any], numbers: int) -> Function:
+    ends = [f"e{i}" for i in range(len(f.points))]
+    blocks = {"p": numbers, **dict.fromkeys(ends, BODY)}
     blocks |= {"s": 2} if law.signal(f) else {}
     blocks |= {"x": 2} if f.along else {}
     blocks |= {"t": 1} if law.timed else {}
     n = law.angles(f)
     blocks |= {"c": n} if n else {}
 
-    def body(p: Any, s: Any = None, x: Any = None, t: Any = (0.0,), c: Any = None, **bodies: Any) -> Mapping[str, Any]:
+    def body(
+        p: Array, s: Any = None, x: Any = None, t: Scalars = (0.0,), c: Any = None, **bodies: Any
+    ) -> Mapping[str, Any]:
         counted = {"counted": c} if n else {}
-        a: Answer = law.answer(f, p, [bodies[f"e{i}"] for i in range(ends)], s, x, t[0], **counted)
+        a: Answer = law.answer(f, p, [bodies[e] for e in ends], s, x, t[0], **counted)
         one = {k: [getattr(a, k)] for k in ("effort", "heat", "work", "stored")}
         return {**one, **{k: getattr(a, k) for k in LISTS}, **{f"w{i}": w for i, w in enumerate(a.wrenches)}}
 

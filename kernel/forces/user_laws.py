@@ -21,18 +21,18 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.compiler.symbol import is_sym
+from heavylift.kernel.compiler.function import Function, Outputs
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, is_sym
 from heavylift.kernel.description.forces import Signal, UserLaw
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.trust import foreign, namer, refusal
 
-from .force_law import Answer, ForceLaw, Poses, Shown, wrench
-from .laws import BODY, attachment
+from .force_law import BODY, Answer, ForceLaw, Poses, Shown, attachment, wrench
 
 __all__ = ["Given", "UserLawEntry"]
 
 MATHEMATICS = "heavylift.kernel.forces.mathematics"
+OUTSIDE = ("no callable", "must be real number", "ufunc", "forced to a float")  # what math and NumPy say of symbols
 CONDITIONS = ("gt", "ge", "and", "or")  # operations whose result is no number
 
 
@@ -41,10 +41,10 @@ class Given:
     """What a law sees: time [s], coordinate and velocity of its joint, per end place p, velocity v, rotation R and
     angular velocity w in world axes; its parameters, signal, and modes (+1 or -1, see `UserLaw`)."""
 
-    t: Any
-    parameters: Any  # (n,)
-    signal: Any
-    modes: Any  # (n,)
+    t: Scalar
+    parameters: Array  # (n,)
+    signal: Scalar
+    modes: Array  # (n,)
     q: Any = None
     dq: Any = None
     p: Any = None  # (ends, 3)
@@ -53,7 +53,7 @@ class Given:
     w: Any = None  # (ends, 3)
 
 
-class UserLawEntry(ForceLaw):
+class UserLawEntry(ForceLaw[UserLaw]):
     """Traces the function once to check it; P holds parameters and modes."""
 
     works = True
@@ -62,9 +62,9 @@ class UserLawEntry(ForceLaw):
     def check(self, f: UserLaw) -> None:
         self.demand(f, "joint", bool(f.joint) != bool(f.ends), "and ends: it must act on either of them, not on both")
         law = self._traced(f)
-        told = _wrong(law)
-        if told:
-            raise KernelError(f"law '{f.name}': '{f.function}' {told}")
+        message = _wrong(law)
+        if message:
+            raise KernelError(f"law '{f.name}': '{f.function}' {message}")
         if _digest(self._traced(f)) != _digest(law):
             raise KernelError(
                 f"law '{f.name}': '{f.function}' computes something else each time it is called; a law depends on what "
@@ -80,7 +80,7 @@ class UserLawEntry(ForceLaw):
     def numbers(self, f: UserLaw, poses: Poses) -> list[float]:
         return [*f.parameters, *[1.0] * f.modes, *(c for e in f.ends for c in e.p)]
 
-    def answer(self, f: UserLaw, p: Any, ends: list[Any], signal: Any, joint: Any, t: Any) -> Answer:
+    def answer(self, f: UserLaw, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
         n, m = len(f.parameters), len(f.parameters) + f.modes
         modes = p[n:m]
         at = [attachment(body, p[m + 3 * i : m + 3 * i + 3], f"a{i + 1}") for i, body in enumerate(ends)]
@@ -90,17 +90,17 @@ class UserLawEntry(ForceLaw):
             "R": _stack([np.reshape(body[:9], (3, 3)) for body in ends]),
             "w": _stack([body[15:18] for body in ends]),
         }
-        q, dq = joint if joint is not None else (None, None)
+        q, dq = joint if f.joint else (None, None)
         given = Given(t, p[:n], signal[0], modes, q, dq, **(stacked if ends else {}))
         answer = _called(f, f.function, given)
         guards = _called(f, f.guards, given) if f.guards else []
-        told = _numbers(guards)
-        if told is None or len(told) != f.modes:
+        values = _numbers(guards)
+        if values is None or len(values) != f.modes:
             raise KernelError(
                 f"law '{f.name}': '{f.guards}' must return a list of {f.modes} numbers, one for each mode"
             )
-        switched = [mode * g for mode, g in zip(modes, told, strict=True)]
-        if joint is not None:
+        switched = [mode * g for mode, g in zip(modes, values, strict=True)]
+        if f.joint:
             effort = _numbers([answer])
             if effort is None or len(effort) != 1:
                 raise KernelError(f"law '{f.name}': '{f.function}' must return one number, the effort along its joint")
@@ -118,27 +118,27 @@ class UserLawEntry(ForceLaw):
             work = work + row[:3] @ v + (0.0 if moment is None else moment @ body[15:18])
         return Answer(wrenches, work=work, guards=switched, shown=[x for row in rows for x in row[:3]])
 
-    def guards(self, f: UserLaw) -> int:
-        return f.modes
+    def guards(self, f: UserLaw) -> tuple[str, ...]:
+        return tuple(f"mode {i + 1}" for i in range(f.modes))
 
-    def switch(self, f: UserLaw, p: np.ndarray, guard: int, shown: np.ndarray) -> tuple[str, float]:
-        i = len(f.parameters) + guard
+    def switch(self, f: UserLaw, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
+        i = len(f.parameters) + self.guards(f).index(guard)
         p[i] = -p[i]
         return "switched", float(p[i])
 
     def shows(self, f: UserLaw) -> list[Shown]:
         if f.joint:
-            return [("law/effort", f.name, "N or N m")]
-        return [("law/force", f"{f.name}.{i + 1}.{c}", "N") for i in range(len(f.ends)) for c in "xyz"]
+            return [Shown("law/effort", f.name, "N or N m")]
+        return [Shown("law/force", f"{f.name}.{i + 1}.{c}", "N") for i in range(len(f.ends)) for c in "xyz"]
 
     def _traced(self, f: UserLaw) -> Function:
         """The law recorded by itself."""
         blocks = {"p": len(self.numbers(f, lambda body: (np.eye(3), np.zeros(3)))), "s": 2, "x": 2, "t": 1}
         blocks |= {f"e{i}": BODY for i in range(len(f.ends))}
 
-        def body(p: Any, s: Any, x: Any, t: Any, **bodies: Any) -> dict[str, Any]:
+        def body(p: Array, s: Any, x: Any, t: Array, **bodies: Any) -> Outputs:
             ends = [bodies[f"e{i}"] for i in range(len(f.ends))]
-            a = self.answer(f, p, ends, s, x if f.joint else None, t[0])
+            a = self.answer(f, p, ends, s, x, t[0])
             return {"effort": [a.effort], "guards": a.guards, **{f"w{i}": w for i, w in enumerate(a.wrenches)}}
 
         law = Function(f.name, body, blocks)
@@ -169,10 +169,15 @@ def _called(f: UserLaw, function: str, given: Given) -> Any:
         file = law.__code__.co_filename if hasattr(law, "__code__") else ""
         lines = [x for x in traceback.extract_tb(e.__traceback__) if x.filename == file]
         where = f"{Path(file).name}:{lines[-1].lineno}" if lines else function
-        told = str(e).replace("kernel.elementary", MATHEMATICS)
-        if "no callable" in told or "must be real number" in told or "ufunc" in told or "forced to a float" in told:
-            told = f"math and NumPy cannot work on a run-time value: use those of {MATHEMATICS}"
-        raise KernelError(f"law '{f.name}': '{function}' at {where}: {told}") from e
+        message = str(e).replace("kernel.elementary", MATHEMATICS)
+        if (
+            "no callable" in message
+            or "must be real number" in message
+            or "ufunc" in message
+            or "forced to a float" in message
+        ):
+            message = f"math and NumPy cannot work on a run-time value: use those of {MATHEMATICS}"
+        raise KernelError(f"law '{f.name}': '{function}' at {where}: {message}") from e
 
 
 def _found(f: UserLaw, function: str) -> Callable[[Given], Any]:
@@ -220,8 +225,8 @@ def _wrong(law: Function) -> str:
     ]
     for x, wants in (*used, *((x, False) for x in written)):
         if is_sym(x) and wants != (x.op in CONDITIONS):
-            told = "a number is not a condition" if wants else "a condition is not a number"
-            return f"computes where {told}: use select(condition, a, b) with > or >="
+            message = "a number is not a condition" if wants else "a condition is not a number"
+            return f"computes where {message}: use select(condition, a, b) with > or >="
     return ""
 
 
@@ -229,10 +234,10 @@ def _digest(law: Function) -> str:
     """What a recorded function computes, as 16 hexadecimal digits."""
     names = {n: f"#{i}" for i, n in enumerate(law.nodes)}
 
-    def told(x: Any) -> str:
+    def written(x: Any) -> str:
         if isinstance(x, tuple | list):
-            return "(" + ",".join(map(told, x)) + ")"
+            return "(" + ",".join(map(written, x)) + ")"
         return x.name if isinstance(x, Function) else names[x] if is_sym(x) else repr(x)
 
-    text = [f"{n.op}{told(n.args)}" for n in law.nodes] + [f"{k}={told(v)}" for k, v in law.outputs.items()]
+    text = [f"{n.op}{written(n.args)}" for n in law.nodes] + [f"{k}={written(v)}" for k, v in law.outputs.items()]
     return hashlib.sha256("\n".join(text).encode()).hexdigest()[:16]

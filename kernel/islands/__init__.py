@@ -1,15 +1,17 @@
 """Parts of a scene that nothing ties together, each with steps of its own.
 
 components       which bodies are tied together, with all that acts on them
-islands, island  simulations that are solved apart; one of them
-state_transfer   a simulation initialised from the state of existing ones, where islands merge or part
-sample_merge     samples of the scene from those of its islands
+choice           whether a scene is solved as one or as islands
+islands, island  simulations that are solved apart; one of them, and how it goes on where others stood
+sample_merge     samples, log and notes of the scene from those of its islands
+time_warp        islands run ahead by turns, and go back to the first event
 """
 
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .islands import Islands, simulate
+    from .choice import simulate
+    from .islands import Islands
 
 __all__ = ["Islands", "simulate"]
 
@@ -18,6 +20,6 @@ def __getattr__(name: str) -> Any:
     """The public names, imported when they are first used."""
     if name not in __all__:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    from . import islands
+    from . import choice, islands
 
-    return getattr(islands, name)
+    return getattr(choice if name == "simulate" else islands, name)

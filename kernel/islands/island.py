@@ -2,24 +2,59 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from copy import copy
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.description.mechanics import System
+from heavylift.kernel.forces.ropes import RopeAt
 from heavylift.kernel.methods.small_motions import still_below
-from heavylift.kernel.model.parameters import RopeAt
-from heavylift.kernel.simulation.native.variant_policy import Thrift
+from heavylift.kernel.simulation.call_order import STOPPED
+from heavylift.kernel.simulation.native.sample_row import labels
 from heavylift.kernel.simulation.simulation import Simulation
-from heavylift.kernel.simulation.snapshots import BLOCKS, KEPT
 
 from .components import islands_of
 
-__all__ = ["Island"]
+__all__ = ["Island", "inherit"]
 
-CODE = 3  # operations of the code of a whole simulation, for each of one evaluation
+STATE = ("q", "v", "accounts", "turned")
+KINDS = ("rope", "rigid", "support", "stop", "brake", "force", "held", "slot", "threshold")  # with discrete states
+PRICE = 2e5  # attempted steps that take as long as compiling their code: 3 operations of it for each of an evaluation
+
+
+class Rent:
+    """Ski-rental rule: cut a part off once the wasted work equals the cost of compiling.
+
+    Whatever comes, this never costs more than twice what foresight would have (Karlin et al., Algorithmica 3, 1988).
+    Steps are counted, not seconds, so that all runs of a scene decide alike.
+    """
+
+    def __init__(self, price: float) -> None:
+        self._price = price
+        self.spent: dict[frozenset[str], float] = {}  # attempted steps in which these ropes tied nothing
+        self.since = 0.0  # attempted steps at the last look
+        self.seen: frozenset[str] = frozenset()  # ropes that tied nothing then
+
+    def ends(self, attempts: float, loose: frozenset[str], share: float) -> bool:
+        """Whether these ropes should tie nothing from now on; share: of the work that this saves."""
+        if self.seen:
+            self.spent[self.seen] = self.spent.get(self.seen, 0.0) + attempts - self.since
+        self.since, self.seen = attempts, loose
+        return share * self.spent.get(loose, 0.0) >= self._price
+
+    def kept(self) -> dict[str, Any]:
+        """All that later choices depend on, in lists."""
+        return {
+            "spent": [[sorted(ropes), n] for ropes, n in self.spent.items()],
+            "since": self.since,
+            "seen": sorted(self.seen),
+        }
+
+    def go_on(self, kept: dict[str, Any]) -> None:
+        """Choose on from what another one has kept."""
+        self.spent = {frozenset(ropes): n for ropes, n in kept["spent"]}
+        self.since, self.seen = kept["since"], frozenset(kept["seen"])
 
 
 class Island(Simulation):
@@ -27,10 +62,10 @@ class Island(Simulation):
 
     struck: np.ndarray  # row of the last event or command
 
-    def __init__(self, system: System, lean: bool | None = None, **options: Any) -> None:
-        super().__init__(system, lean=lean, **options)
+    def __init__(self, system: System, cut_at_once: bool = False, **options: Any) -> None:
+        super().__init__(system, **options)
         self.given, self.subscribed = system, frozenset(name for _, name in self.program.guards)
-        self.cuts = Thrift(bool(lean))
+        self.cuts = Rent(0.0 if cut_at_once else PRICE)
         self.told = 0, 0  # entries of log and notes that are in the common ones
 
     def settle(self) -> None:
@@ -39,73 +74,41 @@ class Island(Simulation):
         super().settle()
         ((_, self.struck),) = self.rows[before:]
         del self.rows[before:]
-        at = self.method.row_layout.at
-        self.X[self._at["peak"]] = self.struck[at["peak"]]
-        self.X[self._at["peak_time"]] = self.struck[at["peak_time"]] - self.epoch * 1e-9
+        native, at = self.native, self.method.row_layout.at
+        native.part("peak")[:] = self.struck[at["peak"]]
+        native.part("peak_time")[:] = self.struck[at["peak_time"]] - self.epoch * 1e-9
 
     def _show_rest(self, pause: Callable[[], None]) -> None:
         """Islands show it, together with others, as far as they have not yet."""
 
     def tells(self, subscribed: frozenset[str]) -> bool:
         """Whether somebody subscribed to what happens next."""
-        return not subscribed.isdisjoint(self.falling)
-
-    @property
-    def resting(self) -> bool:
-        """Whether nothing moves or will move by itself."""
-        return self._still
-
-    def mark(self) -> dict[str, Any]:
-        """What a run changes as long as nothing happens, for `back`; cheaper than a snapshot."""
-        beside = {"balance": {name: copy(x) for name, x in vars(self._balance).items()}, "absent": self.absent}
-        return (
-            {name: copy(getattr(self, name)) for name in KEPT}
-            | beside
-            | {"thrift": self.thrift and self.thrift.kept(), "phase": self.order.phase}
-        )
-
-    def back(self, mark: dict[str, Any]) -> None:
-        """Stand again where `mark` was made, before anything happened."""
-        self.order.phase = mark["phase"]
-        vars(self._balance).update(mark["balance"])
-        self._leave_out(mark["absent"])
-        if self.thrift:
-            self.thrift.go_on(mark["thrift"])
-        for name in KEPT:
-            if isinstance(block := getattr(self, name), np.ndarray) and name in BLOCKS:
-                block[:] = mark[name]  # in place, for parts of it are in other hands
-            else:
-                setattr(self, name, mark[name])
+        return not subscribed.isdisjoint(self.events.names)
 
     def shown(self, t_ns: int) -> np.ndarray:
         """The row at a time within the tentative step, or at rest; changes nothing."""
-        before = self.X.copy()
-        if self._snapshot is not None:
-            self.X[:] = self._snapshot
-        if self._still or not self["tentative"] > 0.0:
-            row = self._raw().copy()
+        native, now = self.native, self.native.X.copy()
+        if self.events.before is not None:
+            native.X[:] = self.events.before
+        if self.still or not native["tentative"] > 0.0:
+            row = native.raw().copy()
         else:
-            if self.method.method.completes and self["coarse"] > 0.0:
-                self._call("complete")
-            self._set(t_out=self._local(t_ns))
-            at = int(self["row"])
-            self._call("sample")
-            row = self._table[at].copy()
-        self.X[:] = before
+            if self.method.method.completes and native["coarse"] > 0.0:
+                native.call("complete")
+            native.set(t_out=native.local(t_ns))
+            at = int(native["row"])
+            native.call("sample")
+            row = native.table[at].copy()
+        native.X[:] = now
         row[self.method.row_layout.at["peak_time"]] += self.epoch * 1e-9
         return row
 
     def may_be_cut(self) -> frozenset[str]:
         """Ropes that nobody has hooked, if without them a part of the island that rests is on its own and that pays."""
         loose = self._unhooked()
-        if self.fallen or not (share := self._resting_share(loose)):
+        if self.events.fallen or not (share := self._resting_share(loose)):
             return frozenset()
-        evaluation = self.operations(frozenset())[0]
-
-        def count(laws: frozenset[str]) -> tuple[int, int]:
-            return (round(evaluation * (1.0 - share)), CODE * evaluation) if laws else (evaluation, 0)
-
-        return self.cuts.choose(self._attempts, loose, count)
+        return loose if self.cuts.ends(self.native.attempts, loose, share) else frozenset()
 
     def _unhooked(self) -> frozenset[str]:
         at, s = self.program.parameters.at, self.given
@@ -117,10 +120,36 @@ class Island(Simulation):
         pieces = islands_of(self.given, loose) if loose else []
         own = [self._velocities({b.name for b in piece.bodies}) for piece in pieces]
         limit = float(still_below(self["scale"], self["faint"]))
-        nq, now = self.program.nq, (self.state, self.X[self._at["f"]])
+        nq, now = self.program.nq, (self.state, self.native.part("f"))
         resting = [len(v) for v in own if all(float(x[nq:][v] @ x[nq:][v]) < limit for x in now)]
         return sum(resting) / self.program.nv if len(resting) < len(own) else 0.0
 
     def _velocities(self, bodies: set[str]) -> list[int]:
         links = self.program.graph.links
         return [i for k in links if k.body.name in bodies for i in range(k.v.start, k.v_modes.stop)]
+
+
+def inherit(new: Simulation, old: Sequence[Simulation]) -> None:
+    """Bring a new simulation, not yet started, to the instant of the old ones; to be settled then.
+
+    Coordinates, velocities and accounts, discrete states, moves, locks and thresholds go over by name; step control
+    begins with the shortest of their steps.
+    """
+    s, at, native = new.program.system, new.program.parameters.at, new.native
+    native.calm = frozenset(r.name for r in s.ropes if any(r.name in x.native.calm for x in old))
+    native.use(frozenset(k.name for k in s.locks if any(k.name in x.program.locked for x in old)))
+    known = dict[tuple[str, str, int], float]()
+    for x in old:
+        own = [label for label in labels(x.program) if label[0] in STATE]
+        known |= dict(zip(own, x.state.tolist(), strict=True))
+        for key, place in x.program.parameters.at.items():
+            if key[0] in KINDS and key in at:
+                new.P[at[key]] = x.P[place]
+        new.switches.watched |= {k: v for k, v in x.switches.watched.items() if ("threshold", k) in at}
+        new.events.rattling.counts |= x.events.rattling.counts
+        new.references.take(x.references)
+    new.state[:] = [known[label] for label in labels(new.program) if label[0] in STATE]
+    native.set(h=min(x["h"] for x in old), error=max(x["error"] for x in old), scale=max(x["scale"] for x in old))
+    native.epoch, new.recorder.number, new.order.phase = old[0].epoch, old[0].recorder.number, STOPPED
+    new.integrator.new_stretch(new.epoch)
+    new.held.measure()

@@ -1,13 +1,12 @@
 """Islands that nothing ties together are solved apart: each takes its own steps, and one that rests takes none.
 
 An event of one may lead to a command for another at that instant, and is shown in a row of all, so no island may commit
-steps beyond it.  They run ahead by turns for a span of time; those that went past the first event go back to where the
-span began, and stop at it (Jefferson, Virtual time, 1985).  Steps depend on the history of an island
-alone, so nothing that is seen depends on spans or turns.  A command stops the island that it is meant for, not the
-others: they show themselves at that instant by their dense output.
+steps beyond it (see `time_warp`).  Steps depend on the history of an island alone, so nothing that is seen depends on
+spans or turns.  A command stops the island that it is meant for, not the others: they show themselves at that instant
+by their dense output.
 
 A rope that is hooked between two islands makes them one; when it is taken off, and a part rests by then, the island is
-cut again once that pays (see `variant_policy`).
+cut again once that pays (see `island.Rent`).
 """
 
 from __future__ import annotations
@@ -21,7 +20,6 @@ from heavylift.kernel.description.mechanics import System, Vector
 from heavylift.kernel.description.notes import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.methods.choice import choose, control_of
-from heavylift.kernel.methods.peers import PEERS
 from heavylift.kernel.model.checks import check_description
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.switching import StateEvent
@@ -36,43 +34,26 @@ from heavylift.kernel.simulation.call_order import (
     check_time,
     passed_by,
 )
+from heavylift.kernel.simulation.commanded import Commanded
+from heavylift.kernel.simulation.commands import Commands
 from heavylift.kernel.simulation.native.native_functions import Stepping
-from heavylift.kernel.simulation.simulation import FOREVER_NS, Simulation
-from heavylift.kernel.simulation.snapshots import foreign
+from heavylift.kernel.simulation.simulation import FOREVER_NS
+from heavylift.kernel.simulation.snapshots import Snapshot, foreign, read, write
 
 from .components import islands_of, loose_ropes
-from .island import Island
-from .sample_merge import Joining
-from .state_transfer import inherit
+from .island import Island, inherit
+from .sample_merge import Joining, news
+from .time_warp import run_ahead
 
-__all__ = ["Islands", "simulate"]
+__all__ = ["Islands"]
 
 SPAN = 64  # periods of samples that islands run ahead of each other at most; one behind an event, then twice as many
 
-
-def simulate(
-    system: System,
-    tolerance: float,
-    sample_ns: int,
-    subscribed: frozenset[str],
-    method: str,
-    step: float | None,
-    ties: Collection[str] = (),
-    apart: bool = True,
-    lean: bool | None = None,
-) -> Simulation | Islands:
-    """A scene as one simulation, or (`apart`) as islands if it has several and the method is ours, which can go back.
-
-    `ties`: ropes that tie though they are not hooked yet, since they will be; the other arguments are a `Simulation`'s.
-    """
-    options: dict[str, Any] = {"method": method, "step": step, "lean": lean}
-    if apart and method not in PEERS and len(islands_of(check_description(system), loose_ropes(system, ties))) > 1:
-        return Islands(system, tolerance, sample_ns, subscribed, ties, **options)
-    return Simulation(system, tolerance, sample_ns, subscribed, **options)
+KEPT = {"": ("rows", "notes", "epoch", "reached"), "order": ("phase",), "samples": ("number", "struck")}
 
 
-class Islands:
-    """The face of a `Simulation` for a system of several islands; arguments as there and of `simulate`."""
+class Islands(Commanded):
+    """The face of a `Simulation` for a system of several islands; arguments as there and of `choice.simulate`."""
 
     def __init__(
         self,
@@ -90,15 +71,13 @@ class Islands:
         self._options = {"tolerance": tolerance, "sample_ns": sample_ns, **options}
         self.subscribed, self._sample_ns, self._span = subscribed, sample_ns, 1
         self.parts: list[Island] = []
-        self.loose: frozenset[str] = frozenset()
-        """Ropes that tie nothing now."""
-        self._joining = Joining(self.program, sample_ns)
+        self.loose: frozenset[str] = frozenset()  # ropes that tie nothing now
+        self.samples = Joining(self.program, sample_ns)
         self.rows: list[tuple[int, np.ndarray]] = []
         self.log: list[tuple[int, StateEvent]] = []
         self.notes: list[Note] = []
-        self.epoch = 0
-        """Time of the last event or command of any island [ns]."""
-        self._reached = 0
+        self.epoch = 0  # [ns] of the last event or command of any island
+        self.reached = 0  # [ns] by all islands
         self.order = CallOrder()
         self._stopped: list[Island] = []  # those that stand at the epoch
         self._pause: Callable[[], None] = lambda: None
@@ -121,7 +100,7 @@ class Islands:
             elif same in stopped:
                 self._stopped.append(same)
             self.parts.append(same)
-        self._joining.cut(self.parts, loose)
+        self.samples.cut(self.parts, loose)
 
     # ---- life ---------------------------------------------------------------------------------------------
 
@@ -131,7 +110,7 @@ class Islands:
         for p in self.parts:
             p.start()
         self.order.phase = SETTLED
-        self.rows.append((0, self._joining.whole([p.struck for p in self.parts])))
+        self.rows.append((0, self.samples.whole([p.struck for p in self.parts])))
         self._collect()
 
     @property
@@ -152,13 +131,13 @@ class Islands:
     @property
     def present_ns(self) -> int:
         """First time at which commands can still be given."""
-        shown = (self._joining.number - 1) * self._sample_ns
-        return max(self.epoch, shown, *(p.present_ns for p in self.parts if not p.resting))
+        shown = (self.samples.number - 1) * self._sample_ns
+        return max(self.epoch, shown, *(p.present_ns for p in self.parts if not p.still))
 
     @property
     def now(self) -> float:
         """Time that all islands have reached [s]."""
-        return self._reached * 1e-9
+        return self.reached * 1e-9
 
     def run(self, until_ns: int, pause: Callable[[], None] = lambda: None) -> None:
         """Commit steps that end by `until_ns` or by the first event that somebody hears."""
@@ -173,56 +152,31 @@ class Islands:
                 self.settle()
                 self.order.phase = GOING
                 continue
-            happened = self._ahead(min(until_ns, max(self._reached, following) + self._span * self._sample_ns), pause)
-            self._span = 1 if happened else min(2 * self._span, SPAN)
+            horizon = min(until_ns, max(self.reached, following) + self._span * self._sample_ns)
+            first = run_ahead(self.parts, horizon, pause)
+            self.reached = min(horizon, first)
+            self._span = 1 if first < FOREVER_NS else min(2 * self._span, SPAN)
             self._collect()
-
-    def _ahead(self, horizon: int, pause: Callable[[], None]) -> bool:
-        """All islands up to the horizon, or to the first event by then; whether there is one."""
-        first, failed = FOREVER_NS, list[KernelError]()
-        moving = [p for p in self.parts if not p.resting]
-        before: list[tuple[Island, dict[str, Any], int]] = []
-        for p in moving:
-            end = min(horizon, first)
-            if p is moving[-1]:
-                p.run(end, pause)
-            else:
-                mark = p.mark()
-                try:
-                    p.run(end, pause)
-                except KernelError as error:  # it counts if nothing happens elsewhere before
-                    failed.append(error)
-                    end = FOREVER_NS
-                before.append((p, mark, end))
-            if p.event and p.next_ns <= end:
-                first = p.next_ns
-        if failed and first == FOREVER_NS:
-            raise failed[0]
-        for p, mark, end in before:
-            if end > first:
-                p.back(mark)
-                p.run(first, pause)
-        self._reached = min(horizon, first)
-        return first < FOREVER_NS
 
     def _collect(self) -> None:
         """Samples, log and notes of the islands become those of all, in the order of time."""
-        new: list[tuple[int, int, StateEvent]] = []
-        told: list[Note] = []
-        for k, p in enumerate(self.parts):
-            entries, notes = p.told
-            new += [(t, k, e) for t, e in p.log[entries:]]
-            told += p.notes[notes:]
-            p.told = len(p.log), len(p.notes)
-        self.log += [(t, e) for t, _, e in sorted(new, key=lambda x: x[:2])]
-        self.notes += sorted(told, key=lambda note: note.t_ns)
-        resting = [p.shown(self._reached) if p.resting else None for p in self.parts]
+        log, notes = news(self.parts)
+        self.log += log
+        self.notes += notes
+        resting = [p.shown(self.reached) if p.still else None for p in self.parts]
         more = True
         while more:
-            more = any([p.unroll(self._joining.next_ns) for p in self.parts])
-            self.rows += self._joining.take([p.rows for p in self.parts], resting)
+            more = any([p.recorder.unroll(self.samples.next_ns) for p in self.parts])
+            self.rows += self.samples.take([p.rows for p in self.parts], resting)
             if more:
                 self._pause()
+
+    def foretold(self) -> tuple[int, np.ndarray] | None:
+        """See `Simulation.foretold`."""
+        parts = [found[1] for p in self.parts if (found := p.foretold())]
+        if len(parts) < len(self.parts) or any(p.rows for p in self.parts) or self.samples.struck:
+            return None
+        return self.samples.next_ns, self.samples.whole(parts)
 
     # ---- events and commands --------------------------------------------------------------------------------
 
@@ -247,15 +201,13 @@ class Islands:
 
         `pause` is called in `settle` and commands, too.
         """
-        check_time(t_ns)
-        if self.order.phase in (PAUSED, STOPPED) and t_ns == self.epoch:
+        if self.order.stands_at(t_ns, self.epoch):
             return
-        self.order.check_settled("interrupt", self.epoch)
         check_present(t_ns, self.present_ns)
         self._pause = pause
         self.run(t_ns, pause)
         if self.event and self.next_ns < t_ns:
-            raise passed_by(t_ns, self.next_ns, [name for p in self._firing for name in p.falling])
+            raise passed_by(t_ns, self.next_ns, [name for p in self._firing for name in p.events.names])
         self.epoch, self._stopped = t_ns, []
         self.order.phase = PAUSED
 
@@ -268,7 +220,7 @@ class Islands:
         for p in self._stopped:
             p.settle()
         parts = [p.struck if p in self._stopped else p.shown(self.epoch) for p in self.parts]
-        self._joining.struck.append((self.epoch, self._joining.whole(parts)))
+        self.samples.struck.append((self.epoch, self.samples.whole(parts)))
         self._stopped = []
         self._collect()
         self.order.phase = SETTLED
@@ -293,16 +245,18 @@ class Islands:
                 self._cut(self.loose | loose)
                 return
 
-    def _owner(self, what: str, kind: str, name: str) -> Island:
-        """The island that has a law of this name, ready for a command."""
+    def _addressed(self, what: str, kind: str, name: str) -> Commands:
+        """Of the island that has a law of this name; raises KernelError if none has."""
         self.order.command(what, self.epoch)
+        if kind == "rope" and ("rigid", name) in self.program.parameters.at:
+            kind = "rigid"
         for p in self.parts:
             if (kind, name) in p.program.parameters.at:
-                return self._stop(p)
+                return self._stop(p).commands
         raise KernelError(f"'{name}': no {kind} of this name")
 
     def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """See `References.set_profile`; a master's is that of all islands with actuators."""
+        """A master's is that of all islands with actuators."""
         self.order.command("set_profile", self.epoch)
         owners = [p for p in self.parts if name in p.references.actuators]
         if not owners:
@@ -310,16 +264,8 @@ class Islands:
         for p in owners:
             self._stop(p).set_profile(name, start_ns, speed, accel, distance)
 
-    def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
-        """See `Simulation.set_follow`."""
-        self._owner("set_follow", "reference", actuator).set_follow(actuator, master, f)
-
-    def set_brake(self, brake: str, engaged: bool) -> None:
-        """See `Simulation.set_brake`."""
-        self._owner("set_brake", "brake", brake).set_brake(brake, engaged)
-
     def set_lock(self, lock: str, engaged: bool) -> StateEvent | None:
-        """See `Simulation.set_lock`."""
+        """The event is in the common log, too."""
         self.order.command("set_lock", self.epoch)
         lock_of(self.system, lock)
         owner = next(p for p in self.parts if any(x.name == lock for x in p.given.locks))
@@ -328,59 +274,33 @@ class Islands:
         return event
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
-        """See `Simulation.hook`; a rope between two islands makes them one."""
+        """A rope between two islands makes them one."""
         self.order.command("hook", self.epoch)
         if rope in self.loose:
             self._stop_all()
             self._cut(self.loose - {rope})
-        self._owner("hook", self._rope(rope), rope).hook(rope, a, b, L0)
-
-    def unhook(self, rope: str) -> None:
-        """See `Simulation.unhook`."""
-        self._owner("unhook", self._rope(rope), rope).unhook(rope)
-
-    def _rope(self, name: str) -> str:
-        return "rigid" if ("rigid", name) in self.program.parameters.at else "rope"
-
-    def watch(self, threshold: str, value: float, rising: bool) -> None:
-        """See `Simulation.watch`."""
-        self._owner("watch", "threshold", threshold).watch(threshold, value, rising)
-
-    def unwatch(self, threshold: str) -> None:
-        """See `Simulation.unwatch`."""
-        self._owner("unwatch", "threshold", threshold).unwatch(threshold)
+        super().hook(rope, a, b, L0)
 
     # ---- snapshots ------------------------------------------------------------------------------------------
 
-    def snapshot(self) -> dict[str, Any]:
+    def snapshot(self) -> Snapshot:
         """All that the future depends on."""
         self.order.check_begun()
-        own = {
-            "phase": self.order.phase,
-            "rows": self.rows,
-            "notes": self.notes,
-            "epoch": self.epoch,
-            "reached": self._reached,
-        }
-        joining = {"number": self._joining.number, "struck": self._joining.struck, "loose": sorted(self.loose)}
         parts = [{"of": p.snapshot(), "cuts": p.cuts.kept()} for p in self.parts]
-        return deepcopy({"parts": parts, **own, **joining})
+        return {"parts": parts, "loose": sorted(self.loose), "common": deepcopy(read(self, KEPT))}
 
-    def restore(self, snapshot: dict[str, Any]) -> None:
+    def restore(self, snapshot: Snapshot) -> None:
         """Go on from the snapshot of islands of the same system and options, bit for bit; start these first."""
         self.order.check_begun()
         if not isinstance(snapshot, dict) or "parts" not in snapshot:
             raise foreign()
-        kept = deepcopy(snapshot)
-        if self.loose != (loose := frozenset(kept["loose"])):
+        if self.loose != (loose := frozenset(snapshot["loose"])):
             self._cut(loose)
-        if len(self.parts) != len(kept["parts"]):
+        if len(self.parts) != len(snapshot["parts"]):
             raise foreign()
-        self.order.phase = kept["phase"]
-        for p, part in zip(self.parts, kept["parts"], strict=True):
+        for p, part in zip(self.parts, snapshot["parts"], strict=True):
             p.restore(part["of"])
             p.cuts.go_on(part["cuts"])
             p.told = len(p.log), len(p.notes)
-        self.rows, self.notes, self.epoch, self._reached = kept["rows"], kept["notes"], kept["epoch"], kept["reached"]
-        self._joining.number, self._joining.struck = kept["number"], kept["struck"]
+        write(self, deepcopy(snapshot["common"]))
         self._stopped = []

@@ -9,54 +9,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.spatial import exact
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.description.mechanics import RigidRope, Rope
-from heavylift.kernel.model.parameters import ROPE_HEAD, ROPE_LINE
+from heavylift.kernel.description.notes import Note
+from heavylift.kernel.forces.ropes import ROPE_HEAD, ROPE_LINE
 from heavylift.kernel.model.program import Program
-from heavylift.kernel.simulation.native.sample_row import row_layout
+from heavylift.kernel.model.switching import StateEvent
+from heavylift.kernel.simulation.native.sample_row import labels, row_layout
 
-if TYPE_CHECKING:
-    from heavylift.kernel.simulation.simulation import Simulation
+from .island import Island
 
-__all__ = ["Joining", "labels"]
+__all__ = ["Joining", "news"]
 
-Label = tuple[str, str, int]  # group of columns, whose, which of its own
 Rows = list[tuple[int, np.ndarray]]
-
-
-def labels(program: Program) -> list[Label]:
-    """What stands in each column of a program's rows."""
-    s, links = program.system, sorted(program.graph.links, key=lambda k: k.q.start)
-    names: dict[str, list[str]] = {
-        "q": [k.body.name for k in links for _ in range(k.q.start, k.q_modes.stop)],
-        "v": [k.body.name for k in sorted(links, key=lambda k: k.v.start) for _ in range(k.v.start, k.v_modes.stop)],
-        "accounts": [f"{what} {name}" for what, name in program.accounts],
-        "turned": [f"{kind} {name} {i}" for kind, name, i in program.angles],
-        "normal": [u.name for u in s.supports],
-        "stored": program.stored,
-        "shown": [x.name for x in program.forces for _ in x.law.shows(x.force)],
-        "poses": [k.body.name for k in program.graph.links for _ in range(12)],
-        "kinetic": [""],
-        "potential": [""],
-        "steps": [""],
-        "loop": [j.name for j in program.graph.loops for _ in range(6)],
-        "pressing": [c.name for c in s.contacts],
-        "axial": [program.graph.links[i].body.name for i in program.axial],
-    }
-    names |= {key: [r.name for r in s.ropes] for key in ("tension", "length", "length_rate", "elongation")}
-    names |= {key: [u.name for u in s.supports for _ in range(2)] for key in ("place", "velocity")}
-    names |= {key: [r.name for r in s.rigid_ropes] for key in ("pull", "slack", "span")}
-    names |= {key: [r.name for r in s.straight_ropes] for key in ("peak", "peak_time")}
-    out: list[Label] = []
-    for group in row_layout(program).at:
-        own = names[group]
-        out += [(group, name, own[:i].count(name)) for i, name in enumerate(own)]
-    return out
 
 
 @dataclass(frozen=True)
@@ -93,7 +62,7 @@ class Joining:
         self.number = 1  # of the next periodic sample
         self.struck: Rows = []  # rows of events that wait for samples before them
 
-    def cut(self, parts: Sequence[Simulation], loose: frozenset[str]) -> None:
+    def cut(self, parts: Sequence[Island], loose: frozenset[str]) -> None:
         """These are the islands from here on, and the ropes that tie nothing."""
         self._places = [np.array([self._place[x] for x in labels(p.program)], dtype=int) for p in parts]
         at, s, number = self._at, self._program.system, self._program.graph.number
@@ -148,3 +117,15 @@ class Joining:
         out = [x for x in self.struck if x[0] < before]
         self.struck = self.struck[len(out) :]
         return out
+
+
+def news(parts: Sequence[Island]) -> tuple[list[tuple[int, StateEvent]], list[Note]]:
+    """What islands have logged and noted since it was asked last, in the order of time."""
+    log: list[tuple[int, int, StateEvent]] = []
+    notes: list[Note] = []
+    for k, p in enumerate(parts):
+        entries, noted = p.told
+        log += [(t, k, e) for t, e in p.log[entries:]]
+        notes += p.notes[noted:]
+        p.told = len(p.log), len(p.notes)
+    return [(t, e) for t, _, e in sorted(log, key=lambda x: x[:2])], sorted(notes, key=lambda note: note.t_ns)

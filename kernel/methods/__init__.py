@@ -1,13 +1,14 @@
 """Integration methods: tableaus as data, and tiny classes that turn one into the stages and the dense output of a step.
 
 tableaus, dop853         coefficients with order and source
+step_state               what the text of a step works on
 method, choice           what every method tells: stages, interpolant, stability; their names
 explicit, semi_implicit  Runge-Kutta pairs; symplectic Euler
 rosenbrock, stiffness    linearly implicit, with the stiffness of ropes in its matrix
 radau                    Radau IIA of order 5
 control, stability       error-controlled and fixed steps; what fixed steps are refused
 small_motions            what the tolerance is relative to where nothing moves fast
-at_rest, peers           no steps at all, for statics; SciPy's integrators as references
+at_rest                  no steps at all, for statics
 
 Acceptance of steps, location of guards, commits and samples are the same for all and stand in
 `kernel.simulation.native.steps`.

@@ -2,22 +2,37 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
+import numpy as np
+from heavylift.kernel.compiler.symbol import Value
+from heavylift.kernel.methods.step_state import Rate, StepState
 
-from .peers import Peer
+from .method import Attempt, Exponents, Method
 
-__all__ = ["AtRest"]
+__all__ = ["AtRest", "Stepless"]
 
 
-class AtRest(Peer):
+class Stepless(Method):
+    """A method whose steps native code does not take, if it takes any; the kernel knows its interpolant only."""
+
+    native = False
+    order = evaluations = 0
+    exponents = Exponents(0.0, 0.0, 0.0)
+
+    def attempt(self, s: StepState, rate: Rate, h: Value, among: Value) -> Attempt:
+        raise AssertionError("it has no native steps")
+
+    def keep(self, s: StepState, h: Value, a: Attempt) -> None:
+        raise AssertionError("it has no native steps")
+
+    def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:
+        raise AssertionError("it has no fixed steps")
+
+
+class AtRest(Stepless):
     """A method of which nothing but evaluations is asked; one-sided laws are smooth beyond their guards."""
 
     name = "at-rest"
     vectors = ()
 
-    def __init__(self) -> None:
-        self.solver = ""
-
-    def interpolate(self, s: SimpleNamespace, x: Any) -> Any:
+    def interpolate(self, s: StepState, x: Value) -> Value:
         return s.d0

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Callable
 from math import isfinite
+from typing import get_args
 
+from heavylift.kernel.description.mechanics import MethodName
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.program import Program
 
@@ -13,7 +14,6 @@ from .at_rest import AtRest
 from .control import Control, ErrorControl, FixedStep
 from .explicit import DormandPrince5, DormandPrince8, Kutta4
 from .method import Method
-from .peers import PEERS, Peer
 from .radau import Radau5
 from .rosenbrock import RosenbrockW
 from .semi_implicit import SemiImplicitEuler
@@ -21,18 +21,13 @@ from .semi_implicit import SemiImplicitEuler
 __all__ = ["METHODS", "choose", "control_of"]
 
 
-def _peer(name: str, program: Program) -> Method:
-    return Peer(name)
-
-
-METHODS: Mapping[str, Callable[[Program], Method]] = {
+METHODS: dict[str, Callable[[Program], Method]] = {
     "semi-implicit-euler": SemiImplicitEuler,
     "rk4": lambda program: Kutta4(),
     "dopri5": lambda program: DormandPrince5(),
     "dop853": lambda program: DormandPrince8(),
     "ros34pw2": RosenbrockW,
     "radau5": Radau5,
-    **{name: partial(_peer, name) for name in PEERS},
 }
 SHORTEST = 1e-9  # [s] a fixed step: the resolution of event times
 
@@ -42,7 +37,9 @@ def choose(name: str, program: Program) -> Method:
     if name == AtRest.name:
         return AtRest()
     if name not in METHODS:
-        raise KernelError(f"method '{name}': there is none of this name; choose one of {', '.join(METHODS)}")
+        raise KernelError(
+            f"method '{name}': there is none of this name; choose one of {', '.join(get_args(MethodName))}"
+        )
     return METHODS[name](program)
 
 
@@ -52,8 +49,6 @@ def control_of(method: Method, step: float | None, program: Program) -> Control:
         if method.exponents is None:
             raise KernelError(f"method '{method.name}': it has no error estimate; give it a step, such as 0.001 s")
         return ErrorControl(method.exponents, program.nq + program.nv)
-    if isinstance(method, Peer):
-        raise KernelError(f"method '{method.name}': it chooses its own steps; leave the step out")
     if not (isfinite(step) and step >= SHORTEST):
         raise KernelError(f"step {step:g} s: a fixed step must be at least {SHORTEST:g} s and finite")
     return FixedStep()

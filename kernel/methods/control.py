@@ -11,11 +11,10 @@ Fixed steps: taken unless the state is no longer finite; the last one before a b
 from __future__ import annotations
 
 from dataclasses import dataclass
-from types import SimpleNamespace
-from typing import Any
 
 from heavylift.kernel.algebra.elementary import power
-from heavylift.kernel.compiler.symbol import maximum, minimum, select, sqrt
+from heavylift.kernel.compiler.symbol import Value, maximum, minimum, select, sqrt
+from heavylift.kernel.methods.step_state import StepState
 
 from .method import Attempt, Exponents
 from .small_motions import allowed
@@ -31,10 +30,10 @@ FINITE = 1e300  # a squared state beyond it, or one that is not a number, is not
 class Verdict:
     """Whether the step is taken, the next one, the error to remember, and whether nothing more can be done."""
 
-    ok: Any
-    h: Any
-    error: Any
-    failed: Any
+    ok: Value
+    h: Value
+    error: Value
+    failed: Value
 
 
 class ErrorControl:
@@ -43,7 +42,7 @@ class ErrorControl:
     def __init__(self, exponents: Exponents, n: int) -> None:
         self._exponents, self._n = exponents, float(n)
 
-    def judge(self, s: SimpleNamespace, a: Attempt, h: Any, last: Any) -> Verdict:
+    def judge(self, s: StepState, a: Attempt, h: Value, last: Value) -> Verdict:
         x = self._exponents
         error = self._weighed(a.error, 1.0 / allowed(s, maximum(abs(s.y), abs(a.y))))
         if hasattr(a.r, "drift"):
@@ -57,7 +56,7 @@ class ErrorControl:
         following = minimum(s.h_max, select(good, select(last, maximum(s.h, h * up), h * up), h * down))
         return Verdict(ok, following, select(good, maximum(error, 1e-4), s.error), following < s.h_min)
 
-    def _weighed(self, error: Any, weight: Any) -> Any:
+    def _weighed(self, error: Value, weight: Value) -> Value:
         """Size of the error relative to the tolerance; of two estimates as in Hairer, Norsett, Wanner I, (II.10.17)."""
         if not isinstance(error, tuple):
             e = error * weight
@@ -70,7 +69,7 @@ class ErrorControl:
 class FixedStep:
     """Every step is s.h, cut only by boundaries, events and commands."""
 
-    def judge(self, s: SimpleNamespace, a: Attempt, h: Any, last: Any) -> Verdict:
+    def judge(self, s: StepState, a: Attempt, h: Value, last: Value) -> Verdict:
         finite = a.y @ a.y < FINITE
         if a.sound is not None:
             finite = finite & a.sound

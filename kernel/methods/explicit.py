@@ -5,13 +5,12 @@ Hairer, Norsett, Wanner, Solving ODEs I: II.1 (stages), II.5 (error estimates), 
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
+from heavylift.kernel.compiler.symbol import Value
+from heavylift.kernel.methods.step_state import Rate, StepState
 
 from .dop853 import DENSE, DORMAND_PRINCE_8, EXTRA_A, EXTRA_C, THIRD_ORDER_ERROR
-from .method import Attempt, Exponents, Method, Rate, combine, fallen_in
+from .method import Attempt, Exponents, Method, combine, fallen_in
 from .tableaus import DORMAND_PRINCE_5, KUTTA_4, Tableau
 
 __all__ = ["DormandPrince5", "DormandPrince8", "Kutta4", "RungeKutta"]
@@ -22,24 +21,19 @@ class RungeKutta(Method):
 
     tableau: Tableau
 
-    def attempt(self, s: SimpleNamespace, rate: Rate, h: Any, among: Any) -> Attempt:
-        k, y, r = [s.f], s.y, s
-        seen: list[tuple[float, Any]] = []
-
-        def evaluate(c: float, weights: list[float]) -> None:
-            nonlocal y, r
+    def attempt(self, s: StepState, rate: Rate, h: Value, among: Value) -> Attempt:
+        k, seen = [s.f], list[tuple[float, Value]]()
+        stages = [*zip(self.tableau.c[1:], self.tableau.A[1:], strict=True)]
+        if not self._first_same_as_last:
+            stages.append((1.0, self.tableau.b))
+        for c, weights in stages:
             y = s.y + h * combine(weights, k)
             r = rate(s.t + c * h, among, y)
             k.append(r.dy)
             seen.append((c, fallen_in(r)))
-
-        for c, a in zip(self.tableau.c[1:], self.tableau.A[1:], strict=True):
-            evaluate(c, a)
-        if not self._first_same_as_last:
-            evaluate(1.0, self.tableau.b)
         return Attempt(y, k[-1], r, self.error(h, k), seen, k)
 
-    def error(self, h: Any, k: list[Any]) -> Any:
+    def error(self, h: Value, k: list[Value]) -> Value:
         """What `Attempt.error` wants."""
         return h * combine(self.tableau.error, k) if self.tableau.error else None
 
@@ -64,19 +58,19 @@ class Kutta4(RungeKutta):
     tableau = KUTTA_4
     vectors = ("d1", "d2", "d3")
 
-    def keep(self, s: SimpleNamespace, h: Any, a: Attempt) -> None:
+    def keep(self, s: StepState, h: Value, a: Attempt) -> None:
         s.d1 = a.y - s.y
         s.d2 = h * s.f - s.d1
         s.d3 = s.d1 - h * a.f - s.d2
 
-    def interpolate(self, s: SimpleNamespace, x: Any) -> Any:
+    def interpolate(self, s: StepState, x: Value) -> Value:
         return s.d0 + x * (s.d1 + (1.0 - x) * (s.d2 + x * s.d3))
 
 
 class DormandPrince5(RungeKutta):
     """Dormand-Prince 5(4) with the fourth-order dense output of Hairer, Norsett, Wanner I, II.6.
 
-    It alone sees clamped laws behind an event (`forces.laws`), as it always has: recordings keep their digests.
+    It alone sees clamped laws behind an event (`forces.friction`), as it always has: recordings keep their digests.
     """
 
     name = "dopri5"
@@ -90,12 +84,12 @@ class DormandPrince5(RungeKutta):
         701980252875 / 199316789632, -1453857185 / 822651844, 69997945 / 29380423,
     )  # fmt: skip
 
-    def keep(self, s: SimpleNamespace, h: Any, a: Attempt) -> None:
+    def keep(self, s: StepState, h: Value, a: Attempt) -> None:
         s.d1 = a.y - s.y
         s.d2 = h * s.f - s.d1
         s.d3, s.d4 = s.d1 - h * a.f - s.d2, h * combine([*self.dense], a.k)
 
-    def interpolate(self, s: SimpleNamespace, x: Any) -> Any:
+    def interpolate(self, s: StepState, x: Value) -> Value:
         return s.d0 + x * (s.d1 + (1.0 - x) * (s.d2 + x * (s.d3 + (1.0 - x) * s.d4)))
 
 
@@ -112,24 +106,24 @@ class DormandPrince8(RungeKutta):
     vectors = (*terms, *stages)
     completes = True
 
-    def error(self, h: Any, k: list[Any]) -> Any:
+    def error(self, h: Value, k: list[Value]) -> Value:
         return h * combine(self.tableau.error, k), h * combine(THIRD_ORDER_ERROR, k)
 
-    def keep(self, s: SimpleNamespace, h: Any, a: Attempt) -> None:
+    def keep(self, s: StepState, h: Value, a: Attempt) -> None:
         s.d1 = a.y - s.y
         s.d2 = h * s.f - s.d1
         s.d3 = s.d1 - h * a.f - s.d2
         for name, k in zip(self.stages, a.k, strict=True):
             setattr(s, name, k)
 
-    def complete(self, s: SimpleNamespace, rate: Rate) -> None:
+    def complete(self, s: StepState, rate: Rate) -> None:
         k = [getattr(s, name) for name in self.stages]
         for c, a in zip(EXTRA_C, EXTRA_A, strict=True):
             k.append(rate(s.t0 + c * s.h0, s.t0 + 0.5 * s.h0, s.d0 + s.h0 * combine(a, k)).dy)
         for name, weights in zip(self.terms[3:], DENSE, strict=True):
             setattr(s, name, s.h0 * combine(weights, k))
 
-    def interpolate(self, s: SimpleNamespace, x: Any) -> Any:
+    def interpolate(self, s: StepState, x: Value) -> Value:
         y = s.d7
         for i in range(6, -1, -1):
             y = getattr(s, f"d{i}") + (x if i % 2 == 0 else 1.0 - x) * y

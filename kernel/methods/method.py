@@ -10,19 +10,19 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from types import MappingProxyType, SimpleNamespace
-from typing import Any
+from types import MappingProxyType
+from typing import Protocol
 
 import numpy as np
 from heavylift.kernel.compiler.emit import Parts
 from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.compiler.symbol import any_of, minimum, select
+from heavylift.kernel.compiler.layout import Places
+from heavylift.kernel.compiler.symbol import Value, any_of, minimum, select
+from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
 
-__all__ = ["Attempt", "Build", "Exponents", "Method", "Rate", "combine", "fallen_in", "inside", "length"]
+__all__ = ["Attempt", "Build", "Code", "Exponents", "Method", "combine", "fallen_in", "inside", "length"]
 
 LEFT = 1e-10  # [s] before a boundary a step ends at it: by rounding nothing would be left for the next one
-
-Rate = Callable[[Any, Any, Any], Any]  # (t, a time inside the step, y) -> dy, T, G
 
 
 @dataclass(frozen=True)
@@ -43,14 +43,20 @@ class Attempt:
     `seen`: fraction of the step and whether a guard is below zero there, for each stage.
     """
 
-    y: Any
-    f: Any
-    r: Any
-    error: Any
-    seen: list[tuple[float, Any]]
-    k: list[Any]
-    sound: Any = None  # whether its equations were solved; None: there are none
-    fresh: Any = None  # whether they had a new Jacobian
+    y: Value
+    f: Value
+    r: Evaluated
+    error: Value
+    seen: list[tuple[float, Value]]
+    k: list[Value]
+    sound: Value = None  # whether its equations were solved; None: there are none
+    fresh: Value = None  # whether they had a new Jacobian
+
+
+class Code(Protocol):
+    """Native functions by name."""
+
+    def call(self, name: str, *blocks: np.ndarray) -> None: ...
 
 
 Build = Callable[..., Function]  # (name, part) -> native function of X and P; with matrices=True of M, too
@@ -72,13 +78,24 @@ class Method(ABC):
     scalars: tuple[str, ...] = ()
     counted: Mapping[str, int] = MappingProxyType({})
     matrices = 0
+    native = True  # whether native code takes the steps
     completes = False  # whether `interpolate` needs `complete` first
 
-    def prologue(self, build: Build, at: Mapping[str, Any]) -> tuple[Function | Parts, ...]:
+    def prologue(self, build: Build, at: Places) -> tuple[Function | Parts, ...]:
         """Native parts that run before `attempt` in every step; `at`: places in X."""
         return ()
 
-    def constants(self) -> dict[str, Any]:
+    @property
+    def implicit(self) -> bool:
+        """Whether fast motions may be damped away."""
+        return bool(self.matrices)
+
+    def run(self, code: Code, at: Places, sizes: Mapping[str, int]) -> Code:
+        """The native functions, with steps that are taken elsewhere if they are not native; `at`: places in X,
+        `sizes` of what `rate` gives."""
+        return code
+
+    def constants(self) -> dict[str, Value]:
         """What stands in X from the start, by name."""
         return {}
 
@@ -87,19 +104,19 @@ class Method(ABC):
         return {}
 
     @abstractmethod
-    def attempt(self, s: SimpleNamespace, rate: Rate, h: Any, among: Any) -> Attempt:
+    def attempt(self, s: StepState, rate: Rate, h: Value, among: Value) -> Attempt:
         """From (s.t, s.y) with derivative s.f to s.t + h."""
 
     @abstractmethod
-    def keep(self, s: SimpleNamespace, h: Any, a: Attempt) -> None:
+    def keep(self, s: StepState, h: Value, a: Attempt) -> None:
         """Write the `vectors` of the attempted step; s.d0 is the state at its start."""
 
-    def complete(self, s: SimpleNamespace, rate: Rate) -> None:
+    def complete(self, s: StepState, rate: Rate) -> None:
         """What only the dense output needs, computed once when it is first asked for."""
         raise AssertionError(f"{self.name}: its dense output needs nothing more")
 
     @abstractmethod
-    def interpolate(self, s: SimpleNamespace, x: Any) -> Any:
+    def interpolate(self, s: StepState, x: Value) -> Value:
         """(ny,) state at s.t0 + x s.h0 inside the last step."""
 
     @abstractmethod
@@ -107,22 +124,22 @@ class Method(ABC):
         """(n, n) matrix that one step of h applies to y' = J y, whose first nq components are coordinates."""
 
 
-def combine(c: list[float], k: list[Any]) -> Any:
+def combine(c: list[float], k: list[Value]) -> Value:
     """Sum of c_i k_i; zeros cost nothing."""
     return sum(a * x for a, x in zip(c, k, strict=False) if a)
 
 
-def fallen_in(r: Any) -> Any:
+def fallen_in(r: Evaluated) -> Value:
     """Whether a guard is below zero in an evaluation."""
     return any_of(g < 0.0 for g in r.G)
 
 
-def inside(s: SimpleNamespace) -> Any:
+def inside(s: StepState) -> Value:
     """A time in the piece of the profiles that begins at t: no step crosses t_stop, where the next one begins."""
     return s.t + 0.5 * minimum(1.0, s.t_stop - s.t)
 
 
-def length(s: SimpleNamespace) -> tuple[Any, Any]:
+def length(s: StepState) -> tuple[Value, Value]:
     """Length of the step from t, and whether it ends at the boundary."""
     last = s.t + s.h >= s.t_stop - LEFT
     return select(last, s.t_stop - s.t, s.h), last

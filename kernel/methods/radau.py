@@ -8,21 +8,19 @@ kept while the iterations converge well.  Heat and work are pure quadratures and
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 from heavylift.kernel.algebra.dense import inverse
 from heavylift.kernel.algebra.elementary import power
 from heavylift.kernel.compiler.emit import Parts, While
 from heavylift.kernel.compiler.function import OPAQUE, Function, Primitive
+from heavylift.kernel.compiler.layout import Places
 from heavylift.kernel.compiler.native_linear_algebra import Factors, solver
 from heavylift.kernel.compiler.native_loops import Code, padded
-from heavylift.kernel.compiler.symbol import maximum, minimum, select, sqrt
+from heavylift.kernel.compiler.symbol import Value, maximum, minimum, select, sqrt
+from heavylift.kernel.methods.step_state import Rate, StepState
 from heavylift.kernel.model.program import Program
 
-from .method import Attempt, Build, Exponents, Method, Rate, combine, fallen_in, inside, length
+from .method import Attempt, Build, Exponents, Method, combine, fallen_in, inside, length
 from .small_motions import allowed
 
 __all__ = ["Radau5"]
@@ -88,7 +86,7 @@ class Radau5(Method):
         self._solve = solver("solve_real", self._real, self.ny)
         self._solve_complex = solver("solve_complex", self._complex, self.ny)
 
-    def constants(self) -> dict[str, Any]:
+    def constants(self) -> dict[str, Value]:
         return {"index": np.arange(self.ny), "stale": 1.0}
 
     def forgotten(self) -> dict[str, float]:
@@ -96,7 +94,7 @@ class Radau5(Method):
 
     # ---- before the step: Jacobian, factors, stages --------------------------------------------------------
 
-    def prologue(self, build: Build, at: Mapping[str, Any]) -> tuple[Function | Parts, ...]:
+    def prologue(self, build: Build, at: Places) -> tuple[Function | Parts, ...]:
         differences = build("difference", self._difference, matrices=True)
         return (
             build("begin", self._begin),
@@ -105,7 +103,7 @@ class Radau5(Method):
             While("iterations", at["newton"], (build("iterate", self._iterate, matrices=True),)),
         )
 
-    def _begin(self, s: SimpleNamespace, rate: Rate) -> None:
+    def _begin(self, s: StepState, rate: Rate) -> None:
         h, _ = length(s)
         s.real, s.alpha, s.beta = GAMMA / h, ALPHA / h, BETA / h
         s.columns = select(s.stale > 0.0, float(self.n), 0.0)
@@ -123,7 +121,7 @@ class Radau5(Method):
         s.w0, s.w1, s.w2 = (combine(row, z) for row in T_INVERSE.tolist())
         s.newton, s.turn, s.size, s.sound = 1.0, 0.0, 1.0, 0.0
 
-    def _difference(self, s: SimpleNamespace, rate: Rate) -> tuple[Any, list[Any]]:
+    def _difference(self, s: StepState, rate: Rate) -> tuple[Value, list[Value]]:
         """One column of the Jacobian at (t, y)."""
         j = s.columns - 1.0
         hit = select(abs(s.index - j) < 0.5, 1.0, 0.0 * s.y)
@@ -132,7 +130,7 @@ class Radau5(Method):
         s.columns, s.differences = j, s.differences + 1.0
         return j, [column, *[0.0] * (self._stride - self.ny)]
 
-    def _factorise(self, at: Mapping[str, Any]) -> Primitive:
+    def _factorise(self, at: Places) -> Primitive:
         """gamma/h - J and (alpha - i beta)/h - J, then their factors."""
         n = self.n
         c = Code("factorise", ["X", "M"])
@@ -152,7 +150,7 @@ class Radau5(Method):
         self._complex.factorise(c)
         c.store("0.0", c.at("%X", at["factor"]))
 
-        def floats(X: np.ndarray, M: np.ndarray) -> dict[str, Any]:
+        def floats(X: np.ndarray, M: np.ndarray) -> dict[str, Value]:
             J = M[: n * self._stride].reshape(n, self._stride)[:, :n].T
             self._real.write(M, X[at["real"]] * np.eye(n) - J)
             self._complex.write(M, (X[at["alpha"]] - 1j * X[at["beta"]]) * np.eye(n) - J)
@@ -163,7 +161,7 @@ class Radau5(Method):
 
         return Primitive("factorise", floats, {"X": OPAQUE, "M": OPAQUE}, {}, c.text())
 
-    def _iterate(self, s: SimpleNamespace, rate: Rate) -> None:
+    def _iterate(self, s: StepState, rate: Rate) -> None:
         """One simplified Newton iteration, (IV.8.13)."""
         h, among = s.of, inside(s)
         runs = [rate(s.t + c * h, among, s.y + z) for c, z in zip(C, (s.z0, s.z1, s.z2), strict=True)]
@@ -196,7 +194,7 @@ class Radau5(Method):
 
     # ---- the step ------------------------------------------------------------------------------------------
 
-    def attempt(self, s: SimpleNamespace, rate: Rate, h: Any, among: Any) -> Attempt:
+    def attempt(self, s: StepState, rate: Rate, h: Value, among: Value) -> Attempt:
         z = [s.z0, s.z1, s.z2]
         y = s.y + s.z2
         r = rate(s.t + h, among, y)
@@ -207,12 +205,12 @@ class Radau5(Method):
         seen = [(C[0], s.fell0 > 0.0), (C[1], s.fell1 > 0.0), (C[2], fallen_in(r))] if len(r.G) else [(1.0, False)]
         return Attempt(y, r.dy, r, error, seen, z, s.sound > 0.0, s.fresh > 0.0)
 
-    def keep(self, s: SimpleNamespace, h: Any, a: Attempt) -> None:
+    def keep(self, s: StepState, h: Value, a: Attempt) -> None:
         s.d1, s.d2, s.d3 = (combine([*weights], a.k) for weights in zip(*DENSE, strict=True))
         s.warm = s.sound
         s.stale = select(s.sound > 0.0, select(s.rate > SLOW, 1.0, 0.0), 1.0)
 
-    def interpolate(self, s: SimpleNamespace, x: Any) -> Any:
+    def interpolate(self, s: StepState, x: Value) -> Value:
         return s.d0 + x * (s.d1 + x * (s.d2 + x * s.d3))
 
     def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:

@@ -8,23 +8,22 @@ heat and work by quadrature.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 from heavylift.kernel.algebra.dense import inverse, least_norm
 from heavylift.kernel.algebra.spatial import exact, join
 from heavylift.kernel.compiler.emit import Parts, While
 from heavylift.kernel.compiler.function import OPAQUE, Function, Primitive
+from heavylift.kernel.compiler.layout import Places
 from heavylift.kernel.compiler.native_linear_algebra import Factors, product, solver
 from heavylift.kernel.compiler.native_loops import Code
+from heavylift.kernel.compiler.symbol import Value
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.methods.step_state import Rate, StepState
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.motion import rates
 
-from .method import Attempt, Build, Exponents, Method, Rate, combine, fallen_in, length
+from .method import Attempt, Build, Exponents, Method, combine, fallen_in, length
 from .stiffness import Linearised
 
 __all__ = ["RosenbrockW"]
@@ -96,12 +95,12 @@ class RosenbrockW(Method):
         self._scalars = Function("scalars", lambda b: {"x": b}, {"b": n})
         self._stage = Function("stage", self._stage_text, blocks, vectors=["x"])
 
-    def prologue(self, build: Build, at: Mapping[str, Any]) -> tuple[Function | Parts, ...]:
+    def prologue(self, build: Build, at: Places) -> tuple[Function | Parts, ...]:
         return build("assemble", self._assemble, matrices=True, plain=True), While(
             "factors", at["factor"], (self._factorise(at),)
         )
 
-    def _assemble(self, s: SimpleNamespace, rate: Rate) -> list[Any]:
+    def _assemble(self, s: StepState, rate: Rate) -> list[Value]:
         """What stands in M: H + e C + e^2 K with e = gamma h, H and K, column by column."""
         h, _ = length(s)
         e = GAMMA * h
@@ -109,31 +108,31 @@ class RosenbrockW(Method):
         n, stride = self.program.nv, self._factors.stride
         s.factor = 1.0
 
-        def columns(entry: Any) -> list[Any]:
+        def columns(entry: Value) -> list[Value]:
             return [entry(i, j) if i < n else 0.0 for j in range(n) for i in range(stride)]
 
         A = columns(lambda i, j: x.H[i][j] + e * (x.C[i][j] + e * x.K[i][j]))
         rest = [0.0] * (self._factors.stop - len(A))
         return [*A, *rest, *columns(lambda i, j: x.H[i][j]), *columns(lambda i, j: x.K[i][j])]
 
-    def _factorise(self, at: Mapping[str, Any]) -> Primitive:
+    def _factorise(self, at: Places) -> Primitive:
         c = Code("factorise", ["X", "M"])
         self._factors.factorise(c)
         c.store("0.0", c.at("%X", at["factor"]))
 
-        def floats(X: np.ndarray, M: np.ndarray) -> dict[str, Any]:
+        def floats(X: np.ndarray, M: np.ndarray) -> dict[str, Value]:
             self._factors.factorise_floats(M)
             X[at["factor"]] = 0.0
             return {}
 
         return Primitive("factorise", floats, {"X": OPAQUE, "M": OPAQUE}, {}, c.text())
 
-    def _stage_text(self, M: Any, y: Any, r: Any, e: Any) -> dict[str, Any]:
+    def _stage_text(self, M: Value, y: Value, r: Value, e: Value) -> dict[str, Value]:
         """Solve (1/e - J) x = r for J = [[0, N], [-K N^+, -C]] in velocity space, e = gamma h."""
         p, e = self.program, e[0]
         links = p.graph.links
 
-        def along(k: Any) -> list[Any]:
+        def along(k: Value) -> list[Value]:
             """Components of r's coordinate part along the columns of N, which are orthogonal."""
             one = np.eye(k.v.stop - k.v.start)
             N = [rates(k.joint.kind, y[k.q], unit) for unit in one]
@@ -147,9 +146,9 @@ class RosenbrockW(Method):
         q = [e * (r[k.q] + rates(k.joint.kind, y[k.q], moved[k.v])) for k in links]
         return {"x": join(*q, moved, e * r[p.nq + p.nv :])}
 
-    def attempt(self, s: SimpleNamespace, rate: Rate, h: Any, among: Any) -> Attempt:
+    def attempt(self, s: StepState, rate: Rate, h: Value, among: Value) -> Attempt:
         e = GAMMA * h
-        u: list[Any] = []
+        u: list[Value] = []
         seen = []
         for c, a, coupled in zip(NODES, STAGES, COUPLING, strict=True):
             f = s.f
@@ -164,10 +163,10 @@ class RosenbrockW(Method):
         seen.append((1.0, fallen_in(r)))
         return Attempt(y, r.dy, r, combine(ERROR, u), seen, u)
 
-    def keep(self, s: SimpleNamespace, h: Any, a: Attempt) -> None:
+    def keep(self, s: StepState, h: Value, a: Attempt) -> None:
         s.d1, s.d2 = combine(LINEAR, a.k), combine(SQUARE, a.k)
 
-    def interpolate(self, s: SimpleNamespace, x: Any) -> Any:
+    def interpolate(self, s: StepState, x: Value) -> Value:
         return s.d0 + x * (s.d1 + x * s.d2)
 
     def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:

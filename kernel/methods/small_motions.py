@@ -9,11 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import isfinite, sqrt
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import maximum, minimum
+from heavylift.kernel.compiler.symbol import Value, maximum, minimum
+from heavylift.kernel.methods.step_state import StepState
 
 __all__ = ["FINEST", "allowed", "rounded", "scale_of", "still_below"]
 
@@ -24,19 +23,19 @@ FAINT = 1e-3  # part of STILL at which a scene is at rest that has only crept
 ULPS = 16.0 * 2.0**-52  # relative displacement that shows what rounding does to accelerations
 
 
-def scale_of(before: Any, v: Any) -> Any:
+def scale_of(before: Value, v: Value) -> Value:
     """Scale of the tolerance with velocities v (nv,), when it was `before` until now."""
     for u in v:
         before = maximum(before, abs(u) * (1.0 / SWIFT))
     return minimum(before, 1.0)
 
 
-def allowed(s: SimpleNamespace, size: Any) -> Any:
+def allowed(s: StepState, size: Value) -> Value:
     """(ny,) error that a step may make in a state of this size (Hairer, Norsett, Wanner I, II.4)."""
     return s.tol * maximum(s.scale, s.grain) * (1.0 + size)
 
 
-def still_below(scale: Any, faint: Any) -> Any:
+def still_below(scale: Value, faint: Value) -> Value:
     """|v|^2 and |dv/dt|^2 [SI] of a scene at rest: what has only crept must be slower than what has moved."""
     part = maximum(scale, faint)
     return STILL * STILL * (part * part)

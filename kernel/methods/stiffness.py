@@ -10,20 +10,19 @@ Springs, stops, brakes, supports and drives add their constants.  dq is the disp
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross
-from heavylift.kernel.compiler.symbol import select, sqrt
+from heavylift.kernel.compiler.symbol import Value, select, sqrt
+from heavylift.kernel.forces.joint_laws import StopAt
+from heavylift.kernel.forces.ropes import RopeAt
 from heavylift.kernel.model.evaluation import Evaluation
-from heavylift.kernel.model.parameters import RopeAt, StopAt
 from heavylift.kernel.multibody.dynamics import composites, joint_space_inertia
 from heavylift.kernel.multibody.kinematics import Kinematics, kinematics, seen_from
 from heavylift.kernel.multibody.trees import Tree, with_numbers
 
 __all__ = ["Linearised"]
 
-Row = dict[int, Any]  # degree of freedom -> number, or column (3,)
+Row = dict[int, Value]  # degree of freedom -> number, or column (3,)
 
 
 class Linearised:
@@ -32,9 +31,9 @@ class Linearised:
     def __init__(self, x: Evaluation) -> None:
         self.x, self.program = x, x.program
         n = self.program.nv
-        self.H: list[list[Any]] = [[0.0] * n for _ in range(n)]
-        self.C: list[list[Any]] = [[0.0] * n for _ in range(n)]
-        self.K: list[list[Any]] = [[0.0] * n for _ in range(n)]
+        self.H: list[list[Value]] = [[0.0] * n for _ in range(n)]
+        self.C: list[list[Value]] = [[0.0] * n for _ in range(n)]
+        self.K: list[list[Value]] = [[0.0] * n for _ in range(n)]
         self._moved: dict[int, tuple[Tree, Kinematics, int]] = {}  # body -> its tree, motion and number there
         self._inertia()
         self._ropes()
@@ -59,7 +58,7 @@ class Linearised:
                 self.H[tree.v.start + k][tree.v.start + l] = self.H[tree.v.start + l][tree.v.start + k] = h
             self._moved.update({tree.first + b: (t, M, b) for b in range(len(t.bodies))})
 
-    def _columns(self, body: int, p: Any) -> list[tuple[int, Any, Any]]:
+    def _columns(self, body: int, p: Value) -> list[tuple[int, Value, Value]]:
         """Degree of freedom, rotation w and velocity J of a point per unit speed, from the ground outwards."""
         if body < 0:
             return []
@@ -73,13 +72,13 @@ class Linearised:
         columns = [(k, seen_from(tree, M, k, b)) for k in path]
         return [(tree.v.start + k, S[:3], S[3:] + cross(S[:3], x)) for k, S in columns]
 
-    def _place(self, body: int, p: Any) -> Any:
+    def _place(self, body: int, p: Value) -> Value:
         if body < 0:
             return p
         _, M, b = self._moved[body]
         return M.o + M.r[b] + M.R[b] @ p
 
-    def _lever(self, columns: list[tuple[int, Any, Any]], force: Any) -> None:
+    def _lever(self, columns: list[tuple[int, Value, Value]], force: Value) -> None:
         """What a force on a point changes along the degrees of freedom when those turn its arm."""
         for n, (k, w, _) in enumerate(columns):
             for l, _, J in columns[n:]:
@@ -89,7 +88,7 @@ class Linearised:
                     self.K[l][k] = self.K[l][k] - change
 
     @staticmethod
-    def _square(A: list[list[Any]], factor: Any, row: Row) -> None:
+    def _square(A: list[list[Value]], factor: Value, row: Row) -> None:
         for k, a in row.items():
             for l, b in row.items():
                 if l <= k:
@@ -143,7 +142,7 @@ class Linearised:
         """Springs, stops, brakes and drives: constants of one degree of freedom each."""
         s, numbers = self.program.system, self.x.numbers
 
-        def add(law: Any, stiff: Any, damp: Any) -> None:
+        def add(law: Value, stiff: Value, damp: Value) -> None:
             _, k = self.program.graph.coordinate(law.name, law.joint, law.coordinate)
             self.K[k][k], self.C[k][k] = self.K[k][k] + stiff, self.C[k][k] + damp
 

@@ -4,13 +4,14 @@ checks               what a description must fulfil
 parameters           where each number of a scene lives in the block P
 program              layout of state, parameters, guards and accounts; the functions that trees share
 traced_functions     what equal parts share; code_structure: what scenes share that have the same code
-poses                first stage of an evaluation: drives and winches, where the bodies are
-applied_forces       second stage: the laws that act on them
-evaluation           accelerations, thresholds, what samples show
+instant              a scene at one instant, as the stages of an evaluation fill it
+evaluation           the list of stages, with what each reads and writes
+poses                first stages: drives and winches, where the bodies are
+applied_forces       then: the laws that act on them
+accelerations        at last: constraint rows, accelerations, thresholds
 switching            discrete states of laws, and what changes when a guard has fallen
-references           what actuators follow; signal_histories: time histories of signals
+references           what actuators follow: profiles, masters, time histories of signals
 tangent_stiffness    derivatives of the accelerations along all coordinates
 kinetic_energy       by bodies and joint velocities
-running              what is seen of a running simulation by those who watch it
 reactions            constraint Jacobian at a pose, mobility, joint reactions
 """

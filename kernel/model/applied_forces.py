@@ -1,217 +1,106 @@
-"""The second stage of an evaluation: the laws, which push bodies and joints and say when they change their state.
+"""The middle stages of an evaluation: what pushes bodies and joints, and when laws change their state.
 
-Every law reports its force, the guards of its state, what it turns into heat, what it stores and, where it is driven,
-its work; so the energy accounts of a scene stay closed.
+Every law gives its force, the guards of its state, what it turns into heat, what it stores and, where it is driven, its
+work; so the energy accounts of a scene stay closed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from functools import partial
-from typing import Any
-
 import numpy as np
-from heavylift.kernel.compiler.symbol import named, scope
+from heavylift.kernel.compiler.symbol import Scalar, Scalars, named, scope
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
-from heavylift.kernel.description.forces import Reeving, Signal
-from heavylift.kernel.description.mechanics import Brake, Rope, Stop
-from heavylift.kernel.forces import laws
+from heavylift.kernel.forces.force_law import attachment
 from heavylift.kernel.forces.rope_mass import not_weighed, pulls_down
+from heavylift.kernel.forces.table import SharedForce
 
-from .poses import Placing
-from .program import Program
+from .instant import Evaluation
 
-__all__ = ["Applying"]
+__all__ = ["apply_laws", "bend", "drive", "read_signals", "weigh_rigid_ropes"]
 
 
-class Applying(Placing):
-    """The forces of all laws but constraint rows; without `forces` none of them is asked."""
+def read_signals(x: Evaluation) -> None:
+    """Value and rate of each law's signal: commanded, from its history's active piece, or constant."""
+    for law in x.program.laws:
+        if s := law.signal:
+            if s.driven:
+                x.signals[law.name] = list(x.reference(law.name)[:2])
+            elif ("reference", law.name) in x.program.parameters.at:  # set where a rope is hooked
+                x.signals[law.name] = [x.numbers("reference", law.name)[1], 0.0]
+            else:
+                start, value, slope = x.numbers("signal", law.name)
+                x.signals[law.name] = [value + slope * (x.t - start), slope] if s.times else [value, 0.0]
 
-    def __init__(self, program: Program, t: Any, y: Any, P: Any, inside: Any, forces: bool = True) -> None:
-        self.tensions: list[Any] = []
-        self.elongations: list[Any] = []
-        self.lengths: list[Any] = []
-        self.length_rates: list[Any] = []
-        self.normals: list[Any] = []
-        self.shown: list[Any] = []
-        self._reeved: dict[str, tuple[Any, Any]] = {}  # tension of the first part and unstretched length
-        self.places: list[Any] = []
-        self.velocities: list[Any] = []
-        self.guards: list[Any] = []
-        self.stored: list[Any] = []
-        self._own: dict[str, Any] = {}  # potential energy of what rigid ropes weigh and their ends do not
-        self._heat: list[Any] = []
-        self._work: list[Any] = []
-        self._drive_work: dict[str, Any] = {}
-        super().__init__(program, t, y, P, inside)
-        self._wrenches: list[Any] = [np.zeros(6) for _ in self.graph.links]
-        self._tau: list[Any] = [0.0] * program.nv
-        if forces:
-            self._ropes()
-            self._rigid_weights()
-            self._supports()
-            self._joints()
-            self._forces()
-            self._modes()
 
-    @property
-    def wrenches(self) -> list[Any]:
-        """(6,) per link: what laws do to each body, about its tree's point."""
-        return self._wrenches
+def weigh_rigid_ropes(x: Evaluation) -> None:
+    """What rigid ropes weigh and their ends do not."""
+    for r in x.program.system.rigid_ropes:
+        height: Scalar = 0.0
+        if r.mass:
+            weight, p = x.numbers("weight", r.name)[0], x.numbers("rigid", r.name)
+            for n, line in enumerate(r.lines):
+                q = p[RigidAt.LINES + 7 * n :]
+                for end, p_BX in ((line.a, q[:3]), (line.b, q[3:6])):
+                    body = x.program.graph.number(end.body)
+                    arm, place, _ = attachment(x.ends[body], p_BX)
+                    x.push(body, pulls_down(q[6] * weight, arm))
+                    height = height + not_weighed(q[6] * weight) * place[2]
+        x.stored["rigid", r.name] = height
 
-    def _push(self, body: int, wrench: Any) -> None:
-        if body >= 0:
-            self._wrenches[body] = self._wrenches[body] + wrench
 
-    def _ropes(self) -> None:
-        for r in self.system.ropes:
-            L0, dL0 = self.numbers("reference", r.name)[1], 0.0
-            if r.winch:
-                L0, dL0, _ = self._reference(r.name)
-            if r.name in self.program.absent:
-                self._leave_out(r, L0, dL0)
-                continue
-            bodies = [(self.graph.number(line.a.body), self.graph.number(line.b.body)) for line in r.lines]
-            ends = {f"{e}{n}": self._ends[i] for n, ab in enumerate(bodies) for e, i in zip("ab", ab, strict=True)}
-            with scope(r.name):
-                law = self.program.ropes[len(r.lines), r.name in self.program.calm, bool(r.mass)]
-                x = law(L=[L0, dL0], p=self.numbers("rope", r.name), **ends)
-            self.tensions.append(x.tension[0])
-            self.elongations.append(x.elongation[0])
-            self.lengths.append(L0)
-            self.length_rates.append(dL0)
-            self.guards.append(x.guard[0])
-            self._heat.append(x.heat[0])
-            self.stored.append(x.stored[0])
-            if r.winch:
-                self._work.append(x.work[0])
-            for n, (a, b) in enumerate(bodies):
-                self._push(a, getattr(x, f"wa{n}"))
-                self._push(b, getattr(x, f"wb{n}"))
+def apply_laws(x: Evaluation) -> None:
+    """Every entry of the force table, called with its own numbers."""
+    for law in x.program.laws:
+        _apply(x, law)
 
-    def _leave_out(self, r: Rope, L0: Any, dL0: Any) -> None:
-        """A rope that is not hooked: no force, no guard; its elongation is a matter of samples."""
-        self.tensions.append(0.0)
-        self.elongations.append(0.0)
-        self.lengths.append(L0)
-        self.length_rates.append(dL0)
-        self.guards.append(1.0)
-        self._heat.append(0.0)
-        self.stored.append(0.0)
-        if r.winch:
-            self._work.append(0.0)
 
-    def _rigid_weights(self) -> None:
-        """What rigid ropes weigh and their ends do not."""
-        for r in self.system.rigid_ropes:
-            self._own[r.name] = 0.0
-            if r.mass:
-                weight, p = self.numbers("weight", r.name)[0], self.numbers("rigid", r.name)
-                for n, line in enumerate(r.lines):
-                    q = p[RigidAt.LINES + 7 * n :]
-                    for end, p_BX in ((line.a, q[:3]), (line.b, q[3:6])):
-                        body = self.graph.number(end.body)
-                        x, place, _ = laws.attachment(self._ends[body], p_BX)
-                        self._push(body, pulls_down(q[6] * weight, x))
-                        self._own[r.name] = self._own[r.name] + not_weighed(q[6] * weight) * place[2]
+def _apply(x: Evaluation, law: SharedForce) -> None:
+    label, name = (law.law.kind, law.name), law.name
+    blocks: dict[str, Scalars] = {"p": x.numbers(*label), **{f"e{i}": x.ends[b] for i, b in enumerate(law.ends)}}
+    if law.signal:
+        blocks["s"] = x.signals[name]
+    if law.along:
+        i, k = law.along
+        blocks["x"] = [x.q[i], x.v[k]]
+    if law.law.timed:
+        blocks["t"] = [x.numbers("clock", "")[0] + x.t]
+    angles = [("force", name, i) for i in range(law.angles)]
+    if angles:
+        first = x.program.angles.index(angles[0])
+        blocks["c"] = x.counted[first : first + len(angles)]
+    with scope(name):
+        out = law.function(**blocks)
+    x.turned |= dict(zip(angles, out.turned, strict=True))
+    x.turning |= dict(zip(angles, out.turning, strict=True))
+    for i, body in enumerate(law.ends):
+        x.push(body, named(f"F({name},{i + 1})", getattr(out, f"w{i}")))
+    if law.along:
+        x.tau[k] = x.tau[k] + named(f"tau({name})", out.effort[0])
+    x.shown[label] = list(out.shown)
+    x.heat[label], x.work[label], x.stored[label] = out.heat[0], out.work[0], out.stored[0]
+    x.watched |= {(guard, name): [value] for guard, value in zip(law.guards, out.guards, strict=True)}
 
-    def _supports(self) -> None:
-        for u in self.system.supports:
-            if u.name in self.program.absent:
-                self.normals.append(0.0)
-                self.places += [0.0, 0.0]
-                self.velocities += [0.0, 0.0]
-                self.guards += [1.0, 1.0]
-                self._heat.append(0.0)
-                self.stored.append(0.0)
-                continue
-            body = self.graph.number(u.point.body)
-            with scope(u.name):
-                x = self.program.support(p=self.numbers("support", u.name), body=self._ends[body])
-            self._push(body, x.wrench)
-            self.normals.append(x.normal[0])
-            self.places += list(x.place)
-            self.velocities += list(x.velocity)
-            self.guards += list(x.guards)
-            self._heat.append(x.heat[0])
-            self.stored.append(x.stored[0])
 
-    def _joints(self) -> None:
-        """Springs, stops, brakes and drives: forces along one degree of freedom."""
-        for c in self.system.springs:
-            (k, x, u), (stiff, damp, rest) = self._joint(c.name, c.joint, c.coordinate), self.numbers("spring", c.name)
-            self._tau[k] = self._tau[k] + stiff * (rest - x) - damp * u
-            self._heat.append(damp * u * u)
-            self.stored.append(0.5 * stiff * (rest - x) * (rest - x))
-        for kind, given, law in self._unilateral():
-            k, x, u = self._joint(given.name, given.joint, given.coordinate)
-            f = law(self.numbers(kind, given.name), x, u)
-            self._tau[k] = self._tau[k] + named(f"tau({given.name})", f.force)
-            self.guards += f.guards
-            self._heat.append(f.heat)
-            self.stored.append(f.stored)
-        for d in self.system.drives:
-            if d.kind != "prescribed":
-                k, x, u = self._joint(d.name, d.joint, d.coordinate)
-                force = laws.drive(d.kind, self.numbers("drive", d.name), self._references[d.name], x, u)
-                force = named(f"tau({d.name})", force)
-                self._tau[k] = self._tau[k] + force
-                self._drive_work[d.name] = force * u
+def drive(x: Evaluation) -> None:
+    """Servos and speed drives towards their references; a prescribed joint needs no force."""
+    for d in x.program.system.drives:
+        if d.kind != "prescribed":
+            (i, k), (kp, kv), (ref, dref, _) = x.program.driven(d), x.numbers("drive", d.name), x.references[d.name]
+            force = kv * (dref - x.v[k])
+            if d.kind == "servo":
+                force = kp * (ref - x.q[i]) + force
+            force = named(f"tau({d.name})", force)
+            x.tau[k] = x.tau[k] + force
+            x.work["drive", d.name] = force * x.v[k]
 
-    def _forces(self) -> None:
-        """Every force of the force table."""
-        for x in self.program.forces:
-            blocks = {"p": self.numbers("force", x.name), **{f"e{i}": self._ends[b] for i, b in enumerate(x.ends)}}
-            along, signal = x.force.along, x.law.signal(x.force)
-            if signal:
-                blocks["s"] = self._signal(x.name, signal)
-            if along:
-                k, *blocks["x"] = self._joint(x.name, *along)
-            if x.law.timed:
-                blocks["t"] = [self.numbers("clock", "")[0] + self._t[0]]
-            labels = [("force", x.name, i) for i in range(x.angles)]
-            if labels:
-                first = self.program.angles.index(labels[0])
-                blocks["c"] = self.counted[first : first + len(labels)]
-            with scope(x.name):
-                out = x.function(**blocks)
-            self.turned |= dict(zip(labels, out.turned, strict=True))
-            self.turning |= dict(zip(labels, out.turning, strict=True))
-            for i, body in enumerate(x.ends):
-                self._push(body, named(f"F({x.name},{i + 1})", getattr(out, f"w{i}")))
-            if along:
-                self._tau[k] = self._tau[k] + named(f"F({x.name})", out.effort[0])
-            self.guards += list(out.guards)
-            self.shown += list(out.shown)
-            if isinstance(x.force, Reeving):
-                self._reeved[x.name] = (out.shown[0], blocks["s"][0])
-            self._heat.append(out.heat[0])
-            self.stored.append(out.stored[0])
-            if x.law.works:
-                self._work.append(out.work[0])
 
-    def _signal(self, name: str, signal: Signal) -> list[Any]:
-        """Value and rate of a force's signal: commanded, from its history's active piece, or constant."""
-        if signal.driven:
-            return list(self._reference(name)[:2])
-        start, value, slope = self.numbers("signal", name)
-        return [value + slope * (self._t[0] - start), slope] if signal.times else [value, 0.0]
-
-    def _unilateral(self) -> Iterator[tuple[str, Stop | Brake, Any]]:
-        stop = partial(laws.stop, clamped=self.program.clamped)
-        yield from (("stop", s, stop) for s in self.system.stops)
-        brake = partial(laws.brake, at_rest=self.program.at_rest)
-        yield from (("brake", b, brake) for b in self.system.brakes)
-
-    def _modes(self) -> None:
-        """Elasticity and damping of flexible bodies, mode by mode."""
-        for link in self.graph.links:
-            if not link.n_modes:
-                continue
-            stiffness, damping = np.reshape(self.numbers("modes", link.body.name), (2, link.n_modes))
-            x, u = np.array(self.q[link.q_modes]), np.array(self.v[link.v_modes])
-            self._tau[link.v_modes] = list(-stiffness * x - damping * u)
-            if link.modes:
-                self.guards.append(link.modes.smallness.guard(self.numbers("bending", link.body.name), x))
-            self._heat.append(damping @ (u * u))
-            self.stored.append(0.5 * (stiffness @ (x * x)))
+def bend(x: Evaluation) -> None:
+    """Elasticity and damping of flexible bodies, mode by mode."""
+    for link in x.program.graph.links:
+        if link.modes and link.n_modes:
+            name = link.body.name
+            stiffness, damping = np.reshape(x.numbers("modes", name), (2, link.n_modes))
+            q, v = np.array(x.q[link.q_modes]), np.array(x.v[link.v_modes])
+            x.tau[link.v_modes] = list(-stiffness * q - damping * v)
+            x.watched["bending", name] = [link.modes.smallness.guard(x.numbers("bending", name), q)]
+            x.heat["bending", name] = damping @ (v * v)
+            x.stored["bending", name] = 0.5 * (stiffness @ (q * q))

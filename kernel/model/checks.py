@@ -38,16 +38,8 @@ ADDRESSED = (
     ("ropes", "rigid_ropes", "supports", "stops", "brakes", "locks", "forces", "contacts", "thresholds"),
 )
 AXES = (0, 1)  # about which an attitude is measured
-POSITIVE = {"RigidRope": ("L0",), "Rope": ("EA", "L0")}
-NOT_NEGATIVE = {
-    "JointSpring": ("k", "d"),
-    "Stop": ("k", "d"),
-    "Brake": ("moment", "k", "d"),
-    "Drive": ("kp", "kv"),
-    "Rope": ("damping", "mass"),
-    "RigidRope": ("mass",),
-    "Support": ("k", "d", "mu", "kt", "dt"),
-}
+POSITIVE = {"RigidRope": ("L0",)}  # of laws see the force table
+NOT_NEGATIVE = {"Drive": ("kp", "kv"), "RigidRope": ("mass",)}
 
 
 def check_description(system: System) -> System:
@@ -65,8 +57,8 @@ def check_description(system: System) -> System:
     for f in fields(system):
         for x in getattr(system, f.name) if f.name != "gravity" else ():
             _check_item(x)
-    for force in system.forces:
-        check_force(force)
+    for law in system.laws:
+        check_force(law)
     for contact in system.contacts:
         check_contact(contact)
     for b in system.bodies:
@@ -137,15 +129,15 @@ def check_inertia(b: Body) -> None:
                 f"body '{b.name}': its moment of inertia I{axis}{axis} is {I[i][i]:g} kg m2; none can be negative"
             )
     moments = eigenvalues(I)
-    told = f"body '{b.name}': its principal moments of inertia are {', '.join(f'{x:g}' for x in moments)} kg m2"
+    found = f"body '{b.name}': its principal moments of inertia are {', '.join(f'{x:g}' for x in moments)} kg m2"
     if moments[0] < -UNIT * moments[2]:
         raise KernelError(
-            f"{told}, and none can be negative: the products of inertia Ixy {I[0][1]:g}, Ixz {I[0][2]:g}, "
+            f"{found}, and none can be negative: the products of inertia Ixy {I[0][1]:g}, Ixz {I[0][2]:g}, "
             f"Iyz {I[1][2]:g} are too large for the moments; make them smaller"
         )
     if b.mass > 0.0 and moments[2] > (1.0 + PRINTED) * (moments[0] + moments[1]):
         raise KernelError(
-            f"{told}; no body has one that is larger than the sum of the others (a flat plate has Ixx + Iyy = Izz): "
+            f"{found}; no body has one that is larger than the sum of the others (a flat plate has Ixx + Iyy = Izz): "
             f"{_remedy(b, moments)}"
         )
 

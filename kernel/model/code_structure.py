@@ -22,7 +22,6 @@ def structure(program: Program, *method: Any) -> str:
     p, s = program, program.system
     number, along = p.graph.number, p.graph.coordinate
     ropes = [r.name for r in s.all_ropes]
-    laws = ropes + [u.name for u in s.supports] + [c.name for c in s.contacts]
 
     def of(x: Measured | Threshold) -> object:
         """What is measured: a body, or a coordinate of a joint."""
@@ -39,14 +38,9 @@ def structure(program: Program, *method: Any) -> str:
             p.contacts.structure,
             [(d.kind, p.driven(d)) for d in s.drives],
             [p.graph.joint(x.joint).v.start for x in s.locks],
-            [[along(x.name, x.joint, x.coordinate) for x in group] for group in (s.springs, s.stops, s.brakes)],
             len(s.masters),
-            [
-                [(r.winch, r.mass > 0.0, [(number(k.a.body), number(k.b.body)) for k in r.lines]) for r in group]
-                for group in (s.rigid_ropes, s.ropes)
-            ],
-            [number(u.point.body) for u in s.supports],
-            [(x.structure, x.force.along and along(x.name, *x.force.along)) for x in p.forces],
+            [(r.winch, r.mass > 0.0, [number(p.body) for p in r.points]) for r in s.rigid_ropes],
+            [x.structure for x in p.laws],
             [(m.kind, of(m), m.axis) for m in s.measured],
             [
                 (h.quantity, of(h), [ropes.index(r) for r in h.ropes], h.axis, h.point and number(h.point.body))
@@ -54,7 +48,5 @@ def structure(program: Program, *method: Any) -> str:
             ],
             [(k.q.start, k.v.start) for k in p.graph.links],
             [k.modes.smallness.groups for k in p.graph.links if k.modes and k.n_modes],
-            [r.name in p.calm for r in s.ropes],
-            [name in p.absent for name in laws],
         ]
     )

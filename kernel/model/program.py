@@ -7,24 +7,23 @@ small however large the yard.
 
 from __future__ import annotations
 
-from copy import copy
-from functools import cached_property, partial
-from typing import Any
+from functools import cached_property
+from types import SimpleNamespace
 
 import numpy as np
 from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.constraints.contact.clearance import Clearances
+from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.constraints.contact.contact_points import ContactRows
 from heavylift.kernel.constraints.loop_closures import CLOSURES
 from heavylift.kernel.constraints.row_structure import Constraints
 from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD, Brake, Drive, JointSpring, Stop, System
+from heavylift.kernel.description.mechanics import WORLD, Drive, System
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.forces import laws
-from heavylift.kernel.forces.force_law import Poses
-from heavylift.kernel.forces.rope_mass import burdened
-from heavylift.kernel.forces.table import shared
-from heavylift.kernel.multibody.continuous_angles import AXES, Label, turned_at_start
+from heavylift.kernel.forces.force_law import Poses, Setting, Shown
+from heavylift.kernel.forces.rope_mass import with_rope_masses
+from heavylift.kernel.forces.table import SharedForce, shared
+from heavylift.kernel.multibody.continuous_angles import AXES, turned_at_start
+from heavylift.kernel.multibody.continuous_angles import Label as AngleLabel
 from heavylift.kernel.multibody.fixed_masses import merged
 from heavylift.kernel.multibody.graph import Graph, build_graph
 from heavylift.kernel.multibody.joint_locking import check_locks
@@ -32,18 +31,20 @@ from heavylift.kernel.multibody.kinematics import kinematics
 from heavylift.kernel.multibody.trees import Tree, cut, kind_of
 
 from .checks import check_description
-from .parameters import PROFILE, SUPPORT, Parameters
-from .traced_functions import SharedTree, profile, rope_function, support, tree_functions
+from .parameters import PROFILE, Parameters
+from .traced_functions import SharedTree, profile, tree_functions
 
-__all__ = ["Program"]
+__all__ = ["Label", "Program"]
+
+Label = tuple[str, str]  # kind and name: of a law, a guard, an account
+COLUMNS = ("tension", "elongation", "normal", "place", "velocity", "shown")  # groups that laws fill
 
 
 class Program:
     """What a system becomes.  Raises KernelError if a law names what is not there or two drives share a joint.
 
     `formulation`: which text gives the accelerations, see `kernel.formulations`; `locked`: names of the locks that
-    hold, None for those that are engaged at the start; `clamped`, `at_rest`: see `forces.laws`;
-    `calm`: ropes without events, see `chatter`.
+    hold, None for those that are engaged at the start; `clamped`, `at_rest`, `calm`: see `Setting`.
     """
 
     def __init__(
@@ -68,7 +69,7 @@ class Program:
                     f"body '{next(iter(modes))}' is flexible, but formulation '{formulation}' knows rigid bodies only; "
                     "choose recursive"
                 )
-        system = burdened(system)
+        system = with_rope_masses(system)
         self.system, self.formulation, self.clamped = system, formulation, clamped
         self.at_rest = at_rest
         self.graph = build_graph(system, modes)
@@ -80,35 +81,13 @@ class Program:
         self.trees = cut(self.graph, {self.driven(d)[1] for d in system.drives if d.kind == "prescribed"}, held)
         trees = [merged(tree) for tree in self.trees] if formulation == "recursive" else self.trees
         self.poses_at_start = _poses_at_start(self.graph, trees)
-        self.forces = shared(system.forces, self.graph, self.poses_at_start, laws.BODY)
-        self.parameters = Parameters.of(system, self.graph, trees, self.forces)
+        setting = Setting(self.graph, self.poses_at_start, system.gravity, clamped, at_rest, calm)
+        self.laws = shared(system.laws, setting)
+        self.parameters = Parameters.of(system, self.graph, trees, self.laws)
         self.nq, self.nv = self.graph.nq, self.graph.nv
-        names = [x.name for group in self._laws() for x in group]
-        self.stored = names
-        self.accounts = [("heat", name) for name in names]
-        self.accounts += [("heat", x.name) for x in system.locks]
-        self.accounts += [("work", r.name) for r in system.ropes if r.winch]
-        self.accounts += [("work", x.name) for x in self.forces if x.law.works]
-        self.accounts += [("work", d.name) for d in system.drives]
-        self.accounts += [("work", r.name) for r in system.rigid_ropes if r.winch]
-        attitudes = {("body", m.of, m.axis) for m in system.measured if m.kind == "angle"}
-        attitudes |= {("body", h.of, h.axis) for h in system.thresholds if h.quantity == "angle"}
-        self.angles: list[Label] = sorted(attitudes)
-        self.angles += [("force", x.name, i) for x in self.forces for i in range(x.angles)]
-        self.ny = self.nq + self.nv + len(self.accounts) + len(self.angles)
-        self.guards = [("rope", r.name) for r in system.ropes]
-        self.guards += [(what, s.name) for s in system.supports for what in ("support", "rub")]
-        self.guards += [(what, s.name) for s in system.stops for what in ("lower", "upper")]
-        self.guards += [("brake", b.name) for b in system.brakes]
-        self.guards += [("force", x.name) for x in self.forces for _ in range(x.law.guards(x.force))]
-        self.guards += [("bending", k.body.name) for k in self.graph.links if k.n_modes]
-        self.guards += [("rigid", r.name) for r in system.rigid_ropes]
-        self.absent: frozenset[str] = frozenset()
         self.contacts = ContactRows(system, self.graph)
-        self.clearances = Clearances(self.contacts.sites)
-        self.touches = bool(system.supports or system.contacts)
-        self.guards += self.contacts.guards
-        self.guards += [("threshold", h.name) for h in system.thresholds]
+        self._label()
+        self.ny = self.nq + self.nv + len(self.accounts) + len(self.angles)
         self.quaternions = [
             k.q.start + start for k in self.graph.links if (start := JOINTS[k.joint.kind].quaternion) is not None
         ]
@@ -117,43 +96,42 @@ class Program:
         self.constraints.link(self.instances)
         self.profile = Function("profile", profile, {"t": 2, "p": PROFILE})
         self.calm = calm
-        kinds = sorted({(len(r.lines), r.name in calm, bool(r.mass)) for r in system.ropes})
-        self.ropes = {(n, quiet, heavy): rope_function(n, clamped, quiet, heavy) for n, quiet, heavy in kinds}
-        self.support = Function("support", partial(support, clamped, self.at_rest), {"p": SUPPORT, "body": laws.BODY})
 
-    def without(self, names: frozenset[str]) -> Program:
-        """The same scene without forces, rows and guards of these laws; layouts stay, equal functions are shared."""
-        out = copy(self)
-        out.absent = names
-        if names & {*(r.name for r in self.system.rigid_ropes), *(c.name for c in self.system.contacts)}:
-            out.contacts = self.contacts.without(names)
-            ropes = tuple(r for r in self.system.rigid_ropes if r.name not in names)
-            out.constraints = Constraints(self.graph, ropes, out.contacts)
-            out.constraints.link(out.instances)
-        return out
+    def _label(self) -> None:
+        """Accounts, angles, guards and columns by kind and name, in the order of the state and of samples."""
+        s, laws = self.system, [(x.law.kind, x.name) for x in self.laws]
+        bending, rigid = ([(kind, name) for name in names] for kind, names in (
+            ("bending", [k.body.name for k in self.graph.links if k.n_modes]),
+            ("rigid", [r.name for r in s.rigid_ropes]),
+        ))  # fmt: skip
+        self.stores: list[Label] = [*laws, *bending, *rigid, *(("contact", c.name) for c in s.contacts)]
+        self.heats: list[Label] = [*self.stores, *(("lock", x.name) for x in s.locks)]
+        self.works: list[Label] = [label for label, x in zip(laws, self.laws, strict=True) if x.law.works]
+        self.works += [("drive", d.name) for d in s.drives] + [("rigid", r.name) for r in s.rigid_ropes if r.winch]
+        self.accounts = [(what, name) for what, of in (("heat", self.heats), ("work", self.works)) for _, name in of]
+        attitudes = {("body", m.of, m.axis) for m in s.measured if m.kind == "angle"}
+        attitudes |= {("body", h.of, h.axis) for h in s.thresholds if h.quantity == "angle"}
+        self.angles: list[AngleLabel] = sorted(attitudes)
+        self.angles += [("force", x.name, i) for x in self.laws for i in range(x.angles)]
+        self.of_guard: dict[Label, SharedForce] = {(guard, x.name): x for x in self.laws for guard in x.guards}
+        self.guards: list[Label] = [*self.of_guard, *bending, *rigid, *self.contacts.guards]
+        self.guards += [("threshold", h.name) for h in s.thresholds]
+        self.columns: dict[str, list[tuple[Label, int, Shown]]] = {group: [] for group in COLUMNS}
+        self._places: dict[Label, list[tuple[str, int]]] = {label: [] for label in laws}
+        for label, x in zip(laws, self.laws, strict=True):
+            for i, shown in enumerate(x.shows):
+                column = self.columns[shown.column]
+                self._places[label].append((shown.column, len(column)))
+                column.append((label, i, shown))
 
-    @property
-    def shared(self) -> list[Function]:
-        """Functions that have the same text whatever is left out."""
-        out = [self.profile, self.support, *self.ropes.values(), *(x.function for x in self.forces)]
-        out += [f for s in self.contacts.sites for f in (s.watch, s.slot, s.reach) if f]
-        for _, tree in self.instances:
-            out += [tree.place, tree.accelerate]
-            if tree.opened:
-                out += [tree.opened.factor, tree.opened.back, *tree.opened.half.values()]
-        return out
-
-    def _laws(self) -> tuple[tuple[Any, ...], ...]:
-        s = self.system
-        flexible = tuple(k.body for k in self.graph.links if k.n_modes)
-        return s.ropes, s.supports, s.springs, s.stops, s.brakes, s.forces, flexible, s.rigid_ropes, s.contacts
+    def shown(self, law: SharedForce, row: SimpleNamespace) -> np.ndarray:
+        """What a sample row holds of a law, in the order of `Answer.shown`."""
+        return np.array([getattr(row, group)[i] for group, i in self._places[law.law.kind, law.name]])
 
     def _check(self) -> None:
         s = self.system
-        joint_laws: list[JointSpring | Stop | Brake] = [*s.springs, *s.stops, *s.brakes]
-        along = [(x.name, x.joint, x.coordinate) for x in joint_laws]
+        along = [(x.name, *x.along) for x in s.laws if x.along]
         along += [(m.name, m.of, m.coordinate) for m in s.measured if m.kind == "joint"]
-        along += [(f.name, *f.along) for f in s.forces if f.along]
         along += [(h.name, h.of, h.coordinate) for h in s.thresholds if h.quantity in ("joint", "speed")]
         for name, joint, coordinate in along:
             self.graph.coordinate(name, joint, coordinate)
@@ -164,9 +142,7 @@ class Program:
                 raise KernelError(f"drive '{d.name}': joint '{d.joint}' already has the drive '{drives[k]}'")
             drives[k] = d.name
         check_locks(s, self.graph)
-        points = [(r.name, p.body) for r in s.straight_ropes for line in r.lines for p in (line.a, line.b)]
-        points += [(u.name, u.point.body) for u in s.supports]
-        points += [(f.name, p.body) for f in s.forces for p in f.points]
+        points = [(x.name, p.body) for x in (*s.laws, *s.rigid_ropes) for p in x.points]
         points += [(c.name, shape.body) for c in s.contacts for shape in (c.a, c.b)]
         points += [(h.name, h.point.body) for h in s.thresholds if h.point]
         points += [(m.name, m.of) for m in s.measured if m.kind == "angle"]
@@ -231,13 +207,13 @@ class Program:
         links = self.graph.links
         return [i for i, k in enumerate(links) if k.n_modes for _ in range(3 * (2 + sum(x.parent == i for x in links)))]
 
-    def turned_at_start(self, label: Label) -> float:
+    def turned_at_start(self, label: AngleLabel) -> float:
         """By how much joints have turned what shows an angle, about its axis, before the start [rad]."""
         kind, name, i = label
         if kind == "body":
             a, b, axis = WORLD, name, np.array(AXES[i])
         else:
-            force = next(x for x in self.forces if x.name == name)
+            force = next(x for x in self.laws if x.name == name)
             if not (turns := force.law.turns(force.force, self.poses_at_start)):
                 return 0.0
             a, b, axis = turns
@@ -249,9 +225,7 @@ class Program:
 
     def _share(self, trees: list[Tree]) -> list[tuple[Tree, SharedTree]]:
         s, number = self.system, self.graph.number
-        bodies = [p.body for r in s.ropes for line in r.lines for p in (line.a, line.b)]
-        bodies += [p.body for f in s.forces for p in f.points]
-        bodies += [u.point.body for u in s.supports] + [m.of for m in s.measured if m.kind == "angle"]
+        bodies = [p.body for x in s.laws for p in x.points] + [m.of for m in s.measured if m.kind == "angle"]
         bodies += [h.point.body for h in s.thresholds if h.point]
         bodies += [h.of for h in s.thresholds if h.quantity == "angle"]
         used = {number(b) for b in bodies} | set(self.constraints.bodies)
@@ -270,7 +244,7 @@ class Program:
 def _poses_at_start(graph: Graph, trees: list[Tree]) -> Poses:
     """Rotation and origin of a body in the initial pose, for laws whose numbers depend on it."""
 
-    def pose(body: str) -> tuple[Any, Any]:
+    def pose(body: str) -> tuple[Array, Array]:
         i = graph.number(body)
         if i < 0:
             return np.eye(3), np.zeros(3)

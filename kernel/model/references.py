@@ -1,26 +1,29 @@
 """What actuators follow: profiles that start at a tag, and functions of a master, continuous across every command.
 
 The simulation holds each actuator's present profile with its integer start time, so that the machine code sees starts
-relative to the last event and no precision is lost in long runs.
+relative to the last event and no precision is lost in long runs.  Of histories of signals P holds the piece that is
+active now, so a long record costs what a short does; their breakpoints are step boundaries: the simulation ends a step
+there, commits it and asks for the next piece, so that the integrators keep their order.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf, isfinite
 
 import numpy as np
 from heavylift.kernel.algebra.elementary import cos, sin
+from heavylift.kernel.description.forces import Signal
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.description.profile import REST, Trapezoid, trapezoid
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.table import signals
 
 from .parameters import Parameters
-from .signal_histories import Histories
 
-__all__ = ["Actuator", "References"]
+__all__ = ["Actuator", "Histories", "References"]
 
 AT_REST = 1e-12  # [m/s] a speed left over by round-off
 SAME = 1e-9  # relative difference of two values that is round-off
@@ -109,12 +112,12 @@ class References:
         if not isinstance(start_ns, int | np.integer):
             raise KernelError(f"'{name}': start {start_ns!r}; it must be a whole number of nanoseconds")
         if start_ns < now:
-            told = "start the profile there or later"
+            advice = "start the profile there or later"
         elif start_ns > now and self._moves(name, now, start_ns):
-            told = "it moves until then; start the profile there"
+            advice = "it moves until then; start the profile there"
         else:
             return
-        raise KernelError(f"'{name}' at {start_ns * 1e-9:.9g} s: the simulation stands at {now * 1e-9:.9g} s; {told}")
+        raise KernelError(f"'{name}' at {start_ns * 1e-9:.9g} s: the simulation stands at {now * 1e-9:.9g} s; {advice}")
 
     def _moves(self, name: str, now_ns: int, until_ns: int) -> bool:
         (x, v), (later, speed) = self.own(name, now_ns), self.own(name, until_ns)
@@ -199,6 +202,37 @@ class References:
             for a in moving
         ]
         return max([*ends, self.histories.end(epoch_ns)], default=0.0)
+
+
+class Histories:
+    """The histories of all forces; a piece is (local start [s], value there, slope)."""
+
+    def __init__(self, signals: dict[str, Signal], parameters: Parameters, P: np.ndarray) -> None:
+        self._P = P
+        self._all: list[tuple[slice, list[int], Signal]] = []
+        for name, s in signals.items():
+            if s.times:
+                self._all.append((parameters.at["signal", name], [round(t * 1e9) for t in s.times], s))
+
+    def write(self, epoch_ns: int, t: float = 0.0) -> None:
+        """Bring the pieces that begin at or before local time t into P."""
+        now = epoch_ns + round(t * 1e9)
+        for at, times, s in self._all:
+            i = bisect_right(times, now) - 1
+            first = max(i, 0)
+            inside = 0 <= i < len(times) - 1
+            slope = (s.values[i + 1] - s.values[i]) / ((times[i + 1] - times[i]) * 1e-9) if inside else 0.0
+            self._P[at] = [(times[first] - epoch_ns) * 1e-9, s.values[first], slope]
+
+    def breaks(self, epoch_ns: int, after: float) -> list[float]:
+        """The next breakpoint of each history in local seconds, later than `after`."""
+        now = epoch_ns + round(after * 1e9)
+        following = ((times, bisect_right(times, now)) for _, times, _ in self._all)
+        return [(times[i] - epoch_ns) * 1e-9 for times, i in following if i < len(times)]
+
+    def end(self, epoch_ns: int) -> float:
+        """Local seconds after which nothing changes any more."""
+        return max(((times[-1] - epoch_ns) * 1e-9 for _, times, _ in self._all), default=-inf)
 
 
 def _follow(k: tuple[float, float, float], s: float) -> float:

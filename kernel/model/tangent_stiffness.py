@@ -13,9 +13,10 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.function import OPAQUE, Primitive
+from heavylift.kernel.compiler.function import OPAQUE, Outputs, Primitive
 from heavylift.kernel.compiler.native_linear_algebra import Factors, solver
 from heavylift.kernel.compiler.native_loops import Code
+from heavylift.kernel.compiler.symbol import Array, Scalar
 
 __all__ = ["FOURTH", "SECOND", "Tangent"]
 
@@ -28,12 +29,14 @@ Rate = Callable[..., Any]  # (t (2,), y (ny,), P) -> dy, T, G, ... by name
 class Tangent:
     """Native functions of a scene: `sizes` of what `rate` writes, its first the derivative (ny,), G its guards.
 
-    Block J: per velocity the derivative of all accelerations (nv,), then whether a guard fell.
+    `abreast`: freedoms of a joint at most; so many evaluations tell how velocities move the coordinates, of all joints
+    at once.  Block J: per velocity the derivative of all accelerations (nv,), then whether a guard fell.
     """
 
     nq: int
     nv: int
     n: int
+    abreast: int
     sizes: dict[str, int]
 
     @cached_property
@@ -43,16 +46,19 @@ class Tangent:
 
     @property
     def work(self) -> int:
-        """Numbers of the block that `rate` works on: a state, a displacement, and what it writes."""
-        return self.sizes["dy"] + self.nq + sum(self.sizes.values())
+        """Numbers of the block that `rate` works on: a state, what it writes, and all displacements."""
+        return self.sizes["dy"] + sum(self.sizes.values()) + self.abreast * self.nq
 
     def functions(self, rate: Rate) -> list[Primitive]:
-        """`tangent`(t, y, P, G, step, work, J) with step = (h, two weights), `factorise_tangent`(M), and
-        `solve_tangent`(M, b, tail, x)."""
+        """`tangent`(t, y, P, G, order, columns, work, J), `factorise_tangent`(M), and `solve_tangent`(M, b, tail, x).
+
+        order: two weights; columns (nv, 4): a step, 0 where the column is left alone, and where it displaces q: by
+        which of the first evaluations, from where, to where.
+        """
         c = Code("factorise_tangent", ["M"])
         self.factors.factorise(c)
 
-        def factorise(M: np.ndarray) -> dict[str, Any]:
+        def factorise(M: np.ndarray) -> Outputs:
             self.factors.factorise_floats(M)
             return {}
 
@@ -60,13 +66,13 @@ class Tangent:
         return [self._differences(rate), factorised, solver("solve_tangent", self.factors, self.n)]
 
     def _differences(self, rate: Rate) -> Primitive:
-        inputs = dict.fromkeys(("t", "y", "P", "G", "step", "work", "J"), OPAQUE)
+        inputs = dict.fromkeys(("t", "y", "P", "G", "order", "columns", "work", "J"), OPAQUE)
         c = Code("tangent", list(inputs))
         ny, nq, nv, width = self.sizes["dy"], self.nq, self.nv, self.nv + 1
-        moved, along = "%work", c.at("%work", ny)
-        out, place = {}, ny + nq
+        moved, out, place = "%work", {}, ny
         for name, n in self.sizes.items():
             out[name], place = c.at("%work", place), place + n
+        along = c.at("%work", place)
 
         def evaluate() -> None:
             c.call("rate", ["%t", moved, "%P", *out.values()])
@@ -75,23 +81,35 @@ class Tangent:
             with c.loop(0, n) as i:
                 c.store(c.load(c.at(source, i)), c.at(target, i))
 
-        h, near, far = (c.load(c.at("%step", i)) for i in range(3))
-        with c.loop(0, nv) as k:
-            row = c.at("%J", c.integer("mul", k, width))
+        def number(k: str, what: int) -> str:
+            return c.let(f"fptosi double {c.load(c.at('%columns', c.integer('mul', k, 4), what))} to i64")
+
+        def asked(k: str) -> str:
+            return c.let(f"fcmp une double {c.load(c.at('%columns', c.integer('mul', k, 4)))}, 0.0")
+
+        with c.loop(0, self.abreast) as m:
             copied(ny, "%y", moved)
-            c.store("1.0", c.at(moved, nq, k))
+            with c.loop(0, nv) as k:
+                now = c.let(f"icmp eq i64 {number(k, 1)}, {m}")
+                one = c.let(f"and i1 {now}, {asked(k)}")
+                c.store(c.let(f"select i1 {one}, double 1.0, double 0.0"), c.at(moved, nq, k))
             evaluate()
-            copied(nq, out["dy"], along)
+            copied(nq, out["dy"], c.at(along, c.integer("mul", m, nq)))
+
+        near, far = (c.load(c.at("%order", i)) for i in range(2))
+        with c.loop(0, nv) as k, c.when(asked(k)):
+            row, h = c.at("%J", c.integer("mul", k, width)), c.load(c.at("%columns", c.integer("mul", k, 4)))
+            way, first, last = c.at(along, c.integer("mul", number(k, 1), nq)), number(k, 2), number(k, 3)
+            copied(ny, "%y", moved)
             with c.loop(0, width) as i:
                 c.store("0.0", c.at(row, i))
 
             def differ(reach: float, weight: str) -> None:
                 for side, part in ((reach, weight), (-reach, c.let(f"fneg double {weight}"))):
-                    copied(ny, "%y", moved)
                     scaled = c.let(f"fmul double {h}, {side}")
-                    with c.loop(0, nq) as i:
-                        way = c.let(f"fmul double {scaled}, {c.load(c.at(along, i))}")
-                        c.store(c.let(f"fadd double {c.load(c.at(moved, i))}, {way}"), c.at(moved, i))
+                    with c.loop(first, last) as i:
+                        step = c.let(f"fmul double {scaled}, {c.load(c.at(way, i))}")
+                        c.store(c.let(f"fadd double {c.load(c.at('%y', i))}, {step}"), c.at(moved, i))
                     evaluate()
                     with c.loop(0, nv) as i:
                         change = c.let(f"fmul double {c.load(c.at(out['dy'], nq, i))}, {part}")
@@ -108,16 +126,24 @@ class Tangent:
             with c.loop(0, nv) as i:
                 c.store(c.let(f"fdiv double {c.load(c.at(row, i))}, {h}"), c.at(row, i))
 
-        def floats(t: Any, y: Any, P: Any, G: Any, step: Any, work: Any, J: Any) -> dict[str, Any]:
-            for row, e in zip(J.reshape(nv, width), np.eye(nv), strict=True):
-                at_rest = np.concatenate([y[:nq], e, y[nq + nv :]])
-                way = np.array(rate(t=t, y=at_rest, P=P).dy)[:nq]
+        def floats(
+            t: Scalar, y: Array, P: Array, G: Array, order: Array, columns: Array, work: Array, J: Array
+        ) -> Outputs:
+            steps, abreast, firsts, lasts = columns.reshape(nv, 4).T
+            ways = []
+            for n in range(self.abreast):
+                v = ((abreast == n) & (steps != 0.0)).astype(float)
+                ways.append(np.array(rate(t=t, y=np.concatenate([y[:nq], v, y[nq + nv :]]), P=P).dy)[:nq])
+            for k in np.flatnonzero(steps):
+                row, at, h = J.reshape(nv, width)[k], slice(int(firsts[k]), int(lasts[k])), steps[k]
                 row[:] = 0.0
-                h, near, far = step
+                near, far = order
                 for x, weight in ((1.0, near), (-1.0, -near), (2.0, far), (-2.0, -far)):
                     if not weight:
                         continue
-                    r = rate(t=t, y=np.concatenate([y[:nq] + (h * x) * way, y[nq:]]), P=P)
+                    at_rest = np.array(y)
+                    at_rest[at] += (h * x) * ways[int(abreast[k])][at]
+                    r = rate(t=t, y=at_rest, P=P)
                     row[:nv] += np.array(r.dy)[nq : nq + nv] * weight
                     row[nv] = max(row[nv], float(((np.array(r.G) < 0.0) & (G >= 0.0)).any()))
                 row[:nv] /= h

@@ -1,4 +1,4 @@
-"""The traced functions that equal parts of a scene share: profiles, supports, ropes of n lines, trees of one kind.
+"""The traced functions that equal parts of a scene share: profiles, trees of one kind; of laws see `forces.table`.
 
 Each instance calls them with its own numbers.
 """
@@ -6,14 +6,12 @@ Each instance calls them with its own numbers.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
-from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import join
-from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.function import Function, Outputs
+from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, minimum, select
 from heavylift.kernel.constraints.tree_factors import OpenTree, open_tree
-from heavylift.kernel.forces import laws
 from heavylift.kernel.multibody.dynamics import energies
 from heavylift.kernel.multibody.formulations import formulated
 from heavylift.kernel.multibody.formulations.repeated_subtrees import limbs_of
@@ -21,9 +19,7 @@ from heavylift.kernel.multibody.joint_locking import halt_function
 from heavylift.kernel.multibody.kinematics import kinematics
 from heavylift.kernel.multibody.trees import Tree, numbers, with_numbers
 
-from .parameters import ROPE_HEAD, ROPE_LINE
-
-__all__ = ["SharedTree", "profile", "rope_function", "support", "tree_functions"]
+__all__ = ["SharedTree", "profile", "tree_functions"]
 
 
 @dataclass(frozen=True)
@@ -40,33 +36,25 @@ class SharedTree:
     opened: OpenTree | None
 
 
-def profile(t: Any, p: Any) -> dict[str, Any]:
-    """Value, rate and acceleration of a profile."""
-    x, v, a = laws.profile(t[0], t[1], p)
-    return {"x": [x], "v": [v], "a": [a]}
+def profile(t: Array, p: Array) -> Outputs:
+    """Reference, its rate and acceleration; p = (start, x0, v0, a1, d1, cruise, a2, d2), see `kernel.profile`.
 
+    t: now, and a time within the present step: the acceleration jumps where two pieces meet, which says what piece is
+    meant.
+    """
+    now, inside = t
+    start, x0, v0, a1, d1, cruise, a2, d2 = p
 
-def support(clamped: bool, at_rest: bool, p: Any, body: Any) -> dict[str, Any]:
-    """A point on a pad."""
-    x = laws.support(p, body, clamped, at_rest)
-    one = {k: [getattr(x, k)] for k in ("normal", "heat", "stored")}
-    return {**one, **{k: getattr(x, k) for k in ("wrench", "guards", "place", "velocity")}}
+    def ramp(s: Scalar, among: Scalar, d: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+        c = minimum(maximum(s, 0.0), d)
+        on = select(among > 0.0, select(d > among, 1.0, 0.0), 0.0)
+        return c * (maximum(s, 0.0) - 0.5 * c), c, on
 
-
-def rope_function(n: int, clamped: bool, calm: bool = False, heavy: bool = False) -> Function:
-    """A rope of n lines; `calm`: without events between taut and slack; `heavy`: with a mass of its own."""
-    law = partial(laws.rope, calm=calm, heavy=heavy) if calm or heavy else laws.rope
-
-    def body(L: Any, p: Any, **ends: Any) -> dict[str, Any]:
-        bodies = [(ends[f"a{i}"], ends[f"b{i}"]) for i in range(n)]
-        x = law(p, L[0], L[1], bodies, clamped)
-        out = {f"w{e}{i}": w for i, ab in enumerate(x.wrenches) for e, w in zip("ab", ab, strict=True)}
-        names = ("tension", "elongation", "guard", "heat", "work", "stored")
-        return {**{k: [getattr(x, k)] for k in names}, **out}
-
-    blocks = {f"{e}{i}": laws.BODY for i in range(n) for e in "ab"}
-    name = f"{'calm' if calm else ''}{'heavy' if heavy else ''}rope{n}"
-    return Function(name, body, {"L": 2, "p": ROPE_HEAD + ROPE_LINE * n + heavy, **blocks})
+    s, among = now - start, inside - start
+    x1, c1, b1 = ramp(s, among, d1)
+    x2, c2, b2 = ramp(s - d1 - cruise, among - d1 - cruise, d2)
+    x = x0 + v0 * maximum(s, 0.0) + a1 * x1 + a2 * x2
+    return {"x": [x], "v": [v0 + a1 * c1 + a2 * c2], "a": [a1 * b1 + a2 * b2]}
 
 
 def tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, ...], formulation: str) -> SharedTree:
@@ -77,26 +65,26 @@ def tree_functions(k: int, tree: Tree, ends: tuple[int, ...], held: tuple[int, .
     bends = any(b.n_modes for b in tree.bodies)
     state = {"q": tree.q.stop - tree.q.start, "v": nv, "P": len(numbers(tree))}
 
-    def place(q: Any, v: Any, P: Any) -> dict[str, Any]:
+    def place(q: Array, v: Array, P: Array) -> Outputs:
         t = with_numbers(tree, P)
         if limbs:
             return {f"b{i}": x for i, x in sorted(limbs.place(t, q, v, ends, [0.0] * fixed).items())}
         K = kinematics(t, q, v, 0.0, [0.0] * fixed)
         return {f"b{i}": join(K.R[i].ravel(), K.o, K.r[i], K.V[i]) for i in ends}
 
-    def accelerate(q: Any, v: Any, tau: Any, P: Any, g: Any, a: Any, **w: Any) -> dict[str, Any]:
+    def accelerate(q: Array, v: Array, tau: Array, P: Array, g: Array, a: Array, **w: Array) -> Outputs:
         W = [w.get(f"w{i}", np.zeros(6)) for i in range(len(tree.bodies))]
         text = limbs.dynamics if limbs else dynamics
         dq, dv, reaction = text(with_numbers(tree, P), q, v, tau, W, g[0], list(a)[:fixed])
         return {"dq": dq, "dv": dv, "reaction": reaction}
 
-    def pose(q: Any, v: Any, P: Any, g: Any) -> dict[str, Any]:
+    def pose(q: Array, v: Array, P: Array, g: Array) -> Outputs:
         t = with_numbers(tree, P)
         K = kinematics(t, q, v, 0.0, [0.0] * fixed)
         poses = [join(K.o + K.r[i], K.R[i].ravel()) for i in range(len(t.bodies))]
         return {"poses": poses, "energy": list(energies(t, K, g[0]))}
 
-    def axial(q: Any, v: Any, dv: Any, P: Any, g: Any, **w: Any) -> dict[str, Any]:
+    def axial(q: Array, v: Array, dv: Array, P: Array, g: Array, **w: Array) -> Outputs:
         from heavylift.kernel.multibody.inverse_dynamics import axial_loads  # whose package needs what this one makes
 
         W = [w.get(f"w{i}", np.zeros(6)) for i in range(len(tree.bodies))]

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from heavylift.kernel.algebra.elementary import nearest
+from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.description.joint_table import JOINTS
 
 if TYPE_CHECKING:
@@ -27,10 +28,10 @@ EVEN = 1e-9  # part of a turn: half a turn, rounded either way, counts upwards
 AXES = ((-1.0, 0.0, 0.0), (0.0, 1.0, 0.0))  # that attitudes turn about, see `poses.attitude`
 
 Label = tuple[str, str, int]  # "body", its name, axis of its attitude; or "force", its name, which of its own
-Poses = Callable[[str], tuple[Any, Any]]
+Poses = Callable[[str], tuple[Array, Array]]
 
 
-def on_turn(wrapped: Any, counted: Any) -> Any:
+def on_turn(wrapped: Scalar, counted: Scalar) -> Any:
     """The angle [rad] that a rotation shows as `wrapped`, next to its integral."""
     return wrapped + TURN * nearest((counted - wrapped) * (1.0 / TURN))
 

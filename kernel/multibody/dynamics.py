@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import force_cross, join, mirror, skew, spatial_inertia
-from heavylift.kernel.compiler.symbol import is_sym, named
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, is_sym, named
 from heavylift.kernel.errors import KernelError
 
 from .kinematics import Kinematics, elastic, kinematics, seen_from
@@ -32,18 +32,18 @@ class Equations:
 
     tree: Tree
     K: Kinematics
-    H: dict[tuple[int, int], Any]
-    rhs: list[Any]
+    H: dict[tuple[int, int], Scalar]
+    rhs: list[Scalar]
     factors: Factors
 
-    def accelerations(self, a: list[Any], a_ref: Any) -> Any:
+    def accelerations(self, a: list[Scalar], a_ref: Scalars) -> Any:
         """(n_v,) from those of the free degrees of freedom and the given ones."""
         values = dict(zip(self.tree.free_dofs, a, strict=True)) | dict(
             zip(self.tree.prescribed_dofs, a_ref, strict=True)
         )
         return np.array([values[k] for k in range(len(self.rhs))])
 
-    def solution(self, a_ref: Any) -> tuple[dict[int, Any], Any]:
+    def solution(self, a_ref: Scalars) -> tuple[dict[int, Scalar], Any]:
         """Accelerations by degree of freedom where nothing else acts, and the forces of prescribed joints."""
         a = self.accelerations(self.factors.solve([self.rhs[k] for k in self.tree.free_dofs]), a_ref)
         reaction = [
@@ -51,13 +51,15 @@ class Equations:
         ]
         return dict(enumerate(a)), np.array(reaction)
 
-    def given(self, k: int) -> dict[int, Any]:
+    def given(self, k: int) -> dict[int, Scalar]:
         """Row k of H, of a prescribed degree of freedom, over the free ones."""
         free = self.tree.free_dofs
         return {l: self.H[max(k, l), min(k, l)] for l in free if (max(k, l), min(k, l)) in self.H}
 
 
-def equations_of_motion(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: Any = ()) -> Equations:
+def equations_of_motion(
+    tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
+) -> Equations:
     """Fig. 6 (a)-(e) up to the linear system for the joint accelerations; arguments as for `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     I, F = composites(tree, K, W)
@@ -66,7 +68,9 @@ def equations_of_motion(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: A
     return Equations(tree, K, H, rhs, ltdl(tree, dict(H)))
 
 
-def dynamics(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: Any = ()) -> tuple[Any, Any, Any]:
+def dynamics(
+    tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
+) -> tuple[Array, Array, Array]:
     """dq/dt, dv/dt and the forces of prescribed joints; W: (6,) wrench on each body about the tree's point.
 
     tau: (n_v,) joint forces of springs, drives, brakes and stops [N or N m].
@@ -76,7 +80,7 @@ def dynamics(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: 
     return join(*x.K.dq), np.array(list(motion.values())), reaction
 
 
-def composites(tree: Tree, K: Kinematics, W: list[Any]) -> tuple[list[Any], list[Any]]:
+def composites(tree: Tree, K: Kinematics, W: list[Array]) -> tuple[list[Array], list[Array]]:
     """Per body, with all that it carries: spatial inertia I^c and the wrench that its joint would have to transmit if
     no degree of freedom accelerated (Fig. 6 (c), (d))."""
     I, F = [], []
@@ -95,7 +99,7 @@ def composites(tree: Tree, K: Kinematics, W: list[Any]) -> tuple[list[Any], list
     return I, F
 
 
-def joint_forces(tree: Tree, K: Kinematics, F: list[Any]) -> Iterator[Any]:
+def joint_forces(tree: Tree, K: Kinematics, F: list[Array]) -> Iterator[Any]:
     """(n_v,) S^T F: the forces along the degrees of freedom that hold all accelerations of `composites` at zero.
 
     A mode feels its own body (equation (8) of `flexible.inertia`) and what that carries.
@@ -109,9 +113,9 @@ def joint_forces(tree: Tree, K: Kinematics, F: list[Any]) -> Iterator[Any]:
                 yield sum((K.carried[j][k] @ F[j] for j in on), own)
 
 
-def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Any]) -> dict[tuple[int, int], Any]:
+def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Array]) -> dict[tuple[int, int], Scalar]:
     """H[k, l] = S_l^T I^c S_k for l on the path of k (CRBA); raises KernelError where nothing resists a motion."""
-    H: dict[tuple[int, int], Any] = {}
+    H: dict[tuple[int, int], Scalar] = {}
     for k, (i, path) in enumerate(zip(tree.body_of_dof, tree.dof_paths, strict=True)):
         mode = k - tree.bodies[i].v_modes.start
         if mode >= 0:
@@ -129,7 +133,9 @@ def joint_space_inertia(tree: Tree, K: Kinematics, I: list[Any]) -> dict[tuple[i
     return H
 
 
-def _mode_inertia(tree: Tree, K: Kinematics, I: list[Any], H: dict[tuple[int, int], Any], k: int, mode: int) -> None:
+def _mode_inertia(
+    tree: Tree, K: Kinematics, I: list[Array], H: dict[tuple[int, int], Scalar], k: int, mode: int
+) -> None:
     """The row of a mode: what the body's own deformation moves, and all that it carries."""
     i = tree.body_of_dof[k]
     b, own = tree.bodies[i], elastic(tree, K, i)
@@ -144,10 +150,10 @@ def _mode_inertia(tree: Tree, K: Kinematics, I: list[Any], H: dict[tuple[int, in
             H[k, l] = named(f"H({k},{l})", seen_from(tree, K, l, i) @ f)
 
 
-def energies(tree: Tree, K: Kinematics, g: Any) -> tuple[Any, Any]:
+def energies(tree: Tree, K: Kinematics, g: Scalar) -> tuple[Scalar, Scalar]:
     """Kinetic and gravitational energy of a tree [J]."""
-    kinetic: Any = 0.0
-    potential: Any = 0.0
+    kinetic: Scalar = 0.0
+    potential: Scalar = 0.0
     for i, b in enumerate(tree.bodies):
         c = K.r[i] + K.R[i] @ b.com
         v_C = K.V[i][3:] + skew(K.V[i][:3]) @ c

@@ -7,14 +7,17 @@ of mass (Featherstone 2008, section 2.14).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import exact
+from heavylift.kernel.compiler.symbol import Array
 
 from .trees import Tree, TreeBody
 
-__all__ = ["merged"]
+__all__ = ["gathered", "merged"]
 
 
 def merged(tree: Tree) -> Tree:
@@ -36,11 +39,17 @@ def _with(parent: TreeBody, child: TreeBody) -> TreeBody:
     """The parent with the mass of its child, in the parent's frame."""
     R_PB = exact(child.R_PJ) @ exact(child.R_CJ).T
     com = exact(child.p_PJ) - R_PB @ exact(child.p_CJ) + R_PB @ exact(child.com)
-    mass = parent.mass + child.mass
-    middle = (parent.mass * parent.com + child.mass * com) / mass if mass else np.zeros(3)
     inertia = exact(parent.inertia) + R_PB @ exact(child.inertia) @ R_PB.T
-    for m, p in ((parent.mass, parent.com), (child.mass, com)):
-        d = exact(p - middle)
-        inertia = inertia + m * ((d @ d) * np.eye(3) - np.outer(d, d))
+    mass, middle, inertia = gathered(inertia, [(parent.mass, parent.com), (child.mass, com)])
     symmetric = (inertia + inertia.T) / 2.0
     return replace(parent, mass=mass, com=np.asarray(middle, float), inertia=symmetric.astype(float))
+
+
+def gathered(inertia: Array, parts: Sequence[tuple[Any, Array]]) -> tuple[float, Array, Array]:
+    """Mass, its centre and inertia about that of masses at points; `inertia` (3, 3): the sum of their own."""
+    mass = sum(m for m, _ in parts)
+    com = sum((m * x for m, x in parts), np.zeros(3)) / mass if mass else np.zeros(3)
+    for m, x in parts:
+        d = exact(x - com)
+        inertia = inertia + m * ((d @ d) * np.eye(3) - np.outer(d, d))
+    return mass, com, inertia

@@ -11,6 +11,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -83,9 +84,14 @@ class Graph:
         """Link number of a body, -1 for the ground; raises KeyError."""
         return -1 if body == WORLD else self._numbers[body]
 
-    @property
+    @cached_property
     def _numbers(self) -> dict[str, int]:
         return {k.body.name: i for i, k in enumerate(self.links)}
+
+    @cached_property
+    def q0(self) -> list[float]:
+        """(nq,) coordinates at the start."""
+        return [x for k in self.links for x in k.q0]
 
     def joint(self, name: str) -> Link:
         """The link that a joint carries; raises KernelError if there is none."""

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join
+from heavylift.kernel.compiler.symbol import Array, Scalar
 
 from .dynamics import composites, joint_forces
 from .kinematics import Kinematics, kinematics
@@ -18,10 +19,10 @@ from .trees import Tree
 __all__ = ["accelerated", "axial_loads", "inverse_dynamics"]
 
 
-def accelerated(tree: Tree, q: Any, v: Any, dv: Any, g: Any) -> Kinematics:
+def accelerated(tree: Tree, q: Array, v: Array, dv: Array, g: Scalar) -> Kinematics:
     """Places, twists and the true accelerations of all bodies (gravity as upward acceleration of the ground)."""
     K = kinematics(tree, q, v, g, [0.0] * len(tree.prescribed_dofs))
-    X: list[Any] = []  # what the accelerations of the joints add
+    X: list[Array] = []  # what the accelerations of the joints add
     for i, (b, S) in enumerate(zip(tree.bodies, K.S, strict=True)):
         columns, a = [*S], [*dv[b.v.start : b.v_modes.stop]]
         if i in K.carried:  # by the modes of its parent
@@ -34,12 +35,12 @@ def accelerated(tree: Tree, q: Any, v: Any, dv: Any, g: Any) -> Kinematics:
     return K
 
 
-def axial_loads(tree: Tree, q: Any, v: Any, dv: Any, W: list[Any], g: Any) -> Any:
+def axial_loads(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> Any:
     """Of every flexible body, in its own axes: the force (3,) of each body that it carries on it [N], the acceleration
     (3,) of its frame less gravity [m/s2], and its angular velocity (3,) [rad/s]; arguments as of `inverse_dynamics`."""
     K = accelerated(tree, q, v, dv, g)
     _, F = composites(tree, K, W)
-    out: list[Any] = []
+    out: list[Array] = []
     for i, b in enumerate(tree.bodies):
         if b.n_modes:
             r, w, A, R = K.r[i], K.V[i][:3], K.A[i], K.R[i]
@@ -49,7 +50,7 @@ def axial_loads(tree: Tree, q: Any, v: Any, dv: Any, W: list[Any], g: Any) -> An
     return join(*out)
 
 
-def inverse_dynamics(tree: Tree, q: Any, v: Any, dv: Any, W: list[Any], g: Any) -> tuple[Any, list[Any]]:
+def inverse_dynamics(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> tuple[Any, list[Any]]:
     """Forces tau (n_v,) of the joints that give the accelerations dv, and what each joint transmits to its body.
 
     W: (6,) wrench on each body, the result likewise (6,) per body, [moment; force] in world axes about the tree's

@@ -12,7 +12,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.function import Function, Outputs
+from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import Lock, System
 from heavylift.kernel.errors import KernelError
@@ -56,7 +57,7 @@ def halt_function(k: int, tree: Tree) -> Function:
     """Velocities after the locked joints of a kind of tree have stopped, and the impulses of all prescribed ones."""
     nv, fixed = tree.v.stop - tree.v.start, len(tree.prescribed_dofs)
 
-    def halt(q: Any, v: Any, P: Any) -> dict[str, Any]:
+    def halt(q: Array, v: Array, P: Array) -> Outputs:
         t = with_numbers(tree, P)
         K = kinematics(t, q, v, 0.0, [0.0] * fixed)
         I, _ = composites(t, K, [np.zeros(6)] * len(t.bodies))

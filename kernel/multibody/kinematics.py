@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import join, motion_cross
-from heavylift.kernel.compiler.symbol import named
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named
 from heavylift.kernel.multibody.flexible.attachment import carry, carry_along
 from heavylift.kernel.multibody.flexible.inertia import FlexibleInertia, flexible_inertia
 
@@ -32,21 +32,21 @@ class Kinematics:
     body that it carries.
     """
 
-    o: Any
-    R: list[Any] = field(default_factory=list)
-    r: list[Any] = field(default_factory=list)
-    V: list[Any] = field(default_factory=list)
-    A: list[Any] = field(default_factory=list)
+    o: Array
+    R: list[Array] = field(default_factory=list)
+    r: list[Array] = field(default_factory=list)
+    V: list[Array] = field(default_factory=list)
+    A: list[Array] = field(default_factory=list)
     S: list[list[Any]] = field(default_factory=list)
-    dq: list[Any] = field(default_factory=list)
-    modes: dict[int, tuple[Any, Any, Any]] = field(default_factory=dict)
+    dq: list[Array] = field(default_factory=list)
+    modes: dict[int, tuple[Array, Any, Array]] = field(default_factory=dict)
     carried: dict[int, list[Any]] = field(default_factory=dict)
 
 
-Base = tuple[Any, Any, Any, Any]  # R, r, V, A of what a root stands on
+Base = tuple[Array, Array, Array, Array]  # R, r, V, A of what a root stands on
 
 
-def kinematics(tree: Tree, q: Any, v: Any, g: Any, a_ref: Any = (), base: Base | None = None) -> Kinematics:
+def kinematics(tree: Tree, q: Array, v: Array, g: Scalar, a_ref: Scalars = (), base: Base | None = None) -> Kinematics:
     """Fig. 6 (a), (b) with zero acceleration except the prescribed joints' a_ref (n_prescribed,).
 
     `base`: the body that the root stands on if that is not the ground; r then counts from the point of its tree.

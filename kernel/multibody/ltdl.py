@@ -6,7 +6,8 @@ Featherstone 2008, sections 6.5 and 8.6.  The paths of `trees` are its sparsity:
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+
+from heavylift.kernel.compiler.symbol import Scalar
 
 from .trees import Tree
 
@@ -22,10 +23,10 @@ class Factors:
 
     dofs: list[int]
     paths: list[list[int]]
-    L: dict[tuple[int, int], Any]
-    D_inverse: dict[int, Any]
+    L: dict[tuple[int, int], Scalar]
+    D_inverse: dict[int, Scalar]
 
-    def half(self, b: list[Any]) -> list[Any]:
+    def half(self, b: list[Scalar]) -> list[Scalar]:
         """L^-T b, so that b^T H^-1 c = half(b)^T D^-1 half(c)."""
         y = dict(zip(self.dofs, b, strict=True))
         for k in reversed(self.dofs):
@@ -33,9 +34,9 @@ class Factors:
                 y[i] = y[i] - self.L[k, i] * y[k]
         return [y[k] for k in self.dofs]
 
-    def back(self, y: list[Any]) -> list[Any]:
+    def back(self, y: list[Scalar]) -> list[Scalar]:
         """L^-1 D^-1 y: the second half of a solution."""
-        x: dict[int, Any] = {}
+        x: dict[int, Scalar] = {}
         for k, y_k in zip(self.dofs, y, strict=True):
             t = y_k * self.D_inverse[k]
             for i in self.paths[k]:
@@ -43,15 +44,15 @@ class Factors:
             x[k] = t
         return [x[k] for k in self.dofs]
 
-    def solve(self, b: list[Any]) -> list[Any]:
+    def solve(self, b: list[Scalar]) -> list[Scalar]:
         """H^-1 b over the free degrees of freedom."""
         return self.back(self.half(b))
 
 
-def ltdl(tree: Tree, H: dict[tuple[int, int], Any]) -> Factors:
+def ltdl(tree: Tree, H: dict[tuple[int, int], Scalar]) -> Factors:
     """Factorise H in place (Featherstone 2008, sections 6.5 and 8.6)."""
     dofs, paths = tree.free_dofs, tree.free_paths
-    D_inverse: dict[int, Any] = {}
+    D_inverse: dict[int, Scalar] = {}
     for k in reversed(dofs):
         D_inverse[k] = 1.0 / H[k, k]
         for n, i in enumerate(paths[k]):

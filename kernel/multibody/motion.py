@@ -19,6 +19,7 @@ from heavylift.kernel.algebra.spatial import (
     quaternion_matrix,
     quaternion_rate,
 )
+from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.description.joint_table import JOINTS, Motion
 from heavylift.kernel.description.mechanics import Joint, JointKind
 
@@ -31,9 +32,9 @@ class Jointed(Protocol):
     @property
     def kind(self) -> JointKind: ...
     @property
-    def axes(self) -> Any: ...
+    def axes(self) -> Array: ...
     @property
-    def pitch(self) -> Any: ...
+    def pitch(self) -> Scalar: ...
 
 
 def axes_of(joint: Joint) -> np.ndarray:
@@ -45,7 +46,7 @@ def axes_of(joint: Joint) -> np.ndarray:
     return np.array([axis, second, np.cross(axis, second)])
 
 
-def placement(kind: JointKind, axes: Any, pitch: Any, q: Any) -> tuple[Any, Any]:
+def placement(kind: JointKind, axes: Array, pitch: Scalar, q: Any) -> tuple[Array, Array]:
     """Rotation R_JB (3, 3) and place p_JB (3,) [m] of the child in the joint frame; axes as by `axes_of`."""
     joint = JOINTS[kind]
     if joint.quaternion is not None:
@@ -62,7 +63,7 @@ def placement(kind: JointKind, axes: Any, pitch: Any, q: Any) -> tuple[Any, Any]
     return np.eye(3) if R is None else R, np.zeros(3) if p is None else p
 
 
-def rates(kind: JointKind, q: Any, v: Any) -> Any:
+def rates(kind: JointKind, q: Array, v: Array) -> Any:
     """(n_q,) dq/dt."""
     i = JOINTS[kind].quaternion
     if i is None:
@@ -70,7 +71,7 @@ def rates(kind: JointKind, q: Any, v: Any) -> Any:
     return join(quaternion_matrix(*q[i:]) @ v[:i], quaternion_rate(q[i:], v[i:])) if i else quaternion_rate(q, v)
 
 
-def columns(b: Jointed, q: Any, v: Any, R_WJ: Any, R_WB: Any, r: Any) -> tuple[list[Any], Any]:
+def columns(b: Jointed, q: Array, v: Array, R_WJ: Array, R_WB: Array, r: Array) -> tuple[list[Any], Any]:
     """Velocity columns S, each (6,), and the bias (6,) of the joint itself (None where its structure says zero).
 
     World axes about the tree's point; r (3,) from that point to the child's origin [m].
@@ -100,6 +101,6 @@ def columns(b: Jointed, q: Any, v: Any, R_WJ: Any, R_WB: Any, r: Any) -> tuple[l
     return S, bias
 
 
-def _column(turns: bool, r: Any, e: Any) -> Any:
+def _column(turns: bool, r: Array, e: Array) -> Any:
     """(6,) twist of a unit turn about, or slide along, direction e through the child's origin."""
     return join(e, cross(r, e)) if turns else join(np.zeros(3), e)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import is_sym
+from heavylift.kernel.compiler.symbol import Array, Scalar, is_sym
 from heavylift.kernel.description.mechanics import JointKind
 from heavylift.kernel.errors import KernelError
 
@@ -39,15 +39,15 @@ class TreeBody(Freedoms):
     parent: int
     q: slice
     v: slice
-    mass: Any
-    com: Any
-    inertia: Any
-    p_PJ: Any
-    R_PJ: Any
-    axes: Any
-    pitch: Any
-    p_CJ: Any
-    R_CJ: Any
+    mass: Scalar
+    com: Array
+    inertia: Array
+    p_PJ: Array
+    R_PJ: Array
+    axes: Array
+    pitch: Scalar
+    p_CJ: Array
+    R_CJ: Array
     prescribed: tuple[int, ...]
     locked: bool
     elastic: Any = None
@@ -186,7 +186,7 @@ def numbers(tree: Tree) -> list[float]:
     return in_order(tree, all_numbers(tree.bodies))
 
 
-def in_order(tree: Tree, every: Sequence[Any]) -> list[Any]:
+def in_order(tree: Tree, every: Sequence[Scalar]) -> list[Any]:
     """Of `all_numbers` of a tree like this one, its parameters in the order that `with_numbers` takes them."""
     return [every[i] for i in _places(tree)]
 

@@ -1,8 +1,12 @@
 """One run of a compiled scene: steps, located events, commands, samples, in integer time.
 
-simulation           the life of a run
-events, commands     events, located and fired; what may be told to a run
-stepper              steps, commits and samples between events
+simulation           the life of a run, made of the parts that follow
+events               located, looked at, taken
+commands, commanded  what may be told to a run, and who is told
+integrator           steps: tentative, committed, forced to an instant
+peak_search          largest tensions between the ends of steps
+recorder             samples, checked on the way; rests
+held_rows            constraint rows: closed at the start, impulses at events
 snapshots            all that the future depends on, to go on from
 call_order           which calls may follow upon each other
 shared_loads         the warning of loads that rigid bodies do not determine

@@ -46,6 +46,15 @@ class CallOrder:
                 "call settle() first"
             )
 
+    def stands_at(self, t_ns: int, epoch_ns: int) -> bool:
+        """Whether an interrupt has nothing to do; raises KernelError out of turn, or for a time that is none."""
+        self.check_begun()
+        check_time(t_ns)
+        if self.phase in (PAUSED, STOPPED) and t_ns == epoch_ns:
+            return True
+        self.check_settled("interrupt", epoch_ns)
+        return False
+
     def check_standing(self, what: str, epoch_ns: int) -> None:
         """Raises KernelError where nothing may be commanded."""
         self.check_begun()

@@ -14,186 +14,167 @@ import numpy as np
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.parameters import PROFILE, RopeAt
+from heavylift.kernel.forces.ropes import RopeAt
+from heavylift.kernel.model.parameters import PROFILE
+from heavylift.kernel.model.program import Program
+from heavylift.kernel.model.references import References
 from heavylift.kernel.model.switching import StateEvent, Switches
 from heavylift.kernel.multibody.joint_locking import lock_of
-from heavylift.kernel.simulation.impacts.active_sets import Act, ContactSets
-from heavylift.kernel.simulation.impacts.halting import moving_drive
+from heavylift.kernel.simulation.native.native_state import NativeState
 
 from .call_order import CallOrder
-from .stepper import Stepper
+from .events import Events
+from .held_rows import HeldRows
 
-__all__ = ["Commanded"]
+__all__ = ["Commands"]
 
 
-class Commanded(Stepper):
-    """A stepper whose laws can be switched, hooked, locked and led; `log`: what happened, and when [ns].
+class Commands:
+    """Switches, hooks, locks and leads the laws of a run, as `Commanded` says."""
 
-    Arguments as those of `Stepper`.
-    """
+    def __init__(
+        self,
+        native: NativeState,
+        order: CallOrder,
+        references: References,
+        switches: Switches,
+        held: HeldRows,
+        events: Events,
+    ) -> None:
+        self._native, self._order, self._held, self._events = native, order, held, events
+        self.references, self.switches = references, switches
+        references.admit = switches.admit = self.admit
 
-    def __init__(self, *args: Any) -> None:
-        super().__init__(*args)
-        self.order = CallOrder()
-        self.switches = Switches(self.program, self.P)
-        self.references.admit = self.switches.admit = self._admit
-        self._contacts = ContactSets(self.program, self.P)
-        self.log: list[tuple[int, StateEvent]] = []
+    def admit(self, what: str) -> None:
+        """A command is given; it may undo an event of its instant, so that `settle` looks again.
 
-    def _resolve_rows(self, fallen: list[int], t_ns: int) -> list[StateEvent]:
-        """The next set of rigid ropes and contacts, all together."""
-        if not self.program.contacts.sites:
-            return self._resolve()
-        act = Act(self._survey, lambda: self.row().slack, self._kick, self._onto_rows)
-        after = self._contacts.resolve(fallen, t_ns * 1e-9, self["t"], self.state, act)
-        self._onto_rows()
-        first = self.program.nq + self.program.nv
-        for account, energy in after.accounts.items():
-            if account in self.program.accounts:
-                self.state[first + self.program.accounts.index(account)] += energy
-        return after.events
-
-    def _onto_rows(self) -> None:
-        """Places and speeds that the rows allow."""
-        self.X[self._at["y"]] = self._close(self.state.copy())[0]
-        self.X[self._at["gap"]] = 0.0
-
-    def _admit(self, what: str) -> None:
-        """A command is given; raises KernelError where the simulation does not stand (see `call_order`)."""
-        self.order.command(what, self.epoch)
-
-    def set_profile(self, name: str, start_ns: int, speed: float, accel: float, distance: float | None) -> None:
-        """Lead an actuator by a trapezoid from its present value and speed (see `References.set_profile`)."""
-        self.references.set_profile(name, start_ns, speed, accel, distance)
-
-    def watch(self, threshold: str, value: float, rising: bool) -> None:
-        """Report when a threshold's scalar crosses a value."""
-        self.switches.watch(threshold, value, rising)
-
-    def unwatch(self, threshold: str) -> None:
-        """Report it no more."""
-        self.switches.unwatch(threshold)
+        Raises KernelError where the simulation does not stand (see `call_order`).
+        """
+        self._order.command(what, self._native.epoch)
+        self._events.forget()
 
     def set_follow(self, actuator: str, master: str, f: tuple[float, float, float]) -> None:
         """Let an actuator follow k1 s + kc cos s + ks sin s of a master from here on; "" releases it."""
-        self.order.check_standing("set_follow", self.epoch)
-        self.references.set_follow(actuator, self.epoch, master, f, self.masters_now())
+        self._standing("set_follow")
+        self.references.set_follow(actuator, self._native.epoch, master, f, self.masters_now())
 
     def set_brake(self, brake: str, engaged: bool) -> None:
         """Close a brake where its joint stands, or open it."""
-        self.order.check_standing("set_brake", self.epoch)
-        row = self.row()
+        self._standing("set_brake")
+        row = self._native.row()
         self.switches.set_brake(brake, engaged, row)
-        self._heat(row)
+        self._events.heat(row)
+
+    def _standing(self, what: str) -> None:
+        self._order.check_standing(what, self._native.epoch)
 
     def set_lock(self, lock: str, engaged: bool) -> StateEvent | None:
         """Lock a joint where it stands, or free it; the event tells the energy that stopping it has taken [J].
 
         In a joint that moves, a lock stops it by an impulse; freed, it goes on without a jump.  None: nothing changed.
         """
-        self.order.check_standing("set_lock", self.epoch)
-        lock_of(self.program.system, lock)
-        if engaged == (lock in self.program.locked):
+        self._standing("set_lock")
+        lock_of(self._native.program.system, lock)
+        if engaged == (lock in self._native.program.locked):
             return None
-        before, at_lock = self.row(), self.program.nq + self.program.nv + self.program.accounts.index(("heat", lock))
-        heat = self.state[at_lock]
-        if engaged and len(self.program.constraints) and (moving := moving_drive(self.program, before.v)):
+        native, before, at_lock = self._native, self._native.row(), self._native.account("heat", lock)
+        heat = native.state[at_lock]
+        if engaged and len(native.program.constraints) and (moving := _moving_drive(native.program, before.v)):
             raise KernelError(
-                f"lock '{lock}' at {self.epoch * 1e-9:.3f} s: drive '{moving}' moves; stop it before a joint of a "
+                f"lock '{lock}' at {native.epoch * 1e-9:.3f} s: drive '{moving}' moves; stop it before a joint of a "
                 "scene with closed loops is locked"
             )
-        self._admit("set_lock")
-        self._use(self.program.locked ^ {lock})
+        self.admit("set_lock")
+        native.use(native.program.locked ^ {lock})
         if engaged:
-            self._call("halt")
-            if len(self.program.constraints):
-                changed = self._resolve_rows([], self.epoch)
-                self.log += [(self.epoch, e) for e in changed]
-                self.state[at_lock] += self._kept(before) - self._kept(self.row())  # what the loops' impulses took
-        event = StateEvent(lock, "locked" if engaged else "freed", float(self.state[at_lock] - heat))
-        self.log.append((self.epoch, event))
+            native.call("halt")
+            if len(native.program.constraints):
+                changed = self._held.resolve([], native.epoch)
+                self._events.log += [(native.epoch, e) for e in changed]
+                native.state[at_lock] += self._kept(before) - self._kept(native.row())  # what the loops' impulses took
+        event = StateEvent(lock, "locked" if engaged else "freed", float(native.state[at_lock] - heat))
+        self._events.log.append((native.epoch, event))
         return event
 
     def _kept(self, row: SimpleNamespace) -> float:
         """Kinetic energy with what went into heat and without what came from work: no impulse changes it."""
-        signs = [1.0 if what == "heat" else -1.0 for what, _ in self.program.accounts]
+        signs = [1.0 if what == "heat" else -1.0 for what, _ in self._native.program.accounts]
         return fsum([float(row.kinetic), *(s * float(x) for s, x in zip(signs, row.accounts, strict=True))])
 
     def unhook(self, rope: str) -> None:
         """Take a rope off; the energy that it held is lost."""
-        self.order.check_standing("unhook", self.epoch)
-        row = self.row()
+        self._standing("unhook")
+        row = self._native.row()
         self.switches.unhook(rope)
-        self._admit("unhook")
-        self._heat(row)
+        self.admit("unhook")
+        self._events.heat(row)
 
     def hook(self, rope: str, a: Vector | None = None, b: Vector | None = None, L0: float | None = None) -> None:
         """Hook a slack rope, at new points (in the frames) of the same bodies if given.
 
         Raises KernelError if it is too short, or for a new station on a flexible body.
         """
-        self.order.check_standing("hook", self.epoch)
+        self._standing("hook")
         a, b = self._ends(rope, a, b)
-        where, at = f"rope '{rope}' at {self.epoch * 1e-9:.3f} s", self.program.parameters.at
+        native, P, where = self._native, self._native.P, self._where(rope)
+        at = native.program.parameters.at
         rigid = self.switches.rigid_numbers(rope)
         p, places = (self.switches.rope_numbers(rope), RopeAt) if rigid is None else (rigid, RigidAt)
         if p[places.HOOKED] > 0.0:
             raise KernelError(f"{where}: it is hooked already; unhook it first")
         if L0 is not None and not 0.0 < L0 < np.inf:
             raise KernelError(f"{where}: length {L0:g} m; it must be positive")
-        before = self.P.copy()
+        before = P.copy()
         for end, place in ((a, places.A), (b, places.B)):
             if end is not None:
                 p[place] = end
         if L0 is not None:
-            self.P[at["reference", rope]], self.P[at["follow", rope]] = [0.0, L0] + [0.0] * (PROFILE - 2), 0.0
+            P[at["reference", rope]], P[at["follow", rope]] = [0.0, L0] + [0.0] * (PROFILE - 2), 0.0
         gap = self._too_short(rope)
         if not gap <= 0.0:
-            self.P[:] = before
+            P[:] = before
             raise KernelError(f"{where}: {gap * 1e3:.0f} mm too short to be hooked there; bring the hook closer")
-        self._admit("hook")
+        self.admit("hook")
         if L0 is not None:
-            self.references.set_value(rope, self.epoch, L0)
+            self.references.set_value(rope, native.epoch, L0)
         p[places.HOOKED], p[places.TAUT] = 1.0, 0.0
-        if rope in self._calm:
-            p[RopeAt.DAMPING] = self.program.parameters.initial[at["rope", rope]][RopeAt.DAMPING]
-            self._calm -= {rope}
-            self._use(self.program.locked)
+        if rope in native.calm:
+            p[RopeAt.DAMPING] = native.program.parameters.initial[at["rope", rope]][RopeAt.DAMPING]
+            native.calm -= {rope}
+            native.use(native.program.locked)
 
     def _ends(self, rope: str, a: Vector | None, b: Vector | None) -> list[Vector | None]:
         """New ends of a rope's first line where the rope's numbers want them: on a flexible body from their station."""
-        system, graph = self.program.system, self.program.graph
+        system, graph = self._native.program.system, self._native.program.graph
         lines = {r.name: r.lines[0] for r in system.ropes} | {r.name: r.lines[0] for r in system.rigid_ropes}
         if rope not in lines:
             return [a, b]
-        line, where = lines[rope], f"rope '{rope}' at {self.epoch * 1e-9:.3f} s"
+        line, where = lines[rope], self._where(rope)
         for end in (a, b):
             if end is not None and not _is_place(end):
                 raise KernelError(f"{where}: end {end}; it must be 3 finite numbers")
         return [None if p is None else graph.in_frame(where, x.body, p) for x, p in ((line.a, a), (line.b, b))]
 
+    def _where(self, rope: str) -> str:
+        return f"rope '{rope}' at {self._native.epoch * 1e-9:.3f} s"
+
     def _too_short(self, rope: str) -> float:
         """By how much a rope is shorter than the way between its ends [m]."""
-        row, system = self.row(), self.program.system
+        row, system = self._native.row(), self._native.program.system
         elastic, rigid = ([r.name for r in ropes] for ropes in (system.ropes, system.rigid_ropes))
         return float(row.elongation[elastic.index(rope)] if rope in elastic else -row.slack[rigid.index(rope)])
 
     def masters_now(self) -> list[float]:
         """Values of masters and measured scalars at the epoch."""
-        s = self.program.system
-        values = [self.references.own(m.name, self.epoch)[0] for m in s.masters]
-        row = self.row()
-        for m in s.measured:
+        native, program = self._native, self._native.program
+        values = [self.references.own(m.name, native.epoch)[0] for m in program.system.masters]
+        row = native.row()
+        for m in program.system.measured:
             if m.kind == "joint":
-                values.append(float(row.q[self.program.graph.coordinate(m.name, m.of, m.coordinate)[0]]))
+                values.append(float(row.q[program.graph.coordinate(m.name, m.of, m.coordinate)[0]]))
             else:
-                values.append(float(row.turned[self.program.angles.index(("body", m.of, m.axis))]))
+                values.append(float(row.turned[program.angles.index(("body", m.of, m.axis))]))
         return values
-
-    def _heat(self, before: SimpleNamespace) -> None:
-        """What the laws hold less than before a switch has become their heat; what they hold more comes from it."""
-        first = self.program.nq + self.program.nv
-        self.state[first : first + len(before.stored)] += before.stored - self.row().stored
 
 
 def _is_place(p: Any) -> bool:
@@ -203,3 +184,9 @@ def _is_place(p: Any) -> bool:
         and len(p) == 3
         and all(isinstance(x, float | int | np.number) and np.isfinite(x) for x in p)
     )
+
+
+def _moving_drive(program: Program, v: np.ndarray) -> str:
+    """The first prescribed drive that is in motion, "" if none."""
+    drives = (d for d in program.system.drives if d.kind == "prescribed")
+    return next((d.name for d in drives if v[program.driven(d)[1]] != 0.0), "")

@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
 from heavylift.kernel.description.notes import Note
-from heavylift.kernel.model.running import Running
 from heavylift.kernel.simulation.assembly.assembly import INDEPENDENT
+from heavylift.kernel.simulation.native.native_state import NativeState
 
 __all__ = ["note_shared_loads"]
 
@@ -19,36 +19,36 @@ LOADED = 1e-6  # part of the largest reaction from which something is carried
 NAMED = 6
 
 
-def note_shared_loads(simulation: Running, looked: set[frozenset[str]]) -> None:
+def note_shared_loads(native: NativeState, looked: set[frozenset[str]]) -> None:
     """Add the note, once for each set of taut ropes; `looked`: the sets that were looked at."""
-    p = simulation.program
+    p = native.program
     c = p.constraints
     n, at = len(c.of) + len(c.ropes), p.parameters.at
-    taut = frozenset(r.name for r in c.ropes if simulation.P[at["rigid", r.name]][RigidAt.TAUT] > 0.0)
+    taut = frozenset(r.name for r in c.ropes if native.P[at["rigid", r.name]][RigidAt.TAUT] > 0.0)
     if not (c.of or len(taut) > 1) or taut in looked:
         return
     looked.add(taut)
-    now = simulation.X.copy()
-    pivots = simulation._close(simulation.state.copy())[3][:n]
-    simulation.X[:] = now
+    now = native.X.copy()
+    pivots = native.close(native.state.copy())[3][:n]
+    native.X[:] = now
     repeated = np.flatnonzero(pivots <= INDEPENDENT)
-    names = _sharing(simulation) if len(repeated) else []
+    names = _sharing(native) if len(repeated) else []
     if not names:
         return
     told = (
         f"{', '.join(names[:NAMED])}{f' and {len(names) - NAMED} more' * (len(names) > NAMED)} at "
-        f"{simulation.epoch * 1e-9:.3f} s: how they share their load is not determined by rigid bodies, and what is "
+        f"{native.epoch * 1e-9:.3f} s: how they share their load is not determined by rigid bodies, and what is "
         "recorded of it is one of the possible shares; make them elastic, or let one of them hold fewer directions"
     )
-    if all(note.sentence != told for note in simulation.notes):
-        simulation.notes.append(Note(simulation.epoch, told))
+    if all(note.sentence != told for note in native.notes):
+        native.notes.append(Note(native.epoch, told))
 
 
-def _sharing(simulation: Running) -> list[str]:
+def _sharing(native: NativeState) -> list[str]:
     """Joints and ropes of groups in which something carries what is not determined."""
     from heavylift.kernel.model.reactions.joint_reactions import reactions
 
-    found = reactions(simulation, least=False)
+    found = reactions(native, least=False)
     lever = found.lever or 1.0
     loads: dict[tuple[str, str, int], float] = {("rope", name, 0): T for name, T in found.tensions.items()}
     for name, r in found.items():

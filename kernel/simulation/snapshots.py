@@ -6,68 +6,90 @@ their starts, accounts and the number of the next sample.
 
 from __future__ import annotations
 
-from copy import deepcopy
+from collections.abc import Mapping
+from copy import copy, deepcopy
+from functools import reduce
 from hashlib import sha256
 from typing import Any
 
 import numpy as np
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.methods.peers import Peer
+from heavylift.kernel.simulation.native.native_state import NativeState
 
-__all__ = ["BLOCKS", "KEPT", "foreign", "go_on", "kept"]
+__all__ = ["Snapshot", "back", "foreign", "go_on", "kept", "mark", "read", "write"]
 
-BLOCKS = ("X", "P", "M")
-KEPT = (
-    *BLOCKS,
-    "rows",
-    "epoch",
-    "_samples",
-    "_fallen",
-    "_event_ns",
-    "_instant",
-    "_still",
-    "_rested",
-    "_snapshot",
-    "_missed",
-    "_checked",
-    "notes",
-)
+Snapshot = dict[str, Any]
+Table = Mapping[str, tuple[str, ...]]  # part of a run, by its path -> names of its state; (): all that it has
 
-
-def kept(s: Any) -> dict[str, Any]:
-    """All that the future depends on; raises KernelError for a method of SciPy, which keeps its history to itself."""
-    if isinstance(s.method.method, Peer):
-        raise KernelError(f"method {s.method.method.name}: SciPy keeps its history; choose a method of our own")
-    beside = {"locked": sorted(s.program.locked), "balance": vars(s._balance)}
-    beside |= {"calm": sorted(s._calm), "rattles": s._rattling.counts}
-    beside |= {"patience": vars(s._patience), "phase": s.order.phase, "scene": _scene(s)}
-    led = {"actuators": s.references.actuators, "watched": s.switches.watched}
-    if s.thrift:
-        beside |= {"absent": sorted(s.absent), "thrift": s.thrift.kept()}
-    return deepcopy({**{name: getattr(s, name) for name in KEPT}, **beside, **led})
+CHANGED: Table = {  # by a run in which nothing happens
+    "": ("still",),
+    "order": ("phase",),
+    "native": ("X", "P", "M", "epoch", "notes"),
+    "recorder": ("rows", "number", "rested"),
+    "recorder.steps": ("lengths", "missed"),
+    "recorder.energy.balance": (),
+    "events": ("fallen", "t_ns", "before", "instant"),
+    "events.patience": (),
+}
+KEPT: Table = {
+    **CHANGED,
+    "events.rattling": ("counts",),
+    "references": ("actuators",),
+    "switches": ("watched",),
+}
+IN_PLACE = ("X", "P", "M", "rows", "notes")  # as all tables are: they are in other hands, too
 
 
-def go_on(s: Any, snapshot: dict[str, Any]) -> None:
+def _part(run: object, path: str) -> object:
+    return reduce(getattr, path.split("."), run) if path else run
+
+
+def read(run: object, table: Table) -> Snapshot:
+    """The state of the parts of a run, nothing copied."""
+    parts = {path: _part(run, path) for path in table}
+    return {
+        path: {name: getattr(x, name) for name in table[path] or vars(x)} for path, x in parts.items() if x is not None
+    }
+
+
+def write(run: object, state: Snapshot) -> None:
+    """Bring the parts of a run to a state."""
+    for path, values in state.items():
+        part = _part(run, path)
+        for name, x in values.items():
+            mine = getattr(part, name)
+            if name in IN_PLACE and mine is not None:
+                mine[:] = x
+            elif isinstance(mine, dict):
+                mine.clear()
+                mine.update(x)
+            else:
+                setattr(part, name, x)
+
+
+def kept(run: object, native: NativeState) -> Snapshot:
+    """All that the future of a simulation depends on."""
+    variant = {"locked": sorted(native.program.locked), "calm": sorted(native.calm)}
+    return deepcopy({"state": read(run, KEPT), "variant": variant, "scene": _scene(native)})
+
+
+def go_on(run: object, native: NativeState, snapshot: Snapshot) -> None:
     """Bring a started simulation to the point of a snapshot; raises KernelError for one of another scene."""
-    if not isinstance(snapshot, dict) or snapshot.get("scene") != _scene(s):
+    if not isinstance(snapshot, dict) or snapshot.get("scene") != _scene(native):
         raise foreign()
-    kept = deepcopy(snapshot)
-    kept.pop("scene")
-    s.order.phase = kept.pop("phase")
-    s._calm = frozenset(kept.pop("calm"))
-    s._use(frozenset(kept.pop("locked")))
-    s._rattling.counts = kept.pop("rattles")
-    vars(s._patience).update(kept.pop("patience"))
-    if s.thrift:
-        s._leave_out(frozenset(kept.pop("absent")))
-        s.thrift.go_on(kept.pop("thrift"))
-    for name in BLOCKS:  # in place, for parts of them are in other hands
-        if (block := kept.pop(name)) is not None:
-            getattr(s, name)[:] = block
-    vars(s._balance).update(kept.pop("balance"))
-    s.references.actuators.update(kept.pop("actuators"))
-    s.switches.watched.update(kept.pop("watched"))
-    vars(s).update(kept)
+    native.calm = frozenset(snapshot["variant"]["calm"])
+    native.use(frozenset(snapshot["variant"]["locked"]))
+    write(run, deepcopy(snapshot["state"]))
+
+
+def mark(run: object) -> Snapshot:
+    """What a run changes as long as nothing happens, for `back`; cheaper than a snapshot."""
+    return {path: {k: copy(x) for k, x in values.items()} for path, values in read(run, CHANGED).items()}
+
+
+def back(run: object, marked: Snapshot) -> None:
+    """Stand again where `mark` was made, before anything happened."""
+    write(run, marked)
 
 
 def foreign() -> KernelError:
@@ -78,10 +100,10 @@ def foreign() -> KernelError:
     )
 
 
-def _scene(s: Any) -> str:
+def _scene(native: NativeState) -> str:
     """What tells scenes with their options apart: names, numbers at the start, places in X, method, steps, samples."""
-    p, options = s.program, [s._sample_ns, *(s[name] for name in ("tol", "h_max"))]
+    p, o = native.program, native.options
     names = [[b.name for b in p.system.bodies], [k.joint.name for k in p.graph.links], p.guards, p.accounts]
-    layout = [s.method.method.name, s._step, *options, list(s.method.layout.at)]
+    layout = [o.method, o.step, o.sample_ns, native["tol"], native["h_max"], list(native.at)]
     start = p.parameters.initial.tobytes() + np.ascontiguousarray(p.initial_state()).tobytes()
     return sha256(repr((names, layout)).encode() + start).hexdigest()

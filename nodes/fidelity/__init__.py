@@ -1,4 +1,4 @@
-"""Model only what a scene requires: from what it asks and how accurately to the rung that answers at least cost.
+"""Model only what a scene requires: the cheapest fidelity that answers what it asks as accurately as it asks.
 
     choose(plan, followed, question, named) -> Verdict: fidelity, method, tolerance; every choice with its reason
 
@@ -6,7 +6,7 @@ case, hooks, moving, swinging, off_lead   the numbers of a scene that the rules 
 rules, always      one small function per rule; what is left out without a question
 choose, cost       which rules may be taken together; states and evaluations, predicted
 method             method and tolerance by cost (STEPS.md)
-verdict, own       the report, and what is not promised; what the rung of a scene leaves out
+verdict, own       the report, and what is not guaranteed; what the fidelity of a scene leaves out
 """
 
 from heavylift.nodes.plan.question import ASKABLE, Question

@@ -1,7 +1,7 @@
-"""What is left out of every lift without a question, with the numbers of this one: one small function each.
+"""What is left out of every lift whatever is asked, with the numbers of this one: one small function each.
 
-They return a `Choice` like the rules, so that the report can name what is gone, how many states that saves and what it
-costs: bodies that are held, sheaves, air, pairs that could touch, what nothing ties together.
+They return a `Choice` like the rules, so that the report can name what is omitted, how many states that saves and what
+it costs: bodies held by others, sheaves, air, pairs that could touch, machines that nothing connects.
 """
 
 from __future__ import annotations
@@ -48,12 +48,12 @@ def wind(plan: Plan, mechanics: System) -> Choice:
     winds = [f for f in mechanics.forces if isinstance(f, Wind)]
     if not winds:
         return Choice("wind", "", {}, 0, {}, "no wind: none is named")
-    told = []
+    forces = []
     for w in winds:
         speed = max((abs(v) for v in (*w.signal.values, w.signal.value)), default=0.0)
         force = w.density * w.drag * w.area * speed * speed / 2.0
-        told.append(f"'{w.name}' pushes with {force / 1e3:.3g} kN at {speed:.3g} m/s")
-    return Choice("wind", "", {}, 0, {}, ", ".join(told), allowed=False)
+        forces.append(f"'{w.name}' pushes with {force / 1e3:.3g} kN at {speed:.3g} m/s")
+    return Choice("wind", "", {}, 0, {}, ", ".join(forces), allowed=False)
 
 
 def contact(plan: Plan, mechanics: System) -> Choice:
@@ -68,7 +68,7 @@ def contact(plan: Plan, mechanics: System) -> Choice:
 
 
 def islands(plan: Plan, mechanics: System) -> Choice:
-    """Machines that nothing ties together each have steps of their own; a group of them that rests takes none."""
+    """Machines that nothing connects have steps of their own; a group of them at rest takes none."""
     from heavylift.kernel.islands.components import (  # with arrays, which a process of a node lacks
         islands_of,
         loose_ropes,
@@ -82,12 +82,4 @@ def islands(plan: Plan, mechanics: System) -> Choice:
     return Choice("islands", "", {}, 0, {}, why, allowed=n > 1 and not together)
 
 
-def unused(plan: Plan, mechanics: System) -> Choice:
-    """Ropes that nobody has hooked and pads far from their stools, as long as that lasts."""
-    dropped = plan.fidelity.unused_laws == "dropped"
-    laws = f"{len(mechanics.straight_ropes)} ropes and {len(mechanics.supports)} pads"
-    why = "while they pull or push nothing, if that pays" if dropped else "as the scene says"
-    return Choice("unused laws", "", {}, 0, {}, f"{laws}: {why}", allowed=dropped)
-
-
-ALWAYS: tuple[Callable[[Plan, System], Choice], ...] = (merged, reeving, wind, contact, islands, unused)
+ALWAYS: tuple[Callable[[Plan, System], Choice], ...] = (merged, reeving, wind, contact, islands)

@@ -254,7 +254,7 @@ def _mirrored(plan: Plan, ordered: set[str], carrying: set[str]) -> bool:
                 x, *rest = places[s.lug]
                 hung.append((x - block.body.com[0], *rest, s.L0, s.EA))
                 hung.append((sides[rope.name] + s.beam.p[0], *s.beam.p[1:], s.L0))
-    return _its_own_image(hung) and all(_its_own_image(_told(action, sides)) for action in plan.actions)
+    return _its_own_image(hung) and all(_its_own_image(_moves(action, sides)) for action in plan.actions)
 
 
 Sided = tuple[float, ...]  # place along the rails from the plane [m], and what must be the same on the other side
@@ -283,7 +283,7 @@ def _trolleys(crane: Crane) -> tuple[str, str]:
     return drive_name(crane.name, "upper"), drive_name(crane.name, "lower")
 
 
-def _told(action: Action, sides: dict[str, float]) -> list[Sided]:
+def _moves(action: Action, sides: dict[str, float]) -> list[Sided]:
     """The moves of an action: where, whether of a rope, speed, acceleration, way and goal."""
     moves = (order for order in action.orders if isinstance(order, Move) and order.actuator in sides)
     return [

@@ -80,15 +80,15 @@ def _by_way(action: Action, before: State, plan: Plan) -> Action:
 
 def lasts(action: Action) -> float:
     """Duration of an action, about [s]."""
-    told = [_duration(order) for order in action.orders if isinstance(order, Move)]
-    return max([*told, *(order.seconds for order in action.orders if isinstance(order, Wait))], default=0.0)
+    message = [_duration(order) for order in action.orders if isinstance(order, Move)]
+    return max([*message, *(order.seconds for order in action.orders if isinstance(order, Wait))], default=0.0)
 
 
 def turning(plan: Plan) -> float:
     """Of all turns of the block, about [s]."""
-    told = [order for action in plan.actions for order in action.orders if isinstance(order, Turn)]
-    angles = [plan.start, *(turn.to for turn in told)]
-    return sum(abs(turn.to - before) / turn.rate for before, turn in zip(angles, told, strict=False))
+    message = [order for action in plan.actions for order in action.orders if isinstance(order, Turn)]
+    angles = [plan.start, *(turn.to for turn in message)]
+    return sum(abs(turn.to - before) / turn.rate for before, turn in zip(angles, message, strict=False))
 
 
 def _duration(m: Move) -> float:

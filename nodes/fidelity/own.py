@@ -1,4 +1,4 @@
-"""What the rung of a scene leaves out, and the error that the rules predict of it: said of every run, asked or not."""
+"""What the fidelity of a scene leaves out, and the error that the rules predict for it; in the summary of every run."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["Modelled", "modelled_as"]
 
 SPARE = 2.0  # on the rule of ropes with lumped mass, for ropes without any: their load moves a third of it less
-TOLD: Asked = "rope tension"  # the quantity that every summary shows
+SUMMARISED: Asked = "rope tension"  # the quantity that every summary shows
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Modelled:
         out = ", ".join(self.left_out) or "nothing left out"
         if self.unknown:
             return f"{out}; error not predicted: {self.unknown}"
-        return f"{TOLD} within {percent_up(self.errors[TOLD])}: {out}"
+        return f"{SUMMARISED} within {percent_up(self.errors[SUMMARISED])}: {out}"
 
 
 def modelled_as(plan: Plan, followed: Following | None) -> Modelled:
@@ -67,7 +67,7 @@ def modelled_as(plan: Plan, followed: Following | None) -> Modelled:
             if not choice.allowed:
                 return Modelled(out, {}, f"{choice.rule}: {choice.reason}")
             rules.append(choice.errors)
-    return Modelled(out, {TOLD: EXACT + sum(errors.get(TOLD, 0.0) for errors in rules)})
+    return Modelled(out, {SUMMARISED: EXACT + sum(errors.get(SUMMARISED, 0.0) for errors in rules)})
 
 
 def _left_out(at: Fidelity) -> tuple[str, ...]:

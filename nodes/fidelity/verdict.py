@@ -1,7 +1,7 @@
-"""What became of a question: every choice with its errors and its reason, the steps, and what cannot be promised.
+"""The answer to a question: every choice with its errors and its reason, the steps, and what cannot be guaranteed.
 
-`str` is the report that `heavylift check` prints, `data` the same for a machine, `notes` what the user must be told
-before a run: of an accuracy that is not promised nothing may read as if it were.
+`str` is the report that `heavylift check` prints, `data` the same as plain data, `notes` the warnings before a run: an
+accuracy that is not guaranteed must not look as if it were.
 """
 
 from __future__ import annotations
@@ -57,22 +57,23 @@ class Verdict:
         """Why what is asked is not promised; empty if it is."""
         if self.unknown:
             return (f"nothing is chosen or promised for what the scene asks: {self.unknown}",)
-        accuracy, told = self.question.accuracy, []
+        accuracy, notes = self.question.accuracy, []
         if dear := [f"{q} {percent(e)}" for q, e in self.errors.items() if e > accuracy]:
-            told.append(
+            notes.append(
                 f"what the scene names costs more than the accuracy asked, {percent(accuracy)}: {', '.join(dear)}"
             )
-        told += [
+        notes += [
             f"the scene names '{key}', whose error no rule predicts here: not promised" for key in self.unpredicted
         ]
         if accuracy < EXACT:
             finest = f"the richest rung itself is right to {percent(EXACT)}"
-            told.append(
+            notes.append(
                 f"no rung keeps an accuracy of {percent(accuracy)} for certain: {finest}, nothing finer is promised"
             )
         if self.steps and not self.steps[0].within(self._left()):
-            told.append(f"{self.steps[0].method} is kept although unfit: no method promises what is left for the steps")
-        return tuple(told)
+            unfit = "is kept although unfit: no method promises what is left for the steps"
+            notes.append(f"{self.steps[0].method} {unfit}")
+        return tuple(notes)
 
     def __str__(self) -> str:
         asked = ", ".join(self.question.ask)
@@ -81,16 +82,16 @@ class Verdict:
             return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
         for d in self.decided:
             lines.append(
-                f"  {d.choice.rule:<16} {d.outcome:<9} {d.choice.saved:>4} states   {self._told(d.choice.errors)}   "
+                f"  {d.choice.rule:<16} {d.outcome:<9} {d.choice.saved:>4} states   {self._errors(d.choice.errors)}   "
                 f"{d.choice.reason}"
             )
         for choice in self.always:
             outcome = "left out" if choice.allowed else "as it is"
             lines.append(f"  {choice.rule:<16} {outcome:<9} {choice.saved:>4} states   {choice.reason}")
-        rest = f"; the steps may add {self._told(self._left())}" if self.steps else ""
-        lines += [f"  predicted in all: {self._told(self.errors)}{rest}"]
+        rest = f"; the steps may add {self._errors(self._left())}" if self.steps else ""
+        lines += [f"  predicted in all: {self._errors(self.errors)}{rest}"]
         if self.chance:
-            lines += [f"  by chance, whatever is modelled: {self._told(self.chance)}: which pad is the last to open"]
+            lines += [f"  by chance, whatever is modelled: {self._errors(self.chance)}: which pad is the last to open"]
         if self.cost and self.richest:
             lines += [
                 f"  {name:<16} {c.states:>4} states, bound by {c.omega:.0f} 1/s, about {c.evaluations:.2g} evaluations"
@@ -105,7 +106,7 @@ class Verdict:
             lines.append(f"  {at:<17} {outcome:<18} {self._words(s)}{s.reason}")
         return "\n".join([*lines, *(f"  {note}" for note in self.notes)])
 
-    def _told(self, errors: Errors) -> str:
+    def _errors(self, errors: Errors) -> str:
         return ", ".join(f"{q} {percent(errors.get(q, 0.0))}" for q in self.question.ask)
 
     def _words(self, s: Stepped) -> str:
@@ -114,7 +115,7 @@ class Verdict:
             return ""
         spent = f"{s.cost.evaluations:.2g} evaluations"
         spent += f" and {s.cost.algebra:.2g} in matrices" if s.cost.algebra else ""
-        return f"{spent}   {self._told(s.errors)}   "
+        return f"{spent}   {self._errors(s.errors)}   "
 
     def _left(self) -> Errors:
         """Of the accuracy, for the steps."""
@@ -153,5 +154,5 @@ def left(question: Question, spent: Errors) -> Errors:
 
 
 def percent(error: float) -> str:
-    """A relative error as people read it, to three digits."""
+    """A relative error in percent, to three digits."""
     return f"{100.0 * error:.3g} %"

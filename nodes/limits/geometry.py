@@ -38,7 +38,7 @@ def geometry_findings(plan: Plan) -> list[Finding]:
     if off > ROUNDING:
         com = ", ".join(f"{x:g}" for x in block.body.com)
         told = f"the centre of mass at u, v, w = {com} m is {off:.4g} m outside the block"
-        found.append(_finding(block.name, told, block.where, off, 0.0))
+        found.append(_finding(block.name, told, block.com_where, off, 0.0))
     return found
 
 

@@ -15,7 +15,7 @@ from heavylift.nodes.plan.limit import Limit, Use
 
 from .reading import axis_of, read
 from .signals import Signals, signals_of
-from .telling import finding_of, sorted_findings
+from .telling import NOISE, SAME, finding_of, sorted_findings
 
 if TYPE_CHECKING:
     from heavylift.nodes.plan.plan import Plan
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 __all__ = ["judge", "judge_path", "judge_run", "limits_of", "uses_of", "uses_of_run", "uses_on_path"]
 
-SAME = 1e-6  # of the worst value: what comes so close to it came to it first
 YIELDS = dict.fromkeys(("hook height", "rope length", "rails", "girder"), 0.05)  # [m] of servos, stretch and bounces
 ELSEWHERE = ("clearance",)  # judged by who looks at shapes
 
@@ -117,7 +116,7 @@ class _Worst:
         self._most = max(self._most, float(how.max() if finite.all() else how[finite].max()))
         how = np.where(np.isnan(how), -np.inf, how)
         highest = np.maximum.accumulate(np.append(self._first[-1][0] if self._first else -np.inf, how))
-        least = self._most - SAME * abs(self._most)
+        least = self._most - max(SAME * abs(self._most), NOISE.get(self._limit.unit, 0.0))
         new = np.flatnonzero((how > highest[:-1]) & (how >= least)).tolist()
         self._first = [x for x in self._first if x[0] >= least]
         self._first += [(float(how[k]), self._made(signals, float(values[k]), float(signals.t[k]), k)) for k in new]

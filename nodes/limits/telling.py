@@ -17,8 +17,10 @@ from msgspec.structs import replace
 if TYPE_CHECKING:
     from heavylift.nodes.plan.plan import Plan
 
-__all__ = ["HEAD", "WORDS", "finding_of", "likewise", "rows", "shown", "sorted_findings", "unjudged"]
+__all__ = ["HEAD", "NOISE", "SAME", "WORDS", "finding_of", "likewise", "rows", "shown", "sorted_findings", "unjudged"]
 
+SAME = 1e-6  # of the worst value: what comes so close to it came to it first, or is told first
+NOISE = {"N": 1.0, "kg": 0.1, "rad": 1e-6, "m": 1e-6}  # by unit: values below it, and differences, are rounding
 HEAD = ("limit", "worst of", "worst", "at", "may be", "use", "source")
 
 
@@ -85,7 +87,8 @@ def rows(uses: Sequence[Use], *, every: bool = False) -> list[tuple[str, ...]]:
 
 
 def _row(group: list[Use]) -> tuple[str, ...]:
-    worst = max(group, key=lambda use: use.use if use.use is not None else use.value or 0.0)
+    sizes = [_size(use) for use in group]
+    worst = next(use for use, size in zip(group, sizes, strict=True) if size >= max(sizes) - SAME * abs(max(sizes)))
     limit = worst.limit
     many = len({use.limit.subject for use in group})
     subject = limit.subject if many == 1 else f"{limit.subject} (of {many})"
@@ -93,6 +96,14 @@ def _row(group: list[Use]) -> tuple[str, ...]:
     source = "; ".join(part for part in (limit.source, limit.note) if part)
     used = "" if worst.use is None or limit.between is not None else percent(worst.use)
     return (limit.quantity, subject, shown(limit, worst.value), at, _allowed(worst), used, source)
+
+
+def _size(use: Use) -> float:
+    """How bad a use is among others of its kind."""
+    value = use.value or 0.0
+    if abs(value) < NOISE.get(use.limit.unit, 0.0):
+        return 0.0
+    return value if use.use is None else use.use
 
 
 def percent(use: float) -> str:
@@ -130,6 +141,7 @@ def shown(limit: Limit, value: float | None) -> str:
         case "kg":
             return f"{value / 1e3:.1f} t"
         case "N":
+            value = value if abs(value) >= NOISE[limit.unit] else 0.0
             return f"{value / 1e3:.4g} kN" if abs(value) < 1e6 else f"{value / 1e3:.0f} kN"
         case "rad":
             return f"{degrees(value):.2f} deg"

@@ -14,20 +14,13 @@ from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Coupled, In, Model, Out
 from heavylift.nodes.models.commander.actuator_registry import TURN, machines, turns
 from heavylift.nodes.models.commander.commander import Commander
+from heavylift.nodes.models.commander.conditions import watched
+from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.models.parts.drive import DriveActor
 from heavylift.nodes.models.parts.fidelity_variants import hook_rope, sling
-from heavylift.nodes.models.parts.messages import (
-    Finished,
-    KernelInput,
-    OperatorAnswer,
-    OperatorCommand,
-    Order,
-    Report,
-    Skipped,
-    Stage,
-)
-from heavylift.nodes.models.parts.parts import LiveActor, Machine, RopeAtomic, declared
-from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.models.parts.gauges import Gauge
+from heavylift.nodes.models.parts.parts import LiveActor, Machine, RopeAtomic, declared, share
+from heavylift.nodes.plan.plan import Block, Crane, Loader, Mechanism, Plan
 
 from .block import BlockModel
 from .crane import CraneModel
@@ -54,29 +47,24 @@ class Rig(Coupled):
 class CommanderModel(Coupled):
     """The commander with its action list, the rig, and the actor of the Master "turn"."""
 
-    report, command = In(Report), In(OperatorCommand)
-    stage = Out(Stage)
-    skipped = Out(Skipped)
-    finished = Out(Finished)
-    answer = Out(OperatorAnswer)
+    report, command = In(m.Report), In(m.OperatorCommand)
+    stage = Out(m.Stage)
+    skipped = Out(m.Skipped)
+    finished = Out(m.Finished)
+    answer = Out(m.OperatorAnswer)
 
     def __init__(self, plan: Plan) -> None:
         super().__init__(COMMANDER)
         self.actions = self.add(Commander("actions", plan))
-        self.connect(self.report, self.actions.report)
-        self.connect(self.command, self.actions.command)
-        self.connect(self.actions.stage, self.stage)
-        self.connect(self.actions.skipped, self.skipped)
-        self.connect(self.actions.finished, self.finished)
-        self.connect(self.actions.answer, self.answer)
+        share(self, self.actions)
         for name in machines(plan):
-            self.connect(self.actions.to[name], self.add_out(f"order_{name}", Order))
+            self.connect(self.actions.to[name], self.add_out(f"order_{name}", m.Order))
         self.rig = self.add(Rig(plan))
         if turns(plan):
             turn = self.add(DriveActor(TURN, TURN, System(masters=(Master(TURN),)), start=plan.start))
             self.connect(self.actions.to[TURN], turn.order)
             self.connect(turn.report, self.actions.report)
-            self.connect(turn.input, self.add_out("input", KernelInput))
+            self.connect(turn.input, self.add_out("input", m.KernelInput))
 
     def waiting_for(self) -> str:
         """What the action list lacks to go on, as a sentence; "" when it is done."""
@@ -117,19 +105,23 @@ def drives(model: NodeModel) -> list[DriveActor]:
 def _built(plan: Plan, name: str) -> NodeModel:
     if name == COMMANDER:
         return CommanderModel(plan)
-    for crane in plan.cranes:
-        if crane.name == name:
-            return CraneModel(plan, crane)
-    for loader in plan.loaders:
-        if loader.name == name:
-            return LoaderModel(plan, loader)
-    if plan.block is not None and plan.block.name == name:
-        return BlockModel(plan, plan.block)
-    for mechanism in plan.mechanisms:
-        if mechanism.name == name:
-            return MechanismModel(plan, mechanism)
-    known = ", ".join([COMMANDER, *machines(plan)])
-    raise ModelError(f"there is no model {name} in {plan.name}, it has {known}")
+    machine = next((machine for machine in plan.machines if machine.name == name), None)
+    model: Machine
+    match machine:
+        case Crane():
+            model = CraneModel(plan, machine)
+        case Loader():
+            model = LoaderModel(plan, machine)
+        case Block():
+            model = BlockModel(plan, machine)
+        case Mechanism():
+            model = MechanismModel(machine)
+        case None:
+            known = ", ".join([COMMANDER, *machines(plan)])
+            raise ModelError(f"there is no model {name} in {plan.name}, it has {known}")
+    if thresholds := watched(plan, name):
+        model.take(Gauge("gauge", thresholds))
+    return model
 
 
 def system(plan: Plan) -> System:

@@ -7,9 +7,8 @@ degrees.
 from __future__ import annotations
 
 from heavylift.kernel.description.mechanics import WORLD, Joint, System
-from heavylift.nodes.models.commander.conditions import watched
 from heavylift.nodes.models.parts.fidelity_variants import modelled
-from heavylift.nodes.models.parts.gauges import Gauge, Inclinometer
+from heavylift.nodes.models.parts.gauges import Inclinometer
 from heavylift.nodes.models.parts.parts import BodyCoupled, JointCoupled, Law, Machine, body
 from heavylift.nodes.models.parts.rigging import Stools
 from heavylift.nodes.plan.plan import Block, Plan
@@ -31,5 +30,3 @@ class BlockModel(Machine):
         stools = Stools("stools", block.name, laws, faces=faces, closed=closed)
         level = Inclinometer("attitude", block.name, plan.start)
         self.take(BodyCoupled("body", body(block.name, block.body), Law("weight"), stools, level))
-        if thresholds := watched(plan, block.name):
-            self.take(Gauge("gauge", thresholds))

@@ -8,11 +8,10 @@ hook blocks, for the ropes carry both.
 from __future__ import annotations
 
 from heavylift.kernel.description.mechanics import WORLD, Drive, Joint, System, Threshold, Vector
-from heavylift.nodes.models.commander.conditions import watched
 from heavylift.nodes.models.parts.chains import pieces
 from heavylift.nodes.models.parts.drive import DriveActor, HeldActor, WinchActor
 from heavylift.nodes.models.parts.fidelity_variants import modelled
-from heavylift.nodes.models.parts.gauges import Gauge, LoadCell
+from heavylift.nodes.models.parts.gauges import LoadCell
 from heavylift.nodes.models.parts.girder import girder, on_girder, stiff_part
 from heavylift.nodes.models.parts.parts import Actor, BodyCoupled, JointCoupled, Law, Machine, body
 from heavylift.nodes.plan.fidelity import held_by
@@ -40,8 +39,6 @@ class CraneModel(Machine):
             self.take(BodyCoupled("girder", beam, Law("weight")))
         for trolley in (crane.upper, crane.lower):
             self._trolley(trolley, main)
-        if thresholds := watched(plan, crane.name):
-            self.take(Gauge("gauge", thresholds))
 
     def _trolley(self, trolley: Trolley, main: str) -> None:
         name = f"{main.removesuffix('main')}{trolley.name}"

@@ -7,9 +7,8 @@ lock, which holds the beam while no sling is hooked.
 from __future__ import annotations
 
 from heavylift.kernel.description.mechanics import WORLD, Brake, Joint, JointSpring, Stop, System
-from heavylift.nodes.models.commander.conditions import watched
 from heavylift.nodes.models.parts.fidelity_variants import modelled
-from heavylift.nodes.models.parts.gauges import Gauge, LoadCell
+from heavylift.nodes.models.parts.gauges import LoadCell
 from heavylift.nodes.models.parts.messages import Latch
 from heavylift.nodes.models.parts.parts import BodyCoupled, JointCoupled, Law, Machine, body
 from heavylift.nodes.models.parts.rigging import LockActor, SlingActor
@@ -30,25 +29,11 @@ class LoaderModel(Machine):
         self.take(JointCoupled("free", modelled(free, plan.fidelity), Law("free")))
         self.take(BodyCoupled("upper", upper, Law("weight")))
 
-        hinge = Joint(
-            f"{n}.hinge",
-            "revolute",
-            upper.name,
-            lower.name,
-            loader.hinge,
-            axis=(0.0, 1.0, 0.0),
-            q0=(0.0,),
-            v0=(0.0,),
-        )
+        between, y = (upper.name, lower.name), (0.0, 1.0, 0.0)
+        hinge = Joint(f"{n}.hinge", "revolute", *between, loader.hinge, axis=y, q0=(0.0,), v0=(0.0,))
         damper = JointSpring(f"{hinge.name}.damper", hinge.name, d=loader.damping)
-        stop = Stop(
-            f"{hinge.name}.stop",
-            hinge.name,
-            loader.stop_lower,
-            loader.stop_upper,
-            loader.stop_k,
-            loader.stop_d,
-        )
+        ends = loader.stop_lower, loader.stop_upper
+        stop = Stop(f"{hinge.name}.stop", hinge.name, *ends, loader.stop_k, loader.stop_d)
         hooked = frozenset(sling.name for sling in slings if sling.lug)
         brake = Brake(f"{hinge.name}.lock", hinge.name, loader.lock_moment, loader.lock_k, loader.lock_d, not hooked)
         held = hinge.name in plan.fidelity.locked  # then nothing acts on it
@@ -61,10 +46,8 @@ class LoaderModel(Machine):
         names = tuple(sling.name for sling in slings)
         cells = [LoadCell("load", f"{n}.load", names, loader.capacity_N)] if names else []
         beam = self.take(BodyCoupled("lower", lower, Law("weight"), *actors, *cells))
-        told, tells = joint.add_in("latch", Latch), beam.add_out("latch", Latch)
-        joint.connect(told, lock.latch)
-        self.connect(tells, told)
+        into, out = joint.add_in("latch", Latch), beam.add_out("latch", Latch)
+        joint.connect(into, lock.latch)
+        self.connect(out, into)
         for actor in actors:
-            beam.connect(actor.latch, tells)
-        if thresholds := watched(plan, n):
-            self.take(Gauge("gauge", thresholds))
+            beam.connect(actor.latch, out)

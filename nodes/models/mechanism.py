@@ -12,18 +12,16 @@ import re
 from heavylift.kernel.description.forces import Force, Reeving
 from heavylift.kernel.description.mechanics import WORLD, RigidRope, Rope, System
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.models.commander.conditions import watched
 from heavylift.nodes.models.parts.drive import DriveActor, WinchActor
-from heavylift.nodes.models.parts.gauges import Gauge
 from heavylift.nodes.models.parts.parts import Actor, BodyCoupled, JointCoupled, Law, Machine
 from heavylift.nodes.models.parts.rigging import BrakeActor, JointLockActor, SlingActor, Stools
-from heavylift.nodes.plan.plan import Actuator, Mechanism, Plan
+from heavylift.nodes.plan.plan import Actuator, Mechanism
 
 
 class MechanismModel(Machine):
     """One mechanism of the plan."""
 
-    def __init__(self, plan: Plan, mechanism: Mechanism) -> None:
+    def __init__(self, mechanism: Mechanism) -> None:
         super().__init__(mechanism.name)
         self.mechanism, self.system = mechanism, mechanism.system
         self.actuators = {actuator.name: actuator for actuator in mechanism.actuators}
@@ -35,8 +33,6 @@ class MechanismModel(Machine):
             self.take(self._drive(f"master-{_name(master.name)}", master.name, System(masters=(master,))))
         if measured := self.system.measured:
             self.take(Law("measured", System(measured=measured)))
-        if thresholds := watched(plan, mechanism.name):
-            self.take(Gauge("gauge", thresholds))
 
     def _joint_actors(self, joint: str) -> list[Actor]:
         system, actors = self.system, list[Actor]()
@@ -47,12 +43,9 @@ class MechanismModel(Machine):
             actors.append(BrakeActor(_name(brake.name), brake.name, laws, engaged=brake.engaged))
         for lock in (x for x in system.locks if x.joint == joint):
             actors.append(JointLockActor(_name(lock.name), lock.name, System(locks=(lock,)), engaged=lock.engaged))
-        for spring in (s for s in system.springs if s.joint == joint):
-            actors.append(Law(_name(spring.name), System(springs=(spring,))))
-        for stop in (s for s in system.stops if s.joint == joint):
-            actors.append(Law(_name(stop.name), System(stops=(stop,))))
-        for force in (f for f in system.forces if f.along and f.along[0] == joint):
-            actors.append(Law(_name(force.name), System(forces=(force,))))
+        actors += [Law(_name(x.name), System(springs=(x,))) for x in system.springs if x.joint == joint]
+        actors += [Law(_name(x.name), System(stops=(x,))) for x in system.stops if x.joint == joint]
+        actors += [Law(_name(f.name), System(forces=(f,))) for f in system.forces if f.along and f.along[0] == joint]
         return actors or [Law("free")]
 
     def _body_actors(self, body: str) -> list[Actor]:

@@ -5,19 +5,9 @@ Printed by `heavylift tree SCENE`; each line is one model with what it holds and
 
 from __future__ import annotations
 
-from typing import Any
-
 from heavylift.nodes.devs import Coupled, InPort, Model
 from heavylift.nodes.models.commander.commander import Commander
-from heavylift.nodes.models.parts.parts import (
-    Actor,
-    BodyAtomic,
-    BodyCoupled,
-    JointAtomic,
-    JointCoupled,
-    LiveActor,
-    RopeAtomic,
-)
+from heavylift.nodes.models.parts import parts
 from heavylift.nodes.plan.plan import Plan
 
 from .assembly import CommanderModel, Rig, build
@@ -32,8 +22,8 @@ KINDS: dict[type[Model], str] = {
     LoaderModel: "coupled: loader",
     BlockModel: "coupled: block",
     MechanismModel: "coupled: mechanism",
-    JointCoupled: "joint coupled",
-    BodyCoupled: "body coupled",
+    parts.JointCoupled: "joint coupled",
+    parts.BodyCoupled: "body coupled",
     Rig: "coupled: rig",
 }
 
@@ -47,12 +37,12 @@ def tree(plan: Plan) -> str:
     return "\n".join(lines)
 
 
-def tree_data(plan: Plan) -> dict[str, Any]:
+def tree_data(plan: Plan) -> dict[str, object]:
     """The same as plain data: name, kind, in and out ports and children of every model."""
     return {"name": plan.name, "children": [_data(model) for model in build(plan).values()]}
 
 
-def _data(model: Model) -> dict[str, Any]:
+def _data(model: Model) -> dict[str, object]:
     into, out = _directions(model)
     children = list(model.children.values()) if isinstance(model, Coupled) else []
     return {"name": model.name, "kind": _kind(model), "in": into, "out": out, "children": [_data(c) for c in children]}
@@ -67,27 +57,27 @@ def _draw(model: Model, indent: str, last: bool, lines: list[str]) -> None:
 
 def _kind(model: Model) -> str:
     match model:
-        case JointAtomic():
+        case parts.JointAtomic():
             return f"joint atomic: {model.joint.kind}, {model.joint.parent} to {model.joint.child}"
-        case BodyAtomic():
+        case parts.BodyAtomic():
             return f"body atomic: {model.body.mass / 1e3:g} t"
-        case RopeAtomic():
-            ropes = model.rope.straight_ropes
+        case parts.RopeAtomic():
+            ropes = model.laws.straight_ropes
             length = sum(rope.L0 for rope in ropes)
             ends = f"{ropes[0].lines[0].a.body} to {ropes[-1].lines[0].b.body}"
-            kind = "rigid, " if model.rope.rigid_ropes else f"{len(ropes)} pieces, " if len(ropes) > 1 else ""
+            kind = "rigid, " if model.laws.rigid_ropes else f"{len(ropes)} pieces, " if len(ropes) > 1 else ""
             return f"rope atomic: {ends}, {kind}L0 = {length:g} m"
         case Commander():
             return f"commander atomic: {len(model.plan.actions)} actions"
-        case LiveActor():
+        case parts.LiveActor():
             return f"actor: {type(model).__name__} of {model.element}"
-        case Actor():
+        case parts.Actor():
             return " ".join(["actor: law", *_elements(model)])
         case _:
             return KINDS[type(model)]
 
 
-def _elements(actor: Actor) -> list[str]:
+def _elements(actor: parts.Actor) -> list[str]:
     """Names of the laws that an actor declares; weight and nothing have none."""
     laws = actor.declare()
     names = [s.name for s in laws.springs] + [s.name for s in laws.stops] + [m.name for m in laws.measured]

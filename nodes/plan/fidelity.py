@@ -1,12 +1,14 @@
-"""How much of a yard is modelled: the rung of the ladder between a rigid pendulum and heavy ropes on a soft girder.
+"""How much of a yard is modelled, from a rigid pendulum to heavy ropes on an elastic girder.
 
-Named in a scene under `fidelity:`, or chosen for what the scene asks; the models obey when they declare themselves, so
-that what is left out never reaches the kernel.
+Named in a scene under `fidelity:`, or chosen for what the scene asks.  The models follow it when they declare
+themselves, so that what is left out never reaches the kernel.
 """
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
+
+import msgspec
 
 from .actions import Item
 
@@ -18,28 +20,17 @@ KINDS = {".gantry": "gantries", ".hinge": "hinges", "-slide": "trolleys"}  # end
 
 
 class Fidelity(Item, frozen=True, kw_only=True):
-    """What of the machines is modelled.
+    """What of the machines is modelled; the fields are the keys of `fidelity:` in a scene."""
 
-    ropes: "rigid" ones keep their length, "elastic" ones stretch, "massive" ones are chains of `lumps` pieces.
-    rope_mass: of rigid and elastic ones; "none", or "lumped" onto trolley and hook.
-    slings: rigid or elastic.  girder: rigid, or "elastic" with its first vertical mode.
-    motion: spatial, or planar "across" (along the girders: y, z) or "along" the rails (x, z).
-    pads: of the block; all of them, or only those of the face that it is "standing" on.
-    locked: joints that are declared fixed where they start.
-    islands: what nothing ties together is solved apart, or all of it together.
-    unused_laws: ropes that nobody has hooked and pads far from their stools are dropped from the code, or kept in it.
-    """
-
-    ropes: Literal["rigid", "elastic", "massive"] = "elastic"
-    lumps: int = 4
-    rope_mass: Literal["none", "lumped"] = "none"
+    ropes: Literal["rigid", "elastic", "massive"] = "elastic"  # massive: chains of lumps
+    lumps: Annotated[int, msgspec.Meta(ge=2, le=64)] = 4  # of a massive rope
+    rope_mass: Literal["none", "lumped"] = "none"  # of rigid and elastic ropes; lumped: onto trolley and hook
     slings: Literal["rigid", "elastic"] = "elastic"
-    girder: Literal["rigid", "elastic"] = "rigid"
-    motion: Literal["spatial", "across", "along"] = "spatial"
-    pads: Literal["all", "standing"] = "all"
-    locked: tuple[str, ...] = ()
-    islands: Literal["apart", "together"] = "apart"
-    unused_laws: Literal["dropped", "kept"] = "dropped"
+    girder: Literal["rigid", "elastic"] = "rigid"  # elastic: with its first vertical mode
+    motion: Literal["spatial", "across", "along"] = "spatial"  # planar across the rails (y, z) or along them (x, z)
+    pads: Literal["all", "standing"] = "all"  # of the block; standing: only those of the face that it stands on
+    locked: tuple[str, ...] = ()  # joints that are fixed where they start, or all `hinges`, `gantries`, `trolleys`
+    islands: Literal["apart", "together"] = "apart"  # machines that nothing connects: solved apart or as one system
 
 
 def held_by(fidelity: Fidelity, joint: str) -> str:

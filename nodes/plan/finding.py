@@ -12,7 +12,7 @@ Severity = Literal["red", "warning", "note"]
 
 
 class Finding(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """What was found of a subject: a sentence in a planner's words, and the numbers behind it."""
+    """What was found of a subject: a sentence for planners, and the numbers behind it."""
 
     severity: Severity
     kind: str  # "overload", "off-lead", "clearance", "two-blocked", "geometry", "stage", "cut", ...

@@ -1,7 +1,7 @@
 """What must not be exceeded: one row per subject and quantity, part of the plan, with where the number comes from.
 
 `check` judges the rows on the equilibrium path, `run` on what happened, the report shows them with their worst value.
-A row without a value is unknown: it is told and not judged.
+A row without a value is unknown: it is reported and not judged.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ Quantity: TypeAlias = Literal[
 
 
 class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True):
-    """A limit of a subject: what may be reached of a quantity, and who says so.
+    """A limit of a subject: what may be reached of a quantity, and by which source.
 
     `value` [unit] is a single limit, `between` has a lower and an upper one; `chart` holds (x, value) between which the
     limit is interpolated, x being what `over` names; without any of them the limit is not known.  With `least` a value
-    below the limit is beyond it.  Above `warning` a value is told, although it is allowed.  `factor`: design factor, or
+    below the limit is beyond it.  A value above `warning` is reported, though allowed.  `factor`: design factor, or
     product of partial factors, that the value contains, of the force at which it breaks, `breaking` [N].  `elements`:
     ropes, slings or bodies that the quantity is read from.
     """

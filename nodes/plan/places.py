@@ -1,6 +1,6 @@
 """Where in a scene an action or an order stands, for sentences: messages carry numbers, the plan has the lines.
 
-So a file name or a line number is in no message, and what a run says to itself does not depend on them.
+So no message contains a file name or a line number, and a run does not depend on them.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def numbered(at: tuple[int, ...]) -> str:
 
 
 def located(plan: Plan, sentence: str, at: tuple[int, ...]) -> str:
-    """A sentence that speaks of an order by its numbers, with its line instead."""
+    """A sentence that names an order by its numbers, with its line instead."""
     return sentence.replace(numbered(at), place(plan, at)) if at and at[0] != ASIDE else sentence
 
 

@@ -156,6 +156,7 @@ class Block(Item, frozen=True, kw_only=True):
     pose: tuple[float, float, float, float, float, float, float]
     lugs: tuple[Lug, ...]
     pads: tuple[Pad, ...]
+    com_where: str = ""
 
 
 class Actuator(Item, frozen=True, kw_only=True):
@@ -264,6 +265,11 @@ class Plan(Item, frozen=True, kw_only=True):
     actions: tuple[Action, ...] = ()
     driven: tuple[Driven, ...] = ()
 
+    @property
+    def machines(self) -> tuple[Crane | Loader | Block | Mechanism, ...]:
+        """All machines, in the order of their nodes."""
+        return (*self.cranes, *self.loaders, *([self.block] if self.block else []), *self.mechanisms)
+
 
 def drive_name(crane: str, axis: Literal["gantry", "upper", "lower"]) -> str:
     """Name of the actuator that moves a crane or one of its trolleys."""
@@ -271,7 +277,7 @@ def drive_name(crane: str, axis: Literal["gantry", "upper", "lower"]) -> str:
 
 
 def driven(actuator: str) -> str:
-    """What an actuator moves, in a planner's words: a crane, a trolley of it, else its own name."""
+    """What an actuator moves, for planners: a crane, a trolley of it, else its own name."""
     name = actuator.removesuffix(".drive")
     crane, _, axis = name.rpartition(".")
     if name == actuator or axis not in ("gantry", "upper-slide", "lower-slide"):

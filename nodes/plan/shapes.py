@@ -2,7 +2,7 @@
 
 A `Solid` is a box or a ball fixed on a body; a `Strand` is a straight piece of rope, thick as the steel of its
 stiffness.  Solids and strands of one `thing` make up what a planner names: the block, a portal, a loader.
-`relation` tells what two things mean to each other: kept apart, allowed near but not through each other, or joined.
+`relation` says how two things may meet: kept apart, allowed near but not through each other, or joined.
 """
 
 from __future__ import annotations
@@ -163,7 +163,7 @@ def edges(mass: float, moments: Vector) -> Vector:
 
 
 def relation(plan: Plan, a: Solid | Strand, b: Solid | Strand) -> Relation:
-    """What two shapes of different things mean to each other."""
+    """How two shapes of different things may meet."""
     if "mechanism" in (a.kind, b.kind):
         return _of_mechanism(plan, a, b)
     one, two = sorted((a, b), key=lambda s: s.kind)
@@ -211,7 +211,7 @@ def _of_mechanism(plan: Plan, a: Solid | Strand, b: Solid | Strand) -> Relation:
 
 
 def untouched(plan: Plan) -> tuple[str, ...]:
-    """What `relation` never looks at, in a planner's words."""
+    """What `relation` does not check, for planners."""
     found = []
     if plan.cranes:
         found.append("ropes beside the girder and the trolleys of their own crane, whose openings no scene gives")

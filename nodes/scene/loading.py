@@ -1,6 +1,6 @@
 """From a scene's path or name to its plan: read, lay over, validate, build, check.
 
-Errors of one step are told all at once; a later step starts only when the earlier ones found nothing.
+All errors of one step are reported at once; a later step starts only when the earlier ones found nothing.
 """
 
 from __future__ import annotations
@@ -17,27 +17,26 @@ from heavylift.kernel.errors import SceneError
 from heavylift.nodes.fidelity import Question, Verdict, choose, unpromised
 from heavylift.nodes.limits.geometry import geometry_findings
 from heavylift.nodes.limits.judging import judge, uses_on_path
-from heavylift.nodes.limits.telling import WORDS, sorted_findings
+from heavylift.nodes.limits.telling import sorted_findings
 from heavylift.nodes.models import node_names
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.finding import Finding
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.planar import planar
-from heavylift.nodes.scene.checks.findings import Findings
 from heavylift.nodes.scene.checks.geometry import start_checks, step_checks
-from heavylift.nodes.scene.checks.locked_checks import held_orders
-from heavylift.nodes.scene.checks.orders import order_checks
+from heavylift.nodes.scene.checks.orders import held_orders, order_checks
+from heavylift.nodes.scene.checks.overloads import overloads
 from heavylift.nodes.scene.construction.limiting import build_limits
-from heavylift.nodes.scene.construction.machines import build_machines
+from heavylift.nodes.scene.construction.machines import build_fidelity, build_machines, check_parts
 from heavylift.nodes.scene.construction.mechanism import build_mechanism
-from heavylift.nodes.scene.construction.modelling import build_fidelity
 from heavylift.nodes.scene.construction.resolve import build_actions
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.keys.placement import placement_faults
 from heavylift.nodes.scene.keys.validate import validate
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.files import content, within
-from heavylift.nodes.scene.text.source import Fault, Source, override, read
+from heavylift.nodes.scene.text.overlay import merged, override
+from heavylift.nodes.scene.text.source import Fault, Source, read
 from heavylift.nodes.scenes import bundled
 from heavylift.nodes.statics import Followed, Following, StaticState, follow, following, goal_states
 from heavylift.nodes.statics.findings import path_findings
@@ -47,7 +46,6 @@ from .report import Report, report
 
 ENDINGS = (".yaml", ".yml", ".json")
 LONGEST_CHAIN = 20  # of files that extend one another
-PLACES = ("rails", "girder", "rope length", "hook height")  # quantities that drives are led to
 
 
 @dataclass(frozen=True)
@@ -98,7 +96,7 @@ class LoadedScene:
 
     @cached_property
     def findings(self) -> list[Finding]:
-        """What is beyond a limit on that path, or should be told."""
+        """What is beyond a limit on that path, or should be reported."""
         judged = judge(self.plan, self.uses, dynamic=False)
         return sorted_findings([*geometry_findings(self.plan), *judged, *path_findings(self.plan, self.statics)])
 
@@ -154,12 +152,12 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
         raise_faults(source, source.faults)
     for setting in overrides:
         override(source, setting)
-    merged = json.dumps(source.data) if overrides or "extends" in read(text, name).data else ""
+    whole = json.dumps(source.data) if overrides or "extends" in read(text, name).data else ""
     scene = validate(source)
     raise_faults(source, source.faults)
     assert scene is not None
     yard = build_machines(source, scene)
-    _needs(source, scene)
+    check_parts(source, scene)
     mechanism = build_mechanism(source, scene.mechanism, scene.gravity) if scene.mechanism else None
     raise_faults(source, source.faults)
     loaded = LoadedScene(
@@ -185,11 +183,11 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
         text,
         path,
         scene,
-        merged=merged,
+        merged=whole,
         settings=tuple(overrides),
     )
     raise_faults(source, [*source.faults, *placement_faults(source, scene.placement, node_names(loaded.plan))])
-    raise_faults(source, _physics(source, loaded))
+    raise_faults(source, _impossible(source, loaded))
     if loaded.followed is not None:
         rests = replace(loaded, plan=standing(loaded.plan, loaded.statics))
         rests.__dict__["statics"] = loaded.statics  # the same path: it begins at that rest
@@ -198,14 +196,14 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
 
 
 def _pruned(loaded: LoadedScene) -> LoadedScene:
-    """With no more of its machines than what the scene asks requires, and the steps that it requires."""
+    """With the fidelity and the integration steps that the scene's question requires."""
     scene, built = loaded.scene, loaded.plan
     if not scene.ask:
         return loaded
     question = Question(scene.ask, scene.wanted_accuracy)
     if loaded.followed is None:
-        told = "a mechanism is modelled as it is written"
-        return replace(loaded, verdict=unpromised(question, built.fidelity, told))
+        message = "a mechanism is modelled as it is written"
+        return replace(loaded, verdict=unpromised(question, built.fidelity, message))
     named = frozenset(scene.fidelity.model_fields_set)
     verdict = choose(built, loaded.followed, question, named, frozenset(scene.model_fields_set))
     built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, built.loaders, built.cranes))
@@ -215,58 +213,17 @@ def _pruned(loaded: LoadedScene) -> LoadedScene:
     return replace(loaded, plan=built, verdict=verdict)
 
 
-def _needs(source: Source, scene: schema.Scene) -> None:
-    """A lift needs cranes, a rig and a block; a scene needs something that moves."""
-    parts = {"cranes": bool(scene.cranes), "block": scene.block is not None, "rig": scene.rig is not None}
-    missing = [key for key, there in parts.items() if not there]
-    if len(missing) == len(parts):
-        if scene.mechanism is None:
-            told = "a scene needs cranes, a block and a rig, or a mechanism"
-            source.faults.append(Fault((), told))
-    elif missing:
-        there = " and ".join(key for key in parts if key not in missing)
-        told = f"a scene with {there} needs {' and '.join(missing)}, too"
-        source.faults.append(Fault((), told))
-    names = {*scene.cranes, *(scene.rig.loaders if scene.rig else ())}
-    if scene.mechanism and scene.mechanism.name in names:
-        told = f"the name '{scene.mechanism.name}' is given twice: another machine has it, too"
-        source.faults.append(Fault(("mechanism", "name"), told))
-    if not scene.actions and scene.end is None:
-        told = "the scene never ends: give it 'actions' or an 'end', such as 'end: 60 s'"
-        source.faults.append(Fault((), told))
-
-
-def _physics(source: Source, loaded: LoadedScene) -> list[Fault]:
-    """What cannot be built or would be overloaded; loads are judged only where everything fits."""
+def _impossible(source: Source, loaded: LoadedScene) -> list[Fault]:
+    """What cannot be built or carried out, or would be overloaded; loads are judged only where everything fits."""
     scene, built = loaded.scene, loaded.plan
     if scene.block is None:
         return []
-    told = start_checks(scene, built) or held_orders(built)
-    if not told:
+    found = start_checks(scene, built) or held_orders(built)
+    if not found:
         assert loaded.followed is not None
-        told = order_checks(scene, built, loaded.followed) or step_checks(scene, built, loaded.followed.steps)
-    told = told or _overloads(loaded)
-    return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in told]
-
-
-def _overloads(loaded: LoadedScene) -> list[tuple[str, str]]:
-    """What a scene is refused for: what it is led to or carries beyond its limits at rest, each subject once.
-
-    Of places the goals count; a winch or drive that stops itself at its end is a finding.
-    """
-    led = uses_on_path(loaded.plan, goal_states(loaded.plan, loaded.statics))
-    carried = [use for use in loaded.uses if use.limit.quantity not in PLACES]
-    return _refused(loaded.plan, led) or _refused(loaded.plan, carried)
-
-
-def _refused(built: plan.Plan, uses: Sequence[Use]) -> list[tuple[str, str]]:
-    found = Findings()
-    for use in (use for use in uses if WORDS[use.limit.quantity].refused):
-        for told in judge(built, [use], dynamic=False):
-            if told.severity == "red":
-                where, stage = (told.where, told.stage) if use.action else ("", "")
-                found.take(use.limit.quantity, iter([(told.subject, told.where, told.sentence)]), stage, where)
-    return found.list()
+        found = order_checks(scene, built, loaded.followed) or step_checks(scene, built, loaded.followed.steps)
+    found = found or overloads(built, loaded.statics, loaded.uses)
+    return [Fault(source.path_of(where), sentence, on_key=True) for where, sentence in found]
 
 
 def _source(path: Path, name: str, text: str, root: Path, above: tuple[Path, ...]) -> Source:
@@ -278,15 +235,15 @@ def _source(path: Path, name: str, text: str, root: Path, above: tuple[Path, ...
     at = ("extends",)
     here = (*above, path.resolve())
     if not isinstance(base, str):
-        source.faults.append(Fault(at, "write the path of a scene, such as 'extends: lift.yaml'"))
+        source.fault(at, "write the path of a scene, such as 'extends: lift.yaml'")
         return source
     below = path.parent / base
     try:
         if base in bundled() and not (below.suffix in ENDINGS and below.is_file()):
             below, root = bundled()[base], bundled()[base].parent
         elif below.suffix not in ENDINGS:
-            told = f"'{base}' is neither a file .yaml nor the name of a bundled scene: {closest(base, bundled())}"
-            raise SceneError(told)
+            message = f"'{base}' is neither a file .yaml nor the name of a bundled scene: {closest(base, bundled())}"
+            raise SceneError(message)
         real = within(root, below)
         if real in here:
             raise SceneError(f"'{base}' extends itself in a circle")
@@ -295,9 +252,9 @@ def _source(path: Path, name: str, text: str, root: Path, above: tuple[Path, ...
         name_below = below.name if below in bundled().values() else str(below)  # however the path above is written
         under = _source(below, name_below, _text(real, base), root, here)
     except (SceneError, ValueError) as error:
-        source.faults.append(Fault(at, str(error)))
+        source.fault(at, str(error))
         return source
-    return under.merge(source)
+    return merged(under, source)
 
 
 def _find(scene: str) -> Path:
@@ -305,8 +262,8 @@ def _find(scene: str) -> Path:
     known = bundled()
     if path.is_file() or scene not in known:
         if not path.is_file() and not path.suffix and "/" not in scene and "\\" not in scene:
-            told = f"there is no scene '{scene}', neither a file nor a bundled one: {closest(scene, known)}"
-            raise SceneError(told)
+            message = f"there is no scene '{scene}', neither a file nor a bundled one: {closest(scene, known)}"
+            raise SceneError(message)
         return path
     return known[scene]
 

@@ -1,6 +1,6 @@
-"""An order that an operator says while a scene runs: `target: what to do`, in the words of the action list.
+"""An operator's order during a run: `target: what to do`, in the language of the action list.
 
-It is read and checked like a line of the scene; a mistake is one sentence with a caret below the words.
+It is read and checked like a line of the scene; a mistake gives one sentence with a caret below the text.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ NOWHERE = ""  # a command stands in no file, and its orders, which are on record
 
 
 def spoken(scene: LoadedScene, words: str) -> actions.Action:
-    """The orders that the words mean; raises SceneError."""
+    """The orders of a command; raises SceneError."""
     words = " ".join(words.split())
     if len(words) > LONGEST:
         raise SceneError(f"{NAME}: it has {len(words)} characters, say what to do in at most {LONGEST}")
@@ -49,13 +49,13 @@ def spoken(scene: LoadedScene, words: str) -> actions.Action:
         column = source.mark(fault.path, on_key=fault.on_key).column - 1 + fault.column
         raise _wrong(words, column, fault.sentence, fault.hint)
     for order in orders:
-        if told := _refused(scene, order):
-            raise _wrong(words, at, told)
+        if message := _refused(scene, order):
+            raise _wrong(words, at, message)
     return actions.Action(orders=orders)
 
 
 def _refused(scene: LoadedScene, order: actions.Order) -> str:
-    """What a run that has begun cannot do any more, or a crane not at all."""
+    """Why an order is impossible during a run, or for its crane."""
     until = order.until if isinstance(order, actions.Move | actions.Turn) else None
     parts = until.all if isinstance(until, actions.And) else (until,)
     if any(isinstance(part, actions.Crossing) for part in parts):

@@ -51,7 +51,7 @@ class Report:
     rows: tuple[Row, ...]
     lines: tuple[str, ...]
     uses: tuple[Use, ...] = ()  # of each limit, the worst on the path at rest
-    findings: tuple[Finding, ...] = ()  # what is beyond a limit there, or should be told
+    findings: tuple[Finding, ...] = ()  # what is beyond a limit there, or should be reported
 
     def __str__(self) -> str:
         return "\n".join(self.lines)
@@ -79,7 +79,7 @@ def report(
         rows = _rows(built, followed)
         lines += _page(followed, rows) + _limits(built, uses, findings)
     else:
-        lines += _ropes_at_rest(statics) + (_limits(built, uses, findings) if uses else _told(findings))
+        lines += _ropes_at_rest(statics) + (_limits(built, uses, findings) if uses else _lines(findings))
     lines += ["", pruning] if pruning else []
     return Report(built.name, *counts, mobility, tuple(rows), tuple(lines), tuple(uses), tuple(findings))
 
@@ -139,7 +139,7 @@ def _line(label: str, cells: list[str]) -> str:
 
 
 def _limits(built: plan.Plan, uses: Sequence[Use], findings: Sequence[Finding]) -> list[str]:
-    """What is used of each limit, where it comes from, and what nobody judges."""
+    """What is used of each limit, where it comes from, and what is not judged."""
     read = rows_of(uses)
     table = [HEAD, *read] if read else []
     widths = [max(len(cells[i]) for cells in table) for i in range(len(HEAD) - 1)] if read else []
@@ -150,11 +150,11 @@ def _limits(built: plan.Plan, uses: Sequence[Use], findings: Sequence[Finding]) 
         )
     foreseen = dynamics_foreseen(built)
     lines += [f"  dynamic amplification foreseen: {foreseen[0]:g} ({foreseen[1]})"] if foreseen else []
-    lines += [f"  {told}" for told in (*hoisting_foreseen(built), *shared(built), *unjudged(built.limits))]
-    return [line.rstrip() for line in lines] + _told(findings)
+    lines += [f"  {line}" for line in (*hoisting_foreseen(built), *shared(built), *unjudged(built.limits))]
+    return [line.rstrip() for line in lines] + _lines(findings)
 
 
-def _told(findings: Sequence[Finding]) -> list[str]:
+def _lines(findings: Sequence[Finding]) -> list[str]:
     return [f"{f.severity}: {f.sentence}{f' ({f.stage})' if f.stage else ''}" for f in likewise(findings)]
 
 

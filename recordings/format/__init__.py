@@ -7,5 +7,5 @@ rounding               how finely numbers are recorded
 viewer_messages        what viewers draw, in the foxglove schemas
 spool                  a temporary file of rows, read again in blocks
 digest                 what two equal runs share to the last byte
-text                   tables and time spans for people
+text, html             tables and time spans for people; tables and pages of HTML
 """

@@ -1,19 +1,18 @@
 """A thin MCAP writer: chunks built from byte strings, rare records by the mcap library.
 
-What the library's Writer does in some twenty microseconds per message takes one and a half here: a message is one
-header packed into the growing chunk and one entry of its channel's index; sample rows come as tables, many at once.
-Everything that stands in the file is as the specification asks: zstd chunks with message indexes, a summary with
-statistics and indexes, checksums of chunks, data section, attachments and summary.
+The library's Writer takes some twenty microseconds per message, this one takes one and a half: a message is one
+header packed into the growing chunk and one entry in its channel's index.  The file follows the specification: zstd
+chunks with message indexes, a summary with statistics and indexes, checksums of chunks, data section, attachments and
+summary.
 """
 
 from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, BinaryIO
 
-import numpy as np
 import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
@@ -32,20 +31,14 @@ from mcap.records import (
     Statistics,
     SummaryOffset,
 )
-from numpy.typing import NDArray
 
-__all__ = ["MAGIC", "McapFile", "Messages"]
-
-Messages = NDArray[np.uint8]  # (n, bytes), all of one length
+__all__ = ["MAGIC", "McapFile"]
 
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK = 256 * 1024  # [bytes] before packing
 RECENT = 64  # chunk indexes that are kept as they are
 LEVEL = 3  # of zstd: higher ones gain 2 % in thrice the time
 MESSAGE = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log and publish time
-HEAD = np.dtype(  # the same of many messages
-    [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log", "<u8"), ("publish", "<u8")]
-)
 BODY = MESSAGE.size - 9
 ENTRY = struct.Struct("<QQ")  # of a message index: log time, offset in the chunk
 INDEX = struct.Struct("<BQHI")  # opcode, length, channel, bytes of entries
@@ -128,59 +121,6 @@ class McapFile:
         self._counts[channel] += 1
         if len(chunk) >= CHUNK:
             self._close_chunk()
-
-    def write_rows(
-        self,
-        log_ns: Sequence[int],
-        publish_ns: Sequence[int],
-        messages: Sequence[tuple[int, Messages]],
-        some: tuple[int, Sequence[int], Messages] | None,
-    ) -> None:
-        """Append a message of each of these channels per row, and behind it one of `some` channel in these rows;
-        log times do not decrease, and what belongs to a row comes into the same chunk."""
-        log, publish = np.array(log_ns, "<u8"), np.array(publish_ns, "<u8")
-        parts = [part for channel, data in messages for part in (self._heads(channel, log, publish, data), data)]
-        table = np.concatenate(parts, axis=1)
-        rows = _pieces(table)
-        ends = np.arange(1, len(rows) + 1) * table.shape[1]
-        if some is not None:
-            channel, which, data = some
-            more = np.concatenate([self._heads(channel, log[which], publish[which], data), data], axis=1)
-            for i, piece in zip(which, _pieces(more), strict=True):
-                rows[i] += piece
-            longer = np.zeros(len(rows), np.intp)
-            longer[which] = more.shape[1]
-            ends += longer.cumsum()
-        starts = np.concatenate([[0], ends[:-1]])
-        offsets = [(channel, np.arange(len(rows)), starts + at) for channel, at in _beginnings(messages)]
-        if some is not None:
-            offsets.append((some[0], np.array(which), starts[which] + table.shape[1]))
-        first = 0
-        while first < len(rows):
-            begin = starts[first] - len(self._chunk)
-            end = min(len(rows), int(np.searchsorted(ends, begin + CHUNK)) + 1)
-            if not self._entries:
-                self._first = log_ns[first]
-            for channel, of, at in offsets:
-                these = slice(*np.searchsorted(of, (first, end)))
-                if these.stop > these.start:
-                    entry = np.stack([log[of[these]], (at[these] - begin).astype("<u8")], axis=1)
-                    self._entries.setdefault(channel, bytearray()).extend(entry.tobytes())
-            self._chunk += b"".join(rows[first:end])
-            self._last = log_ns[end - 1]
-            if len(self._chunk) >= CHUNK:
-                self._close_chunk()
-            first = end
-
-    def _heads(self, channel: int, log: Any, publish: Any, data: Messages) -> Messages:
-        """The heads of messages of one channel, which are counted."""
-        heads = np.empty(len(data), HEAD)
-        numbers = self._counts[channel] + np.arange(len(data))
-        values = (Opcode.MESSAGE, BODY + data.shape[1], channel, numbers, log, publish)
-        for name, value in zip(HEAD.names or (), values, strict=True):
-            heads[name] = value
-        self._counts[channel] += len(data)
-        return heads.view(np.uint8).reshape(len(data), MESSAGE.size)
 
     def flush(self) -> None:
         """Put all that was written so far on disk."""
@@ -279,20 +219,6 @@ class McapFile:
         self._stream.write(data)
         self._crc = zlib.crc32(data, self._crc)
         self._place += len(data)
-
-
-def _pieces(table: Messages) -> list[bytes]:
-    """The rows of a table."""
-    data, width = table.tobytes(), table.shape[1]
-    return [data[at : at + width] for at in range(0, len(data), width)]
-
-
-def _beginnings(messages: Sequence[tuple[int, Messages]]) -> Iterator[tuple[int, int]]:
-    """Channels and where in a row their messages begin."""
-    at = 0
-    for channel, data in messages:
-        yield channel, at
-        at += MESSAGE.size + data.shape[1]
 
 
 def _all(records: Sequence[Any]) -> bytes:

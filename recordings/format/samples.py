@@ -2,10 +2,10 @@
 
 A sample is one float64 row; the layout is announced once and cuts the row into channels.  Batches travel as
 msgpack `[first number, [t_ns, ...], rows, notes]`, rows being little-endian float64 in C order, or a single one that
-all are equal to; notes are sentences for people, `[number, t_ns, sentence]`, and may be left out.  Channels
+all are equal to; notes are sentences for people, `[number, t_ns, sentence]`, and may be left out.  With a fifth entry
+the samples are those that come unless something happens, and the last again and again in this period [ns].  Channels
 `pose/<body>` (x y z, then quaternion x y z w of the body frame in the world) are drawn as
-foxglove.FrameTransforms; all others are fields of one `heavylift.Samples` message per row, made straight
-from the row's bytes (protobuf encoding: tag, length, doubles).
+foxglove.FrameTransforms; all others are fields of one `heavylift.Samples` message per row (schema.py).
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from itertools import chain, count
+from typing import Annotated
 
 import msgspec
 import numpy as np
@@ -20,6 +21,7 @@ from heavylift.kernel.errors import UNREADABLE, RecordingError
 from numpy.typing import NDArray
 
 POSE = "pose/"
+MEASURED, ERROR = "measured/", "error/"  # before the name of a signal: as measured, and the run's less that
 POSE_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw")
 SAMPLER = "kernel"  # who speaks in notes
 POSE_UNIT = "m, quaternion x y z w"
@@ -40,6 +42,7 @@ class _Wire(msgspec.Struct, frozen=True, array_like=True, forbid_unknown_fields=
     times: list[int]
     rows: bytes
     notes: list[Note] = []
+    period: Annotated[int, msgspec.Meta(ge=0)] = 0
 
 
 _decode_batch = msgspec.msgpack.Decoder(_Wire).decode
@@ -90,12 +93,16 @@ class SampleLayout(msgspec.Struct, frozen=True):
 
 
 class Batch(msgspec.Struct, frozen=True):
-    """Consecutive samples: number of the first, simulation times [ns], rows (n, width); and notes."""
+    """Consecutive samples: number of the first, simulation times [ns], rows (n, width); and notes.
+
+    `period` [ns]: that of the samples which come after these unless something happens; 0: these have come.
+    """
 
     first: int
     times: list[int]
     rows: NDArray[np.float64]
     notes: list[Note] = []
+    period: int = 0
 
 
 def decode_batch(payload: bytes, width: int) -> Batch:
@@ -112,7 +119,7 @@ def decode_batch(payload: bytes, width: int) -> Batch:
             f"bytes, but {len(data)} came; the sender's layout differs from the announced one"
         )
     rows = np.frombuffer(data, "<f8").reshape(n, width)
-    return Batch(first, times, np.broadcast_to(rows, (len(times), width)), wire.notes)
+    return Batch(first, times, np.broadcast_to(rows, (len(times), width)), wire.notes, wire.period)
 
 
 class Field(msgspec.Struct, frozen=True):
@@ -138,37 +145,12 @@ def sample_fields(channels: Sequence[SampleChannel]) -> list[Field]:
     return fields
 
 
-class SamplesForm:
-    """What all `heavylift.Samples` messages of a run have in common: length, tags, and where the numbers stand."""
-
-    def __init__(self, fields: Sequence[Field]) -> None:
-        image = bytearray()
-        self.places: dict[str, slice] = {}  # bytes by signal
-        for number, field in enumerate(fields, 1):
-            size = 8 * len(field.columns)
-            if size:
-                image += varint(number << 3 | 2) + varint(size)
-            self.places[field.signal] = slice(len(image), len(image) + size)
-            image += bytes(size)
-        self.image = np.frombuffer(bytes(image), np.uint8)
-        self.fixed = np.ones(len(image), bool)
-        for place in self.places.values():
-            self.fixed[place] = False
-
-    def encode(self, rows: NDArray[np.float64]) -> NDArray[np.uint8]:
-        """(n, bytes) messages of (n, columns) rows, the signals' columns side by side."""
-        out = np.tile(self.image, (len(rows), 1))
-        data, at = np.ascontiguousarray(rows, "<f8").view(np.uint8).reshape(len(rows), -1), 0
-        for place in self.places.values():
-            out[:, place] = data[:, at : (at := at + place.stop - place.start)]
-        return out
-
-
-def varint(number: int) -> bytes:
-    """Protobuf's base-128 encoding of a number >= 0."""
-    out = bytearray()
-    while number > 0x7F:
-        out.append(number & 0x7F | 0x80)
-        number >>= 7
-    out.append(number)
-    return bytes(out)
+def thinned(columns: Sequence[NDArray[np.float64]], rows: int) -> NDArray[np.intp]:
+    """Numbers of at most `rows` of all rows: the first, the last, and the least and the largest value that each of
+    these columns has in equal parts of them.
+    """
+    n = len(columns[0])
+    if n <= rows or rows < 4:
+        return np.arange(n)
+    parts = np.array_split(np.arange(n), max(1, (rows - 2) // (2 * len(columns))))
+    return np.unique([0, n - 1, *(k[f(y[k])] for k in parts for y in columns for f in (np.argmin, np.argmax))])

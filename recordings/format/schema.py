@@ -8,13 +8,18 @@ FileDescriptorSet (MCAP well-known encoding "protobuf"), so any stock reader dec
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import accumulate, islice, pairwise
 from typing import Any
 
 import msgspec
 from google.protobuf import descriptor_pb2, descriptor_pool  # type: ignore[import-untyped]
+from google.protobuf.message_factory import GetMessageClass  # type: ignore[import-untyped]
 
-JSON_INTEGER = {"type": "integer"}
-JSON_STRING = {"type": "string"}
+from .samples import Field
+from .template import Template
+
+INTEGER = {"type": "integer"}
+STRING = {"type": "string"}
 
 
 def samples_descriptor(fields: Sequence[str], name: str = "Samples") -> Any:
@@ -34,6 +39,23 @@ def samples_descriptor(fields: Sequence[str], name: str = "Samples") -> Any:
     return pool.FindMessageTypeByName(f"heavylift.{name}")
 
 
+def samples_template(fields: Sequence[Field]) -> Template:
+    """The form of all `heavylift.Samples` messages of a run; numbers are the columns of its fields, side by side."""
+    message = GetMessageClass(samples_descriptor([field.field for field in fields]))
+
+    def build(_: Any, numbers: list[float]) -> Any:
+        rest = iter(numbers)
+        return message(**{field.field: [*islice(rest, len(field.columns))] for field in fields})
+
+    return Template(build, sum(len(field.columns) for field in fields), 0)
+
+
+def field_places(fields: Sequence[Field]) -> dict[str, slice]:
+    """Where the columns of each signal stand among the numbers of such a message."""
+    ends = [*accumulate((len(field.columns) for field in fields), initial=0)]
+    return {field.signal: slice(*place) for field, place in zip(fields, pairwise(ends), strict=True)}
+
+
 def file_descriptor_set(descriptor: Any) -> bytes:
     """The serialised FileDescriptorSet of a protobuf message descriptor, dependencies first."""
     files: dict[str, Any] = {}
@@ -51,43 +73,42 @@ def file_descriptor_set(descriptor: Any) -> bytes:
     return bytes(out.SerializeToString(deterministic=True))
 
 
+class RecordedEvent(msgspec.Struct, frozen=True):
+    """An event on a port of a coupled model; `value` is its message as plain data."""
+
+    t_ns: int
+    microstep: int
+    source: str
+    port: str
+    index: int
+    type: str
+    value: Any
+
+
 def event_schema(value: Mapping[str, Any]) -> bytes:
     """JSON Schema of an event record whose `value` follows the one given; its $defs move to the root."""
     inner = {name: part for name, part in value.items() if name != "$defs"}
-    properties = {
-        "t_ns": JSON_INTEGER,
-        "microstep": JSON_INTEGER,
-        "source": JSON_STRING,
-        "port": JSON_STRING,
-        "index": JSON_INTEGER,
-        "type": JSON_STRING,
-        "value": inner,
-    }
-    schema = {"type": "object", "properties": properties, "required": list(properties)}
+    schema = _record(
+        t_ns=INTEGER, microstep=INTEGER, source=STRING, port=STRING, index=INTEGER, type=STRING, value=inner
+    )
     if "$defs" in value:
         schema["$defs"] = value["$defs"]
     return msgspec.json.encode(schema)
 
 
-PROTOCOL_SCHEMA = msgspec.json.encode(
-    {
-        "type": "object",
-        "properties": {
-            "kind": JSON_STRING,
-            "node": JSON_STRING,
-            "direction": {"type": "string", "enum": ["to node", "from node"]},
-            "t_ns": JSON_INTEGER,
-            "summary": {"type": "object"},
-            "raw": {"type": "string", "contentEncoding": "base64"},
-        },
-        "required": ["kind", "node", "direction", "t_ns", "summary", "raw"],
-    }
-)
+def _record(**properties: Any) -> dict[str, Any]:
+    """An object that has all of these properties."""
+    return {"type": "object", "properties": properties, "required": list(properties)}
 
-RIG_SCHEMA = msgspec.json.encode(
-    {
-        "type": "object",
-        "properties": {"t_ns": JSON_INTEGER, "lines": {"type": "array", "items": {"type": "object"}}},
-        "required": ["t_ns", "lines"],
-    }
+
+PROTOCOL_SCHEMA = msgspec.json.encode(
+    _record(
+        kind=STRING,
+        node=STRING,
+        direction={"type": "string", "enum": ["to node", "from node"]},
+        t_ns=INTEGER,
+        summary={"type": "object"},
+        raw={"type": "string", "contentEncoding": "base64"},
+    )
 )
+RIG_SCHEMA = msgspec.json.encode(_record(t_ns=INTEGER, lines={"type": "array", "items": {"type": "object"}}))

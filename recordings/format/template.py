@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 __all__ = ["Template", "stamp"]
 
 MARKER = 3 * (1 << 28) * 1_000_000_000 + (1 << 28)  # a time [ns] whose varints have five bytes
+WRONG = "a message is not of the form of its channel"
 
 
 def stamp(t_ns: int) -> Any:
@@ -46,28 +47,32 @@ class Template:
         time = stamp_bytes([MARKER]).tobytes()
         stamped = [i for i in range(len(image)) if image.startswith(time, i)]
         assert len(stamped) == stamps, "a name looks like a time stamp"
-        starts = np.array([image.index(marker) for marker in markers], np.intp)
+        starts = [image.index(marker) for marker in markers]
         self._image = np.frombuffer(image, np.uint8)
-        self._numbers = (starts[:, None] + np.arange(8)).ravel()
+        self._runs: list[slice] = []  # bytes of numbers that stand side by side
+        for at in starts:
+            begin = self._runs.pop().start if self._runs and self._runs[-1].stop == at else at
+            self._runs.append(slice(begin, at + 8))
         self._stamps = (np.array(stamped, np.intp)[:, None] + np.arange(12)).ravel()
         self._fixed = np.ones(len(image), bool)
-        self._fixed[self._numbers] = self._fixed[self._stamps] = False
-        self._repeats = stamps
+        for place in (*self._runs, *(slice(at, at + 12) for at in stamped)):
+            self._fixed[place] = False
 
     def encode(self, times: Sequence[int], numbers: NDArray[np.float64]) -> NDArray[np.uint8]:
         """(n, bytes) messages at these simulation times [ns] with these numbers (n, numbers)."""
         out = np.tile(self._image, (len(times), 1))
-        data = np.ascontiguousarray(numbers, "<f8").view(np.uint8)
-        out[:, self._numbers] = data.reshape(len(times), -1)
-        out[:, self._stamps] = np.tile(stamp_bytes(times), (1, self._repeats))
+        data, at = np.ascontiguousarray(numbers, "<f8").view(np.uint8).reshape(len(times), -1), 0
+        for run in self._runs:
+            out[:, run] = data[:, at : (at := at + run.stop - run.start)]
+        out[:, self._stamps] = np.tile(stamp_bytes(times), (1, len(self._stamps) // 12))
         return out
 
     def decode(self, messages: Sequence[bytes]) -> NDArray[np.float64]:
         """(n, numbers) of messages made by `encode`; ValueError if one was not."""
-        out = np.empty((len(messages), len(self._numbers) // 8))
-        for row, message in zip(out, messages, strict=True):
-            data = np.frombuffer(message, np.uint8)
-            if len(data) != len(self._image) or not np.array_equal(data[self._fixed], self._image[self._fixed]):
-                raise ValueError("a message is not of the form of its channel")
-            row[:] = data[self._numbers].view("<f8")
-        return out
+        size = len(self._image)
+        if any(len(message) != size for message in messages):
+            raise ValueError(WRONG)
+        data = np.frombuffer(b"".join(messages), np.uint8).reshape(len(messages), size)
+        if not np.array_equal(data[:, self._fixed], np.tile(self._image[self._fixed], (len(messages), 1))):
+            raise ValueError(WRONG)
+        return np.concatenate([data[:, :0], *(data[:, run] for run in self._runs)], axis=1).view("<f8")

@@ -1,12 +1,13 @@
-"""Text for people: tables, and which names were perhaps meant."""
+"""Text for people: tables, time spans, and which names were perhaps meant."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from difflib import get_close_matches
 
-__all__ = ["duration", "meant", "table"]
+__all__ = ["GENERATOR", "duration", "meant", "table"]
 
+GENERATOR = "heavylift"  # by which a file says who made it
 MOST = 30  # names in a sentence
 
 

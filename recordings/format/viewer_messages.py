@@ -22,10 +22,12 @@ from .template import Template, stamp
 
 __all__ = ["Box", "FrameTransforms", "Log", "Rig", "RopeLine", "SceneUpdate"]
 
+Floats = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Colour = tuple[float, float, float, float]
 Quaternion = tuple[float, float, float, float]
 WORLD = "world"
+CORNERS = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 STEEL = (0.16, 0.18, 0.21, 1.0)
 ROPE_WIDTH = 2.0  # [pixel]
 MILLIMETRE = 2.0**10  # parts of a metre in which ropes are drawn
@@ -129,15 +131,16 @@ def ropes_template(lines: int) -> Template:
     return Template(build, 6 * lines, 1)
 
 
-def _rotation() -> NDArray[np.float64]:
-    """R_ij = sum of T_ijkl q_k q_l: the rotation matrix (w^2 - u.u) 1 + 2 u u^T + 2 w [u]x of q = (u, w)."""
-    T = np.zeros((3, 3, 4, 4))
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        T[i, i] = np.diag((-1.0, -1.0, -1.0, 1.0))
-        T[i, :, i, :3] += 2.0 * np.eye(3)
-        T[i, k, 3, j], T[i, j, 3, k] = 2.0, -2.0
-    return T
+def turned(q: Floats, points: Floats) -> Floats:
+    """(..., 3) points turned by unit quaternions (..., 4) x y z w: x + 2 u x (u x x + w x) of q = (u, w)."""
+    u, w = q[..., :3], q[..., 3:]
+    out: Floats = points + 2.0 * np.cross(u, np.cross(u, points) + w * points)
+    return out
+
+
+def corners(box: Box) -> Floats:
+    """(8, 3) corners of a shape in its body's frame [m]; a ball or cylinder counts as its box."""
+    return np.array(box.centre) + turned(np.array(box.turn), CORNERS * np.array(box.size))
 
 
 class Ropes:
@@ -146,8 +149,7 @@ class Ropes:
     def __init__(self, lines: Sequence[RopeLine], bodies: Sequence[str]) -> None:
         rank = {WORLD: len(bodies), **{body: i for i, body in enumerate(bodies)}}
         ends = [end for line in lines for end in ((line.a_body, line.a), (line.b_body, line.b))]
-        points = np.array([point for _, point in ends], np.float64).reshape(-1, 3)
-        self._turn = np.einsum("ijkl,nj->nikl", _rotation(), points).reshape(-1, 3, 16)
+        self._points = np.array([point for _, point in ends], np.float64).reshape(-1, 3)
         self._body = np.array([rank[body] for body, _ in ends], np.intp)
         self._ground = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
         self._template = ropes_template(len(lines))
@@ -164,7 +166,6 @@ class Ropes:
         """(n, bytes) SceneUpdates at these times [ns]; poses (n, bodies, 7) [m, quaternion x y z w]."""
         ground = np.broadcast_to(self._ground, (len(poses), 1, 7))
         pose = np.concatenate([poses, ground], axis=1)[:, self._body]
-        q = pose[:, :, 3:]
-        turned = self._turn @ (q[..., :, None] * q[..., None, :]).reshape(len(poses), -1, 16, 1)
-        ends = np.rint((pose[:, :, :3] + turned[..., 0]) * MILLIMETRE) / MILLIMETRE
+        places = pose[:, :, :3] + turned(pose[:, :, 3:], self._points)
+        ends = np.rint(places * MILLIMETRE) / MILLIMETRE
         return self._template.encode(times, ends.reshape(len(poses), -1))

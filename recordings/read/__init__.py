@@ -3,7 +3,7 @@
 reader            Recording: facts, events in order, signals as arrays
 container         safe access to a file of unknown origin
 signal, part      a signal over time; all that is recorded of a part of the scene
-notebook          how they look in a notebook
+notebook          how a signal looks in a notebook
 settings, verdict what a run says of itself; its verdict
 info, export      a recording as text; as a table for other programs
 recover           what a cut-off or damaged file still holds

@@ -18,6 +18,7 @@ import msgspec
 import zstandard
 from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
 from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format.mcapfile import MAGIC
 from heavylift.recordings.write.outputs import file_path, unnamable
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
@@ -26,9 +27,8 @@ from mcap.reader import SeekingReader
 from mcap.records import Attachment, Chunk, ChunkIndex, Metadata
 from mcap.summary import Summary
 
-__all__ = ["BROKEN", "INNER", "LIMIT", "MAGIC", "RATIO", "RECORD", "Container", "Raw", "unpacked"]
+__all__ = ["BROKEN", "LIMIT", "RATIO", "RECORD", "Container", "Raw", "records", "unpacked"]
 
-MAGIC = b"\x89MCAP0\r\n"
 FOOTER = struct.Struct("<BQQQI")
 LIMIT = 64 << 20  # largest record, packed or unpacked [bytes]
 RATIO = 100  # most that a whole file may grow when it is unpacked; what runs record grows four times
@@ -206,15 +206,19 @@ def unpacked(chunk: Chunk) -> bytes:
     return data
 
 
-def _messages(data: bytes) -> Iterator[Raw]:
+def records(data: bytes) -> Iterator[tuple[int, int, int]]:
+    """Opcode, begin and end of the content of each record of an unpacked chunk; ValueError if they are not whole."""
     place = 0
     while place < len(data):
         opcode, length = RECORD.unpack_from(data, place)
-        place += RECORD.size
-        if opcode not in INNER or length > len(data) - place:
+        begin, place = place + RECORD.size, place + RECORD.size + length
+        if opcode not in INNER or place > len(data):
             raise ValueError("a chunk is not made of whole records")
+        yield opcode, begin, place
+
+
+def _messages(data: bytes) -> Iterator[Raw]:
+    for opcode, begin, end in records(data):
         if opcode == Opcode.MESSAGE:
-            channel, sequence, log_time, publish_time = MESSAGE.unpack_from(data, place)
-            body = data[place + MESSAGE.size : place + length]
-            yield Raw(channel, sequence, log_time, publish_time, body)
-        place += length
+            channel, sequence, log_time, publish_time = MESSAGE.unpack_from(data, begin)
+            yield Raw(channel, sequence, log_time, publish_time, data[begin + MESSAGE.size : end])

@@ -8,63 +8,62 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError, SignalError
-from heavylift.recordings.format.text import meant
-from heavylift.recordings.write.outputs import GENERATOR, output_path
+from heavylift.recordings.format.text import GENERATOR, meant
+from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import PartFile
 from numpy.typing import NDArray
 
 from .part import chosen
 from .reader import Recording
-from .signal import titles
+from .signal import Signal, titles
 
 __all__ = ["export", "matching"]
+
+Tables = Iterator[list[NDArray[np.float64]]]  # times and columns, a few thousand rows at a time
 
 
 def export(path: str | Path, out: str | Path, patterns: Sequence[str] = (), force: bool = False) -> Path:
     """Write the signals whose `signal/column` matches one of the patterns (default: all) to a .csv or .parquet file."""
     out = output_path(out, "a table", (".csv", ".parquet"))
     rec = Recording(path)
-    with rec.reading():
-        t, columns = _columns(rec, patterns)
-    with PartFile(out, "a table", (".csv", ".parquet"), force) as file, file.writing():
-        if out.suffix.lower() == ".csv":
-            text = io.TextIOWrapper(file.stream, "utf-8", newline="")
-            writer = csv.writer(text, lineterminator="\n")
-            writer.writerow(["time [s]", *columns])
-            writer.writerows(zip(t.tolist(), *(x.tolist() for x in columns.values()), strict=True))
-            text.detach()
-        else:
-            _parquet(out, file.stream, {"time [s]": t, **columns})
+    wanted = matching(rec, patterns)
+    names = list(dict.fromkeys(name for name, _ in wanted))
+    places = [(names.index(name), rec.columns(name).index(column)) for name, column in wanted]
+    none = np.zeros((0, 1))
+    signals = [Signal(none[:, 0], none, [column], rec.unit(name), name) for name, column in wanted]
+    heads = ["time [s]", *(f"{signal.name}/{titles(signal)[0]}" for signal in signals)]
+    tables = ([np.array(times) / 1e9, *(values[i][:, k] for i, k in places)] for times, values in rec.blocks(names))
+    write = _csv if out.suffix.lower() == ".csv" else _parquet
+    with PartFile(out, "a table", (".csv", ".parquet"), force) as file, file.writing(), rec.reading():
+        write(file.stream, heads, tables)
     return file.path
 
 
-def _parquet(out: Path, stream: BinaryIO, columns: dict[str, NDArray[np.float64]]) -> None:
+def _csv(stream: BinaryIO, heads: list[str], tables: Tables) -> None:
+    text = io.TextIOWrapper(stream, "utf-8", newline="")
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(heads)
+    for columns in tables:
+        writer.writerows(zip(*(x.tolist() for x in columns), strict=True))
+    text.detach()
+
+
+def _parquet(stream: BinaryIO, heads: list[str], tables: Tables) -> None:
     try:
         import pyarrow
         from pyarrow import parquet
     except ImportError:
-        raise RecordingError(f"{out}: Parquet needs pyarrow; install heavylift[parquet] or write a .csv") from None
-    parquet.write_table(pyarrow.table(columns, metadata={"made by": GENERATOR}), stream)
-
-
-def _columns(rec: Recording, patterns: Sequence[str]) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
-    """Times of the first chosen signal and all columns there: what was measured has other times than the run."""
-    wanted = matching(rec, patterns)
-    rec.load([*dict.fromkeys(name for name, _ in wanted)])
-    signals = {name: rec.signal(name) for name, _ in wanted}
-    t = next((x.t for x in signals.values()), np.zeros(0))
-    columns: dict[str, NDArray[np.float64]] = {}
-    for name, column in wanted:
-        signal = signals[name]
-        k = signal.names.index(column)
-        columns[f"{name}/{titles(signal)[k]}"] = signal.at(t).values[:, k]
-    return t, columns
+        raise RecordingError("Parquet needs pyarrow; install heavylift[parquet] or write a .csv") from None
+    schema = pyarrow.schema([(head, pyarrow.float64()) for head in heads], metadata={"made by": GENERATOR})
+    with parquet.ParquetWriter(stream, schema) as writer:
+        for columns in tables:
+            writer.write_table(pyarrow.table(columns, schema=schema))
 
 
 def matching(rec: Recording, patterns: Sequence[str]) -> list[tuple[str, str]]:

@@ -11,51 +11,44 @@ from pathlib import Path
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings.format.samples import SampleChannel, SamplesForm, sample_fields
-from heavylift.recordings.format.schema import samples_descriptor
+from heavylift.recordings.format.samples import SampleChannel, sample_fields
+from heavylift.recordings.format.schema import samples_descriptor, samples_template
 from heavylift.recordings.write.outputs import file_path, output_path
 from heavylift.recordings.write.sink import Sink
 
 from .container import Container, Raw
+from .reader import BESIDE
 from .signal import Signal
 
-__all__ = ["ERROR", "MEASURED", "extended"]
-
-MEASURED, ERROR = "measured/", "error/"  # before the name of a signal: as measured, and the run's less that
-TOPIC = "/measured"
+__all__ = ["extended"]
 
 
 def extended(
-    path: str | Path,
-    out: str | Path,
-    signals: Sequence[Signal],
-    facts: Mapping[str, object],
-    files: Mapping[str, bytes],
-    force: bool = False,
-) -> Path:
+    path: str | Path, out: str | Path, signals: Sequence[Signal], facts: Mapping[str, object],
+    files: Mapping[str, bytes], force: bool = False,
+) -> Path:  # fmt: skip
     """Write the recording `path` with these signals, further facts of its result and further files; the new path."""
-    out = output_path(out, "a recording", (".mcap",))
+    out = output_path(out)
     if out.resolve() == file_path(path).resolve():
         raise RecordingError(f"{out}: is the recording itself, which stays as it is; choose another name with -o")
     old = Container(path)
-    metadata = old.metadata()
+    metadata, numbers = old.metadata(), dict[int, int]()
+    fields = sample_fields([SampleChannel(s.name, s.names, s.unit, 0, len(s.names)) for s in signals])
+    times = np.round(signals[0].t * 1e9).astype(np.int64).tolist()
+    rows = samples_template(fields).encode(times, np.hstack([s.values for s in signals]))
+    more: Iterator[Raw] = (Raw(-1, 0, t, t, row.tobytes()) for t, row in zip(times, rows, strict=True))
     sink = Sink(out, metadata["run"], {**old.attachments(), **files}, force)
     try:
-        summary, numbers = old.summary, dict[int, int]()
-        for channel in (c for c in summary.channels.values() if c.topic != TOPIC):  # of an earlier log
-            schema = summary.schemas[channel.schema_id]
+        for channel in (c for c in old.summary.channels.values() if c.topic != BESIDE):  # of an earlier log
+            schema = old.summary.schemas[channel.schema_id]
             numbers[channel.id] = sink.channel(
                 channel.topic, channel.message_encoding, schema.name, schema.encoding, schema.data, channel.metadata
             )
-        fields = sample_fields([SampleChannel(s.name, s.names, s.unit, 0, len(s.names)) for s in signals])
         descriptor = samples_descriptor([field.field for field in fields], "Measured")
-        numbers[-1] = sink.protobuf(TOPIC, descriptor, {"signals": fields})
-        rows = SamplesForm(fields).encode(np.hstack([s.values for s in signals]))
-        times = np.round(signals[0].t * 1e9).astype(np.int64).tolist()
-        more: Iterator[Raw] = (Raw(-1, 0, t, t, row.tobytes()) for t, row in zip(times, rows, strict=True))
+        numbers[-1] = sink.protobuf(BESIDE, descriptor, {"signals": fields})
         with sink.writing():
             for raw in heapq.merge(old.messages(set(numbers)), more, key=lambda raw: raw.log_time):
-                sink.write(numbers[raw.channel], raw.log_time, raw.publish_time, raw.data)
+                sink.mcap.write(numbers[raw.channel], raw.log_time, raw.publish_time, raw.data)
         return sink.finish({**metadata.get("result", {}), **facts})
     finally:
         sink.abandon(keep=False)

@@ -18,17 +18,19 @@ from heavylift.recordings.format.text import meant
 from heavylift.recordings.write.outputs import file_path, unnamable
 from numpy.typing import NDArray
 
-__all__ = ["DATES", "Log", "read_log"]
+__all__ = ["Log", "read_log"]
 
 GAP = 5.0  # times the usual step: what is longer is a gap
-DATES = "date"  # stands for a unit where times are dates; they are read as seconds since the first row
-HEAD = re.compile(r"\s*(.*?)\s*(?:\[([^\]]*)\])?\s*")  # name and unit
+TIMES = ("time", "t")  # columns of times, unless a map names another one
+CLOCK = {"s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0, "date": 1.0}  # units of times [s]; dates count from the first
+HEAD = re.compile(r"\s*(.*?)\s*(?:\[([^\]]*)\])?\s*", re.S)  # name and unit
+CUT = "cut the log where its rows are whole"
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Log:
-    """A table of text with its head; `rows` are the numbers of its rows in the file."""
+    """A table of text with its head, (name, unit) by column; `rows` are the numbers of its rows in the file."""
 
     path: Path
     head: list[tuple[str, str]]
@@ -40,58 +42,61 @@ class Log:
         """A sentence about a cell."""
         return RecordingError(f"{self.path}: row {row}, column '{column}': {what}")
 
-    def find(self, column: str) -> int:
-        """Number of the column with this name, with or without its unit; RecordingError if not just one has it."""
+    def unit(self, column: str) -> str:
+        """The unit that its head carries, "" if none."""
+        return self.head[self._number(column)][1]
+
+    def _number(self, column: str) -> int:
+        """Of the column with this name, with or without its unit."""
         found = [i for i, (name, unit) in enumerate(self.head) if column in (name, f"{name} [{unit}]")]
         if len(found) == 1:
             return found[0]
         missing = f"there is no such column; {meant(column, [name for name, _ in self.head])}"
-        raise self.error(1, column, f"several columns have this name: {found}" if found else missing)
-
-    def unit(self, column: str) -> str:
-        """The unit that its head carries, "" if none; `date` of times that are dates."""
-        k = self.find(column)
-        return self.head[k][1] or (DATES if self.cells and _date(self.cells[0][k]) is not None else "")
+        several = f"columns {', '.join(str(i + 1) for i in found)} have this name; rename all but one"
+        raise self.error(1, column, several if found else missing)
 
     def values(self, column: str) -> Floats:
         """(n,) numbers of a column, each of them finite."""
-        k, out = self.find(column), np.empty(len(self.cells))
+        k, out = self._number(column), np.empty(len(self.cells))
         for i, (row, cells) in enumerate(zip(self.rows, self.cells, strict=True)):
             text = cells[k].strip()
             try:
                 out[i] = float("x" if "_" in text else text.replace(self.decimal, "."))
             except ValueError:
                 what = f"'{text}' is no number" if text else "is empty, which is a gap"
-                raise self.error(row, column, f"{what}; cut the log where its rows are whole") from None
+                raise self.error(row, column, f"{what}; {CUT}") from None
             if not np.isfinite(out[i]):
-                raise self.error(row, column, f"'{text}' is no finite number; cut the log where its rows are whole")
+                raise self.error(row, column, f"'{text}' is no finite number; {CUT}")
         return out
 
-    def times(self, column: str) -> Floats:
-        """(n,) times, which rise without a gap; of dates seconds since the first row."""
-        k = self.find(column)
-        if self.unit(column) == DATES:
-            dates = [_date(cells[k]) for cells in self.cells]
-            wrong = next((i for i, date in enumerate(dates) if date is None), None)
-            if wrong is not None:
-                raise self.error(self.rows[wrong], column, f"'{self.cells[wrong][k]}' is no date, unlike the first row")
+    def seconds(self, column: str = "", unit: str = "") -> Floats:
+        """(n,) times [s], which rise without a gap; of dates since the first row."""
+        column = column or next((name for name, _ in self.head if name.lower() in TIMES), TIMES[0])
+        k = self._number(column)
+        dates = [_date(cells[k]) for cells in self.cells]
+        unit = unit or self.unit(column) or ("date" if dates[0] else "")
+        if unit not in CLOCK:
+            what = f"'{unit}' is no unit of time" if unit else "the unit is missing"
+            raise self.error(1, column, f"{what}; write it behind the name, such as '{column} [s]'")
+        if unit == "date":
+            if None in dates:
+                i = dates.index(None)
+                raise self.error(self.rows[i], column, f"'{self.cells[i][k]}' is no date; write it as 2024-05-01T06:00")
             t = np.array([(date - dates[0]).total_seconds() for date in dates if date and dates[0]])
         else:
-            t = self.values(column)
-        steps = np.diff(t)
+            t = self.values(column) * CLOCK[unit]
         if len(t) < 2:
             raise self.error(self.rows[-1], column, "the log needs at least two rows")
-        if len(back := np.flatnonzero(steps <= 0.0)):
-            i = int(back[0]) + 1
-            told = (
-                f"{self.cells[i][k].strip()} comes after {self.cells[i - 1][k].strip()}; times must rise: sort the log"
-            )
-            raise self.error(self.rows[i], column, told)
-        usual = float(np.median(steps))
-        if len(wide := np.flatnonzero(steps > GAP * usual * (1 + 1e-9))):
-            i = int(wide[0])
-            told = f"a gap of {steps[i]:.6g} behind it, where rows are {usual:.6g} apart; cut the log there"
-            raise self.error(self.rows[i], column, told)
+        steps = np.diff(t)
+        usual = float(np.median(np.abs(steps)))
+        for i in np.flatnonzero((steps <= 0.0) | (steps > GAP * usual * (1 + 1e-9))).tolist():
+            before, after = (self.cells[j][k].strip() for j in (i, i + 1))
+            if steps[i] <= 0.0:
+                raise self.error(
+                    self.rows[i + 1], column, f"{after} comes after {before}; times must rise: sort the log"
+                )
+            what = f"a gap of {steps[i]:.6g} s behind it, where rows are {usual:.6g} s apart; cut the log there"
+            raise self.error(self.rows[i], column, what)
         return t
 
 
@@ -115,17 +120,15 @@ def read_log(path: str | Path) -> Log:
         raise RecordingError(f"{path}: row {reader.line_num}: is no CSV ({error}); export the log again") from None
     if len(table) < 2:
         raise RecordingError(f"{path}: has no rows below its head; export the log again")
-    head = [match.groups(default="") for cell in table[0][1] if (match := HEAD.fullmatch(cell))]
-    for row, cells in table[1:]:
-        if len(cells) != len(head):
-            raise RecordingError(f"{path}: row {row}: has {len(cells)} cells below a head of {len(head)}; mend the row")
-    return Log(
-        path,
-        [(name, unit) for name, unit in head],
-        [row for row, _ in table[1:]],
-        [cells for _, cells in table[1:]],
-        "." if separator == "," else ",",
-    )
+    (_, names), *below = table
+    for row, cells in below:
+        if len(cells) != len(names):
+            raise RecordingError(
+                f"{path}: row {row}: has {len(cells)} cells below a head of {len(names)}; mend the row"
+            )
+    head = [(match[1], match[2] or "") for cell in names if (match := HEAD.fullmatch(cell))]
+    rows, texts = [row for row, _ in below], [cells for _, cells in below]
+    return Log(path, head, rows, texts, "." if separator == "," else ",")
 
 
 def _date(text: str) -> datetime | None:

@@ -1,7 +1,8 @@
 """All that a recording has about a part of the scene: a crane, a loader, a rope, the block, or what a pattern names.
 
-`rec["west"].tension` are the tensions of all ropes named west.*; the last word of a signal's name is the attribute.  A
-loader has the hook rope that carries it, too, since its tension is what people ask for.
+`rec["west"].tension` are the tensions of all ropes named west.*; the last word of a signal's name is the attribute,
+after `measured_` or `error_` where a log stands beside the run.  A loader has the hook rope that carries it, too, since
+its tension is what people ask for.
 """
 
 from __future__ import annotations
@@ -12,10 +13,11 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from heavylift.kernel.errors import SignalError
-from heavylift.recordings.format.samples import POSE
+from heavylift.recordings.format.html import table
+from heavylift.recordings.format.samples import ERROR, MEASURED, POSE
 from heavylift.recordings.format.text import meant
 
-from .notebook import part_html
+from .notebook import heading
 from .signal import Signal, joined, only
 
 __all__ = ["Part", "chosen"]
@@ -48,6 +50,7 @@ class Part:
         self._words: dict[str, list[str]] = {}
         for signal in columns:
             word = "pose" if signal.startswith(POSE) else signal.rpartition("/")[2]
+            word = f"{signal.partition('/')[0]}_{word}" if signal.startswith((MEASURED, ERROR)) else word
             self._words.setdefault(word, []).append(signal)
 
     @staticmethod
@@ -101,7 +104,7 @@ class Part:
         return [*super().__dir__(), *self._words]
 
     def _repr_html_(self) -> str:
-        return part_html(self)
+        return heading(self.name) + table(["signal"], [[name] for name in self.signals])
 
     def __repr__(self) -> str:
         return f"<{self.name}: {', '.join(self._words)}>"

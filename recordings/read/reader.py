@@ -20,22 +20,28 @@ from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
 import msgspec
 import numpy as np
 from heavylift.kernel.errors import SignalError
-from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, SAMPLER, Field, SamplesForm
-from heavylift.recordings.format.text import meant
-from heavylift.recordings.format.viewer_messages import Log, Rig, frames_template
+from heavylift.recordings.format.html import table
+from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, POSE_UNIT, SAMPLER, Field
+from heavylift.recordings.format.schema import RecordedEvent, field_places, samples_template
+from heavylift.recordings.format.template import Template
+from heavylift.recordings.format.text import duration, meant
+from heavylift.recordings.format.viewer_messages import Box, Log, Rig, boxes_of, frames_template
 from heavylift.recordings.write.sink import FORMAT
 from numpy.typing import NDArray
 
 from .container import Container, Raw
-from .notebook import recording_html
+from .notebook import drawing, heading
 from .part import Part, chosen
+from .settings import settings
 from .signal import Signal, only
 
 __all__ = ["RecordedEvent", "Recording", "Topic", "guarded"]
 
+NUMBERS, BESIDE = "/samples", "/measured"  # topics of numbers
+IN_NOTEBOOK = ("scene", "seed", "samples_hz")
 BLOCK = 4096  # rows that are decoded together
-TABLES = ("/samples", "/measured")  # topics of numbers
 Floats = NDArray[np.float64]
+Blocks = Iterator[tuple[list[int], dict[str, Floats]]]  # times [ns] and signals, a few thousand rows at a time
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -48,18 +54,6 @@ class Topic(NamedTuple):
     encoding: str
     metadata: dict[str, str]
     messages: int
-
-
-class RecordedEvent(msgspec.Struct, frozen=True):
-    """An event on a port of a coupled model; `value` is its message as plain data."""
-
-    t_ns: int
-    microstep: int
-    source: str
-    port: str
-    index: int
-    type: str
-    value: Any
 
 
 class Recording:
@@ -166,17 +160,38 @@ class Recording:
         return Part(self, name, found) if found else Part.of(self, name)
 
     def _repr_html_(self) -> str:
+        """In a notebook: facts, the tensions, stages, and which signals there are."""
         with self.reading():
-            return recording_html(self)
+            run = {name: text for name in IN_NOTEBOOK if (text := self.run.get(name))} | settings(self.run)
+            end = {"status": self.result.get("status", "cut off"), "digest": self.result.get("digest", "none")}
+            end |= {"simulated": duration(float(self.fact("sim_s")))} if "sim_s" in self.result else {}
+            facts = [(name.replace("_", " "), text) for name, text in (run | end).items()]
+            rows = [[name, field.unit, ", ".join(field.columns)] for name, field in self._fields.items()]
+            rows += [[f"{POSE}*", "m, quaternion", ", ".join(self._bodies)]] if self._bodies else []
+            shown = self.signal("rope/tension") if "rope/tension" in self._fields else None
+            picture = drawing(shown.name, shown.unit, shown.t, shown.values) if shown else ""
+            stages = table(["from", "stage"], [(duration(t), name) for t, name in self.stages()])
+            signals = table(["signal", "unit", "columns"], rows)
+            return heading(str(self.path)) + table(["", ""], facts) + picture + stages + signals
 
     def __repr__(self) -> str:
         status = self.result.get("status", "cut off")
         return f"<Recording {self.path}: {self.run.get('scene', '')}, {status}, {len(self.signals())} signals>"
 
+    def measured(self) -> list[str]:
+        """What the log of a real lift tells of the run (`heavylift measured`), in sentences."""
+        with self._file.reading():
+            return list(self.fact("measured", {}).get("told", []))
+
     def rigs(self) -> list[Rig]:
         """Which rope lines hang from when on."""
         with self._file.reading():
             return [msgspec.json.decode(raw.data, type=Rig) for raw in self.messages("/rig")]
+
+    def boxes(self) -> list[Box]:
+        """The shapes drawn on the bodies."""
+        with self._file.reading():
+            return [box for raw in self.messages("/scene") for box in boxes_of(raw.data)]
 
     def signals(self) -> list[str]:
         """The names that `signal` knows."""
@@ -204,53 +219,60 @@ class Recording:
         with self._file.reading():
             for topic, fields in self._tables.items():
                 if numbers := [name for name in wanted if name in fields]:
-                    self._keep(numbers, self._numbers(numbers, topic))
-            if any(name not in self._fields for name in wanted):  # all of them: they stand in one message
-                poses = [POSE + body for body in self._bodies]
+                    self._keep(numbers, self._numbers(topic, numbers))
+            if poses := [name for name in wanted if name not in self._fields]:
                 self._keep(poses, self._poses(poses))
 
     def blocks(self, names: Sequence[str]) -> Iterator[tuple[list[int], list[Floats]]]:
-        """Times [ns] and values of these signals, a few thousand rows at a time, as far as there are all of them."""
-        numbers = [name for name in names if name in self._fields]
+        """Times [ns] and values of these signals, a few thousand rows at a time, as far as there are all of them.
+
+        Beside signals of the run, measured ones are taken at its times (`Signal.at`).
+        """
+        topic = BESIDE if all(name in self._tables.get(BESIDE, {}) for name in names) else NUMBERS
+        numbers = [name for name in names if name in self._tables.get(topic, {})]
         poses = [name for name in names if name not in self._fields]
+        others = [name for name in names if name in self._fields and name not in numbers]
+        self.load(others)
         with self._file.reading():
-            parts = [self._numbers(numbers)] if numbers else []
+            parts = [self._numbers(topic, numbers)] if numbers else []
             parts += [self._poses(poses)] if poses else []
             for found in zip(*parts, strict=False):
                 n = min(len(times) for times, _ in found)
+                if any(times[:n] != found[0][0][:n] for times, _ in found):
+                    raise ValueError("its signals do not have the same times")
                 values = {name: x[:n] for _, part in found for name, x in part.items()}
+                t = np.array(found[0][0][:n]) / 1e9
+                values |= {name: self._signals[name].at(t).values for name in others}
                 yield found[0][0][:n], [values[name] for name in names]
 
-    def _numbers(self, names: Sequence[str], topic: str = "/samples") -> Iterator[tuple[list[int], dict[str, Floats]]]:
-        form = SamplesForm(list(self._tables[topic].values()))
-        tags = form.image[form.fixed].tobytes()
+    def picked(self, names: Sequence[str], numbers: NDArray[np.intp]) -> dict[str, Signal]:
+        """These signals at the samples of these numbers, in order, alone."""
+        t, parts, first = list[int](), [[np.zeros((0, len(self.columns(name))))] for name in names], 0
+        for times, values in self.blocks(names):
+            inside = numbers[(numbers >= first) & (numbers < first + len(times))] - first
+            t += [times[i] for i in inside]
+            for part, x in zip(parts, values, strict=True):
+                part.append(x[inside])
+            first += len(times)
+        found = zip(names, map(np.concatenate, parts), strict=True)
+        return {name: Signal(np.array(t) / 1e9, x, self.columns(name), self.unit(name), name) for name, x in found}
+
+    def _numbers(self, topic: str, names: Sequence[str]) -> Blocks:
+        fields = list(self._tables[topic].values())
+        places = field_places(fields)
+        return self._decoded(topic, samples_template(fields), {name: places[name] for name in names})
+
+    def _poses(self, names: Sequence[str]) -> Blocks:
+        places = {POSE + body: slice(7 * i, 7 * i + 7) for i, body in enumerate(self._bodies)}
+        return self._decoded("/poses", frames_template(self._bodies), {name: places[name] for name in names})
+
+    def _decoded(self, topic: str, form: Template, places: dict[str, slice]) -> Blocks:
         messages = self.messages(topic)
         while block := list(islice(messages, BLOCK)):
-            times: list[int] = []
-            found: dict[str, list[bytes]] = {name: [] for name in names}
-            for raw in block:
-                data = np.frombuffer(raw.data, np.uint8)
-                if len(data) != len(form.image) or data[form.fixed].tobytes() != tags:
-                    raise ValueError("a sample has other fields than its channel")
-                times.append(raw.publish_time)
-                for name, rows in found.items():
-                    rows.append(raw.data[form.places[name]])
-            yield (
-                times,
-                {
-                    name: np.frombuffer(b"".join(rows), "<f8").reshape(len(times), len(self._fields[name].columns))
-                    for name, rows in found.items()
-                },
-            )
+            rows = form.decode([raw.data for raw in block])
+            yield [raw.publish_time for raw in block], {name: rows[:, x].copy() for name, x in places.items()}
 
-    def _poses(self, names: Sequence[str]) -> Iterator[tuple[list[int], dict[str, Floats]]]:
-        form, places = frames_template(self._bodies), {POSE + body: i for i, body in enumerate(self._bodies)}
-        messages = self.messages("/poses")
-        while block := list(islice(messages, BLOCK)):
-            poses = form.decode([raw.data for raw in block]).reshape(-1, len(self._bodies), 7)
-            yield [raw.publish_time for raw in block], {name: poses[:, places[name]] for name in names}
-
-    def _keep(self, names: Sequence[str], parts: Iterator[tuple[list[int], dict[str, Floats]]]) -> None:
+    def _keep(self, names: Sequence[str], parts: Blocks) -> None:
         """Read these signals whole."""
         times: list[int] = []
         found: dict[str, list[Floats]] = {name: [np.zeros((0, len(self.columns(name))))] for name in names}
@@ -270,11 +292,11 @@ class Recording:
 
     @cached_property
     def _tables(self) -> dict[str, dict[str, Field]]:
-        """Fields by signal, by topic: those of the run, and those that were measured."""
+        """Fields by signal, by topic."""
         with self._file.reading():
-            tables = {name: self.topics[name].metadata["signals"] for name in TABLES if name in self.topics}
+            texts = {name: self.topics[name].metadata["signals"] for name in (NUMBERS, BESIDE) if name in self.topics}
             decode = msgspec.json.Decoder(list[Field]).decode
-            return {name: {field.signal: field for field in decode(fields)} for name, fields in tables.items()}
+            return {name: {field.signal: field for field in decode(text)} for name, text in texts.items()}
 
     @cached_property
     def _fields(self) -> dict[str, Field]:

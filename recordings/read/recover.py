@@ -16,9 +16,10 @@ from pathlib import Path
 from typing import BinaryIO
 
 import msgspec
-import numpy as np
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings.format.samples import Field, SamplesForm
+from heavylift.recordings.format.mcapfile import MAGIC
+from heavylift.recordings.format.samples import Field
+from heavylift.recordings.format.schema import field_places, samples_template
 from heavylift.recordings.write.outputs import PART, beside, file_path, output_path, unnamable
 from heavylift.recordings.write.rows import Peak
 from heavylift.recordings.write.sink import Sink
@@ -26,7 +27,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Message, Metadata, Schema
 
-from .container import BROKEN, INNER, LIMIT, MAGIC, RATIO, RECORD, unpacked
+from .container import BROKEN, LIMIT, RATIO, RECORD, records, unpacked
 
 __all__ = ["Recovered", "recover"]
 
@@ -126,14 +127,9 @@ def _parsed(opcode: int, record: bytes) -> Iterator[object]:
     elif opcode == Opcode.MESSAGE:
         yield Message.read(stream, len(record) - RECORD.size)
     elif opcode == Opcode.CHUNK:
-        data, place = unpacked(Chunk.read(stream)), 0
-        while place < len(data):
-            inner, length = RECORD.unpack_from(data, place)
-            end = place + RECORD.size + length
-            if end > len(data) or inner not in INNER:
-                raise ValueError("a chunk is not made of whole records")
-            yield from _parsed(inner, data[place:end])
-            place = end
+        data = unpacked(Chunk.read(stream))
+        for inner, begin, end in records(data):
+            yield from _parsed(inner, data[begin - RECORD.size : end])
 
 
 class _Copy:
@@ -182,7 +178,7 @@ class _Copy:
                 channel.topic, channel.message_encoding, schema.name, schema.encoding, schema.data, channel.metadata
             )
         with sink.writing():
-            sink.write(self._numbers[channel.id], message.log_time, message.publish_time, message.data)
+            sink.mcap.write(self._numbers[channel.id], message.log_time, message.publish_time, message.data)
         sink.flush()
         self.found.messages += 1
         self.found.sim_s = max(self.found.sim_s, message.log_time * 1e-9)
@@ -196,10 +192,10 @@ class _Copy:
             return {}
         try:
             fields = msgspec.json.decode(channel.metadata["signals"], type=list[Field])
-            form, names = SamplesForm(fields), next((f.columns for f in fields if f.signal == "rope/peak"), [])
-            rows = [data for data in self._samples if len(data) == len(form.image)]
-            T, when = (np.array([np.frombuffer(row[form.places[x]], "<f8") for row in rows]) for x in PEAKS)
-            found = T.argmax(axis=0) if rows else []
+            names = next((f.columns for f in fields if f.signal == "rope/peak"), [])
+            rows, places = samples_template(fields).decode(self._samples), field_places(fields)
+            T, when = (rows[:, places[signal]] for signal in PEAKS)
+            found = T.argmax(axis=0) if len(rows) else []
             return {
                 name: Peak(float(T[r, i]), float(when[r, i]))
                 for i, (name, r) in enumerate(zip(names, found, strict=False))

@@ -71,7 +71,7 @@ class Signal:
         return pyarrow.table({"time [s]": self.t, **dict(zip(titles(self), self.values.T, strict=True))})
 
     def _repr_html_(self) -> str:
-        return signal_html(self)
+        return signal_html(self.name, self.unit, self.names, self.t, self.values)
 
     def __repr__(self) -> str:
         span = f", {self.t[0]:g} to {self.t[-1]:g} s" if len(self.t) else ""

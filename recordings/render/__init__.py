@@ -1,9 +1,9 @@
 """A recording drawn: figures, pages, layouts.
 
 plot, storyboard, paper      the figure of a run; the lift itself at some instants; what figures share
-curves, figure, curves_drawn any signals as curves over time
+curves, curves_drawn         any signals as curves over time
 compare                      two recordings side by side
-view, bundle, content        a recording as one page; the bundle of its script; what it shows
+view, content                a recording as one page; what it shows
 live, server                 the page of a run that goes on, and its server
 lichtblick                   a layout for Lichtblick and Foxglove
 """

@@ -15,13 +15,14 @@ from pathlib import Path
 import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import POSE
+from heavylift.recordings.format.schema import RecordedEvent
 from heavylift.recordings.format.text import table
 from heavylift.recordings.read.export import matching
-from heavylift.recordings.read.reader import RecordedEvent, Recording
+from heavylift.recordings.read.reader import Recording
 from numpy.typing import NDArray
 
 from .curves import checked, drawn, larger
-from .figure import Curve, Figure, Panel
+from .curves_drawn import Curve, Figure, Panel
 
 __all__ = ["Comparison", "Difference", "compare", "overlay"]
 
@@ -138,7 +139,7 @@ def _figure(A: Recording, B: Recording, patterns: Sequence[str]) -> Figure:
         name, _, column = d.name.rpartition("/")
         off = f"largest difference {d.most * factor:.4g} {unit} at {d.when:.3f} s, RMS {d.rms * factor:.4g} {unit}"
         parts = [(rec.signal(name), rec.path.name, rec is B) for rec in (A, B)]
-        lines = [Curve(path, signal.t, signal[column] * factor, dashed) for signal, path, dashed in parts]
+        lines = [Curve(path, signal.t, signal[column] * factor, int(second), second) for signal, path, second in parts]
         panels.append(Panel(unit, lines, title=f"{d.name}: {off}"))
     return Figure(f"{A.path.name} and {B.path.name}", panels, A.stages())
 

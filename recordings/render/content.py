@@ -7,8 +7,10 @@ pixel anyhow, the two stay between which the ropes' load goes furthest.
 from __future__ import annotations
 
 import base64
-import itertools
+import hashlib
+import re
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
@@ -18,10 +20,11 @@ from heavylift.recordings.read.settings import settings
 from numpy.typing import NDArray
 
 __all__ = [
-    "Shown", "event_text", "facts_shown", "inert", "is_inner", "load_of", "packed", "shown", "stage_name", "thinned",
+    "Shown", "bundled", "event_shown", "facts_shown", "is_inner", "load_of", "packed", "shown", "stage_name",
 ]  # fmt: skip
 
 Floats = NDArray[np.float64]
+PAGE = Path(__file__).parents[1] / "page"
 LEFT_OUT = ("account", "rope/peak_time", "rope/length_rate")  # for tables, not for the eye
 FLOATING = {*POSE_COLUMNS, "vx", "vy", "vz", "wx", "wy", "wz"}  # of free joints: the scene shows these
 INNER = ("order", "input", "state")  # ports on which models talk among themselves
@@ -66,23 +69,12 @@ def packed(values: Floats, kind: str = "<f4") -> str:
     return base64.b64encode(np.ascontiguousarray(values, kind).tobytes()).decode()
 
 
-def thinned(load: Floats, rows: int) -> NDArray[np.intp]:
-    """Numbers of at most `rows` samples: first, last, and the least and the largest `load` of equal parts."""
-    n = len(load)
-    if n <= rows or rows < 4:
-        return np.arange(n)
-    edges = np.linspace(0, n, max(1, (rows - 2) // 2) + 1).astype(np.intp)
-    keep = {0, n - 1}
-    for a, b in itertools.pairwise(edges):
-        keep |= {int(a + np.argmin(load[a:b])), int(a + np.argmax(load[a:b]))}
-    return np.array(sorted(keep), np.intp)
-
-
-def event_text(port: str, type_: str, value: object) -> str:
-    """An event in a few words: its type and what it carries."""
+def event_shown(t_ns: int, source: str, port: str, type_: str, value: object) -> dict[str, Any]:
+    """An event in a few words: its type and what it carries; `inner`: models talk among themselves."""
     fields = value if isinstance(value, dict) else {"": value}
     told = ", ".join(f"{name} {_text(x)}".strip() for name, x in fields.items() if x not in (None, "", [], {}))
-    return f"{port}: {type_}" + (f" ({told})" if told else "")
+    text = f"{port}: {type_}" + (f" ({told})" if told else "")
+    return {"t": t_ns * 1e-9, "source": source, "text": text, "inner": is_inner(port)}
 
 
 def facts_shown(run: Mapping[str, str], more: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
@@ -101,7 +93,7 @@ def is_inner(port: str) -> bool:
     return port.startswith(INNER)
 
 
-def inert(json: str) -> str:
+def _inert(json: str) -> str:
     """The same JSON without a character that could end a script element or begin markup."""
     return json.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
@@ -115,5 +107,22 @@ def _text(value: object) -> str:
 def load_of(signals: Sequence[tuple[str, str, str]], rows: Floats) -> Floats:
     """Sum of the rope tensions of sample rows; of all signals where there are no ropes."""
     ropes = [k for k, (group, _, _) in enumerate(signals) if group == "rope/tension"]
-    load: Floats = rows[:, ropes or list(range(len(signals)))].sum(axis=1)
+    load: Floats = np.nansum(rows[:, ropes or list(range(len(signals)))], axis=1)  # logs may cover a part of the run
     return load
+
+
+def bundled(name: str, content: Any, policy: str = "") -> str:
+    """The page `name` of the bundle in `page/`, self-contained, that shows this content.
+
+    Its Content-Security-Policy lets no script run but its own, named by its hash, and nothing be fetched beyond
+    `policy`.
+    """
+    script = (PAGE / f"{name}.js").read_text().replace("</script", "<\\/script")
+    sha256 = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    parts = {
+        "style": (PAGE / f"{name}.css").read_text(),
+        "run": _inert(msgspec.json.encode(content).decode()),
+        "script": script,
+        "policy": f"default-src 'none'; script-src 'sha256-{sha256}'; style-src 'unsafe-inline'{policy}",
+    }
+    return re.sub(r"\{\{(\w+)\}\}", lambda place: parts[place[1]], (PAGE / f"{name}.html").read_text())

@@ -10,16 +10,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format.samples import MEASURED
 from heavylift.recordings.read.export import matching
-from heavylift.recordings.read.extended import MEASURED
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.settings import settings
 from heavylift.recordings.read.signal import titles
 from heavylift.recordings.write.outputs import output_path
-from heavylift.recordings.write.partfile import PartFile
+from heavylift.recordings.write.partfile import written
 
-from .curves_drawn import page, picture
-from .figure import Curve, Figure, Panel
+from .curves_drawn import Curve, Figure, Panel, page, picture
 from .paper import FORMATS
 
 __all__ = ["checked", "curves", "drawn", "larger"]
@@ -48,10 +47,7 @@ def drawn(figure: Figure, out: Path, force: bool = False) -> Path:
     """Write the figure in the form that the suffix asks for."""
     if out.suffix.lower() != ".html":
         return picture(figure, out, force)
-    text = page(figure)
-    with PartFile(out, "a figure", (*FORMATS, ".html"), force) as file:
-        file.stream.write(text.encode())
-    return file.path
+    return written(page(figure), out, "a figure", (*FORMATS, ".html"), force)
 
 
 def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
@@ -71,9 +67,9 @@ def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
         title = titles(signal)[signal.names.index(column)]
         factor, unit = larger(title[len(column) + 2 : -1])
         panel = panels.setdefault(unit, Panel(unit, []))
-        model = f"{name}/{column}".removeprefix(MEASURED)
-        like = model if name.startswith(MEASURED) and any(c.name == model for c in panel.curves) else ""
-        panel.curves.append(Curve(f"{name}/{column}", signal.t, signal[column] * factor, bool(like), like))
+        model = next((c for c in panel.curves if f"{MEASURED}{c.name}" == f"{name}/{column}"), None)
+        colour = model.colour if model else len(panel.curves)
+        panel.curves.append(Curve(f"{name}/{column}", signal.t, signal[column] * factor, colour, model is not None))
         if name in ("rope/tension", "rope/peak") and column in rated:
             panel.limits[column] = rated[column] * factor
     if not any(len(curve.t) > 1 for panel in panels.values() for curve in panel.curves):

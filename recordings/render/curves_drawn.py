@@ -2,25 +2,55 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from heavylift.recordings.format.samples import thinned
+from numpy.typing import NDArray
 
-from .bundle import bundled
-from .content import packed
-from .figure import Figure, Panel
-from .paper import BAND, INK, LIMIT, QUIET, on_paper, save
+from .content import bundled, packed
+from .paper import INK, LIMIT, QUIET, banded, on_paper, save, tidied
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-__all__ = ["page", "picture"]
+__all__ = ["Curve", "Figure", "Panel", "page", "picture"]
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#7a6fd0")
 NAMED = 16  # curves of a panel that the legend can name
 POINTS = 4000  # instants of a curve on the page
+
+
+@dataclass
+class Curve:
+    """Times (n,) [s] and values (n,) in the unit of its panel; dashed for what is laid beside a recording."""
+
+    name: str
+    t: NDArray[np.float64]
+    y: NDArray[np.float64]
+    colour: int
+    dashed: bool = False
+
+
+@dataclass
+class Panel:
+    """Curves of one unit, and limits by name of what they belong to."""
+
+    unit: str
+    curves: list[Curve]
+    limits: dict[str, float] = field(default_factory=dict)
+    title: str = ""
+
+
+@dataclass
+class Figure:
+    """Panels with a common time; stages are (start [s], name)."""
+
+    title: str
+    panels: list[Panel]
+    stages: list[tuple[float, str]]
 
 
 def picture(figure: Figure, out: Path, force: bool = False) -> Path:
@@ -42,20 +72,20 @@ def picture(figure: Figure, out: Path, force: bool = False) -> Path:
 
 
 def _stages(axes: Axes, figure: Figure, last: float, scale: float, named: bool) -> None:
-    edges = [t for t, _ in figure.stages] + [last]
-    for i, (start, stop) in enumerate(pairwise(edges)):
-        if i % 2 == 0:
-            axes.axvspan(start * scale, stop * scale, color=BAND, lw=0, zorder=0)
-        if named and stop - start > 0.04 * last:
-            place = ((start + stop) / 2 * scale, 1.0)
+    spans = banded(axes, [t * scale for t, _ in figure.stages], last * scale)
+    for i, (start, stop) in enumerate(spans):
+        if named and stop - start > 0.04 * last * scale:
+            place = ((start + stop) / 2, 1.0)
             axes.annotate(figure.stages[i][1][:18], place, xycoords=("data", "axes fraction"), xytext=(0, 2),
                           textcoords="offset points", ha="center", size=7, color=QUIET)  # fmt: skip
 
 
 def _panel(axes: Axes, panel: Panel, scale: float) -> None:
-    for k, curve in zip(panel.colours(), panel.curves, strict=True):
+    for curve in panel.curves:
         how = {"ls": (0, (4, 2)), "lw": 0.9} if curve.dashed else {"lw": 1.2}
-        axes.plot(curve.t * scale, curve.y, color=COLOURS[k % len(COLOURS)], label=curve.name, zorder=3, **how)
+        axes.plot(
+            curve.t * scale, curve.y, color=COLOURS[curve.colour % len(COLOURS)], label=curve.name, zorder=3, **how
+        )
     high = max((float(np.nanmax(c.y)) for c in panel.curves if len(c.y)), default=0.0)
     for limit in sorted(set(panel.limits.values())):
         if limit < 2.5 * high:
@@ -63,12 +93,9 @@ def _panel(axes: Axes, panel: Panel, scale: float) -> None:
             what = f"rated {limit:.6g} {panel.unit}"
             axes.annotate(what, (1, limit), xycoords=("axes fraction", "data"), xytext=(-4, 3), ha="right",
                           textcoords="offset points", color=LIMIT, size=8)  # fmt: skip
-    axes.set_ylabel(f"[{panel.unit}]", color=INK)
+    tidied(axes, f"[{panel.unit}]")
     if panel.title:
         axes.set_title(panel.title, size=9, loc="left", color=INK, pad=14)
-    axes.grid(axis="y", color="#d9dee3", lw=0.6)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
     handles, names = axes.get_legend_handles_labels()
     more = len(names) - NAMED
     title = f"and {more} more" if more > 0 else None
@@ -94,19 +121,11 @@ def _content(panel: Panel) -> dict[str, Any]:
         k = next((i for i, t in enumerate(times) if t is curve.t), len(times))
         times += [curve.t] if k == len(times) else []
         of.append(k)
-    keep = [_kept([c.y for c in panel.curves if c.t is t], len(t)) for t in times]
+    keep = [thinned([c.y for c in panel.curves if c.t is t], POINTS) for t in times]
     shown = [
-        {"name": c.name, "times": k, "dashed": c.dashed, "colour": colour, "y": packed(c.y[keep[k]])}
-        for c, k, colour in zip(panel.curves, of, panel.colours(), strict=True)
+        {"name": c.name, "times": k, "colour": c.colour, "dashed": c.dashed, "y": packed(c.y[keep[k]])}
+        for c, k in zip(panel.curves, of, strict=True)
     ]
     kept = [packed(t[k], "<f8") for t, k in zip(times, keep, strict=True)]
     limits = [{"name": name, "y": limit} for name, limit in panel.limits.items()]
     return {"unit": panel.unit, "title": panel.title, "times": kept, "curves": shown, "limits": limits}
-
-
-def _kept(values: list[np.ndarray], n: int) -> np.ndarray:
-    """Instants at which any of these curves has its least or largest value of a part."""
-    if n <= POINTS:
-        return np.arange(n)
-    parts = np.array_split(np.arange(n), max(1, POINTS // (2 * len(values))))
-    return np.unique([0, n - 1, *(part[f(y[part])] for part in parts for y in values for f in (np.argmin, np.argmax))])

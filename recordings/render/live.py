@@ -8,19 +8,18 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Mapping, Sequence
-from types import TracebackType
 from typing import Any, Self
 
 import msgspec
 import numpy as np
-from heavylift.recordings.format.samples import SampleLayout
+from heavylift.recordings.format.samples import SampleLayout, thinned
 from heavylift.recordings.format.text import duration
 from heavylift.recordings.format.viewer_messages import Box, RopeLine
 from heavylift.recordings.write.sink import texts
 from heavylift.recordings.write.spectator import Spectator
 from numpy.typing import NDArray
 
-from .content import Shown, event_text, facts_shown, is_inner, load_of, packed, shown, stage_name, thinned
+from .content import Shown, event_shown, facts_shown, is_inner, load_of, packed, shown, stage_name
 from .server import PageServer
 
 __all__ = ["LivePage"]
@@ -53,7 +52,6 @@ class LivePage(Spectator):
     def begin(
         self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[Box], lines: Sequence[RopeLine]
     ) -> None:
-        """What is known before anything happens: facts of the run, columns of the samples, what is drawn."""
         self._shown, self._facts = shown(layout), facts_shown(texts(run), [])
         head = {
             "title": run.get("scene", ""),
@@ -71,7 +69,6 @@ class LivePage(Spectator):
         self._server.say("begin", msgspec.json.encode(head))
 
     def event(self, t_ns: int, source: str, port: str, type: str, payload: bytes) -> None:
-        """An event on a port of a coupled model."""
         inner = is_inner(port)
         if self._events >= EVENTS or (inner and self._events >= EVENTS // 2):  # the list keeps room for what matters
             return
@@ -80,17 +77,14 @@ class LivePage(Spectator):
             self._more["events"].append((t_ns, source, port, type, payload))
 
     def ropes(self, t_ns: int, lines: Sequence[RopeLine]) -> None:
-        """Other ropes hang from now on."""
         with self._lock:
             self._more["rig"].append({"t": t_ns * 1e-9, "lines": list(lines)})
 
     def samples(self, times: Sequence[int], rows: NDArray[np.float64]) -> None:
-        """Simulation times [ns] and rows of samples."""
         with self._lock:
             self._rows.append((times, rows))
 
     def end(self, status: str, told: Mapping[str, str], peaks: Sequence[Mapping[str, object]], where: str) -> None:
-        """How the run ended, what is to be said of that, the peaks of the ropes, and where the recording is."""
         self._over.set()
         self._packer.join()
         self._pack()
@@ -103,9 +97,7 @@ class LivePage(Spectator):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, _: object, error: object, *__: object) -> None:
         self._over.set()
         self._packer.join()
         begun = self._shown is not None and not isinstance(error, KeyboardInterrupt)
@@ -127,7 +119,7 @@ class LivePage(Spectator):
         if rows:
             times = np.concatenate([np.asarray(t, np.int64) for t, _ in rows])
             values = np.concatenate([x for _, x in rows])[:, self._shown.columns]
-            kept = thinned(load_of(self._shown.signals, values[:, 7 * len(self._shown.bodies) :]), ROWS)
+            kept = thinned([load_of(self._shown.signals, values[:, 7 * len(self._shown.bodies) :])], ROWS)
             message["rows"] = {"t": packed(times[kept] * 1e-9, "<f8"), "x": packed(values[kept])}
             self._t_ns = int(times[-1])
         message["status"] = f"running, {duration(self._t_ns * 1e-9)} simulated"
@@ -138,9 +130,8 @@ class LivePage(Spectator):
         """Events and stages for the page."""
         listed, stages = [], []
         for t_ns, source, port, type_, payload in events:
-            value, t = msgspec.msgpack.decode(payload), t_ns * 1e-9
-            text = event_text(port, type_, value)
-            listed.append({"t": t, "source": source, "text": text, "inner": is_inner(port)})
+            value = msgspec.msgpack.decode(payload)
+            listed.append(event_shown(t_ns, source, port, type_, value))
             if name := stage_name(port, value):
-                stages.append({"t": t, "name": name})
+                stages.append({"t": t_ns * 1e-9, "name": name})
         return listed, stages

@@ -8,20 +8,19 @@ all of them are seen.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format.samples import MEASURED
 from heavylift.recordings.format.text import duration
-from heavylift.recordings.read.extended import MEASURED
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.settings import settings
 from heavylift.recordings.write.outputs import output_path
 from numpy.typing import NDArray
 
-from .paper import BAND, FORMATS, INK, LIMIT, QUIET, on_paper, save
+from .paper import FORMATS, INK, LIMIT, QUIET, banded, on_paper, save, tidied
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -151,10 +150,7 @@ def _heading(figure: Figure, rec: Recording, curves: Curves) -> None:
 
 
 def _panel(axes: Axes, curves: Curves, columns: Sequence[int], stages: Sequence[tuple[float, str]]) -> None:
-    edges = [t for t, _ in stages] + [curves.t[-1]]
-    for i, (start, stop) in enumerate(pairwise(edges)):
-        if i % 2 == 0:
-            axes.axvspan(start, stop, color=BAND, lw=0, zorder=0)
+    for start, _ in banded(axes, [t for t, _ in stages], curves.t[-1]):
         axes.axvline(start, color=QUIET, lw=0.6, alpha=0.6, zorder=1)
     from matplotlib.patheffects import withStroke
 
@@ -192,10 +188,7 @@ def _panel(axes: Axes, curves: Curves, columns: Sequence[int], stages: Sequence[
     margin = 0.08 * (highest - lowest) or 1.0
     axes.set_ylim(lowest - (margin if lowest < 0 else 0), highest + margin)
     axes.set_xlim(curves.t[0], curves.t[-1])
-    axes.set_ylabel(curves.quantity, color=INK)
-    axes.grid(axis="y", color="#d9dee3", lw=0.6, zorder=0)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
+    tidied(axes, curves.quantity)
     axes.spines[["left", "bottom"]].set_color(QUIET)
     axes.tick_params(color=QUIET, labelcolor=INK, length=3)
     axes.yaxis.set_major_formatter(lambda value, _: _number(value))

@@ -7,12 +7,12 @@ Drawn from what the recording holds for any viewer: boxes of /scene, frames of /
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.text import duration
-from heavylift.recordings.format.viewer_messages import SceneUpdate, boxes_of
+from heavylift.recordings.format.viewer_messages import Box, SceneUpdate, corners, turned
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.signal import Signal
 from heavylift.recordings.write.outputs import output_path
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from .paper import FORMATS, on_paper, save
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 __all__ = ["storyboard"]
@@ -41,17 +42,22 @@ def storyboard(path: str | Path, out: str | Path, frames: int = 6, force: bool =
 
 
 def _figure(rec: Recording, frames: int) -> Figure:
-    poses = {name.removeprefix("pose/"): rec.signal(name) for name in rec.signals() if name.startswith("pose/")}
-    if not poses:
+    names = [name for name in rec.signals() if name.startswith("pose/")]
+    if not names:
         raise RecordingError(f"{rec.path}: there are no poses to draw; record a scene with bodies")
     from matplotlib.figure import Figure as Canvas
 
-    times = _instants(list(poses.values()), frames)
+    instants = np.concatenate([np.array(times) / 1e9 for times, _ in rec.blocks(names[:1])])
+    coarse = np.unique(np.linspace(0, len(instants) - 1, GRID).round().astype(int))
+    times = _instants(list(rec.picked(names, coarse).values()), frames)
+    wanted = np.unique(np.minimum(np.searchsorted(instants, times), len(instants) - 1))
+    poses = {name.removeprefix("pose/"): pose for name, pose in rec.picked(names, wanted).items()}
     columns = min(frames, 3)
     rows = -(-frames // columns)
     figure = Canvas(figsize=(4.2 * columns, 3.2 * rows), layout="constrained")
     axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
-    boxes, ropes, stages = _boxes(rec), _ropes(rec, times), rec.stages()
+    boxes = [(box, corners(box)) for box in rec.boxes()]
+    ropes, stages = _ropes(rec, times), rec.stages()
     for ax, t, lines in zip(axes, times, ropes, strict=False):
         _frame(ax, t, poses, boxes, lines)
         stage = next((name for at, name in reversed(stages) if at <= t), rec.run.get("scene", ""))
@@ -64,28 +70,17 @@ def _figure(rec: Recording, frames: int) -> Figure:
 def _instants(poses: list[Signal], frames: int) -> list[float]:
     """Times that cut the way of all bodies, as far as it is seen along x, into equal parts."""
     t = poses[0].t
-    coarse = np.unique(np.linspace(0, len(t) - 1, GRID).round().astype(int))
-    way = np.zeros(len(coarse))
+    way = np.zeros(len(t))
     for pose in poses:
-        place, quaternion = pose.values[coarse, 1:3], pose.values[coarse, 3:]
+        place, quaternion = pose.values[:, 1:3], pose.values[:, 3:]
         step = np.linalg.norm(np.diff(place, axis=0), axis=1)
         cosine = np.abs((quaternion[1:] * quaternion[:-1]).sum(axis=1))
         step += TURN_LENGTH * 2.0 * np.arccos(np.minimum(cosine, 1.0))
         way[1:] += np.cumsum(np.maximum(step - SWAY, 0.0))
     if way[-1] == 0.0:
-        way = t[coarse]
+        way = t
     wanted = np.linspace(0.0, way[-1], frames)
-    return [float(x) for x in np.interp(wanted, way, t[coarse])]
-
-
-def _boxes(rec: Recording) -> list[tuple[str, Floats, tuple[float, ...]]]:
-    """Body, (8, 3) corners in its frame, colour; balls and cylinders count as their boxes."""
-    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
-    boxes = [box for raw in rec.messages("/scene") for box in boxes_of(raw.data)]
-    return [
-        (b.body, np.array(b.centre) + 0.5 * signs * np.array(b.size) @ _rotation(np.array(b.turn)).T, b.colour)
-        for b in boxes
-    ]
+    return [float(x) for x in np.interp(wanted, way, t)]
 
 
 def _ropes(rec: Recording, times: list[float]) -> list[Floats]:
@@ -101,18 +96,17 @@ def _ropes(rec: Recording, times: list[float]) -> list[Floats]:
     return found + [last] * (len(times) - len(found))
 
 
-def _frame(ax: Any, t: float, poses: dict[str, Signal], boxes: list[Any], lines: Floats) -> None:
+def _frame(ax: Axes, t: float, poses: dict[str, Signal], boxes: list[tuple[Box, Floats]], lines: Floats) -> None:
     """One instant: faces from far to near, then ropes, seen along x."""
     from matplotlib.collections import LineCollection, PolyCollection
 
     faces = []
-    for body, corners, colour in boxes:
-        world = corners
-        if body in poses:
-            pose = poses[body]
+    for box, world in boxes:
+        if box.body in poses:
+            pose = poses[box.body]
             row = pose.values[min(int(np.searchsorted(pose.t, t)), len(pose.t) - 1)]
-            world = corners @ _rotation(row[3:]).T + row[:3]
-        faces += [(world[list(f), 0].mean(), world[list(f), 1:], colour) for f in FACES]
+            world = turned(row[3:], world) + row[:3]
+        faces += [(world[list(f), 0].mean(), world[list(f), 1:], box.colour) for f in FACES]
     faces.sort(key=lambda face: -face[0])
     ax.add_collection(
         PolyCollection(
@@ -125,11 +119,3 @@ def _frame(ax: Any, t: float, poses: dict[str, Signal], boxes: list[Any], lines:
     ax.autoscale_view()
     ax.margins(0.03)
     ax.set_axis_off()
-
-
-def _rotation(q: Floats) -> Floats:
-    """(3, 3) rotation of a unit quaternion x y z w."""
-    x, y, z, w = q
-    u = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turned: Floats = np.eye(3) + 2.0 * w * u + 2.0 * u @ u
-    return turned

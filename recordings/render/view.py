@@ -11,20 +11,17 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout
+from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout, thinned
 from heavylift.recordings.format.text import duration
-from heavylift.recordings.format.viewer_messages import Box, boxes_of
-from heavylift.recordings.read.extended import ERROR, MEASURED
 from heavylift.recordings.read.reader import Recording, guarded
 from heavylift.recordings.read.verdict import Judged, recorded_verdict
 from heavylift.recordings.write.outputs import output_path
-from heavylift.recordings.write.partfile import PartFile
+from heavylift.recordings.write.partfile import written
 from numpy.typing import NDArray
 
-from .bundle import bundled
-from .content import event_text, facts_shown, is_inner, load_of, packed, shown, stage_name, thinned
+from .content import bundled, event_shown, facts_shown, load_of, packed, shown, stage_name
 
-__all__ = ["content", "drawn_boxes", "page", "sample_rows", "view"]
+__all__ = ["content", "page", "sample_rows", "view"]
 
 NUMBERS = 2_000_000  # most numbers in a page: 4 bytes each, as base64 10.7 MB
 CLEARANCES = 3  # that the page tells
@@ -37,10 +34,7 @@ def view(path: str | Path, out: str | Path, verdict: Judged | None = None, force
     `verdict`: where the recording has none of its own.
     """
     out = output_path(out, "a page", (".html",))
-    text = page(content(Recording(path), verdict))
-    with PartFile(out, "a page", (".html",), force) as file:
-        file.stream.write(text.encode())
-    return file.path
+    return written(page(content(Recording(path), verdict)), out, "a page", (".html",), force)
 
 
 def page(run: dict[str, Any]) -> str:
@@ -52,24 +46,29 @@ def page(run: dict[str, Any]) -> str:
 def content(rec: Recording, verdict: Judged | None = None) -> dict[str, Any]:
     """All that the page shows of a recording."""
     verdict = verdict or recorded_verdict(rec)
-    layout, t, rows = sample_rows(rec)
+    layout, names = layout_of(rec), rec.signals()
     columns = shown(layout)
-    rows = rows[:, columns.columns]
-    ropes = rows[:, 7 * len(columns.bodies) :]
-    kept = thinned(load_of(columns.signals, ropes), NUMBERS // max(1, rows.shape[1]))
+
+    def load(values: list[NDArray[np.float64]]) -> NDArray[np.float64]:
+        return load_of(columns.signals, np.hstack(values)[:, columns.columns[7 * len(columns.bodies) :]])
+
+    loads = np.concatenate([load(values) for _, values in rec.blocks(names)])
+    kept = thinned([loads], NUMBERS // max(1, len(columns.columns)))
+    signals = rec.picked(names, kept)
+    t, rows = signals[names[0]].t, np.hstack([s.values for s in signals.values()])[:, columns.columns]
     rated = rec.fact("rated", {})
     stages = [(e.t_ns * 1e-9, stage_name(e.port, e.value)) for e in rec.events(port="stage")]
     events, told = _events(rec)
     more = [(name, rec.result[name]) for name in ("digest", "reason") if rec.result.get(name)]
-    more += [("measured", line) for line in rec.fact("measured", {}).get("told", [])]
-    more += [("samples shown", f"{len(kept)} of {len(t)}, peaks kept")] if len(kept) < len(t) else []
+    more += [("measured", line) for line in rec.measured()]
+    more += [("samples shown", f"{len(kept)} of {len(loads)}, peaks kept")] if len(kept) < len(loads) else []
     return {
         "title": rec.run.get("scene", rec.run.get("model", rec.path.stem)),
         "status": _status(rec, verdict),
         "facts": facts_shown(rec.run, [*_judged(verdict), *more, *told, *_origin(rec)]),
         **columns.head(),
-        "rows": {"t": packed(t[kept], "<f8"), "x": packed(rows[kept])},
-        "boxes": drawn_boxes(rec),
+        "rows": {"t": packed(t, "<f8"), "x": packed(rows)},
+        "boxes": rec.boxes(),
         "rig": [{"t": rig.t_ns * 1e-9, "lines": rig.lines} for rig in rec.rigs()],
         "rated": rated,
         "supports": rec.fact("supports", []),
@@ -81,31 +80,27 @@ def content(rec: Recording, verdict: Judged | None = None) -> dict[str, Any]:
 
 @guarded
 def sample_rows(rec: Recording) -> tuple[SampleLayout, NDArray[np.float64], NDArray[np.float64]]:
-    """All signals side by side at the instants of the one that was sampled most often, with their layout."""
-    signals = {name: rec.signal(name) for name in rec.signals()}
-    t = max(
-        (s.t for name, s in signals.items() if not name.startswith((MEASURED, ERROR))), key=len, default=np.zeros(0)
-    )
-    if len(t) < 2:
+    """All signals side by side at their instants, with their layout."""
+    layout, parts = layout_of(rec), [(times, np.hstack(values)) for times, values in rec.blocks(rec.signals())]
+    return layout, np.concatenate([times for times, _ in parts]) / 1e9, np.vstack([rows for _, rows in parts])
+
+
+def layout_of(rec: Recording) -> SampleLayout:
+    """Where signals stand in a row of all; RecordingError if there is nothing to see."""
+    least = min((rec.topics[topic].messages for topic in ("/samples", "/poses") if topic in rec.topics), default=0)
+    if least < 2 or not rec.signals():
         raise RecordingError(f"{rec.path}: has no samples to show; let the run last longer")
-    channels, parts, start = [], [], 0
-    for name, s in signals.items():
-        if name.startswith((MEASURED, ERROR)):
-            s = s.at(t)
-        values = s.values if len(s.t) == len(t) else np.column_stack([np.interp(t, s.t, y) for y in s.values.T])
-        names = list(POSE_COLUMNS) if name.startswith(POSE) else s.names
-        channels.append(SampleChannel(name, names, s.unit, start, start + len(names)))
-        parts.append(values)
+    channels, start = [], 0
+    for name in rec.signals():
+        names = list(POSE_COLUMNS) if name.startswith(POSE) else rec.columns(name)
+        channels.append(SampleChannel(name, names, rec.unit(name), start, start + len(names)))
         start += len(names)
-    return SampleLayout(channels), t, np.hstack(parts)
+    return SampleLayout(channels)
 
 
 def _events(rec: Recording) -> tuple[list[dict[str, Any]], list[tuple[str, str]]]:
     """The events for the list, and what is to be said where it is not all of them."""
-    found = [
-        {"t": e.t_ns * 1e-9, "source": e.source, "text": event_text(e.port, e.type, e.value), "inner": is_inner(e.port)}
-        for e in rec.events()
-    ]
+    found = [event_shown(e.t_ns, e.source, e.port, e.type, e.value) for e in rec.events()]
     if len(found) <= EVENTS:
         return found, []
     kept = [e for e in found if not e["inner"]][:EVENTS]
@@ -133,9 +128,3 @@ def _judged(verdict: Judged | None) -> list[tuple[str, str]]:
         for c in verdict.clearances[:CLEARANCES]
     ]
     return rows + [("not looked at", sentence) for sentence in verdict.not_looked_at]
-
-
-def drawn_boxes(rec: Recording) -> list[Box]:
-    """The shapes on the bodies."""
-    with rec.reading():
-        return [box for raw in rec.messages("/scene") for box in boxes_of(raw.data)]

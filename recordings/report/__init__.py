@@ -4,7 +4,6 @@ facts     numbers of a recording, as frozen tables
 document  the same as one self-contained page
 
 scene     what was lifted, with what, and how it was computed
-heights   how high the lowest point of the block is
 browser   prints a page to PDF
 """
 

@@ -8,40 +8,30 @@ from __future__ import annotations
 
 import base64
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from html import escape
 from pathlib import Path
 
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings.format.text import duration
+from heavylift.recordings.format.html import Cell, bullets, document, table
+from heavylift.recordings.format.text import GENERATOR, duration
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.settings import settings
 from heavylift.recordings.read.verdict import Judged, LimitTable, recorded_verdict
 from heavylift.recordings.render.plot import plot
 from heavylift.recordings.render.storyboard import storyboard
-from heavylift.recordings.write.outputs import GENERATOR, output_path
-from heavylift.recordings.write.partfile import PartFile
+from heavylift.recordings.write.outputs import output_path
+from heavylift.recordings.write.partfile import written
 
 from .browser import print_page
-from .facts import CraneUse, Facts, HookUse, RopeUse, StageUse, facts
+from .facts import Facts, LoadUse, RopeUse, StageUse, facts
 
 __all__ = ["report"]
 
+LOADED = ("largest load", "at", "may carry", "use")
 RULE = "Two cranes together may carry at most 75 % of what they may carry one by one: what 'may carry' says holds that."
-STYLE = """
-body { font: 14px/1.5 system-ui, sans-serif; color: #1d2733; max-width: 1000px; margin: 24px auto; padding: 0 16px; }
-h1 { font-size: 22px; margin: 0 0 4px; } h2 { font-size: 16px; margin: 28px 0 6px; border-bottom: 1px solid #dfe4e9; }
-p.quiet { color: #66727e; overflow-wrap: anywhere; }
-table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
-th, td { text-align: right; padding: 3px 8px; border-bottom: 1px solid #eceff2; } th { font-weight: 600; }
-th:first-child, td:first-child, .told th, .told td, .placed th:last-child, .placed td:last-child { text-align: left; }
-td.bad { color: #a3182b; font-weight: 600; }
-img { max-width: 100%; } .verdict { padding: 8px 12px; border-radius: 4px; background: #e9f4ec; }
-.verdict.bad { background: #fbe9ea; } @media print { body { margin: 0; } h2, tr, img { break-inside: avoid; } }
-"""
-MADE = f'<meta name="generator" content="{GENERATOR}">'
+STYLE = (Path(__file__).parents[1] / "page" / "report.css").read_text()
 PRINTED = f"% {GENERATOR}\n".encode()  # a comment behind the end of a PDF
-Cell = str | tuple[str, bool]  # text, and whether it is beyond what it should be
 
 
 def report(path: str | Path, out: str | Path, verdict: Judged | None = None, force: bool = False) -> Path:
@@ -54,9 +44,7 @@ def report(path: str | Path, out: str | Path, verdict: Judged | None = None, for
     verdict = verdict or recorded_verdict(rec)
     page = _page(rec, facts(rec, verdict), _pictures(rec), verdict)
     data = print_page(page, out) + PRINTED if out.suffix.lower() == ".pdf" else page.encode()
-    with PartFile(out, "a report", (".html", ".pdf"), force) as file:
-        file.stream.write(data)
-    return file.path
+    return written(data, out, "a report", (".html", ".pdf"), force)
 
 
 def _page(rec: Recording, found: Facts, pictures: list[str], verdict: Judged | None) -> str:
@@ -71,23 +59,21 @@ def _page(rec: Recording, found: Facts, pictures: list[str], verdict: Judged | N
         *(_limits(limits) if limits else ()),
         *(_clearances(verdict) if verdict else ()),
         _notes(found),
-        _measured(rec),
-        _section("Scene", ["what", ""], [list(row) for row in found.scene], "told"),
-        _section("Cranes", ["crane", "largest load", "at", "may carry", "use"], [_load(c) for c in found.cranes]),
+        table(["run less log, uncertainties at 95 %"], [[x] for x in rec.measured()], "told", "Beside a measured lift"),
+        table(["what", ""], found.scene, "told", "Scene"),
+        table(["crane", *LOADED], [_load(c) for c in found.cranes], title="Cranes"),
         f'<p class="quiet">{RULE}</p>' if len(found.cranes) > 1 else "",
-        _section("Hooks", ["hook", "largest load", "at", "may carry", "use"], [_load(h) for h in found.hooks]),
-        _section(
-            "Ropes", ["rope", "peak", "at", "stage", "rated", "use"], [_rope(r, judged) for r in found.ropes]
-        ),
-        _section(
-            "Stages", ["stage", "from", "lasts", "rope used most", "use", "dynamic factor", "block above ground"],
+        table(["hook", *LOADED], [_load(h) for h in found.hooks], title="Hooks"),
+        table(["rope", "peak", "at", "stage", "rated", "use"], [_rope(r, judged) for r in found.ropes], title="Ropes"),
+        table(
+            ["stage", "from", "lasts", "rope used most", "use", "dynamic factor", "block above ground"],
             [_stage(s, limits.dynamic[0] if limits and limits.dynamic else None, judged) for s in found.stages],
+            title="Stages",
         ),
         f'<p class="quiet">{escape(_amplified(found, limits))}</p>' if any(s.dynamic for s in found.stages) else "",
         *(f'<p><img src="data:image/png;base64,{data}" alt=""></p>' for data in pictures),
     ]  # fmt: skip
-    head = f'<meta charset="utf-8">{MADE}<title>{escape(title)}</title><style>{STYLE}</style>'
-    return f'<!doctype html><html lang="en"><head>{head}</head><body>{"".join(parts)}</body></html>\n'
+    return document(title, STYLE, parts)
 
 
 def _origin(rec: Recording) -> str:
@@ -122,7 +108,7 @@ def _findings(verdict: Judged) -> str:
         where = f" [{f.where}]" if f.where else ""
         told = f"{f.sentence}{where}"
         rows.append([f.severity, (told, f.severity == "red"), "" if f.t is None else _clock(f.t), f.stage])
-    return _section("Findings", ["", "what", "at", "stage"], rows, "told")
+    return table(["", "what", "at", "stage"], rows, "told", "Findings")
 
 
 def _clearances(verdict: Judged) -> list[str]:
@@ -132,28 +118,20 @@ def _clearances(verdict: Judged) -> list[str]:
         red = any(f.kind == "clearance" and f.subject == f"{c.a} and {c.b}" for f in verdict.findings)
         kept = f"{c.limit:g} m" if c.limit else "not touched"
         rows.append([f"{c.a} and {c.b}", (f"{c.distance:.2f} m", red), kept, _clock(c.t), c.place])
-    unseen = "".join(f"<li>{escape(sentence)}</li>" for sentence in verdict.not_looked_at)
+    unseen = bullets(verdict.not_looked_at, "quiet")
     return [
-        _section("Smallest clearances", ["between", "at least", "to be kept", "at", "where"], rows, "placed"),
-        f'<p class="quiet">Not looked at:</p><ul class="quiet">{unseen}</ul>' if unseen else "",
+        table(["between", "at least", "to be kept", "at", "where"], rows, "placed", "Smallest clearances"),
+        f'<p class="quiet">Not looked at:</p>{unseen}' if unseen else "",
     ]
 
 
 def _notes(found: Facts) -> str:
-    return _section("Notes of the kernel", ["what", "at"], [[(told, True), _clock(t)] for t, told in found.notes])
-
-
-def _measured(rec: Recording) -> str:
-    """What the log of a real lift says of the run: E of each channel, its uncertainty, and what was estimated."""
-    told = rec.fact("measured", {}).get("told", [])
-    return _section(
-        "Beside the log of the lift", ["run less log, uncertainties at 95 %"], [[line] for line in told], "told"
-    )
+    return table(["what", "at"], [[(told, True), _clock(t)] for t, told in found.notes], title="Notes of the kernel")
 
 
 def _warnings(found: Facts) -> str:
-    return _section(
-        "Warnings", ["who", "what", "at"], [[w.who, (w.what, True), _clock(w.when)] for w in found.warnings]
+    return table(
+        ["who", "what", "at"], [[w.who, (w.what, True), _clock(w.when)] for w in found.warnings], title="Warnings"
     )
 
 
@@ -167,7 +145,7 @@ def _amplified(found: Facts, limits: LimitTable | None) -> str:
     return f"{told}, {limits.dynamic[0]:g} foreseen ({limits.dynamic[1]}); what is beyond it is marked."
 
 
-def _load(c: CraneUse | HookUse) -> list[Cell]:
+def _load(c: LoadUse) -> list[Cell]:
     use = c.load / c.capacity if c.capacity else 0.0
     return [
         c.name,
@@ -190,8 +168,7 @@ def _rope(r: RopeUse, judged: bool) -> list[Cell]:
 def _limits(limits: LimitTable) -> list[str]:
     """The table of limits, and what was assumed or not judged."""
     rows: list[list[Cell]] = [[(cell, _beyond(cell)) for cell in row] for row in limits.rows]
-    told = "".join(f"<li>{escape(sentence)}</li>" for sentence in limits.told)
-    return [_section("Limits", limits.head, rows, "placed"), f'<ul class="quiet">{told}</ul>' if told else ""]
+    return [table(limits.head, rows, "placed", "Limits"), bullets(limits.told, "quiet")]
 
 
 def _beyond(cell: str) -> bool:
@@ -206,22 +183,6 @@ def _stage(s: StageUse, band: float | None, judged: bool) -> list[Cell]:
     low = "" if s.lowest is None else f"{s.lowest:.2f} m"
     use = (f"{100 * s.use:.0f} %", s.use > 1 and not judged)
     return [s.name, _clock(s.start), duration(s.end - s.start), s.rope, use, (factors, beyond), low]
-
-
-def _section(title: str, head: Sequence[str], rows: Sequence[Sequence[Cell]], kind: str = "") -> str:
-    if not rows:
-        return ""
-    top = "".join(f"<th>{escape(name)}</th>" for name in head)
-    body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in rows)
-    return (
-        f'<h2>{escape(title)}</h2><table class="{kind}">'
-        + f"<thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"
-    )
-
-
-def _cell(cell: Cell) -> str:
-    text, bad = cell if isinstance(cell, tuple) else (cell, False)
-    return f'<td class="bad">{escape(text)}</td>' if bad else f"<td>{escape(text)}</td>"
 
 
 def _clock(seconds: float) -> str:

@@ -13,15 +13,16 @@ from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
+from heavylift.recordings.format.samples import POSE
+from heavylift.recordings.format.viewer_messages import corners, turned
 from heavylift.recordings.read.reader import Recording, guarded
 from heavylift.recordings.read.signal import Signal
 from heavylift.recordings.read.verdict import Judged, recorded_verdict
 from numpy.typing import NDArray
 
-from .heights import lowest
 from .scene import scene_table
 
-__all__ = ["CraneUse", "Excess", "Facts", "RopeUse", "StageUse", "facts"]
+__all__ = ["Excess", "Facts", "LoadUse", "RopeUse", "StageUse", "facts"]
 
 EMPTY = 1.1  # times its loaders and hook blocks: with less a crane carries nothing
 SETTLED = 0.05  # last part of a stage over which its resting load is taken
@@ -38,17 +39,8 @@ class RopeUse(NamedTuple):
     rated: float | None
 
 
-class HookUse(NamedTuple):
-    """Largest load of a hook [kg], when [s], and the load that it may carry [kg]."""
-
-    name: str
-    load: float
-    when: float
-    capacity: float
-
-
-class CraneUse(NamedTuple):
-    """Largest load of a crane [kg], when [s], and the load that it may carry [kg]."""
+class LoadUse(NamedTuple):
+    """Largest load of a hook or crane [kg], when [s], and the load that it may carry [kg]."""
 
     name: str
     load: float
@@ -83,9 +75,9 @@ class Facts:
 
     stages: list[StageUse]
     ropes: list[RopeUse]
-    cranes: list[CraneUse]
+    cranes: list[LoadUse]
     warnings: list[Excess]
-    hooks: list[HookUse]
+    hooks: list[LoadUse]
     scene: list[tuple[str, str]]
     lifted: float  # mass of the block, else the largest load of a crane [kg]
     notes: list[tuple[float, str]]  # when [s], what the kernel had to say
@@ -111,10 +103,10 @@ def facts(rec: Recording, verdict: Judged | None = None) -> Facts:
         if crane["name"] in loads and len(tension.t):
             k = int(np.argmax(loads[crane["name"]]))
             load = float(loads[crane["name"]][k]) / gravity - sum(h["block_mass"] for h in crane["hooks"])
-            cranes.append(CraneUse(crane["name"], load, float(tension.t[k]), float(crane["capacity"])))
+            cranes.append(LoadUse(crane["name"], load, float(tension.t[k]), float(crane["capacity"])))
     if len(cranes) > 1:
         cranes.append(_together(plan, loads, tension, cranes, gravity))
-    heights = lowest(rec, plan)
+    heights = _heights(rec, plan)
     dead = {c["name"]: _dead(plan, c["name"]) * gravity for c in plan.get("cranes", [])}
     stages = [_stage(span, tension, rated, loads, dead)._replace(lowest=_lowest(span, heights)) for span in spans]
     found = _warnings(rec, ropes, cranes, verdict or recorded_verdict(rec))
@@ -123,7 +115,7 @@ def facts(rec: Recording, verdict: Judged | None = None) -> Facts:
     return Facts(*tables, scene_table(rec, plan), float(lifted), rec.notes())
 
 
-def _hook_uses(plan: dict[str, Any], tension: Signal, gravity: float) -> list[HookUse]:
+def _hook_uses(plan: dict[str, Any], tension: Signal, gravity: float) -> list[LoadUse]:
     """The load below each hook block."""
     found = []
     for crane in plan.get("cranes", []):
@@ -132,25 +124,39 @@ def _hook_uses(plan: dict[str, Any], tension: Signal, gravity: float) -> list[Ho
                 T = tension.values[:, tension.names.index(hook["rope"])]
                 k = int(np.argmax(T))
                 load = float(T[k]) / gravity - hook["block_mass"]
-                found.append(HookUse(f"{crane['name']} {hook['name']}", load, float(tension.t[k]), hook["capacity"]))
+                found.append(LoadUse(f"{crane['name']} {hook['name']}", load, float(tension.t[k]), hook["capacity"]))
     return found
 
 
 def _together(
-    plan: dict[str, Any], loads: dict[str, Floats], tension: Signal, cranes: list[CraneUse], gravity: float
-) -> CraneUse:
+    plan: dict[str, Any], loads: dict[str, Floats], tension: Signal, cranes: list[LoadUse], gravity: float
+) -> LoadUse:
     """All cranes as one."""
     total = np.sum([loads[c.name] for c in cranes], axis=0)
     k = int(np.argmax(total))
     blocks = sum(h["block_mass"] for c in plan["cranes"] for h in c["hooks"])
     capacity = sum(c.capacity for c in cranes)
-    return CraneUse("all together", float(total[k]) / gravity - blocks, float(tension.t[k]), capacity)
+    return LoadUse("all together", float(total[k]) / gravity - blocks, float(tension.t[k]), capacity)
 
 
 def _lowest(span: tuple[str, float, float], heights: tuple[Floats, Floats]) -> float | None:
     t, z = heights
     inside = (t >= span[1]) & (t <= span[2])
     return float(z[inside].min()) if inside.any() else None
+
+
+def _heights(rec: Recording, plan: dict[str, Any]) -> tuple[Floats, Floats]:
+    """Times [s] and height of the block's lowest point [m], from its drawn shapes; both empty without a block."""
+    body = plan["block"].get("name", "block") if plan.get("block") else ""
+    drawn = [corners(box) for box in rec.boxes() if box.body == body]
+    if not drawn or POSE + body not in rec.signals():
+        return np.zeros(0), np.zeros(0)
+    points = np.concatenate(drawn)
+    found = [
+        (t, (pose[:, None, :3] + turned(pose[:, None, 3:], points))[:, :, 2].min(axis=1))
+        for t, (pose,) in rec.blocks([POSE + body])
+    ]
+    return np.concatenate([t for t, _ in found]) / 1e9, np.concatenate([z for _, z in found])
 
 
 def _plan(rec: Recording) -> dict[str, Any]:
@@ -197,7 +203,7 @@ def _stage(
     return StageUse(name, start, end, rope, uses.get(rope, 0.0), dynamic)
 
 
-def _warnings(rec: Recording, ropes: list[RopeUse], cranes: list[CraneUse], verdict: Judged | None) -> list[Excess]:
+def _warnings(rec: Recording, ropes: list[RopeUse], cranes: list[LoadUse], verdict: Judged | None) -> list[Excess]:
     """What went beyond its limits: as it was judged, else as peaks and samples alone tell."""
     if verdict is not None:
         return [Excess(f.t or 0.0, f.subject, f.sentence) for f in verdict.findings if f.severity != "note"]

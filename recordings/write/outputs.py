@@ -18,10 +18,10 @@ from pathlib import Path
 
 from heavylift.kernel.errors import OutputError, RecordingError
 from heavylift.recordings.format.mcapfile import MAGIC
+from heavylift.recordings.format.text import GENERATOR
 
 __all__ = [
     "COMMANDS",
-    "GENERATOR",
     "PART",
     "beside",
     "file_path",
@@ -33,7 +33,6 @@ __all__ = [
 ]
 
 PART, COMMANDS = ".part", ".commands"  # of a run that is being written
-GENERATOR = "heavylift"  # by which a file says who made it
 LOOK = 4096  # [bytes] at the beginning and at the end in which it does
 SIGNS = (GENERATOR.encode(), b"time [s],", b"rung,method,", b"RosOut!log")  # first columns of tables, panel of a layout
 HEADER = len(MAGIC) + 9 + 4 + 4  # where the name of the writer begins in a recording: magic, record, profile, length

@@ -19,14 +19,13 @@ import zlib
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, suppress
 from pathlib import Path
-from types import TracebackType
 from typing import Any, Self
 
 from heavylift.kernel.errors import OutputError, RecordingError
 
 from .outputs import PART, names, output_path, remains, writing
 
-__all__ = ["PartFile"]
+__all__ = ["PartFile", "written"]
 
 AT_FDCWD, RENAME_NOREPLACE = -100, 1  # of linux/fcntl.h and linux/fs.h
 OPENED = "/proc/self/fd"  # where Linux has names for open files
@@ -164,14 +163,19 @@ class PartFile:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: object, *_: object) -> None:
         try:
-            if error is None:
+            if kind is None:
                 self.finish()
         finally:
             self.abandon(keep=False)
+
+
+def written(data: str | bytes, path: str | Path, what: str, endings: Sequence[str], force: bool = False) -> Path:
+    """Write a whole file of this content; the path that it has now."""
+    with PartFile(path, what, endings, force) as file:
+        file.stream.write(data.encode() if isinstance(data, str) else data)
+    return file.path
 
 
 class _Guarded(io.FileIO):

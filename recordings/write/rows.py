@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.columns import Columns
-from heavylift.recordings.format.samples import POSE_UNIT, SampleLayout, SamplesForm
-from heavylift.recordings.format.schema import samples_descriptor
+from heavylift.recordings.format.samples import POSE_UNIT, SampleLayout
+from heavylift.recordings.format.schema import samples_descriptor, samples_template
 from heavylift.recordings.format.viewer_messages import (
     WORLD,
     FrameTransforms,
@@ -57,7 +57,7 @@ class Rows:
         fields = self._columns.fields
         descriptor = samples_descriptor([field.field for field in fields])
         self._numbers = sink.protobuf("/samples", descriptor, {"signals": fields})
-        self._form = SamplesForm(fields)
+        self._form = samples_template(fields)
         if self.bodies:
             facts = {"names": self.bodies, "unit": POSE_UNIT}
             self._poses = sink.protobuf("/poses", FrameTransforms, facts)
@@ -80,23 +80,25 @@ class Rows:
         """Rows (n, width) of these simulation and log times [ns] made ready for `write`."""
         columns = self._columns(rows)
         numbers, poses = np.split(columns, [self._columns.numbers], axis=1)
-        samples = self._form.encode(numbers)
+        samples = self._form.encode(times, numbers)
         frames = self._frames.encode(times, poses) if self.bodies else samples[:, :0]
         return Block(times, log_ns, columns, samples, frames)
 
     def write(self, block: Block, first: int, end: int) -> None:
-        """Write the messages of these rows of a block."""
-        part = slice(first, end)
-        messages = [(self._numbers, block.samples[part])]
-        if self.bodies:
-            messages.append((self._poses, block.frames[part]))
-        drawn = self._drawn(block, first, end)
-        self._sink.write_rows(block.log_ns[part], block.times[part], messages, drawn)
+        """Write the messages of these rows of a block, one row after the other."""
+        drawn, write = self._drawn(block, first, end), self._sink.mcap.write
+        for i in range(first, end):
+            log_ns, t_ns = block.log_ns[i], block.times[i]
+            write(self._numbers, log_ns, t_ns, block.samples[i].tobytes())
+            if self.bodies:
+                write(self._poses, log_ns, t_ns, block.frames[i].tobytes())
+            if i in drawn:
+                write(self._lines, log_ns, t_ns, drawn[i])
 
-    def _drawn(self, block: Block, first: int, end: int) -> tuple[int, list[int], NDArray[np.uint8]] | None:
-        """The channel of ropes, in which of these rows they are drawn, and their messages; None if in none."""
+    def _drawn(self, block: Block, first: int, end: int) -> dict[int, bytes]:
+        """The messages of the rows with which the ropes are drawn anew."""
         if self._ropes is None:
-            return None
+            return {}
         times, poses = block.times, block.columns[:, self._columns.numbers :].reshape(len(block.times), -1, 7)
         drawn, i = [], first
         while (i := bisect_left(times, self._lines_due, i, end)) < end:
@@ -105,9 +107,9 @@ class Rows:
                 self._lines_due = times[i] + self._lines_ns
             i += 1
         if not drawn:
-            return None
+            return {}
         messages = self._ropes.messages([times[i] for i in drawn], poses[drawn])
-        return self._lines, [i - first for i in drawn], messages
+        return {i: message.tobytes() for i, message in zip(drawn, messages, strict=True)}
 
     def note_peaks(self, times: Sequence[int], rows: NDArray[np.float64]) -> None:
         """Keep each rope's largest tension, of all accepted steps if the rows have them."""

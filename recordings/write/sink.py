@@ -8,7 +8,7 @@ not flushed, at most a second: a thread of its own sees to that, whatever the ru
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
@@ -17,7 +17,7 @@ from typing import Any
 
 import msgspec
 from heavylift.kernel.errors import RecordingError
-from heavylift.recordings.format.mcapfile import McapFile, Messages
+from heavylift.recordings.format.mcapfile import McapFile
 from heavylift.recordings.format.schema import file_descriptor_set
 from mcap.well_known import MessageEncoding, SchemaEncoding
 
@@ -44,7 +44,10 @@ def texts(facts: Mapping[str, object]) -> dict[str, str]:
 
 
 class Sink:
-    """Writes the facts and attachments, shows them as `<path>.part`; `finish` gives it its name."""
+    """Writes the facts and attachments, shows them as `<path>.part`; `finish` gives it its name.
+
+    Messages are written to `mcap`, within `writing`.
+    """
 
     def __init__(
         self, path: str | Path, run: Mapping[str, object], attachments: Mapping[str, bytes], force: bool = False
@@ -57,11 +60,11 @@ class Sink:
         self._flushed = time.monotonic()
         try:
             with self.writing():
-                self._writer = McapFile(self._file.stream, library())
-                self._writer.metadata("run", texts({"format": FORMAT, **run}))
+                self.mcap = McapFile(self._file.stream, library())
+                self.mcap.metadata("run", texts({"format": FORMAT, **run}))
                 for name, data in attachments.items():
                     media = MEDIA.get(Path(name).suffix, "application/octet-stream")
-                    self._writer.attachment(time.time_ns(), name, media, data)
+                    self.mcap.attachment(time.time_ns(), name, media, data)
             self._file.show()
         except BaseException:
             self._file.abandon(keep=False)
@@ -93,23 +96,9 @@ class Sink:
         with self.writing():
             number = self._schemas.get((name, schema))
             if number is None:
-                number = self._schemas[name, schema] = self._writer.schema(name, language, schema)
-            self.topics[topic] = self._writer.channel(topic, encoding, number, texts(facts))
+                number = self._schemas[name, schema] = self.mcap.schema(name, language, schema)
+            self.topics[topic] = self.mcap.channel(topic, encoding, number, texts(facts))
         return self.topics[topic]
-
-    def write(self, channel: int, log_ns: int, publish_ns: int, data: bytes) -> None:
-        """Append a message; to be called within `writing`."""
-        self._writer.write(channel, log_ns, publish_ns, data)
-
-    def write_rows(
-        self,
-        log_ns: Sequence[int],
-        publish_ns: Sequence[int],
-        messages: Sequence[tuple[int, Messages]],
-        some: tuple[int, Sequence[int], Messages] | None,
-    ) -> None:
-        """Append the messages of many rows, as in McapFile; to be called within `writing`."""
-        self._writer.write_rows(log_ns, publish_ns, messages, some)
 
     @contextmanager
     def writing(self) -> Iterator[None]:
@@ -123,7 +112,7 @@ class Sink:
         """Put what was written on disk and look whether it is still there, at most twice a second of wall time."""
         if time.monotonic() - self._flushed > FLUSH:
             with self.writing():
-                self._writer.flush()
+                self.mcap.flush()
                 self._file.check()
             self._flushed = time.monotonic()
 
@@ -144,8 +133,8 @@ class Sink:
         """Write the metadata `result` and the summary, give the file its name."""
         self._rest()
         with self.writing():
-            self._writer.metadata("result", texts(result))
-            self._writer.finish()
+            self.mcap.metadata("result", texts(result))
+            self.mcap.finish()
         return self._file.finish()
 
     def abandon(self, keep: bool = True) -> None:

@@ -16,14 +16,13 @@ from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 from itertools import count
 from pathlib import Path
-from types import TracebackType
 from typing import Any, NamedTuple
 
 import msgspec
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.digest import Digest
 from heavylift.recordings.format.samples import SAMPLER, Note, SampleLayout, decode_batch
-from heavylift.recordings.format.schema import PROTOCOL_SCHEMA, RIG_SCHEMA, event_schema
+from heavylift.recordings.format.schema import PROTOCOL_SCHEMA, RIG_SCHEMA, RecordedEvent, event_schema
 from heavylift.recordings.format.viewer_messages import Box, Log, Rig, RopeLine, SceneUpdate, boxes_message, log_message
 
 from .rows import Block, Peak, Rows
@@ -124,15 +123,7 @@ class Recorder:
         if channel is None:
             raise RecordingError(f"event of {source}.{port}: this port was not announced; call add_port first")
         self.digest.event(t_ns, k, source, port, index, type, payload)
-        record = {
-            "t_ns": t_ns,
-            "microstep": k,
-            "source": source,
-            "port": port,
-            "index": index,
-            "type": type,
-            "value": msgspec.msgpack.decode(payload),
-        }
+        record = RecordedEvent(t_ns, k, source, port, index, type, msgspec.msgpack.decode(payload))
         self._message(channel, t_ns, msgspec.json.encode(record))
         self._last_event = max(self._last_event, t_ns)
         self._drain()
@@ -172,14 +163,7 @@ class Recorder:
         channel = self._sink.topics.get(topic)
         if channel is None:
             channel = self._sink.json(topic, "heavylift.protocol", PROTOCOL_SCHEMA, {"node": node})
-        record = {
-            "kind": kind,
-            "node": node,
-            "direction": direction,
-            "t_ns": t_ns,
-            "summary": summary,
-            "raw": raw,
-        }
+        record = {"kind": kind, "node": node, "direction": direction, "t_ns": t_ns, "summary": summary, "raw": raw}
         self._put(self._now, self._writes(channel, t_ns, msgspec.json.encode(record)))
         self._drain()
 
@@ -215,9 +199,7 @@ class Recorder:
     def __enter__(self) -> Recorder:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, _: object, error: object, *__: object) -> None:
         if error is None:
             self.close()
         else:
@@ -231,7 +213,7 @@ class Recorder:
         return self._rows
 
     def _writes(self, channel: int, publish_ns: int, data: bytes) -> Callable[[int], None]:
-        return lambda log_ns: self._sink.write(channel, log_ns, publish_ns, data)
+        return lambda log_ns: self._sink.mcap.write(channel, log_ns, publish_ns, data)
 
     def _message(self, channel: int, t_ns: int, data: bytes) -> None:
         self._put(t_ns, self._writes(channel, t_ns, data))

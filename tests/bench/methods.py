@@ -18,15 +18,16 @@ from typing import NamedTuple
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "kernel/forces/ropes"))
 from goliath import scene
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.simulation.simulation import Simulation
+from scipy_peers import PEERS
 from shared.rows import SHORT, options, row
 from small_scenes import SECOND, column, hand_over
 from test_the_stiffness_of_ropes import swing
 
 OWN = ("dopri5", "dop853", "ros34pw2", "radau5")
-PEERS = ("scipy-dop853", "scipy-radau", "scipy-bdf", "scipy-lsoda")
 SCENES: dict[str, tuple[System, str, tuple[float, ...], tuple[str, ...]]] = {
     "reference": (scene(), "dop853", (1e-5, 1e-7, 1e-9), (*OWN, *PEERS)),
     "light": (swing(1.0, 1e-6), "radau5", (1e-4, 1e-6), ("ros34pw2", "radau5")),

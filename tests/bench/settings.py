@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from heavylift.coordinator.tradeoff import measure, write
-from heavylift.coordinator.tradeoff.communication import communicating
+from heavylift.coordinator.tradeoff.measuring import communicating
 from heavylift.nodes.scene import load
 from shared.rows import SHORT, options, row
 

@@ -21,8 +21,8 @@ import matplotlib
 import numpy as np
 from heavylift.kernel.description.mechanics import Body, Joint, Line, Point, Rope, System
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.simulation.safeguards.step_check import StepCheck
 from heavylift.kernel.simulation.simulation import Simulation
-from heavylift.kernel.simulation.stepper import Stepper
 from shared.rows import SHORT, options, row
 from small_scenes import EA, LENGTH, MASS, SECOND, G, Z, hung
 
@@ -73,9 +73,9 @@ AXES = {
 
 def runs(scene: System, method: str, step: float, guarded: bool) -> bool:
     """Whether a push dies or stays; or, `guarded`, whether the kernel would begin at all."""
-    check = Stepper._check_step
+    check = StepCheck.check
     if not guarded:
-        Stepper._check_step = lambda self, *_: None
+        StepCheck.check = lambda self, *_: None
     try:
         s = Simulation(scene, method=method, step=step, sample_ns=max(100_000, round(step * STEPS * SECOND)))
         s.start()
@@ -91,7 +91,7 @@ def runs(scene: System, method: str, step: float, guarded: bool) -> bool:
     except KernelError:
         return False
     finally:
-        Stepper._check_step = check
+        StepCheck.check = check
 
 
 def longest(scene: System, method: str, w: float, guarded: bool = False) -> float:

@@ -50,6 +50,7 @@ ELEMENTS = {
 PRINTS = "what it finds is printed, and nothing follows from it"
 TELLS_STEPS = "judges fixed steps by margins of a tenth and tells three digits"
 KERNEL = {
+    "kernel/algebra/attitudes.py": "recorded quaternions, in one order; nothing follows from them",
     "kernel/analysis/modes.py": PRINTS,
     "kernel/analysis/corrector.py": "eigenvalues: whether a rest is stable is told, and nothing follows from it",
     "kernel/analysis/poses.py": "motions that loops allow; lifts, whose plans take over what rests, have none",
@@ -58,13 +59,11 @@ KERNEL = {
     "kernel/equations/coordinates.py": PRINTS,
     "kernel/simulation/safeguards/fastest_mode.py": TELLS_STEPS,
     "kernel/methods/stability.py": TELLS_STEPS,
-    "kernel/simulation/safeguards/resolution_check.py": TELLS_STEPS,
+    "kernel/simulation/safeguards/step_check.py": TELLS_STEPS,
     "kernel/forces/reeving.py": "where a rope runs at the start: the middle of an arc, and what cannot be",
     "kernel/forces/springs.py": "whether the matrices of a bushing can be",
-    "kernel/methods/peers.py": "methods of SciPy, which tests compare with",
     "kernel/methods/radau.py": "its amplification on floats, which judges fixed steps",
     "kernel/methods/rosenbrock.py": "its amplification on floats, which judges fixed steps",
-    "kernel/simulation/native/samples.py": "recorded quaternions, compiled in one order; nothing follows from them",
     "kernel/compiler/llvm_function.py": "writes code",
 }
 SYMBOLS = "equations on symbols, or on objects whose products are summed in order"

@@ -13,6 +13,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.simulation.simulation import Simulation
+from scipy_peers import PEERS as SCIPY
 from small_scenes import SECOND
 
 CONTROLLED, FIXED, FIRST_ORDER = 2e-3, 2e-2, 0.25  # bounds of an error relative to its scale, see STABILITY.md
@@ -37,10 +38,7 @@ INTEGRATORS = (
     Integrator("ros34pw2 5 ms", {"method": "ros34pw2", "step": 5e-3}, FIXED),
     Integrator("euler 1 ms", {"method": "semi-implicit-euler", "step": 1e-3}, FIRST_ORDER),
 )
-PEERS = tuple(
-    Integrator(f"scipy-{x}", {"method": f"scipy-{x}", "tolerance": 1e-8}, CONTROLLED)
-    for x in ("dop853", "radau", "bdf", "lsoda")
-)
+PEERS = tuple(Integrator(name, {"method": name, "tolerance": 1e-8}, CONTROLLED) for name in SCIPY)
 LEAN = tuple(x for x in INTEGRATORS if x.name in ("dopri5", "radau5", "rk4 5 ms", "ros34pw2 5 ms"))
 
 

@@ -89,8 +89,8 @@ def test_creeping_taut_and_slack_again_is_no_rattle():
 
 def test_a_calm_rope_closes_its_energy_balance():
     s = started(hung(LENGTH - 0.5, damping=1e5), tolerance=1e-10, sample_ns=SECOND // 50)
-    s._calm = frozenset({"rope"})
-    s._use(s.program.locked)
+    s.native.calm = frozenset({"rope"})
+    s.native.use(s.program.locked)
     s.switches.rope_numbers("rope")[3] = 1.0
     s.settle()
     hand_over(s, 4 * SECOND)
@@ -112,7 +112,7 @@ def test_the_mass_that_a_rope_feels_is_that_of_two_bodies_in_series():
     s = started(scene)
     p = s.switches.rope_numbers("rope")
     before = p.copy()
-    assert moved_mass(p, 0, slice(2, 4), s.state.copy(), s._rate) == pytest.approx(200.0, rel=1e-9)
+    assert moved_mass(p, 0, slice(2, 4), s.state.copy(), s.native.rate) == pytest.approx(200.0, rel=1e-9)
     assert np.array_equal(p, before)
     assert critical(1e6, 2.0, 200.0) == pytest.approx(2.0 * sqrt(5e5 * 200.0))
     assert critical(1e6, 2.0, np.inf) == 0.0

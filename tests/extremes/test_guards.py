@@ -7,6 +7,7 @@ from math import pi, sqrt
 import pytest
 from heavylift.kernel.description.mechanics import Body, Joint, JointSpring, Line, Lock, Point, Rope, Stop, System
 from heavylift.kernel.errors import KernelError
+from heavylift.kernel.simulation.safeguards.fastest_mode import fastest
 from heavylift.kernel.simulation.safeguards.progress_limit import CROWD, Patience
 from heavylift.kernel.simulation.simulation import Simulation
 from small_scenes import EA, LENGTH, MASS, SECOND, G, X, Z, column, hand_over, hung, slider, started, times
@@ -161,7 +162,7 @@ def test_energy_out_of_nothing_ends_a_run_of_any_method():
         hand_over(s, 4 * SECOND)
         s.settle()
         s.P[s.program.parameters.at["spring", "spring"].start] *= 40.0
-        s._call("refresh")
+        s.native.call("refresh")
         with pytest.raises(KernelError, match=rf"method '{method}' at \d\.\d+ s: the energy balance is broken, .* J"):
             bit_by_bit(s, 4, 9)
 
@@ -181,8 +182,8 @@ def test_an_implicit_step_that_loses_a_motion_says_so():
     scene = System((Body("load", 1e3),), (guide,), springs=(JointSpring("spring", "guide", 1e5),), gravity=0.0)
     s = started(scene, method="radau5", step=1.0, sample_ns=SECOND)
     s.state[0] = 1.0  # behind the back of the guard that looks before the run
-    s._call("refresh")
-    s._balance.begin(*s._energies(s._raw()))
+    s.native.call("refresh")
+    s.recorder.energy.begin(s.native.raw())
     hand_over(s, 60 * SECOND)
     assert any("J, more than half of what was turned over, are gone with motions too fast" in x for _, x in s.notes)
 
@@ -235,6 +236,6 @@ def test_the_mode_that_is_named_is_the_fastest_one():
     )  # fmt: skip
     s = Simulation(scene)
     s.start()
-    mode = s._fastest()
+    mode = fastest(s.native, s.native.jacobian())
     assert (mode.body, mode.law) == ("hook", "tackle")
     assert mode.frequency == pytest.approx(sqrt(EA / 6.0 / 500.0) / (2.0 * pi), rel=1e-3)

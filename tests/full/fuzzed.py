@@ -143,7 +143,7 @@ def resume(folder: Path) -> Any:
         made = {x: sink.channel(x, "json", "Event", "jsonschema", b"{}", facts) for x, facts in topics.items()}
         with sink.writing():
             for topic, t, data in events:
-                sink.write(made[topic], t, t, data)
+                sink.mcap.write(made[topic], t, t, data)
         whole = sink.finish({}).read_bytes()
         left = out.with_name("left.mcap.part")
         left.write_bytes(whole[: whole.index(b"\x06\0\0\0result")])

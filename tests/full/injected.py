@@ -6,7 +6,6 @@ coordinator before it begins, the keeper with what it preloads, the nodes with t
 
 from __future__ import annotations
 
-import functools
 import itertools
 import json
 import os
@@ -144,14 +143,12 @@ if PLAN:
 def coordinate() -> None:
     """The coordinator: tell when processes were lost and came back; strike, or let the keeper be struck, in time."""
     from heavylift.coordinator.run import conversation, models
-    from heavylift.coordinator.run.joining import joined
     from heavylift.coordinator.supervision.failover import Succession
     from heavylift.coordinator.supervision.processes import Processes
 
     participant.PRELOAD = (*participant.PRELOAD, "injected")  # type: ignore[assignment]
     preload = models._preload
     models._preload = lambda reference: [*preload(reference), "injected"]
-    models.joined = functools.partial(joined, deadline=PLAN.get("deadline", 2.0))  # type: ignore[attr-defined]
     seen: dict[str, tuple[float, float]] = {}  # when a process was struck, and when that was noticed
     there: dict[str, tuple[float, float, float]] = {}  # and when its successor had joined
     sent = 0

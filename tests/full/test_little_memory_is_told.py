@@ -16,6 +16,7 @@ from heavylift.kernel.errors import out_of_memory
 HEAVYLIFT = Path(sys.executable).with_name("heavylift")
 MB = 1 << 20
 RUNS = ("run pendulum -o x.mcap --deadline 5s", "run lift --set end=3s -o x.mcap --deadline 5s")
+LIMITS = (64, 128, *range(200, 1000, 50))  # MB
 
 
 def test_what_is_a_lack_of_memory() -> None:
@@ -25,13 +26,15 @@ def test_what_is_a_lack_of_memory() -> None:
     thread = RuntimeError("can't start new thread")
     for lack in (MemoryError(), ImportError(unmapped), hidden, OSError(errno.ENOMEM, "Cannot allocate memory"), thread):
         assert out_of_memory(lack)
-    for other in (ImportError("no module"), OSError(errno.ENOSPC, "No space left on device"), KeyError("x")):
+    circle = ValueError("raised from itself")
+    circle.__cause__ = circle
+    for other in (circle, ImportError("no module"), OSError(errno.ENOSPC, "No space left on device"), KeyError("x")):
         assert not out_of_memory(other)
 
 
 @pytest.mark.large
-@pytest.mark.parametrize("line", RUNS)
-@pytest.mark.parametrize("limit_MB", range(300, 1200, 75))
+@pytest.mark.parametrize("line", [*RUNS, *(f"{line} --in-process" for line in RUNS)])
+@pytest.mark.parametrize("limit_MB", LIMITS)
 def test_a_run_within_a_limit(tmp_path: Path, line: str, limit_MB: int) -> None:
     def bounded() -> None:
         resource.setrlimit(resource.RLIMIT_AS, (limit_MB * MB, limit_MB * MB))
@@ -47,7 +50,6 @@ def test_a_run_within_a_limit(tmp_path: Path, line: str, limit_MB: int) -> None:
     )
     assert "internal error" not in ended.stderr
     assert "Traceback" not in ended.stderr
-    last = ended.stderr.splitlines()[-1:]  # OpenBLAS ends a process by itself, with a sentence of its own
-    assert ended.returncode == 0 or last[0].startswith(("heavylift: ", "OpenBLAS error: Memory"))
+    assert ended.returncode == 0 or ended.stderr.splitlines()[-1].startswith("heavylift: ")
     RunDirectory(tmp_path / "heavylift-0123abcd").make().remove()  # sweeps, should even the keeper have been lost
     assert {path.name for path in tmp_path.iterdir()} <= {"x.mcap", "x.mcap.part"}

@@ -15,6 +15,7 @@ from heavylift.coordinator.commands.gallery import page
 from heavylift.coordinator.run import run
 from heavylift.nodes.scene import bundled, load
 from heavylift.recordings import Recording
+from heavylift.recordings.write.outputs import output_path
 from typer.testing import CliRunner
 
 G = 9.80665
@@ -107,6 +108,8 @@ def test_the_page_tells_of_all_scenes_as_they_are() -> None:
     pictures = {path.stem: path.stat().st_size for path in (FOLDER / "pictures").glob("*.png")}
     assert set(pictures) == set(bundled())
     assert max(pictures.values()) <= LARGEST
+    for path in (FOLDER / "pictures").glob("*.png"):
+        assert output_path(path) == path  # which --force replaces
 
 
 def test_one_command_makes_the_page(tmp_path: Path) -> None:

@@ -33,10 +33,7 @@ def blocks(page: str) -> list[tuple[str, str]]:
 
 def follow(page: str, folder: Path, capfd: pytest.CaptureFixture[str], patch: pytest.MonkeyPatch) -> int:
     """Run all blocks of a page in a folder; how many commands and Python blocks were run."""
-    patch.chdir(folder)
-    patch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")
-    patch.setenv("COLUMNS", "200")
-    patch.setenv("XDG_CONFIG_HOME", str(folder / ".config"))
+    _settle(folder, patch)
     done, said, names = 0, "", {}
     for language, text in blocks(page):
         if language == "text":
@@ -55,6 +52,20 @@ def follow(page: str, folder: Path, capfd: pytest.CaptureFixture[str], patch: py
         assert not CONTROL.search(out + err), f"{page}: a pipe gets plain text, no colours and no bars"
         said += out + err
     return done
+
+
+def type_command(command: str, folder: Path, patch: pytest.MonkeyPatch) -> None:
+    """Run a single command in a folder."""
+    _settle(folder, patch)
+    _run("a page", command, patch)
+
+
+def _settle(folder: Path, patch: pytest.MonkeyPatch) -> None:
+    """Stand in a folder, with settings of its own and the commands of this environment."""
+    patch.chdir(folder)
+    patch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")
+    patch.setenv("COLUMNS", "200")
+    patch.setenv("XDG_CONFIG_HOME", str(folder / ".config"))
 
 
 def _commands(text: str) -> list[str]:

@@ -62,7 +62,7 @@ def test_what_is_lost_is_told_in_seconds_of_the_run(tmp_path: Path) -> None:
         for t in range(4):
             rec.log(t * SECOND, "info", "x", "x")
             rec.settle((t + 1) * SECOND)
-            rec._sink._writer.flush()
+            rec._sink.mcap.flush()
     _, second, _, fourth = Recording(tmp_path / "run.mcap")._file.summary.chunk_indexes[:4]
     data = bytearray((tmp_path / "run.mcap").read_bytes()[: fourth.chunk_start_offset + 40])
     data[second.chunk_start_offset + second.chunk_length - 5] ^= 0xFF

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings import Box, Recorder, Recording, RopeLine, view
-from heavylift.recordings.render.content import thinned
+from heavylift.recordings.format.samples import thinned
 from heavylift.recordings.render.view import content
 from small_run import Stage
 
@@ -64,12 +64,12 @@ def test_the_page_holds_the_recording(page: Path, tmp_path: Path) -> None:
 def test_an_hour_is_thinned_to_its_peaks() -> None:
     load = np.sin(np.arange(72_000) / 7.0)
     load[31_234], load[50_001] = 9.0, -9.0
-    kept = thinned(load, 1000)
+    kept = thinned([load], 1000)
     assert len(kept) <= 1000
     assert {0, 31_234, 50_001, 71_999} <= set(kept.tolist())
     assert np.all(np.diff(kept) > 0)
     assert np.diff(kept).max() < 2 * 72_000 / 499, "no stretch is left out"
-    assert thinned(load[:900], 1000).tolist() == list(range(900))
+    assert thinned([load[:900]], 1000).tolist() == list(range(900))
 
 
 def test_nothing_is_fetched_from_anywhere(page: Path) -> None:

@@ -10,7 +10,7 @@ from heavylift.coordinator.participants.kernel_node import BATCH
 from heavylift.coordinator.protocol.core import Coordinator
 from heavylift.coordinator.run import run
 from heavylift.kernel.errors import RecordingError
-from heavylift.kernel.simulation.simulation import ROWS as REST
+from heavylift.kernel.simulation.native.native_state import ROWS as REST
 from heavylift.nodes.scene import bundled, load, parse
 from heavylift.recordings import Recorder, Recording, recover
 from heavylift.recordings.format.mcapfile import McapFile

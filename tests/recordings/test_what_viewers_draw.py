@@ -8,8 +8,8 @@ from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from google.protobuf.message_factory import GetMessageClass  # type: ignore[import-untyped]
 from google.protobuf.timestamp_pb2 import Timestamp  # type: ignore[import-untyped]
-from heavylift.recordings.format.samples import SampleChannel, SamplesForm, sample_fields
-from heavylift.recordings.format.schema import samples_descriptor
+from heavylift.recordings.format.samples import SampleChannel, sample_fields
+from heavylift.recordings.format.schema import samples_descriptor, samples_template
 from heavylift.recordings.format.viewer_messages import Box, RopeLine, Ropes, boxes_message, frames_template
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation  # type: ignore[import-untyped]
@@ -54,7 +54,7 @@ def test_samples_equal_the_library_byte_for_byte(counts: list[int]) -> None:
     fields = sample_fields([SampleChannel(f"rope/{i}", ["x"] * n, "N", 0, n) for i, n in enumerate(counts)])
     rows = np.random.default_rng(5).normal(size=(3, sum(counts)))
     Samples = GetMessageClass(samples_descriptor([field.field for field in fields]))
-    for row, data in zip(rows, SamplesForm(fields).encode(rows), strict=True):
+    for row, data in zip(rows, samples_template(fields).encode([0] * len(rows), rows), strict=True):
         parts = np.split(row, np.cumsum(counts)[:-1])
         message = Samples(**{field.field: part for field, part in zip(fields, parts, strict=True)})
         assert data.tobytes() == message.SerializeToString()

@@ -6,15 +6,24 @@ import inspect
 from collections.abc import Callable, Iterable
 from functools import wraps
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from heavylift.kernel.errors import SceneError
 from heavylift.kernel.trust import allowed
 
 from . import completing
 from .helping import Command, Commands
 
-__all__ = ["After", "At", "File", "Force", "Json", "Run", "Scene", "Sets", "Strict", "app"]
+if TYPE_CHECKING:
+    from heavylift.nodes.scene.text.units import Dimension
+
+__all__ = [
+    "After", "At", "Deadline", "File", "Force", "InProcess", "Json", "Processes", "Run", "Scene", "Sets", "Strict",
+    "app", "deadline_s", "quantity", "written_to",
+]  # fmt: skip
+
+LEAST_s = 1.0  # that a process has for an answer
 
 CODE = {"scene", "scenes", "verify", "strict", "connect"}  # parameters of commands that hear of Python code of others
 AllowCode = Annotated[
@@ -92,6 +101,32 @@ Run = Annotated[
 At = Annotated[float | None, typer.Option("--at", help="time of the run [s]; default its start")]
 After = Annotated[str, typer.Option("--after", help="at the end of this stage of the run")]
 Json = Annotated[bool, typer.Option("--json", help="one JSON object, SI units")]
+Deadline = Annotated[str, typer.Option("--deadline", help="for a process to show progress")]
+Processes = Annotated[int, typer.Option("--processes", help="deal the nodes out over so many processes")]
+InProcess = Annotated[bool, typer.Option("--in-process", help="all models in this process")]
 Strict = Annotated[bool, typer.Option("--strict", help="exit code 1 if the verdict is red")]
 Force = Annotated[bool, typer.Option("--force", help="replace an earlier output of this name")]
 Sets = Annotated[list[str] | None, typer.Option("--set", help="override a key: --set accuracy=0.5%")]
+
+
+def written_to(help: str) -> Any:
+    """The option for the file or folder that a command writes."""
+    return typer.Option("-o", "--output", help=help)
+
+
+def quantity(option: str, text: str, dimension: Dimension) -> float:
+    """The value of an option with a unit, in SI units; SceneError if it is none."""
+    try:
+        return dimension.read(text)
+    except ValueError as error:
+        raise SceneError(f"{option} '{text}': {error}") from None
+
+
+def deadline_s(text: str) -> float:
+    """A deadline as a user writes it [s]."""
+    from heavylift.nodes.scene.text.units import DURATION
+
+    seconds = quantity("--deadline", text, DURATION)
+    if seconds < LEAST_s:
+        raise SceneError(f"--deadline '{text}': give a process at least {LEAST_s:g} s")
+    return seconds

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import resource
 import sys
 import tempfile
 import traceback
@@ -17,9 +18,16 @@ from .app import app
 
 __all__ = ["carry_out"]
 
+LEAST_MB = 400  # below, libraries end the command in words of their own
+
 
 def carry_out() -> None:
     """Do what the command line says; SystemExit with its exit code unless that is 0."""
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if limit != resource.RLIM_INFINITY and limit < LEAST_MB << 20:
+        told = f"only {limit >> 20} MB of memory may be addressed, and heavylift needs at least {LEAST_MB}"
+        print(f"heavylift: {told}; raise the limit (`ulimit -v unlimited`)", file=sys.stderr)
+        sys.exit(1)
     try:
         code = app(prog_name="heavylift", standalone_mode=False)  # of a command that ends with typer.Exit
         if code == STOPPED:  # what typer makes of Ctrl-C where nobody hears it

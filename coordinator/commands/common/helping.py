@@ -15,20 +15,15 @@ __all__ = ["Command", "Commands"]
 MARK = "    heavylift "
 HEADINGS = {
     "scenes": "Scenes",
-    "starting": "Scenes",
-    "trading": "Scenes",
     "running": "Runs",
-    "resuming": "Runs",
-    "watching": "Runs that go on",
     "operating": "Runs that go on",
     "files": "Recordings",
+    "measuring": "Recordings",
     "replaying": "Recordings",
-    "tracing": "Recordings",
-    "trusting": "Models of your own",
+    "own_models": "Models of your own",
     "hosts": "Several hosts",
-    "devs": "Models of your own",
+    "health": "Installation",
 }
-OTHERS = "Other"
 
 
 class Command(TyperCommand):
@@ -54,10 +49,10 @@ class Commands(TyperGroup):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """A list of commands per heading; each with all that its first sentence says."""
-        by_heading: dict[str, list[tuple[str, str]]] = {heading: [] for heading in [*HEADINGS.values(), OTHERS]}
+        by_heading: dict[str, list[tuple[str, str]]] = {heading: [] for heading in HEADINGS.values()}
         for name, command in self.commands.items():
             module = getattr(command.callback, "__module__", "").rpartition(".")[2]
-            by_heading[HEADINGS.get(module, OTHERS)].append((name, command.get_short_help_str(limit=formatter.width)))
+            by_heading[HEADINGS[module]].append((name, command.get_short_help_str(limit=formatter.width)))
         for heading, rows in by_heading.items():
             if rows:
                 with formatter.section(heading):

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import any_of, less, select
+from heavylift.kernel.compiler.symbol import Array, Scalar, any_of, less, select
 
 __all__ = ["ROUNDS", "eliminate", "product", "round_of", "start_of"]
 
@@ -19,14 +19,14 @@ PATIENCE = 4.0  # block changes without progress before single ones
 ROUNDS = 60.0  # per row and solve; Murty's worst case is exponential, but is never met in practice
 
 
-def start_of(n: int, side: Any) -> SimpleNamespace:
+def start_of(n: int, side: Array) -> SimpleNamespace:
     """The loop's variables before the first round; side (n,) is the set to begin with."""
     return SimpleNamespace(
         side=side, x=np.zeros(n), w=np.zeros(n), fewest=n + 1.0, patience=PATIENCE, budget=ROUNDS * n, run=1.0
     )
 
 
-def round_of(s: SimpleNamespace, A: Any, b: Any, lo: Any, hi: Any, small_x: Any, small_w: Any) -> None:
+def round_of(s: SimpleNamespace, A: Array, b: Array, lo: Array, hi: Array, small_x: Scalar, small_w: Scalar) -> None:
     """Solve for the present set and change the sides of rows that violate their condition; run = 0 when none does."""
     n = len(b)
     low, high = less(s.side, 0.0), less(0.0, s.side)
@@ -51,21 +51,21 @@ def round_of(s: SimpleNamespace, A: Any, b: Any, lo: Any, hi: Any, small_x: Any,
     s.number = number
 
 
-def product(A: Any, x: Any, b: Any) -> Any:
+def product(A: Array, x: Array, b: Array) -> Any:
     """A x + b, summed column by column."""
     for j in range(len(b)):
         b = b + A[:, j] * x[j]
     return b
 
 
-def _sum(x: Any) -> Any:
-    total: Any = 0.0
+def _sum(x: Array) -> Any:
+    total: Scalar = 0.0
     for e in x:
         total = total + e
     return total
 
 
-def _last(wrong: Any) -> Any:
+def _last(wrong: Array) -> Any:
     """Only the last of the marked rows."""
     out, later = [], 0.0
     for e in reversed(list(wrong)):
@@ -74,7 +74,7 @@ def _last(wrong: Any) -> Any:
     return np.array(out[::-1])
 
 
-def eliminate(A: Any, r: Any, free: Any) -> Any:
+def eliminate(A: Array, r: Array, free: Array) -> Any:
     """A x = r over the free rows and columns, x = 0 in the others; pivots in the order of the rows."""
     n = len(r)
     M = np.concatenate([A * free[:, None] * free + np.eye(n) * (1.0 - free), (r * free)[:, None]], axis=1)

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from functools import cache
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 from heavylift.kernel.compiler.emit import While, module
-from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.layout import Layout
 from heavylift.kernel.compiler.machine_code import Library
+from heavylift.kernel.compiler.symbol import Array
 
 from .block_pivoting import round_of
 
@@ -57,8 +57,8 @@ def pivot(
 def _loop(n: int) -> tuple[Layout, Library]:
     layout = Layout({**dict.fromkeys(("run", *_SCALARS)), **dict.fromkeys(_VECTORS, n), "A": n * n})
 
-    def body(X: Any) -> dict[str, Any]:
-        s = layout.unpack(X)
+    def body(X: Array) -> Outputs:
+        s = layout.unpack(X, SimpleNamespace)
         round_of(s, np.reshape(s.A, (n, n)), s.b, s.lo, s.hi, s.small_x, s.small_w)
         return {"X": layout.pack(s)}
 

@@ -8,9 +8,9 @@ pose is passed with bounded multipliers.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
-from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.function import Function, Outputs
+from heavylift.kernel.compiler.symbol import Array, Scalars
 
 __all__ = ["MU", "MU_SHARED", "TINY", "Proximal", "fill_in"]
 
@@ -37,7 +37,7 @@ class Proximal:
 
     _substitute: Function  # (C, b -> x) of one factorisation
 
-    def _multipliers(self, C: Any, mu: Any, b: Any, prior: Any = None) -> dict[str, Any]:
+    def _multipliers(self, C: Array, mu: Scalars, b: Scalars, prior: Scalars | None = None) -> Outputs:
         """Of redundant rows those next to `prior` (n,), to zero without."""
         first = b if prior is None else [e + m * y for e, m, y in zip(b, mu, prior, strict=True)]
         x = self._substitute(C=C, b=first).x

@@ -4,5 +4,4 @@ candidates       what could touch, as a fixed list of witnesses per pair of shap
 frames, pairs    contact point, normal and tangents with their rates; the table of pairs of shapes
 contact_points   rows, guards and heat of what touches, inside an evaluation
 reach            longest step in which no shape passes through another
-clearance        how soon what is left out of the code could touch again
 """

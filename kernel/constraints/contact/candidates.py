@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross
-from heavylift.kernel.compiler.symbol import maximum, select, sqrt
+from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, select, sqrt
 
 from .frames import Side
 
@@ -34,7 +34,7 @@ __all__ = [
     "box_box", "box_plane", "crossings", "edge",
 ]  # fmt: skip
 
-Witness = tuple[Any, Any]  # gap [m], its rate [m/s]
+Witness = tuple[Scalar, Scalar]  # gap [m], its rate [m/s]
 
 APART = 1.0  # [m] witness of a candidate that does not count
 CROSSING = 1e-3  # sine of the angle below which two edges are parallel
@@ -48,28 +48,28 @@ TINY = 1e-300  # keeps the length of a vanishing cross product from being zero
 class Box:
     """Centre, axes (rows) and half edges in world axes."""
 
-    def __init__(self, p: Any, body: Any) -> None:
+    def __init__(self, p: Array, body: Array) -> None:
         self.side = Side(body)
         self.c, self.h = self.side.place(p[:3]), p[12:15]
         self.axes = np.array([self.side.R @ e for e in np.reshape(p[3:12], (3, 3))])
 
-    def vertices(self) -> list[Any]:
+    def vertices(self) -> list[Array]:
         return [self.c + sum(s * h * e for s, h, e in zip(v, self.h, self.axes, strict=True)) for v in VERTICES]
 
-    def outside(self, x: Any, body: Side) -> tuple[Any, Any]:
+    def outside(self, x: Array, body: Side) -> tuple[Array, Array]:
         """(3,) how far x, a point of `body`, lies outside of the nearer face across each axis, and its rate."""
         d = self.axes @ (x - self.c)
         v = self.axes @ (body.velocity(x) - self.side.velocity(x))
         return abs(d) - self.h, np.array([select(e > 0.0, u, -u) for e, u in zip(d, v, strict=True)])
 
-    def depth(self, x: Any, body: Side) -> Witness:
+    def depth(self, x: Array, body: Side) -> Witness:
         """Distance of a point of `body` from the surface, over the axis along which it is outermost."""
         s, v = self.outside(x, body)
         first = s[0] > s[1]
         gap, rate = select(first, s[0], s[1]), select(first, v[0], v[1])
         return select(gap > s[2], gap, s[2]), select(gap > s[2], rate, v[2])
 
-    def height(self, x: Any, body: Side, faces: list[Any]) -> Witness:
+    def height(self, x: Array, body: Side, faces: list[Scalar]) -> Witness:
         """Distance of a point above the one of three `faces` that counts if it lies over it, else its depth."""
         s, v = self.outside(x, body)
         gap, rate = self.depth(x, body)
@@ -79,14 +79,14 @@ class Box:
         return gap, rate
 
 
-def ball_plane(ball: Any, plane: Any, A: Any, B: Any) -> list[Witness]:
+def ball_plane(ball: Array, plane: Array, A: Array, B: Array) -> list[Witness]:
     """A ball of A above a plane of B (point, normal)."""
     a, b = Side(A), Side(B)
     c, n = a.place(ball[:3]), b.R @ plane[3:6]
     return [(n @ (c - b.place(plane[:3])) - ball[3], n @ (a.velocity(c) - b.velocity(c)))]
 
 
-def ball_ball(first: Any, second: Any, A: Any, B: Any) -> list[Witness]:
+def ball_ball(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
     """Two balls."""
     a, b = Side(A), Side(B)
     p, q = a.place(first[:3]), b.place(second[:3])
@@ -95,7 +95,7 @@ def ball_ball(first: Any, second: Any, A: Any, B: Any) -> list[Witness]:
     return [(size - first[3] - second[3], d @ (a.velocity(p) - b.velocity(q)) * (1.0 / size))]
 
 
-def ball_box(ball: Any, box: Any, A: Any, B: Any) -> list[Witness]:
+def ball_box(ball: Array, box: Array, A: Array, B: Array) -> list[Witness]:
     """A ball of A against the nearest face, edge or corner of a box of B."""
     a, b = Side(A), Box(box, B)
     c = a.place(ball[:3])
@@ -107,17 +107,17 @@ def ball_box(ball: Any, box: Any, A: Any, B: Any) -> list[Witness]:
     return [(select(gap > 0.0, size, gap) - ball[3], select(gap > 0.0, v, rate))]
 
 
-def box_plane(box: Any, plane: Any, A: Any, B: Any) -> list[Witness]:
+def box_plane(box: Array, plane: Array, A: Array, B: Array) -> list[Witness]:
     """Vertices of a box of A above a plane of B."""
     return [w for x in Box(box, A).vertices() for w in _above(x, plane, Side(A), Side(B))]
 
 
-def _above(x: Any, plane: Any, a: Side, b: Side) -> list[Witness]:
+def _above(x: Array, plane: Array, a: Side, b: Side) -> list[Witness]:
     n = b.R @ plane[3:6]
     return [(n @ (x - b.place(plane[:3])), n @ (a.velocity(x) - b.velocity(x)))]
 
 
-def box_box(first: Any, second: Any, A: Any, B: Any) -> list[Witness]:
+def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
     """Vertices of A in B, vertices of B in A, then pairs of edges: (a_i, b_j, edge of A, of B)."""
     a, b = Box(first, A), Box(second, B)
     C = a.axes @ b.axes.T
@@ -133,7 +133,7 @@ def box_box(first: Any, second: Any, A: Any, B: Any) -> list[Witness]:
     return heights + [w for x in directions for w in _edges(a, b, x, most)]
 
 
-def _faces(apart: list[Any]) -> list[Any]:
+def _faces(apart: list[Scalar]) -> list[Any]:
     """Along which of its three axes a box is separated most from another that it overlaps along the other two: boxes
     that slide past each other flush do not catch on a border."""
     over = [x < -NEAR for x in apart]
@@ -146,9 +146,9 @@ class Direction:
 
     i: int
     j: int
-    n: Any
-    sine: Any
-    separation: Any
+    n: Array
+    sine: Scalar
+    separation: Scalar
 
 
 def crossings(a: Box, b: Box) -> list[Direction]:
@@ -171,7 +171,7 @@ def edge(box: Box, i: int, signs: tuple[float, float]) -> Any:
     return box.c + signs[0] * box.h[k] * box.axes[k] + signs[1] * box.h[l] * box.axes[l]
 
 
-def _edges(a: Box, b: Box, x: Direction, most: Any) -> list[Witness]:
+def _edges(a: Box, b: Box, x: Direction, most: Scalar) -> list[Witness]:
     """Gap of each pair of edges, if they cross within both and no other direction separates the boxes further.
 
     All is linear in the midpoints p, q of the edges: their crossing lies at p + s a_i = q + t b_j + gap n.

@@ -8,19 +8,19 @@ zero), the normal force vanishes, friction reaches its limit or sliding its end,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from copy import copy
+from collections.abc import Mapping
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.function import Function
-from heavylift.kernel.compiler.symbol import maximum, minimum, select, sqrt
-from heavylift.kernel.constraints.rows import Row
+from heavylift.kernel.compiler.function import Function, Outputs
+from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, minimum, select, sqrt
+from heavylift.kernel.constraints.held_rows import Numbers, Row
 from heavylift.kernel.description.contacts import Contact
 from heavylift.kernel.description.mechanics import System
-from heavylift.kernel.forces.laws import BODY, SLIP_BLEND
+from heavylift.kernel.forces.force_law import BODY
+from heavylift.kernel.forces.friction import SLIP_BLEND
 from heavylift.kernel.multibody.graph import Graph
 
 from . import frames
@@ -89,29 +89,17 @@ class ContactRows:
         kinds: dict[str, tuple[Function, Function, Function | None]] = {}
         self.sites = [_site(c, graph, kinds) for c in system.contacts]
         self.bodies = [b for s in self.sites for b in s.bodies]
-        self.absent: frozenset[str] = frozenset()
-        self._rows_of(self.sites)
+        self.held = [s.bodies for s in self.sites for _ in range(s.pair.slots * s.per_slot)]
+        self.names = [s.contact.name for s in self.sites for _ in range(s.pair.slots * s.per_slot)]
         self.guards = [("touch", s.contact.name) for s in self.sites for _ in range(s.pair.candidates)]
         what = ("press", "grip", "leave")
         self.guards += [(kind, s.contact.name) for s in self.sites for _ in range(s.pair.slots) for kind in what]
         self.structure = [(s.slot.name, s.bodies, s.per_slot) for s in self.sites]
 
-    def _rows_of(self, sites: list[Site]) -> None:
-        self.present = sites
-        self.held = [s.bodies for s in sites for _ in range(s.pair.slots * s.per_slot)]
-        self.names = [s.contact.name for s in sites for _ in range(s.pair.slots * s.per_slot)]
-
-    def without(self, names: frozenset[str]) -> ContactRows:
-        """The same with neither rows nor forces of these contacts; their guards stay and never fall."""
-        out = copy(self)
-        out.absent = names
-        out._rows_of([s for s in self.sites if s.contact.name not in names])
-        return out
-
-    def slots(self, numbers: Callable[[str, str], Any], ends: Mapping[int, Any]) -> list[SimpleNamespace]:
+    def slots(self, numbers: Numbers, ends: Mapping[int, Array]) -> list[SimpleNamespace]:
         """All slots at an instant, in order."""
         out = []
-        for s in self.present:
+        for s in self.sites:
             a, b = (ends[i] for i in s.bodies)
             mu, grain = numbers("contact", s.contact.name)
             for k in range(s.pair.slots):
@@ -132,13 +120,10 @@ class ContactRows:
                 out.append(Row(sense, x.gap[i], x.rate[i], x.bias[i], push=push, soft=soft, prior=x.prior[i]))
         return out
 
-    def watched(self, numbers: Callable[[str, str], Any], ends: Mapping[int, Any]) -> list[Any]:
+    def watched(self, numbers: Numbers, ends: Mapping[int, Array]) -> list[Scalar]:
         """Guards of all candidates."""
-        out: list[Any] = []
+        out: list[Scalar] = []
         for s in self.sites:
-            if s.contact.name in self.absent:
-                out += [1.0] * s.pair.candidates
-                continue
             a, b = (ends[i] for i in s.bodies)
             p, held = numbers("shapes", s.contact.name), numbers("held", s.contact.name)
             out += list(s.watch(p=p, held=held, A=a, B=b).guard)
@@ -149,25 +134,25 @@ class ContactRows:
         """Whether shapes could pass through each other in a step that is too long."""
         return any(s.reach for s in self.sites)
 
-    def reach(self, numbers: Callable[[str, str], Any], ends: Mapping[int, Any]) -> Any:
+    def reach(self, numbers: Numbers, ends: Mapping[int, Array]) -> Any:
         """Longest step in which nothing passes through anything else [s]."""
-        longest: Any = FOREVER
+        longest: Scalar = FOREVER
         for s in self.sites:
             if s.reach:
                 a, b = (ends[i] for i in s.bodies)
                 longest = minimum(longest, s.reach(p=numbers("shapes", s.contact.name), A=a, B=b).reach[0])
         return longest
 
-    def loads(self, slots: list[SimpleNamespace], multipliers: Any) -> tuple[list[Any], list[Any], list[Any]]:
+    def loads(self, slots: list[SimpleNamespace], multipliers: Any) -> tuple[list[Scalar], list[Scalar], list[Scalar]]:
         """Guards of the slots, heat per contact [W], normal force per contact [N]."""
-        own: dict[str, list[Any]] = {s.contact.name: [] for s in self.sites}
-        heat: dict[str, Any] = dict.fromkeys(own, 0.0)
-        force: dict[str, Any] = dict(heat)
+        own: dict[str, list[Scalar]] = {s.contact.name: [] for s in self.sites}
+        heat: dict[str, Scalar] = dict.fromkeys(own, 0.0)
+        force: dict[str, Scalar] = dict(heat)
         at = 0
         for x in slots:
             name, n = x.site.contact.name, multipliers[at]
             on, stick = x.on[0] > 0.0, x.stick[0] > 0.0
-            grip: Any = 1.0
+            grip: Scalar = 1.0
             if x.site.per_slot > 1:
                 t = multipliers[at + 1 : at + 3]
                 room = x.mu * n - sqrt(t @ t + 1e-300) + x.grain
@@ -176,9 +161,7 @@ class ContactRows:
             own[name] += [select(on, n + x.grain, 1.0), grip, select(on, x.leave[0], 1.0)]
             force[name] = force[name] + select(on, n, 0.0)
             at += x.site.per_slot
-        away = ([1.0] * (3 * s.pair.slots) for s in self.sites)
-        guards = [g for s, open_ in zip(self.sites, away, strict=True) for g in own[s.contact.name] or open_]
-        return guards, list(heat.values()), list(force.values())
+        return [g for guards in own.values() for g in guards], list(heat.values()), list(force.values())
 
 
 def _site(c: Contact, graph: Graph, kinds: dict[str, tuple[Function, Function, Function | None]]) -> Site:
@@ -194,14 +177,14 @@ def _site(c: Contact, graph: Graph, kinds: dict[str, tuple[Function, Function, F
 def _functions(c: Contact, pair: Pair, kind: str, n: int) -> tuple[Function, Function, Function | None]:
     """Guards of the candidates, one slot, and the reach of a step; n numbers are of the first shape."""
 
-    def watch(p: Any, held: Any, A: Any, B: Any) -> dict[str, Any]:
+    def watch(p: Array, held: Array, A: Array, B: Array) -> Outputs:
         witnesses = pair.watch(p[:n], p[n:], A, B)
         return {"guard": [select(h > 0.0, 1.0, _touch(*w)) for h, w in zip(held, witnesses, strict=True)]}
 
-    def slot(h: Any, mu: Any, A: Any, B: Any) -> dict[str, Any]:
+    def slot(h: Array, mu: Array, A: Array, B: Array) -> Outputs:
         return _slot(pair, h, mu[0], A, B)
 
-    def longest(p: Any, A: Any, B: Any) -> dict[str, Any]:
+    def longest(p: Array, A: Array, B: Array) -> Outputs:
         return {"reach": [reach(c, p[:n], p[n:], A, B)]}
 
     size = n + len(shape_numbers(c.b))
@@ -211,12 +194,12 @@ def _functions(c: Contact, pair: Pair, kind: str, n: int) -> tuple[Function, Fun
     return Function(f"watch_{kind}", watch, sizes), slots, bound
 
 
-def _touch(gap: Any, rate: Any) -> Any:
+def _touch(gap: Scalar, rate: Scalar) -> Any:
     """Below zero where a candidate touches: at once if it comes with a speed, slowly only if it has sunk in."""
     return minimum(maximum(gap + DEPTH, rate + RESTING), maximum(gap + SUNK, rate + DEPTH))
 
 
-def _slot(pair: Pair, h: Any, mu: Any, A: Any, B: Any) -> dict[str, Any]:
+def _slot(pair: Pair, h: Array, mu: Scalar, A: Array, B: Array) -> Outputs:
     """One slot: its rows as they are sensed (wa, wb) and the push of the normal one (pa, pb), all zero if it is open.
 
     `sliding`: speed against friction; `onward`: along the direction in which sliding began.

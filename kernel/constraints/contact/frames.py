@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join
-from heavylift.kernel.compiler.symbol import minimum, sqrt
+from heavylift.kernel.compiler.function import Outputs
+from heavylift.kernel.compiler.symbol import Array, Scalar, minimum, sqrt
 
 __all__ = [
     "BALLS",
@@ -45,29 +46,29 @@ class Frame:
     """gap [m]; x (3,) in the world with its rate; F (3, 3) rows n, t1, t2 with theirs; along: coordinates of x within
     the face (from its point) or along the edges of A and B (from their points) [m]."""
 
-    gap: Any
-    x: Any
-    dx: Any
-    F: Any
-    dF: Any
-    along: Any
+    gap: Scalar
+    x: Array
+    dx: Array
+    F: Array
+    dF: Array
+    along: Array
 
 
 class Side:
     """A body in world axes; body: (21,) R_WB row-major, the tree's point o, r from o to the body's origin, twist V."""
 
-    def __init__(self, body: Any) -> None:
+    def __init__(self, body: Array) -> None:
         self.R, self.o, self.r = np.reshape(body[:9], (3, 3)), body[9:12], body[12:15]
         self.w, self.v = body[15:18], body[18:21]
 
-    def place(self, p: Any) -> Any:
+    def place(self, p: Array) -> Any:
         return self.o + self.r + self.R @ p
 
-    def velocity(self, x: Any) -> Any:
+    def velocity(self, x: Array) -> Any:
         return self.v + cross(self.w, x - self.o)
 
 
-def face(p: Any, A: Any, B: Any) -> Frame:
+def face(p: Array, A: Array, B: Array) -> Frame:
     """A ball of A on a plane fixed in B."""
     a, b = Side(A), Side(B)
     c, r, q = a.place(p[:3]), p[3], b.place(p[4:7])
@@ -77,7 +78,7 @@ def face(p: Any, A: Any, B: Any) -> Frame:
     return Frame(F[0] @ (c - q) - r, x, a.velocity(c) - r * dF[0], F, dF, F[1:] @ (x - q))
 
 
-def balls(p: Any, A: Any, B: Any) -> Frame:
+def balls(p: Array, A: Array, B: Array) -> Frame:
     """Two balls; the tangents are a direction of B seen along the normal, and the one across."""
     a, b = Side(A), Side(B)
     c_a, c_b, e = a.place(p[:3]), b.place(p[4:7]), b.R @ p[8:11]
@@ -88,7 +89,7 @@ def balls(p: Any, A: Any, B: Any) -> Frame:
     return Frame(distance - p[3] - p[7], c_b + p[7] * n, b.velocity(c_b) + p[7] * dn, F, dF, np.zeros(2))
 
 
-def edges(p: Any, A: Any, B: Any) -> Frame:
+def edges(p: Array, A: Array, B: Array) -> Frame:
     """Two edges that cross; the first tangent runs along that of A."""
     a, b = Side(A), Side(B)
     p_a, p_b, d, e = a.place(p[:3]), b.place(p[6:9]), a.R @ p[3:6], b.R @ p[9:12]
@@ -106,7 +107,7 @@ def edges(p: Any, A: Any, B: Any) -> Frame:
     return Frame(n @ (p_a - p_b), x, v_a + ds * d, F, dF, np.array([s, t]))
 
 
-def edge(p: Any, A: Any, B: Any) -> Frame:
+def edge(p: Array, A: Array, B: Array) -> Frame:
     """A ball of A on an edge of B; `along`: along the edge, and 1 where the ball comes onto a face beside it."""
     a, b = Side(A), Side(B)
     c, q, e, across = a.place(p[:3]), b.place(p[4:7]), b.R @ p[7:10], b.R @ p[10:13]
@@ -118,7 +119,7 @@ def edge(p: Any, A: Any, B: Any) -> Frame:
     return Frame(distance - p[3], c - p[3] * n, a.velocity(c) - p[3] * dn, F, dF, np.array([s, n @ across]))
 
 
-def corner(p: Any, A: Any, B: Any) -> Frame:
+def corner(p: Array, A: Array, B: Array) -> Frame:
     """A ball of A on a corner of B; `along`: more than 1 where the ball comes onto an edge."""
     axes = np.reshape(p[7:16], (3, 3))
     f = balls(np.concatenate([p[:7], [0.0], p[7:10]]), A, B)
@@ -127,14 +128,14 @@ def corner(p: Any, A: Any, B: Any) -> Frame:
     return Frame(f.gap, f.x, f.dx, f.F, f.dF, np.array([1.0 - least, 0.0]))
 
 
-def _unit(m: Any, dm: Any) -> tuple[Any, Any, Any]:
+def _unit(m: Array, dm: Array) -> tuple[Array, Array, Scalar]:
     """Unit vector, its rate, length."""
     size = sqrt(m @ m + TINY)
     u, du = m * (1.0 / size), dm * (1.0 / size)
     return u, du - u * (u @ du), size
 
 
-def rows(f: Frame, A: Any, B: Any) -> dict[str, Any]:
+def rows(f: Frame, A: Array, B: Array) -> Outputs:
     """rate and bias (3,), wrenches wa and wb (3, 6) on A and B about their trees' points, rate = wa V_A - wb V_B."""
     a, b = Side(A), Side(B)
     v = a.velocity(f.x) - b.velocity(f.x)

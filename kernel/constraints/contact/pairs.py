@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
-from heavylift.kernel.compiler.symbol import select
+from heavylift.kernel.compiler.symbol import Array, Scalar, select
 from heavylift.kernel.description.contacts import Ball, Box, Contact, Plane, Shape
 from heavylift.kernel.errors import KernelError
 
@@ -39,8 +39,8 @@ class Pair:
 
     candidates: int
     slots: int
-    watch: Callable[[Any, Any, Any, Any], list[Witness]]
-    frame: Callable[[Any, Any, Any], Frame]
+    watch: Callable[[Array, Array, Array, Array], list[Witness]]
+    frame: Callable[[Array, Array, Array], Frame]
     hold: Callable[[int, np.ndarray, np.ndarray, np.ndarray, np.ndarray], list[float]]
 
 
@@ -64,7 +64,7 @@ def _held(kind: float, numbers: list[float], half: tuple[float, float] = (EVERYW
     return [kind, *numbers, *[0.0] * (HELD - 3 - len(numbers)), *half]
 
 
-def _on_plane(centre: Any, radius: float, plane: np.ndarray) -> list[float]:
+def _on_plane(centre: Array, radius: float, plane: np.ndarray) -> list[float]:
     return _held(ON_B, [*centre, radius, *plane[:3], *_axes(plane[3:6]).ravel()])
 
 
@@ -112,7 +112,7 @@ def _ball_on_box(i: int, a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndar
     return _held(ON_EDGE, [*a[:4], *q, *axes[along], *across], (float(at.h[along]), 1.0))
 
 
-def _frame_of_ball_on_box(h: Any, A: Any, B: Any) -> Frame:
+def _frame_of_ball_on_box(h: Array, A: Array, B: Array) -> Frame:
     """On a face, an edge or a corner."""
     g = h[1:]
     kinds = frames.face(g[:FACE], A, B), frames.edge(g[:EDGE], A, B), frames.corner(g[:CORNER], A, B)
@@ -136,7 +136,7 @@ def _two_boxes(i: int, a: np.ndarray, b: np.ndarray, A: np.ndarray, B: np.ndarra
     return _held(CROSSING, numbers, (float(at_a.h[x.i]), float(at_b.h[x.j])))
 
 
-def _frame_of_boxes(h: Any, A: Any, B: Any) -> Frame:
+def _frame_of_boxes(h: Array, A: Array, B: Array) -> Frame:
     """Whichever of the three kinds the slot holds."""
     g = h[1:]
     on_b, on_a = frames.face(g[:FACE], A, B), _turned(frames.face(g[:FACE], B, A))
@@ -144,7 +144,7 @@ def _frame_of_boxes(h: Any, A: Any, B: Any) -> Frame:
     return _chosen(h[0], (on_b, on_a, crossed))
 
 
-def _chosen(kind: Any, found: tuple[Frame, Frame, Frame]) -> Frame:
+def _chosen(kind: Scalar, found: tuple[Frame, Frame, Frame]) -> Frame:
     def choose(name: str) -> Any:
         x, y, z = (getattr(f, name) for f in found)
         return select(kind > 1.5, z, select(kind > 0.5, y, x))

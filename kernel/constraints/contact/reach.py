@@ -10,13 +10,12 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-from heavylift.kernel.compiler.symbol import maximum, minimum, sqrt
-from heavylift.kernel.description.contacts import Ball, Contact, Plane
+from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, minimum, sqrt
+from heavylift.kernel.description.contacts import Ball, Contact, Plane, Shape
 
 from .frames import Side
 
-__all__ = ["apart", "passes", "reach"]
+__all__ = ["passes", "reach"]
 
 THIN = 1e-4  # [m] what is thinner counts as that thick, so that two points do not stop the run
 TINY = 1e-300  # [m^2/s^2] keeps what rests from dividing by zero
@@ -27,36 +26,19 @@ def passes(c: Contact) -> bool:
     return not isinstance(c.b, Plane)
 
 
-def reach(c: Contact, first: Any, second: Any, A: Any, B: Any) -> Any:
+def reach(c: Contact, first: Array, second: Array, A: Array, B: Array) -> Any:
     """Longest step [s] from where the bodies are, at the speed that they have."""
-    (_, half_a), (_, half_b) = _extent(c.a, first), _extent(c.b, second)
+    (R_a, half_a), (R_b, half_b) = _extent(c.a, first), _extent(c.b, second)
     both_boxes = not isinstance(c.a, Ball) and not isinstance(c.b, Ball)
     window = minimum(half_a, half_b) if both_boxes else half_a + half_b
-    away, speed = apart(c, first, second, A, B)
+    a, b = Side(A), Side(B)
+    p, q = a.place(first[:3]), b.place(second[:3])
+    away = _length(p - q) - R_a - R_b
+    speed = _length(a.velocity(p) - b.velocity(q)) + _length(a.w) * R_a + _length(b.w) * R_b
     return (maximum(window, THIN) + 0.5 * maximum(away, 0.0)) / speed
 
 
-def apart(c: Contact, first: Any, second: Any, A: Any, B: Any) -> tuple[Any, Any]:
-    """Lower bound of the distance of two shapes [m], by the spheres around them or above a plane; upper bound of the
-    speed at which it shrinks [m/s]."""
-    a, b = Side(A), Side(B)
-    p, q = a.place(first[:3]), b.place(second[:3])
-    R_a, _ = _extent(c.a, first)
-    speed = _length(a.velocity(p) - b.velocity(q)) + _length(a.w) * R_a
-    if isinstance(c.b, Plane):
-        n = b.R @ second[3:6]
-        low = R_a if isinstance(c.a, Ball) else _half(n, a, first)
-        return n @ (p - q) - low, speed + _length(b.w) * (_length(p - q) + R_a)
-    R_b, _ = _extent(c.b, second)
-    return _length(p - q) - R_a - R_b, speed + _length(b.w) * R_b
-
-
-def _half(n: Any, side: Side, box: Any) -> Any:
-    """Half the extent of a box along a direction."""
-    return sum(h * abs(n @ (side.R @ e)) for h, e in zip(box[12:15], np.reshape(box[3:12], (3, 3)), strict=True))
-
-
-def _extent(shape: Any, p: Any) -> tuple[Any, Any]:
+def _extent(shape: Shape, p: Array) -> tuple[Scalar, Scalar]:
     """Radius of the sphere around a shape and its smallest half extent [m]."""
     if isinstance(shape, Ball):
         return p[3], p[3]
@@ -64,5 +46,5 @@ def _extent(shape: Any, p: Any) -> tuple[Any, Any]:
     return _length(h), minimum(h[0], minimum(h[1], h[2]))
 
 
-def _length(x: Any) -> Any:
+def _length(x: Array) -> Any:
     return sqrt(x @ x + TINY)

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from heavylift.kernel.algebra.dense import dot, norm, solve
 from heavylift.kernel.algebra.spatial import cross
-from heavylift.kernel.constraints.rows import Row
+from heavylift.kernel.constraints.held_rows import Row
 from heavylift.kernel.description.mechanics import Joint
-from heavylift.kernel.forces.laws import attachment
+from heavylift.kernel.forces.force_law import attachment
 
 from .jacobian import NOISE, Group, Pose
 

@@ -16,9 +16,10 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.dense import combinations, decomposed, dot, norm, product, solve
-from heavylift.kernel.constraints.rows import Row, held_rows
+from heavylift.kernel.compiler.symbol import Array
+from heavylift.kernel.constraints.held_rows import Row, held_rows
 from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.model.evaluation import Evaluation
+from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.kinematics import Kinematics, kinematics, seen_from
 from heavylift.kernel.multibody.motion import rates
@@ -102,7 +103,7 @@ class Pose:
 
     def __init__(self, program: Program, state: State, running: bool = False) -> None:
         self.program, (self.t, self.y, self.P), self.running = program, state, running
-        x = Evaluation(program, self.t, np.array(self.y, dtype=object), np.array(self.P, dtype=object), self.t, False)
+        x = evaluate(program, self.t, np.array(self.y, dtype=object), np.array(self.P, dtype=object), forces=False)
         self.q, self.v, self.ends = x.q, x.v, x.ends
         lengths = {r.name: x.length_of(r) for r in program.constraints.ropes}
         self.rows: list[Row] = held_rows(program, x.ends, x.numbers, lengths)
@@ -137,7 +138,7 @@ class Pose:
         hooked = self.P[self.program.parameters.at["rigid", c.ropes[r - first].name]][0] > 0.0
         return bool(hooked) and bool(float(self.rows[r].gap) < TAUT)
 
-    def pushes(self, r: int) -> list[tuple[int, Any]]:
+    def pushes(self, r: int) -> list[tuple[int, Array]]:
         """Bodies and wrenches of a unit multiplier."""
         return self.rows[r].push or self.rows[r].wrenches
 
@@ -145,7 +146,7 @@ class Pose:
         """Whether a row of a contact is that of a normal force."""
         c = self.program.constraints.contacts
         first = len(self.rows) - len(c.held)
-        sizes = [s.per_slot for s in c.present for _ in range(s.pair.slots)]
+        sizes = [s.per_slot for s in c.sites for _ in range(s.pair.slots)]
         starts = [first]
         for n in sizes:
             starts.append(starts[-1] + n)
@@ -227,7 +228,7 @@ class Pose:
         for group, step in steps:
             for c, x, by in zip(group.columns, step, group.columns_by, strict=True):
                 change[c] = x * by
-        y = list(self.y)
+        y: list[Any] = list(self.y)
         y[: p.nq] = self.q  # prescribed coordinates are where their drives are
         for i in sorted({i for i, _ in change}):
             tree = self.tree(i)
@@ -247,7 +248,7 @@ class Pose:
         return Pose(p, (self.t, y, self.P), self.running)
 
 
-def pose_of(program: Program, y: Any = None, P: Any = None, t: float = 0.0) -> Pose:
+def pose_of(program: Program, y: Array | None = None, P: Array | None = None, t: float = 0.0) -> Pose:
     """The pose of a state of a run, or that of the start if no parameters are given."""
     running = P is not None
     y = program.initial_state() if y is None else y

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross
-from heavylift.kernel.model.running import Running
+from heavylift.kernel.model.evaluation import Evaluation
+from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.dynamics import composites
 from heavylift.kernel.multibody.inverse_dynamics import accelerated
 
@@ -21,6 +22,19 @@ from .indeterminacy import COMPONENTS, Indeterminacy, Key, indeterminacies
 from .jacobian import pose_of
 
 __all__ = ["Reaction", "Reactions", "reactions"]
+
+
+class Running(Protocol):
+    """A simulation, or its native state, as it stands; `[name]` of its state vector X included."""
+
+    @property
+    def program(self) -> Program: ...
+    @property
+    def P(self) -> np.ndarray: ...
+    @property
+    def state(self) -> np.ndarray: ...
+    def __getitem__(self, name: str) -> float: ...
+    def instant(self) -> Evaluation: ...
 
 
 @dataclass(frozen=True)

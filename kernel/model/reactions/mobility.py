@@ -11,9 +11,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import sqrt
-from typing import Any
 
 from heavylift.kernel.algebra.dense import dot, norm
+from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.graph import Link
 
@@ -133,7 +133,7 @@ def _many(n: int, word: str) -> str:
     return word if n == 1 else f"{word}s"
 
 
-def mobility(program: Program, y: Any = None, P: Any = None, t: float = 0.0) -> Mobility:
+def mobility(program: Program, y: Array | None = None, P: Array | None = None, t: float = 0.0) -> Mobility:
     """Bodies and degrees of freedom at a state (of the start if none is given), with its loops closed."""
     given = pose_of(program, y, P, t)
     closed = _closed(given)

@@ -1,6 +1,6 @@
 """Flexible bodies: linear elastic modes in a floating frame that moves freely.
 
-beam, modes, shapes      finite elements, their modes, shapes at stations
+beam, modes              finite elements, their modes, shapes at stations
 reduction, rounding      the constants of the kinetic energy; how they are rounded
 inertia                  those constants in the recursion
 small_deflections        where the theory ends: deflections and turns within a body

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join, motion_cross, skew
+from heavylift.kernel.compiler.symbol import Array, Scalar
 
 __all__ = ["Carried", "Place", "Track", "carry", "carry_along"]
 
@@ -41,11 +42,11 @@ class Track:
     """
 
     X: np.ndarray
-    slope: Any
+    slope: Scalar
     coefficients: np.ndarray
     shortening: np.ndarray
 
-    def shapes(self, s: Any) -> tuple[Any, Any, Any, Any]:
+    def shapes(self, s: Scalar) -> tuple[Array, Array, Array, Array]:
         """(6, m) shapes at s [m], their first and second derivative in s, and g, by the polynomials' recurrences."""
         x = self.slope * s - 1.0
         T, dT, ddT = [1.0, x], [0.0, 1.0], [0.0, 0.0]
@@ -56,7 +57,7 @@ class Track:
                 [*ddT, 2.0 * (2.0 * dT[-1] + x * ddT[-1]) - ddT[-2]],
             )
 
-        def along(coefficients: Any, P: list[Any]) -> Any:
+        def along(coefficients: Array, P: list[Any]) -> Any:
             return sum((c * t for c, t in zip(coefficients, P, strict=False)), np.zeros(np.shape(coefficients)[1:]))
 
         value, first, second = (along(self.coefficients, P) for P in (T, dT, ddT))
@@ -68,15 +69,15 @@ class Carried:
     """The frame at a place, in world axes: rotation R, r from the tree's point, twist V, bias acceleration A; a column
     per mode, and that of the slider's coordinate."""
 
-    R: Any
-    r: Any
-    V: Any
-    A: Any
-    columns: list[Any]
-    along: Any = None
+    R: Array
+    r: Array
+    V: Array
+    A: Array
+    columns: list[Scalar]
+    along: Array | None = None
 
 
-def carry(place: Place, eta: Any, rates: Any, R: Any, r: Any, V: Any, A: Any) -> Carried:
+def carry(place: Place, eta: Array, rates: Array, R: Array, r: Array, V: Array, A: Array) -> Carried:
     """The frame at a station of a body whose floating frame has pose R, r and motion V, A in world axes."""
     pull = place.shortening @ eta
     U, T = place.shape[:3] - np.outer(ALONG, pull), place.shape[3:]
@@ -85,7 +86,9 @@ def carry(place: Place, eta: Any, rates: Any, R: Any, r: Any, V: Any, A: Any) ->
     return _carried(U, T, eta, moving, (T @ rates, np.zeros(3)), (R, r, V, A))
 
 
-def carry_along(track: Track, s: Any, speed: Any, eta: Any, rates: Any, R: Any, r: Any, V: Any, A: Any) -> Carried:
+def carry_along(
+    track: Track, s: Scalar, speed: Scalar, eta: Array, rates: Array, R: Array, r: Array, V: Array, A: Array
+) -> Carried:
     """The frame at s [m] along a beam, sliding with a speed [m/s]."""
     shape, first, second, g = track.shapes(s)
     pull = g @ eta
@@ -101,13 +104,13 @@ def carry_along(track: Track, s: Any, speed: Any, eta: Any, rates: Any, R: Any, 
 
 
 def _carried(
-    U: Any,
-    T: Any,
-    eta: Any,
-    moving: tuple[Any, Any, Any],
-    turning: tuple[Any, Any],
-    frame: tuple[Any, Any, Any, Any],
-    tangent: Any = None,
+    U: Array,
+    T: Array,
+    eta: Array,
+    moving: tuple[Array, Array, Array],
+    turning: tuple[Array, Array],
+    frame: tuple[Array, Array, Array, Array],
+    tangent: Array | None = None,
 ) -> Carried:
     """Equations (10) and (11); moving: d, its rate and its second derivative without eta" and s"; turning: the rate
     and likewise the second derivative of theta."""
@@ -115,7 +118,7 @@ def _carried(
     theta = T @ eta
     n = 1.0 / (1.0 + 0.25 * (theta @ theta))
 
-    def turned(rate: Any) -> Any:
+    def turned(rate: Array) -> Any:
         return n * (rate + 0.5 * cross(theta, rate))
 
     d, d_rate, d_bias = moving
@@ -125,7 +128,7 @@ def _carried(
     w_bias = n_rate * (theta_rate + 0.5 * cross(theta, theta_rate)) + turned(theta_bias)
     r_X = r + R @ d
 
-    def column(angular: Any, linear: Any) -> Any:
+    def column(angular: Array, linear: Array) -> Any:
         w = R @ angular
         return join(w, R @ linear + cross(r_X, w))
 

@@ -18,7 +18,7 @@ from heavylift.kernel.description.flexible import Beam
 
 from .beam import BENDING_Y, BENDING_Z
 from .rounding import rounded
-from .shapes import Shapes
+from .small_deflections import Shapes
 
 __all__ = ["Column"]
 

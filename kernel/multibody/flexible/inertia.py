@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import force_cross, mirror, skew
+from heavylift.kernel.compiler.symbol import Array, Scalar
 
 __all__ = ["FlexibleInertia", "flexible_inertia"]
 
@@ -28,18 +29,18 @@ class FlexibleInertia:
     momentum (6,); kinetic energy [J]; moment: first moment of mass about the tree's point [kg m].
     """
 
-    I: Any
-    C: list[Any]
-    mass: Any
-    wrench: Any
-    forces: list[Any]
-    momentum: Any
-    kinetic: Any
-    moment: Any
+    I: Array
+    C: list[Array]
+    mass: list[Scalar]
+    wrench: Array
+    forces: list[Array]
+    momentum: Array
+    kinetic: Scalar
+    moment: Array
 
 
 def flexible_inertia(
-    e: Any, eta: Any, rates: Any, accelerations: Any, R: Any, r: Any, V: Any, A: Any
+    e: Any, eta: Array, rates: Array, accelerations: Array, R: Array, r: Array, V: Array, A: Array
 ) -> FlexibleInertia:
     """e: `reduction.Elastic` of floats or symbols; mode coordinates (m,); pose R_WB, r and V, A (6,) in world axes."""
     m = range(len(eta))

@@ -12,17 +12,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import degrees, sqrt
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from heavylift.kernel.algebra.arrays import sizes
-from heavylift.kernel.compiler.symbol import maximum
-from heavylift.kernel.description.flexible import WARNED
+from heavylift.kernel.compiler.symbol import Array, Scalar, maximum
+from heavylift.kernel.description.flexible import WARNED, Flexible
 
 from .rounding import rounded
-from .shapes import Shapes
 
-__all__ = ["NEVER", "Smallness", "smallness", "told"]
+__all__ = ["NEVER", "Shapes", "Smallness", "sentence", "smallness"]
 
 TURNED = 4.5  # rad, for each part of the length
 PLACES = 8  # parts into which a beam is divided for this
@@ -47,7 +46,7 @@ class Smallness:
         be, and since when it buckles the body; the rows."""
         return [1.0, 0.0, NEVER, NEVER, *self.rows.ravel().tolist()]
 
-    def use(self, eta: Any, rows: Any) -> list[Any]:
+    def use(self, eta: Array, rows: Array) -> list[Scalar]:
         """Squares of (13) per group for mode coordinates eta (m,)."""
         out, first = [], 0
         for n in self.groups:
@@ -56,9 +55,9 @@ class Smallness:
             first += n
         return out
 
-    def guard(self, p: Any, eta: Any) -> Any:
+    def guard(self, p: Array, eta: Array) -> Any:
         """What is left of the limit that holds now, squared."""
-        largest: Any = 0.0
+        largest: Scalar = 0.0
         for x in self.use(eta, np.reshape(p[BEFORE:], self.rows.shape)):
             largest = maximum(largest, x)
         return p[0] - largest
@@ -68,6 +67,22 @@ class Smallness:
         use = self.use(eta.astype(object), self.rows)  # floats of Python, whose products are summed in order
         first = max(range(len(use)), key=use.__getitem__)
         return sqrt(float(use[first])), self.turns[first]
+
+
+class Shapes(Protocol):
+    """Part of `modes.Modes`: shapes (6n, m) and masses (m,) of m modes at n nodes (n, 3) [m]; M (6n, 6n)."""
+
+    @property
+    def flexible(self) -> Flexible: ...
+    @property
+    def nodes(self) -> np.ndarray: ...
+    @property
+    def M(self) -> np.ndarray: ...
+    @property
+    def shapes(self) -> np.ndarray: ...
+    @property
+    def mass(self) -> np.ndarray: ...
+    def at(self, station: int | float) -> np.ndarray: ...
 
 
 def smallness(modes: Shapes) -> Smallness:
@@ -101,7 +116,7 @@ def smallness(modes: Shapes) -> Smallness:
     return Smallness(rounded(given), tuple(groups), tuple(turns))
 
 
-def told(body: str, joint: str, t: float, turns: bool, use: float, refused: bool) -> str:
+def sentence(body: str, joint: str, t: float, turns: bool, use: float, refused: bool) -> str:
     """The sentence on a body that has come to a limit at t [s]; use: (13)."""
     size = use * WARNED
     turned, bent = (

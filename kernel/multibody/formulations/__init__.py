@@ -7,14 +7,14 @@ augmented     absolute coordinates of all bodies with a row for every constraint
 
 All agree to rounding; their costs differ (`tests/bench/formulations.py`).
 
-newton_euler  every body alone, before any joint is thought of; repeated_subtrees: equal branches share their code
+free_bodies   every body alone, before any joint is thought of; repeated_subtrees: equal branches share their code
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
+from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.multibody.dynamics import dynamics
 
@@ -25,7 +25,7 @@ from .embedding import embedding
 __all__ = ["FORMULATIONS", "formulated"]
 
 
-FORMULATIONS: dict[str, Callable[..., tuple[Any, Any, Any]]] = {
+FORMULATIONS: dict[str, Callable[..., tuple[Array, Array, Array]]] = {
     "recursive": dynamics,
     "articulated": articulated,
     "embedding": embedding,
@@ -33,7 +33,7 @@ FORMULATIONS: dict[str, Callable[..., tuple[Any, Any, Any]]] = {
 }
 
 
-def formulated(name: str) -> Callable[..., tuple[Any, Any, Any]]:
+def formulated(name: str) -> Callable[..., tuple[Array, Array, Array]]:
     """The text of a formulation; raises KernelError if there is none of this name."""
     if name not in FORMULATIONS:
         raise KernelError(f"formulation '{name}': there are {', '.join(FORMULATIONS)}")

@@ -10,18 +10,20 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import join, mirror
-from heavylift.kernel.compiler.symbol import named
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named
 from heavylift.kernel.multibody.kinematics import Kinematics, kinematics
 from heavylift.kernel.multibody.trees import Tree
 
-from .newton_euler import newton_euler
+from .free_bodies import newton_euler
 
 __all__ = ["articulated", "inwards", "outwards"]
 
-Eliminated = dict[int, tuple[Any, Any, Any]]  # degree of freedom -> U, 1/D, acceleration that x = 0 leaves
+Eliminated = dict[int, tuple[Array, Scalar, Scalar]]  # degree of freedom -> U, 1/D, acceleration that x = 0 leaves
 
 
-def articulated(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: Any = ()) -> tuple[Any, Any, Any]:
+def articulated(
+    tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
+) -> tuple[Array, Array, Array]:
     """dq/dt, dv/dt and the forces of prescribed joints; arguments as for `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     I, p = newton_euler(tree, K, W)
@@ -37,7 +39,9 @@ def articulated(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_re
     return join(*K.dq), np.array([dv[k] for k in range(len(dv))]), np.array(reaction)
 
 
-def inwards(tree: Tree, K: Kinematics, tau: Any, I: list[Any], p: list[Any]) -> tuple[Eliminated, tuple[Any, Any]]:
+def inwards(
+    tree: Tree, K: Kinematics, tau: Array, I: list[Array], p: list[Array]
+) -> tuple[Eliminated, tuple[Array, Array]]:
     """Eliminate the free degrees of freedom from the tips to the roots: (7.44) to (7.48).
 
     I (6, 6) and p (6,) of the bodies become the articulated ones; also what the last root hands to what it stands on.
@@ -61,13 +65,13 @@ def inwards(tree: Tree, K: Kinematics, tau: Any, I: list[Any], p: list[Any]) -> 
 
 
 def outwards(
-    tree: Tree, K: Kinematics, U: Eliminated, base: Any, given: dict[int, Any]
-) -> tuple[dict[int, Any], list[Any]]:
+    tree: Tree, K: Kinematics, U: Eliminated, base: Array, given: dict[int, Scalar]
+) -> tuple[dict[int, Scalar], list[Array]]:
     """Accelerations of the degrees of freedom, and those of the bodies beyond the bias; base (6,): of the ground."""
-    X: list[Any] = []
+    X: list[Array] = []
     dv = dict(given)
     for i, b in enumerate(tree.bodies):
-        x = X[b.parent] if b.parent >= 0 else base
+        x: Any = X[b.parent] if b.parent >= 0 else base
         for k, s in enumerate(K.S[i], b.v.start):
             if k not in given:
                 u, d, rest = U[k]

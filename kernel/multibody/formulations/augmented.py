@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.algebra.ldlt import LDLT, frame
 from heavylift.kernel.algebra.spatial import join, skew
-from heavylift.kernel.compiler.symbol import named
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named
 from heavylift.kernel.multibody.kinematics import Kinematics, kinematics
 from heavylift.kernel.multibody.trees import Tree
 
-from .newton_euler import newton_euler
+from .free_bodies import newton_euler
 
 __all__ = ["augmented"]
 
@@ -35,33 +35,35 @@ class _Joint:
     Q, R: orthonormal motions about the child's origin with free columns = Q R; B: the wrenches of the constraints.
     """
 
-    S: dict[int, Any]
+    S: dict[int, Array]
     free: list[int]
-    X: Any
-    Q: Any
-    R: Any
+    X: Array
+    Q: Array
+    R: Array
 
     @property
     def B(self) -> Any:
         return self.X.T @ self.Q[:, len(self.free) :]
 
-    def applied(self, tau: Any) -> Any:
+    def applied(self, tau: Array) -> Any:
         """(6,) wrench that brings the joint forces tau and nothing across them: R^T y = tau."""
-        y: list[Any] = []
+        y: list[Scalar] = []
         for n, k in enumerate(self.free):
             y.append((tau[k] - sum((self.R[m][n] * y[m] for m in range(n)), 0.0)) * (1.0 / self.R[n][n]))
         return self.X.T @ sum((e * w for e, w in zip(self.Q.T, y, strict=False)), np.zeros(6))
 
-    def accelerations(self, x: Any) -> dict[int, Any]:
+    def accelerations(self, x: Any) -> dict[int, Array]:
         """Of the free degrees of freedom, from the acceleration (6,) of the child against the parent: R a = Q^T x."""
-        a: dict[int, Any] = {}
+        a: dict[int, Array] = {}
         for n, k in reversed(list(enumerate(self.free))):
             rest = sum((self.R[n][m] * a[self.free[m]] for m in range(n + 1, len(self.free))), 0.0)
             a[k] = (self.Q[:, n] @ (self.X @ x) - rest) * (1.0 / self.R[n][n])
         return a
 
 
-def augmented(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: Any = ()) -> tuple[Any, Any, Any]:
+def augmented(
+    tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
+) -> tuple[Array, Array, Array]:
     """dq/dt, dv/dt and the forces of prescribed joints; arguments as for `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     M, p = newton_euler(tree, K, W)
@@ -94,11 +96,11 @@ def _joints(tree: Tree, K: Kinematics) -> list[_Joint]:
     return out
 
 
-def _named(i: int, B: Any) -> Any:
+def _named(i: int, B: Array) -> Any:
     return np.array([named(f"B({i},{k})", b) for k, b in enumerate(B.T)]).T if B.shape[1] else B
 
 
-def _on_bodies(parents: list[int], F: list[Any]) -> list[Any]:
+def _on_bodies(parents: list[int], F: list[Array]) -> list[Array]:
     """(6,) per body: the force of its own joint less those of the joints that it carries (the paper's eqs (1)-(4))."""
     out = list(F)
     for i, p in enumerate(parents):
@@ -107,11 +109,11 @@ def _on_bodies(parents: list[int], F: list[Any]) -> list[Any]:
     return out
 
 
-def _against_parent(parents: list[int], x: list[Any], i: int) -> Any:
+def _against_parent(parents: list[int], x: list[Array], i: int) -> Any:
     return x[i] - x[parents[i]] if parents[i] >= 0 else x[i]
 
 
-def _regularised(tree: Tree, K: Kinematics, M: list[Any]) -> list[LDLT]:
+def _regularised(tree: Tree, K: Kinematics, M: list[Array]) -> list[LDLT]:
     """Per body the factors of M, to which a part of what it carries is added as mass and as moment [kg, kg m2]."""
     carried = list(M)
     for i in reversed(range(len(M))):
@@ -126,8 +128,8 @@ def _regularised(tree: Tree, K: Kinematics, M: list[Any]) -> list[LDLT]:
 
 
 def _solve(
-    M: list[Any], A: list[LDLT], joints: list[_Joint], parents: list[int], f: list[Any]
-) -> tuple[list[Any], list[Any]]:
+    M: list[Array], A: list[LDLT], joints: list[_Joint], parents: list[int], f: list[Array]
+) -> tuple[list[Array], list[Array]]:
     """x (6,) per body and the constraint wrench (6,) of its joint, from M x = f + wrenches and B^T (x - x_parent) = 0.
 
     A: factors of the regularised M.
@@ -138,7 +140,7 @@ def _solve(
     for i in reversed(range(n)):  # from the tips to the ground: no fill-in
         rows[i] = range(at, at + B[i].shape[1])
         at += B[i].shape[1]
-    complement: list[list[Any]] = [[0.0] * at for _ in range(at)]
+    complement: list[list[Scalar]] = [[0.0] * at for _ in range(at)]
     for i in range(n):  # what body i adds between the joints that meet at it
         meeting = [(i, 1.0)] + [(c, -1.0) for c in range(n) if parents[c] == i]
         for c, sign in meeting:
@@ -149,13 +151,13 @@ def _solve(
                         if l >= k:
                             complement[l][k] = complement[l][k] + sign * other * (e @ z)
     factors = LDLT(complement)
-    x: list[Any] = [np.zeros(6)] * n
-    F: list[Any] = [np.zeros(6)] * n
+    x: list[Array] = [np.zeros(6)] * n
+    F: list[Array] = [np.zeros(6)] * n
     for _ in range(PASSES):
         rest = [b - m @ a + c for b, m, a, c in zip(f, M, x, _on_bodies(parents, F), strict=True)]
         free = [np.array(a.solve(e)) for a, e in zip(A, rest, strict=True)]
         gap = [a + b for a, b in zip(x, free, strict=True)]
-        rhs: list[Any] = [0.0] * at
+        rhs: list[Scalar] = [0.0] * at
         for i in range(n):
             for k, e in zip(rows[i], B[i].T @ _against_parent(parents, gap, i), strict=True):
                 rhs[k] = -e

@@ -7,21 +7,21 @@ R = T^T S: row i holds the columns of all joints on the path of body i.  Then R^
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from heavylift.kernel.algebra.ldlt import LDLT
 from heavylift.kernel.algebra.spatial import join
-from heavylift.kernel.compiler.symbol import named
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, named
 from heavylift.kernel.multibody.kinematics import Kinematics, kinematics
 from heavylift.kernel.multibody.trees import Tree
 
-from .newton_euler import newton_euler
+from .free_bodies import newton_euler
 
 __all__ = ["embedding", "velocity_transformation"]
 
 
-def embedding(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: Any = ()) -> tuple[Any, Any, Any]:
+def embedding(
+    tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars = ()
+) -> tuple[Array, Array, Array]:
     """dq/dt, dv/dt and the forces of prescribed joints; arguments as for `dynamics`."""
     K = kinematics(tree, q, v, g, a_ref)
     M, p = newton_euler(tree, K, W)
@@ -39,9 +39,9 @@ def embedding(tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref:
     return join(*K.dq), np.array([dv[k] for k in range(n)]), np.array(reaction)
 
 
-def velocity_transformation(tree: Tree, K: Kinematics) -> list[Any]:
+def velocity_transformation(tree: Tree, K: Kinematics) -> list[Array]:
     """R: per body (6, n_v), the columns of joints and modes on its path; all others are zero."""
-    R: list[Any] = []
+    R: list[Array] = []
     k = 0
     for i, (b, columns) in enumerate(zip(tree.bodies, K.S, strict=True)):
         own = [np.zeros(6)] * (tree.v.stop - tree.v.start) if b.parent < 0 else list(R[b.parent].T)

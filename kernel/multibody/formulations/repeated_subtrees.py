@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import join
-from heavylift.kernel.compiler.function import Function, flatten
+from heavylift.kernel.compiler.function import Function, Outputs, flatten
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars
 from heavylift.kernel.multibody.dynamics import Equations, composites, joint_forces, joint_space_inertia
 from heavylift.kernel.multibody.kinematics import Base, Kinematics, kinematics
 from heavylift.kernel.multibody.ltdl import ltdl
@@ -30,7 +31,7 @@ from heavylift.kernel.multibody.trees import (
 )
 
 from .articulated import inwards, outwards
-from .newton_euler import newton_euler
+from .free_bodies import newton_euler
 
 __all__ = ["Limbs", "limbs_of"]
 
@@ -69,7 +70,7 @@ class Limbs:
         gone = {i for kind in kinds for limb in kind.limbs for i in limb.bodies}
         self._trunk = [i for i in range(len(tree.bodies)) if i not in gone]
 
-    def place(self, tree: Tree, q: Any, v: Any, ends: Sequence[int], a_ref: Any) -> dict[int, Any]:
+    def place(self, tree: Tree, q: Array, v: Array, ends: Sequence[int], a_ref: Scalars) -> dict[int, Array]:
         """(21,) rotation, tree's point, place and twist of the bodies that laws act on; `tree` with its numbers."""
         trunk = _part(tree, self._trunk)
         K = kinematics(trunk, _of(tree, "q", self._trunk, q), _of(tree, "v", self._trunk, v), 0.0, a_ref)
@@ -83,7 +84,9 @@ class Limbs:
                     out[limb.bodies[n]] = join(e[:9], K.o, e[9:])
         return out
 
-    def dynamics(self, tree: Tree, q: Any, v: Any, tau: Any, W: list[Any], g: Any, a_ref: Any) -> tuple[Any, Any, Any]:
+    def dynamics(
+        self, tree: Tree, q: Array, v: Array, tau: Array, W: list[Array], g: Scalar, a_ref: Scalars
+    ) -> tuple[Array, Array, Array]:
         """As `dynamics.dynamics`."""
         trunk = _part(tree, self._trunk)
         at = {i: n for n, i in enumerate(self._trunk)}
@@ -112,24 +115,20 @@ class Limbs:
         dv, reaction = Equations(trunk, K, H, rhs, ltdl(trunk, dict(H))).solution(a_ref)
         X = _beyond_the_bias(trunk, K, dv)
         dq = _spread(tree, "q", self._trunk, join(*K.dq))
-        all_dv = _spread(tree, "v", self._trunk, dv.values())
+        all_dv = _spread(tree, "v", self._trunk, [*dv.values()])
         for kind, limb, x in bent:
             dq |= _spread(tree, "q", limb.bodies, x.dq)
             all_dv |= _spread(tree, "v", limb.bodies, kind.swing(x=X[at[limb.on]], m=x.m).dv)
-        return (
-            np.array([dq[i] for i in range(len(dq))]),
-            np.array([all_dv[i] for i in range(len(all_dv))]),
-            reaction,
-        )
+        return (np.array([dq[i] for i in range(len(dq))]), np.array([all_dv[i] for i in range(len(all_dv))]), reaction)
 
-    def _state(self, kind: Kind, limb: Limb, tree: Tree, q: Any, v: Any) -> dict[str, Any]:
+    def _state(self, kind: Kind, limb: Limb, tree: Tree, q: Array, v: Array) -> Outputs:
         values = in_order(kind.tree, all_numbers([tree.bodies[i] for i in limb.bodies]))
         return {"q": _of(tree, "q", limb.bodies, q), "v": _of(tree, "v", limb.bodies, v), "P": values}
 
 
-def _beyond_the_bias(trunk: Tree, K: Kinematics, dv: dict[int, Any]) -> list[Any]:
+def _beyond_the_bias(trunk: Tree, K: Kinematics, dv: dict[int, Scalar]) -> list[Array]:
     """(6,) accelerations of the bodies that the free degrees of freedom make."""
-    X: list[Any] = []
+    X: list[Array] = []
     given = set(trunk.prescribed_dofs)
     for i, b in enumerate(trunk.bodies):
         x = X[b.parent] if b.parent >= 0 else np.zeros(6)
@@ -139,23 +138,23 @@ def _beyond_the_bias(trunk: Tree, K: Kinematics, dv: dict[int, Any]) -> list[Any
     return X
 
 
-def _base(K: Kinematics, i: int) -> list[Any]:
+def _base(K: Kinematics, i: int) -> list[Scalar]:
     """R, r, V, A of a body in one row."""
     return [*K.R[i].ravel(), *K.r[i], *K.V[i], *K.A[i]]
 
 
-def _of(tree: Tree, what: str, bodies: Sequence[int], x: Any) -> Any:
+def _of(tree: Tree, what: str, bodies: Sequence[int], x: Array) -> Any:
     """Coordinates (what = "q") or velocities ("v") of some bodies, one after the other."""
     return [e for i in bodies for e in list(x[getattr(tree.bodies[i], what)])]
 
 
-def _spread(tree: Tree, what: str, bodies: Sequence[int], x: Any) -> dict[int, Any]:
+def _spread(tree: Tree, what: str, bodies: Sequence[int], x: Scalars) -> dict[int, Any]:
     """The inverse of `_of`: place in the tree -> value."""
     slices = (getattr(tree.bodies[i], what) for i in bodies)
     return dict(zip((k for s in slices for k in range(s.start, s.stop)), x, strict=True))
 
 
-def _symmetric(upper: Any) -> Any:
+def _symmetric(upper: Array) -> Any:
     """(6, 6) of the 21 numbers on and above its diagonal."""
     A = np.zeros((6, 6), dtype=object)
     for (i, j), x in zip(_UPPER, upper, strict=True):
@@ -227,14 +226,14 @@ def _kind(name: str, tree: Tree, limbs: tuple[Limb, ...], ends: Sequence[int]) -
     n_v = common.v.stop
     held = range(n_v - 1)  # columns of degrees of freedom that others follow
 
-    def standing(base: Any, bias: Any) -> Base:
+    def standing(base: Array, bias: Array) -> Base:
         return np.reshape(base[:9], (3, 3)), base[9:12], base[12:18], bias
 
-    def place(q: Any, v: Any, P: Any, base: Any) -> dict[str, Any]:
+    def place(q: Array, v: Array, P: Array, base: Array) -> Outputs:
         K = kinematics(with_numbers(common, P), q, v, 0.0, (), standing(base, np.zeros(6)))
         return {f"b{n}": join(K.R[n].ravel(), K.r[n], K.V[n]) for n in own}
 
-    def bend(q: Any, v: Any, tau: Any, P: Any, base: Any, **w: Any) -> dict[str, Any]:
+    def bend(q: Array, v: Array, tau: Array, P: Array, base: Array, **w: Array) -> Outputs:
         t = with_numbers(common, P)
         K = kinematics(t, q, v, 0.0, (), standing(base, base[18:24]))
         I, p = newton_euler(t, K, [w.get(f"w{n}", np.zeros(6)) for n in range(len(t.bodies))])
@@ -244,7 +243,7 @@ def _kind(name: str, tree: Tree, limbs: tuple[Limb, ...], ends: Sequence[int]) -
         upper = [inertia[i, j] for i, j in _UPPER]
         return {"inertia": upper, "force": force, "dq": join(*K.dq), "m": flatten(memory)}
 
-    def swing(x: Any, m: Any) -> dict[str, Any]:
+    def swing(x: Array, m: Array) -> Outputs:
         rows = [m[8 * k : 8 * k + 8] for k in range(n_v)]
         S = {k: m[8 * n_v + 6 * k : 8 * n_v + 6 * k + 6] for k in held}
         columns = [[S.get(k, np.zeros(6)) for k in range(b.v.start, b.v.stop)] for b in common.bodies]

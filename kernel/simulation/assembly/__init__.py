@@ -1,7 +1,5 @@
 """Loops closed: at the start of a run, and after each step.
 
 start_pose   what was asked stays where it can
-assembly     loops of an initial pose closed, or how wide they gape
-projection   one Newton step back onto the constraints
-causes       why loops cannot be kept
+assembly     loops of an initial pose closed, or how wide they gape; why they are lost
 """

@@ -2,9 +2,9 @@
 
 A pose whose loops are closed to `CLOSED` stays as it is, bit for bit.  Any other is closed near what was asked (see
 `start_pose`).  Then the rows that are independent are counted: a linkage whose loops leave no freedom is refused.
-Where
-a pose would be that was not asked is found by Newton's method on the rows, weighted with the inertia (light bodies
-move first); a step that widens the gaps is halved.
+Where a pose would be that was not asked is found by Newton's method on the rows, weighted with the inertia (light
+bodies move first); a step that widens the gaps is halved.  In a run loops are lost to contradictory drives, to masses
+too far apart, or at the end of a linkage's range.
 """
 
 from __future__ import annotations
@@ -15,17 +15,19 @@ import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.model.program import Program
+from heavylift.kernel.multibody.trees import Tree
 
-from .causes import END, cause
 from .start_pose import fitting_speeds, keeping, told_changes
 
-__all__ = ["Step", "assemble", "locked", "lost"]
+__all__ = ["Step", "assemble", "locked", "lost", "torn"]
 
 CLOSED = 1e-9  # [m or rad, m/s or rad/s] what counts as closed at the start
 SHUT = 1e-11  # [m or rad] where Newton's method may end
 ITERATIONS = 200
 INDEPENDENT = 1e-4  # pivot above which a row is no combination of those before it (a redundant one keeps about 1e-6)
 LOST = 1e-2  # [m or rad] gap that opens within one step when a constraint cannot be kept
+APART = 1e8  # ratio of masses in a loop beyond which its rows are lost in rounding
+END = "the linkage has reached the end of its range, or a drive asks for what it cannot do"
 SINGULAR = 1e-2  # part of a row's first pivot that is left where a linkage locks
 
 Step = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]  # y -> place, gap, slip, pivot
@@ -111,7 +113,7 @@ def lost(program: Program, gap: np.ndarray, t: float, moving: Sequence[str] = ()
     if _widest(gap) <= LOST:
         return None
     name, size = _gap(program, gap)
-    why = cause(program, int(np.argmax(np.abs(np.nan_to_num(gap, nan=np.inf)))), moving)
+    why = _cause(program, int(np.argmax(np.abs(np.nan_to_num(gap, nan=np.inf)))), moving)
     return KernelError(f"constraint lost at {name} before {t:.6f} s: {size} open; {why}")
 
 
@@ -124,7 +126,44 @@ def locked(
         return None
     left = np.where(at_start > INDEPENDENT, pivot / np.maximum(at_start, INDEPENDENT), 1.0)
     r = int(np.argmin(left))
-    why = cause(program, r, moving)
+    why = _cause(program, r, moving)
     if not left[r] < SINGULAR and why == END:
         return None
     return KernelError(f"constraint lost at {program.constraints.names[r]} at {t:.6f} s: {why}")
+
+
+def _cause(program: Program, row: int, moving: Sequence[str]) -> str:
+    """As part of a sentence; row: of what was lost; moving: names of prescribed drives in motion."""
+    trees = _tied(program, row)
+    bodies = [b for tree in trees for b in tree.bodies]
+    dofs = {k for tree in trees for k in range(tree.v.start, tree.v.stop)}
+    own = [d for d in program.system.drives if d.name in moving and program.driven(d)[1] in dofs]
+    if len(own) > 1:
+        names = " and ".join(f"'{d.name}'" for d in own)
+        return f"drives {names} move what one loop ties together and contradict each other; stop one or make it a servo"
+    masses = sorted((float(b.mass), b.name) for b in bodies if float(b.mass) > 0.0)
+    if masses and masses[-1][0] > APART * masses[0][0]:
+        (light, name), (heavy, other) = masses[0], masses[-1]
+        return (
+            f"body '{name}' with {light:.3g} kg is tied into a loop with '{other}' of {heavy:.3g} kg, too far apart "
+            "for the loop to be kept; make it heavier, or leave it out"
+        )
+    return END
+
+
+def torn(program: Program, rope: str, movable: bool, moving: Sequence[str]) -> str:
+    """Why states of a rigid rope switch without end, as part of a sentence, or ""."""
+    if not moving:
+        return ""
+    names = " and ".join(f"'{name}'" for name in moving)
+    drives = f"drives {names} move" if len(moving) > 1 else f"drive {names} moves"
+    held = "what it holds" if movable else "all that it could move"
+    cure = f"stop the drive before, make it a servo, or give '{rope}' EA"
+    return f"{drives} {held}, and a rigid rope does not stretch; {cure}"
+
+
+def _tied(program: Program, row: int) -> list[Tree]:
+    """Trees that the loops of a row's group tie together, driven ones too."""
+    rows = next((rows for rows, _ in program.constraints.groups if row in rows), [row])
+    ends = {body for r in rows for body in program.constraints.held[r]}
+    return [tree for tree, _ in program.instances if ends & set(range(tree.first, tree.first + len(tree.bodies)))]

@@ -5,7 +5,5 @@ unilateral, touching  what may push or pull at an event; what touches
 coulomb, gauss_seidel friction around the pivoting solver; contact forces one after the other
 regularised_friction  friction of places that loads do not determine one by one
 condensed, slip       rows of contacts without the loops; contacts that slip as a whole
-impact                what the solver needs of a scene, and what it does to it
 rope_impacts          rigid ropes that snap taut
-halting               joints that are locked in motion
 """

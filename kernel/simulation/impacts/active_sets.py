@@ -19,7 +19,7 @@ from heavylift.kernel.constraints.complementarity.boxed_lcp import solve
 from heavylift.kernel.constraints.complementarity.proximal_passes import MU, MU_SHARED
 from heavylift.kernel.constraints.contact.contact_points import RESTING
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.evaluation import Evaluation
+from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.switching import StateEvent
 
 from .condensed import Condensed, part
@@ -78,7 +78,7 @@ class ContactSets:
 
     def check_start(self, y: np.ndarray) -> None:
         """Raises KernelError if shapes overlap at the start."""
-        ends = Evaluation(self._program, 0.0, y, self._P, 0.0, forces=False).ends
+        ends = evaluate(self._program, 0.0, y, self._P, forces=False).ends
         check_start(self._program.contacts.sites, self._numbers, ends)
 
     def resolve(self, fallen: list[int], t: float, local: float, y: np.ndarray, act: Act) -> Outcome:
@@ -87,12 +87,12 @@ class ContactSets:
         Raises KernelError where nothing fits.
         """
         closed, slid, taut = self._closed(), self._sliding(), [r.on for r in self._ropes]
-        scene = Evaluation(self._program, local, y, self._P, local, forces=False)
+        scene = evaluate(self._program, local, y, self._P, forces=False)
         fell = {i - self._touches for i in fallen if self._program.guards[i][0] == "touch"}
         touch(self._program.contacts.sites, self._slots, self._numbers, scene.ends, fell)
         for r, slack in zip(self._ropes, act.slack() if self._ropes else (), strict=True):
             r.take(float(slack))
-        out = self._impact(t, act, {r.name: scene.length_of(r)[1] for r in self._program.system.rigid_ropes})
+        out = self._impact(t, act, {r.name: float(scene.length_of(r)[1]) for r in self._program.system.rigid_ropes})
         self._rest(act)
         self._force(t, act, [x for x in self._all if x.guard in fallen])
         for r, was in zip(self._ropes, taut, strict=True):

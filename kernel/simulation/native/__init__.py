@@ -2,9 +2,9 @@
 
 steps                         step, location of guards, commit and sample, as text over one state block
 native_functions              that text on the blocks of one program, with the loops around it
-native_state                  state X, parameters P and the table of samples
-sample_row, samples           columns of a sample; channels with units
-peaks                         largest tensions between the ends of steps
+row_functions                 rows: projection onto them, their matrix, impulses; joints locked in motion
+native_state, options         state X, parameters P and the table of samples; with what a scene is simulated
+sample_row, samples           the table of columns of a sample; channels with units
+peaks                         hills of tensions between the ends of steps
 oracle                        the same functions interpreted on floats
-inactive_laws, variant_policy laws that are left out of the code, and when that pays
 """

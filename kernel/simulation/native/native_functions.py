@@ -7,46 +7,38 @@ Blocks: X (state of the steps), P (numbers of the scene and discrete states), M 
 from __future__ import annotations
 
 from collections.abc import Callable
-from types import SimpleNamespace
-from typing import Any
 
-from heavylift.kernel.compiler.emit import Parts, Sequence, While
+from heavylift.kernel.compiler.emit import Parts, Sequence, While, module
 from heavylift.kernel.compiler.function import OPAQUE, Function, flatten
 from heavylift.kernel.compiler.layout import Layout
+from heavylift.kernel.compiler.symbol import Value
 from heavylift.kernel.methods.control import Control, ErrorControl
-from heavylift.kernel.methods.method import Method, Rate, inside
-from heavylift.kernel.methods.peers import Peer
+from heavylift.kernel.methods.method import Method, inside
+from heavylift.kernel.methods.step_state import SCALARS, Rate, StepState
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.tangent_stiffness import Tangent
-from heavylift.kernel.simulation.assembly.projection import projection
-from heavylift.kernel.simulation.impacts.halting import halted
-from heavylift.kernel.simulation.impacts.impact import kick, kicking, survey, surveying
 
 from .peaks import POINTS, STATES
+from .row_functions import halted, kick, kicking, projection, survey, surveying
 from .sample_row import columns, row_layout
-from .steps import SCALARS, Row, bisect, close, commit, complete, look, refresh, sample, step
+from .steps import Row, bisect, close, commit, complete, look, refresh, sample, step
 
 __all__ = ["Stepping"]
 
 
 class Stepping:
-    """The native functions of one program: `advance` (the loop), and step, commit, sample, bisect, refresh, look.
+    """The native functions of one program: `advance` (the loop), and step, commit, sample, bisect, refresh, look."""
 
-    `lean`: the same program without laws that the scene does not require at the moment; all but rows go by that one.
-    """
-
-    def __init__(self, program: Program, method: Method, control: Control, lean: Program | None = None) -> None:
+    def __init__(self, program: Program, method: Method, control: Control) -> None:
         p = self.program = program
-        required = lean or program
         self.method, self.control = method, control
         nq, nv = p.nq, p.nv
         n_ropes, n_guards = len(p.system.straight_ropes), len(p.guards)
-        climbs = n_ropes > 0 and not isinstance(method, Peer)
+        climbs = n_ropes > 0 and method.native
         states = dict.fromkeys(("y", "f", "f0", "d0", *(STATES if climbs else ()), *method.vectors), p.ny)
         ropes = dict.fromkeys(("T", "peak", "peak_time", *(POINTS if climbs else ())), n_ropes)
-        watched = p.touches and not isinstance(method, Peer)
-        beside = (["coarse"] if method.completes else []) + (["near"] if watched else [])
+        beside = ["coarse"] if method.completes else []
         blind = p.contacts.bounded and not isinstance(control, ErrorControl)
         beside += ["passing"] if blind else []
         beside += ["ta", "peaking", "searched"] if climbs else []
@@ -61,24 +53,24 @@ class Stepping:
         self.row_layout = row_layout(p)
         self.columns = self.row_layout.size
 
-        chosen = isinstance(control, ErrorControl) and not isinstance(method, Peer)  # lengths of steps
+        chosen = isinstance(control, ErrorControl) and method.native  # lengths of steps
         bounded = isinstance(control, ErrorControl) and p.contacts.bounded
-        extra = {"near": watched, "reach": bounded, "window": blind, "drift": chosen and rows["gap"]}
+        extra = {"reach": bounded, "window": blind, "drift": chosen and rows["gap"]}
         asked = [name for name, there in extra.items() if there]
         self.rate_sizes = {"dy": p.ny, "T": n_ropes, "G": n_guards, **dict.fromkeys(asked, 1)}
 
-        def rate(t: Any, y: Any, P: Any) -> dict[str, Any]:
-            x = evaluate(required, t[0], y, P, t[1])
+        def rate(t: Value, y: Value, P: Value) -> dict[str, Value]:
+            x = evaluate(p, t[0], y, P, t[1])
             return {"dy": x.dy, "T": x.pulls, "G": x.guards, **{name: [getattr(x, name)] for name in asked}}
 
-        def take(s: SimpleNamespace, rate: Rate, row: Row) -> None:
+        def take(s: StepState, rate: Rate, row: Row) -> None:
             step(s, rate, method, control)
 
         state = {"t": 1, "y": p.ny, "P": n_p}
         self.f_rate = Function("rate", rate, {**state, "t": 2}, vectors=["dy"])
-        self.f_project = projection(p, required) if rows["gap"] else None
+        self.f_project = projection(p) if rows["gap"] else None
 
-        def row(t: Any, y: Any, P: Any) -> dict[str, Any]:
+        def row(t: Value, y: Value, P: Value) -> dict[str, Value]:
             at = self.f_project(t=t, y=y, P=P).place if self.f_project else y
             return {"values": columns(evaluate(p, t[0], at, P))}
 
@@ -100,7 +92,9 @@ class Stepping:
             self.functions["survey"] = self._plain("survey", lambda s, P: survey(s, P, rows_of, inside(s)))
             self.functions["kick"] = self._plain("kick", lambda s, P: kick(s, P, kicked))
         self.functions["rate"] = self.f_rate
-        self.tangent = Tangent(nq, nv, sum(len(tree.free_dofs) for tree, _ in p.instances), self.rate_sizes)
+        abreast = max([1, *(k.v.stop - k.v.start for k in p.graph.links)])
+        free = sum(len(tree.free_dofs) for tree, _ in p.instances)
+        self.tangent = Tangent(nq, nv, free, abreast, self.rate_sizes)
         self.functions |= {f.name: f for f in self.tangent.functions(self.f_rate)}
         at, f = self.layout.at, self.functions
         if p.locked:
@@ -114,10 +108,14 @@ class Stepping:
         sampling = While("sampling", at["due"], (*ready, f["sample"]))
         locating = While("locating", at["locate"], (*ready, f["bisect"]))
         self.advance: Parts = While("advance", at["run"], (f["commit"], sampling, f["step"], locating))
-        if isinstance(method, Peer):  # takes its steps elsewhere
+        if not method.native:
             del f["step"]
             f |= {"sampling": sampling, "locating": locating}
             self.advance = Sequence("advance", ())
+
+    def ir(self, fused: bool = False) -> str:
+        """LLVM IR of all of them; `fused`: see `Options`."""
+        return module(self.advance, *self.functions.values(), fused=fused)
 
     def _halt(self, n_p: int) -> Function:
         """Brings the locked joints to rest at once."""
@@ -125,8 +123,8 @@ class Stepping:
         blocks = {"t": 1, "y": p.ny, "P": n_p}
         at_once = Function("halted", lambda t, y, P: {"after": halted(evaluate(p, t[0], y, P))}, blocks, ["after"])
 
-        def body(X: Any, P: Any) -> dict[str, Any]:
-            s = self.layout.unpack(X)
+        def body(X: Value, P: Value) -> dict[str, Value]:
+            s = self.layout.unpack(X, StepState)
             s.y = at_once(t=[s.t], y=s.y, P=P).after
             return {"X": self.layout.pack(s)}
 
@@ -140,19 +138,21 @@ class Stepping:
     def _plain(self, name: str, part: Callable[..., None]) -> Function:
         """A function of the blocks X, in scalars, and P made of `part(s, P)`."""
 
-        def body(X: Any, P: Any) -> dict[str, Any]:
-            s = self.plain.unpack(X)
+        def body(X: Value, P: Value) -> dict[str, Value]:
+            s = self.plain.unpack(X, StepState)
             part(s, P)
             return {"X": self.plain.pack(s)}
 
         return Function(name, body, {"X": self.plain.size, "P": OPAQUE})
 
-    def _on_method(self, name: str, part: Callable[..., Any], matrices: bool = False, plain: bool = False) -> Function:
+    def _on_method(
+        self, name: str, part: Callable[..., Value], matrices: bool = False, plain: bool = False
+    ) -> Function:
         """A part of a method, `part(s, rate)`; `plain`: it wants the state in scalars."""
         return self._on_block(name, lambda s, rate, row: part(s, rate), matrices=matrices, plain=plain)
 
     def _on_block(
-        self, name: str, part: Callable[..., Any], table: bool = False, matrices: bool = False, plain: bool = False
+        self, name: str, part: Callable[..., Value], table: bool = False, matrices: bool = False, plain: bool = False
     ) -> Function:
         """A function of the blocks X and P (and M, and a table) made of `part(s, rate, row)`.
 
@@ -160,8 +160,8 @@ class Stepping:
         """
         layout = self.plain if plain else self.layout
 
-        def body(X: Any, P: Any, M: Any = None) -> dict[str, Any]:
-            s = layout.unpack(X)
+        def body(X: Value, P: Value, M: Value = None) -> dict[str, Value]:
+            s = layout.unpack(X, StepState)
             s.M, s.P = M, P
             r = part(
                 s,

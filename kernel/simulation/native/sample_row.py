@@ -1,60 +1,145 @@
-"""The columns of a sample row: what a simulation publishes of one instant.
+"""The columns of a sample row, one table: what a simulation knows of one instant, and of the steps to it.
 
-State, accounts, laws, poses (origin and rotation, 12 numbers a body), energies, loops, rigid ropes, contacts, the
-peaks of the tensions since the last row with their times, and the steps so far.  `kernel.samples` gives what is to be
-published names and units.
+The native code writes rows in this order; `samples` shows them as channels, and islands are merged column by column.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
+from heavylift.kernel.compiler.function import flatten
 from heavylift.kernel.compiler.layout import Layout
+from heavylift.kernel.compiler.symbol import Value
+from heavylift.kernel.methods.step_state import StepState
 from heavylift.kernel.model.evaluation import Evaluation
 from heavylift.kernel.model.program import Program
 
-__all__ = ["columns", "row_layout"]
+__all__ = ["ROW", "Columns", "Label", "columns", "kept", "labels", "row_layout"]
+
+Label = tuple[str, str, int]  # group of columns, whose, which of its own
+
+
+class Instant:
+    """An evaluation, with what several groups of columns have in common."""
+
+    def __init__(self, x: Evaluation) -> None:
+        self.x, self.program = x, x.program
+
+    @cached_property
+    def energies(self) -> tuple[list[Value], Value, Value]:
+        """Poses, kinetic and potential energy."""
+        return self.x.poses_and_energies()
+
+    @cached_property
+    def loads(self) -> list[list[Value]]:
+        """Of loops; tensions, slacks and lengths of rigid ropes."""
+        values, ropes = self.x.loads(), len(self.program.system.rigid_ropes)
+        first = len(values) - 3 * ropes
+        return [values[:first], *(values[first + i * ropes : first + (i + 1) * ropes] for i in range(3))]
+
+
+@dataclass(frozen=True)
+class Columns:
+    """A group of columns: its unit, the frame that it is measured in, whose each of them is, and where it is read.
+
+    Without `read` it is a part of X that the steps keep.
+    """
+
+    name: str
+    unit: str
+    frame: str
+    owners: Callable[[Program], Sequence[str]]
+    read: Callable[[Instant], Value] | None = None
+    kept: str = ""
+    single: bool = False
+
+
+def _names(group: str) -> Callable[[Program], list[str]]:
+    """Of the elements of one kind."""
+    return lambda p: [x.name for x in getattr(p.system, group)]
+
+
+def _coordinates(p: Program) -> list[str]:
+    links = sorted(p.graph.links, key=lambda k: k.q.start)
+    return [k.body.name for k in links for _ in range(k.q.start, k.q_modes.stop)]
+
+
+def _velocities(p: Program) -> list[str]:
+    links = sorted(p.graph.links, key=lambda k: k.v.start)
+    return [k.body.name for k in links for _ in range(k.v.start, k.v_modes.stop)]
+
+
+def _law(group: str, unit: str, frame: str) -> Columns:
+    """Of what laws show in this group (see `Shown`)."""
+    return Columns(group, unit, frame, lambda p: [x for (_, x), _, _ in p.columns[group]], lambda i: i.x.column(group))
+
+
+def _signals(i: int) -> Callable[[Instant], list[Value]]:
+    """Values (0) or rates (1) of what elastic ropes are led by."""
+    return lambda x: [x.x.signals[r.name][i] for r in x.program.system.ropes]
+
+
+def _angles(p: Program) -> list[str]:
+    return [f"{kind} {name} {i}" for kind, name, i in p.angles]
+
+
+def _one(p: Program) -> list[str]:
+    return [""]
+
+
+ROW = (
+    Columns("q", "m or rad", "joint", _coordinates, lambda i: i.x.q),
+    Columns("v", "m/s or rad/s", "joint", _velocities, lambda i: i.x.v),
+    Columns("accounts", "J", "", lambda p: [f"{what} {x}" for what, x in p.accounts], lambda i: i.x.accounts),
+    Columns("turned", "rad", "joint", _angles, lambda i: [i.x.turned[label] for label in i.program.angles]),
+    _law("tension", "N", "rope"),
+    Columns("length", "m", "rope", _names("ropes"), _signals(0)),
+    Columns("length_rate", "m/s", "rope", _names("ropes"), _signals(1)),
+    _law("elongation", "m", "rope"),
+    _law("normal", "N", "world"),
+    _law("place", "m or rad", "world, joint"),
+    _law("velocity", "m/s or rad/s", "world, joint"),
+    Columns("stored", "J", "", lambda p: [x for _, x in p.stores], lambda i: [i.x.stored[k] for k in i.program.stores]),
+    _law("shown", "of the law", "of the law"),
+    Columns("poses", "m, 1", "world", lambda p: [k.body.name for k in p.graph.links for _ in range(12)],
+            lambda i: i.energies[0]),
+    Columns("kinetic", "J", "", _one, lambda i: i.energies[1], single=True),
+    Columns("potential", "J", "", _one, lambda i: i.energies[2], single=True),
+    Columns("loop", "N, N m", "world", lambda p: [j.name for j in p.graph.loops for _ in range(6)],
+            lambda i: i.loads[0]),
+    Columns("pull", "N", "rope", _names("rigid_ropes"), lambda i: i.loads[1]),
+    Columns("slack", "m", "rope", _names("rigid_ropes"), lambda i: i.loads[2]),
+    Columns("span", "m", "rope", _names("rigid_ropes"), lambda i: i.loads[3]),
+    Columns("pressing", "N", "contact", _names("contacts"), lambda i: i.x.pressing),
+    Columns("axial", "N, N m", "body", lambda p: [p.graph.links[i].body.name for i in p.axial], lambda i: i.x.axial),
+    Columns("peak", "N", "rope", _names("straight_ropes"), kept="peak"),  # since the last row, and when
+    Columns("peak_time", "s", "", _names("straight_ropes"), kept="peak_time"),
+    Columns("steps", "1", "", _one, kept="accepted", single=True),
+)  # fmt: skip
 
 
 def row_layout(program: Program) -> Layout:
-    """Names and sizes of the columns, in their order."""
-    ropes, supports = len(program.system.ropes), len(program.system.supports)
-    sizes: dict[str, int | None] = {"q": program.nq, "v": program.nv, "accounts": len(program.accounts)}
-    sizes["turned"] = len(program.angles)
-    sizes |= dict.fromkeys(("tension", "length", "length_rate", "elongation"), ropes)
-    sizes |= {
-        "normal": supports,
-        "place": 2 * supports,
-        "velocity": 2 * supports,
-        "stored": len(program.stored),
-        "shown": sum(len(x.law.shows(x.force)) for x in program.forces),
-    }
-    sizes |= {"poses": 12 * len(program.graph.links), "kinetic": None, "potential": None}
-    sizes |= {"loop": 6 * len(program.graph.loops)} | dict.fromkeys(
-        ("pull", "slack", "span"), len(program.system.rigid_ropes)
-    )
-    sizes |= {"pressing": len(program.system.contacts), "axial": len(program.axial)}
-    sizes |= dict.fromkeys(("peak", "peak_time"), len(program.system.straight_ropes))
-    return Layout(sizes | {"steps": None})
+    """Places of the columns in a row."""
+    return Layout({c.name: None if c.single else len(c.owners(program)) for c in ROW})
 
 
-def columns(x: Evaluation) -> list[Any]:
-    """The values of all columns but the peaks and the steps."""
-    program = x.program
-    poses, kinetic, potential = x.poses_and_energies()
-    turned = [x.turned[label] for label in program.angles]
-    parts = (x.q, x.v, x.accounts, turned, x.tensions, x.lengths, x.length_rates, x.elongations, x.normals)
-    flat = [e for part in parts for e in part]
-    return [
-        *flat,
-        *x.places,
-        *x.velocities,
-        *x.stored,
-        *x.shown,
-        *poses,
-        kinetic,
-        potential,
-        *x.loads(),
-        *x.pressing,
-        *x.axial,
-    ]
+def columns(x: Evaluation) -> list[Value]:
+    """The values of all columns that are read of an evaluation."""
+    instant = Instant(x)
+    return flatten([c.read(instant) for c in ROW if c.read])
+
+
+def kept(s: StepState) -> list[Value]:
+    """Those of the others, which the steps keep."""
+    return flatten([getattr(s, c.kept) for c in ROW if not c.read])
+
+
+def labels(program: Program) -> list[Label]:
+    """Whose each column of a program's rows is."""
+    out: list[Label] = []
+    for c in ROW:
+        own = list(c.owners(program))
+        out += [(c.name, name, own[:i].count(name)) for i, name in enumerate(own)]
+    return out

@@ -1,23 +1,27 @@
-"""What the kernel shows of a run: the columns of a sample and how raw rows of the native table become them.
+"""What the kernel shows of a run: channels of one topic and unit each, made of the raw rows of the native table.
 
-Columns are grouped in channels of one topic and unit.  Poses are (x, y, z, qx, qy, qz, qw) of a body's frame in the
-world; the energy channel carries the balance: kinetic + potential + stored - work + heat is constant.
+Poses are (x, y, z, qx, qy, qz, qw) of a body's frame in the world; the energy channel carries the balance: kinetic +
+potential + stored - work + heat is constant.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from heavylift.kernel.algebra.attitudes import quaternions
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.graph import coordinate_names
 
 from .native_functions import Stepping
+from .sample_row import ROW
 
-__all__ = ["Channel", "channels", "published"]
+__all__ = ["Channel", "channels", "published", "shown"]
 
-
-POSE = "m, quaternion x y z w"
+POSE = ("x", "y", "z", "qx", "qy", "qz", "qw")
+UNITS = {c.name: c.unit for c in ROW}
 
 
 @dataclass(frozen=True)
@@ -31,80 +35,106 @@ class Channel:
     stop: int
 
 
+class Raw:
+    """(n, columns) raw rows, by group of columns: (n, columns of it)."""
+
+    def __init__(self, method: Stepping, rows: np.ndarray) -> None:
+        self._rows, self._at = rows, method.row_layout.at
+
+    def __getitem__(self, group: str) -> np.ndarray:
+        i = self._at[group]
+        return self._rows[:, i if isinstance(i, slice) else slice(i, i + 1)]
+
+    def sum(self, group: str, which: Sequence[int] | slice = slice(None)) -> np.ndarray:
+        """(n, 1), one by one: equal in any batch."""
+        return sum(self[group][:, which].T, start=np.zeros(len(self._rows)))[:, None]
+
+    def loops(self, which: int) -> np.ndarray:
+        """(n, 3 loops): 0 for forces, 1 for moments."""
+        return self["loop"].reshape(len(self._rows), -1, 2, 3)[:, :, which].reshape(len(self._rows), -1)
+
+    @cached_property
+    def poses(self) -> np.ndarray:
+        """(n, 7 bodies)."""
+        n = len(self._rows)
+        frames = self["poses"].reshape(n, -1, 12)
+        turns = quaternions(frames[:, :, 3:].reshape(-1, 3, 3))
+        return np.concatenate([frames[:, :, :3], turns.reshape(n, -1, 4)], axis=2).reshape(n, -1)
+
+
+Read = Callable[[Raw], np.ndarray]
+Topic = tuple[str, Sequence[str], str, Read]  # topic, names, unit, where its columns are read
+
+
+def _topics(p: Program) -> list[Topic]:
+    """All channels of a scene, in the order of their columns."""
+    s, loops = p.system, [f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"]
+    ropes, straight = ([r.name for r in group] for group in (s.ropes, s.straight_ropes))
+    winches = [i for i, r in enumerate(s.ropes) if r.winch]
+    works, heats = ([i for i, (kind, _) in enumerate(p.accounts) if kind == what] for what in ("work", "heat"))
+    positions, velocities = coordinate_names(p.graph)
+
+    def of(topic: str, names: Sequence[str], *groups: str) -> Topic:
+        """The columns of some groups as they are."""
+        return topic, names, UNITS[groups[0]], lambda raw: np.concatenate([raw[g] for g in groups], axis=1)
+
+    def energies(raw: Raw) -> np.ndarray:
+        sums = [raw.sum("stored"), raw.sum("accounts", works), raw.sum("accounts", heats)]
+        return np.concatenate([raw["kinetic"], raw["potential"], *sums], axis=1)
+
+    return [
+        of("joint/position", positions, "q"),
+        of("joint/velocity", velocities, "v"),
+        of("rope/tension", straight, "tension", "pull"),
+        of("rope/peak", straight, "peak"),
+        of("rope/peak_time", straight, "peak_time"),
+        of("rope/length", straight, "length", "span"),
+        of("rope/length_rate", ropes, "length_rate"),
+        of("rope/elongation", ropes, "elongation"),
+        ("hook/load", [ropes[i] for i in winches], "N", lambda raw: raw["tension"][:, winches]),
+        of("support/force", [u.name for u in s.supports], "normal"),
+        of("rigid/slack", [r.name for r in s.rigid_ropes], "slack"),
+        of("contact/force", [c.name for c in s.contacts], "pressing"),
+        ("loop/force", loops, "N", lambda raw: raw.loops(0)),
+        ("loop/moment", loops, "N m", lambda raw: raw.loops(1)),
+        ("energy", ("kinetic", "potential", "stored", "work", "heat"), "J", energies),
+        of("account", [f"{name}.{what}" for what, name in p.accounts], "accounts"),
+        *(
+            (topic, [n for n, _ in columns], unit, _picked("shown", [i for _, i in columns]))
+            for (topic, unit), columns in shown(p).items()
+        ),
+        *((f"pose/{k.body.name}", POSE, "m, quaternion x y z w", _pose(7 * i)) for i, k in enumerate(p.graph.links)),
+    ]
+
+
+def _picked(group: str, which: list[int]) -> Read:
+    return lambda raw: raw[group][:, which]
+
+
+def _pose(first: int) -> Read:
+    return lambda raw: raw.poses[:, first : first + 7]
+
+
 def shown(p: Program) -> dict[tuple[str, str], list[tuple[str, int]]]:
     """Topic and unit of what forces show -> names with their columns in `row.shown`."""
     groups: dict[tuple[str, str], list[tuple[str, int]]] = {}
-    columns = [c for x in p.forces for c in x.law.shows(x.force)]
-    for i, (topic, name, unit) in enumerate(columns):
-        groups.setdefault((topic, unit), []).append((name, i))
+    for i, (_, _, x) in enumerate(p.columns["shown"]):
+        groups.setdefault((x.topic, x.unit), []).append((x.name, i))
     return groups
 
 
 def channels(method: Stepping) -> list[Channel]:
     """The channels of a scene in the order of `published`'s columns."""
-    p = method.program
-    s = p.system
-    ropes, straight = (tuple(r.name for r in group) for group in (s.ropes, s.straight_ropes))
-    winches = tuple(r.name for r in s.ropes if r.winch)
-    positions, velocities = coordinate_names(p.graph)
-    groups: list[tuple[str, tuple[str, ...], str]] = [
-        ("joint/position", tuple(positions), "m or rad"),
-        ("joint/velocity", tuple(velocities), "m/s or rad/s"),
-        ("rope/tension", straight, "N"),
-        ("rope/peak", straight, "N"),
-        ("rope/peak_time", straight, "s"),
-        ("rope/length", straight, "m"),
-        ("rope/length_rate", ropes, "m/s"),
-        ("rope/elongation", ropes, "m"),
-        ("hook/load", winches, "N"),
-        ("support/force", tuple(u.name for u in s.supports), "N"),
-        ("rigid/slack", tuple(r.name for r in s.rigid_ropes), "m"),
-        ("contact/force", tuple(c.name for c in s.contacts), "N"),
-        ("loop/force", tuple(f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"), "N"),
-        ("loop/moment", tuple(f"{j.name}.{x}" for j in p.graph.loops for x in "xyz"), "N m"),
-        ("energy", ("kinetic", "potential", "stored", "work", "heat"), "J"),
-        ("account", tuple(f"{name}.{what}" for what, name in p.accounts), "J"),
-    ]
-    groups += [(topic, tuple(n for n, _ in columns), unit) for (topic, unit), columns in shown(p).items()]
-    groups += [
-        (f"pose/{k.body.name}", ("x", "y", "z", "qx", "qy", "qz", "qw"), "m, quaternion x y z w") for k in p.graph.links
-    ]
     out, at = [], 0
-    for topic, names, unit in groups:
+    for topic, names, unit, _ in _topics(method.program):
         if names:
-            out.append(Channel(topic, names, unit, at, at + len(names)))
+            out.append(Channel(topic, tuple(names), unit, at, at + len(names)))
             at += len(names)
     return out
 
 
 def published(method: Stepping, rows: np.ndarray) -> np.ndarray:
     """(n, columns) samples from (n, method.columns) raw rows."""
-    from scipy.spatial.transform import (
-        Rotation,  # 0.3 s to import: not before the first sample, so that runs start fast
-    )
-
-    p, at = method.program, method.row_layout.at
-    part = {name: rows[:, i if isinstance(i, slice) else slice(i, i + 1)] for name, i in at.items()}
-    winches = [i for i, r in enumerate(p.system.ropes) if r.winch]
-    works = [i for i, (what, _) in enumerate(p.accounts) if what == "work"]
-    heats = [i for i, (what, _) in enumerate(p.accounts) if what == "heat"]
-    energy = [part["kinetic"], part["potential"]]
-    sums = (part["stored"], part["accounts"][:, works], part["accounts"][:, heats])
-    n = len(rows)
-    energy += [sum(x.T, start=np.zeros(n))[:, None] for x in sums]  # one by one: equal in any batch
-    poses = part["poses"].reshape(n, -1, 12)
-    quaternions = Rotation.from_matrix(poses[:, :, 3:].reshape(-1, 3, 3)).as_quat(canonical=True)
-    pose = np.concatenate([poses[:, :, :3], quaternions.reshape(n, -1, 4)], axis=2).reshape(n, -1)
-    columns = [part[k] for k in ("q", "v", "tension", "pull", "peak", "peak_time", "length", "span")]
-    columns += [part[k] for k in ("length_rate", "elongation")]
-    forces = [i for group in shown(p).values() for _, i in group]
-    loads = part["loop"].reshape(n, len(p.graph.loops), 2, 3)
-    columns += [
-        part["tension"][:, winches],
-        part["normal"],
-        part["slack"],
-        part["pressing"],
-    ]
-    columns += [loads[:, :, i].reshape(n, 3 * len(p.graph.loops)) for i in range(2)]
-    columns += [*energy, part["accounts"], part["shown"][:, forces], pose]
-    return np.ascontiguousarray(np.concatenate(columns, axis=1))
+    raw = Raw(method, rows)
+    parts = [read(raw) for _, names, _, read in _topics(method.program) if names]
+    return np.ascontiguousarray(np.concatenate(parts, axis=1))

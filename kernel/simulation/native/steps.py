@@ -10,43 +10,30 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import any_of, maximum, minimum, select, sqrt
+from heavylift.kernel.compiler.symbol import Value, any_of, maximum, minimum, select, sqrt
 from heavylift.kernel.methods.control import Control
-from heavylift.kernel.methods.method import Method, Rate, fallen_in, inside, length
+from heavylift.kernel.methods.method import Method, fallen_in, inside, length
 from heavylift.kernel.methods.small_motions import scale_of, still_below
+from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
 
 from .peaks import begin, remember, watch
+from .sample_row import kept
 
 __all__ = [
-    "BREAK", "EVENT", "FAILED", "NEAR", "RUNNING", "SCALARS", "STILL", "Project", "Row",
+    "BREAK", "EVENT", "FAILED", "RUNNING", "STILL", "Project", "Row",
     "bisect", "close", "commit", "complete", "look", "refresh", "sample", "step",
 ]  # fmt: skip
 
-RUNNING, NEAR, BREAK, EVENT, STILL, FAILED = 0.0, 0.5, 1.0, 2.0, 3.0, 4.0  # why a native call returned
+RUNNING, BREAK, EVENT, STILL, FAILED = 0.0, 1.0, 2.0, 3.0, 4.0  # why a native call returned
 LOCATED = 2.5e-10  # [s] width to which a guard's root is bracketed
 
-Project = Callable[[Any, Any], Any]  # (t, y) -> place, gap, slip, pivot
-Row = Callable[[Any, Any], list[Any]]  # (t, y) -> columns of a sample
-
-SCALARS = (
-    # control: loop flags, then why it stopped, attempts left in this call
-    "run", "due", "locate", "status", "budget",
-    # time: now, proposed step, step boundary that no step crosses, horizon behind which steps stay tentative
-    "t", "h", "t_stop", "until",
-    # tolerance and its scale, step control, earliest time at which a scene may count as still, and what rounding does
-    "tol", "scale", "h_min", "h_max", "error", "forced", "t_rest", "grain", "faint",
-    "accepted", "rejected", "tentative", "still",
-    # last step: start, length, bracket of a root, whether only a stage has seen it, status and loop without it
-    "t0", "h0", "lo", "hi", "doubt", "calm", "more",
-    # samples: next, period, local time of sample 0 of this stretch, number within the stretch, row, rows allowed
-    "t_out", "dt_out", "t_base", "count", "row", "rows",
-)  # fmt: skip
+Project = Callable[[Value, Value], SimpleNamespace]  # (t, y) -> place, gap, slip, pivot
+Row = Callable[[Value, Value], list[Value]]  # (t, y) -> columns of a sample
 
 
-def step(s: SimpleNamespace, rate: Rate, method: Method, control: Control) -> None:
+def step(s: StepState, rate: Rate, method: Method, control: Control) -> None:
     """One attempt from (t, y, f); f is the derivative at y.  `forced` accepts whatever comes.
 
     Guards are looked at in every stage, so that one that falls and recovers within the step is not missed.
@@ -83,39 +70,35 @@ def step(s: SimpleNamespace, rate: Rate, method: Method, control: Control) -> No
         s.more = select(s.peaking > 0.0, 0.0, s.more)
     if hasattr(s, "passing"):
         s.passing = passing(s, a.r)
-    going = RUNNING
-    if hasattr(s, "near"):
-        s.near = select(ok, a.r.near[0], s.near)
-        going = select(s.near > s.h_max, RUNNING, NEAR)
-    s.calm = select(verdict.failed, FAILED, select(s.still > 0.0, STILL, select(ok & last, BREAK, going)))
+    s.calm = select(verdict.failed, FAILED, select(s.still > 0.0, STILL, select(ok & last, BREAK, RUNNING)))
     go_on(s, select(fallen, select(s.calm > BREAK, s.calm, EVENT), s.calm))
 
 
-def bounded(h: Any, r: Any) -> Any:
+def bounded(h: Value, r: Evaluated) -> Value:
     """Length of the next step, no longer than guards can see shapes pass through each other, where they could."""
     return minimum(h, r.reach[0]) if hasattr(r, "reach") else h
 
 
-def passing(s: SimpleNamespace, r: Any) -> Any:
+def passing(s: StepState, r: Evaluated) -> Value:
     """Local time, plus a second, from which a fixed step could let shapes pass through each other unseen; 0: none yet,
     below: it has been noted."""
     blind = select(s.h_max > r.window[0], s.t + 1.0, 0.0)
     return select(abs(s.passing) > 0.0, s.passing, blind)
 
 
-def go_on(s: SimpleNamespace, status: Any) -> None:
+def go_on(s: StepState, status: Value) -> None:
     """The loop goes on while nothing has happened and there is budget, room for samples, and time."""
     s.status = status
     s.run = select(status > RUNNING, 0.0, s.more)
 
 
-def complete(s: SimpleNamespace, rate: Rate, method: Method) -> None:
+def complete(s: StepState, rate: Rate, method: Method) -> None:
     """Make the dense output of the last step ready."""
     method.complete(s, rate)
     s.coarse = 0.0
 
 
-def bisect(s: SimpleNamespace, rate: Rate, method: Method) -> None:
+def bisect(s: StepState, rate: Rate, method: Method) -> None:
     """Halve the bracket [lo, hi] around the first fall of a guard in the last step; G holds the guards at hi.
 
     A fall that only a stage has seen is in doubt: if the solution does not show it at that time there was none.
@@ -132,7 +115,7 @@ def bisect(s: SimpleNamespace, rate: Rate, method: Method) -> None:
     go_on(s, select(none > 0.0, s.calm, s.status))
 
 
-def commit(s: SimpleNamespace, quaternions: list[int], velocities: slice, project: Project | None) -> None:
+def commit(s: StepState, quaternions: list[int], velocities: slice, project: Project | None) -> None:
     """The tentative step becomes history: peaks of the tensions, samples that are due, unit quaternions.
 
     `project` puts it back onto the constraints, of which the widest gaps so far are kept.  `still` is set when all
@@ -162,14 +145,12 @@ def commit(s: SimpleNamespace, quaternions: list[int], velocities: slice, projec
     s.tentative = 0.0
 
 
-def refresh(s: SimpleNamespace, rate: Rate, method: Method) -> None:
+def refresh(s: StepState, rate: Rate, method: Method) -> None:
     """After a change of state, laws or discrete states: derivative, tensions and guards at (t, y)."""
     r = rate(s.t, inside(s), s.y)
     s.f, s.T, s.G, s.h = r.dy, r.T, r.G, bounded(s.h, r)
     if hasattr(s, "passing"):
         s.passing = passing(s, r)
-    if hasattr(s, "near"):
-        s.near = r.near[0]
     if hasattr(s, "top"):
         begin(s, rate)
     for name, value in method.forgotten().items():
@@ -177,21 +158,21 @@ def refresh(s: SimpleNamespace, rate: Rate, method: Method) -> None:
     s.tentative = 0.0
 
 
-def close(s: SimpleNamespace, project: Project) -> None:
+def close(s: StepState, project: Project) -> None:
     """One Newton step onto the constraints, with what was missing before and which rows are independent."""
     x = project(s.t, s.y)
     s.y, s.gap, s.slip, s.pivot = x.place, x.gap, x.slip, x.pivot
 
 
-def look(s: SimpleNamespace, row: Row) -> tuple[Any, list[Any]]:
+def look(s: StepState, row: Row) -> tuple[Value, list[Value]]:
     """The state as it stands in the next free row, which stays free."""
-    return s.row, [*row(s.t, s.y), *s.peak, *s.peak_time, s.accepted]
+    return s.row, [*row(s.t, s.y), *kept(s)]
 
 
-def sample(s: SimpleNamespace, row: Row, method: Method) -> tuple[Any, list[Any]]:
+def sample(s: StepState, row: Row, method: Method) -> tuple[Value, list[Value]]:
     """One row from the dense output of the committed step; steps are never shortened for samples."""
     at = method.interpolate(s, (s.t_out - s.t0) * (1.0 / s.h0))
-    values = [*row(s.t_out, at), *s.peak, *s.peak_time, s.accepted]
+    values = [*row(s.t_out, at), *kept(s)]
     number = s.row
     s.row, s.count = number + 1.0, s.count + 1.0
     s.t_out = s.t_base + s.count * s.dt_out

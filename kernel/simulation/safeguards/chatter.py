@@ -2,7 +2,7 @@
 
 A rope of steel 10 cm long carries a wave to and fro in 40 us; events closer than that belong to no rope without mass,
 and each costs a run more than a hundred steps.  When a rope has become taut MANY times in a row, none later than
-RESOLVED (or a fixed step) after the one before, it goes on without events (`laws.rope`, calm), with damping that
+RESOLVED (or a fixed step) after the one before, it goes on without events (`RopeLaw`, calm), with damping that
 is at least critical for the mass that its ends move, so that the rattle dies.  It stays so until it is hooked anew.
 """
 
@@ -12,7 +12,7 @@ from collections.abc import Callable
 from math import sqrt
 
 import numpy as np
-from heavylift.kernel.model.parameters import ROPE_HEAD, ROPE_LINE, RopeAt
+from heavylift.kernel.forces.ropes import ROPE_HEAD, ROPE_LINE, RopeAt
 
 __all__ = ["MANY", "RESOLVED", "Rattling", "critical", "moved_mass"]
 

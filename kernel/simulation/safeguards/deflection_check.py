@@ -13,9 +13,9 @@ from heavylift.kernel.description.flexible import REFUSED, WARNED
 from heavylift.kernel.description.forces import Load, Wind
 from heavylift.kernel.description.notes import Note
 from heavylift.kernel.errors import KernelError
-from heavylift.kernel.model.running import Running
 from heavylift.kernel.model.switching import StateEvent
-from heavylift.kernel.multibody.flexible.small_deflections import NEVER, told
+from heavylift.kernel.multibody.flexible.small_deflections import NEVER, sentence
+from heavylift.kernel.simulation.native.native_state import NativeState
 
 if TYPE_CHECKING:
     from heavylift.kernel.model.program import Program
@@ -30,43 +30,43 @@ LASTING = 0.1  # [s] that compression lasts in a row of samples before it counts
 LAST = (REFUSED / WARNED) ** 2  # the second limit, as part of the first one, squared
 
 
-def pass_limit(run: Running, name: str, t_ns: int) -> StateEvent:
+def pass_limit(native: NativeState, name: str, t_ns: int) -> StateEvent:
     """A flexible body has come to the limit that holds now; its value is the part of the length that it bends by.
 
     Raises KernelError at the second one.
     """
-    link = run.program.graph.links[run.program.graph.number(name)]
-    limit = run.P[run.program.parameters.at["bending", name]]
+    link = native.program.graph.links[native.program.graph.number(name)]
+    limit = native.P[native.program.parameters.at["bending", name]]
     if limit[0] >= LAST:
-        raise KernelError(_told(run, link, t_ns, refused=True))
+        raise KernelError(_told(native, link, t_ns, refused=True))
     limit[0] = LAST
-    return StateEvent(name, "bent", _use(run, link)[0] * WARNED)
+    return StateEvent(name, "bent", _use(native, link)[0] * WARNED)
 
 
-def bent(run: Running, name: str, t_ns: int) -> Note:
+def bent(native: NativeState, name: str, t_ns: int) -> Note:
     """What is to be said of a body at the first limit."""
-    return Note(t_ns, _told(run, run.program.graph.links[run.program.graph.number(name)], t_ns, refused=False))
+    return Note(t_ns, _told(native, native.program.graph.links[native.program.graph.number(name)], t_ns, refused=False))
 
 
-def check_bending(run: Running) -> None:
+def check_bending(native: NativeState) -> None:
     """Of the present pose, for statics: raises KernelError where a body is beyond the second limit, notes the first."""
-    t_ns = run.epoch + round(run["t"] * 1e9)
-    if run.program.axial:
-        check_compression(run, np.array(run.method.row_layout.pack(run.row())), t_ns, lasting=0.0)
-    for link in run.program.graph.links:
+    t_ns = native.epoch + round(native["t"] * 1e9)
+    if native.program.axial:
+        check_compression(native, np.array(native.method.row_layout.pack(native.row())), t_ns, lasting=0.0)
+    for link in native.program.graph.links:
         if link.modes and link.n_modes:
-            use, limit = _use(run, link)[0] ** 2, run.P[run.program.parameters.at["bending", link.body.name]]
+            use, limit = _use(native, link)[0] ** 2, native.P[native.program.parameters.at["bending", link.body.name]]
             if use > LAST:
-                raise KernelError(_told(run, link, t_ns, refused=True))
+                raise KernelError(_told(native, link, t_ns, refused=True))
             if use > limit[0]:
                 limit[0] = LAST
-                run.notes.append(bent(run, link.body.name, t_ns))
+                native.notes.append(bent(native, link.body.name, t_ns))
 
 
-def check_compression(run: Running, row: np.ndarray, t_ns: int, lasting: float = LASTING) -> None:
+def check_compression(native: NativeState, row: np.ndarray, t_ns: int, lasting: float = LASTING) -> None:
     """Of a row of the native table: raises KernelError where a body that nothing else holds is compressed beyond its
     buckling load, notes what is near to it, if that has been so for a time [s]."""
-    program, at = run.program, run.method.row_layout.at
+    program, at = native.program, native.method.row_layout.at
     whole, q, first = np.asarray(row[at["axial"]]).reshape(-1, 3), row[at["q"]], 0
     for i, link in enumerate(program.graph.links):
         if not (link.modes and link.n_modes):
@@ -75,11 +75,11 @@ def check_compression(run: Running, row: np.ndarray, t_ns: int, lasting: float =
         places = np.array([k.joint.p_PJ if k.joint.kind != "slider" else (q[k.q.start], 0.0, 0.0) for k in on])
         loads, first = whole[first : first + len(on) + 2], first + len(on) + 2
         if link.modes.hardly_compressed(loads[:-2], *loads[-2:]):
-            run.P[program.parameters.at["bending", link.body.name]][2:4] = NEVER
+            native.P[program.parameters.at["bending", link.body.name]][2:4] = NEVER
             continue
         column = link.modes.column
         part = column.part(loads[:-2], places.reshape(-1, 3), loads[-2], loads[-1])
-        limit, t = run.P[program.parameters.at["bending", link.body.name]], t_ns * 1e-9
+        limit, t = native.P[program.parameters.at["bending", link.body.name]], t_ns * 1e-9
         near = part >= (SLENDER if column.softens else UNKNOWN)
         limit[2:4] = [
             (was if was >= 0.0 else t) if x else NEVER for x, was in ((near, limit[2]), (part >= 1.0, limit[3]))
@@ -95,7 +95,7 @@ def check_compression(run: Running, row: np.ndarray, t_ns: int, lasting: float =
             )
         if not limit[1] and (not column.softens or part >= 1.0 or not held):
             limit[1] = 1.0
-            run.notes.append(Note(t_ns, f"{where} {_compressed(part, column.softens, held)}"))
+            native.notes.append(Note(t_ns, f"{where} {_compressed(part, column.softens, held)}"))
 
 
 def _compressed(part: float, softens: bool, held: bool) -> str:
@@ -119,15 +119,15 @@ def _held(program: Program, i: int) -> bool:
     s, number = program.system, program.graph.number
     ends = {number(p.body) for r in s.straight_ropes for line in r.lines for p in (line.a, line.b)}
     ends |= {number(u.point.body) for u in s.supports} | set(program.constraints.bodies)
-    ends |= {end for x in program.forces if not isinstance(x.force, Load | Wind) for end in x.ends}
+    ends |= {end for x in program.laws if not isinstance(x.force, Load | Wind) for end in x.ends}
     return bool(carried & ends)
 
 
-def _use(run: Running, link: Link) -> tuple[float, bool]:
+def _use(native: NativeState, link: Link) -> tuple[float, bool]:
     assert link.modes is not None, "of a flexible body"
-    return link.modes.smallness.largest(run.state[link.q_modes])
+    return link.modes.smallness.largest(native.state[link.q_modes])
 
 
-def _told(run: Running, link: Link, t_ns: int, refused: bool) -> str:
-    use, turns = _use(run, link)
-    return told(link.body.name, link.joint.name, t_ns * 1e-9, turns, use, refused)
+def _told(native: NativeState, link: Link, t_ns: int, refused: bool) -> str:
+    use, turns = _use(native, link)
+    return sentence(link.body.name, link.joint.name, t_ns * 1e-9, turns, use, refused)

@@ -13,7 +13,7 @@ from heavylift.kernel.errors import KernelError
 from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.kernel.model.program import Program
 
-__all__ = ["check_lengths", "check_sliders", "given_up", "too_slow", "too_small", "undefined", "unsolved"]
+__all__ = ["check_lengths", "check_sliders", "too_slow", "too_small", "undefined", "unsolved"]
 
 OTHER = {"radau5": "choose a larger tolerance"}  # what is left to a method that is itself the remedy
 SHORTEST_ROPE = 1e-6  # [m] below which EA/L0 makes any step too small
@@ -47,14 +47,6 @@ def unsolved(method: str, t: float) -> KernelError:
     )
 
 
-def given_up(method: str, t: float, why: str, mode: str) -> KernelError:
-    """SciPy finds no next step."""
-    return KernelError(
-        f"run at {t:.6f} s: method '{method}' gives up ({why}){'; ' + mode if mode else ''}; "
-        "choose one of the kernel's own methods, such as radau5"
-    )
-
-
 def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -> KernelError | None:
     """A rope without direction or a body whose velocities v (nv,) are not finite; raises KernelError as above."""
     check_lengths(program, t, row.length)
@@ -68,11 +60,8 @@ def undefined(program: Program, t: float, row: SimpleNamespace, v: np.ndarray) -
         i = program.graph.number(body)
         return (np.eye(3), np.zeros(3)) if i < 0 else (frames[i, 3:].reshape(3, 3), frames[i, :3])
 
-    first = 0
-    for x in program.forces:
-        shown = row.shown[first : first + len(x.law.shows(x.force))]
-        first += len(shown)
-        if isinstance(x.law, ReevingLaw) and (told := x.law.off_its_sheaves(x.force, pose, shown)):
+    for x in program.laws:
+        if isinstance(x.law, ReevingLaw) and (told := x.law.off_its_sheaves(x.force, pose, program.shown(x, row))):
             return KernelError(f"reeving '{x.name}' at {t:.3f} s: {told}")
     for link in program.graph.links:
         if not np.isfinite(v[link.v.start : link.v_modes.stop]).all():

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi
-from typing import Any
 
 import numpy as np
-from heavylift.kernel.model.evaluation import evaluate
+from heavylift.kernel.model.evaluation import Evaluation, evaluate
 from heavylift.kernel.model.kinetic_energy import KineticShares
+from heavylift.kernel.simulation.native.native_state import NativeState
 
-__all__ = ["Fastest", "fastest"]
+__all__ = ["Fastest", "fastest", "told_fastest"]
 
 ASIDE = 1e-4  # [m, rad] along the shape to either side
 
@@ -37,9 +37,15 @@ class Fastest:
         return f"'{self.body}'{held} {kind} at {self.frequency:.3g} Hz"
 
 
-def fastest(simulation: Any, J: np.ndarray) -> Fastest | None:
+def told_fastest(native: NativeState, J: np.ndarray | None = None) -> str:
+    """The fastest mode of the scene as it stands, as part of a sentence, or ""."""
+    mode = fastest(native, native.jacobian() if J is None else J)
+    return mode.told if mode else ""
+
+
+def fastest(native: NativeState, J: np.ndarray) -> Fastest | None:
     """Of J (n, n), the derivative of the rates of coordinates and velocities; None if nothing holds anything."""
-    p, y = simulation.program, simulation.state.copy()
+    p, y = native.program, native.state.copy()
     if not (np.isfinite(J).all() and np.isfinite(y).all()):
         return None
     s, vectors = np.linalg.eig(J)
@@ -48,24 +54,24 @@ def fastest(simulation: Any, J: np.ndarray) -> Fastest | None:
     shape = vectors[:, k] * np.exp(-1j * np.angle(vectors[:, k][np.argmax(np.abs(vectors[: p.nq, k]))]))
     if size == 0.0 or not np.abs(shape[p.nq :]).any():
         return None
-    bodies, _ = KineticShares(p, simulation.P, y[: p.nq]).shares(shape[p.nq :])
+    bodies, _ = KineticShares(p, native.P, y[: p.nq]).shares(shape[p.nq :])
     aside = np.real(shape[: p.nq])
     aside *= ASIDE / max(float(np.abs(aside).max()), 1e-300)
     speed = np.real(shape[p.nq :] / s[k])
     speed *= ASIDE * size / max(float(np.abs(speed).max()), 1e-300)
 
-    def at(move: float, rush: float) -> Any:
+    def at(move: float, rush: float) -> Evaluation:
         there = y.copy()
         there[: p.nq] += move * aside
         there[p.nq : p.nq + p.nv] = rush * speed
-        return evaluate(p, simulation["t"], there, simulation.P, simulation._among())
+        return evaluate(p, native["t"], there, native.P, native.among())
 
     with np.errstate(all="ignore"):  # what is not finite stays out of the ranking below
         here, ahead, back, fast, slow = at(0.0, 0.0), at(1.0, 0.0), at(-1.0, 0.0), at(0.0, 1.0), at(0.0, -1.0)
         share: dict[str, float] = {}
-        for i, name in enumerate(p.stored):
-            curved = ahead.stored[i] - 2.0 * here.stored[i] + back.stored[i]
+        for i, label in enumerate(p.stores):
+            curved = ahead.stored[label] - 2.0 * here.stored[label] + back.stored[label]
             heated = (fast.dy[p.nq + p.nv + i] + slow.dy[p.nq + p.nv + i]) / size
-            share[name] = share.get(name, 0.0) + float(np.nan_to_num(abs(curved) + abs(heated)))
+            share[label[1]] = share.get(label[1], 0.0) + float(np.nan_to_num(abs(curved) + abs(heated)))
     law = max(share, key=lambda n: (share[n], n)) if share else ""
     return Fastest(size / (2.0 * pi), float(-s[k].real / size), bodies[0][0], law if share.get(law, 0.0) > 0.0 else "")

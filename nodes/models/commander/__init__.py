@@ -2,9 +2,9 @@
 
 commander             the atomic model
 conditions            whether they hold, what they wait for
-jobs, order_checks    orders under way; orders that cannot be carried out
-actuator_registry     which machine owns which actuator, and how everything stands at the start
-observed_state        what reports have told of the lift so far
+jobs, order_checks    orders in progress; orders that cannot be carried out
+actuator_registry     which machine owns which actuator, and the state at the start
+observed_state        the state of the lift as reported so far
 turn_law              what trolleys and winches follow while the block turns
 refused               the refusal of an order or a condition
 """

@@ -1,6 +1,6 @@
-"""Who is who: which machine owns which actuator, sling and brake, and how everything stands at the start.
+"""Registry of actuators: which machine owns which actuator, sling and brake, and the state at the start.
 
-The commander addresses orders with it and begins its picture from it; both follow from the plan alone.
+The commander addresses orders with it and starts from its state; both follow from the plan alone.
 """
 
 from __future__ import annotations
@@ -15,9 +15,7 @@ TURN = "turn"  # the Master of a turn-over, and the commander's own actor that m
 
 def machines(plan: Plan) -> list[str]:
     """Names of all machines, in the order of the plan."""
-    before = [*(crane.name for crane in plan.cranes), *(loader.name for loader in plan.loaders)]
-    block = [plan.block.name] if plan.block else []
-    return before + block + [mechanism.name for mechanism in plan.mechanisms]
+    return [machine.name for machine in plan.machines]
 
 
 def turns(plan: Plan) -> bool:

@@ -1,9 +1,9 @@
 """The commander: an atomic model with an action list, connected to every actor (section 4.1 of the paper).
 
-It begins an action when its condition holds, sends each order to its actor once and in order, hears the
-reports, halts moves whose `until` holds, and says `stage` and at the end `finished`.  A move is closed by
-its Done report.  An action that contradicts what is going on ends the run with a sentence; `waiting_for`
-says what a run that stands still lacks.  Its messages number actions and orders; sentences name their lines.
+It begins an action when its condition holds, sends each order to its actor once and in order, receives the
+reports, halts moves whose `until` holds, and sends `stage` and at the end `finished`.  A move is closed by
+its Done report.  An action that contradicts the state ends the run with a sentence; `waiting_for` describes
+what a stalled run waits for.  Its messages number actions and orders; sentences name their lines.
 """
 
 from __future__ import annotations
@@ -13,27 +13,7 @@ from typing import Any
 import msgspec
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Atomic, Bag, In, Message, Out, OutPort, ns
-from heavylift.nodes.models.parts.messages import (
-    BrakeOrder,
-    Done,
-    Finished,
-    Follow,
-    Halt,
-    Hooked,
-    HookOrder,
-    Limit,
-    OperatorAnswer,
-    OperatorCommand,
-    Order,
-    Report,
-    Run,
-    Skipped,
-    Stage,
-    Unhooked,
-    UnhookOrder,
-    UnwatchOrder,
-    WatchOrder,
-)
+from heavylift.nodes.models.parts import messages as m
 from heavylift.nodes.plan import actions as scene
 from heavylift.nodes.plan.places import ASIDE, WHEN, located, numbered, place
 from heavylift.nodes.plan.plan import Plan, driven
@@ -49,18 +29,18 @@ from .turn_law import Follower, followers
 class Commander(Atomic):
     """Carries out the action list of a plan."""
 
-    report, command = In(Report), In(OperatorCommand)
-    stage = Out(Stage)
-    skipped = Out(Skipped)
-    finished = Out(Finished)
-    answer = Out(OperatorAnswer)
+    report, command = In(m.Report), In(m.OperatorCommand)
+    stage = Out(m.Stage)
+    skipped = Out(m.Skipped)
+    finished = Out(m.Finished)
+    answer = Out(m.OperatorAnswer)
 
     def __init__(self, name: str, plan: Plan) -> None:
         super().__init__(name)
         self.plan, self.owners = plan, owners(plan)
         self.lug_places = {lug.name: lug.p for lug in plan.block.lugs} if plan.block else {}
         targets = [*machines(plan), *([TURN] if turns(plan) else [])]
-        self.to: dict[str, OutPort[Order]] = {m: self.add_out(f"order_{m}", Order) for m in targets}
+        self.to: dict[str, OutPort[m.Order]] = {name: self.add_out(f"order_{name}", m.Order) for name in targets}
 
     def start(self) -> None:
         """Begin with the first action if its condition holds."""
@@ -91,7 +71,7 @@ class Commander(Atomic):
         self._settle()
 
     def waiting_for(self) -> str:
-        """What the action list lacks to go on, as a sentence; "" when it is done."""
+        """What the action list still waits for, as a sentence; "" when it is done."""
         moment = Moment(self.now.t, self.since, still_open(self.jobs, self.index - 1))
         if self.index == len(self.plan.actions):
             if all(job.ends_ns is not None for job in self.jobs):
@@ -138,16 +118,16 @@ class Commander(Atomic):
                     self.jobs.remove(job)
                     closed = True
                 else:
-                    self._send(job.actor, Halt(job.actor, job.id, job.at))
+                    self._send(job.actor, m.Halt(job.actor, job.id, job.at))
         return closed
 
     def _next_action(self) -> bool:
-        """Begin the next action if its condition holds; at the end of the list say so."""
+        """Begin the next action if its condition holds; at the end of the list report it."""
         plan = self.plan
         if self.index == len(plan.actions):
             if plan.end is None and not still_open(self.jobs, self.index - 1) and not still_open(self.jobs, ASIDE):
                 self.over = True
-                self.outbox.append((self.finished, Finished()))
+                self.outbox.append((self.finished, m.Finished()))
             return False
         action = plan.actions[self.index]
         condition = action.when or scene.MovesDone()
@@ -161,7 +141,7 @@ class Commander(Atomic):
         self._forget(condition, (self.index, WHEN))
         self.index, self.since = self.index + 1, self.now.t
         if action.stage:
-            self.outbox.append((self.stage, Stage(action.stage, self.index - 1)))
+            self.outbox.append((self.stage, m.Stage(action.stage, self.index - 1)))
         for i, order in enumerate(action.orders):
             at = self.index - 1, i
             try:
@@ -171,20 +151,20 @@ class Commander(Atomic):
         self._expect()
         return True
 
-    def _obey(self, command: OperatorCommand) -> None:
+    def _obey(self, command: m.OperatorCommand) -> None:
         """Give the orders of a command beside the action list, all or, if one is refused, none; end the run."""
         if not command.action:
             self.over = True
-            self.outbox.append((self.finished, Finished()))
+            self.outbox.append((self.finished, m.Finished()))
             return
         before = list(self.jobs), list(self.outbox), self.ids
-        answer = OperatorAnswer(command.text, self.now.t)
+        answer = m.OperatorAnswer(command.text, self.now.t)
         try:
             for i, order in enumerate(msgspec.msgpack.decode(command.action, type=scene.Action).orders):
                 self._give(order, (ASIDE, i))
         except Refused as error:
             self.jobs, self.outbox, self.ids = before
-            answer = OperatorAnswer(command.text, self.now.t, str(error), error.by)
+            answer = m.OperatorAnswer(command.text, self.now.t, str(error), error.by)
         self.outbox.append((self.answer, answer))
 
     def _give(self, order: scene.Order, at: tuple[int, int]) -> None:
@@ -196,29 +176,29 @@ class Commander(Atomic):
             case scene.Move():
                 if order.until is None or not self._holds(order.until, at[0], self.now.t):
                     job = self._job(at, order.verb, order.actuator, order.until)
-                    run = Run(job.actor, job.id, at, order.speed, order.accel, order.by, order.to)
+                    run = m.Run(job.actor, job.id, at, order.speed, order.accel, order.by, order.to)
                     self._send(job.actor, run)
                 elif at[0] != ASIDE:
-                    self.outbox.append((self.skipped, Skipped(at[0], order.actuator)))
+                    self.outbox.append((self.skipped, m.Skipped(at[0], order.actuator)))
             case scene.Turn():
                 found = followers(self.plan, self.lugs)
                 for f in found:
                     make_way(self.jobs, f.actuator)
                 job = self._job(at, "turn", TURN, order.until, followers=tuple(found))
                 for f in found:
-                    follow = Follow(f.actuator, job.id, at, TURN, self.theta, f.kc, f.ks)
+                    follow = m.Follow(f.actuator, job.id, at, TURN, self.theta, f.kc, f.ks)
                     self._send(f.actuator, follow)
-                self._send(TURN, Run(TURN, job.id, at, order.rate, order.accel, to=order.to))
+                self._send(TURN, m.Run(TURN, job.id, at, order.rate, order.accel, to=order.to))
             case scene.Hookup():
                 job = self._job(at, "hook", order.sling)
                 lug = self.lug_places.get(order.lug)
-                self._send(order.sling, HookOrder(order.sling, job.id, at, order.lug, lug))
+                self._send(order.sling, m.HookOrder(order.sling, job.id, at, order.lug, lug))
             case scene.Unhook():
                 job = self._job(at, "unhook", order.sling)
-                self._send(order.sling, UnhookOrder(order.sling, job.id, at))
+                self._send(order.sling, m.UnhookOrder(order.sling, job.id, at))
             case scene.Brake():
                 job = self._job(at, "brake", order.brake)
-                self._send(order.brake, BrakeOrder(order.brake, job.id, at, order.engaged))
+                self._send(order.brake, m.BrakeOrder(order.brake, job.id, at, order.engaged))
 
     def _job(
         self,
@@ -239,18 +219,18 @@ class Commander(Atomic):
         self._watch(until, at)
         return job
 
-    def _hear(self, report: Report) -> None:
+    def _hear(self, report: m.Report) -> None:
         """Bring the picture up to date."""
         match report:
-            case Done():
+            case m.Done():
                 for job in [job for job in self.jobs if job.id == report.id]:
                     self._close(job, report.position)
-            case Limit():
+            case m.Limit():
                 for job in self.jobs:
                     job.limit = report.limit if job.actor == report.actor else job.limit
-            case Hooked() if report.lug:
+            case m.Hooked() if report.lug:
                 self.lugs[report.actor] = report.lug
-            case Unhooked():
+            case m.Unhooked():
                 self.lugs.pop(report.actor, None)
         self.picture.note(report)
 
@@ -262,7 +242,7 @@ class Commander(Atomic):
         if job.actor == TURN:
             self.theta = position
         for f in job.followers:
-            self._send(f.actuator, Follow(f.actuator, job.id, job.at, "", position))
+            self._send(f.actuator, m.Follow(f.actuator, job.id, job.at, "", position))
 
     def _expect(self) -> None:
         """Have the thresholds of the next action's condition watched."""
@@ -271,14 +251,14 @@ class Commander(Atomic):
 
     def _watch(self, condition: scene.Condition | None, at: tuple[int, int]) -> None:
         for i, c in crossings(condition):
-            self.outbox.append((self.to[c.model], WatchOrder(c.threshold.name, 0, (*at, i), c.value, c.rising)))
+            self.outbox.append((self.to[c.model], m.WatchOrder(c.threshold.name, 0, (*at, i), c.value, c.rising)))
 
     def _forget(self, condition: scene.Condition, at: tuple[int, int]) -> None:
         for i, c in crossings(condition):
             if c.threshold.name not in self.picture.reached:
-                self.outbox.append((self.to[c.model], UnwatchOrder(c.threshold.name, 0, (*at, i))))
+                self.outbox.append((self.to[c.model], m.UnwatchOrder(c.threshold.name, 0, (*at, i))))
 
-    def _send(self, actor: str, order: Order) -> None:
+    def _send(self, actor: str, order: m.Order) -> None:
         self.outbox.append((self.to[TURN if actor == TURN else self.owners[actor]], order))
 
     def _holds(self, condition: scene.Condition, action: int, since_ns: int) -> bool:

@@ -1,7 +1,7 @@
-"""Conditions of the action list: do they hold, what do they wait for, how are they put into words.
+"""Conditions of the action list: whether they hold, what they wait for, how they are described.
 
-A condition is judged only when a report or a time arrives, on the commander's picture, so one that holds already
-acts at once.  Reals are compared by thresholds of the kernel, never here.
+A condition is evaluated only when a report or a time arrives, on the observed state, so one that holds already
+takes effect at once.  Reals are compared by thresholds of the kernel, never here.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .refused import Refused
 
 @dataclass(frozen=True)
 class Moment:
-    """When a condition is judged: now, since when it counts, the open orders that `moves done` means."""
+    """When a condition is evaluated: now, since when it counts, the open orders that `moves done` means."""
 
     now_ns: int
     since_ns: int
@@ -113,7 +113,7 @@ def _hooked(term: Slings, picture: Picture) -> list[str]:
     names = [name for name in term.names if picture.ropes.get(name, OFF) != OFF]
     if not names:
         what, whom = term.text or f"{term.each} slings {term.state}", _list(list(term.names))
-        raise Refused(f"`{what}` speaks of no sling, none of {whom} is hooked")
+        raise Refused(f"`{what}` refers to no sling, none of {whom} is hooked")
     return names
 
 

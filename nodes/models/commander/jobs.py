@@ -1,4 +1,4 @@
-"""Orders that are under way, which of them stand in the way of another, and how times are written in sentences."""
+"""Orders in progress, conflicts between them, and how times are written in sentences."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Job:
 
 
 def addressed(order: scene.Order) -> str | None:
-    """The actor that an order addresses; None for a turn, which moves many, "" for nobody."""
+    """The actor that an order addresses; None for a turn, which moves many, "" for none."""
     match order:
         case scene.Move():
             return order.actuator

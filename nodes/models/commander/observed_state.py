@@ -1,4 +1,4 @@
-"""What the commander knows of the lift: no more than the reports have told it so far."""
+"""The state of the lift as the commander knows it from reports."""
 
 from __future__ import annotations
 

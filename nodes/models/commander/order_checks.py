@@ -1,4 +1,4 @@
-"""Orders that cannot be: no such actor, a held joint, a sling that hangs already, a grounded block dragged along.
+"""Impossible orders: no such actor, a locked joint, a sling that is hooked already, a grounded block dragged along.
 
 Each is refused with a sentence.  One of the action list ends the run, with its line of the scene, path and time in
 front; one of an operator is answered so.

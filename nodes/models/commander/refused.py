@@ -1,6 +1,6 @@
-"""What the commander raises for an order or a condition that cannot be; it says nothing of lines of the scene.
+"""The refusal of an order or a condition, without lines of the scene.
 
-The sentence of an operator's command goes into a message, that of the action list gets its line in front.
+For an operator's command the sentence goes into a message; for the action list it is prefixed with its line.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ __all__ = ["Refused"]
 
 
 class Refused(ModelError):
-    """An order that cannot be carried out; `by` is (action, order) of the one that is in its way, where one is."""
+    """An order that cannot be carried out; `by`: (action, order) of the one that conflicts, if any."""
 
     def __init__(self, sentence: str, by: tuple[int, ...] = ()) -> None:
         super().__init__(sentence)

@@ -18,21 +18,7 @@ from heavylift.kernel.description.profile import REST, Trapezoid, trapezoid
 from heavylift.nodes.devs import ns
 from heavylift.nodes.plan.plan import Driven
 
-from .messages import (
-    Done,
-    Follow,
-    Halt,
-    KernelInput,
-    Limit,
-    Order,
-    Report,
-    RopeState,
-    Run,
-    SetFollow,
-    SetProfile,
-    StateEvent,
-    Watch,
-)
+from . import messages as m
 from .parts import LiveActor
 
 TOUCH = 1e-9  # an end position closer than this is reached [m]
@@ -63,26 +49,26 @@ class DriveActor(LiveActor):
         self.job: int | None = None
         self.halting = False
         self.limit = ""  # why the present move will not be done
-        self.law: Follow | None = None
+        self.law: m.Follow | None = None
         self._rest(self.initial)
         self.row = 0
         self.wake = self.log.times[0] if self.log else None
 
-    def obey(self, order: Order) -> None:
+    def obey(self, order: m.Order) -> None:
         """Run, halt, follow, release."""
         if self.log is not None:
             self.refuse(order, f"{self.element} follows {self.log.source}; take its orders out of the action list")
         match order:
-            case Run():
+            case m.Run():
                 self.run(order)
-            case Halt():
+            case m.Halt():
                 self.halt(order)
-            case Follow():
+            case m.Follow():
                 self.follow(order)
             case _:
                 super().obey(order)
 
-    def run(self, order: Run) -> None:
+    def run(self, order: m.Run) -> None:
         """Begin a move; one that is still ramping down passes its speed on."""
         if self.law is not None:
             self.refuse(order, f"{self.element} follows {self.law.master}, wait until that is done")
@@ -90,17 +76,17 @@ class DriveActor(LiveActor):
             self.refuse(order, f"{self.element} is moving already, wait for `moves done` or end that first")
         x, v = self.reference()
         if self.job is not None:
-            self.say(Done(self.element, self.job, x))
+            self.say(m.Done(self.element, self.job, x))
         self.job, self.halting = order.id, False
         distance, self.limit = self._distance(order, x)
         speed = order.speed if distance is None else copysign(order.speed, distance)
         self._profile(x, v, trapezoid(distance, speed, order.accel, v), order.accel)
         if self.profile is not REST:
-            self.say(SetProfile(self.element, self.now.t, speed, order.accel, distance))
+            self.say(m.SetProfile(self.element, self.now.t, speed, order.accel, distance))
         self.goal = x + (distance or 0.0)
         self.wake = self.now.t + ns(self.profile.duration) if self.profile.duration < inf else None
 
-    def halt(self, order: Halt) -> None:
+    def halt(self, order: m.Halt) -> None:
         """Ramp down the move of that id, unless it stands already."""
         if self.job == order.id and not self.halting:
             self.stop("")
@@ -111,28 +97,28 @@ class DriveActor(LiveActor):
         self.halting, self.limit = True, limit
         self._profile(x, v, trapezoid(None, 0.0, self.accel, v), self.accel)
         self.goal = x + self.profile.displacement(self.profile.d1)
-        self.say(SetProfile(self.element, self.now.t, 0.0, self.accel))
+        self.say(m.SetProfile(self.element, self.now.t, 0.0, self.accel))
         self.wake = self.now.t + ns(self.profile.d1)
 
-    def follow(self, order: Follow) -> None:
+    def follow(self, order: m.Follow) -> None:
         """Follow a Master from here, or let it go and stand still."""
         if order.master and (self.job is not None or self.law is not None):
             self.refuse(order, f"{self.element} is moving already and cannot follow {order.master}")
         if order.master:
             self.law = order
-            self.say(SetFollow(self.element, order.master, 0.0, order.kc, order.ks))
+            self.say(m.SetFollow(self.element, order.master, 0.0, order.kc, order.ks))
         elif self.law is not None:
             self._rest(self.x0 + value(self.law, order.s) - value(self.law, self.law.s))
             self.law = None
-            self.say(SetFollow(self.element))
+            self.say(m.SetFollow(self.element))
 
-    def due(self) -> list[KernelInput | Report]:
+    def due(self) -> list[m.KernelInput | m.Report]:
         """The end of a move."""
         if self.job is None:
             return []
         if self.limit:
-            return [Limit(self.element, self.limit, self.goal)]
-        return [Done(self.element, self.job, self.goal)]
+            return [m.Limit(self.element, self.limit, self.goal)]
+        return [m.Done(self.element, self.job, self.goal)]
 
     def expire(self) -> None:
         """Stand where the move ended, or go on to the next row of the log."""
@@ -156,7 +142,7 @@ class DriveActor(LiveActor):
         if speed != v:
             accel = log.accel if ends else abs(speed - v) * 1e9 / (log.times[i] - self.now.t)
             self._profile(x, v, trapezoid(None, speed, accel, v), accel)
-            self.say(SetProfile(self.element, self.now.t, speed, accel))
+            self.say(m.SetProfile(self.element, self.now.t, speed, accel))
 
     def _rest(self, x: float) -> None:
         self._profile(x, 0.0, REST, 0.0)
@@ -165,7 +151,7 @@ class DriveActor(LiveActor):
     def _profile(self, x: float, v: float, profile: Trapezoid, accel: float) -> None:
         self.x0, self.since, self.profile, self.accel = x, self.now.t, profile, accel
 
-    def _distance(self, order: Run, x: float) -> tuple[float | None, str]:
+    def _distance(self, order: m.Run, x: float) -> tuple[float | None, str]:
         """How far to go (None: endlessly), and the limit that cuts the way short."""
         wish = order.by if order.to is None else order.to - x
         up = (order.speed if wish is None else wish) > 0.0
@@ -177,19 +163,19 @@ class DriveActor(LiveActor):
 
 
 class HeldActor(LiveActor):
-    """In place of the drive `element` of a joint that is not modelled: obeys nothing; `why` is what it says."""
+    """In place of the drive `element` of a joint that is not modelled: refuses all orders; `why`: its answer."""
 
     def __init__(self, name: str, element: str, why: str) -> None:
         super().__init__(name, element)
         self.why = why
 
-    def obey(self, order: Order) -> None:
+    def obey(self, order: m.Order) -> None:
         """Refuse."""
         self.refuse(order, self.why)
 
 
 class WinchActor(DriveActor):
-    """A drive that winds a rope: says when the rope is taut or slack; has an upper limit switch at the hook.
+    """A drive that winds a rope: reports when the rope is taut or slack; has an upper limit switch at the hook.
 
     `switch` is the height of the hook eye with the value at which it trips; hoisting stops then.  A rope of several
     `pieces` (with their parts of its length) is wound as if all of them were.
@@ -220,49 +206,49 @@ class WinchActor(DriveActor):
         self.tripped = False
         self._arm()
 
-    def run(self, order: Run) -> None:
+    def run(self, order: m.Run) -> None:
         """Refuse to hoist any higher while the limit switch is open."""
         way = order.by if order.by is not None else order.speed if order.to is None else order.to - self.reference()[0]
         if self.tripped and way < 0.0:
-            self.say(Limit(self.element, "upper limit", self.reference()[0]))
+            self.say(m.Limit(self.element, "upper limit", self.reference()[0]))
         else:
             super().run(order)
 
-    def say(self, *messages: KernelInput | Report) -> None:
-        """Tell every piece of the rope its part."""
+    def say(self, *messages: m.KernelInput | m.Report) -> None:
+        """Give every piece of the rope its part."""
         for message in messages:
-            if isinstance(message, SetProfile | SetFollow):
+            if isinstance(message, m.SetProfile | m.SetFollow):
                 super().say(*(part(message, *piece) for piece in self.pieces.items()))
             else:
                 super().say(message)
 
-    def notice(self, event: StateEvent) -> None:
+    def notice(self, event: m.StateEvent) -> None:
         """The rope changed its state, or the limit switch did."""
         if event.name == self.element:
             if event.what in ("taut", "slack"):
-                self.say(RopeState(self.element, event.what, event.value))
+                self.say(m.RopeState(self.element, event.what, event.value))
             return
         self.tripped = not self.tripped
         self._arm()
         if self.tripped and self.job is not None and not self.halting:
             self.stop("upper limit")
         elif self.tripped:
-            self.say(Limit(self.element, "upper limit", self.reference()[0]))
+            self.say(m.Limit(self.element, "upper limit", self.reference()[0]))
 
     def _arm(self) -> None:
         if self.switch is not None:
             guard, height = self.switch
-            self.say(Watch(guard.name, height - SWITCH_BACK * self.tripped, not self.tripped))
+            self.say(m.Watch(guard.name, height - SWITCH_BACK * self.tripped, not self.tripped))
 
 
-def part(order: SetProfile | SetFollow, piece: str, share: float) -> SetProfile | SetFollow:
+def part(order: m.SetProfile | m.SetFollow, piece: str, share: float) -> m.SetProfile | m.SetFollow:
     """What a piece of a rope has to do of it."""
-    if isinstance(order, SetFollow):
-        return SetFollow(piece, order.master, order.k1 * share, order.kc * share, order.ks * share)
+    if isinstance(order, m.SetFollow):
+        return m.SetFollow(piece, order.master, order.k1 * share, order.kc * share, order.ks * share)
     distance = None if order.distance is None else order.distance * share
-    return SetProfile(piece, order.start_ns, order.speed * share, order.accel * share, distance)
+    return m.SetProfile(piece, order.start_ns, order.speed * share, order.accel * share, distance)
 
 
-def value(law: Follow, s: float) -> float:
+def value(law: m.Follow, s: float) -> float:
     """f(s) of a follower."""
     return float(law.kc * cos(s) + law.ks * sin(s))

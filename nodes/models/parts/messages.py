@@ -1,4 +1,4 @@
-"""What the models say to each other: orders, reports, inputs of the kernel and its state events.
+"""The messages between models: orders, reports, inputs of the kernel and its state events.
 
     commander --Order--> model --KernelInput--> kernel --StateEvent--> model --Report--> commander
 An order names one actor by its mechanical element (drive, winch rope, sling, brake, threshold, Master) and
@@ -91,8 +91,8 @@ class Unwatch(KernelInput, frozen=True):
 
 
 class StateEvent(Message, frozen=True):
-    """A rope is taut / slack, a support or stop closed / open, a brake stick / slip, a threshold reached, a joint
-    locked (with the energy that it lost [J]) / freed."""
+    """A rope is taut or slack, a support or stop closed or open, a brake sticks or slips, a threshold is reached, a
+    joint is locked (with the energy that it lost [J]) or freed."""
 
     name: str
     what: str
@@ -103,10 +103,10 @@ class StateEvent(Message, frozen=True):
 
 
 class Order(Message, frozen=True):
-    """To one actor; `at` says what asks for it: the numbers of an action and of one of its orders, from 0.
+    """To one actor; `at` is where it comes from: the numbers of an action and of one of its orders, from 0.
 
-    The action of an operator's command is -2.  An order to watch says (action, order, term): the term of a condition of
-    that order's `until`, or, as order -1, of the action's `when`.  The line in the scene stands in the plan (`places`).
+    The action of an operator's command is -2.  An order to watch gives (action, order, term): the term of a
+    condition of that order's `until`, or, as order -1, of the action's `when`.  The plan has the line (`places`).
     """
 
     actor: str
@@ -162,7 +162,7 @@ class WatchOrder(Order, frozen=True):
 
 
 class UnwatchOrder(Order, frozen=True):
-    """It need not be reported any more."""
+    """Stop watching the threshold."""
 
 
 # to the commander
@@ -264,18 +264,14 @@ class Latch(Message, frozen=True):
 
 
 class OperatorCommand(Message, frozen=True):
-    """What an operator says while the run goes on, and the orders that it means: an Action of the plan as MessagePack;
-    none: the run ends."""
+    """An operator's command during a run, and its orders: an Action of the plan as MessagePack; none: the run ends."""
 
     text: str
     action: bytes = b""
 
 
 class OperatorAnswer(Message, frozen=True):
-    """To the command that came at `t_ns`: its orders are given, or why they are refused.
-
-    `at`: the order of the action list that is in the way, where one is.
-    """
+    """To the command of `t_ns`: its orders are given, or why not; `at`: the conflicting order of the action list."""
 
     text: str
     t_ns: int

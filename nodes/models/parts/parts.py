@@ -14,7 +14,7 @@ from typing import NoReturn, TypeVar
 
 from heavylift.kernel.description.mechanics import Body, Joint, Matrix, System, merge
 from heavylift.kernel.errors import ModelError
-from heavylift.nodes.devs import Atomic, Bag, Coupled, In, Model, Out
+from heavylift.nodes.devs import Atomic, Bag, Coupled, In, InPort, Model, Out
 from heavylift.nodes.plan.places import numbered
 from heavylift.nodes.plan.plan import Inertia
 
@@ -44,9 +44,13 @@ def body(name: str, inertia: Inertia) -> Body:
 class Part(Atomic):
     """An atomic model that declares a piece of the mechanical system."""
 
+    def __init__(self, name: str, laws: System | None = None) -> None:
+        super().__init__(name)
+        self.laws = laws or System()
+
     def declare(self) -> System:
         """Its piece."""
-        return System()
+        return self.laws
 
 
 class JointAtomic(Part):
@@ -76,29 +80,13 @@ class BodyAtomic(Part):
 class RopeAtomic(Part):
     """Holds a connection of the rig: a rope, or the pieces of one with mass."""
 
-    def __init__(self, name: str, rope: System) -> None:
-        super().__init__(name)
-        self.rope = rope
-
-    def declare(self) -> System:
-        """The rope."""
-        return self.rope
-
 
 class Actor(Part):
     """Generates a force on the body or joint that it is coupled with, by the laws that it declares."""
 
-    def __init__(self, name: str, laws: System | None = None) -> None:
-        super().__init__(name)
-        self.laws = laws or System()
-
-    def declare(self) -> System:
-        """Its laws and guards."""
-        return self.laws
-
 
 class Law(Actor):
-    """An actor that is never ordered: weight, damper, stop, nothing at all on a free joint."""
+    """An actor without orders: weight, damper, stop, nothing at all on a free joint."""
 
 
 class LiveActor(Actor):
@@ -120,7 +108,7 @@ class LiveActor(Actor):
         self.wake: int | None = None
 
     def start(self) -> None:
-        """At (0, 0): say what must be known from the beginning."""
+        """At (0, 0): announce the initial state."""
         self.outbox, self.wake = [], None
         self.begin()
         self.schedule()
@@ -191,6 +179,13 @@ class LiveActor(Actor):
         """The state after `wake`."""
 
 
+def share(outer: Coupled, child: Model) -> None:
+    """Connects the ports of a child with those of the same name around it."""
+    for name, port in child.ports.items():
+        if own := outer.ports.get(name):
+            outer.connect(*((own, port) if isinstance(port, InPort) else (port, own)))
+
+
 class Group(Coupled):
     """A coupled model whose four ports lead to and from all live parts in it."""
 
@@ -202,12 +197,7 @@ class Group(Coupled):
     def take(self, child: Child) -> Child:
         """Add a child and wire those of the four ports that it has."""
         self.add(child)
-        for name in ("order", "state"):
-            if name in child.ports:
-                self.connect(self.ports[name], child.ports[name])
-        for name in ("input", "report"):
-            if name in child.ports:
-                self.connect(child.ports[name], self.ports[name])
+        share(self, child)
         return child
 
     def declare(self) -> System:
@@ -220,9 +210,8 @@ class JointCoupled(Group):
 
     def __init__(self, name: str, joint: Joint, *actors: Actor) -> None:
         super().__init__(name)
-        self.take(JointAtomic(joint))
-        for actor in actors:
-            self.take(actor)
+        for part in (JointAtomic(joint), *actors):
+            self.take(part)
 
 
 class BodyCoupled(Group):
@@ -230,9 +219,8 @@ class BodyCoupled(Group):
 
     def __init__(self, name: str, body: Body, *actors: Actor) -> None:
         super().__init__(name)
-        self.take(BodyAtomic(body))
-        for actor in actors:
-            self.take(actor)
+        for part in (BodyAtomic(body), *actors):
+            self.take(part)
 
 
 class Machine(Group):

@@ -1,8 +1,8 @@
 """Actors of ropes, brakes and supports that are hooked, locked or touched: slings, hinge locks, stools.
 
 A sling is hooked and taken off by orders; taut and slack are state events of the kernel.  The hinge lock of
-a loader holds by itself as long as no sling is hooked.  The stools say when the block leaves the ground and
-when it is back.
+a loader is engaged as long as no sling is hooked.  The stools report when the block leaves the ground and when
+it is back.
 """
 
 from __future__ import annotations
@@ -12,60 +12,40 @@ from collections.abc import Mapping
 from heavylift.kernel.description.mechanics import System
 from heavylift.nodes.devs import Bag, In, Out
 
-from .messages import (
-    BrakeOrder,
-    BrakeState,
-    Done,
-    Hook,
-    Hooked,
-    HookOrder,
-    KernelInput,
-    Landed,
-    Latch,
-    Lifted,
-    Order,
-    RopeState,
-    SetBrake,
-    SetLock,
-    StateEvent,
-    Touched,
-    Unhook,
-    Unhooked,
-    UnhookOrder,
-)
+from . import messages as m
 from .parts import LiveActor
 
 
 class SlingActor(LiveActor):
     """Hooks and unhooks the rope `element`, tells the hinge lock, reports taut and slack."""
 
-    latch = Out(Latch)
+    latch = Out(m.Latch)
 
     def __init__(self, name: str, rope: str, laws: System | None = None) -> None:
         super().__init__(name, rope, laws, hears=(rope,))
 
-    def obey(self, order: Order) -> None:
+    def obey(self, order: m.Order) -> None:
         """Hook or unhook."""
         match order:
-            case HookOrder():
-                self.say(Hook(self.element, b=order.p), Hooked(self.element, order.lug))
-            case UnhookOrder():
-                self.say(Unhook(self.element), Unhooked(self.element))
+            case m.HookOrder():
+                self.say(m.Hook(self.element, b=order.p), m.Hooked(self.element, order.lug))
+            case m.UnhookOrder():
+                self.say(m.Unhook(self.element), m.Unhooked(self.element))
             case _:
                 super().obey(order)
-        self.say(Done(self.element, order.id))
+        self.say(m.Done(self.element, order.id))
 
-    def notice(self, event: StateEvent) -> None:
+    def notice(self, event: m.StateEvent) -> None:
         """The sling is taut or slack."""
         if event.what in ("taut", "slack"):
-            self.say(RopeState(self.element, event.what, event.value))
+            self.say(m.RopeState(self.element, event.what, event.value))
 
     def output(self) -> None:
-        """Tell the lock as well."""
+        """Inform the lock, too."""
         super().output()
         for message in self.outbox:
-            if isinstance(message, (Hooked, Unhooked)):
-                self.latch.send(Latch(self.element, isinstance(message, Hooked)))
+            if isinstance(message, (m.Hooked, m.Unhooked)):
+                self.latch.send(m.Latch(self.element, isinstance(message, m.Hooked)))
 
 
 class BrakeActor(LiveActor):
@@ -79,13 +59,13 @@ class BrakeActor(LiveActor):
         """As declared."""
         self.engaged = self.initial
 
-    def obey(self, order: Order) -> None:
+    def obey(self, order: m.Order) -> None:
         """Engage or release."""
-        if not isinstance(order, BrakeOrder):
+        if not isinstance(order, m.BrakeOrder):
             super().obey(order)
         else:
             self.set(order.engaged)
-            self.say(Done(self.element, order.id))
+            self.say(m.Done(self.element, order.id))
 
     def set(self, engaged: bool) -> None:
         """Change the state, if it is another one."""
@@ -93,11 +73,11 @@ class BrakeActor(LiveActor):
             self.engaged = engaged
             if self.laws != System():  # a joint that is not modelled needs no brake
                 self.say(self.command(engaged))
-            self.say(BrakeState(self.element, engaged))
+            self.say(m.BrakeState(self.element, engaged))
 
-    def command(self, engaged: bool) -> KernelInput:
-        """What the kernel is told."""
-        return SetBrake(self.element, engaged)
+    def command(self, engaged: bool) -> m.KernelInput:
+        """The kernel input."""
+        return m.SetBrake(self.element, engaged)
 
 
 class JointLockActor(BrakeActor):
@@ -107,15 +87,15 @@ class JointLockActor(BrakeActor):
         super().__init__(name, lock, laws, engaged=engaged)
         self.hears = frozenset((lock,))
 
-    def command(self, engaged: bool) -> KernelInput:
-        """What the kernel is told."""
-        return SetLock(self.element, engaged)
+    def command(self, engaged: bool) -> m.KernelInput:
+        """The kernel input."""
+        return m.SetLock(self.element, engaged)
 
 
 class LockActor(BrakeActor):
     """The hinge lock of a loader: engaged while none of its slings is hooked, or by order."""
 
-    latch = In(Latch)
+    latch = In(m.Latch)
 
     def __init__(self, name: str, brake: str, laws: System, *, hooked: frozenset[str]) -> None:
         super().__init__(name, brake, laws, engaged=not hooked)
@@ -148,20 +128,20 @@ class Stools(LiveActor):
         """As declared."""
         self.closed = self.first
 
-    def notice(self, event: StateEvent) -> None:
+    def notice(self, event: m.StateEvent) -> None:
         """A support opened or closed."""
         before = self.closed
         if event.what == "closed":
             self.closed = before | {event.name}
             if not before:
-                self.say(Touched(self.element, event.name))
+                self.say(m.Touched(self.element, event.name))
             face = self.faces[event.name]
             if self.standing() == face and before != self.closed:
-                self.say(Landed(self.element, face))
+                self.say(m.Landed(self.element, face))
         elif event.what == "open":
             self.closed = before - {event.name}
             if before and not self.closed:
-                self.say(Lifted(self.element))
+                self.say(m.Lifted(self.element))
 
     def standing(self) -> str:
         """The face all of whose supports are closed, "" if there is none."""

@@ -1,7 +1,7 @@
-"""What cannot be, found before anything runs.
+"""Impossible scenes and orders, found before anything runs.
 
 geometry         whether a scene fits
-orders           orders that nobody can carry out where the lift stands when they are given
-locked_checks    orders to joints that the scene's fidelity holds
-findings         what was found, told once per subject
+orders           orders that cannot be carried out in the state in which they are given, or at all
+overloads        limits that are exceeded at rest
+findings         what was found, reported once per subject
 """

@@ -1,7 +1,7 @@
-"""What the checks of a scene's physics find, told once per subject and without repeating a sentence.
+"""What the checks of a scene's physics find, reported once per subject and without repeating a sentence.
 
 A check yields (subject, where, sentence).  Of several subjects with the same trouble at the same place
-the first is told in full and the others are named.
+the first is reported in full and the others are named.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-Told: TypeAlias = Iterator[tuple[str, str, str]]
+Violations: TypeAlias = Iterator[tuple[str, str, str]]
 
 
 @dataclass
@@ -21,9 +21,9 @@ class Findings:
     sentences: dict[tuple[str, str, str], str] = field(default_factory=dict)
     others: dict[tuple[str, str, str], list[str]] = field(default_factory=dict)
 
-    def take(self, check: str, told: Told, stage: str = "", where: str = "") -> None:
-        """Adds what a check tells; `where` of the action that leads to it replaces that of the thing."""
-        for subject, place, sentence in told:
+    def take(self, check: str, violations: Violations, stage: str = "", where: str = "") -> None:
+        """Adds what a check yields; `where` of the action that leads to it replaces that of the thing."""
+        for subject, place, sentence in violations:
             if (check, subject) in self.seen:
                 continue
             self.seen.add((check, subject))

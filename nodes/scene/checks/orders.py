@@ -1,7 +1,7 @@
-"""Orders that nobody can carry out where the lift stands when they are given: too fast, too far, too soon.
+"""Orders that cannot be carried out in the state in which they are given: too fast, too far, too soon.
 
 Each check sees the action, the static state in which it begins and what the path was while it lasted.  It yields
-(subject, where, sentence); of several subjects with the same trouble the first is told in full.
+(subject, where, sentence); of several subjects with the same trouble the first is reported in full.
 """
 
 from __future__ import annotations
@@ -11,18 +11,21 @@ from math import degrees, radians, sqrt
 
 from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.errors import ModelError
+from heavylift.nodes.models.commander.actuator_registry import first_lugs
 from heavylift.nodes.models.commander.conditions import terms
+from heavylift.nodes.models.commander.order_checks import joints_moved
 from heavylift.nodes.models.commander.turn_law import followers
 from heavylift.nodes.plan import actions, plan
+from heavylift.nodes.plan.fidelity import held_by
 from heavylift.nodes.plan.verbs import MOTIONS, VERBS
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.statics.state import Acted, StaticState
 from heavylift.nodes.statics.static_state import Following, State, Step, goals, is_taut, lift_state, world
 
-from .findings import Findings, Told
+from .findings import Findings, Violations
 from .geometry import goal_checks, reach
 
-__all__ = ["order_checks"]
+__all__ = ["held_orders", "order_checks"]
 
 SAME = 1.0 + 1e-6  # times a speed that is not faster
 FALLS = 1.0  # [m] that a block sinks at once when it is let go
@@ -51,10 +54,7 @@ class Order:
         self.hooked = hooked
         self.lugs = dict(hooked)
         for order in action.orders:
-            if isinstance(order, actions.Hookup):
-                self.lugs[order.sling] = order.lug
-            elif isinstance(order, actions.Unhook):
-                self.lugs.pop(order.sling, None)
+            _hook(order, self.lugs)
 
     def carrying(self, loaders: set[str]) -> list[str]:
         """Loaders with a taut sling among these."""
@@ -77,7 +77,7 @@ class Order:
 def order_checks(scene: schema.Scene, built: plan.Plan, followed: Following) -> list[tuple[str, str]]:
     """What is wrong with the orders that could be followed."""
     found = Findings()
-    hooked = {sling.name: sling.lug for sling in built.rig.slings if sling.lug}
+    hooked = first_lugs(built)
     for number, acted in enumerate(followed.path.acted, 1):
         action = built.actions[number - 1]
         steps = [step for step in followed.steps if step.static.action == number]
@@ -92,21 +92,56 @@ def order_checks(scene: schema.Scene, built: plan.Plan, followed: Following) -> 
     return found.list()
 
 
+def _hook(order: actions.Order, lugs: dict[str, str]) -> None:
+    """The lug of each hooked sling, once an order is carried out."""
+    if isinstance(order, actions.Hookup):
+        lugs[order.sling] = order.lug
+    elif isinstance(order, actions.Unhook):
+        lugs.pop(order.sling, None)
+
+
+def held_orders(built: plan.Plan) -> list[tuple[str, str]]:
+    """(where, sentence) of each order to a joint that the fidelity locks; of several to one joint the first.
+
+    A planar motion locks what would leave its plane, the list `locked` what it names.  A turn orders the trolleys of
+    the hooks that carry slings then.
+    """
+    found = Findings()
+    lugs = first_lugs(built)
+    for action in built.actions:
+        for order in action.orders:
+            _hook(order, lugs)
+            ordered = [joint for joint in _moved(built, order, lugs) if joint in built.fidelity.locked]
+            violations = (
+                (joint, order.where, f"{held_by(built.fidelity, joint)}, or leave the order out") for joint in ordered
+            )
+            found.take(f"{order.where} held", violations, where=order.where)
+    return found.list()
+
+
+def _moved(built: plan.Plan, order: actions.Order, lugs: dict[str, str]) -> list[str]:
+    """Joints that an order moves; none for a turn that no hook can follow, which is reported when it is given."""
+    try:
+        return joints_moved(order, built, lugs)
+    except ModelError:
+        return []
+
+
 # ---- checks ---------------------------------------------------------------------------------------------------
 
 
-def _spoken(x: Order) -> Told:
-    """A condition on slings needs one that is hooked."""
+def _spoken(x: Order) -> Violations:
+    """A condition on slings needs a hooked one."""
     untils = [(o.until, x.lugs) for o in x.action.orders if isinstance(o, actions.Move | actions.Turn)]
     for condition, lugs in [(x.action.when, x.hooked), *untils]:
         slings = {s.name for s in x.plan.rig.slings}
         for term in terms(condition):
             if isinstance(term, actions.Slings) and set(term.names) <= slings and not set(term.names) & set(lugs):
-                told = f"'{term.text}' says nothing here: none of {len(term.names)} slings is hooked then"
-                yield term.text, term.where, told
+                message = f"'{term.text}' says nothing here: none of {len(term.names)} slings is hooked then"
+                yield term.text, term.where, message
 
 
-def _reaches(x: Order) -> Told:
+def _reaches(x: Order) -> Violations:
     """A sling is hooked only if it reaches."""
     assert x.plan.block is not None
     lugs = {lug.name: lug.p for lug in x.plan.block.lugs}
@@ -115,21 +150,21 @@ def _reaches(x: Order) -> Told:
         if isinstance(order, actions.Hookup) and order.lug in lugs:
             s = slings[order.sling]
             beam = world(x.before, s.beam.body, s.beam.p)
-            if told := reach(s, order.lug, beam, world(x.before, x.plan.block.name, lugs[order.lug])):
-                yield s.loader, order.where, told
+            if message := reach(s, order.lug, beam, world(x.before, x.plan.block.name, lugs[order.lug])):
+                yield s.loader, order.where, message
 
 
-def _hangs(x: Order) -> Told:
+def _hangs(x: Order) -> Violations:
     """A sling is hooked once, and unhooked where it hangs."""
     for order in x.action.orders:
         if isinstance(order, actions.Hookup) and order.sling in x.hooked:
-            told = f"the sling {order.sling} hangs on lug {x.hooked[order.sling]} already: unhook it first"
-            yield order.sling, order.where, told
+            message = f"the sling {order.sling} hangs on lug {x.hooked[order.sling]} already: unhook it first"
+            yield order.sling, order.where, message
         if isinstance(order, actions.Unhook) and order.sling not in x.hooked:
             yield order.sling, order.where, f"the sling {order.sling} is not hooked and cannot be unhooked"
 
 
-def _lets_fall(x: Order) -> Told:
+def _lets_fall(x: Order) -> Violations:
     """Something holds the block while it hangs."""
     if x.before.grounded or x.plan.block is None or not any(isinstance(o, actions.Unhook) for o in x.action.orders):
         return
@@ -138,7 +173,7 @@ def _lets_fall(x: Order) -> Told:
         yield "block", x.action.where, f"no sling is taut: the block would fall ({x.action.stage})"
 
 
-def _turns(x: Order) -> Told:
+def _turns(x: Order) -> Violations:
     """A block that turns hangs, from hooks that can follow."""
     for order in x.action.orders:
         if not isinstance(order, actions.Turn):
@@ -152,16 +187,16 @@ def _turns(x: Order) -> Told:
             yield "block", order.where, str(error)
 
 
-def _drags(x: Order) -> Told:
+def _drags(x: Order) -> Violations:
     """No crane moves sideways with slings that hold on to a block on its stools."""
     for m in _moves(x, [verb.name for verb in VERBS.values() if verb.along]):
         tied = x.carrying(x.moved(m)) if x.state.grounded else []
         if tied:
-            told = f"{m.model} would {m.verb} while the block is on its stools and {tied[0]} taut"
-            yield m.actuator, m.where, f"{told}: slacken or unhook the slings first"
+            message = f"{m.model} would {m.verb} while the block is on its stools and {tied[0]} taut"
+            yield m.actuator, m.where, f"{message}: slacken or unhook the slings first"
 
 
-def _fast(x: Order) -> Told:
+def _fast(x: Order) -> Violations:
     """No actuator is faster than it can, with or without a load."""
     for m in _moves(x, MOTIONS):
         crane, verb = x.scene.cranes[m.model], VERBS[m.verb]
@@ -173,8 +208,8 @@ def _fast(x: Order) -> Told:
         if abs(m.speed) <= limit * SAME and lifts:
             limit, how = verb.limit(crane, loaded=True) or limit, " with a load"
         if abs(m.speed) > limit * SAME:
-            told = f"{m.verb} {abs(m.speed) * 60:g} m/min is faster than {m.model} can{how}"
-            yield m.actuator, m.where, f"{told}: {limit * 60:g} m/min"
+            message = f"{m.verb} {abs(m.speed) * 60:g} m/min is faster than {m.model} can{how}"
+            yield m.actuator, m.where, f"{message}: {limit * 60:g} m/min"
 
 
 def _lifts(x: Order, step: Step, m: actions.Move) -> bool:
@@ -183,7 +218,7 @@ def _lifts(x: Order, step: Step, m: actions.Move) -> bool:
     return moving and not step.static.grounded and any(is_taut(x.plan, step.static, n) for n in x.moved(m))
 
 
-def _follows(x: Order) -> Told:
+def _follows(x: Order) -> Violations:
     """No winch and no trolley has to follow a turn faster than it can."""
     for order in x.action.orders:
         if not isinstance(order, actions.Turn):
@@ -198,21 +233,21 @@ def _follows(x: Order) -> Told:
             for name, actuator, limit in drives:
                 speed = max((abs(step.static.speeds.get(actuator, 0.0)) for step in x.steps), default=0.0)
                 if speed > limit * SAME:
-                    told = f"{name} would have to follow the turn at {speed * 60:.1f} m/min"
-                    yield name, order.where, f"{told}, it can {limit * 60:g} m/min"
+                    message = f"{name} would have to follow the turn at {speed * 60:.1f} m/min"
+                    yield name, order.where, f"{message}, it can {limit * 60:g} m/min"
 
 
-def _tips(x: Order) -> Told:
+def _tips(x: Order) -> Violations:
     """A block that is lifted stays as it was: its centre of mass is inside the lugs that carry."""
     turning = any(isinstance(o, actions.Turn) for o in x.action.orders)
     if turning or not x.state.grounded:
         return
     for step in x.steps:
         if not step.static.grounded and (lean := _lean(x.plan, step.static)) > TIPS:
-            told = f"the block tips by {degrees(lean):.0f} degrees as it is lifted"
+            message = f"the block tips by {degrees(lean):.0f} degrees as it is lifted"
             slack = sorted(name for name in step.static.hooked if step.static.tensions[name] <= 0.0)
             hint = f", and {slack[0]} goes slack" if slack else ""
-            yield "block", x.action.where, f"{told}{hint}: its centre of mass is not between the lugs that carry"
+            yield "block", x.action.where, f"{message}{hint}: its centre of mass is not between the lugs that carry"
             return
 
 
@@ -230,6 +265,6 @@ def _moves(x: Order, verbs: Iterable[str]) -> Iterator[actions.Move]:
             yield order
 
 
-CHECKS: tuple[Callable[[Order], Told], ...] = (
+CHECKS: tuple[Callable[[Order], Violations], ...] = (
     _spoken, _hangs, _reaches, _lets_fall, _turns, _drags, _fast, _follows, _tips,
 )  # fmt: skip

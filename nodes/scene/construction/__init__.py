@@ -1,8 +1,8 @@
 """From the keys of a scene file to its plan.
 
 yard                         what the builders share
-machines, loaders, stools    cranes, loaders, block and rig
-limiting, modelling          the table of limits; the fidelity of the scene
+machines, loaders, stools    cranes, loaders, block and rig; the fidelity of the scene
+limiting                     the table of limits
 mechanism, ropes, laws, checking   `mechanism:`: bodies, joints, ropes, laws along joints
 targets, conditions, resolve the action list with its names resolved
 """

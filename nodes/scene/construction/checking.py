@@ -1,32 +1,33 @@
-"""What the parts of a mechanism say of each other, checked: bodies and joints that are there, stations on beams,
-coordinates that a joint has.
+"""Checks of the references between the parts of a mechanism: bodies, joints, stations on beams, coordinates.
 
-Faults are collected with their place in the file, never raised, so that a scene tells all of them at once.
+Faults are collected with their place in the file, never raised, so that all of them are reported at once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TypeVar
 
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.errors import KernelError
 from heavylift.nodes.scene.keys import mechanics
 from heavylift.nodes.scene.keys.flexible import Beam
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Fault, Path, Source
+from heavylift.nodes.scene.text.source import Path, Source
 
 __all__ = ["Checking"]
+
+Made = TypeVar("Made")
 
 
 class Checking:
     """A mechanism as it is written, with the source that its faults are added to."""
 
     def __init__(self, source: Source, given: mechanics.Mechanism) -> None:
-        self.source, self.given = source, given
+        self.source, self.given, self.fault = source, given, source.fault
         self.bodies = [k.WORLD, *given.bodies]
 
-    def checked(self, path: Path, check: Callable[[Any], object], made: Any) -> None:
+    def checked(self, path: Path, check: Callable[[Made], object], made: Made) -> None:
         """What the kernel would refuse is a fault of the scene."""
         try:
             check(made)
@@ -48,10 +49,6 @@ class Checking:
         if beam and not 0.0 <= x <= beam.length:
             self.fault(path, f"{x:g} m is not on the beam of '{body}', which reaches from 0 to {beam.length:g} m")
 
-    def fault(self, path: Path, sentence: str, hint: str = "", *, on_key: bool = False) -> None:
-        """One more fault of the scene, at a place in its file."""
-        self.source.faults.append(Fault(path, sentence, hint, on_key))
-
     def along(self, path: Path, name: str, coordinate: str) -> tuple[str, bool] | None:
         """The coordinate that a law acts along, and whether it is an angle."""
         joint = self.given.joints.get(name)
@@ -63,8 +60,8 @@ class Checking:
             words = " or ".join(f"'coordinate: {c}'" for c in joint.coordinates)
             self.fault((*path, "joint"), f"the {joint.type} joint '{name}' has several coordinates: add {words}")
         elif coordinate and coordinate not in joint.coordinates:
-            told = f"a {joint.type} joint has no coordinate '{coordinate}'"
-            self.fault((*path, "coordinate"), told, closest(coordinate, joint.coordinates))
+            message = f"a {joint.type} joint has no coordinate '{coordinate}'"
+            self.fault((*path, "coordinate"), message, closest(coordinate, joint.coordinates))
         else:
             along = coordinate or joint.coordinates[0]
             return along, joint.turns(along)

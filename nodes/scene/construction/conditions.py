@@ -1,6 +1,6 @@
 """Conditions of an action list with their names resolved to slings, ropes, joints and the models that watch.
 
-A condition over nothing is refused.
+A condition over an empty set is refused.
 """
 
 from __future__ import annotations
@@ -8,12 +8,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Literal
 
+import msgspec
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import Point, System, Threshold
 from heavylift.nodes.plan import actions, plan
 from heavylift.nodes.scene.language import phrases
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Fault, Path
+from heavylift.nodes.scene.text.source import Path
 
 from .yard import Yard
 
@@ -22,29 +23,32 @@ class Conditions:
     """Resolves conditions; each crossing gets a threshold with a name of its own."""
 
     def __init__(self, yard: Yard, mechanism: plan.Mechanism | None) -> None:
-        self.yard, self.mechanism = yard, mechanism
+        self.yard, self.source, self.mechanism = yard, yard.source, mechanism
         self.thresholds = 0
 
-    def read(self, path: Path, test: phrases.Test) -> actions.Condition:
+    def read(self, path: Path, phrase: phrases.ConditionPhrase | None) -> actions.Condition | None:
         """A condition with its names resolved."""
-        where, text = self.yard.source.where(path), test.text
+        if phrase is None:
+            return None
+        parts = tuple(self._term(path, test) for test in phrase)
+        where, text = self.source.where(path), " and ".join(test.text for test in phrase)
+        return parts[0] if len(parts) == 1 else actions.And(all=parts, where=where, text=text)
+
+    def _term(self, path: Path, test: phrases.Test) -> actions.Condition:
+        named = {"where": self.source.where(path), "text": test.text}
         match test:
-            case phrases.AllTests():
-                parts = tuple(self.read(path, each) for each in test.tests)
-                return actions.And(all=parts, where=where, text=text)
-            case phrases.AfterTest():
-                return actions.After(seconds=test.seconds, where=where, text=text)
-            case phrases.DoneTest():
-                return actions.MovesDone(verbs=test.verbs, where=where, text=text)
             case phrases.GroundTest():
-                model = self._standing(path, test)
                 kind = actions.Lifted if test.state == "lifted" else actions.Landed
-                return kind(model=model, where=where, text=text)
+                return kind(model=self._standing(path, test), **named)
             case phrases.SlingTest():
                 names = self._ropes(path, test.of, test.noun, test.column)
-                return actions.Slings(names=names, each=test.each, state=test.state, where=where, text=text)
+                return actions.Slings(names=names, each=test.each, state=test.state, **named)
             case phrases.CrossTest():
-                return self._crossing(path, test, where)
+                self.thresholds += 1
+                name = f"{test.quantity}-{self.thresholds}"
+                model, threshold = self._threshold(path, test, name) or ("", Threshold(name, "height"))
+                return actions.Crossing(model=model, threshold=threshold, value=test.value, rising=test.rising, **named)
+        return msgspec.structs.replace(test, where=named["where"])
 
     def _ropes(self, path: Path, of: str, noun: str, column: int) -> tuple[str, ...]:
         """The names of a set of slings or ropes; empty sets are faults."""
@@ -63,12 +67,11 @@ class Conditions:
                 sets[name] = [s.name for s in self.yard.slings if s.loader in members]
         if of not in sets:
             what = "rope or sling" if noun == "one" else f"set of {noun}"
-            self._fault(path, f"there is no {what} '{of}'", closest(of, [s for s in sets if s]), column=column)
+            self.source.fault(path, f"there is no {what} '{of}'", closest(of, [s for s in sets if s]), column=column)
             return ()
         names = tuple(sets[of])
         if not names:
-            told = f"this scene has no {noun}: a condition over nothing says nothing"
-            self._fault(path, told, column=column)
+            self.source.fault(path, f"this scene has no {noun}: the condition would test nothing", column=column)
         return names
 
     def _standing(self, path: Path, test: phrases.GroundTest) -> str:
@@ -76,76 +79,64 @@ class Conditions:
             return "block"
         if self.mechanism and (self.mechanism.system.supports or self.mechanism.system.contacts):
             return self.mechanism.name
-        self._fault(
-            path, f"nothing in this scene can be {test.state}: it has no supports or contacts", column=test.column
-        )
+        missing = f"nothing in this scene can be {test.state}: it has no supports or contacts"
+        self.source.fault(path, missing, column=test.column)
         return ""
 
-    def _crossing(self, path: Path, test: phrases.CrossTest, where: str) -> actions.Condition:
-        self.thresholds += 1
-        name = f"{test.quantity}-{self.thresholds}"
-        model, threshold = self._threshold(path, test, name)
-        threshold = threshold or Threshold(name, "height")
-        return actions.Crossing(
-            model=model,
-            threshold=threshold,
-            value=test.value,
-            rising=test.rising,
-            where=where,
-            text=test.text,
-        )
-
-    def _threshold(self, path: Path, test: phrases.CrossTest, name: str) -> tuple[str, Threshold | None]:
+    def _threshold(self, path: Path, test: phrases.CrossTest, name: str) -> tuple[str, Threshold] | None:
+        """The model that watches a quantity, and its threshold; a fault if there is none."""
         of, system = test.of, self.mechanism.system if self.mechanism else None
         at = self.mechanism.name if self.mechanism else ""
         known: list[str] = []
+        match test.quantity:
+            case "tension" | "length" as kind:
+                return self._rope_threshold(path, test, name, kind)
+            case "angle" | "height" as kind if self.yard.block and of in {"", "block"}:
+                return "block", Threshold(name, kind, of="block", point=Point("block") if kind == "height" else None)
+            case "height":
+                bodies = [body.name for body in system.bodies] if system else []
+                known = [*self.yard.hooks, *bodies]
+                if of in self.yard.hooks:
+                    return of, Threshold(name, "height", point=Point(f"{of}.upper"))
+                if of in bodies:
+                    return at, Threshold(name, "height", point=Point(of))
+            case "position" | "speed" if system:
+                along = _coordinates(system)
+                known = [*along]
+                if of in along:
+                    joint, coordinate, turns = along[of]
+                    if test.value and test.turning != turns:
+                        self.source.fault(path, f"'{of}' {wrong_units(turns=turns)}", column=test.column)
+                    quantity: Literal["joint", "speed"] = "joint" if test.quantity == "position" else "speed"
+                    return at, Threshold(name, quantity, of=joint, coordinate=coordinate)
         if test.quantity in {"angle", "height"} and self.yard.block:
-            known.append("block")
-            if of in {"", "block"}:
-                point = Point("block") if test.quantity == "height" else None
-                kind: Literal["height", "angle"] = "height" if test.quantity == "height" else "angle"
-                return "block", Threshold(name, kind, of="block", point=point)
-        if test.quantity == "height":
-            bodies = [body.name for body in system.bodies] if system else []
-            known += [*self.yard.hooks, *bodies]
-            if of in self.yard.hooks:
-                return of, Threshold(name, "height", point=Point(f"{of}.upper"))
-            if of in bodies:
-                return at, Threshold(name, "height", point=Point(of))
-        if test.quantity in {"position", "speed"}:
-            along = _coordinates(system) if system else {}
-            known += along
-            if of in along:
-                joint, coordinate = along[of]
-                quantity: Literal["joint", "speed"] = "joint" if test.quantity == "position" else "speed"
-                return at, Threshold(name, quantity, of=joint, coordinate=coordinate)
-        if test.quantity in {"tension", "length"}:
-            return self._rope_threshold(path, test, name)
-        told = f"'{test.quantity}' of what?" if not of else f"there is no '{of}' with {test.quantity}"
-        self._fault(path, told, closest(of, known), column=test.column)
-        return "", None
+            known = ["block", *known]
+        missing = f"'{test.quantity}' of what?" if not of else f"there is no '{of}' with {test.quantity}"
+        self.source.fault(path, missing, closest(of, known), column=test.column)
+        return None
 
-    def _rope_threshold(self, path: Path, test: phrases.CrossTest, name: str) -> tuple[str, Threshold | None]:
+    def _rope_threshold(
+        self, path: Path, test: phrases.CrossTest, name: str, kind: Literal["tension", "length"]
+    ) -> tuple[str, Threshold] | None:
         *front, last = test.of.split() or [""]
         noun = last if last in {"slings", "ropes"} else "one"
         ropes = self._ropes(path, " ".join(front) if noun != "one" else test.of, noun, test.column)
-        if not ropes:
-            return "", None
         owners = {s.name: s.loader for s in self.yard.slings} | {r.name: r.crane for r in self.yard.ropes}
         models = {owners.get(rope, self.mechanism.name if self.mechanism else "") for rope in ropes}
-        model = models.pop() if len(models) == 1 else "block"
-        kind: Literal["tension", "length"] = "tension" if test.quantity == "tension" else "length"
-        return model, Threshold(name, kind, ropes=ropes)
-
-    def _fault(self, path: Path, sentence: str, hint: str = "", *, on_key: bool = False, column: int = 0) -> None:
-        self.yard.source.faults.append(Fault(path, sentence, hint, on_key, column))
+        return (models.pop() if len(models) == 1 else "block", Threshold(name, kind, ropes=ropes)) if ropes else None
 
 
-def _coordinates(system: System) -> dict[str, tuple[str, str]]:
-    """Joint and coordinate by the words for them: the joint, or joint.coordinate where there are several."""
+def wrong_units(*, turns: bool) -> str:
+    """The sentence about a quantity in units of the other kind."""
+    return "turns: write degrees or radians, not metres" if turns else "slides: write metres, not degrees or radians"
+
+
+def _coordinates(system: System) -> dict[str, tuple[str, str, bool]]:
+    """Joint, coordinate and whether that turns by the words for them: the joint, or joint.coordinate of several."""
     found = {}
     for joint in system.joints:
-        names = JOINTS[joint.kind].actable
-        for c in names:
-            found[joint.name if len(names) == 1 else f"{joint.name}.{c}"] = joint.name, c if len(names) > 1 else ""
+        kind = JOINTS[joint.kind]
+        for i, c in enumerate(kind.actable):
+            several = len(kind.actable) > 1
+            found[f"{joint.name}.{c}" if several else joint.name] = joint.name, c if several else "", kind.turns(i)
     return found

@@ -5,13 +5,15 @@ Units are read again here, since they depend on whether the coordinate slides or
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, get_args
 
 from heavylift.kernel.description import mechanics as k
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys import mechanics
+from heavylift.nodes.scene.keys.base import Base
 from heavylift.nodes.scene.keys.forces import Characteristic
+from heavylift.nodes.scene.keys.joints import POSITIONS
 from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path
@@ -21,21 +23,9 @@ from .checking import Checking
 
 __all__ = ["actuators", "check_curve", "check_laws", "laws_of"]
 
-# key of a law -> its dimension on a sliding and on a turning joint
-_UNITS: dict[str, tuple[Dimension, Dimension]] = {
-    "stiffness": (units.STIFFNESS, units.TURN_STIFFNESS),
-    "damping": (units.DAMPING, units.TURN_DAMPING),
-    "holds": (units.FORCE, units.MOMENT),
-    "rest": (units.LENGTH, units.ANGLE),
-    "range": (units.LENGTH, units.ANGLE),
-    "dry": (units.FORCE, units.MOMENT),
-    "viscous": (units.DAMPING, units.TURN_DAMPING),
-    "ramp": (units.ACCELERATION, units.ANGULAR_ACCELERATION),
-}
-
 
 def check_laws(checks: Checking) -> None:
-    """Names are given once; laws act along coordinates that there are, in their units, with ranges in order."""
+    """Names are unique; laws act along existing coordinates, in their units, with ordered ranges."""
     _names(checks)
     driven: dict[tuple[str, str], str] = {}
     for kind, laws in checks.given.laws.items():
@@ -43,23 +33,24 @@ def check_laws(checks: Checking) -> None:
             path: Path = ("mechanism", kind, name)
             along = checks.along(path, law.joint, law.coordinate)
             if along:
-                _dimensions(checks, path, turns=along[1])
+                _dimensions(checks, path, law, turns=along[1])
             if kind == "drives" and along:
                 if other := driven.get((law.joint, along[0])):
-                    told = f"the joint '{law.joint}' has two drives, '{other}' and '{name}'"
-                    checks.fault((*path, "joint"), f"{told}: keep one")
+                    message = f"the joint '{law.joint}' has two drives, '{other}' and '{name}'"
+                    checks.fault((*path, "joint"), f"{message}: keep one")
                 driven.setdefault((law.joint, along[0]), name)
             if kind in {"stops", "drives"} and law.range and law.range[0] >= law.range[1]:
                 checks.fault((*path, "range"), "the first end must be below the second")
     for name, joint in checks.given.joints.items():
-        for key, given in (("limits", joint.limits), ("friction", joint.friction)):
-            for coordinate in given:
+        own: dict[str, Mapping[str, Base]] = {"limits": joint.limits, "friction": joint.friction}
+        for key, given in own.items():
+            for coordinate, law in given.items():
                 path = ("mechanism", "joints", name, key, coordinate)
                 if coordinate in joint.coordinates:
-                    _dimensions(checks, path, turns=joint.turns(coordinate))
+                    _dimensions(checks, path, law, turns=joint.turns(coordinate))
                 else:
-                    told = f"a {joint.type} joint has no coordinate '{coordinate}' to act on"
-                    checks.fault(path, told, closest(coordinate, joint.coordinates), on_key=True)
+                    message = f"a {joint.type} joint has no coordinate '{coordinate}' to act on"
+                    checks.fault(path, message, closest(coordinate, joint.coordinates), on_key=True)
         for coordinate, x in joint.limits.items():
             if x.range[0] >= x.range[1]:
                 path = ("mechanism", "joints", name, "limits", coordinate, "range")
@@ -70,32 +61,42 @@ def check_laws(checks: Checking) -> None:
             checks.fault(path, f"there is no joint '{lock.joint}'", closest(lock.joint, checks.given.joints))
 
 
-def _dimensions(checks: Checking, path: Path, *, turns: bool) -> None:
+def _dimensions(checks: Checking, path: Path, law: Base, *, turns: bool) -> None:
     """The units of a law fit the coordinate that it acts on."""
-    written: Any = checks.source.data
-    for part in path:
-        written = written[part]
-    for key, dimensions in _UNITS.items():
-        values = written.get(key)
-        dimension = dimensions[turns]
-        many = isinstance(values, list)
-        for i, value in enumerate(values if isinstance(values, list) else [values]):
-            if value is not None:
-                try:
-                    dimension.read(value)
-                except ValueError as error:
-                    checks.fault((*path, key, i) if many else (*path, key), str(error))
+    for name, field in type(law).model_fields.items():
+        dimension = next(_dimensions_in((*field.metadata, field.annotation)), None)
+        if isinstance(dimension, units.Either):
+            _fits(checks, (*path, field.alias or name), dimension.turning if turns else dimension.sliding)
+
+
+def _dimensions_in(annotations: Iterable[object]) -> Iterator[Dimension]:
+    """The dimensions of the quantities in annotations, at any depth."""
+    for each in annotations:
+        if isinstance(each, units.Quantity):
+            yield each.dimension
+        else:
+            yield from _dimensions_in(get_args(each))
+
+
+def _fits(checks: Checking, path: Path, dimension: Dimension) -> None:
+    """The value that is written at a path, or each of a list, is one of a dimension."""
+    value = checks.source.at(path)
+    if isinstance(value, list):
+        for i in range(len(value)):
+            _fits(checks, (*path, i), dimension)
+    elif value is not None:
+        try:
+            dimension.read(value)
+        except ValueError as error:
+            checks.fault(path, str(error))
 
 
 def check_curve(checks: Checking, path: Path, force: Characteristic, turns: bool) -> None:
     """The units of a curve fit the joint that it acts along."""
     place = (units.LENGTH, units.ANGLE) if force.over == "position" else (units.SPEED, units.RATE)
-    for i, pair in enumerate(checks.source.data["mechanism"]["forces"][path[-1]]["curve"]):
+    for i in range(len(force.curve)):
         for j, dimensions in enumerate((place, (units.FORCE, units.MOMENT))):
-            try:
-                dimensions[turns].read(pair[j])
-            except ValueError as error:
-                checks.fault((*path, "curve", i, j), str(error))
+            _fits(checks, (*path, "curve", i, j), dimensions[turns])
 
 
 def _names(checks: Checking) -> None:
@@ -105,8 +106,8 @@ def _names(checks: Checking) -> None:
     for kind in kinds:
         for name in getattr(checks.given, kind):
             if name in taken:
-                told = f"the name '{name}' is given twice: one of the {taken[name]} has it, too"
-                checks.fault(("mechanism", kind, name), told, on_key=True)
+                message = f"the name '{name}' is given twice: one of the {taken[name]} has it, too"
+                checks.fault(("mechanism", kind, name), message, on_key=True)
             taken.setdefault(name, kind)
 
 
@@ -123,8 +124,7 @@ def laws_of(given: mechanics.Mechanism) -> dict[str, tuple[Any, ...]]:
             (k.JointSpring(n, x.joint, x.stiffness, x.damping, x.rest, x.coordinate) for n, x in given.springs.items()),
         ),
         "stops": made(
-            k.Stop,
-            (k.Stop(n, x.joint, *x.range, x.stiffness, x.damping, x.coordinate) for n, x in given.stops.items()),
+            k.Stop, (k.Stop(n, x.joint, *x.range, x.stiffness, x.damping, x.coordinate) for n, x in given.stops.items())
         ),
         "brakes": made(
             k.Brake,
@@ -159,5 +159,5 @@ def actuators(checks: Checking) -> list[plan.Actuator]:
 def _start(checks: Checking, drive: mechanics.Drive) -> float:
     """Where the coordinate of a drive begins."""
     joint = checks.given.joints.get(drive.joint)
-    named = dict(zip(joint.coordinates, joint.state()[0], strict=False)) if joint else {}
+    named = dict(zip(joint.coordinates, joint.values(POSITIONS), strict=False)) if joint else {}
     return named.get(drive.coordinate, next(iter(named.values()), 0.0))

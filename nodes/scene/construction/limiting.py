@@ -1,4 +1,4 @@
-"""The table of limits of a scene: what its machine types and its own keys say, each with its source.
+"""The table of limits of a scene: from its machine types and its own keys, each with its source.
 
 A number that the scene gives is the scene's; one of a machine type is the type's; a default is called assumed.
 """
@@ -45,7 +45,7 @@ def _scene(yard: Yard, mechanism: plan.Mechanism | None) -> Iterator[Limit]:
     limits, written_ = yard.scene.limits, "limits" in yard.scene.model_fields_set
     where = yard.source.where(("limits",)) if written_ or not yard.cranes else yard.cranes[0].where
     for key in () if yard.cranes else sorted(limits.model_fields_set - {"ropes", "wind"}):
-        yard.fault(
+        yard.source.fault(
             ("limits", written(key)), "nothing is judged by it, for the scene has no cranes: leave it out", on_key=True
         )
     if yard.cranes:
@@ -64,7 +64,7 @@ def _scene(yard: Yard, mechanism: plan.Mechanism | None) -> Iterator[Limit]:
 
 
 def _ropes(yard: Yard, mechanism: plan.Mechanism | None) -> Iterator[Limit]:
-    """Ropes that the scene itself limits; those of a mechanism that nobody limits are not known."""
+    """Ropes that the scene itself limits; those of a mechanism without a limit are unknown."""
     free = [rope.name for rope in mechanism.system.all_ropes] if mechanism else []
     for name in (name for name in free if name not in yard.scene.limits.ropes):
         where = yard.source.where(("mechanism", "ropes", name))
@@ -74,18 +74,18 @@ def _ropes(yard: Yard, mechanism: plan.Mechanism | None) -> Iterator[Limit]:
     for name, given in yard.scene.limits.ropes.items():
         path: Path = ("limits", "ropes", name)
         if name not in known:
-            yard.fault(path, f"there is no rope '{name}'", closest(name, known), on_key=True)
+            yard.source.fault(path, f"there is no rope '{name}'", closest(name, known), on_key=True)
         where, breaking = yard.source.where(path), given.breaking or 0.0
-        told = {"subject": name, "unit": "N", "elements": (name,), "source": given.source, "where": where}
+        message = {"subject": name, "unit": "N", "elements": (name,), "source": given.source, "where": where}
         most, factor = given.tension or breaking / given.factor, given.factor if breaking else 1.0
-        yield Limit(quantity="rope tension", value=most, factor=factor, breaking=breaking, **told)  # type: ignore[arg-type]
+        yield Limit(quantity="rope tension", value=most, factor=factor, breaking=breaking, **message)  # type: ignore[arg-type]
         if given.partial_factor and breaking:
             most, factor = breaking / given.partial_factor, given.partial_factor
-            yield Limit(quantity="sling peak", value=most, factor=factor, breaking=breaking, **told)  # type: ignore[arg-type]
+            yield Limit(quantity="sling peak", value=most, factor=factor, breaking=breaking, **message)  # type: ignore[arg-type]
 
 
 def reeving(crane: schema.Crane) -> tuple[int, float, str]:
-    """Drum ends and sheave efficiency of a crane's hoists, and how they are told, with what is assumed of them."""
+    """Drum ends and sheave efficiency of a crane's hoists, and their description with what is assumed."""
     ends = drum_ends(crane.falls, crane.drum_ends)
     efficiency = crane.sheave_efficiency or ROLLING
     lead = lead_factor(crane.falls, ends, efficiency)
@@ -108,8 +108,8 @@ def _crane(yard: Yard, crane: plan.Crane, given: schema.Crane) -> Iterator[Limit
     def row(subject: str, quantity: Quantity, unit: str, key: str, elements: tuple[str, ...], **more: object) -> Limit:
         own = key in given.model_fields_set
         where = yard.source.where((*path, written(key))) if own else crane.where
-        told = {"source": "the scene" if own else f"type {given.type}", "where": where, **more}
-        return Limit(subject=subject, quantity=quantity, unit=unit, elements=elements, **told)  # type: ignore[arg-type]
+        message = {"source": "the scene" if own else f"type {given.type}", "where": where, **more}
+        return Limit(subject=subject, quantity=quantity, unit=unit, elements=elements, **message)  # type: ignore[arg-type]
 
     for hook in crane.hooks:
         chart = tuple(given.capacity_chart or ())
@@ -150,9 +150,9 @@ def _crane(yard: Yard, crane: plan.Crane, given: schema.Crane) -> Iterator[Limit
 def _hoists(crane: plan.Crane, given: schema.Crane, row: Callable[..., Limit]) -> Iterator[Limit]:
     """Ropes and drums of the hooks."""
     factor, source = rope_factor(given)
-    _, _, told = reeving(given)
+    _, _, message = reeving(given)
     for hook in crane.hooks:
-        at = {"where": hook.where, "note": told}
+        at = {"where": hook.where, "note": message}
         yield row(
             hook.rope, "rope factor", "", "rope_factor", (hook.rope,), value=factor, least=True, factor=factor,
             breaking=given.fall_breaking, source=source, **at,
@@ -217,10 +217,10 @@ def _rig(yard: Yard) -> Iterator[Limit]:
     for loader in yard.loaders:
         slings = tuple(sling.name for sling in yard.slings if sling.loader == loader.name)
         carried = rig.loaders[loader.name]
-        told = "the scene" if "capacity" in carried.model_fields_set else "assumed"
+        message = "the scene" if "capacity" in carried.model_fields_set else "assumed"
         yield Limit(
             subject=loader.name, quantity="loader load", unit="N", value=loader.capacity_N, elements=slings,
-            source=told, where=loader.where,
+            source=message, where=loader.where,
         )  # fmt: skip
     for sling in yard.slings:
         name, where, one = sling.name, sling.where, (sling.name,)

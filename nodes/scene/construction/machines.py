@@ -1,4 +1,4 @@
-"""Cranes, loaders, block and rig of a scene file as their part of the plan.
+"""Cranes, loaders, block and rig of a scene file, and its fidelity, as their part of the plan.
 
 Names are resolved here and defaults become numbers; loaders hang and the block lies in equilibrium.
 """
@@ -6,16 +6,17 @@ Names are resolved here and defaults become numbers; loaders hang and the block 
 from __future__ import annotations
 
 import math
-from typing import Literal
 
+import msgspec
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.planar import groups_of, planar
 from heavylift.nodes.scene.keys import schema
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source
 
 from .loaders import add_loader
 from .stools import build_block
-from .yard import HOOKS, LOWER, UPPER, Yard, box, trolley_start
+from .yard import HOOKS, LOWER, UPPER, Level, Yard, box, trolley_start
 
 
 def build_machines(source: Source, scene: schema.Scene) -> Yard:
@@ -36,32 +37,50 @@ def build_machines(source: Source, scene: schema.Scene) -> Yard:
     return yard
 
 
+def check_parts(source: Source, scene: schema.Scene) -> None:
+    """A lift needs cranes, a rig and a block; a scene needs something that moves."""
+    parts = {"cranes": bool(scene.cranes), "block": scene.block is not None, "rig": scene.rig is not None}
+    missing = [key for key, there in parts.items() if not there]
+    if len(missing) == len(parts):
+        if scene.mechanism is None:
+            source.fault((), "a scene needs cranes, a block and a rig, or a mechanism")
+    elif missing:
+        there = " and ".join(key for key in parts if key not in missing)
+        source.fault((), f"a scene with {there} needs {' and '.join(missing)}, too")
+    names = {*scene.cranes, *(scene.rig.loaders if scene.rig else ())}
+    if scene.mechanism and scene.mechanism.name in names:
+        message = f"the name '{scene.mechanism.name}' is given twice: another machine has it, too"
+        source.fault(("mechanism", "name"), message)
+    if not scene.actions and scene.end is None:
+        source.fault((), "the scene never ends: give it 'actions' or an 'end', such as 'end: 60 s'")
+
+
 def _hang(yard: Yard, rig: schema.Rig) -> None:
-    """Who hangs on which hook."""
+    """Which loader hangs on which hook."""
     known = [f"{crane} {hook}" for crane in yard.scene.cranes for hook in HOOKS]
     taken: dict[str, str] = {}
     for name, loader in rig.loaders.items():
         path: Path = ("rig", "loaders", name, "hook")
         words = " ".join(loader.hook.split())
         if words not in known:
-            yard.fault(path, f"there is no hook '{loader.hook}'", closest(words, known))
+            yard.source.fault(path, f"there is no hook '{loader.hook}'", closest(words, known))
         elif words in taken:
-            yard.fault(path, f"the hook {words} already carries {taken[words]}")
+            yard.source.fault(path, f"the hook {words} already carries {taken[words]}")
         else:
             taken[words] = name
             crane, hook = words.split()
             yard.hooks[name] = (crane, hook)
         if name in yard.scene.cranes:
-            yard.fault(path[:-1], f"the name '{name}' is given twice: a crane has it, too", on_key=True)
+            yard.source.fault(path[:-1], f"the name '{name}' is given twice: a crane has it, too", on_key=True)
     used: dict[str, str] = {}
     for name, loader in rig.loaders.items():
         for i, lug in enumerate(loader.lugs or ()):
             path = ("rig", "loaders", name, "lugs", i)
             lugs = yard.scene.block.lugs if yard.scene.block else {}
             if lug not in lugs:
-                yard.fault(path, f"the block has no lug '{lug}'", closest(lug, lugs))
+                yard.source.fault(path, f"the block has no lug '{lug}'", closest(lug, lugs))
             elif lug in used:
-                yard.fault(path, f"the lug {lug} already carries a sling of {used[lug]}")
+                yard.source.fault(path, f"the lug {lug} already carries a sling of {used[lug]}")
             used.setdefault(lug, name)
 
 
@@ -73,29 +92,25 @@ def _crane(yard: Yard, name: str, crane: schema.Crane, *, tandem: bool) -> plan.
         kp, kv = mass * omega * omega, 2 * crane.servo_damping * mass * omega
         return plan.Axis(start=start, lower=ends[0], upper=ends[1], accel=crane.ramp, kp=kp, kv=kv)
 
-    def trolley(which: str, mass: float, height: float, capacity: float) -> plan.Trolley:
+    def trolley(which: Level, mass: float, height: float, capacity: float) -> plan.Trolley:
         size = (2 * crane.hook_spacing, crane.trolley_length, 4.0)
         body = plan.Inertia(mass=mass, com=(0.0, 0.0, height), moments=box(mass, size))
         y = trolley_start(yard, name, crane, which)
-        key = f"{which} trolley"
-        place = yard.source.where(("cranes", name, key))
-        slide = axis(y, crane.girder, mass)
-        kind: Literal["upper", "lower"] = "upper" if which == UPPER else "lower"
-        return plan.Trolley(name=kind, body=body, axis=slide, capacity=capacity, where=place)
+        place = yard.source.where(("cranes", name, f"{which} trolley"))
+        return plan.Trolley(name=which, body=body, axis=axis(y, crane.girder, mass), capacity=capacity, where=place)
 
     if crane.drum_ends and crane.falls % crane.drum_ends:
-        told = f"{crane.falls} falls cannot be shared by {crane.drum_ends} drum ends: give an even number of falls"
-        yard.fault(("cranes", name, "drum ends"), f"{told}, or 'drum ends: 1'", on_key=True)
+        message = f"{crane.falls} falls cannot be shared by {crane.drum_ends} drum ends: give an even number of falls"
+        yard.source.fault(("cranes", name, "drum ends"), f"{message}, or 'drum ends: 1'", on_key=True)
     hooks = []
     for loader, (owner, hook) in yard.hooks.items():
         if owner == name:
             place = yard.source.where(("rig", "loaders", loader, "hook"))
-            which: Literal["upper", "lower"] = "upper" if HOOKS[hook][0] == UPPER else "lower"
             hooks.append(
                 plan.Hook(
                     name=hook,
                     rope=f"{name}.{hook}",
-                    trolley=which,
+                    trolley=HOOKS[hook][0],
                     accel=crane.ramp,
                     shortest=crane.shortest_rope,
                     drum=crane.drum,
@@ -136,7 +151,22 @@ def _groups(yard: Yard, rig: schema.Rig) -> None:
             words = " ".join(member.split())
             if words not in on_hook:
                 path: Path = ("rig", "groups", name, i)
-                yard.fault(path, f"no loader hangs on a hook '{member}'", closest(words, on_hook))
+                yard.source.fault(path, f"no loader hangs on a hook '{member}'", closest(words, on_hook))
             else:
                 found.append(on_hook[words])
         yard.groups[name] = tuple(dict.fromkeys(found))
+
+
+def build_fidelity(yard: Yard) -> plan.Fidelity:
+    """How much is modelled, groups of joints as names of joints; what is wrong is added to the faults of the scene."""
+    given = yard.scene.fidelity
+    groups = groups_of(yard.loaders, yard.cranes)
+    joints = [joint for group in groups.values() for joint in group]
+    locked: list[str] = []
+    for i, name in enumerate(given.locked):
+        if name not in groups and name not in joints:
+            message = f"there is no joint '{name}' to lock"
+            yard.source.fault(("fidelity", "locked", i), message, closest(name, [*groups, *joints]))
+        locked += groups.get(name, [name])
+    made = msgspec.convert(given.model_dump() | {"locked": locked}, plan.Fidelity)
+    return planar(made, yard.loaders, yard.cranes)

@@ -97,8 +97,8 @@ class _Assembly(Checking):
         stretched = {r.name: kinematics.length(r, at) - r.L0 for r in system.straight_ropes if r.hooked}
         for rigid in system.rigid_ropes:
             if stretched.get(rigid.name, 0.0) > TOO_SHORT:
-                told = f"the rope is rigid and {stretched[rigid.name] * 1e3:.3g} mm too short for its ends at the start"
-                self.fault(("mechanism", "ropes", rigid.name, "length"), told)
+                short = f"{stretched[rigid.name] * 1e3:.3g} mm too short for its ends at the start"
+                self.fault(("mechanism", "ropes", rigid.name, "length"), f"the rope is rigid and {short}")
         for rope in system.ropes:
             self._overstretched(rope, stretched.get(rope.name, 0.0))
         for reeving in system.reevings:
@@ -112,16 +112,16 @@ class _Assembly(Checking):
     def _overstretched(self, rope: k.Rope | forces.Reeving, stretch: float) -> None:
         """No wire rope begins beyond the strain at which it breaks; softer ones may be of anything."""
         if rope.EA >= WIRE and stretch > BREAKS * rope.L0:
-            told = (
+            message = (
                 f"the rope begins stretched by {stretch / rope.L0:.1%} with {rope.EA * stretch / rope.L0 / 1e3:.4g} kN"
             )
-            told += (
+            message += (
                 f", where wire ropes break at {BREAKS:.0%}: its ends are {rope.L0 + stretch:.6g} m apart at the start"
             )
-            self.fault(("mechanism", "ropes", rope.name, "length"), told)
+            self.fault(("mechanism", "ropes", rope.name, "length"), message)
 
     def _tree(self) -> None:
-        """Joints hold bodies that there are, and all hang together with the world."""
+        """Joints connect existing bodies, and every body is connected to the world."""
         carried: dict[str, str] = {}
         for name, joint in self.given.joints.items():
             path: Path = ("mechanism", "joints", name)
@@ -137,8 +137,8 @@ class _Assembly(Checking):
                 carried.setdefault(joint.child, name)
             free = joint.type == "free" and joint.child in self.given.bodies
             if free and not self._solid(joint.child) and self._possible(joint.child):
-                told = f"the body '{joint.child}' moves freely and nothing resists its turning: give it moments"
-                self.fault(("mechanism", "bodies", joint.child), f"{told} with 'inertia'", on_key=True)
+                message = f"the body '{joint.child}' moves freely and nothing resists its turning: give it moments"
+                self.fault(("mechanism", "bodies", joint.child), f"{message} with 'inertia'", on_key=True)
         connected = self._connected()
         for body in (b for b in self.given.bodies if b not in connected):
             above, seen = body, set[str]()
@@ -148,11 +148,11 @@ class _Assembly(Checking):
             if above == body and not seen:
                 self.fault(("mechanism", "bodies", body), f"no joint carries the body '{body}'", on_key=True)
             elif above in seen:
-                told = f"the joints of '{body}' go in a circle and never reach the world"
-                self.fault(("mechanism", "bodies", body), told, on_key=True)
+                message = f"the joints of '{body}' go in a circle and never reach the world"
+                self.fault(("mechanism", "bodies", body), message, on_key=True)
 
     def _connected(self) -> set[str]:
-        """Bodies that joints join to the world, this way round or that."""
+        """Bodies that joints connect to the world, in either direction."""
         found, before = {k.WORLD}, 0
         while len(found) > before:
             before = len(found)
@@ -169,7 +169,7 @@ class _Assembly(Checking):
             yield made
 
     def _joints(self) -> Iterator[k.Joint]:
-        """The kernel's joints; their axes have directions and stand as their type wants them."""
+        """The kernel's joints; their axes have directions as their type requires."""
         for name, joint in self.given.joints.items():
             path: Path = ("mechanism", "joints", name)
             faults = len(self.source.faults)
@@ -191,7 +191,7 @@ class _Assembly(Checking):
         return carries or bool(given.beam or given.matrices) or all(given.inertia[:3])
 
     def _possible(self, body: str) -> bool:
-        """Whether a body can have its inertia; if not, that is told by itself."""
+        """Whether a body can have its inertia; if not, that is reported separately."""
         given = self.given.bodies[body]
         try:
             check_inertia(k.Body(body, given.mass or 0.0, inertia=_matrix(given.inertia)))
@@ -203,7 +203,7 @@ class _Assembly(Checking):
         """Where a body lacks mass or moments, whether all that moves it is resisted by what it carries."""
         if all(b.flexible or (b.mass and all(row[i] for i, row in enumerate(b.inertia))) for b in system.bodies):
             return
-        from heavylift.kernel.model.program import Program  # costs what a complete scene need not pay
+        from heavylift.kernel.model.program import Program  # slow to import, and rarely needed
         from heavylift.kernel.simulation.safeguards.inertia_check import check_resistance
 
         try:
@@ -214,7 +214,7 @@ class _Assembly(Checking):
             self.fault(("mechanism", "bodies", body) if body else ("mechanism",), str(error), on_key=True)
 
     def _forces(self) -> Iterator[forces.Force]:
-        """Each force acts on bodies or a joint that are there and is one that the kernel can build."""
+        """Each force acts on existing bodies or an existing joint and is one that the kernel can build."""
         for name, force in self.given.forces.items():
             path: Path = ("mechanism", "forces", name)
             for keys, body in force.bodies:
@@ -228,7 +228,7 @@ class _Assembly(Checking):
             yield made
 
     def _contacts(self) -> Iterator[Contact]:
-        """Each contact is between bodies that are there and shapes that the kernel can watch."""
+        """Each contact is between existing bodies and shapes that the kernel can watch."""
         for name, given in self.given.contacts.items():
             path: Path = ("mechanism", "contacts", name)
             self.known((*path, "body"), given.body)

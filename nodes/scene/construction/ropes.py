@@ -11,6 +11,7 @@ from heavylift.kernel.forces.reeving import ReevingLaw
 from heavylift.kernel.forces.table import check_force
 from heavylift.nodes.scene.keys import kinematics, mechanics
 from heavylift.nodes.scene.keys.attitudes import unit
+from heavylift.nodes.scene.keys.base import End
 from heavylift.nodes.scene.text.source import Path
 
 from .checking import Checking
@@ -56,15 +57,15 @@ def reeving_of(checks: Checking, name: str, rope: mechanics.Rope) -> forces.Reev
     """A rope over sheaves with a radius or friction."""
     path: Path = ("mechanism", "ropes", name)
     if rope.start is None or rope.end is None or rope.lines or not rope.hooked:
-        told = "a rope over sheaves has 'start' and 'end', no 'lines', and is never taken off"
-        checks.fault(path, told, on_key=True)
-    start, end = (x or mechanics.End(body=k.WORLD) for x in (rope.start, rope.end))
+        message = "a rope over sheaves has 'start' and 'end', no 'lines', and is never taken off"
+        checks.fault(path, message, on_key=True)
+    start, end = (x or End(body=k.WORLD) for x in (rope.start, rope.end))
     _nodes(checks, path, start, rope.over, end)
     _wound(checks, path, rope)
     _stretch(checks, path, rope)
     if rope.rigid:
-        told = "a rigid rope runs over points only: leave 'radius', 'friction' and 'efficiency' of its sheaves away"
-        checks.fault((*path, "rigid"), told, on_key=True)
+        message = "a rigid rope runs over points only: leave 'radius', 'friction' and 'efficiency' of its sheaves away"
+        checks.fault((*path, "rigid"), message, on_key=True)
     sheaves = tuple(
         forces.Sheave(k.Point(s.body, s.at), unit(s.axis), s.radius, s.friction, s.efficiency) for s in rope.over
     )
@@ -75,11 +76,9 @@ def reeving_of(checks: Checking, name: str, rope: mechanics.Rope) -> forces.Reev
     return made
 
 
-def _nodes(
-    checks: Checking, path: Path, start: mechanics.End, over: list[mechanics.Over], end: mechanics.End
-) -> list[mechanics.End]:
+def _nodes(checks: Checking, path: Path, start: End, over: list[mechanics.Over], end: End) -> list[End]:
     """Start, what lies between, end; their bodies are checked."""
-    placed: list[tuple[Path, mechanics.End]] = [((*path, "start"), start)]
+    placed: list[tuple[Path, End]] = [((*path, "start"), start)]
     placed += [((*path, "over", i), node) for i, node in enumerate(over)]
     for at, node in [*placed, ((*path, "end"), end)]:
         checks.known((*at, "body"), node.body)

@@ -50,6 +50,7 @@ def build_block(yard: Yard, block: schema.Block) -> plan.Block:
         ),
         pads=tuple(pads),
         where=yard.source.where(("block",)),
+        com_where=yard.source.where(("block", "com")),
     )
 
 
@@ -60,7 +61,7 @@ def _check_moments(yard: Yard, block: schema.Block) -> None:
     try:
         check_inertia(Body("block", block.mass, inertia=((x, 0.0, 0.0), (0.0, y, 0.0), (0.0, 0.0, z))))
     except KernelError as error:
-        yard.fault(("block", "inertia"), str(error))
+        yard.source.fault(("block", "inertia"), str(error))
 
 
 def _resting(block: schema.Block) -> tuple[float, float, float, float, float, float, float]:

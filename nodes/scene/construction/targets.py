@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from heavylift.kernel.description.joint_table import JOINTS, JointType
 from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.verbs import Kind
 
@@ -15,13 +16,14 @@ from .yard import Yard
 
 @dataclass(frozen=True)
 class Actor:
-    """What an order can address: the model that has it, its name there, its ramp [m/s2 or rad/s2]."""
+    """What an order can address: the model that has it, its name there, its ramp [m/s2 or rad/s2], whether it turns."""
 
     kind: Kind
     model: str
     name: str
     accel: float = 0.0
     loader: str = ""
+    turns: bool = False
 
 
 def targets(yard: Yard, mechanism: plan.Mechanism | None) -> dict[str, tuple[Actor, ...]]:
@@ -53,13 +55,22 @@ def targets(yard: Yard, mechanism: plan.Mechanism | None) -> dict[str, tuple[Act
     if yard.block:
         table["block"] = (Actor("block", "block", "turn"),)
     if mechanism:
-        winches = {r.name for r in mechanism.system.all_ropes if r.winch}
+        joints = {joint.name: JOINTS[joint.kind] for joint in mechanism.system.joints}
+        drives = {drive.name: drive for drive in mechanism.system.drives}
         for actuator in mechanism.actuators:
-            kind: Kind = "winch" if actuator.name in winches else "drive"
-            table[actuator.name] = (Actor(kind, mechanism.name, actuator.name, actuator.accel),)
+            by = drives.get(actuator.name)
+            kind: Kind = "drive" if by else "winch"
+            turns = bool(by and _turns(joints[by.joint], by.coordinate))
+            actor = Actor(kind, mechanism.name, actuator.name, actuator.accel, turns=turns)
+            table[actuator.name] = (actor,)
         for brake in mechanism.system.brakes:
             table[brake.name] = (Actor("brake", mechanism.name, brake.name),)
         for lock in mechanism.system.locks:
             table[lock.name] = (Actor("lock", mechanism.name, lock.name),)
     table["wait"] = (Actor("none", "", "wait"),)
     return table
+
+
+def _turns(joint: JointType, coordinate: str) -> bool:
+    """Whether a coordinate, by default the only one, is an angle."""
+    return joint.turns(joint.actable.index(coordinate) if coordinate else 0)

@@ -1,21 +1,24 @@
-"""What the builders of a scene's machines share: the yard they build into, and where hooks and trolleys are."""
+"""Shared by the builders of a scene's machines: the yard that they build, and where hooks and trolleys are."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
 
 from heavylift.kernel.description.mechanics import Vector
 from heavylift.nodes.plan import plan
 from heavylift.nodes.scene.keys import schema
-from heavylift.nodes.scene.text.source import Fault, Path, Source
+from heavylift.nodes.scene.text.source import Source
 
-UPPER, LOWER = "upper", "lower"
-HOOKS = {"H1": ("upper", -1), "H2": ("upper", 1), "H3": ("lower", 0)}  # trolley, side along x
+Level: TypeAlias = Literal["upper", "lower"]
+UPPER: Level = "upper"
+LOWER: Level = "lower"
+HOOKS: dict[str, tuple[Level, int]] = {"H1": (UPPER, -1), "H2": (UPPER, 1), "H3": (LOWER, 0)}  # trolley, side along x
 
 
 @dataclass
 class Yard:
-    """What the machines of a scene resolve to, while its faults are collected."""
+    """The machines of a scene as far as they are built; its faults are collected by the source."""
 
     source: Source
     scene: schema.Scene
@@ -26,9 +29,6 @@ class Yard:
     slings: list[plan.Sling] = field(default_factory=list)
     hooks: dict[str, tuple[str, str]] = field(default_factory=dict)  # loader -> (crane, hook)
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)  # -> loaders
-
-    def fault(self, path: Path, sentence: str, hint: str = "", *, on_key: bool = False) -> None:
-        self.source.faults.append(Fault(path, sentence, hint, on_key))
 
 
 def box(mass: float, size: Vector) -> Vector:

@@ -4,6 +4,7 @@ schema, validate       every key, its unit, its default; data through the models
 base, attitudes        names, places, ends; directions and attitudes
 mechanics, joints, forces, contacts, flexible   the keys of `mechanism:`
 kinematics             where the bodies of a mechanism are at the start
+actions                                        the lines of the action list
 placement              which process hosts which nodes
 editors                the JSON Schema of scene files
 """

@@ -5,7 +5,7 @@ What is given need not have length 1; what has no length stays as it is and is a
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TypeVar, cast
 
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.elementary import cos, sin
@@ -15,19 +15,20 @@ from .base import Quaternion
 
 __all__ = ["across", "quaternion_matrix", "turned", "unit"]
 
+Directed = TypeVar("Directed", Vector, Quaternion)
 EXACT = 1e-15  # how far a sine may be from 0 or 1 by rounding
 X, Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 
-def unit(vector: tuple[float, ...]) -> Any:
+def unit(vector: Directed) -> Directed:
     """The vector with length 1."""
     length = norm(vector) or 1.0
-    return tuple(x / length for x in vector)
+    return cast(Directed, tuple(x / length for x in vector))
 
 
 def across(axis: Vector) -> Vector:
     """The x axis as seen across an axis, or y where that is x."""
-    a: Vector = unit(axis)
+    a = unit(axis)
     e = Y if abs(a[0]) > 1.0 - 1e-9 else X
     along = sum(p * q for p, q in zip(a, e, strict=True))
     x, y, z = (p - along * q for p, q in zip(e, a, strict=True))

@@ -1,15 +1,13 @@
 """The JSON Schema of scene files, for editors: keys, their units and defaults, what they mean.
 
-Made from the pydantic models that read scenes, so it cannot lag behind them.  An editor that knows it completes and
-checks while one types; what it cannot know (names, physics, phrases of the action list) `heavylift check` tells.
+Made from the pydantic models that read scenes, so it is always up to date.  An editor completes and checks with it
+during typing; the rest (names, physics, phrases of the action list) is checked by `heavylift check`.
 """
 
 from __future__ import annotations
 
-import inspect
-import re
 from collections.abc import Iterator
-from typing import Any, get_args
+from typing import Any
 
 from heavylift.nodes.scene.text.units import (
     ANY_DAMPING,
@@ -21,8 +19,8 @@ from heavylift.nodes.scene.text.units import (
     STROKE_RAMP,
     STROKE_SPEED,
 )
-from pydantic import BaseModel
 
+from .base import Base, comments
 from .schema import Scene
 
 __all__ = ["json_schema", "with_unit"]
@@ -30,7 +28,7 @@ __all__ = ["json_schema", "with_unit"]
 Schema = dict[str, Any]
 ALL = (*DIMENSIONS, STROKE, STROKE_SPEED, STROKE_RAMP, REACH, EFFORT, ANY_STIFFNESS, ANY_DAMPING)
 FIRST_UNIT = {dimension.name: next(iter(dimension.units.items())) for dimension in ALL}
-SHORT = {  # what a scene may write shorter than its models say
+SHORT = {  # what a scene may write shorter than its models require
     "Action": {"type": "string", "pattern": "^wait ", "description": "only wait, such as 'wait 60 s'"},
     "Process": {"type": "array", "items": {"type": "string"}, "description": "nodes of a process on this host"},
 }
@@ -40,11 +38,11 @@ def json_schema() -> Schema:
     """The schema as plain data."""
     schema = Scene.model_json_schema(by_alias=True)
     definitions = schema["$defs"]
-    meanings = {model.__name__: _comments(model) for model in _models(Scene)}
+    meanings = {model.__name__: comments(model) for model in _models(Base)}
     for name, part in {"Scene": schema, **definitions}.items():
-        told = meanings.get(name.rpartition("__")[2], {})
+        comment = meanings.get(name.rpartition("__")[2], {})
         for key, value in part.get("properties", {}).items():
-            part["properties"][key] = _readable(value, told.get(key, ""))
+            part["properties"][key] = _readable(value, comment.get(key, ""))
     for name, short in SHORT.items():
         definitions[name] = {"anyOf": [definitions[name], short]}
     schema["properties"]["extends"] = {"type": "string", "description": "scene that this one is laid over"}
@@ -57,34 +55,17 @@ def with_unit(dimension: str, value: float) -> str | float:
     return f"{value / factor:.10g} {unit}" if unit else value
 
 
-def _models(model: type[BaseModel]) -> Iterator[type[BaseModel]]:
-    """A model and all that stand in its fields; those of one name share their comments."""
-    seen, todo = set[type[BaseModel]](), [model]
-    while todo:
-        one = todo.pop()
-        if one in seen:
-            continue
-        seen.add(one)
-        yield one
-        types: list[Any] = [field.annotation for field in one.model_fields.values()]
-        while types:
-            kind = types.pop()
-            if isinstance(kind, type) and issubclass(kind, BaseModel):
-                todo.append(kind)
-            types += get_args(kind)
-
-
-def _comments(model: type[BaseModel]) -> dict[str, str]:
-    """What the comments behind the fields of a model say, by key."""
-    found = re.findall(r"^    (\w+): .*?  # (.*)$", inspect.getsource(model), re.M)
-    fields = model.model_fields
-    return {(fields[name].alias if name in fields else None) or name: comment for name, comment in found}
+def _models(base: type[Base]) -> Iterator[type[Base]]:
+    """All models of keys; those of one name share their comments."""
+    for model in base.__subclasses__():
+        yield model
+        yield from _models(model)
 
 
 def _readable(key: Schema, meaning: str) -> Schema:
     """A key without machine-made titles, its default with a unit; a place on a beam may be one length."""
     found = {name: value for name, value in key.items() if name != "title"}
-    if found.get("default") in ({}, []) or isinstance(found.get("default"), dict):  # its own keys tell theirs
+    if found.get("default") in ({}, []) or isinstance(found.get("default"), dict):  # its own keys have theirs
         del found["default"]
     if "default" in found:
         found["default"] = _default(found, found["default"])
@@ -98,7 +79,7 @@ def _readable(key: Schema, meaning: str) -> Schema:
     return found
 
 
-def _default(key: Schema, value: Any) -> Any:
+def _default(key: Schema, value: object) -> object:
     options = [key, *key.get("anyOf", [])]
     if isinstance(value, list):
         lists: list[list[Schema]] = [option.get("prefixItems", []) for option in options]

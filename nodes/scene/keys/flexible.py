@@ -15,20 +15,8 @@ from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 from heavylift.kernel.description import flexible as k
+from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.scene.text.files import content, within
-from heavylift.nodes.scene.text.units import (
-    Area,
-    Extent,
-    Length,
-    Mass,
-    MassPerLength,
-    Modulus,
-    Ratio,
-    Rigidity,
-    RotaryInertia,
-    SecondMoment,
-    Tension,
-)
 from pydantic import Field, field_validator, model_validator
 
 from .base import Base
@@ -43,30 +31,30 @@ BROKEN = (BadZipFile, MemoryError, zlib.error, EOFError, OverflowError, NotImple
 class Section(Base):
     """A cross-section: area, second moments about y and z, torsion constant."""
 
-    area: Area = 0.0
-    Iy: SecondMoment = 0.0
-    Iz: SecondMoment = 0.0
-    J: SecondMoment = 0.0
+    area: u.Area = 0.0
+    Iy: u.SecondMoment = 0.0
+    Iz: u.SecondMoment = 0.0
+    J: u.SecondMoment = 0.0
 
 
 class Beam(Base):
     """A uniform beam: EI, EA, GJ as such or as E, G and `section`; what is left away is rigid."""
 
-    length: Extent
-    mass: Mass | None = None
-    mass_per_length: MassPerLength | None = None
-    EI_y: Rigidity = 0.0  # bending about y: displacements along z
-    EI_z: Rigidity = 0.0
-    EA: Tension = 0.0
-    GJ: Rigidity = 0.0
-    E: Modulus = 0.0
-    G: Modulus = 0.0
+    length: u.Extent
+    mass: u.Mass | None = None
+    mass_per_length: u.MassPerLength | None = None
+    EI_y: u.Rigidity = 0.0  # bending about y: displacements along z
+    EI_z: u.Rigidity = 0.0
+    EA: u.Tension = 0.0
+    GJ: u.Rigidity = 0.0
+    E: u.Modulus = 0.0
+    G: u.Modulus = 0.0
     section: Section = Section()
-    rotary_inertia: RotaryInertia = 0.0  # about the beam's axis, per length
+    rotary_inertia: u.RotaryInertia = 0.0  # about the beam's axis, per length
     frame: Literal["clamped", "simply supported", "free"] = "clamped"
     modes: int = Field(default=3, ge=0, le=30)
-    damping: Ratio = 0.0
-    loads: list[Length] = Field(default_factory=list)
+    damping: u.Ratio = 0.0
+    loads: list[u.Length] = Field(default_factory=list)
     elements: int = Field(default=32, ge=1, le=200)
 
     @model_validator(mode="after")
@@ -96,7 +84,7 @@ class Matrices(Base):
     shapes: str = ""
     held: list[int] = Field(default_factory=list)
     modes: int = Field(default=3, ge=0, le=30)
-    damping: Ratio = 0.0
+    damping: u.Ratio = 0.0
 
     @field_validator("nodes", "mass", "stiffness", "shapes")
     @classmethod

@@ -7,48 +7,39 @@ The laws themselves and their conventions: `heavylift.kernel.description.forces`
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal, cast
 
 from heavylift.kernel.description import forces as f
 from heavylift.kernel.description.points import Point
 from heavylift.kernel.trust import named
-from heavylift.nodes.scene.text.units import (
-    Angle,
-    Area,
-    Damping,
-    Density,
-    Gap,
-    Instant,
-    Number,
-    Push,
-    Ratio,
-    Reach,
-    Stiffness,
-    Thrust,
-    TurnDamping,
-    TurnStiffness,
-    Twist,
-    Velocity,
-)
+from heavylift.nodes.scene.text import units as u
 from pydantic import Field
 
 from .attitudes import quaternion_matrix, unit
 from .base import Base, Direction, End, Quaternion, Station
 
-__all__ = ["FORCE_TYPES", "Force"]
+__all__ = ["Force"]
 
-Row6 = tuple[Number, Number, Number, Number, Number, Number]
+Row6 = tuple[u.Number, u.Number, u.Number, u.Number, u.Number, u.Number]
 Matrix6 = tuple[Row6, Row6, Row6, Row6, Row6, Row6]
-History = list[tuple[Instant, Number]]
+History = list[tuple[u.Instant, u.Number]]
 Keys = tuple[str | int, ...]
 
 
 class _Force(Base):
     @property
-    def bodies(self) -> list[tuple[Keys, str]]:
+    def bodies(self) -> Iterator[tuple[Keys, str]]:
         """The bodies that it names, with the keys that do so."""
-        return [(("body",), body)] if (body := getattr(self, "body", None)) else _ends(self, "start", "end")
+        for key in ("body", "start", "end", "ends"):
+            match getattr(self, key, None):
+                case str(body):
+                    yield (key,), body
+                case End(body=body):
+                    yield (key, "body"), body
+                case [*ends]:
+                    yield from (((key, i, "body"), end.body) for i, end in enumerate(ends))
 
     @abstractmethod
     def built(self, name: str, folder: Path) -> f.Force:
@@ -61,10 +52,10 @@ class Load(_Force):
     type: Literal["load"]
     body: str
     at: Station = (0.0, 0.0, 0.0)
-    force: tuple[Push, Push, Push] = (0.0, 0.0, 0.0)
-    moment: tuple[Twist, Twist, Twist] = (0.0, 0.0, 0.0)
+    force: tuple[u.Push, u.Push, u.Push] = (0.0, 0.0, 0.0)
+    moment: tuple[u.Twist, u.Twist, u.Twist] = (0.0, 0.0, 0.0)
     axes: Literal["world", "body"] = "world"
-    factor: Number = 1.0
+    factor: u.Number = 1.0
     history: History = Field(default_factory=list)
 
     def built(self, name: str, folder: Path) -> f.Force:
@@ -78,12 +69,12 @@ class Wind(_Force):
     type: Literal["wind"]
     body: str
     at: Station = (0.0, 0.0, 0.0)
-    area: Area
-    drag: Ratio
+    area: u.Area
+    drag: u.Ratio
     direction: Direction
-    speed: Velocity = 0.0
-    gusts: list[tuple[Instant, Velocity]] = Field(default_factory=list)
-    density: Density = 1.225
+    speed: u.Velocity = 0.0
+    gusts: list[tuple[u.Instant, u.Velocity]] = Field(default_factory=list)
+    density: u.Density = 1.225
 
     def built(self, name: str, folder: Path) -> f.Force:
         at, signal = Point(self.body, self.at), _signal(self.speed, self.gusts)
@@ -96,9 +87,9 @@ class Spring(_Force):
     type: Literal["spring"]
     start: End
     end: End
-    rest: Gap
-    stiffness: Stiffness = 0.0
-    damping: Damping = 0.0
+    rest: u.Gap
+    stiffness: u.Stiffness = 0.0
+    damping: u.Damping = 0.0
 
     def built(self, name: str, folder: Path) -> f.Force:
         return f.Spring(name, _point(self.start), _point(self.end), self.rest, self.stiffness, self.damping)
@@ -111,13 +102,9 @@ class Torsion(_Force):
     start: str
     end: str
     axis: Direction
-    stiffness: TurnStiffness = 0.0
-    damping: TurnDamping = 0.0
-    rest: Angle = 0.0
-
-    @property
-    def bodies(self) -> list[tuple[Keys, str]]:
-        return [(("start",), self.start), (("end",), self.end)]
+    stiffness: u.TurnStiffness = 0.0
+    damping: u.TurnDamping = 0.0
+    rest: u.Angle = 0.0
 
     def built(self, name: str, folder: Path) -> f.Force:
         return f.Torsion(name, self.start, self.end, unit(self.axis), self.stiffness, self.damping, self.rest)
@@ -131,10 +118,10 @@ class Bushing(_Force):
     end: End
     start_attitude: Quaternion = (0.0, 0.0, 0.0, 1.0)
     end_attitude: Quaternion = (0.0, 0.0, 0.0, 1.0)
-    stiffness: tuple[Stiffness, Stiffness, Stiffness] = (0.0, 0.0, 0.0)
-    turning_stiffness: tuple[TurnStiffness, TurnStiffness, TurnStiffness] = (0.0, 0.0, 0.0)
-    damping: tuple[Damping, Damping, Damping] = (0.0, 0.0, 0.0)
-    turning_damping: tuple[TurnDamping, TurnDamping, TurnDamping] = (0.0, 0.0, 0.0)
+    stiffness: tuple[u.Stiffness, u.Stiffness, u.Stiffness] = (0.0, 0.0, 0.0)
+    turning_stiffness: tuple[u.TurnStiffness, u.TurnStiffness, u.TurnStiffness] = (0.0, 0.0, 0.0)
+    damping: tuple[u.Damping, u.Damping, u.Damping] = (0.0, 0.0, 0.0)
+    turning_damping: tuple[u.TurnDamping, u.TurnDamping, u.TurnDamping] = (0.0, 0.0, 0.0)
     K: Matrix6 | None = None
     D: Matrix6 | None = None
 
@@ -152,13 +139,9 @@ class Characteristic(_Force):
     joint: str
     coordinate: str = ""
     over: Literal["position", "speed"]
-    curve: list[tuple[Reach, Thrust]] = Field(min_length=1)
-    factor: Number = 1.0
+    curve: list[tuple[u.Reach, u.Thrust]] = Field(min_length=1)
+    factor: u.Number = 1.0
     history: History = Field(default_factory=list)
-
-    @property
-    def bodies(self) -> list[tuple[Keys, str]]:
-        return []
 
     def built(self, name: str, folder: Path) -> f.Force:
         x, effort = tuple(a for a, _ in self.curve), tuple(b for _, b in self.curve)
@@ -174,15 +157,11 @@ class Law(_Force):
     joint: str = ""
     coordinate: str = ""
     ends: list[End] = Field(default_factory=list)
-    parameters: list[Number] = Field(default_factory=list)
-    factor: Number = 1.0
+    parameters: list[u.Number] = Field(default_factory=list)
+    factor: u.Number = 1.0
     history: History = Field(default_factory=list)
     guards: str = ""
     modes: int = Field(default=0, ge=0)
-
-    @property
-    def bodies(self) -> list[tuple[Keys, str]]:
-        return [(("ends", i, "body"), end.body) for i, end in enumerate(self.ends)]
 
     def built(self, name: str, folder: Path) -> f.Force:
         function, guards = (_beside(x, folder) for x in (self.function, self.guards))
@@ -192,15 +171,7 @@ class Law(_Force):
         return f.UserLaw(name, function, *along, signal, guards, self.modes, self.coordinate)
 
 
-Force = Annotated[
-    Load | Wind | Spring | Torsion | Bushing | Characteristic | Law,
-    Field(discriminator="type"),
-]
-FORCE_TYPES = ("load", "wind", "spring", "torsion", "bushing", "characteristic", "law")
-
-
-def _ends(x: Any, *keys: str) -> list[tuple[Keys, str]]:
-    return [((key, "body"), getattr(x, key).body) for key in keys]
+Force = Annotated[Load | Wind | Spring | Torsion | Bushing | Characteristic | Law, Field(discriminator="type")]
 
 
 def _point(end: End) -> Point:
@@ -211,8 +182,8 @@ def _signal(value: float, history: list[tuple[float, float]]) -> f.Signal:
     return f.Signal(value, tuple(t for t, _ in history), tuple(x for _, x in history))
 
 
-def _diagonal(values: tuple[float, ...]) -> Any:
-    return tuple(tuple(x if i == j else 0.0 for j in range(6)) for i, x in enumerate(values))
+def _diagonal(values: tuple[float, ...]) -> Matrix6:
+    return cast(Matrix6, tuple(tuple(x if i == j else 0.0 for j in range(6)) for i, x in enumerate(values)))
 
 
 def _beside(function: str, folder: Path) -> str:

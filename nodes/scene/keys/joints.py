@@ -7,22 +7,22 @@ brake that never lets go, written where the joint is.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from math import pi
 from typing import Annotated, ClassVar, Literal
 
 from heavylift.kernel.description import mechanics as k
 from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.points import Vector
 from heavylift.nodes.scene.text.units import Angle, AnyDamping, AnyStiffness, Effort, Length, Rate, Stroke, Velocity
 from pydantic import Field
 
 from .attitudes import across, turned, unit
 from .base import Base, Direction, Place, Quaternion, Station
 
-__all__ = ["JOINT_TYPES", "AnyJoint", "Joint"]
+__all__ = ["AnyJoint", "Joint"]
 
-X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+X, Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+POSITIONS, SPEEDS = ("start", "position", "attitude"), ("speed", "velocity", "rate")  # keys that q0 and v0 are made of
 
 
 class Limits(Base):
@@ -47,7 +47,7 @@ class AnyJoint(Base):
 
     `rotation` turns the frame about the parent's x, then its y, then its z."""
 
-    type: str
+    type: k.JointKind
     parent: str = "world"
     child: str
     at: Station = (0.0, 0.0, 0.0)
@@ -56,46 +56,36 @@ class AnyJoint(Base):
     limits: dict[str, Limits] = Field(default_factory=dict)
     friction: dict[str, Friction] = Field(default_factory=dict)
 
-    directions: ClassVar[tuple[str, ...]] = ()  # keys that hold an axis
-
-    @property
-    def kind(self) -> k.JointKind:
-        return self.type  # type: ignore[return-value]
+    directions: ClassVar[tuple[str, ...]] = ()  # keys of `axis` and, if it has one, `second` of the kernel's joint
 
     @property
     def coordinates(self) -> tuple[str, ...]:
         """Those along which a law can act."""
-        return JOINTS[self.kind].actable
+        return JOINTS[self.type].actable
 
     def turns(self, coordinate: str) -> bool:
         """Whether it is an angle."""
-        return JOINTS[self.kind].turns(self.coordinates.index(coordinate))
+        return JOINTS[self.type].turns(self.coordinates.index(coordinate))
 
-    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """q0 and v0."""
-        return (), ()
-
-    @property
-    def asked(self) -> tuple[bool, bool]:
-        """Whether coordinates and speeds at the start are written; what is not follows where it closes a loop."""
-        written = self.model_fields_set
-        return bool(written & {"start", "position", "attitude"}), bool(written & {"speed", "velocity", "rate"})
-
-    def axes(self) -> tuple[Vector, Vector]:
-        """`axis` and `second` of the kernel's joint, not yet of unit length."""
-        return Z, X
-
-    @property
-    def pitch(self) -> float:
-        return 0.0
+    def values(self, keys: Iterable[str]) -> tuple[float, ...]:
+        """What those of the keys hold that its type has, one after the other; a quaternion with length 1."""
+        found: list[float] = []
+        for key in keys:
+            value = getattr(self, key, ())
+            value = unit(value) if key == "attitude" and value else value
+            found += value if isinstance(value, tuple) else (value,)
+        return tuple(found)
 
     def built(self, name: str) -> k.Joint:
-        """The kernel's joint."""
-        q0, v0 = (x if written else () for x, written in zip(self.state(), self.asked, strict=True))
-        axis, second = (unit(e) for e in self.axes())
-        frame = turned(*self.rotation)
-        place = (self.parent, self.child, self.at, frame)
-        return k.Joint(name, self.kind, *place, axis, second, self.pitch, q0=q0, v0=v0, p_CJ=self.at_child)
+        """The kernel's joint; coordinates and speeds that are not written follow where it closes a loop."""
+        written = self.model_fields_set
+        q0, v0 = (self.values(keys) if written & {*keys} else () for keys in (POSITIONS, SPEEDS))
+        axes = [getattr(self, key.replace(" ", "_")) for key in self.directions]
+        axis = axes[0] if axes else Z
+        second = axes[1] or across(axis) if len(axes) > 1 else X
+        place = (self.parent, self.child, self.at, turned(*self.rotation))
+        pitch = getattr(self, "lead", 0.0) / (2.0 * pi)
+        return k.Joint(name, self.type, *place, unit(axis), unit(second), pitch, q0=q0, v0=v0, p_CJ=self.at_child)
 
     def laws(self, name: str) -> Iterator[k.Stop | k.Brake | k.JointSpring]:
         """What its `limits` and `friction` are to the kernel."""
@@ -118,9 +108,6 @@ class _Axial(AnyJoint):
     axis: Direction
     directions: ClassVar[tuple[str, ...]] = ("axis",)
 
-    def axes(self) -> tuple[Vector, Vector]:
-        return self.axis, X
-
 
 class Revolute(_Axial):
     """Turns about `axis`."""
@@ -128,9 +115,6 @@ class Revolute(_Axial):
     type: Literal["revolute"]
     start: Angle = 0.0
     speed: Rate = 0.0
-
-    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        return (self.start,), (self.speed,)
 
 
 class Prismatic(_Axial):
@@ -140,9 +124,6 @@ class Prismatic(_Axial):
     start: Length = 0.0
     speed: Velocity = 0.0
 
-    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        return (self.start,), (self.speed,)
-
 
 class Slider(AnyJoint):
     """Slides along a flexible beam; `start` is its place there, `at` an arm from the beam's axis."""
@@ -151,9 +132,6 @@ class Slider(AnyJoint):
     start: Length = 0.0
     speed: Velocity = 0.0
 
-    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        return (self.start,), (self.speed,)
-
 
 class Cylindrical(_Axial):
     """Slides along and turns about `axis`: travel, angle."""
@@ -161,9 +139,6 @@ class Cylindrical(_Axial):
     type: Literal["cylindrical"]
     start: tuple[Length, Angle] = (0.0, 0.0)
     speed: tuple[Velocity, Rate] = (0.0, 0.0)
-
-    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        return self.start, self.speed
 
 
 class Screw(_Axial):
@@ -174,29 +149,15 @@ class Screw(_Axial):
     start: Angle = 0.0
     speed: Rate = 0.0
 
-    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        return (self.start,), (self.speed,)
 
-    @property
-    def pitch(self) -> float:
-        return self.lead / (2.0 * math.pi)
-
-
-class Universal(AnyJoint):
+class Universal(_Axial):
     """Turns about `axis` of the parent, then about `second axis`, which the first turn carries along."""
 
     type: Literal["universal"]
-    axis: Direction
     second_axis: Direction
     start: tuple[Angle, Angle] = (0.0, 0.0)
     speed: tuple[Rate, Rate] = (0.0, 0.0)
     directions: ClassVar[tuple[str, ...]] = ("axis", "second axis")
-
-    def axes(self) -> tuple[Vector, Vector]:
-        return self.axis, self.second_axis
-
-    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        return self.start, self.speed
 
 
 class Planar(AnyJoint):
@@ -209,12 +170,6 @@ class Planar(AnyJoint):
     speed: tuple[Velocity, Velocity, Rate] = (0.0, 0.0, 0.0)
     directions: ClassVar[tuple[str, ...]] = ("normal", "x axis")
 
-    def axes(self) -> tuple[Vector, Vector]:
-        return self.normal, self.x_axis or across(self.normal)
-
-    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        return self.start, self.speed
-
 
 class ConstantVelocity(AnyJoint):
     """Bends a shaft along `shaft` about two axes across it, the first of which may be given as `bend axis`."""
@@ -226,12 +181,6 @@ class ConstantVelocity(AnyJoint):
     speed: tuple[Rate, Rate] = (0.0, 0.0)
     directions: ClassVar[tuple[str, ...]] = ("shaft", "bend axis")
 
-    def axes(self) -> tuple[Vector, Vector]:
-        return self.shaft, self.bend_axis or across(self.shaft)
-
-    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        return self.start, self.speed
-
 
 class Spherical(AnyJoint):
     """Turns about all axes; `attitude` is a quaternion x y z w, `rate` in the child's axes."""
@@ -239,9 +188,6 @@ class Spherical(AnyJoint):
     type: Literal["spherical"]
     attitude: Quaternion = (0.0, 0.0, 0.0, 1.0)
     rate: tuple[Rate, Rate, Rate] = (0.0, 0.0, 0.0)
-
-    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        return unit(self.attitude), self.rate
 
 
 class Free(AnyJoint):
@@ -253,22 +199,18 @@ class Free(AnyJoint):
     velocity: tuple[Velocity, Velocity, Velocity] = (0.0, 0.0, 0.0)
     rate: tuple[Rate, Rate, Rate] = (0.0, 0.0, 0.0)
 
-    def state(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        return self.position + unit(self.attitude), self.velocity + self.rate
-
 
 Joint = Annotated[
     Fixed
     | Revolute
     | Prismatic
-    | Slider
     | Cylindrical
     | Screw
     | Universal
     | Planar
     | ConstantVelocity
+    | Slider
     | Spherical
     | Free,
     Field(discriminator="type"),
 ]
-JOINT_TYPES = tuple(JOINTS)

@@ -1,60 +1,38 @@
 """The keys of `mechanism:` in a scene file: a researcher's own bodies, joints and laws.
 
-Body frames sit in their joint.  Laws name the joint they act on and, where it has several, the coordinate; whether
-their units are those of a sliding or a turning one is seen there.
+Body frames sit in their joint.  Laws name the joint they act on and, where it has several, the coordinate; it decides
+whether their units are those of a sliding or a turning one.
 """
 
 from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from heavylift.nodes.scene.text.units import (
-    AnyDamping,
-    AnyStiffness,
-    Damping,
-    Effort,
-    Extent,
-    Force,
-    Gap,
-    Inertia,
-    Length,
-    Product,
-    Ratio,
-    Stiffness,
-    Stroke,
-    StrokeRamp,
-)
-from heavylift.nodes.scene.text.units import Mass as MassValue
-from heavylift.nodes.scene.text.units import Ramp as RampValue
+from heavylift.nodes.scene.text import units as u
 from pydantic import BeforeValidator, Discriminator, Field, Tag
 
-from .base import Base as Base
-from .base import Direction
-from .base import End as End
-from .base import Name as Name
-from .base import Place as Place
-from .base import Station as Station
+from .base import Base, Direction, End, Name, Place, Station
 from .contacts import Contact
 from .flexible import Beam, Matrices
 from .forces import Force as ForceElement
 from .joints import Joint
 
 
-def _shape(given: Any) -> str:
+def _shape(given: object) -> str:
     """Which kind of moments a list is: with products or without; raises ValueError for any other number of values."""
     if isinstance(given, list | tuple) and len(given) not in (3, 6):
         raise ValueError(f"Ixx, Iyy, Izz or Ixx, Iyy, Izz, Ixy, Ixz, Iyz are needed here, not {len(given)} values")
     return "with products" if isinstance(given, list | tuple) and len(given) > 3 else "moments"
 
 
-def _counted(given: Any) -> Any:
+def _counted(given: object) -> object:
     _shape(given)
     return given
 
 
 Moments = Annotated[
-    Annotated[tuple[Inertia, Inertia, Inertia], Tag("moments")]
-    | Annotated[tuple[Inertia, Inertia, Inertia, Product, Product, Product], Tag("with products")],
+    Annotated[tuple[u.Inertia, u.Inertia, u.Inertia], Tag("moments")]
+    | Annotated[tuple[u.Inertia, u.Inertia, u.Inertia, u.Product, u.Product, u.Product], Tag("with products")],
     Discriminator(_shape),
     BeforeValidator(_counted),
 ]
@@ -66,7 +44,7 @@ class Body(Base):
     `beam` or `matrices` make it flexible; mass, com and inertia are then what sits rigidly in its frame.
     """
 
-    mass: MassValue | None = None
+    mass: u.Mass | None = None
     com: Place = (0.0, 0.0, 0.0)
     inertia: Moments = (0.0, 0.0, 0.0)
     beam: Beam | None = None
@@ -78,15 +56,15 @@ class Line(Base):
 
     start: End
     end: End
-    share: Ratio = 1.0
+    share: u.Ratio = 1.0
 
 
 class Winch(Base):
     """The rope's length is driven: ramp and shortest and longest unstretched length."""
 
-    ramp: RampValue
-    shortest: Extent
-    longest: Extent
+    ramp: u.Ramp
+    shortest: u.Extent
+    longest: u.Extent
 
 
 class Over(End):
@@ -97,9 +75,9 @@ class Over(End):
     """
 
     axis: Direction = (0.0, 1.0, 0.0)
-    radius: Gap = 0.0
-    friction: Ratio = 0.0
-    efficiency: Ratio = 1.0
+    radius: u.Gap = 0.0
+    friction: u.Ratio = 0.0
+    efficiency: u.Ratio = 1.0
 
     @property
     def plain(self) -> bool:
@@ -117,10 +95,10 @@ class Rope(Base):
     end: End | None = None
     over: list[Over] = Field(default_factory=list)
     lines: list[Line] = Field(default_factory=list)
-    EA: Force | None = None
+    EA: u.Force | None = None
     rigid: bool = False
-    length: Extent
-    damping: Damping | None = None
+    length: u.Extent
+    damping: u.Damping | None = None
     winch: Winch | None = None
     hooked: bool = True
 
@@ -130,21 +108,21 @@ class Support(Base):
 
     body: str
     at: Station = (0.0, 0.0, 0.0)
-    height: Length
-    stiffness: Stiffness
-    damping: Damping = 0.0
-    friction: Ratio = 0.0
-    tangential_stiffness: Stiffness = 0.0
-    tangential_damping: Damping = 0.0
+    height: u.Length
+    stiffness: u.Stiffness
+    damping: u.Damping = 0.0
+    friction: u.Ratio = 0.0
+    tangential_stiffness: u.Stiffness = 0.0
+    tangential_damping: u.Damping = 0.0
 
 
 class Spring(Base):
     """A linear spring and damper on a joint."""
 
     joint: str
-    stiffness: AnyStiffness = 0.0
-    damping: AnyDamping = 0.0
-    rest: Stroke = 0.0
+    stiffness: u.AnyStiffness = 0.0
+    damping: u.AnyDamping = 0.0
+    rest: u.Stroke = 0.0
     coordinate: str = ""
 
 
@@ -152,9 +130,9 @@ class Stop(Base):
     """End stops of a joint."""
 
     joint: str
-    range: tuple[Stroke, Stroke]
-    stiffness: AnyStiffness
-    damping: AnyDamping = 0.0
+    range: tuple[u.Stroke, u.Stroke]
+    stiffness: u.AnyStiffness
+    damping: u.AnyDamping = 0.0
     coordinate: str = ""
 
 
@@ -162,9 +140,9 @@ class Brake(Base):
     """A dry brake on a joint, slipping at `holds`."""
 
     joint: str
-    holds: Effort
-    stiffness: AnyStiffness
-    damping: AnyDamping = 0.0
+    holds: u.Effort
+    stiffness: u.AnyStiffness
+    damping: u.AnyDamping = 0.0
     engaged: bool = False
     coordinate: str = ""
 
@@ -181,10 +159,10 @@ class Drive(Base):
 
     joint: str
     type: Literal["prescribed", "servo", "speed"]
-    stiffness: AnyStiffness = 0.0  # servo: per displacement
-    damping: AnyDamping = 0.0  # servo and speed: per velocity
-    ramp: StrokeRamp
-    range: tuple[Stroke, Stroke] | None = None
+    stiffness: u.AnyStiffness = 0.0  # servo: per displacement
+    damping: u.AnyDamping = 0.0  # servo and speed: per velocity
+    ramp: u.StrokeRamp
+    range: tuple[u.Stroke, u.Stroke] | None = None
     coordinate: str = ""
 
 

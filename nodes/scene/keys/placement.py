@@ -2,7 +2,7 @@
 
     placement:
       yard-a: [west, loader-1]                    two nodes share a process
-      yard-b: {nodes: [east], host: remote}       a process that somebody starts elsewhere, by `heavylift node yard-b`
+      yard-b: {nodes: [east], host: remote}       a process that is started on another host, by `heavylift node yard-b`
 
 Nodes are the machines of the scene, `commander` and `kernel`; those that are not named have a process of their own.
 """
@@ -10,7 +10,7 @@ Nodes are the machines of the scene, `commander` and `kernel`; those that are no
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Fault, Source
@@ -22,14 +22,14 @@ __all__ = ["Process", "placement_faults"]
 
 
 class Process(Base):
-    """A process of a run: its nodes, and whether it is started here or by somebody on another host."""
+    """A process of a run: its nodes, and whether it is started here or on another host."""
 
     nodes: Annotated[list[str], Field(min_length=1)]
     host: Literal["here", "remote"] = "here"
 
     @model_validator(mode="before")
     @classmethod
-    def _list(cls, data: Any) -> Any:
+    def _list(cls, data: object) -> object:
         return {"nodes": data} if isinstance(data, list) else data
 
 
@@ -37,7 +37,7 @@ def placement_faults(source: Source, placement: Mapping[str, Process], nodes: Se
     """Names that are no nodes, and nodes that are placed twice."""
     found, placed = list[Fault](), dict[str, str]()
     for process, hosting in placement.items():
-        given = source.data["placement"][process]
+        given = source.at(("placement", process))
         below = ("placement", process) if isinstance(given, list) else ("placement", process, "nodes")
         for i, node in enumerate(hosting.nodes):
             if node not in nodes:

@@ -1,64 +1,24 @@
 """The keys of a scene file, as frozen pydantic models: every key, its unit, its default.
 
 A key of several words is written with blanks in YAML (`upper trolley: 60.4 m`) and with underscores in
-Python. Defaults of a crane and a loader are those of a credible 900 t yard; a scene overrides what it
-knows better.
+Python. Defaults of a crane and a loader are those of a credible 900 t yard; a scene overrides them with its own.
 """
 
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from heavylift.kernel.description.mechanics import MethodName
 from heavylift.nodes.devs.execution.rules import LIMIT
+from heavylift.nodes.plan import plan
 from heavylift.nodes.plan.question import USUAL, Asked
-from heavylift.nodes.scene.language.grammar import read_condition, read_order
-from heavylift.nodes.scene.language.phrases import OrderPhrase, PhraseError, Test, Waiting
-from heavylift.nodes.scene.text.units import (
-    ACCELERATION,
-    ANGLE,
-    FORCE,
-    LENGTH,
-    MASS,
-    MASS_PER_LENGTH,
-    SPEED,
-    STIFFNESS,
-    Accuracy,
-    Duration,
-    Efficiency,
-    Extent,
-    Factor,
-    Force,
-    Frequency,
-    Gap,
-    Gravity,
-    Inertia,
-    Length,
-    Mass,
-    MassPerLength,
-    Moment,
-    Ramp,
-    Ratio,
-    Sampling,
-    Speed,
-    Stiffness,
-    Swing,
-    TurnDamping,
-    TurnStiffness,
-)
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    ConfigDict,
-    Field,
-    PlainValidator,
-    WithJsonSchema,
-    model_validator,
-)
-from pydantic_core import PydanticCustomError
+from heavylift.nodes.scene.text import units as u
+from pydantic import AfterValidator, Field, model_validator
 
-from .mechanics import Base, Mechanism, Name, Place
+from .actions import Action
+from .base import Base, Name, Place, keys_of
+from .mechanics import Mechanism
 from .placement import Process
 
 OF_TENSIONS = 1e-4  # accuracy of a scene that asks nothing
@@ -102,87 +62,87 @@ def _once(asked: tuple[Asked, ...]) -> tuple[Asked, ...]:
     return asked
 
 
-Range = Annotated[tuple[Length, Length], AfterValidator(_ordered)]
+Range = Annotated[tuple[u.Length, u.Length], AfterValidator(_ordered)]
 MechanismGroup = Literal["M1", "M2", "M3", "M4", "M5", "M6", "M7", "M8"]
-Chart = Annotated[list[tuple[Length, Mass]], Field(min_length=2), AfterValidator(_rising)]
-OffLead = Swing | Literal["unknown"]
+Chart = Annotated[list[tuple[u.Length, u.Mass]], Field(min_length=2), AfterValidator(_rising)]
+OffLead = u.Swing | Literal["unknown"]
 
 
 class Crane(Base):
     """A goliath crane: portal on rails along x; upper trolley (H1, H2) and lower trolley (H3) along y."""
 
     type: Literal["goliath-900"]
-    at: Length  # x of its centre
-    upper_trolley: Length | None = None  # y; left out: where its lugs are
-    lower_trolley: Length | None = None
+    at: u.Length  # x of its centre
+    upper_trolley: u.Length | None = None  # y; left out: where its lugs are
+    lower_trolley: u.Length | None = None
     rails: Range = (0.0, 400.0)  # x that the centre can reach
-    span: Extent = LENGTH.read("150 m")  # rails at y = 0 and y = span
-    width: Extent = LENGTH.read("34 m")  # of the portal along x, over the buffers
+    span: u.Extent = u.LENGTH.read("150 m")  # rails at y = 0 and y = span
+    width: u.Extent = u.LENGTH.read("34 m")  # of the portal along x, over the buffers
     girder: Range = (10.0, 140.0)  # y that the trolleys can reach
-    trolley_length: Extent = LENGTH.read("10 m")  # along y
-    main_mass: Mass = MASS.read("4200 t")  # with the girder
-    girder_mass: Mass = MASS.read("2500 t")
-    girder_stiffness: Stiffness = STIFFNESS.read("58.8 MN/m")  # at midspan, between the legs
-    girder_damping: Ratio = 0.01  # of critical, of its first mode; assumed
-    upper_mass: Mass = MASS.read("300 t")
-    lower_mass: Mass = MASS.read("150 t")
-    upper_exit: Extent = LENGTH.read("102 m")  # z where the ropes leave
-    lower_exit: Extent = LENGTH.read("88 m")
-    hook_spacing: Extent = LENGTH.read("6 m")  # H1, H2 at -+ this x from the centre
-    highest_hook: Extent = LENGTH.read("80 m")  # z of the hook eye at the upper limit
-    shortest_rope: Extent = LENGTH.read("8 m")
-    drum: Extent = LENGTH.read("100 m")  # longest rope
-    gantry_speed: Speed = SPEED.read("30 m/min")
-    trolley_speed: Speed = SPEED.read("20 m/min")
-    hoist_speed: Speed = SPEED.read("3 m/min")  # loaded
-    empty_hoist_speed: Speed = SPEED.read("10 m/min")
-    ramp: Ramp = ACCELERATION.read("0.05 m/s2")
-    servo_frequency: Frequency = 1.0  # of the gantry and trolley drives
-    servo_damping: Ratio = 0.7  # of critical, of the gantry and trolley drives; assumed
-    hook_capacity: Mass = MASS.read("450 t")
+    trolley_length: u.Extent = u.LENGTH.read("10 m")  # along y
+    main_mass: u.Mass = u.MASS.read("4200 t")  # with the girder
+    girder_mass: u.Mass = u.MASS.read("2500 t")
+    girder_stiffness: u.Stiffness = u.STIFFNESS.read("58.8 MN/m")  # at midspan, between the legs
+    girder_damping: u.Ratio = 0.01  # of critical, of its first mode; assumed
+    upper_mass: u.Mass = u.MASS.read("300 t")
+    lower_mass: u.Mass = u.MASS.read("150 t")
+    upper_exit: u.Extent = u.LENGTH.read("102 m")  # z where the ropes leave
+    lower_exit: u.Extent = u.LENGTH.read("88 m")
+    hook_spacing: u.Extent = u.LENGTH.read("6 m")  # H1, H2 at -+ this x from the centre
+    highest_hook: u.Extent = u.LENGTH.read("80 m")  # z of the hook eye at the upper limit
+    shortest_rope: u.Extent = u.LENGTH.read("8 m")
+    drum: u.Extent = u.LENGTH.read("100 m")  # longest rope
+    gantry_speed: u.Speed = u.SPEED.read("30 m/min")
+    trolley_speed: u.Speed = u.SPEED.read("20 m/min")
+    hoist_speed: u.Speed = u.SPEED.read("3 m/min")  # loaded
+    empty_hoist_speed: u.Speed = u.SPEED.read("10 m/min")
+    ramp: u.Ramp = u.ACCELERATION.read("0.05 m/s2")
+    servo_frequency: u.Frequency = 1.0  # of the gantry and trolley drives
+    servo_damping: u.Ratio = 0.7  # of critical, of the gantry and trolley drives; assumed
+    hook_capacity: u.Mass = u.MASS.read("450 t")
     capacity_chart: Chart | None = None  # of a hook by its trolley's y, instead of the hook capacity
-    upper_capacity: Mass = MASS.read("900 t")
-    lower_capacity: Mass = MASS.read("450 t")
-    capacity: Mass = MASS.read("900 t")
-    tandem: Ratio = 0.75  # of the capacity, where two cranes lift together
-    hook_block: Mass = MASS.read("25 t")
+    upper_capacity: u.Mass = u.MASS.read("900 t")
+    lower_capacity: u.Mass = u.MASS.read("450 t")
+    capacity: u.Mass = u.MASS.read("900 t")
+    tandem: u.Ratio = 0.75  # of the capacity, where two cranes lift together
+    hook_block: u.Mass = u.MASS.read("25 t")
     falls: Annotated[int, Field(ge=1)] = 20
     drum_ends: Literal[1, 2] | None = None  # of the hook's rope; left out: two where the falls can be halved, assumed
-    sheave_efficiency: Efficiency | None = None  # of each sheave; left out: 0.98 with rolling bearings, assumed
-    drum_pull: Force | None = None  # that a drum end may pull; left out: not judged
-    gantry_drive: Force | None = None  # that moves the crane; left out: not judged
-    gantry_brake: Force | None = None  # that holds the crane; left out: not judged
-    trolley_drive: Force | None = None  # that moves a trolley; left out: not judged
-    trolley_brake: Force | None = None  # that holds a trolley; left out: not judged
+    sheave_efficiency: u.Efficiency | None = None  # of each sheave; left out: 0.98 with rolling bearings, assumed
+    drum_pull: u.Force | None = None  # that a drum end may pull; left out: not judged
+    gantry_drive: u.Force | None = None  # that moves the crane; left out: not judged
+    gantry_brake: u.Force | None = None  # that holds the crane; left out: not judged
+    trolley_drive: u.Force | None = None  # that moves a trolley; left out: not judged
+    trolley_brake: u.Force | None = None  # that holds a trolley; left out: not judged
     off_lead_along: OffLead | None = None  # of its ropes along the rails; left out: that of the scene's limits
     off_lead_across: OffLead | None = None  # of its ropes across the rails; left out: that of the scene's limits
-    fall_EA: Force = FORCE.read("93.5088 MN")  # 44 mm 6x36: 890.6 mm2, 105 GPa
-    fall_mass: MassPerLength = MASS_PER_LENGTH.read("7.92 kg/m")
-    fall_breaking: Force = FORCE.read("1351 kN")
-    rope_damping: Ratio = 0.03  # of critical, with what it carries at the start; assumed
+    fall_EA: u.Force = u.FORCE.read("93.5088 MN")  # 44 mm 6x36: 890.6 mm2, 105 GPa
+    fall_mass: u.MassPerLength = u.MASS_PER_LENGTH.read("7.92 kg/m")
+    fall_breaking: u.Force = u.FORCE.read("1351 kN")
+    rope_damping: u.Ratio = 0.03  # of critical, with what it carries at the start; assumed
     mechanism_group: MechanismGroup = "M6"  # of the hoists: gives the rope factor by ISO 4308-1
-    rope_factor: Factor | None = None  # breaking force over its most loaded part; left out: that of the mechanism group
-    rope_partial_factor: Factor | None = None  # breaking force over its largest tension; left out: 2.77, EN 13001-3-2
+    rope_factor: u.Factor | None = None  # breaking force over its most loaded part; left out: by the mechanism group
+    rope_partial_factor: u.Factor | None = None  # breaking force over its largest tension; left out: 2.77, EN 13001-3-2
 
 
 class Supports(Base):
     """Stools under the block: the same places serve on either face."""
 
-    height: Length
-    at: Annotated[list[tuple[Length, Length]], Field(min_length=3)]
-    settlement: Extent = LENGTH.read("5 mm")  # under its share of the weight
-    damping: Ratio = 0.3  # of critical, with its share of the weight; assumed
-    friction: Ratio = 0.4  # assumed
+    height: u.Length
+    at: Annotated[list[tuple[u.Length, u.Length]], Field(min_length=3)]
+    settlement: u.Extent = u.LENGTH.read("5 mm")  # under its share of the weight
+    damping: u.Ratio = 0.3  # of critical, with its share of the weight; assumed
+    friction: u.Ratio = 0.4  # assumed
 
 
 class Block(Base):
     """The block: a box with lugs; `at` is the middle of the box, `com` its centre of mass from there."""
 
-    mass: Mass
-    size: tuple[Extent, Extent, Extent]
+    mass: u.Mass
+    size: tuple[u.Extent, u.Extent, u.Extent]
     at: Place
     com: Place = (0.0, 0.0, 0.0)
-    inertia: tuple[Inertia, Inertia, Inertia] | None = None  # left out: a uniform box
+    inertia: tuple[u.Inertia, u.Inertia, u.Inertia] | None = None  # left out: a uniform box
     lugs: dict[Name, Place]
     supports: Supports
 
@@ -190,43 +150,43 @@ class Block(Base):
 class SlingType(Base):
     """The slings: 96 mm wire, design factor 5."""
 
-    EA: Force = FORCE.read("445 MN")
-    breaking: Force = FORCE.read("6.43 MN")
-    factor: Factor = 5.0  # breaking force over its tension at rest, EN 13414-1
-    partial_factor: Factor | None = None  # breaking force over its largest tension; left out: 3.17 by 0027/ND 7.3.1
-    damping: Ratio = 0.05  # of critical, with half of its loader; assumed
+    EA: u.Force = u.FORCE.read("445 MN")
+    breaking: u.Force = u.FORCE.read("6.43 MN")
+    factor: u.Factor = 5.0  # breaking force over its tension at rest, EN 13414-1
+    partial_factor: u.Factor | None = None  # breaking force over its largest tension; left out: 3.17 by 0027/ND 7.3.1
+    damping: u.Ratio = 0.05  # of critical, with half of its loader; assumed
 
 
 class Loader(Base):
     """A block loader on a hook, and the two slings from its beam."""
 
     hook: str  # "west H1"
-    sling: Extent
+    sling: u.Extent
     lugs: tuple[str, str] | None = None  # hooked at the start
-    rope: Extent | None = None  # unstretched rope length at the start; left out: the rig's slack
-    upper_mass: Mass = MASS.read("10 t")  # besides the hook block
-    lower_mass: Mass = MASS.read("10 t")
-    height: Extent = LENGTH.read("3 m")  # hook eye to beam underside
-    hinge: Extent = LENGTH.read("2 m")  # below the hook eye
-    beam: Extent = LENGTH.read("4 m")  # between the slings
-    falls_apart: Extent = LENGTH.read("2 m")  # gives the yaw stiffness T b2 / 4L
-    hinge_damping: TurnDamping = 1e5  # assumed
-    stop: Swing = ANGLE.read("30 deg")  # +- this
-    stop_stiffness: TurnStiffness = 1e7
-    stop_damping: TurnDamping = 1e5  # assumed
-    lock_moment: Moment = 2e5
-    lock_stiffness: TurnStiffness = 1e7
-    lock_damping: TurnDamping = 2e5  # assumed
-    capacity: Mass = MASS.read("300 t")  # of its slings
+    rope: u.Extent | None = None  # unstretched rope length at the start; left out: the rig's slack
+    upper_mass: u.Mass = u.MASS.read("10 t")  # besides the hook block
+    lower_mass: u.Mass = u.MASS.read("10 t")
+    height: u.Extent = u.LENGTH.read("3 m")  # hook eye to beam underside
+    hinge: u.Extent = u.LENGTH.read("2 m")  # below the hook eye
+    beam: u.Extent = u.LENGTH.read("4 m")  # between the slings
+    falls_apart: u.Extent = u.LENGTH.read("2 m")  # gives the yaw stiffness T b2 / 4L
+    hinge_damping: u.TurnDamping = 1e5  # assumed
+    stop: u.Swing = u.ANGLE.read("30 deg")  # +- this
+    stop_stiffness: u.TurnStiffness = 1e7
+    stop_damping: u.TurnDamping = 1e5  # assumed
+    lock_moment: u.Moment = 2e5
+    lock_stiffness: u.TurnStiffness = 1e7
+    lock_damping: u.TurnDamping = 2e5  # assumed
+    capacity: u.Mass = u.MASS.read("300 t")  # of its slings
 
 
 class RopeLimit(Base):
     """What a rope may carry at rest: a tension, or its breaking force over a design factor."""
 
-    tension: Force | None = None
-    breaking: Force | None = None
-    factor: Factor = 5.0  # breaking force over the tension at rest
-    partial_factor: Factor | None = None  # breaking force over the largest tension; left out: not judged
+    tension: u.Force | None = None
+    breaking: u.Force | None = None
+    factor: u.Factor = 5.0  # breaking force over the tension at rest
+    partial_factor: u.Factor | None = None  # breaking force over the largest tension; left out: not judged
     source: str = "the scene"
 
     @model_validator(mode="after")
@@ -237,15 +197,15 @@ class RopeLimit(Base):
 
 
 class LiftLimits(Base):
-    """What must not be exceeded, of all machines that say nothing else; `unknown`: told, and not judged."""
+    """What must not be exceeded, of all machines that say nothing else; `unknown`: reported, and not judged."""
 
-    off_lead: OffLead = ANGLE.read("3 deg")  # of ropes that carry a load; assumed
+    off_lead: OffLead = u.ANGLE.read("3 deg")  # of ropes that carry a load; assumed
     off_lead_along: OffLead | None = None  # along the rails, instead of off-lead
     off_lead_across: OffLead | None = None  # across the rails, instead of off-lead
-    clearance: Gap = LENGTH.read("0.5 m")  # between what can meet; assumed
-    bridle_warning: Swing = ANGLE.read("45 deg")  # of slings to the vertical: beyond it they are told
-    bridle: Swing = ANGLE.read("60 deg")  # of slings to the vertical; EN 13414-1
-    wind: Speed | None = None  # in which is lifted; left out: not judged
+    clearance: u.Gap = u.LENGTH.read("0.5 m")  # between what can meet; assumed
+    bridle_warning: u.Swing = u.ANGLE.read("45 deg")  # of slings to the vertical: beyond it they are reported
+    bridle: u.Swing = u.ANGLE.read("60 deg")  # of slings to the vertical; EN 13414-1
+    wind: u.Speed | None = None  # in which is lifted; left out: not judged
     ropes: dict[str, RopeLimit] = Field(default_factory=dict)  # of any ropes, those of a mechanism too
 
 
@@ -254,82 +214,12 @@ class Rig(Base):
 
     loaders: dict[Name, Loader]
     sling: SlingType = SlingType()
-    slack: Gap = LENGTH.read("0.3 m")  # of all slings at the start
+    slack: u.Gap = u.LENGTH.read("0.3 m")  # of all slings at the start
     groups: dict[Name, Annotated[list[str], Field(min_length=1)]] = Field(default_factory=dict)
 
 
-def _phrase(error: PhraseError) -> PydanticCustomError:
-    context: dict[str, Any] = {"sentence": str(error), "hint": error.hint, "column": error.column}
-    return PydanticCustomError("phrase", "{sentence}", context)
-
-
-def _read_order(text: object) -> OrderPhrase:
-    if not isinstance(text, str):
-        raise ValueError("write what to do, such as 'hoist 3 m/min by 2 m'")
-    try:
-        return read_order(text)
-    except PhraseError as error:
-        raise _phrase(error) from None
-
-
-def _read_condition(text: object) -> Test:
-    if not isinstance(text, str):
-        raise ValueError("write a condition, such as 'all slings taut'")
-    try:
-        return read_condition(text)
-    except PhraseError as error:
-        raise _phrase(error) from None
-
-
-_TEXT = WithJsonSchema({"type": "string"})
-Order = Annotated[OrderPhrase, PlainValidator(_read_order), _TEXT]
-Condition = Annotated[Test, PlainValidator(_read_condition), _TEXT]
-
-
-class Action(BaseModel):
-    """One line of the action list: `target: what to do`, as many targets at once as one likes."""
-
-    model_config = ConfigDict(frozen=True, extra="allow")
-    __pydantic_extra__: dict[str, Order] = Field(init=False)
-
-    stage: str = ""
-    when: Condition | None = None
-    timeout: Duration | None = None
-
-    @model_validator(mode="before")
-    @classmethod
-    def _wait(cls, data: Any) -> Any:
-        if isinstance(data, str) and data.split()[:1] == ["wait"]:
-            return {"wait": data}
-        wait = data.get("wait") if isinstance(data, dict) else None
-        if isinstance(wait, str | int | float) and not str(wait).startswith("wait"):
-            return {**data, "wait": f"wait {wait}"}
-        return data
-
-    @property
-    def orders(self) -> dict[str, OrderPhrase]:
-        """What to do, by target."""
-        return dict(self.__pydantic_extra__)
-
-    @property
-    def waits(self) -> bool:
-        """Whether it only waits."""
-        return all(isinstance(order, Waiting) for order in self.orders.values())
-
-
-class Fidelity(Base):
-    """How much is modelled (see `fidelity`); locked: joints, or all `hinges`, `gantries`, `trolleys`."""
-
-    ropes: Literal["rigid", "elastic", "massive"] = "elastic"
-    lumps: Annotated[int, Field(ge=2, le=64)] = 4
-    rope_mass: Literal["none", "lumped"] = "none"
-    slings: Literal["rigid", "elastic"] = "elastic"
-    girder: Literal["rigid", "elastic"] = "rigid"
-    motion: Literal["spatial", "across", "along"] = "spatial"
-    pads: Literal["all", "standing"] = "all"
-    locked: tuple[str, ...] = ()
-    islands: Literal["apart", "together"] = "apart"
-    unused_laws: Literal["dropped", "kept"] = "dropped"
+class Fidelity(keys_of(plan.Fidelity, "where")):  # type: ignore[misc]
+    """How much of the machines is modelled."""
 
 
 class Scene(Base):
@@ -337,16 +227,16 @@ class Scene(Base):
 
     heavylift: Literal[1]
     name: Name
-    gravity: Gravity = 9.80665
-    accuracy: Accuracy | None = None  # of what is asked, by default 1 %; if nothing is, of rope tensions, 0.01 %
+    gravity: u.Gravity = 9.80665
+    accuracy: u.Accuracy | None = None  # of what is asked, by default 1 %; if nothing is, of rope tensions, 0.01 %
     ask: Annotated[tuple[Asked, ...], AfterValidator(_once)] = ()  # model what these require, no more
-    samples: Sampling = 2.0
+    samples: u.Sampling = 2.0
     method: MethodName = "dopri5"  # of integration
     tolerance: Annotated[float, Field(ge=1e-12, le=0.1)] | None = None  # of a step, instead of accuracy's
-    step: Duration | None = None  # fixed steps instead of steps as long as the accuracy allows
+    step: u.Duration | None = None  # fixed steps instead of steps as long as the accuracy allows
     seed: Annotated[int, Field(ge=0)] = 0
     microsteps: Annotated[int, Field(ge=1, le=2**31 - 1)] = LIMIT  # so many steps in no time are a loop
-    end: Duration | None = None
+    end: u.Duration | None = None
     cranes: dict[Name, Crane] = Field(default_factory=dict)
     block: Block | None = None
     rig: Rig | None = None

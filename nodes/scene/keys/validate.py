@@ -1,21 +1,20 @@
 """Scene data through the pydantic models; pydantic's errors become sentences at the place of the text.
 
-pydantic tells all errors at once; here each gets its path in the file (without pydantic's own union
+pydantic reports all errors at once; here each gets its path in the file (without pydantic's own union
 tags), a plain sentence, and for an unknown key or word the nearest known one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import reduce
 from types import UnionType
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from heavylift.nodes.scene.text.faults import closest
-from heavylift.nodes.scene.text.source import Fault, Path, Source, ordered
+from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered
 from pydantic import BaseModel, ValidationError
 
-from .forces import FORCE_TYPES
-from .joints import JOINT_TYPES
 from .schema import RESERVED, Scene
 
 _PLAIN = {
@@ -39,15 +38,15 @@ def validate(source: Source) -> Scene | None:
     try:
         scene = Scene.model_validate(ordered(source.data))
     except ValidationError as error:
-        for told in error.errors(include_url=False):
-            source.faults.append(_fault(source.data, dict(told)))
+        for message in error.errors(include_url=False):
+            source.faults.append(_fault(source, dict(message)))
         return None
     source.faults += _reserved(scene)
     return scene
 
 
 def _reserved(scene: Scene) -> Iterator[Fault]:
-    """No machine and no group is named like a word of the language or a part of a run."""
+    """No machine and no group has the name of a keyword of the language or of a part of a run."""
     named: dict[Path, str] = {("cranes", name): name for name in scene.cranes}
     if scene.rig:
         named |= {("rig", "loaders", name): name for name in scene.rig.loaders}
@@ -56,19 +55,16 @@ def _reserved(scene: Scene) -> Iterator[Fault]:
         named["mechanism", "name"] = scene.mechanism.name
     for path, name in named.items():
         if name in RESERVED:
-            told = f"the name '{name}' is reserved: choose another"
-            yield Fault(path, told, on_key=path != ("mechanism", "name"))
+            message = f"the name '{name}' is reserved: choose another"
+            yield Fault(path, message, on_key=path != ("mechanism", "name"))
 
 
-def _fault(data: Any, error: dict[str, Any]) -> Fault:
-    path, kind, given = _path(data, error["loc"]), str(error["type"]), error.get("input")
+def _fault(source: Source, error: dict[str, Any]) -> Fault:
+    path, kind, given = _path(source.data, error["loc"]), str(error["type"]), error.get("input")
     context: dict[str, Any] = error.get("ctx") or {}
     last = str(path[-1]) if path else ""
     if kind == "phrase":
-        at = data
-        for part in path:
-            at = at[part]
-        added = len(str(given)) - len(str(at))  # `wait: 3 s` is read as the phrase 'wait 3 s'
+        added = len(str(given)) - len(str(source.at(path)))  # `wait: 3 s` is read as the phrase 'wait 3 s'
         return Fault(path, context["sentence"], context["hint"], column=context["column"] - added)
     if kind == "extra_forbidden":
         return Fault(path, f"unknown key '{last}'", closest(last, _keys(error["loc"][:-1])), on_key=True)
@@ -80,17 +76,19 @@ def _fault(data: Any, error: dict[str, Any]) -> Fault:
         return Fault(path, f"this heavylift reads scenes of version 1, not {given}")
     if kind in {"literal_error", "union_tag_invalid"}:
         path = (*path, "type") if kind == "union_tag_invalid" else path
-        words = _types(path) if kind == "union_tag_invalid" else _literals(error["loc"])
+        words = _literals((*error["loc"], "type") if kind == "union_tag_invalid" else error["loc"])
         word = str(given.get("type") if isinstance(given, dict) else given)
         hint = f"can be asked: {', '.join(words)}" if path[0] == "ask" else closest(word, words)
         return Fault(path, f"'{word}' is not known here", hint)
     if kind == "union_tag_not_found":
-        return Fault(path, "the key 'type' is missing", f"known: {', '.join(_types(path))}", on_key=True)
+        return Fault(
+            path, "the key 'type' is missing", f"known: {', '.join(_literals((*error['loc'], 'type')))}", on_key=True
+        )
     if kind == "too_long":
         return Fault(path, f"{context['max_length']} values are enough here, not {context['actual_length']}")
     if kind == "too_short":
-        told = f"{context['min_length']} or more are needed here, not {context['actual_length']}"
-        return Fault(path, told)
+        message = f"{context['min_length']} or more are needed here, not {context['actual_length']}"
+        return Fault(path, message)
     if kind in {"greater_than_equal", "greater_than"}:
         return Fault(path, f"{next(iter(context.values()))} or more is needed here, not {given}")
     if kind == "less_than_equal":
@@ -102,12 +100,7 @@ def _fault(data: Any, error: dict[str, Any]) -> Fault:
     return Fault(path, _PLAIN.get(kind, str(error["msg"])))
 
 
-def _types(path: Path) -> tuple[str, ...]:
-    """The words that a `type` below this path may be."""
-    return FORCE_TYPES if "forces" in path else JOINT_TYPES
-
-
-def _path(data: Any, loc: tuple[str | int, ...]) -> Path:
+def _path(data: Data, loc: tuple[str | int, ...]) -> Path:
     """The location without what is not in the data: union tags and the like; a missing last key stays."""
     path: list[str | int] = []
     at = data
@@ -117,14 +110,14 @@ def _path(data: Any, loc: tuple[str | int, ...]) -> Path:
             isinstance(at, list) and isinstance(part, int) and part < len(at)
         )
         if inside:
-            at = at[part]
+            at = child(at, part)
             path.append(part)
         elif last and part != "[key]" and (isinstance(at, dict) or (isinstance(at, list) and isinstance(part, int))):
             path.append(part)
     return tuple(path)
 
 
-def _models(annotation: Any) -> list[Any]:
+def _models(annotation: object) -> list[object]:
     """What an annotation is about, without Annotated, None and unions."""
     origin = get_origin(annotation)
     if origin is Annotated:
@@ -134,8 +127,8 @@ def _models(annotation: Any) -> list[Any]:
     return [annotation]
 
 
-def _down(found: list[Any], part: str | int) -> list[Any]:
-    below: list[Any] = []
+def _down(found: list[object], part: str | int) -> list[object]:
+    below: list[object] = []
     for each in found:
         if isinstance(each, type) and issubclass(each, BaseModel):
             fields = {f.alias or name: f.annotation for name, f in each.model_fields.items()}
@@ -149,20 +142,19 @@ def _down(found: list[Any], part: str | int) -> list[Any]:
     return below
 
 
-def _tags(model: Any) -> tuple[Any, ...]:
+def _tags(model: object) -> tuple[object, ...]:
     kind = getattr(model, "model_fields", {}).get("type")
     return get_args(kind.annotation) if kind else ()
 
 
+def _at(loc: tuple[str | int, ...]) -> list[object]:
+    """The models and types that can stand at a location."""
+    return reduce(_down, loc, [Scene])
+
+
 def _keys(loc: tuple[str | int, ...]) -> list[str]:
-    found: list[Any] = [Scene]
-    for part in loc:
-        found = _down(found, part)
-    return [f.alias or name for m in found for name, f in getattr(m, "model_fields", {}).items()]
+    return [f.alias or name for m in _at(loc) for name, f in getattr(m, "model_fields", {}).items()]
 
 
 def _literals(loc: tuple[str | int, ...]) -> list[str]:
-    found: list[Any] = [Scene]
-    for part in loc:
-        found = _down(found, part)
-    return [str(word) for each in found for word in get_args(each)]
+    return [str(word) for each in _at(loc) for word in get_args(each)]

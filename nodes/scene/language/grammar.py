@@ -6,31 +6,16 @@ A recursive-descent reader over one line; every error is a sentence with the col
 from __future__ import annotations
 
 import re
-from dataclasses import replace
 from typing import Literal, cast
 
+import msgspec
+from heavylift.nodes.plan.actions import After, MovesDone
 from heavylift.nodes.plan.verbs import VERBS, Verb
 from heavylift.nodes.scene.text import units
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.units import Dimension
 
-from .phrases import (
-    AfterTest,
-    AllTests,
-    CrossTest,
-    DoneTest,
-    GroundTest,
-    Hooking,
-    Motion,
-    OrderPhrase,
-    PhraseError,
-    Simple,
-    SlingTest,
-    State,
-    Test,
-    Turning,
-    Waiting,
-)
+from .phrases import ConditionPhrase, CrossTest, GroundTest, OrderPhrase, PhraseError, SlingTest, State, Test
 
 QUANTITIES = {
     "angle": units.ANGLE,
@@ -49,15 +34,15 @@ _TOKEN = re.compile(r">=|<=|==|=|>|<|[\[\],]|[^\s\[\],<>=]+")
 
 
 def read_order(text: str) -> OrderPhrase:
-    """The order that a phrase says; raises PhraseError."""
+    """The order of a phrase; raises PhraseError."""
     reader = _Reader(text)
     order = _order(reader)
     reader.end()
     return order
 
 
-def read_condition(text: str) -> Test:
-    """The condition that a phrase says; raises PhraseError."""
+def read_condition(text: str) -> ConditionPhrase:
+    """The condition of a phrase; raises PhraseError."""
     reader = _Reader(text)
     condition = _condition(reader)
     reader.end()
@@ -121,12 +106,17 @@ class _Reader:
         self._skip()
         return number
 
+    @property
+    def turning(self) -> bool:
+        """Whether the next quantity is written as one of an angle."""
+        return bool(re.match(rf"{units.NUMBER}\s*(?:deg|rad)", self.text[self.at :]))
+
     def positive(self, dimension: Dimension) -> float:
         at = self.at
         number = self.quantity(dimension)
         if number <= 0:
-            told = f"{dimension.article} must be greater than zero: the verb says the direction"
-            raise PhraseError(told, "", at)
+            message = f"{dimension.article} must be greater than zero: the verb says the direction"
+            raise PhraseError(message, "", at)
         return number
 
     def end(self) -> None:
@@ -146,86 +136,81 @@ class _Reader:
 
 def _order(r: _Reader) -> OrderPhrase:
     column = r.at
-    verb = r.take(*VERBS)
-    if not verb:
+    name = r.take(*VERBS)
+    if not name:
         raise r.error(f"an order begins with a verb, not {r._found()}", closest(r.next, VERBS))
-    match VERBS[verb].becomes:
+    verb = VERBS[name]
+    match verb.becomes:
         case "wait":
-            return Waiting(r.quantity(units.DURATION))
+            return OrderPhrase(name, seconds=r.quantity(units.DURATION))
         case "hook":
-            return _hooking(r)
-        case "turn":
-            rate = r.positive(units.RATE)
-            ramp = r.positive(units.ANGULAR_ACCELERATION) if r.take("ramp") else None
-            r.expect("to", after="after the rate")
-            return Turning(rate, r.quantity(units.ANGLE), ramp, _or_until(r))
-        case "move":
-            return _motion(r, VERBS[verb])
+            return OrderPhrase(name, lugs=_lugs(r))
+        case "move" | "turn":
+            return _motion(r, verb)
     if r.next:
-        raise PhraseError(f"'{verb}' stands alone, without '{r.text[r.at :]}'", "", column)
-    return Simple(verb)
+        raise PhraseError(f"'{name}' stands alone, without '{r.text[r.at :]}'", "", column)
+    return OrderPhrase(name)
 
 
-def _motion(r: _Reader, verb: Verb) -> Motion:
-    written = bool(re.match(rf"{units.NUMBER}\s*(?:deg|rad)", r.text[r.at :]))
-    turning = verb.units == "turning" or (verb.units == "either" and written)
+def _motion(r: _Reader, verb: Verb) -> OrderPhrase:
+    turning = verb.units == "turning" or (verb.units == "either" and r.turning)
     speed = r.positive(units.RATE if turning else units.SPEED)
     ramp_of = units.ANGULAR_ACCELERATION if turning else units.ACCELERATION
     stroke = units.ANGLE if turning else units.LENGTH
     ramp = r.positive(ramp_of) if r.take("ramp") else None
-    word = r.expect("by", "to", "until", after="after the speed")
+    goals = ("to",) if verb.becomes == "turn" else ("by", "to", "until")
+    word = r.expect(*goals, after=f"after the {'rate' if verb.becomes == 'turn' else 'speed'}")
     if word == "until":
-        return Motion(verb.name, speed, turning, ramp, until=_condition(r))
-    if word == "to":
-        to = r.quantity(stroke)
-        of_rope = bool(r.take("of"))
-        if of_rope:
-            r.expect("rope", after="after 'of'")
-        return Motion(verb.name, speed, turning, ramp, to=to, of_rope=of_rope, until=_or_until(r))
-    by = r.positive(stroke) if verb.sign else r.quantity(stroke)
-    return Motion(verb.name, speed, turning, ramp, by=by, until=_or_until(r))
+        return OrderPhrase(verb.name, speed, turning, ramp, until=_condition(r))
+    if word == "by":
+        by = r.positive(stroke) if verb.sign else r.quantity(stroke)
+        return OrderPhrase(verb.name, speed, turning, ramp, by=by, until=_or_until(r))
+    to = r.quantity(stroke)
+    of_rope = verb.becomes == "move" and bool(r.take("of"))
+    if of_rope:
+        r.expect("rope", after="after 'of'")
+    return OrderPhrase(verb.name, speed, turning, ramp, to=to, of_rope=of_rope, until=_or_until(r))
 
 
-def _or_until(r: _Reader) -> Test | None:
+def _or_until(r: _Reader) -> ConditionPhrase | None:
     if not r.take("or"):
         return None
     r.expect("until", after="after 'or'")
     return _condition(r)
 
 
-def _hooking(r: _Reader) -> Hooking:
+def _lugs(r: _Reader) -> tuple[str, ...]:
     r.expect("[", after="after 'hook'")
     lugs = [r.name("the name of a lug")]
     while r.expect(",", "]", after="after a lug") == ",":
         lugs.append(r.name("the name of a lug"))
-    return Hooking(tuple(lugs))
+    return tuple(lugs)
 
 
-def _condition(r: _Reader) -> Test:
+def _condition(r: _Reader) -> ConditionPhrase:
     tests = [_worded(r)]
     while r.take("and"):
         tests.append(_worded(r))
-    text = " and ".join(test.text for test in tests)
-    return tests[0] if len(tests) == 1 else AllTests(tuple(tests), text=text)
+    return tuple(tests)
 
 
 def _worded(r: _Reader) -> Test:
     start = r.at
     test = _test(r)
-    return replace(test, text=r.text[start : r.at].strip())
+    return msgspec.structs.replace(test, text=r.text[start : r.at].strip())
 
 
 def _test(r: _Reader) -> Test:
     column = r.at
     if r.take("after"):
-        return AfterTest(r.quantity(units.DURATION))
+        return After(seconds=r.quantity(units.DURATION))
     state = r.take("lifted", "landed")
     if state:
         return GroundTest(cast(Literal["lifted", "landed"], state), column)
     first = r.take("moves", *(verb.name for verb in VERBS.values() if verb.becomes in ("move", "turn")))
     if first:
         r.expect("done", after=f"after '{first}'")
-        return DoneTest(() if first == "moves" else (first,))
+        return MovesDone(verbs=() if first == "moves" else (first,))
     if r.next in QUANTITIES:
         return _crossing(r)
     return _tension_state(r)
@@ -234,8 +219,8 @@ def _test(r: _Reader) -> Test:
 def _tension_state(r: _Reader) -> SlingTest:
     column = r.at
     if r.next in {"taut", "slack"}:
-        told = f"'{r.next}' needs to know of what"
-        raise r.error(told, f"write 'all slings {r.next}'")
+        message = f"'{r.next}' needs to know of what"
+        raise r.error(message, f"write 'all slings {r.next}'")
     each = r.take("all", "any")
     noun = r.take("slings", "ropes")
     of = ""
@@ -274,11 +259,12 @@ def _crossing(r: _Reader) -> CrossTest:
     at = r.at
     sign = r.take(">=", "<=", "==", "=", ">", "<")
     if sign in {"=", "=="}:
-        told = "two real numbers are never exactly equal"
+        message = "two real numbers are never exactly equal"
         rest = r.text[r.at :]
-        raise PhraseError(told, f"write '{quantity} >= {rest}' or '{quantity} <= {rest}'", at)
+        raise PhraseError(message, f"write '{quantity} >= {rest}' or '{quantity} <= {rest}'", at)
     if sign in {">", "<"}:
         raise PhraseError(f"write '{sign}=' instead of '{sign}'", "", at)
     if not sign:
         r.expect(">=", "<=", after=f"after '{quantity}'")
-    return CrossTest(quantity, of, sign == ">=", r.quantity(QUANTITIES[quantity]), column)
+    turning = r.turning
+    return CrossTest(quantity, of, sign == ">=", r.quantity(QUANTITIES[quantity]), turning, column)

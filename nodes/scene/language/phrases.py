@@ -15,14 +15,15 @@
     quantity   = "angle" ["of" name] | "height" ["of" name] | "position of" name | "speed of" name
                | "length of" name | "tension of" (name | set "slings" | set "ropes")
 
-These are the meanings of phrases; `grammar` reads them.  Names are resolved later, against the machines of the
-scene.
+`grammar` reads phrases.  Names are resolved later, against the machines of the scene.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
+
+from heavylift.nodes.plan.actions import After, MovesDone, Term
 
 State = Literal["taut", "slack"]
 
@@ -35,15 +36,7 @@ class PhraseError(ValueError):
         self.hint, self.column = hint, column
 
 
-@dataclass(frozen=True, kw_only=True)
-class Worded:
-    """A test, or a part of one, with the words it was written in."""
-
-    text: str = ""
-
-
-@dataclass(frozen=True)
-class SlingTest(Worded):
+class SlingTest(Term, frozen=True):
     """Slings or ropes of a set ("" = all there are; or the name of one) are taut or slack."""
 
     each: Literal["all", "any"]
@@ -53,92 +46,42 @@ class SlingTest(Worded):
     column: int
 
 
-@dataclass(frozen=True)
-class DoneTest(Worded):
-    """The moves of the previous action are done; with a verb, only those."""
-
-    verbs: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class GroundTest(Worded):
+class GroundTest(Term, frozen=True):
     """The block stands on no support any more, or on all of one face."""
 
     state: Literal["lifted", "landed"]
     column: int
 
 
-@dataclass(frozen=True)
-class CrossTest(Worded):
-    """A measured quantity reaches a value [SI]."""
+class CrossTest(Term, frozen=True):
+    """A measured quantity reaches a value [SI]; `turning`: it was written as that of an angle."""
 
     quantity: str
     of: str
     rising: bool
     value: float
+    turning: bool
     column: int
 
 
-@dataclass(frozen=True)
-class AfterTest(Worded):
-    """Time since the previous action began [s]."""
-
-    seconds: float
+Test: TypeAlias = SlingTest | GroundTest | CrossTest | MovesDone | After
+ConditionPhrase: TypeAlias = tuple[Test, ...]  # all of these at once
 
 
 @dataclass(frozen=True)
-class AllTests(Worded):
-    """All of these at once."""
+class OrderPhrase:
+    """What an actor is to do; the verb decides which of the values it has [SI].
 
-    tests: tuple[Test, ...]
-
-
-Test: TypeAlias = SlingTest | DoneTest | GroundTest | CrossTest | AfterTest | AllTests
-
-
-@dataclass(frozen=True)
-class Motion:
-    """A drive, trolley, crane or winch moves; `angular` tells what kind of speed was written."""
+    `turning`: the speed was written as that of an angle.  `lugs`: in the order of the target's slings.
+    """
 
     verb: str
-    speed: float
-    angular: bool
+    speed: float = 0.0
+    turning: bool = False
     ramp: float | None = None
     by: float | None = None
     to: float | None = None
     of_rope: bool = False
-    until: Test | None = None
-
-
-@dataclass(frozen=True)
-class Turning:
-    """The block turns to an angle [rad]."""
-
-    rate: float
-    to: float
-    ramp: float | None = None
-    until: Test | None = None
-
-
-@dataclass(frozen=True)
-class Hooking:
-    """Slings are hooked to these lugs, in the order of the target's slings."""
-
-    lugs: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Simple:
-    """An order of one word."""
-
-    verb: str
-
-
-@dataclass(frozen=True)
-class Waiting:
-    """Nothing happens for a while [s]."""
-
-    seconds: float
-
-
-OrderPhrase: TypeAlias = Motion | Turning | Hooking | Simple | Waiting
+    until: ConditionPhrase | None = None
+    lugs: tuple[str, ...] = ()
+    seconds: float = 0.0

@@ -1,7 +1,7 @@
 """Every error of a scene, written so that an editor can jump to it: `file:line:col: error: path: sentence`.
 
 Below each stands the source line with a caret and, where a name is close to a known one, a did-you-
-mean.  All errors of a scene are told at once, in the order of the text.
+mean.  All errors of a scene are reported at once, in the order of the text.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from heavylift.kernel.errors import SceneError
 
 from .source import Fault, Mark, Source, shown
 
-MOST = 200  # errors that are told at once
+MOST = 200  # errors that are reported at once
 WIDEST = 400  # characters of a line that are shown
 
 
@@ -30,11 +30,11 @@ def closest(word: str, known: Iterable[str]) -> str:
 
 def raise_faults(source: Source, faults: Iterable[Fault]) -> None:
     """Raises one SceneError with the text of all faults, if there are any."""
-    told = sorted(((_mark(source, fault), fault) for fault in faults), key=lambda x: _order(source, x[0]))
-    texts = list(dict.fromkeys(_text(mark, fault) for mark, fault in told[:MOST]))
+    marked = sorted(((_mark(source, fault), fault) for fault in faults), key=lambda x: _order(source, x[0]))
+    texts = list(dict.fromkeys(_text(mark, fault) for mark, fault in marked[:MOST]))
     if texts:
-        number = f"more than {MOST}" if len(told) > MOST else f"{len(texts)}"
-        count = f"{number} error{'s' if len(told) > 1 else ''} in {source.name}"
+        number = f"more than {MOST}" if len(marked) > MOST else f"{len(texts)}"
+        count = f"{number} error{'s' if len(marked) > 1 else ''} in {source.name}"
         raise SceneError("\n".join([*texts, count]))
 
 

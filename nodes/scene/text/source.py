@@ -9,7 +9,6 @@ their own file. A mapping has no order: `ordered` puts its keys into that of the
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
 from typing import Any, TypeAlias
@@ -23,6 +22,7 @@ from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 from .files import LARGEST
 
 Path: TypeAlias = tuple[str | int, ...]
+Data: TypeAlias = "dict[str, Data] | list[Data] | str | int | float | bool | None"
 
 DEEPEST = 40  # levels of a scene
 MOST_VALUES = 50_000  # of a scene, those that an alias stands for counted each time
@@ -56,12 +56,25 @@ class Source:
     """Plain data of a scene, and the mark of each key and value in it."""
 
     name: str
-    data: dict[str, Any] = field(default_factory=dict)
+    data: dict[str, Data] = field(default_factory=dict)
     keys: dict[Path, Mark] = field(default_factory=dict)
     values: dict[Path, Mark] = field(default_factory=dict)
     faults: list[Fault] = field(default_factory=list)
     places: dict[str, Path] = field(default_factory=dict)
     root: FilePath = FilePath()  # the scene's folder, which holds all files that it may use
+
+    def fault(
+        self, path: Path, text: str, hint: str = "", *, on_key: bool = False, column: int = 0, mark: Mark | None = None
+    ) -> None:
+        """One more fault of the scene, at a place in its file."""
+        self.faults.append(Fault(path, text, hint, on_key, column, mark))
+
+    def at(self, path: Path) -> Data:
+        """What is written at a path; None if nothing is."""
+        found: Data = self.data
+        for part in path:
+            found = child(found, part)
+        return found
 
     def mark(self, path: Path, *, on_key: bool = False) -> Mark:
         """The mark of a path, or of the nearest thing above it that was written."""
@@ -85,14 +98,6 @@ class Source:
         """The path of a `where` text."""
         return self.places.get(where, ())
 
-    def merge(self, child: Source) -> Source:
-        """This scene with another one laid over it."""
-        merged = Source(child.name, self.data, dict(self.keys), dict(self.values), self.faults + child.faults)
-        merged.root = child.root
-        merged.data = _overlay(merged, child, self.data, child.data, ())
-        merged.values[()] = child.mark(())
-        return merged
-
 
 class _Composer(Composer):
     """Stops at nodes that are nested too deep, before Python does, and at too many of them."""
@@ -104,8 +109,8 @@ class _Composer(Composer):
         self.count += 1
         if self.depth >= DEEPEST or self.count > 2 * MOST_VALUES:  # keys are nodes, too
             deep = f"nested deeper than {DEEPEST} levels"
-            told = deep if self.depth >= DEEPEST else f"more than {MOST_VALUES} values"
-            raise MarkedYAMLError(problem=told, problem_mark=self.parser.peek_event().start_mark)
+            message = deep if self.depth >= DEEPEST else f"more than {MOST_VALUES} values"
+            raise MarkedYAMLError(problem=message, problem_mark=self.parser.peek_event().start_mark)
         self.depth += 1
         node = super().compose_node(parent, index)
         self.depth -= 1
@@ -120,7 +125,7 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
     """Data and marks of one YAML text; what cannot be read becomes a fault. `root`: the scene's folder."""
     source = Source(name, root=root or FilePath())
     if len(text) > 2 * LARGEST:  # one that is merged of several
-        source.faults.append(Fault((), f"a scene has at most {2 * LARGEST} characters", mark=Mark(name, 1, 1, "")))
+        source.fault((), f"a scene has at most {2 * LARGEST} characters", mark=Mark(name, 1, 1, ""))
         return source
     lines = text.splitlines() or [""]
 
@@ -137,26 +142,26 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         where = at(mark.line, mark.column) if mark else at(0, 0)
-        told = " ".join(str(error.problem or error.context).split())
-        source.faults.append(Fault((), f"this is not YAML: {told}", mark=where))
+        message = " ".join(str(error.problem or error.context).split())
+        source.fault((), f"this is not YAML: {message}", mark=where)
         return source
     except YAMLError as error:
-        source.faults.append(Fault((), f"this is not YAML: {' '.join(str(error).split())}", mark=at(0, 0)))
+        source.fault((), f"this is not YAML: {' '.join(str(error).split())}", mark=at(0, 0))
         return source
     except (ValueError, RecursionError):  # a directive or an escape with numbers that are none
-        source.faults.append(Fault((), "this is not YAML that can be read", mark=at(0, 0)))
+        source.fault((), "this is not YAML that can be read", mark=at(0, 0))
         return source
     source.values[()] = at(node.start_mark.line, node.start_mark.column) if node else at(0, 0)
     if not isinstance(node, MappingNode):
-        source.faults.append(Fault((), "a scene is a mapping of keys, beginning with 'heavylift: 1'"))
+        source.fault((), "a scene is a mapping of keys, beginning with 'heavylift: 1'")
         return source
 
-    def value_of(node: Node, path: Path, above: tuple[int, ...]) -> Any:
+    def value_of(node: Node, path: Path, above: tuple[int, ...]) -> Data:
         source.values[path] = at(node.start_mark.line, node.start_mark.column)
         if len(source.values) > MOST_VALUES or len(path) > DEEPEST:
             raise _TooLong
         if id(node) in above:
-            source.faults.append(Fault(path, "an alias must not contain itself"))
+            source.fault(path, "an alias must not contain itself")
             return None
         above = (*above, id(node))
         if isinstance(node, SequenceNode):
@@ -165,17 +170,17 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
             return mapping(node, path, above)
         return _scalar(node, path, source)
 
-    def mapping(node: MappingNode, path: Path, above: tuple[int, ...]) -> dict[str, Any]:
-        made: dict[str, Any] = {}
+    def mapping(node: MappingNode, path: Path, above: tuple[int, ...]) -> dict[str, Data]:
+        made: dict[str, Data] = {}
         for key, child in node.value:
             mark = at(key.start_mark.line, key.start_mark.column)
             word = key.value if isinstance(key, ScalarNode) else None
             if word is None:
-                source.faults.append(Fault(path, "a key must be a word", mark=mark))
+                source.fault(path, "a key must be a word", mark=mark)
             elif word in made:
                 first = source.keys[(*path, word)].line
-                told = f"the name '{word}' is given twice (first in line {first})"
-                source.faults.append(Fault((*path, word), told, mark=mark))
+                message = f"the name '{word}' is given twice (first in line {first})"
+                source.fault((*path, word), message, mark=mark)
             else:
                 source.keys[(*path, word)] = mark
                 made[word] = value_of(child, (*path, word), above)
@@ -185,8 +190,8 @@ def read(text: str, name: str, root: FilePath | None = None) -> Source:
         source.data = mapping(node, (), (id(node),))
     except _TooLong:
         source = Source(name, values={(): source.values[()]}, root=source.root)
-        told = f"with its aliases, the scene has more than {MOST_VALUES} values or more than {DEEPEST} levels of them"
-        source.faults.append(Fault((), told))
+        limits = f"more than {MOST_VALUES} values or more than {DEEPEST} levels of them"
+        source.fault((), f"with its aliases, the scene has {limits}")
     return source
 
 
@@ -198,7 +203,7 @@ def _scalar(node: Node, path: Path, source: Source) -> str | int | float | bool 
     if kind == "bool":
         return text.lower() == "true"
     if kind in ("int", "float") and len(text) > MOST_DIGITS:
-        source.faults.append(Fault(path, f"a number has at most {MOST_DIGITS} digits, this one has {len(text)}"))
+        source.fault(path, f"a number has at most {MOST_DIGITS} digits, this one has {len(text)}")
         return None
     try:
         if kind == "int":
@@ -206,7 +211,7 @@ def _scalar(node: Node, path: Path, source: Source) -> str | int | float | bool 
         if kind == "float":
             return float(text.replace("_", "").lower().replace(".inf", "inf").replace(".nan", "nan"))
     except ValueError:  # a tag calls it a number
-        source.faults.append(Fault(path, f"'{text}' is no number"))
+        source.fault(path, f"'{text}' is no number")
         return None
     if isinstance(node, ScalarNode) and node.style in {"'", '"'}:  # the text begins after the quote
         mark = source.values[path]
@@ -214,44 +219,7 @@ def _scalar(node: Node, path: Path, source: Source) -> str | int | float | bool 
     return text
 
 
-def override(source: Source, setting: str) -> None:
-    """Lays one `dotted.path=text` over the scene; its marks point into the setting itself."""
-    dotted, equals, text = setting.partition("=")
-    file = "--set"
-    path: Path = tuple(int(part) if part.isdecimal() and len(part) < 10 else part for part in dotted.strip().split("."))
-    mark = Mark(file, 1, len(dotted) + 2 + len(text) - len(text.lstrip()), setting)
-    if not equals or not dotted.strip():
-        source.faults.append(Fault((), "write a setting as key=value", mark=Mark(file, 1, 1, setting)))
-        return
-    inner = read(f"value: {text.strip()}", file)
-    if inner.faults:
-        source.faults.append(Fault(path, inner.faults[0].sentence, mark=mark))
-        return
-    if len(path) > DEEPEST:
-        source.faults.append(Fault((), f"a setting has at most {DEEPEST} levels, this one has {len(path)}", mark=mark))
-        return
-    at: Any = source.data
-    for depth, part in enumerate(path[:-1]):
-        below = _child(at, part)
-        if below is None and isinstance(at, dict) and isinstance(part, str):
-            below = at[part] = {}
-            source.keys[path[: depth + 1]] = Mark(file, 1, 1, setting)
-        at = below
-    last = path[-1]
-    in_list = isinstance(at, list) and isinstance(last, int) and last < len(at)
-    if in_list or (isinstance(at, dict) and isinstance(last, str)):
-        _forget(source, path, at[last] if in_list else at.get(last))
-        at[last] = inner.data["value"]
-    else:
-        source.faults.append(Fault(path, f"the scene has no place '{dotted}'", mark=Mark(file, 1, 1, setting)))
-        return
-    source.keys[path] = Mark(file, 1, 1, setting)
-    for below_path in inner.values:
-        if below_path:
-            source.values[(*path, *below_path[1:])] = mark
-
-
-def ordered(data: Any) -> Any:
+def ordered(data: Data) -> Data:
     """The same data, the keys of each mapping in the order of their names, so that the text's order means nothing."""
     if isinstance(data, dict):
         return {key: ordered(data[key]) for key in sorted(data, key=natural)}
@@ -266,42 +234,8 @@ def shown(path: Path) -> str:
     return text or "scene"
 
 
-def _child(at: Any, part: str | int) -> Any:
+def child(at: Data, part: str | int) -> Data:
+    """What a key or a number leads to in a mapping or a list; None if nothing is there."""
     if isinstance(at, dict):
-        return at.get(part)
+        return at.get(str(part))
     return at[part] if isinstance(at, list) and isinstance(part, int) and part < len(at) else None
-
-
-def _overlay(merged: Source, child: Source, below: Any, above: Any, path: Path) -> Any:
-    if isinstance(below, dict) and isinstance(above, dict):
-        joined = dict(below)
-        for key, value in above.items():
-            joined[key] = _overlay(merged, child, below.get(key), value, (*path, key))
-        if path:
-            _take(merged, child, path)
-        return joined
-    _forget(merged, path, below)
-    for found in _paths(above, path):
-        _take(merged, child, found)
-    return above
-
-
-def _take(merged: Source, child: Source, path: Path) -> None:
-    if path in child.values:
-        merged.values[path] = child.values[path]
-    if path in child.keys:
-        merged.keys[path] = child.keys[path]
-
-
-def _forget(source: Source, path: Path, value: Any) -> None:
-    for found in _paths(value, path):
-        source.keys.pop(found, None)
-        source.values.pop(found, None)
-
-
-def _paths(value: Any, path: Path) -> Iterator[Path]:
-    """The path of a value and of all in it."""
-    yield path
-    below = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    for key, each in below:
-        yield from _paths(each, (*path, key))

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Annotated, Any
+from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, WithJsonSchema
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, core_schema
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _DEGREE = Fraction(math.pi / 180)  # as `math.radians` has it
@@ -52,8 +53,8 @@ class Dimension:
             return self._bare(number, match[1])
         if unit not in self.units:
             other = next((d.name for d in DIMENSIONS if unit in d.units), "")
-            told = f"'{match[2]}' is a unit of {other}" if other else f"'{match[2]}' is not a unit that is known here"
-            raise ValueError(f"'{value}' is no {self.name}: {told}; use {', '.join(self.units)}")
+            what = f"a unit of {other}" if other else "not a unit that is known here"
+            raise ValueError(f"'{value}' is no {self.name}: '{match[2]}' is {what}; use {', '.join(self.units)}")
         return _product(match[1], self.units[unit])
 
     def show(self, si: float) -> str:
@@ -91,8 +92,8 @@ class Limited(Dimension):
         """The value in SI units, at an end or between them."""
         number = self.number(value)
         if not self.number(self.lowest) * (1 - 1e-9) <= number <= self.number(self.highest) * (1 + 1e-9):
-            told = f"{value:.12g}" if isinstance(value, float) else value
-            raise ValueError(f"{told} is out of range: choose {self.lowest} to {self.highest}")
+            message = f"{value:.12g}" if isinstance(value, float) else value
+            raise ValueError(f"{message} is out of range: choose {self.lowest} to {self.highest}")
         return number
 
 
@@ -151,27 +152,42 @@ DIMENSIONS: tuple[Dimension, ...] = (
 )
 
 
-def either(first: Dimension, second: Dimension) -> Dimension:
-    """A dimension that reads both, such as a length of a sliding or an angle of a turning joint."""
-    return Dimension(f"{first.name} or {second.name}", {**first.units, **second.units})
+@dataclass(frozen=True)
+class Either(Dimension):
+    """A dimension that reads two, such as a length of a sliding or an angle of a turning joint."""
+
+    sliding: Dimension
+    turning: Dimension
 
 
-def _positive(dimension: Dimension, least: str) -> Callable[[Any], float]:
-    def read(value: Any) -> float:
-        number = dimension.read(value)
-        if number < 0 or (number == 0 and least == "positive"):
-            told = "greater than zero" if least == "positive" else "zero or more"
-            raise ValueError(f"{dimension.article} must be {told} here, not {value}")
+def either(first: Dimension, second: Dimension) -> Either:
+    """The dimension of both."""
+    return Either(f"{first.name} or {second.name}", {**first.units, **second.units}, first, second)
+
+
+@dataclass(frozen=True, eq=False)
+class Quantity:
+    """How pydantic reads a value of a dimension; `least`: whether it must be positive, or zero or more."""
+
+    dimension: Dimension
+    least: Literal["", "zero", "positive"] = ""
+
+    def read(self, value: object) -> float:
+        """The value in SI units."""
+        number = self.dimension.read(value)
+        if self.least and (number < 0 or (number == 0 and self.least == "positive")):
+            needed = "greater than zero" if self.least == "positive" else "zero or more"
+            raise ValueError(f"{self.dimension.article} must be {needed} here, not {value}")
         return number
 
-    return read
+    def __get_pydantic_core_schema__(self, kind: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(self.read, handler(kind))
 
-
-def _schema(dimension: Dimension) -> WithJsonSchema:
-    told = f"{dimension.name} with its unit: {', '.join(u or 'number' for u in dimension.units)}"
-    if isinstance(dimension, Limited):
-        told += f"; {dimension.lowest} to {dimension.highest}"
-    return WithJsonSchema({"type": ["string", "number"], "description": told, "dimension": dimension.name})
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        units = f"{self.dimension.name} with its unit: {', '.join(u or 'number' for u in self.dimension.units)}"
+        if isinstance(self.dimension, Limited):
+            units += f"; {self.dimension.lowest} to {self.dimension.highest}"
+        return {"type": ["string", "number"], "description": units, "dimension": self.dimension.name}
 
 
 STROKE = either(LENGTH, ANGLE)
@@ -182,48 +198,48 @@ EFFORT = either(FORCE, MOMENT)
 ANY_STIFFNESS = either(STIFFNESS, TURN_STIFFNESS)
 ANY_DAMPING = either(DAMPING, TURN_DAMPING)
 
-Length = Annotated[float, BeforeValidator(LENGTH.read), _schema(LENGTH)]
-Extent = Annotated[float, BeforeValidator(_positive(LENGTH, "positive")), _schema(LENGTH)]
-Gap = Annotated[float, BeforeValidator(_positive(LENGTH, "zero")), _schema(LENGTH)]
-Swing = Annotated[float, BeforeValidator(_positive(ANGLE, "positive")), _schema(ANGLE)]
-Mass = Annotated[float, BeforeValidator(_positive(MASS, "positive")), _schema(MASS)]
-Force = Annotated[float, BeforeValidator(_positive(FORCE, "positive")), _schema(FORCE)]
-Moment = Annotated[float, BeforeValidator(_positive(MOMENT, "positive")), _schema(MOMENT)]
-Speed = Annotated[float, BeforeValidator(_positive(SPEED, "positive")), _schema(SPEED)]
-Velocity = Annotated[float, BeforeValidator(SPEED.read), _schema(SPEED)]
-Ramp = Annotated[float, BeforeValidator(_positive(ACCELERATION, "positive")), _schema(ACCELERATION)]
-Gravity = Annotated[float, BeforeValidator(_positive(ACCELERATION, "zero")), _schema(ACCELERATION)]
-Angle = Annotated[float, BeforeValidator(ANGLE.read), _schema(ANGLE)]
-Rate = Annotated[float, BeforeValidator(RATE.read), _schema(RATE)]
-Duration = Annotated[float, BeforeValidator(DURATION.read), _schema(DURATION)]
-Sampling = Annotated[float, BeforeValidator(SAMPLING.read), _schema(SAMPLING)]
-Accuracy = Annotated[float, BeforeValidator(ACCURACY.read), _schema(ACCURACY)]
-Efficiency = Annotated[float, BeforeValidator(EFFICIENCY.read), _schema(EFFICIENCY)]
-Frequency = Annotated[float, BeforeValidator(_positive(FREQUENCY, "positive")), _schema(FREQUENCY)]
-Inertia = Annotated[float, BeforeValidator(_positive(INERTIA, "zero")), _schema(INERTIA)]
-Product = Annotated[float, BeforeValidator(INERTIA.read), _schema(INERTIA)]
-TurnStiffness = Annotated[float, BeforeValidator(_positive(TURN_STIFFNESS, "zero")), _schema(TURN_STIFFNESS)]
-TurnDamping = Annotated[float, BeforeValidator(_positive(TURN_DAMPING, "zero")), _schema(TURN_DAMPING)]
-Stiffness = Annotated[float, BeforeValidator(_positive(STIFFNESS, "zero")), _schema(STIFFNESS)]
-Damping = Annotated[float, BeforeValidator(_positive(DAMPING, "zero")), _schema(DAMPING)]
-Ratio = Annotated[float, BeforeValidator(_positive(RATIO, "zero")), _schema(RATIO)]
-Factor = Annotated[float, BeforeValidator(_positive(RATIO, "positive")), _schema(RATIO)]
-Number = Annotated[float, BeforeValidator(RATIO.read), _schema(RATIO)]
-Stroke = Annotated[float, BeforeValidator(STROKE.read), _schema(STROKE)]
-StrokeRamp = Annotated[float, BeforeValidator(_positive(STROKE_RAMP, "positive")), _schema(STROKE_RAMP)]
-Effort = Annotated[float, BeforeValidator(_positive(EFFORT, "positive")), _schema(EFFORT)]
-Area = Annotated[float, BeforeValidator(_positive(AREA, "zero")), _schema(AREA)]
-Density = Annotated[float, BeforeValidator(_positive(DENSITY, "zero")), _schema(DENSITY)]
-MassPerLength = Annotated[float, BeforeValidator(_positive(MASS_PER_LENGTH, "positive")), _schema(MASS_PER_LENGTH)]
-RotaryInertia = Annotated[float, BeforeValidator(_positive(ROTARY_INERTIA, "zero")), _schema(ROTARY_INERTIA)]
-Rigidity = Annotated[float, BeforeValidator(_positive(RIGIDITY, "zero")), _schema(RIGIDITY)]
-Modulus = Annotated[float, BeforeValidator(_positive(MODULUS, "zero")), _schema(MODULUS)]
-SecondMoment = Annotated[float, BeforeValidator(_positive(SECOND_MOMENT, "zero")), _schema(SECOND_MOMENT)]
-Tension = Annotated[float, BeforeValidator(_positive(FORCE, "zero")), _schema(FORCE)]
-Push = Annotated[float, BeforeValidator(FORCE.read), _schema(FORCE)]
-Twist = Annotated[float, BeforeValidator(MOMENT.read), _schema(MOMENT)]
-Reach = Annotated[float, BeforeValidator(REACH.read), _schema(REACH)]
-Thrust = Annotated[float, BeforeValidator(EFFORT.read), _schema(EFFORT)]
-Instant = Annotated[float, BeforeValidator(_positive(TIME, "zero")), _schema(TIME)]
-AnyStiffness = Annotated[float, BeforeValidator(_positive(ANY_STIFFNESS, "zero")), _schema(ANY_STIFFNESS)]
-AnyDamping = Annotated[float, BeforeValidator(_positive(ANY_DAMPING, "zero")), _schema(ANY_DAMPING)]
+Length = Annotated[float, Quantity(LENGTH)]
+Extent = Annotated[float, Quantity(LENGTH, "positive")]
+Gap = Annotated[float, Quantity(LENGTH, "zero")]
+Swing = Annotated[float, Quantity(ANGLE, "positive")]
+Mass = Annotated[float, Quantity(MASS, "positive")]
+Force = Annotated[float, Quantity(FORCE, "positive")]
+Moment = Annotated[float, Quantity(MOMENT, "positive")]
+Speed = Annotated[float, Quantity(SPEED, "positive")]
+Velocity = Annotated[float, Quantity(SPEED)]
+Ramp = Annotated[float, Quantity(ACCELERATION, "positive")]
+Gravity = Annotated[float, Quantity(ACCELERATION, "zero")]
+Angle = Annotated[float, Quantity(ANGLE)]
+Rate = Annotated[float, Quantity(RATE)]
+Duration = Annotated[float, Quantity(DURATION)]
+Sampling = Annotated[float, Quantity(SAMPLING)]
+Accuracy = Annotated[float, Quantity(ACCURACY)]
+Efficiency = Annotated[float, Quantity(EFFICIENCY)]
+Frequency = Annotated[float, Quantity(FREQUENCY, "positive")]
+Inertia = Annotated[float, Quantity(INERTIA, "zero")]
+Product = Annotated[float, Quantity(INERTIA)]
+TurnStiffness = Annotated[float, Quantity(TURN_STIFFNESS, "zero")]
+TurnDamping = Annotated[float, Quantity(TURN_DAMPING, "zero")]
+Stiffness = Annotated[float, Quantity(STIFFNESS, "zero")]
+Damping = Annotated[float, Quantity(DAMPING, "zero")]
+Ratio = Annotated[float, Quantity(RATIO, "zero")]
+Factor = Annotated[float, Quantity(RATIO, "positive")]
+Number = Annotated[float, Quantity(RATIO)]
+Stroke = Annotated[float, Quantity(STROKE)]
+StrokeRamp = Annotated[float, Quantity(STROKE_RAMP, "positive")]
+Effort = Annotated[float, Quantity(EFFORT, "positive")]
+Area = Annotated[float, Quantity(AREA, "zero")]
+Density = Annotated[float, Quantity(DENSITY, "zero")]
+MassPerLength = Annotated[float, Quantity(MASS_PER_LENGTH, "positive")]
+RotaryInertia = Annotated[float, Quantity(ROTARY_INERTIA, "zero")]
+Rigidity = Annotated[float, Quantity(RIGIDITY, "zero")]
+Modulus = Annotated[float, Quantity(MODULUS, "zero")]
+SecondMoment = Annotated[float, Quantity(SECOND_MOMENT, "zero")]
+Tension = Annotated[float, Quantity(FORCE, "zero")]
+Push = Annotated[float, Quantity(FORCE)]
+Twist = Annotated[float, Quantity(MOMENT)]
+Reach = Annotated[float, Quantity(REACH)]
+Thrust = Annotated[float, Quantity(EFFORT)]
+Instant = Annotated[float, Quantity(TIME, "zero")]
+AnyStiffness = Annotated[float, Quantity(ANY_STIFFNESS, "zero")]
+AnyDamping = Annotated[float, Quantity(ANY_DAMPING, "zero")]

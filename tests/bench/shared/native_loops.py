@@ -6,7 +6,6 @@ import time
 
 import llvmlite.binding as llvm
 import numpy as np
-from heavylift.kernel.compiler.emit import module
 from heavylift.kernel.compiler.machine_code import Library
 from heavylift.kernel.simulation.simulation import Simulation
 
@@ -40,8 +39,7 @@ def fastest(work, times, runs=RUNS):
 
 def evaluation(simulation: Simulation, fused=False, times=2000, runs=RUNS):
     """Seconds of one evaluation of the equations of motion, and bytes of the machine code of the whole scene."""
-    m = simulation.method
-    text = module(m.advance, *m.functions.values(), fused=fused)
+    text = simulation.method.ir(fused)
     parameters = re.search(r"define void @rate\((.*?)\)", text).group(1).replace("noalias ", "")
     code = Library("", lambda: text + _LOOP.format(parameters=parameters, call=f"@rate({parameters})"), cache=False)
     names = re.findall(r"%(\w+)", parameters)

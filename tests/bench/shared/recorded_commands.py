@@ -19,8 +19,8 @@ from heavylift.nodes.scene import load
 class Noting(room.KernelNode):
     """Notes what the kernel is told."""
 
-    def __init__(self, config, publish):
-        super().__init__(config, publish)
+    def __init__(self, config, publish, **how):
+        super().__init__(config, publish, **how)
         self.config, self.history, self.end = config, [], None
         Noting.last = self
 
@@ -64,7 +64,7 @@ def kernel_alone(scene, *overrides):
     kernel = room.KernelNode(noted.config, tensions.take)
     start = time.thread_time() - began
     simulation = kernel.simulation
-    native, samples = Clock(simulation._code, "call"), Clock(kernel, "_flush")
+    native, samples = Clock(simulation.native.code, "call"), Clock(kernel, "_flush")
     began = time.thread_time()
     kernel.start()
     for step in noted.history:

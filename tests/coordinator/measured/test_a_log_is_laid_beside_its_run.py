@@ -64,13 +64,13 @@ def test_another_log_takes_its_place(beside: Path, tmp_path: Path) -> None:
     assert rec.columns("measured/rope/tension") == ["west.H2"]
     assert abs(rec.signal("error/rope/tension").values).max() < 500.0  # straight lines between samples
     assert found.told[0] == "time 0 of the log is 0 s of the run, as given"
-    assert "the map states no uncertainty" in found.told[1]
+    assert "u_val lacks the uncertainty of the sensor and inputs, which is not stated" in found.told[1]
 
 
 def test_it_is_drawn_dashed_in_the_colour_of_the_run(beside: Path, tmp_path: Path) -> None:
     (panel,) = panels_of(Recording(beside), ["rope/tension/*"])
     assert [curve.dashed for curve in panel.curves] == [False, False, True]
-    assert panel.colours() == [0, 1, 0]
+    assert [curve.colour for curve in panel.curves] == [0, 1, 0]
     for draw in (lambda out: plot(beside, out), lambda out: curves(beside, ["rope/tension/*"], out)):
         assert draw(tmp_path / "drawn.png").stat().st_size > 10_000
     groups = {(s["group"], s["name"]) for s in content(Recording(beside))["signals"]}

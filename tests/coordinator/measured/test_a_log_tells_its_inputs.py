@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from heavylift.coordinator.measured.alignment import Alignment
 from heavylift.coordinator.measured.estimation import Estimate, Told, estimate
+from heavylift.coordinator.measured.parameters import Parameter
 from small_lift import TIMES, tension
 
 NAMES = ["weight", "share", "twin", "paint"]
-FREE = np.array([[-np.inf] * 4, [np.inf] * 4])
-SCALES = np.array([1e6, 0.5, 1.0, 1.0])
+START = np.array([1e6, 0.6, 1.0, 1.0])
+INPUTS = [Parameter(*given) for given in zip(NAMES, START.tolist(), [1e6, 0.5, 1.0, 1.0], strict=True)]
 
 
 def model(p: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -29,16 +30,15 @@ def told(rng: np.random.Generator, true: np.ndarray, offset: float, u: float = 0
 
 def fitted(rng: np.random.Generator, true: np.ndarray, names: list[int], u: float = 0.0) -> Estimate:
     offset = rng.uniform(-50.0, 50.0)
-    start = np.array([1e6, 0.6, 1.0, 1.0])[names]
 
     def simulate(p: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-        every = np.array([1e6, 0.6, 1.0, 1.0])
+        every = START.copy()
         every[names] = p
         return model(every)
 
     at = Alignment(offset + rng.normal(0.0, 0.05), 0.05, 1.0, True)
     given = told(rng, true, offset, u)
-    return estimate(simulate, start, SCALES[names], FREE[:, names], [NAMES[i] for i in names], given, at)
+    return estimate(simulate, [INPUTS[i] for i in names], given, at)
 
 
 def test_they_come_back_within_their_uncertainty_on_random_logs() -> None:
@@ -69,9 +69,7 @@ def test_what_it_cannot_tell_apart_is_named_with_its_twin() -> None:
 def test_an_offset_that_is_given_stays() -> None:
     rng = np.random.default_rng(2)
     true = np.array([1.05e6, 0.6, 1.0, 1.0])
-    found = estimate(
-        lambda p: model(np.array([p[0], 0.6, 1.0, 1.0])), np.array([1e6]), np.array([1e6]), FREE[:, :1], ["weight"],
-        told(rng, true, 7.0), Alignment(7.0),
-    )  # fmt: skip
+    given = told(rng, true, 7.0)
+    found = estimate(lambda p: model(np.array([p[0], 0.6, 1.0, 1.0])), INPUTS[:1], given, Alignment(7.0))
     assert found.at == Alignment(7.0)
     assert abs(found.values[0] - 1.05e6) < 3.0 * found.sigma[0] < 3e3

@@ -7,8 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.coordinator.measured.measuring import measure
-from heavylift.coordinator.measured.parameters import parameters, varied
-from heavylift.coordinator.measured.written import scene_text
+from heavylift.coordinator.measured.parameters import parameters, scene_text, varied
 from heavylift.coordinator.run import run
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene import load
@@ -101,7 +100,7 @@ def test_an_input_varies_alone() -> None:
     ("name", "what"),
     [
         ("block.weight", "there is no 'weight'; "),
-        ("block.com.w", "there is no 'w' among 3"),
+        ("block.com.w", "there is no 'w'; known: 0, 1, 2"),
         ("cranes.west.at", "there is no 'west'; known: crane"),
         ("name", "is no quantity"),
         ("block.mass.x", "'mass' is a quantity and has no 'x'"),
@@ -109,6 +108,6 @@ def test_an_input_varies_alone() -> None:
     ],
 )
 def test_what_is_no_input(name: str, what: str) -> None:
-    with pytest.raises(SceneError, match=f"--estimate {name}: ") as told:
+    with pytest.raises(SceneError, match=f"input {name}: ") as told:
         parameters(load("lift"), [name])
     assert what in str(told.value)

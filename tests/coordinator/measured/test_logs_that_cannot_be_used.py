@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.measured.mapping import measured, seconds
+from heavylift.coordinator.measured.mapping import measured
 from heavylift.coordinator.measured.measuring import measure
 from heavylift.kernel.errors import HeavyliftError
 from heavylift.recordings import Recording
@@ -43,7 +43,7 @@ def refused(run: Path, path: Path, *maps: str, offset: float | None = None) -> s
         ({"time [s]": T, "cell": changed(CELL, 3, "12_0")}, 5, "cell", "'12_0' is no number"),
         ({"time [s]": changed(T, 5, 1.0), "cell": CELL}, 7, "time", "1.0 comes after 2.0; times must rise"),
         ({"time [s]": changed(T, 5, T[4]), "cell": CELL}, 7, "time", "2.0 comes after 2.0; times must rise"),
-        ({"time [s]": [*T[:30], *(t + 9.0 for t in T[30:])], "cell": CELL}, 31, "time", "a gap of 9.5 behind it"),
+        ({"time [s]": [*T[:30], *(t + 9.0 for t in T[30:])], "cell": CELL}, 31, "time", "a gap of 9.5 s behind it"),
         ({"time": T, "cell": CELL}, 1, "time", "the unit is missing"),
         ({"time [m]": T, "cell": CELL}, 1, "time", "'m' is no unit of time"),
         ({"clock [s]": T, "cell": CELL}, 1, "time", "there is no such column; there are clock, cell"),
@@ -115,7 +115,7 @@ def test_what_loggers_write_is_read(run: Path, tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_bytes(b"\xef\xbb\xbfZeit;Last [t]\r\n2024-05-01T06:00:00;1,5\r\n\r\n2024-05-01T06:00:00.5;2,5\r\n")
     found = measured(Recording(run), path, ["Zeit=time [date]", "Last=rope/tension/west.H1 +- 2 %"], gravity=10.0)
-    assert found.t.tolist() == [0.0, 0.5] == seconds(read_log(path), "Zeit").tolist()
+    assert found.t.tolist() == [0.0, 0.5] == read_log(path).seconds("Zeit").tolist()
     (channel,) = found.channels
     assert channel.values.tolist() == [15_000.0, 25_000.0]
     assert channel.sigma.tolist() == [150.0, 250.0]

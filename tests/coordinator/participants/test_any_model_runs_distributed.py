@@ -91,6 +91,7 @@ def test_who_does_not_get_on_within_the_deadline_is_replaced(tmp_path):
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "seen").exists(), "the first one sleeps for an hour"
     assert done.stdout.startswith("ended at 0 s because")
+    assert done.stderr.startswith("node stuck is replaced at t = 0.000 s: its process ")
     refused = command("stuck.py:build", "--deadline", "soon", cwd=tmp_path)
     told = "heavylift: --deadline 'soon': 'soon' is no time: write a number and a unit of s, min, h, ms, days\n"
     assert (refused.returncode, refused.stderr) == (1, told)

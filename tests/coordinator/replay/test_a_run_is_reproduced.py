@@ -8,11 +8,13 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from heavylift.coordinator import run_models
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.live.commands import Given
 from heavylift.coordinator.replay import RecordedRun, single, verify
 from heavylift.coordinator.run import run
 from heavylift.kernel.errors import RecordingError
+from heavylift.kernel.trust import allowed
 from heavylift.nodes.devs import Tag, encode
 from heavylift.nodes.models.parts.drive import DriveActor
 from heavylift.nodes.models.parts.messages import OperatorCommand, Run
@@ -120,3 +122,27 @@ def test_what_an_operator_ordered_is_ordered_again(tmp_path: Path) -> None:
     assert outcome.same, outcome.deviation
     assert outcome.digest == recorded.recording.result["digest"]
     assert single(recorded, "commander").same
+
+
+PATIENT = """
+from heavylift.nodes.devs import Atomic, Coupled
+
+class Patient(Atomic):
+    def start(self): self.left = 10_500; self.hold_in(0)
+    def internal(self):
+        self.left -= 1
+        self.hold_in(0) if self.left else self.passivate()
+
+def build():
+    root = Coupled("yard")
+    root.add(Patient("patient"))
+    return root
+"""
+
+
+def test_as_many_microsteps_are_allowed_as_in_the_run(tmp_path: Path) -> None:
+    (tmp_path / "patient.py").write_text(PATIENT)
+    with allowed([str(tmp_path)]):
+        run_models(f"{tmp_path / 'patient.py'}:build", 10**9, tmp_path / "run.mcap", True, microsteps=11_000)
+        recorded = RecordedRun(tmp_path / "run.mcap")
+        assert verify(recorded).digest == recorded.recording.result["digest"]

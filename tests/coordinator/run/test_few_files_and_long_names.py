@@ -10,12 +10,13 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator import run_models
-from heavylift.coordinator.supervision.processes import FILES
+from heavylift.coordinator.supervision.processes import LIMITS
 from heavylift.kernel.errors import ProtocolError
 from heavylift.nodes.devs import Atomic, Coupled, Message, Out, Simulator, ms
 from heavylift.nodes.scene import bundled
 
 HEAVYLIFT = Path(sys.executable).with_name("heavylift")
+FILES = LIMITS[0][1]
 LONG = 300  # characters: more than a file name may have
 
 

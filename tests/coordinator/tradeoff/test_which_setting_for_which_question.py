@@ -1,12 +1,11 @@
 """One table answers several questions: each quantity alone, at several limits, with the words that run the setting."""
 
 import shlex
-from types import SimpleNamespace
 
 import pytest
 from heavylift.coordinator.cli import main
-from heavylift.coordinator.tradeoff.answers import answers
 from heavylift.coordinator.tradeoff.settings import METHODS, Rung, Setting, chosen, ladder, settings
+from heavylift.coordinator.tradeoff.verdict import answers
 from heavylift.nodes.plan.plan import Fidelity
 from heavylift.nodes.scene import begun, load, parse
 from measured_rows import row
@@ -23,8 +22,7 @@ OWN = (
 
 
 def test_each_quantity_has_an_answer_at_each_limit():
-    asked = SimpleNamespace(ask=("rope tension", "swing"), rows=[SLOW, FAST])
-    found = [(a.quantity, a.limit, a.row and a.row.how) for a in answers(asked)]
+    found = [(a.quantity, a.limit, a.row and a.row.how) for a in answers(("rope tension", "swing"), [SLOW, FAST])]
     assert found == [
         ("rope tension", 0.05, "5 ms"), ("rope tension", 0.01, "1 ms"), ("rope tension", 0.001, "1 ms"),
         ("swing", 0.05, "5 ms"), ("swing", 0.01, "5 ms"), ("swing", 0.001, "5 ms"),
@@ -32,8 +30,8 @@ def test_each_quantity_has_an_answer_at_each_limit():
 
 
 def test_what_no_setting_keeps_has_no_answer():
-    asked = SimpleNamespace(ask=("swing",), rows=[row("5 ms", 1.0, swing=0.04)])
-    assert [a.row is None for a in answers(asked)] == [False, True, True]
+    found = answers(("swing",), [row("5 ms", 1.0, swing=0.04)])
+    assert [a.row is None for a in found] == [False, True, True]
 
 
 @pytest.mark.parametrize("own", OWN)

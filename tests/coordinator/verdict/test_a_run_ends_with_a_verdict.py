@@ -125,7 +125,7 @@ def test_a_centre_of_mass_outside_the_block_is_red_with_its_line(tmp_path: Path)
     found = verdict(tmp_path, LIFT.replace("  size: [20", "  com: [0 m, 0 m, -4.5 m]\n  size: [20"), "end=1 s")
     assert kinds(found) == ["geometry", "cut"]
     assert "is 0.5 m outside the block" in found.line
-    assert found.findings[0].where.startswith("scene.yaml:8:"), "the block"
+    assert found.findings[0].where.startswith("scene.yaml:10:"), "its com"
 
 
 def test_an_operator_who_stops_the_run_is_told(tmp_path: Path) -> None:

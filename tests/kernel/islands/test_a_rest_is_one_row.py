@@ -11,8 +11,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from heavylift.kernel.islands.islands import Islands
-from heavylift.kernel.simulation import simulation
-from heavylift.kernel.simulation.simulation import ROWS, Simulation
+from heavylift.kernel.simulation import recorder
+from heavylift.kernel.simulation.native.native_state import ROWS
+from heavylift.kernel.simulation.simulation import Simulation
 from heavylift.nodes.devs.execution.canonical import frozen, thawed
 from test_islands_are_solved_apart import SECOND, TIED, TOLERANCE, TWO, wind
 
@@ -77,7 +78,7 @@ def test_it_is_the_same_whether_made_at_once_or_by_and_by(
         return out
 
     by_and_by = [played(seed) for seed in range(2)]
-    monkeypatch.setattr(simulation, "ROWS", 10**9)
+    monkeypatch.setattr(recorder, "ROWS", 10**9)
     for seed, found in enumerate(by_and_by):
         expected = played(seed)
         assert [t for t, _ in found] == [t for t, _ in expected]

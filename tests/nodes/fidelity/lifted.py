@@ -68,7 +68,7 @@ def lifted(scene) -> Lifted:
     pose, _ = at[f"pose/{plan.block.name}"]
     s = kernel.simulation
     return Lifted(
-        table[:, hooks].max(axis=0), began, np.array(times), table[:, pose : pose + 3], s.evaluations,
+        table[:, hooks].max(axis=0), began, np.array(times), table[:, pose : pose + 3], s.native.evaluations,
         _algebra(s, plan.method), 2 * s.program.nv,
     )  # fmt: skip
 

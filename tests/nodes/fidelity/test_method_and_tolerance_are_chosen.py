@@ -49,7 +49,6 @@ def test_what_is_named_stays_as_named():
     assert steps("method=radau5")[0] == "radau5"
     assert steps("tolerance=1e-7")[1] == 1e-7
     assert steps("method=rk4", "step=10 ms") == ("rk4", 1e-4, 0.01)
-    assert steps("method=scipy-radau")[0] == "scipy-radau"
     method, tolerance, _ = steps("method=radau5", "fidelity={ropes: rigid, slings: rigid}")
     assert (method, tolerance >= 1e-4) == ("radau5", True), "at its law's tolerance, fit or not"
 

@@ -1,7 +1,6 @@
-"""What is left out of every lift is told with its numbers: held bodies, sheaves, wind, pairs, islands, unused laws."""
+"""What is left out of every lift is told with its numbers: held bodies, sheaves, wind, pairs, islands."""
 
 from heavylift.coordinator.participants.pause import configured
-from heavylift.coordinator.run.stages import required
 from heavylift.kernel.description.forces import Signal, Wind
 from heavylift.kernel.description.mechanics import Body, Joint, Point, System
 from heavylift.nodes.fidelity import always
@@ -10,7 +9,7 @@ from heavylift.nodes.scene import check, load
 
 TURNOVER = load("turnover").plan
 LIFT = load("lift").plan
-ALWAYS = ["merged bodies", "sheaves", "wind", "contact pairs", "islands", "unused laws"]
+ALWAYS = ["merged bodies", "sheaves", "wind", "contact pairs", "islands"]
 
 
 def test_the_report_names_all():
@@ -57,18 +56,10 @@ def test_what_nothing_ties_together_is_an_island():
     assert always.islands(LIFT, System(bodies, rails)).reason == "2 groups of machines, each by itself"
 
 
-def test_what_a_scene_names_is_not_left_out():
-    named = load("turnover", ["fidelity={islands: together, unused laws: kept}"]).plan
-    unused = always.unused(named, system(named))
-    assert not unused.allowed
-    assert unused.reason == "18 ropes and 8 pads: as the scene says"
-    free = configured(TURNOVER, build(TURNOVER))
-    told = configured(named, build(named))
-    assert (free.apart, free.lean) == (True, None), "by the rules"
-    assert (told.apart, told.lean) == (False, False)
-    assert {(x.islands, x.ropes, x.pads) for x in required(load("turnover", ["fidelity={unused laws: kept}"]))} == {
-        (1, 18, 8)
-    }
+def test_islands_are_solved_together_if_the_scene_says_so():
+    together = load("turnover", ["fidelity={islands: together}"]).plan
+    assert configured(TURNOVER, build(TURNOVER)).apart
+    assert not configured(together, build(together)).apart
 
 
 def test_machines_of_a_lift_are_one_island():

@@ -105,7 +105,7 @@ def arm(elbow):
 
 def code(given):
     """What two descriptions must have in common to run on the same machine code."""
-    return Simulation(given, native=False).structure()
+    return Simulation(given, native=False).native.structure
 
 
 def test_each_rung_down_costs_less():

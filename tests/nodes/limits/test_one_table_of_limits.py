@@ -10,10 +10,11 @@ import pytest
 from heavylift.coordinator.commands.common.app import app
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.limits import Limit, Signals, judge_path, judge_run, limits_of, signals_of_peaks, uses_of_run
-from heavylift.nodes.limits.telling import likewise, percent, unjudged
+from heavylift.nodes.limits.telling import likewise, percent, rows, unjudged
 from heavylift.nodes.plan import plan
+from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.scene import check, json_schema, load
-from heavylift.nodes.scene.keys.editors import _comments
+from heavylift.nodes.scene.keys.base import comments
 from heavylift.nodes.scene.keys.schema import Block, Crane, Loader, SlingType, Supports
 
 CHART = "cranes.crane.capacity chart=[[10 m, 100 t], [60 m, 400 t], [90 m, 300 t], [140 m, 120 t]]"
@@ -53,7 +54,7 @@ def test_what_the_scene_says_is_the_scenes_and_the_rest_is_assumed() -> None:
 def test_every_constant_of_damping_is_a_key_that_has_a_source_or_is_assumed() -> None:
     found = {}
     for model in (Crane, Loader, SlingType, Supports, Block):
-        found |= {(model.__name__, key): told for key, told in _comments(model).items() if "damping" in key}
+        found |= {(model.__name__, key): told for key, told in comments(model).items() if "damping" in key}
         keys = {field.alias for field in model.model_fields.values() if "damping" in str(field.alias)}
         assert keys == {key for owner, key in found if owner == model.__name__}
     assert len(found) == 8
@@ -189,3 +190,15 @@ def test_a_use_is_not_rounded_to_its_limit() -> None:
     uses = (0.123, 0.9949, 0.9951, 0.9999, 1.0, 1.0001, 1.004, 1.006)
     told = ["12 %", "99 %", "99.51 %", "99.99 %", "100 %", "100.01 %", "100.40 %", "101 %"]
     assert [percent(use) for use in uses] == told
+
+
+def test_rounding_decides_nothing_that_is_told() -> None:
+    """Of subjects that are loaded alike the first is told, and a force below a newton is none."""
+    limits = [Limit(subject=name, quantity="side force", unit="N", value=1e5) for name in ("east", "west")]
+    for tiny in (0.0, 2e-4, -2e-4):
+        (row,) = rows([Use(limits[0], 5e4, 1.0), Use(limits[1], 5e4 + tiny, 2.0)])
+        assert row[1:3] == ("east (of 2)", "50 kN")
+        (row,) = rows([Use(limits[0], abs(tiny), 1.0), Use(limits[1], 3e-4, 2.0)])
+        assert row[1:3] == ("east (of 2)", "0 kN")
+    (row,) = rows([Use(limits[0], 5e4, 1.0), Use(limits[1], 5e4 + 1.0, 2.0)])
+    assert row[1] == "west (of 2)"

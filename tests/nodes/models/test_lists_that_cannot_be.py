@@ -99,7 +99,7 @@ def test_orders_without_an_object(order: Order, sentence: str) -> None:
 def test_all_slings_of_an_empty_set() -> None:
     when = Slings(names=("loader-3.sling-1", "loader-3.sling-2"), state="taut", text="B slings taut", where=LINE)
     assert fails(turnover(Action(when=when, orders=()), hooked="A")) == (
-        f"(0 s, 0): {LINE}: `B slings taut` speaks of no sling, none of loader-3.sling-1, loader-3.sling-2 is hooked"
+        f"(0 s, 0): {LINE}: `B slings taut` refers to no sling, none of loader-3.sling-1, loader-3.sling-2 is hooked"
     )
 
 

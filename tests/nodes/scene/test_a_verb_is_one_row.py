@@ -71,3 +71,27 @@ def test_a_new_verb_is_read_resolved_run_and_waited_for(tmp_path: Path) -> None:
 def test_mistakes_name_it(written: str, told: str) -> None:
     with pytest.raises(SceneError, match=re.escape(told)):
         parse(SCENE.replace("slew 3 deg/s by 30 deg", written))
+
+
+SLIDES = (SCENE.replace("revolute", "prismatic").replace("2 deg/s2", "0.1 m/s2"), "metres, not degrees or radians")
+TURNS = (SCENE, "degrees or radians, not metres")
+
+
+@pytest.mark.parametrize(
+    ("scene", "units", "written"),
+    [
+        (*TURNS, "turntable: drive 3 m/min by 2 m"),
+        (*TURNS, "turntable: drive 2 deg/s until position of pivot >= 2 m"),
+        (*TURNS, "turntable: drive 2 deg/s until speed of pivot >= 2 m/min"),
+        (*SLIDES, "turntable: drive 2 deg/s to 10 deg"),
+        (*SLIDES, "turntable: drive 3 m/min until position of pivot <= -10 deg"),
+    ],
+)
+def test_units_are_those_of_the_joint(scene: str, units: str, written: str) -> None:
+    orders = scene.partition("  - turntable")[0]
+    with pytest.raises(SceneError, match=f"'(turntable|pivot)' (turns|slides): write {units}"):
+        parse(f"{orders}  - {written}\n")
+
+
+def test_zero_needs_no_unit_of_the_joint() -> None:
+    assert parse(f"{SCENE.partition('  - turntable')[0]}  - turntable: drive 2 deg/s until position of pivot >= 0\n")

@@ -104,7 +104,10 @@ def test_lugs_and_centres_of_mass_off_the_block_are_red_with_their_line(old: str
     (found,) = geometry_findings(scene.plan)
     assert (found.severity, found.kind) == ("red", "geometry")
     assert told in found.sentence
+    wanted = "com:" if "com:" in new else new.partition(":")[0] + ":"
+    line = int(found.where.split(":")[1])
     assert found.where.startswith("scene.yaml:")
+    assert wanted in text.splitlines()[line - 1], "the line at which the place itself is written"
     assert found in scene.findings, "check tells it"
 
 

@@ -3,12 +3,12 @@
 import math
 
 import pytest
+from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import Brake, Drive, JointSpring, Lock, Stop
 from heavylift.kernel.errors import SceneError
 from heavylift.kernel.model.program import Program
 from heavylift.nodes.plan import actions as a
 from heavylift.nodes.scene import parse
-from heavylift.nodes.scene.keys.joints import JOINT_TYPES
 
 HEAD = "heavylift: 1\nname: joints\nend: 1 s\nmechanism:\n  name: rig\n  bodies:\n"
 BODY = "{mass: 1 t, inertia: [900 kg m2, 900 kg m2, 900 kg m2]}"
@@ -63,7 +63,7 @@ def test_a_scene_with_every_type_of_joint():
     (mechanism,) = built.mechanisms
     s = mechanism.system
     joints = {j.name: j for j in s.joints}
-    assert {j.kind for j in s.joints} == set(JOINT_TYPES) - {"prismatic", "slider"}
+    assert {j.kind for j in s.joints} == set(JOINTS) - {"prismatic", "slider"}
     assert joints["mast"].R_PJ == ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), "exact quarter turns"
     assert (joints["ram"].q0, joints["ram"].v0) == ((0.2, math.radians(30)), (0.1, 1.0))
     assert (joints["spindle"].axis, joints["spindle"].pitch) == ((0.0, 0.0, 1.0), 0.01 / (2 * math.pi))

@@ -76,7 +76,6 @@ def test_what_cannot_run_is_refused_before_it_starts(keys: str, sentence: str, t
         ("lift", ["method=rk4", "step=1 s"], "step 1 s at 0.000 s: too long for method 'rk4', since 'block' on"),
         ("lift", ["method=rk4", "ask=[swing]", "accuracy=1 %"], "method 'rk4': it has no error estimate"),
         ("arm", ["method=semi-implicit-euler"], "it has no error estimate; give it a step"),
-        ("arm", ["method=scipy-lsoda", "step=1 ms"], "it chooses its own steps; leave the step out"),
         ("girder", ["method=rk4", "step=1 s"], "too long for method 'rk4', since 'girder' on 'girder' swings at"),
     ],
 )

@@ -4,44 +4,35 @@ import math
 from fractions import Fraction
 
 import pytest
+from heavylift.nodes.plan.actions import After, MovesDone
 from heavylift.nodes.scene.language.grammar import read_condition, read_order
-from heavylift.nodes.scene.language.phrases import (
-    AfterTest,
-    AllTests,
-    CrossTest,
-    DoneTest,
-    GroundTest,
-    Hooking,
-    Motion,
-    PhraseError,
-    Simple,
-    SlingTest,
-    Turning,
-    Waiting,
-)
+from heavylift.nodes.scene.language.phrases import CrossTest, GroundTest, OrderPhrase, PhraseError, SlingTest
 
+RATE = float(Fraction("0.15") * Fraction(math.radians(1)))
 ORDERS = {
-    "hoist 3 m/min by 2 m": Motion("hoist", 0.05, False, by=2.0),
-    "hoist 3 m/min ramp 0.02 m/s2 by 23 m": Motion("hoist", 0.05, False, 0.02, by=23.0),
-    "lower 3 m/min to 61 m of rope": Motion("lower", 0.05, False, to=61.0, of_rope=True),
-    "traverse 20 m/min by -11.2 m": Motion("traverse", 1 / 3, False, by=-11.2),
-    "drive 2 deg/s by 10 deg": Motion("drive", math.radians(2), True, by=math.radians(10)),
-    "turn 0.15 deg/s to 90 deg": Turning(float(Fraction("0.15") * Fraction(math.radians(1))), math.pi / 2),
-    "hook [C1, C2]": Hooking(("C1", "C2")),
-    "unhook": Simple("unhook"),
-    "wait 1.5 min": Waiting(90.0),
+    "hoist 3 m/min by 2 m": OrderPhrase("hoist", 0.05, by=2.0),
+    "hoist 3 m/min ramp 0.02 m/s2 by 23 m": OrderPhrase("hoist", 0.05, ramp=0.02, by=23.0),
+    "lower 3 m/min to 61 m of rope": OrderPhrase("lower", 0.05, to=61.0, of_rope=True),
+    "traverse 20 m/min by -11.2 m": OrderPhrase("traverse", 1 / 3, by=-11.2),
+    "drive 2 deg/s by 10 deg": OrderPhrase("drive", math.radians(2), True, by=math.radians(10)),
+    "turn 0.15 deg/s to 90 deg": OrderPhrase("turn", RATE, True, to=math.pi / 2),
+    "hook [C1, C2]": OrderPhrase("hook", lugs=("C1", "C2")),
+    "unhook": OrderPhrase("unhook"),
+    "wait 1.5 min": OrderPhrase("wait", seconds=90.0),
 }
 
 CONDITIONS = {
     "all slings taut": SlingTest("all", "", "slings", "taut", 0, text="all slings taut"),
     "any B slings slack": SlingTest("any", "B", "slings", "slack", 0, text="any B slings slack"),
     "loader-1.sling-2 taut": SlingTest("all", "loader-1.sling-2", "one", "taut", 0, text="loader-1.sling-2 taut"),
-    "moves done": DoneTest((), text="moves done"),
-    "hoist done": DoneTest(("hoist",), text="hoist done"),
+    "moves done": MovesDone(text="moves done"),
+    "hoist done": MovesDone(verbs=("hoist",), text="hoist done"),
     "lifted": GroundTest("lifted", 0, text="lifted"),
-    "after 60 s": AfterTest(60.0, text="after 60 s"),
-    "angle >= 90 deg": CrossTest("angle", "", True, math.pi / 2, 0, text="angle >= 90 deg"),
-    "tension of A slings <= 3 MN": CrossTest("tension", "A slings", False, 3e6, 0, text="tension of A slings <= 3 MN"),
+    "after 60 s": After(seconds=60.0, text="after 60 s"),
+    "angle >= 90 deg": CrossTest("angle", "", True, math.pi / 2, True, 0, text="angle >= 90 deg"),
+    "tension of A slings <= 3 MN": CrossTest(
+        "tension", "A slings", False, 3e6, False, 0, text="tension of A slings <= 3 MN"
+    ),
 }
 
 WRONG = {
@@ -66,17 +57,14 @@ def test_an_order(text: str) -> None:
 
 @pytest.mark.parametrize("text", CONDITIONS)
 def test_a_condition(text: str) -> None:
-    assert read_condition(text) == CONDITIONS[text]
+    assert read_condition(text) == (CONDITIONS[text],)
 
 
 def test_conditions_are_joined_by_and() -> None:
     text = "landed and all slings slack"
-    assert read_condition(text) == AllTests(
-        (
-            GroundTest("landed", 0, text="landed"),
-            SlingTest("all", "", "slings", "slack", 11, text="all slings slack"),
-        ),
-        text=text,
+    assert read_condition(text) == (
+        GroundTest("landed", 0, text="landed"),
+        SlingTest("all", "", "slings", "slack", 11, text="all slings slack"),
     )
 
 

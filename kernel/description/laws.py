@@ -1,0 +1,172 @@
+"""Laws of joints, ropes and pads as plain data, besides the force elements of `forces`: springs, stops, brakes, drives.
+
+SI units; a point is (body, position in its frame).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from .forces import Force
+from .points import Line, Point
+
+__all__ = ["Brake", "Drive", "JointSpring", "Law", "Lock", "RigidRope", "Rope", "Stop", "Support"]
+
+
+class AlongJoint:
+    """A law of one coordinate of a joint ("" where it has only one)."""
+
+    joint: str
+    coordinate: str
+    points = ()
+
+    @property
+    def along(self) -> tuple[str, str]:
+        """The joint that it acts along, with the coordinate."""
+        return self.joint, self.coordinate
+
+
+@dataclass(frozen=True)
+class JointSpring(AlongJoint):
+    """A linear spring and damper on a coordinate of a joint: force = k (q_rest - q) - d v."""
+
+    name: str
+    joint: str
+    k: float = 0.0  # [N/m] or [N m/rad]
+    d: float = 0.0  # [N s/m] or [N m s/rad]
+    q_rest: float = 0.0
+    coordinate: str = ""  # of a joint that has several
+
+
+@dataclass(frozen=True)
+class Stop(AlongJoint):
+    """Unilateral end stops of a coordinate of a joint; k and d act beyond the limits only."""
+
+    name: str
+    joint: str
+    lower: float
+    upper: float
+    k: float
+    d: float
+    coordinate: str = ""  # of a joint that has several
+
+
+@dataclass(frozen=True)
+class Brake(AlongJoint):
+    """Dry brake on a coordinate of a joint: a spring-damper that slips at `moment`.
+
+    One that is always engaged is the joint's dry friction.
+    """
+
+    name: str
+    joint: str
+    moment: float  # [N] or [N m]
+    k: float
+    d: float
+    engaged: bool = False
+    coordinate: str = ""  # of a joint that has several
+
+
+@dataclass(frozen=True)
+class Lock:
+    """A joint that can be locked and freed while the simulation runs; `engaged`: locked at the start.
+
+    Locked in motion it stops at once: the impulse changes the velocities of its whole tree, and what kinetic energy
+    it takes is this lock's heat.
+    """
+
+    name: str
+    joint: str
+    engaged: bool = False
+
+
+@dataclass(frozen=True)
+class Drive(AlongJoint):
+    """An actuator of a coordinate of a joint; what it follows is sent at run time, see `references`.
+
+    prescribed: q is the reference itself (rheonomic).  servo: force = kp (ref - q) + kv (ref' - v).
+    speed: force = kv (ref' - v).
+    """
+
+    name: str
+    joint: str
+    kind: Literal["prescribed", "servo", "speed"]
+    kp: float = 0.0
+    kv: float = 0.0
+    coordinate: str = ""  # of a joint that has several
+
+
+class Straight:
+    """A rope over straight lines."""
+
+    lines: tuple[Line, ...]
+    along = None
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        """The ends of its lines."""
+        return tuple(p for line in self.lines for p in (line.a, line.b))
+
+
+@dataclass(frozen=True)
+class Rope(Straight):
+    """An elastic, tension-only rope of one tension over one or more straight lines.
+
+    length l = sum(share * |a - b|), elongation e = l - L0, taut: T = max(0, EA e/L0 + damping (l' - L0')).
+    `mass`, of all its lines by their shares: its ends bear it (see `rope_mass`); T is then the tension in the middle,
+    and
+    the one that samples show is that at the lower ends b.
+    `winch`: L0 follows a Profile or Follow sent at run time.  `hooked` is its state at the start.
+    """
+
+    name: str
+    lines: tuple[Line, ...]
+    EA: float  # [N]
+    L0: float  # unstretched length [m]
+    damping: float = 0.0  # [N s/m]
+    winch: bool = False
+    hooked: bool = True
+    mass: float = 0.0  # [kg]
+
+
+@dataclass(frozen=True)
+class RigidRope(Straight):
+    """An inextensible rope over one or more straight lines: sum(share * |a - b|) is at most L0.
+
+    Taut, it pulls with whatever tension keeps its length; snapping taut, it stops its ends inelastically.  `winch`: L0
+    follows a Profile or Follow sent at run time.  `mass` as of a `Rope`.
+    """
+
+    name: str
+    lines: tuple[Line, ...]
+    L0: float  # [m]
+    winch: bool = False
+    hooked: bool = True
+    mass: float = 0.0  # [kg]
+
+
+@dataclass(frozen=True)
+class Support:
+    """A point of a body that a horizontal pad at `height` (world) can push up and rub, never pull.
+
+    N = max(0, k depth + d depth'); tangential spring-damper (kt, dt) anchored at touch-down, at most mu N.
+    """
+
+    name: str
+    point: Point
+    height: float
+    k: float
+    d: float
+    mu: float = 0.0
+    kt: float = 0.0
+    dt: float = 0.0
+
+    along = None
+
+    @property
+    def points(self) -> tuple[Point, ...]:
+        return (self.point,)
+
+
+Law = Rope | Support | JointSpring | Stop | Brake | Force

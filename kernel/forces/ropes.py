@@ -1,0 +1,117 @@
+"""A tension-only elastic rope over straight lines, with winch.
+
+Taut: T = max(0, EA e/L0 + c (l' - L0')).  Guards: slack -> taut when e rises through 0; taut -> slack when the tension
+falls through 0.  Winch power -T L0' - (EA strain^2/2) L0': the second term is strain energy wound onto the drum.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from heavylift.kernel.algebra.spatial import cross, join
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, named, select, sqrt
+from heavylift.kernel.description.forces import Signal
+from heavylift.kernel.description.mechanics import Rope
+
+from .force_law import Answer, ForceLaw, Poses, Setting, Shown, attachment
+from .friction import one_sided
+from .rope_mass import at_the_hook, not_weighed, pulls_down
+
+__all__ = ["ROPE_HEAD", "ROPE_LINE", "RopeAt", "RopeLaw"]
+
+ROPE_HEAD, ROPE_LINE = 4, 7  # numbers of a rope, and of each of its lines: a(3), b(3), share
+
+
+class RopeAt:
+    """Places of a rope's numbers; a and b are the end points of its first line; its weight, if any, comes last."""
+
+    EA, DAMPING, HOOKED, TAUT = range(4)
+    A, B = slice(4, 7), slice(7, 10)
+
+
+@dataclass(frozen=True)
+class RopeLaw(ForceLaw[Rope]):
+    """With a mass of its own, the tension that samples show is that at the ends b, see `rope_mass`.
+
+    `calm`: no events; damping, at most as large as the elastic part, acts while e > 0, so that nothing jumps at e = 0.
+    """
+
+    clamped: bool = True
+    calm: bool = False
+    works: bool = False
+    gravity: float = 0.0
+
+    kind = "rope"
+    positive = ("EA", "L0")
+    not_negative = ("damping", "mass")
+
+    def within(self, f: Rope, setting: Setting) -> RopeLaw:
+        return RopeLaw(setting.clamped, f.name in setting.calm, f.winch, setting.gravity)
+
+    def signal(self, f: Rope) -> Signal:
+        return Signal(f.L0, driven=f.winch)
+
+    def shape(self, f: Rope) -> bool:
+        return self.calm
+
+    def numbers(self, f: Rope, poses: Poses) -> list[float]:
+        lines = [x for line in f.lines for x in (*line.a.p, *line.b.p, line.share)]
+        return [f.EA, f.damping, float(f.hooked), 0.0, *lines, *([f.mass * self.gravity] if f.mass else [])]
+
+    def answer(self, f: Rope, p: Array, ends: list[Array], signal: Scalars, joint: Scalars, t: Scalar) -> Answer:
+        EA, c, hooked, taut = p[:ROPE_HEAD]
+        L0, dL0 = signal
+        length, rate, high, lines = 0.0, 0.0, 0.0, []
+        for n, (A, B) in enumerate(zip(ends[::2], ends[1::2], strict=True)):
+            q = p[ROPE_HEAD + ROPE_LINE * n :]
+            (x_a, p_a, v_a), (x_b, p_b, v_b) = (attachment(A, q[:3], f"a{n + 1}"), attachment(B, q[3:6], f"b{n + 1}"))
+            d = named(f"d{n + 1}", p_b - p_a)
+            l = named(f"l{n + 1}", sqrt(d @ d))
+            u = named(f"u{n + 1}", d * (1.0 / l))
+            length, rate = length + q[6] * l, rate + q[6] * (u @ (v_b - v_a))
+            lines.append((x_a, x_b, q[6] * u, q[6]))
+            if f.mass:
+                high = high + q[6] * (p_a[2] + p_b[2])
+        length, rate = named("l", length), named("dl", rate)
+        e, de = length - L0, rate - dL0
+        strain = e * (1.0 / L0)
+        if self.calm:
+            strain = maximum(strain, 0.0)
+            held = EA * strain
+            damped = minimum(maximum(c * de, -held), held)
+        else:
+            held, damped = EA * strain, c * de
+        trial = held + damped
+        on = select(taut > 0.0, hooked, 0.0)
+        tension = named("T", select(on > 0.0, one_sided(trial, self.clamped), 0.0))
+        wrenches: list[Array] = []
+        for n, (x_a, x_b, u, share) in enumerate(lines):
+            pull = named(f"f{n + 1}", tension * u)
+            both = join(cross(x_a, pull), pull), -join(cross(x_b, pull), pull)
+            if f.mass:
+                weight = share * p[-1]
+                both = both[0] + pulls_down(weight, x_a), both[1] + pulls_down(weight, x_b)
+            wrenches += both
+        wound = select(on > 0.0, 0.5 * EA * strain * strain, 0.0)
+        stored, at_end = wound * L0, tension
+        if f.mass:
+            stored, at_end = stored + not_weighed(p[-1]) * high, at_the_hook(tension, p[-1])
+        return Answer(
+            wrenches,
+            heat=select(on > 0.0, damped * de, 0.0),
+            work=-(tension + wound) * dL0,
+            stored=stored,
+            guards=[1.0 if self.calm else select(hooked > 0.0, select(taut > 0.0, trial, -minimum(e, trial)), 1.0)],
+            shown=[at_end, e],
+        )
+
+    def guards(self, f: Rope) -> tuple[str, ...]:
+        return ("rope",)
+
+    def switch(self, f: Rope, p: np.ndarray, guard: str, shown: np.ndarray) -> tuple[str, float]:
+        p[RopeAt.TAUT] = 1.0 - p[RopeAt.TAUT]
+        return "taut" if p[RopeAt.TAUT] else "slack", float(shown[1])
+
+    def shows(self, f: Rope) -> list[Shown]:
+        return [Shown("rope/tension", f.name, "N", "tension"), Shown("rope/elongation", f.name, "m", "elongation")]

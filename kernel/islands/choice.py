@@ -1,0 +1,35 @@
+"""Whether a scene is solved as one or as islands."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Any
+
+from heavylift.kernel.description.mechanics import System
+from heavylift.kernel.model.checks import check_description
+from heavylift.kernel.simulation.simulation import Simulation
+
+from .components import islands_of, loose_ropes
+from .islands import Islands
+
+__all__ = ["simulate"]
+
+
+def simulate(
+    system: System,
+    tolerance: float,
+    sample_ns: int,
+    subscribed: frozenset[str],
+    method: str,
+    step: float | None,
+    ties: Collection[str] = (),
+    apart: bool = True,
+) -> Simulation | Islands:
+    """A scene as one simulation, or (`apart`) as islands if it has several.
+
+    `ties`: ropes that tie though they are not hooked yet, since they will be; the other arguments are a `Simulation`'s.
+    """
+    options: dict[str, Any] = {"method": method, "step": step}
+    if apart and len(islands_of(check_description(system), loose_ropes(system, ties))) > 1:
+        return Islands(system, tolerance, sample_ns, subscribed, ties, **options)
+    return Simulation(system, tolerance, sample_ns, subscribed, **options)

@@ -1,0 +1,190 @@
+"""A scene at one instant, as the stages of an evaluation fill it, and what can be asked of it then.
+
+Every field is written by the stages that name it (see `evaluation`); a label is the kind and the name of a law.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, named, sqrt
+from heavylift.kernel.constraints.rows import Rows
+from heavylift.kernel.description.mechanics import Drive, RigidRope
+from heavylift.kernel.multibody.continuous_angles import Label as AngleLabel
+
+from .program import Label, Program
+
+__all__ = ["Evaluation", "Reference"]
+
+GROUND = np.concatenate([np.eye(3).ravel(), np.zeros(12)])
+ROUNDED = 1e-14  # part of the coordinates that rows may gape by rounding
+Reference = tuple[Scalar, Scalar, Scalar]  # value, rate, acceleration
+Master = tuple[Scalar, Scalar, Scalar, Scalar, Scalar]  # s, ds/dt, d2s/dt2, sin s, cos s
+
+
+@dataclass
+class Evaluation:
+    """The text over these fields is run on floats and traced; `dy` and `guards` are what steps need."""
+
+    program: Program
+    t: Scalar  # [s] since the epoch
+    inside: Scalar  # a time within the present step, which says what piece of a profile is meant
+    P: Array
+    q: list[Scalar]
+    v: list[Scalar]
+    accounts: list[Scalar]
+    counted: list[Scalar] = field(default_factory=list)  # integrals of the angles
+
+    masters: list[Master] = field(default_factory=list)
+    references: dict[str, Reference] = field(default_factory=dict)  # of drives
+    ends: dict[int, Array] = field(default_factory=lambda: {-1: GROUND})  # (21,) of bodies with laws, see `attachment`
+    turned: dict[AngleLabel, Scalar] = field(default_factory=dict)  # angles over all their turns
+    turning: dict[AngleLabel, Scalar] = field(default_factory=dict)  # their rates
+
+    wrenches: list[Array] = field(default_factory=list)  # (6,) per link about its tree's point
+    tau: list[Scalar] = field(default_factory=list)  # (nv,)
+    signals: dict[str, list[Scalar]] = field(default_factory=dict)  # value and rate
+    shown: dict[Label, list[Scalar]] = field(default_factory=dict)  # what samples hold of each law
+    heat: dict[Label, Scalar] = field(default_factory=dict)  # [W]
+    work: dict[Label, Scalar] = field(default_factory=dict)  # [W]
+    stored: dict[Label, Scalar] = field(default_factory=dict)  # [J]
+    watched: dict[Label, list[Scalar]] = field(default_factory=dict)  # guards by their names
+
+    lengths_of: dict[str, Reference] = field(default_factory=dict)  # of rigid ropes
+    rows: Rows | None = None
+    loads: Callable[[], list[Scalar]] = list  # of the joints that close loops
+    pressing: list[Scalar] = field(default_factory=list)  # normal force per contact
+    dq: list[Scalar] = field(default_factory=list)
+    dv: list[Scalar] = field(default_factory=list)
+    dy: Array = field(default_factory=lambda: np.zeros(0))  # (ny,) derivative of the state
+    guards: list[Scalar] = field(default_factory=list)  # in the order of the program
+
+    def numbers(self, kind: str, name: str) -> Array:
+        """Its part of the parameters P."""
+        return self.P[self.program.parameters.at[kind, name]]
+
+    @property
+    def gravity(self) -> Scalar:
+        g: Scalar = self.numbers("gravity", "")[0]
+        return g
+
+    def push(self, body: int, wrench: Array) -> None:
+        """A further wrench (6,) on a body."""
+        if body >= 0:
+            self.wrenches[body] = self.wrenches[body] + wrench
+
+    def arguments(self, i: int) -> dict[str, Scalars]:
+        """What the motion of the i-th tree depends on."""
+        tree, shared = self.program.instances[i]
+        return {
+            "q": self.q[tree.q],
+            "v": self.v[tree.v],
+            "tau": self.tau[tree.v] or [0.0],
+            "P": self.numbers("tree", str(i)),
+            "g": [self.gravity],
+            "a": [self.references[d.name][2] if d else 0.0 for d in self.prescribed(i)] or [0.0],
+            **{f"w{b}": self.wrenches[tree.first + b] for b in shared.ends},
+        }
+
+    def prescribed(self, i: int) -> list[Drive | None]:
+        """Drives that prescribe degrees of freedom of a tree, in their order; None: locked."""
+        drives = {self.program.driven(d)[1]: d for d in self.program.system.drives if d.kind == "prescribed"}
+        tree = self.program.instances[i][0]
+        return [drives.get(tree.v.start + k) for k in tree.prescribed_dofs]
+
+    def own(self, name: str) -> Reference:
+        """What the profile of an actuator or master asks for."""
+        x = self.program.profile(t=[self.t, self.inside], p=self.numbers("reference", name))
+        return x.x[0], x.v[0], x.a[0]
+
+    def reference(self, name: str) -> Reference:
+        """A profile plus f(s) of every master known so far: f = k1 s + kc cos s + ks sin s."""
+        ref, dref, ddref = self.own(name)
+        follow = self.numbers("follow", name)
+        for i, (s, ds, dds, sine, cosine) in enumerate(self.masters):
+            k1, kc, ks = follow[3 * i : 3 * i + 3]
+            slope = k1 - kc * sine + ks * cosine
+            ref = ref + k1 * s + kc * cosine + ks * sine
+            dref = dref + slope * ds
+            ddref = ddref + slope * dds - (kc * cosine + ks * sine) * ds * ds
+        return named(f"s({name})", ref), named(f"ds({name})", dref), named(f"dds({name})", ddref)
+
+    def length_of(self, r: RigidRope) -> Reference:
+        """Of a rigid rope, with two rates."""
+        return self.reference(r.name) if r.winch else (self.numbers("reference", r.name)[1], 0.0, 0.0)
+
+    def constraint_rows(self) -> Rows:
+        """The constraint rows under the forces known so far; those of the accelerations once these are known."""
+        if self.rows:
+            return self.rows
+        for r in self.program.system.rigid_ropes:
+            self.lengths_of[r.name] = self.length_of(r)
+        arguments = {i: self.arguments(i) for i in self.program.constraints.linked}
+        return Rows(self.program, arguments, self.ends, self.numbers, self.lengths_of)
+
+    # ---- what steps ask for -------------------------------------------------------------------------------
+
+    @property
+    def pulls(self) -> list[Scalar]:
+        """Tensions of all ropes of straight lines, the rigid ones last [N]."""
+        return [*self.tensions, *(self.rows.end_tensions.values() if self.rows else ())]
+
+    @property
+    def tensions(self) -> list[Scalar]:
+        """Of the elastic ropes [N]."""
+        return self.column("tension")
+
+    @property
+    def lengths(self) -> list[Scalar]:
+        """Unstretched lengths of the elastic ropes [m]."""
+        return [self.signals[r.name][0] for r in self.program.system.ropes]
+
+    @property
+    def reach(self) -> Scalar:
+        """Longest step from here in which no shape passes through another [s]."""
+        longest: Scalar = self.program.contacts.reach(self.numbers, self.ends)
+        return longest
+
+    @property
+    def window(self) -> Scalar:
+        """The same, for steps that it does not bound."""
+        return self.reach
+
+    @property
+    def drift(self) -> Scalar:
+        """Widest gap of the rows that are there [m or rad], beyond what round-off makes of the coordinates."""
+        widest: Scalar = 0.0
+        for gap in self.rows.held([abs(row.gap) for row in self.rows.rows]) if self.rows else ():
+            widest = maximum(widest, gap)
+        widest = maximum(widest - ROUNDED * sqrt(sum(x * x for x in self.q)), 0.0)
+        return widest
+
+    # ---- what samples ask for -----------------------------------------------------------------------------
+
+    def column(self, group: str) -> list[Scalar]:
+        """The values of a group of columns of laws (see `Shown`)."""
+        return [self.shown[label][i] for label, i, _ in self.program.columns[group]]
+
+    @property
+    def axial(self) -> list[Scalar]:
+        """What flexible bodies carry along themselves (see `multibody.inverse_dynamics.axial_loads`)."""
+        out: list[Scalar] = []
+        for i, (tree, shared) in enumerate(self.program.instances):
+            if shared.axial:
+                known = {k: x for k, x in self.arguments(i).items() if k not in ("tau", "a")}
+                out += list(shared.axial(**known, dv=self.dy[self.program.nq :][tree.v]).loads)
+        return out
+
+    def poses_and_energies(self) -> tuple[list[Scalar], Scalar, Scalar]:
+        """Origin and rotation of every body (12 numbers each), kinetic and gravitational energy [J]."""
+        poses: list[Scalar] = []
+        kinetic: Scalar = 0.0
+        potential: Scalar = 0.0
+        for i, (tree, shared) in enumerate(self.program.instances):
+            numbers = self.numbers("tree", str(i))
+            x = shared.pose(q=self.q[tree.q], v=self.v[tree.v], P=numbers, g=[self.gravity])
+            poses += list(x.poses)
+            kinetic, potential = kinetic + x.energy[0], potential + x.energy[1]
+        return poses, kinetic, potential

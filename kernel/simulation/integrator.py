@@ -1,0 +1,146 @@
+"""Steps between events: tentative until they are committed, forced to an instant, taken back.
+
+Local time is float seconds since the last event or command (the epoch); a new *stretch* begins at each of them, so
+precision does not fade in long runs.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.model.references import References
+from heavylift.kernel.simulation.native.native_state import NEVER, ROWS, NativeState
+from heavylift.kernel.simulation.safeguards.failures import too_slow, too_small, undefined, unsolved
+from heavylift.kernel.simulation.safeguards.fastest_mode import told_fastest
+from heavylift.kernel.simulation.safeguards.progress_limit import Patience
+
+from .held_rows import HeldRows
+from .peak_search import PeakSearch
+from .recorder import Recorder
+
+__all__ = ["Integrator"]
+
+HALVINGS = 20  # of a forced step that has no solution
+
+
+class Integrator:
+    """Takes the steps of a run; `held`: its constraint rows, for why they cannot be kept."""
+
+    def __init__(
+        self, native: NativeState, recorder: Recorder, references: References, held: HeldRows, fixed: bool
+    ) -> None:
+        self.native, self._recorder, self._references, self._held = native, recorder, references, held
+        self._fixed, self._name = fixed, native.method.method.name
+        self.peaks = PeakSearch(native, self.forced)
+
+    def commit(self) -> None:
+        """The tentative step becomes history, with its samples and peaks."""
+        native = self.native
+        hill = self.peaking and native["tentative"] > 0.0
+        native.call("commit")
+        if hill:
+            self.peaks.climb()
+        if native.method.method.completes and native["due"] > 0.0:
+            native.call("complete")
+        while native["due"] > 0.0:
+            native.call("sample")
+            if native["row"] >= ROWS:
+                self._recorder.drain()
+        self._recorder.drain()
+
+    @property
+    def peaking(self) -> bool:
+        """Whether the last step has shown a hill of a tension that may be the highest."""
+        return "top" in self.native.at and self.native["peaking"] > 0.0
+
+    def led(self, t: float) -> None:
+        """From the committed state to local time t in forced steps: one, or halves where the method solves no more."""
+        ends = [t]
+        while ends:
+            if self._solved(ends[-1]):
+                ends.pop()
+                if ends:
+                    self.commit()
+            elif len(ends) > HALVINGS:
+                raise unsolved(self._name, self.native.epoch * 1e-9 + t)
+            else:
+                ends.append(0.5 * (self.native["t"] + ends[-1]))
+
+    def forced(self, t: float) -> None:
+        """One step from the committed state to local time t, accepted as it is; step control is not touched."""
+        if not self._solved(t):
+            raise unsolved(self._name, self.native.epoch * 1e-9 + t)
+
+    def _solved(self, t: float) -> bool:
+        """Whether there is such a step; if not, all is as it was."""
+        native = self.native
+        h, error, t_stop = native["h"], native["error"], native["t_stop"]
+        if t <= native["t"]:
+            return True
+        for _ in range(2):  # the second time with a new Jacobian, if there is one
+            native.set(h=NEVER, forced=1.0, t_stop=t)
+            native.call("step")
+            native.set(h=h, forced=0.0, error=error, t_stop=t_stop, locate=0.0)
+            if self._sound:
+                if not np.isfinite(native.state).all():
+                    raise self.failure()
+                return True
+            self.take_back()
+        return False
+
+    @property
+    def _sound(self) -> bool:
+        """Whether the equations of an implicit step were solved."""
+        return "sound" not in self.native.at or self.native["sound"] > 0.0
+
+    def take_back(self) -> None:
+        """Back to the start of the tentative step."""
+        native = self.native
+        for name, old in (("t", "t0"), ("y", "d0"), ("f", "f0")):
+            native.X[native.at[name]] = native.X[native.at[old]]
+        native.set(tentative=0.0)
+
+    def new_stretch(self, t_ns: int) -> None:
+        """Local time starts again at t_ns."""
+        native = self.native
+        native.X[native.at["peak_time"]] -= (t_ns - native.epoch) * 1e-9
+        native.epoch = t_ns
+        native.set(t=0.0, tentative=0.0)
+        self._recorder.new_stretch()
+        self._references.write(t_ns)
+
+    def pass_break(self) -> None:
+        """Between two pieces of a profile or history: commit, and a new derivative, since forces may jump."""
+        native = self.native
+        self.commit()
+        self._references.histories.write(native.epoch, native["t"])
+        native.set(t_stop=next(iter(self._references.breaks(native.epoch, native["t"])), NEVER))
+        native.call("refresh")
+
+    def note_peaks(self) -> None:
+        """The present tensions count among the peaks."""
+        native = self.native
+        T, peak, when = (native.part(name) for name in ("T", "peak", "peak_time"))
+        higher = peak < T
+        peak[higher], when[higher] = T[higher], native["t"]
+        if "top" in native.at:
+            np.maximum(native.part("top"), T, out=native.part("top"))
+
+    def check_pace(self, patience: Patience) -> None:
+        """Raises KernelError if the run stops making progress."""
+        native = self.native
+        if patience.ends(native.attempts, native.now):
+            raise too_slow(self._name, native.now, native["h0"], told_fastest(native))
+
+    def failure(self) -> KernelError:
+        """Why there is no next step."""
+        native = self.native
+        p, t = native.program, native.now
+        if self._fixed:
+            if not self._sound:
+                return unsolved(self._name, t)
+            native.set(forced=1.0)  # what the step would have led to
+            native.call("step")
+        if error := undefined(p, t, native.row(), native.velocities) or self._held.locked(t):
+            return error
+        return too_small(p, t, native.part("f")[p.nq : p.nq + p.nv], told_fastest(native), self._name)

@@ -1,0 +1,105 @@
+"""The samples of a run: rows of the native table become those of the run, and are checked on the way.
+
+Samples lie on a grid of integer nanoseconds and are numbered; events leave a row of their own.  All samples of a rest
+are one row, turned into as many as there are when somebody asks.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from heavylift.kernel.description.notes import Note
+from heavylift.kernel.errors import KernelError
+from heavylift.kernel.simulation.native.native_state import ROWS, NativeState
+from heavylift.kernel.simulation.safeguards.deflection_check import LASTING, check_compression
+from heavylift.kernel.simulation.safeguards.energy_check import EnergyCheck
+from heavylift.kernel.simulation.safeguards.failures import check_lengths, check_sliders
+from heavylift.kernel.simulation.safeguards.step_check import StepCheck
+
+__all__ = ["Recorder"]
+
+
+class Recorder:
+    """`rows`: times [ns] and rows so far; `number`: of the next periodic sample; `steps`: the check of fixed ones;
+    `rested`: a rest that is over: its first sample without a row [ns], what it ends before [ns], its row."""
+
+    def __init__(self, native: NativeState, sample_ns: int, tolerance: float, step: float | None) -> None:
+        self._native, self._sample_ns, self._step = native, sample_ns, step
+        self.rows: list[tuple[int, np.ndarray]] = []
+        self.number = 1
+        self.rested: tuple[int, int, np.ndarray] | None = None
+        self.energy = EnergyCheck(native, tolerance, step)
+        self.steps = None if step is None else StepCheck(native, step)
+
+    @property
+    def next_ns(self) -> int:
+        """Time of the next periodic sample [ns]."""
+        return self.number * self._sample_ns
+
+    def drain(self) -> None:
+        """Take the samples that native code has written."""
+        native = self._native
+        for i in range(int(native["row"])):
+            row = native.table[i].copy()
+            self.energy.see(row)
+            self.keep(self.next_ns, row)
+            self.number += 1
+        native.set(row=0.0)
+        if "passing" in native.at and native["passing"] > 0.0:
+            t_ns = native.epoch + round((native["passing"] - 1.0) * 1e9)
+            native.set(passing=-1.0)
+            told = (
+                f"step {self._step:g} s at {t_ns * 1e-9:.3f} s: what moves so fast can pass through what it meets "
+                f"within a step of method '{native.method.method.name}', unseen; choose a shorter one, or leave it out"
+            )
+            native.notes.append(Note(t_ns, told))
+
+    def keep(self, t_ns: int, row: np.ndarray) -> None:
+        """Take a row of the native table as a sample; raises KernelError if a rope is used up."""
+        native = self._native
+        at = native.method.row_layout.at
+        check_lengths(native.program, t_ns * 1e-9, row[at["length"]])
+        check_sliders(native.program, t_ns * 1e-9, row[at["q"]])
+        if native.program.axial:
+            check_compression(native, row, t_ns)
+        row[at["peak_time"]] += native.epoch * 1e-9
+        if not self.energy.balance.strict:
+            self.energy.check(row, t_ns * 1e-9)
+        if self.steps:
+            self.steps.see(t_ns, row)
+        self.rows.append((t_ns, row))
+
+    def new_stretch(self) -> None:
+        """Local time begins again at the epoch: so do the numbers of samples within the stretch."""
+        base = self._native.local(self.next_ns)
+        self._native.set(t_base=base, t_out=base, dt_out=self._sample_ns * 1e-9, count=0.0)
+
+    # ---- rests --------------------------------------------------------------------------------------------
+
+    def rest(self, t_ns: int) -> None:
+        """Samples of a scene at rest up to t_ns, all one row, for `unroll`; raises KernelError for compression that
+        lasts."""
+        first = self.next_ns
+        if first > t_ns:
+            return
+        self.keep(first, np.array(self._native.method.row_layout.pack(self._native.row())))
+        row = self.rows.pop()[1]
+        self.rested = first, t_ns + 1, row
+        self.number = t_ns // self._sample_ns + 1
+        for t in range(first, t_ns + 1, self._sample_ns)[1:] if self._native.program.axial else ():
+            try:
+                check_compression(self._native, row, t)
+            except KernelError:
+                self.rested = first, t, row
+                raise
+            if t - first > LASTING * 1e9:
+                return
+
+    def unroll(self, start_ns: int = 0) -> bool:
+        """Turn the next of a rest's samples from a time on into rows; whether that is not all of them."""
+        if self.rested is None:
+            return False
+        first, end, row = self.rested
+        times = range(max(first, start_ns), end, self._sample_ns)
+        self.rows += [(t, row) for t in times[:ROWS]]
+        self.rested = (times[ROWS], end, row) if len(times) > ROWS else None
+        return self.rested is not None

@@ -1,0 +1,59 @@
+"""The keys of an action: what it waits for, and an order for each of its targets, both in the phrase language."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated
+
+from heavylift.nodes.scene.language.grammar import read_condition, read_order
+from heavylift.nodes.scene.language.phrases import ConditionPhrase, OrderPhrase, PhraseError
+from heavylift.nodes.scene.text.units import Duration
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema, model_validator
+from pydantic_core import PydanticCustomError
+
+__all__ = ["Action"]
+
+
+def _phrase(read: Callable[[str], object], needed: str) -> PlainValidator:
+    def reads(text: object) -> object:
+        if not isinstance(text, str):
+            raise ValueError(f"write {needed}")
+        try:
+            return read(text)
+        except PhraseError as error:
+            context = {"sentence": str(error), "hint": error.hint, "column": error.column}
+            raise PydanticCustomError("phrase", "{sentence}", context) from None
+
+    return PlainValidator(reads)
+
+
+_TEXT = WithJsonSchema({"type": "string"})
+Order = Annotated[OrderPhrase, _phrase(read_order, "what to do, such as 'hoist 3 m/min by 2 m'"), _TEXT]
+Condition = Annotated[ConditionPhrase, _phrase(read_condition, "a condition, such as 'all slings taut'"), _TEXT]
+
+
+class Action(BaseModel):
+    """One line of the action list: `target: what to do`, as many targets at once as one likes."""
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+    __pydantic_extra__: dict[str, Order] = Field(init=False)
+
+    stage: str = ""
+    when: Condition | None = None
+    timeout: Duration | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _wait(cls, data: object) -> object:
+        if isinstance(data, str) and data.split()[:1] == ["wait"]:
+            return {"wait": data}
+        if isinstance(data, dict):
+            wait = data.get("wait")
+            if isinstance(wait, str | int | float) and not str(wait).startswith("wait"):
+                return data | {"wait": f"wait {wait}"}
+        return data
+
+    @property
+    def orders(self) -> dict[str, OrderPhrase]:
+        """What to do, by target."""
+        return dict(self.__pydantic_extra__)

@@ -1,0 +1,101 @@
+"""What it gains to solve islands apart.
+
+    python tests/bench/islands.py [--json] [--short]
+
+Work is attempted steps times operations of one evaluation, which does not depend on the machine; the peer is the same
+kernel in one piece.  Seconds are those of this machine with machine code from the cache, least of three: the steps
+alone for `two lifts`, the whole run in one process for the other.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from heavylift.coordinator.participants import kernel_node
+from heavylift.coordinator.participants.pause import configured
+from heavylift.coordinator.protocol.core import Coordinator
+from heavylift.coordinator.protocol.memory import run_in_memory
+from heavylift.coordinator.protocol.node import Node
+from heavylift.kernel.islands.islands import Islands
+from heavylift.kernel.simulation.simulation import Simulation
+from heavylift.nodes.devs import Simulator, Tag, ns
+from heavylift.nodes.models import COMMANDER, KERNEL, build, couplings
+from heavylift.nodes.scene import LoadedScene
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "kernel/islands"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "kernel"))
+from shared.rows import SHORT, options, row
+from test_islands_are_solved_apart import TWO, UP, played
+from test_two_cranes_of_which_one_idles import scene as two_cranes
+
+SECOND, HOUR = 1_000_000_000, 100 * 3600
+RUNS = 1 if SHORT else 3
+
+Made = Callable[[], tuple[float, float]]  # seconds, operations
+
+
+def scene_run(scene: LoadedScene, apart: bool) -> Made:
+    """A whole run of a scene in one process."""
+
+    def simulate(system, tolerance, sample_ns, subscribed, method, step, ties=(), *_):
+        if apart:
+            return Islands(system, tolerance, sample_ns, subscribed, ties=ties, method=method, step=step)
+        return Simulation(system, tolerance, sample_ns, subscribed, method=method, step=step)
+
+    def made() -> tuple[float, float]:
+        kernel_node.simulate = simulate
+        plan, rows = scene.plan, list[bytes]()
+        models = build(plan)
+        kernel = kernel_node.KernelNode(configured(plan, models), rows.append)
+        end = Tag(ns(plan.end or HOUR))
+        core = Coordinator([*models, KERNEL], couplings(plan), end, (COMMANDER, "finished"), lambda event: None)
+        nodes = [*(Node(n, Simulator(m)) for n, m in models.items()), Node(KERNEL, kernel)]
+        began = time.perf_counter()
+        run_in_memory(core, nodes)
+        return time.perf_counter() - began, work(kernel.simulation)
+
+    return made
+
+
+def work(s: Simulation | Islands) -> float:
+    """Operations of all attempted steps."""
+    parts = s.parts if isinstance(s, Islands) else [s]
+    return sum((p["accepted"] + p["rejected"]) * p.native.operations for p in parts)
+
+
+def two_lifts(apart: bool) -> Made:
+    """Two lifts in one scene, each with a load of 10 t."""
+
+    def made() -> tuple[float, float]:
+        s = (Islands if apart else Simulation)(TWO, 1e-7, SECOND // 10)
+        s.start()
+        began = time.perf_counter()
+        played(s, UP, start=False)
+        return time.perf_counter() - began, work(s)
+
+    return made
+
+
+def least(made: Made) -> tuple[float, float]:
+    return min(made() for _ in range(RUNS))
+
+
+def main() -> None:
+    options(__doc__ or "")
+    cranes = two_cranes(end=5.0 if SHORT else 45.0)
+    cases: list[tuple[str, Made, Made]] = [
+        ("lift and an idle crane", scene_run(cranes, True), scene_run(cranes, False)),
+        ("two lifts", two_lifts(True), two_lifts(False)),
+    ]
+    for name, ours, peer in cases:
+        ours()  # compiles
+        (s, n), (peer_s, peer_n) = least(ours), least(peer)
+        for what, unit, value, other in (("work", "operations", n, peer_n), ("time", "s", s, peer_s)):
+            row(f"{name}, apart: {what}", value, unit, "in one piece", other, at_most=1.0)
+
+
+if __name__ == "__main__":
+    main()

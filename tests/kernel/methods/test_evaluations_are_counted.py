@@ -1,0 +1,27 @@
+"""What a run costs: evaluations of the right-hand side, those of Jacobians included, as many as were really made."""
+
+import pytest
+from small_scenes import SECOND, hung, started
+
+
+@pytest.mark.parametrize("method", ["dopri5", "dop853", "ros34pw2", "radau5"])
+def test_as_many_are_counted_as_are_made(method):
+    """On floats every evaluation is a call of the function that the native code calls."""
+    simulation = started(hung(60.2), method=method, tolerance=1e-3, native=False)
+    rate, made = simulation.method.f_rate, [0]
+    evaluate = rate.body
+
+    def evaluated(**given):
+        made[0] += 1
+        return evaluate(**given)
+
+    rate.body = evaluated
+    before = simulation.native.evaluations
+    simulation.run(SECOND // 4)
+    assert made[0] == simulation.native.evaluations - before > 20
+
+
+def test_fixed_steps_cost_what_their_tableau_says():
+    simulation = started(hung(60.2), method="rk4", step=0.01)
+    simulation.run(SECOND // 2)
+    assert simulation.native.evaluations == 4 * simulation["accepted"]

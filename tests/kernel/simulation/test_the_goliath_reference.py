@@ -1,0 +1,53 @@
+"""A trajectory that Drake, Exudyn and MuJoCo converge to: two cranes, six loaders, one swinging block, ten seconds."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from goliath import scene
+from heavylift.kernel.simulation.simulation import Simulation
+
+REFERENCE = json.loads((Path(__file__).parents[2] / "data" / "goliath_reference.json").read_text())
+TENSION_ERROR = 1e-6  # of 550 kN: two orders above the reference's own error (rtol 1e-12)
+SAME = 1e-12  # the same text on floats and in machine code: round-off of some thousand operations
+
+
+def test_the_tensions_of_ten_seconds_are_those_of_the_reference():
+    simulation = Simulation(scene(), tolerance=1e-10, sample_ns=100_000_000)
+    simulation.start()
+    simulation.run(10_050_000_000)
+    columns = simulation.method.row_layout.at["tension"]
+    rows = {t: row[columns] for t, row in simulation.rows}
+    error = max(
+        np.abs(rows[round(t * 1e9)] - want).max()
+        for t, want in zip(REFERENCE["t"], np.array(REFERENCE["tension"]), strict=True)
+    )
+    assert error / 550e3 < TENSION_ERROR
+
+
+@pytest.mark.parametrize("opt", [0, 3])
+@pytest.mark.large(beyond=1)
+def test_the_float_oracle_and_the_machine_code_agree_at_every_optimisation_level(opt):
+    native, oracle = (Simulation(scene(), native=n, opt=opt, cache=False) for n in (True, False))
+    random = np.random.default_rng(1)
+    for _ in range(5):
+        state = native.program.initial_state()
+        n = native.program.nq + native.program.nv
+        state[:n] += 0.05 * random.standard_normal(n)
+        for simulation in (native, oracle):
+            simulation.state[:] = state
+            simulation.start()
+        f, want = (s.X[s.method.layout.at["f"]] for s in (native, oracle))
+        assert np.abs(f - want).max() < SAME * np.abs(want).max()
+
+
+@pytest.mark.large
+def test_strict_arithmetic_gives_the_same_bits_at_every_optimisation_level():
+    ends = []
+    for opt in (0, 1, 2, 3):
+        simulation = Simulation(scene(), opt=opt, cache=False)
+        simulation.start()
+        simulation.run(2_000_000_000)
+        ends.append(simulation.X.tobytes())
+    assert len(set(ends)) == 1
