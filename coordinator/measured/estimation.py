@@ -22,7 +22,7 @@ from .parameters import Parameter
 __all__ = ["Estimate", "Told", "estimate"]
 
 STEP, OFFSET_STEP = 0.02, 0.5  # of a scale, and of the log's: steps of the central differences
-NOISE = 0.5  # second over first difference above which a derivative is noise
+NOISE = 0.5  # of a difference: what derivatives of twice the step may differ by, and curvature may be without a look
 SHARE = 0.3  # of a direction that an input must have to be named with it
 EVALUATIONS = 8
 ENOUGH = 1e-4  # relative change of x or of the sum of squares that ends it
@@ -73,10 +73,13 @@ def estimate(
         columns = []
         for k, i in enumerate(free):
             h, centre = step[i] * np.eye(len(x))[k], x.copy()
-            centre[k] = np.clip(x[k], lower[i] / scale[i] + step[i], upper[i] / scale[i] - step[i])
-            up, down, here = (residuals(each) for each in (centre + h, centre - h, centre))
+            centre[k] = np.clip(x[k], lower[i] / scale[i] + 2.0 * step[i], upper[i] / scale[i] - 2.0 * step[i])
+            up, down = residuals(centre + h), residuals(centre - h)
             columns.append((up - down) / (2.0 * step[i]))
-            noisy[i] = i < m and np.linalg.norm(up + down - 2.0 * here) > NOISE * np.linalg.norm(up - down)
+            noisy[i] = False
+            if i < m and _large(up + down - 2.0 * residuals(centre), up - down):  # a kink, or noise
+                wide = residuals(centre + 2.0 * h) - residuals(centre - 2.0 * h)
+                noisy[i] = _large(0.5 * wide - (up - down), up - down)
         return np.column_stack(columns)
 
     while any(i < m for i in free):
@@ -122,6 +125,10 @@ def _untold(J: Floats, noisy: NDArray[np.bool_], names: Sequence[str]) -> dict[i
             others = ", ".join(names[i] for i in involved if i != k) or "the log's offset"
             lost.setdefault(k, f"the log cannot tell it from {others} (correlation {alike[k]:.4f})")
     return lost
+
+
+def _large(a: Floats, b: Floats) -> bool:
+    return bool(np.linalg.norm(a) > NOISE * np.linalg.norm(b))
 
 
 def _covariance(J: Floats, r: Floats, told: Told) -> Floats:

@@ -82,10 +82,12 @@ def parameters(scene: LoadedScene, names: Sequence[str]) -> list[Parameter]:
 def uncertain(scene: LoadedScene, texts: Sequence[str]) -> tuple[list[Parameter], Floats]:
     """Inputs with their standard uncertainties (m,), as in `block.mass +- 3 %`, which is that at a level of 95 %."""
     parts = [re.split(PLUS, text, maxsplit=1) for text in texts]
-    inputs, sigma = parameters(scene, [part[0].strip() for part in parts]), []
-    for p, (_, *half) in zip(inputs, parts, strict=True):
+    if bare := next((text for text, part in zip(texts, parts, strict=True) if len(part) < 2), ""):
+        raise SceneError(f"input {bare}: write its uncertainty behind it, such as 'block.mass +- 3 %'")
+    inputs, sigma = parameters(scene, [name.strip() for name, _ in parts]), []
+    for p, (_, half) in zip(inputs, parts, strict=True):
         try:
-            sigma.append(stated(half[0] if half else "", np.array([p.value]), p.units)[0])
+            sigma.append(stated(half, np.array([p.value]), p.units)[0])
         except ValueError as error:
             raise SceneError(f"input {p.name}: {error}") from None
     return inputs, np.array(sigma)
