@@ -38,7 +38,7 @@ class Alignment:
     estimated: bool = False
 
     def __str__(self) -> str:
-        where = f"time 0 of the log is {self.offset:.6g} s of the run"
+        where = f"time 0 of the log is {self.offset:.9g} s of the run"
         if not self.estimated:
             return f"{where}, as given"
         doubt = "" if self.correlation > DOUBTED else ", so low that it may be wrong; see the plot, or give --offset"

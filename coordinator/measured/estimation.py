@@ -24,7 +24,7 @@ __all__ = ["Estimate", "Told", "estimate"]
 STEP, OFFSET_STEP = 0.02, 0.5  # of a scale, and of the log's: steps of the central differences
 NOISE = 0.5  # of a difference: what derivatives of twice the step may differ by, and curvature may be without a look
 SHARE = 0.3  # of a direction that an input must have to be named with it
-EVALUATIONS = 8
+EVALUATIONS = 20
 ENOUGH = 1e-4  # relative change of x or of the sum of squares that ends it
 Floats = NDArray[np.float64]
 
@@ -89,6 +89,10 @@ def estimate(
         if not lost:
             found = least_squares(residuals, x, jacobian, ends, max_nfev=EVALUATIONS, xtol=ENOUGH, ftol=ENOUGH)
             lost = _untold(found.jac, noisy[free], names)
+            if found.status == 0:
+                lost = dict.fromkeys(
+                    range(len(names)), f"the fit has not settled after {EVALUATIONS} steps; begin nearer"
+                )
         if not lost:
             sigma = np.sqrt(np.diag(_covariance(found.jac, found.fun, told)))
             vague = [k for k in range(len(names)) if 2.0 * sigma[k] > 1.0 or found.active_mask[k]]

@@ -133,11 +133,13 @@ def _channel(rec: Recording, log: Log, column: str, line: re.Match[str], gravity
         si = titles(rec.signal(signal))[rec.columns(signal).index(part)].rpartition("[")[2][:-1]
     else:
         signal, _, part = name.removeprefix(MEASURED).rpartition("/")
+        if not part:
+            raise ValueError(f"{name} has no name; give it one, such as {MEASURED}wind")
         signal = signal or part
-        si = next((u for d in DIMENSIONS if unit in d.units for u, f in d.units.items() if f == 1), "")
-    units = _units(si, gravity)
+        si = next((u for d in DIMENSIONS if unit in d.units for u, f in d.units.items() if f == 1), unit)
+    units = _units(si, gravity) if model or si != unit else {unit: Fraction(1)}
     if unit not in units:
-        raise ValueError(f"'{unit}' is no unit of {name}; use {', '.join(units) or 'one that scenes know'}")
+        raise ValueError(f"'{unit}' is no unit of {name}; use {', '.join(units)}")
     values = log.values(column) * float(units[unit])
     sigma = np.zeros(len(values)) if line["half"] is None else stated(line["half"], values, units)
     return Channel(signal, part, si, values, sigma, model, bool(line["half"]))
@@ -152,11 +154,13 @@ def _units(si: str, gravity: float) -> dict[str, Fraction]:
 
 def stated(half: str, values: Floats, units: Mapping[str, Fraction]) -> Floats:
     """Standard uncertainties (n,) of values (n,) from a half-width at 95 %, such as `3 %`; ValueError if it is none."""
-    form = HALF.fullmatch(half.strip())
+    half = half.strip()
+    form = HALF.fullmatch(half)
     if form is None or (width := float(form[1])) < 0.0:
         raise ValueError(f"'+- {half}' is no uncertainty: write a number and a unit, such as '+- 5 kN' or '+- 1 %'")
     if (unit := tidy(form[2])) == "%":
         return 0.5 * width / 100.0 * np.abs(values)
     if unit not in units:
-        raise ValueError(f"'+- {half}': '{unit}' is no unit of it; use %, {', '.join(units)}")
+        what = f"'{unit}' is no unit of it" if unit else "the unit is missing"
+        raise ValueError(f"'+- {half}': {what}; use %, {', '.join(units)}")
     return np.full(len(values), 0.5 * width * float(units[unit]))

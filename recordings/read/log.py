@@ -7,6 +7,7 @@ file, its head being row 1.  A head may carry its unit: `force [kN]`.  Times are
 from __future__ import annotations
 
 import csv
+import os
 import re
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -15,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.text import meant
-from heavylift.recordings.write.outputs import file_path, unnamable
+from heavylift.recordings.write.outputs import file_path
 from numpy.typing import NDArray
 
 __all__ = ["Log", "read_log"]
@@ -103,7 +104,7 @@ class Log:
 def read_log(path: str | Path) -> Log:
     """The table in a CSV file; RecordingError for one that is missing, empty, no text, or has ragged rows."""
     path = file_path(path)
-    if unnamable(path) or not path.is_file():
+    if not os.path.isfile(path):  # False also for names that no file can have
         raise RecordingError(f"{path}: there is no such log; check the name")
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:

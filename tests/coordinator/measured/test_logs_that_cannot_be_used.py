@@ -67,7 +67,7 @@ def test_a_fault_in_the_log(
         ("cell=rope/tension/west.H1 [m]", "'m' is no unit of rope/tension/west.H1; use kN, N, MN, t, kg"),
         ("cell=rope/tension/west.H7 [kN]", "the run has no such channel; did you mean 'rope/tension/west.H"),
         ("cell=rope/tension/* [kN]", "2 channels are meant"),
-        ("cell=rope/tension/west.H1 [kN] +- 3", "'' is no unit of it; use %, kN"),
+        ("cell=rope/tension/west.H1 [kN] +- 3", "the unit is missing; use %, kN"),
         ("cell=rope/tension/west.H1 [kN] +- much", "is no uncertainty"),
         ("cell=measured/wind [m/s]", "no column is mapped to a channel of"),
         ("map.yaml", "map.yaml: no map can be read there"),
