@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass
 from importlib import import_module
 from pathlib import Path
@@ -95,7 +95,7 @@ def _meaning(value: dict[str, Any]) -> str:
     return re.sub(r"\(?[\w ]+ with its unit: .*", "", value.get("description", "")).strip(" ;")
 
 
-def _written(default: Any) -> str:
+def _written(default: object) -> str:
     if isinstance(default, list):
         return f"[{', '.join(_written(x) for x in default)}]"
     return "" if default is None else str(default).lower() if isinstance(default, bool) else str(default)
@@ -147,7 +147,7 @@ def _public(module: ModuleType) -> list[str]:
     return sorted(getattr(module, "__all__", own))
 
 
-def _entry(name: str, thing: Any) -> str:
+def _entry(name: str, thing: object) -> str:
     if isinstance(thing, type) and thing.__doc__:
         lines = [f"**`{name}`** {_first(thing)}", *_members(thing)]
         return "\n".join(lines)
@@ -159,7 +159,8 @@ def _entry(name: str, thing: Any) -> str:
 def _members(kind: type) -> Iterator[str]:
     if is_dataclass(kind):
         yield f"\n    {kind.__name__}({', '.join(field.name for field in fields(kind))})"
-    members = {k: v for base in reversed(kind.__mro__) if "heavylift" in base.__module__ for k, v in vars(base).items()}
+    bases = [base for base in reversed(kind.__mro__) if "heavylift" in base.__module__]
+    members = {k: v for b in bases for k, v in vars(b).items() if getattr(v, "__module__", "") != "typing"}  # overloads
     shown = [
         f"- `{name}{_signature(member)}` {_first(member)}"
         for name, member in members.items()
@@ -174,7 +175,7 @@ def _members(kind: type) -> Iterator[str]:
         yield "\n" + "\n".join(shown)
 
 
-def _signature(thing: Any) -> str:
+def _signature(thing: Callable[..., object]) -> str:
     """Names and defaults of arguments, without types and without what has no plain form."""
     words = []
     for parameter in inspect.signature(thing).parameters.values():
@@ -186,7 +187,7 @@ def _signature(thing: Any) -> str:
     return f"({', '.join(words)})"
 
 
-def _first(thing: Any) -> str:
+def _first(thing: object) -> str:
     """The first paragraph of a docstring on one line."""
     return " ".join(inspect.cleandoc(thing.__doc__ or "").partition("\n\n")[0].split())
 

@@ -16,10 +16,10 @@ import os
 import signal
 import sys
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
-from typing import Any
+from typing import Any, TextIO
 
 __all__ = ["STOPPED", "UNHEARD", "Interrupted", "ReaderLeft", "Stopping", "heard"]
 
@@ -45,7 +45,7 @@ class Stopping:
     def __init__(self) -> None:
         self._over = False
         self._signal = signal.SIGINT
-        self._raised: Any = lambda: None
+        self._raised: Callable[[], object] = lambda: None
         taken = [number for number in SIGNALS if signal.getsignal(number) != signal.SIG_IGN]
         self._before = {number: signal.signal(number, self._asked) for number in taken}
         self._before[signal.SIGALRM] = signal.signal(signal.SIGALRM, self._look)
@@ -81,7 +81,7 @@ class Stopping:
         finally:
             del error  # whom only this frame holds would never be lost
 
-    def _lost(self, what: Any) -> None:
+    def _lost(self, what: sys.UnraisableHookArgs) -> None:
         """It comes again, so nobody needs to be told."""
         if what.exc_type is not Interrupted:
             self._unraisable(what)
@@ -103,7 +103,7 @@ def heard() -> Iterator[None]:
 class _Heard:
     """A stream that tells, or does not tell, that its reader has left: a pipe is closed, a terminal gone."""
 
-    def __init__(self, stream: Any, tells: bool) -> None:
+    def __init__(self, stream: TextIO, tells: bool) -> None:
         self._stream, self._tells = stream, tells
 
     def write(self, text: str) -> int:
@@ -130,5 +130,5 @@ class _Heard:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
 
-    def __iter__(self) -> Any:
+    def __iter__(self) -> Iterator[str]:
         return iter(self._stream)

@@ -70,7 +70,7 @@ def refusal(where: str, reference: str = "") -> str:
     return ""
 
 
-def foreign(function: Any, reference: str = "") -> str:
+def foreign(function: object, reference: str = "") -> str:
     """Why a function found in a module that may run must not be called: it is written elsewhere; "" if it may."""
     while isinstance(function, functools.partial):
         function = function.func

@@ -10,7 +10,7 @@ import re
 import socket
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Self
 
 import zenoh
 from heavylift.coordinator.transport.hub import Hub
@@ -61,17 +61,17 @@ class Door:
         """Begins to answer those who ask to join; arguments as of `Gate`."""
         return Gate(hub, session, scene, say)
 
-    def listening(self) -> dict[str, Any]:
+    def listening(self) -> dict[str, object]:
         """Zenoh's settings of the coordinator's side."""
         own = self.credentials
         return {**self._both(), "listen_private_key": str(own.key), "listen_certificate": str(own.certificate)}
 
-    def connecting(self) -> dict[str, Any]:
+    def connecting(self) -> dict[str, object]:
         """Zenoh's settings of a process's side: the coordinator's certificate must name the host we connect to."""
         own = self.credentials
         shown = {"connect_private_key": str(own.key), "connect_certificate": str(own.certificate)}
         return {**self._both(), **shown, "verify_name_on_connect": True}
 
-    def _both(self) -> dict[str, Any]:
+    def _both(self) -> dict[str, object]:
         trusted = str(self.credentials.authority)
         return {"root_ca_certificate": trusted, "enable_mtls": True, "close_link_on_expiration": True}

@@ -1,4 +1,4 @@
-"""A run while it runs: who may look at it, and what an operator may do to it.
+"""Runs in progress: how they are watched and operated.
 
     find("turnover.mcap")          the run that writes this recording; also by run id, by scene, or the only one
     observe(find())                all its events so far and then live, as (number, event)

@@ -11,11 +11,10 @@ import os
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from types import TracebackType
 from typing import NamedTuple, Self
 
 import msgspec
-from heavylift.coordinator.transport.session import places
+from heavylift.coordinator.transport.run_directory import places
 from heavylift.kernel.errors import UNREADABLE, ProtocolError
 
 __all__ = ["Announcement", "Found", "Notice", "find", "running"]
@@ -24,7 +23,7 @@ NAME = "run.json"
 
 
 class Notice(msgspec.Struct, frozen=True):
-    """What a run tells of itself; `started` in seconds of the system's clock."""
+    """What a run publishes about itself; `started` in seconds of the system's clock."""
 
     run: str
     scene: str
@@ -36,7 +35,7 @@ class Notice(msgspec.Struct, frozen=True):
 
 
 class Found(NamedTuple):
-    """A run that goes on, and its private directory."""
+    """A run in progress, and its private directory."""
 
     notice: Notice
     directory: Path
@@ -76,14 +75,12 @@ class Announcement:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 
 def running() -> list[Found]:
-    """All runs of this user that go on, the oldest first."""
+    """All runs of this user in progress, the oldest first."""
     return sorted(_running(), key=lambda found: (found.notice.started, found.notice.run))
 
 

@@ -8,7 +8,6 @@ by `show`.  The last entry says how the run ended.
 
 from __future__ import annotations
 
-from types import TracebackType
 from typing import Self
 
 import msgspec
@@ -62,9 +61,7 @@ class Audience:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, _: object, error: BaseException | None, *__: object) -> None:
         status, reason = ("finished", "") if error is None else ("failed", str(error) or type(error).__name__)
         self.show()
         self._journal.append(_ENCODER.encode(Ended(status, self.last_ns * 1e-9, reason)))

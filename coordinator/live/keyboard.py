@@ -10,7 +10,6 @@ import select
 import sys
 import time
 from contextlib import suppress
-from types import TracebackType
 from typing import Self
 
 __all__ = ["Keyboard"]
@@ -33,9 +32,7 @@ class Keyboard:
             self.there = True
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, _: object, error: BaseException | None, *__: object) -> None:
         if self.there:
             import termios
 

@@ -49,5 +49,5 @@ class Lines:
         return f" {told}" if told else ""
 
 
-def _number(x: Any) -> str:
+def _number(x: object) -> str:
     return f"{x:g}" if isinstance(x, float) else str(x)

@@ -23,7 +23,7 @@ LOOK_s = 0.02  # how often an observer looks for more
 
 
 class Observer(Iterator[tuple[int, Event]]):
-    """Iterates over (number, event); afterwards `ended` says how the run did."""
+    """Iterates over (number, event); afterwards `ended` says how the run ended."""
 
     def __init__(self, found: Found) -> None:
         self.found = found
@@ -50,5 +50,5 @@ class Observer(Iterator[tuple[int, Event]]):
 
 
 def observe(run: str | Path | Found = "") -> Observer:
-    """All events of a run that goes on, as (number, event) from 0 upwards; `run` as for `find`."""
+    """All events of a run in progress, as (number, event) from 0 upwards; `run` as for `find`."""
     return Observer(run if isinstance(run, Found) else find(str(run)))

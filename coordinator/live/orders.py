@@ -48,7 +48,7 @@ class Reply(msgspec.Struct, frozen=True):
 
 
 def order(run: str | Path | Found, what: Order) -> str:
-    """Send an order to a run that goes on; returns what it answers, raises ProtocolError if it refuses."""
+    """Send an order to a run in progress; returns its answer, raises ProtocolError if it refuses."""
     answer = ask(run, what)
     if not answer.done:
         raise ProtocolError(answer.said)

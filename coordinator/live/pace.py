@@ -51,7 +51,7 @@ class Pace:
         return 0.0
 
     def rest(self, alarm: Alarm, seconds: float) -> None:
-        """Let this time pass, unless the alarm rings."""
+        """Wait for so long [s], or until the alarm is set."""
         alarm.wait(seconds)
 
     def granted(self, first: Tag) -> None:
@@ -103,7 +103,7 @@ class RealTime(Pace):
         self._late += late > LATE_s
 
     def hold(self) -> None:
-        """Time stands still."""
+        """The clock is stopped."""
         self._since = None
 
     def go_on(self, at: Tag) -> None:

@@ -13,7 +13,6 @@ import importlib.util
 import sys
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 from weakref import WeakSet
 
 from heavylift.coordinator.protocol.distance import Coupling
@@ -61,7 +60,7 @@ def module(reference: str) -> str:
     return _read(reference)[0]
 
 
-def _read(reference: str) -> tuple[str, str, list[Any], dict[str, Any]]:
+def _read(reference: str) -> tuple[str, str, list[object], dict[str, object]]:
     """Module or file, function, positional and named arguments."""
     where = reference.partition("(")[0].rpartition(":")[0]
     try:

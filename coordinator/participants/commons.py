@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import cache
 from types import CodeType, FunctionType, ModuleType
-from typing import Any
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs import Coupled, In, Model, Out
@@ -18,7 +17,7 @@ from heavylift.nodes.devs.execution.purity import image
 __all__ = ["Commons"]
 
 _CODE = (ModuleType, FunctionType, type, staticmethod, classmethod, property, In, Out)
-_Place = tuple[str, dict[str, Any], str]  # full name; the variables of its module or class; its own
+_Place = tuple[str, dict[str, object], str]  # full name; the variables of its module or class; its own
 
 
 class Commons:
@@ -29,7 +28,7 @@ class Commons:
         for child in root.children.values():
             alike.setdefault(frozenset(_classes(child)), []).append(child.name)
         users: dict[str, list[str]] = {}
-        places: dict[str, Any] = {}
+        places: dict[str, tuple[dict[str, object], str]] = {}
         for classes, names in alike.items():
             for full, around, name in {x[0]: x for cls in classes for x in _named(cls)}.values():
                 users.setdefault(full, []).extend(names)
@@ -88,7 +87,7 @@ def _named(cls: type) -> list[_Place]:
     return found
 
 
-def _globals(code: CodeType, around: dict[str, Any], met: set[CodeType]) -> Iterator[_Place]:
+def _globals(code: CodeType, around: dict[str, object], met: set[CodeType]) -> Iterator[_Place]:
     if code in met:
         return
     met.add(code)

@@ -7,9 +7,8 @@ stands for its class.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from hashlib import blake2b
-from typing import Any
 
 import msgspec
 from heavylift.kernel.errors import UNREADABLE
@@ -61,7 +60,7 @@ def _below(model: Model) -> Iterator[Model]:
             yield from _below(model.children[name])
 
 
-def _structure(model: Model) -> list[Any]:
+def _structure(model: Model) -> Sequence[object]:
     """Ports, children and couplings, in an order of their own."""
     ports = [(p.name, type(p).__name__, p.type.__name__, getattr(p, "lookahead", 0)) for p in model.ports.values()]
     if not isinstance(model, Coupled):
@@ -69,9 +68,9 @@ def _structure(model: Model) -> list[Any]:
     return [sorted(ports), sorted(model.children), sorted((repr(a), repr(b)) for a, b in model.couplings)]
 
 
-def _fingerprint(freezer: Freezer, x: Any) -> bytes:
+def _fingerprint(freezer: Freezer, x: object) -> bytes:
     if isinstance(x, Port) and x.owner.ports.get(x.name) is x:
-        told: Any = repr(x)
+        told: object = repr(x)
     else:
         bits = getattr(x, "bit_generator", None)  # of a random generator of NumPy's
         try:

@@ -7,9 +7,10 @@ values of the parent) may be read.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import Enum
 from types import FunctionType, MethodType
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from heavylift.nodes.devs import Coupled, Message, Model
 from heavylift.nodes.devs.models import out_of_reach
@@ -20,7 +21,8 @@ _FIXED = {"__class__", "_path", "name", "parent", "path"}
 _STRUCTURE = {*vars(Coupled), *vars(Model), "children", "ports"} - _FIXED
 _PLAIN = (bool, int, float, str, bytes, type(None), Enum, Message)
 
-_ghosts: dict[tuple[type, Any], Any] = {}
+Reach = Callable[[Model, str], object]
+_ghosts: dict[tuple[type, Reach], type] = {}
 
 
 def secluded(own: Model) -> None:
@@ -40,7 +42,7 @@ def _close(model: Model) -> None:
     model.__class__ = _ghost(type(model), _of_sibling)
 
 
-def _ghost(cls: type, get: Any) -> Any:
+def _ghost(cls: type, get: Reach) -> type:
     """A class of the same layout whose objects are reached by `get` only."""
     if (cls, get) not in _ghosts:
         refusing = {"__getattribute__": get, "__setattr__": _refuse, "__delattr__": _refuse}
@@ -48,11 +50,11 @@ def _ghost(cls: type, get: Any) -> Any:
     return _ghosts[cls, get]
 
 
-def _of_sibling(model: Any, name: str) -> Any:
+def _of_sibling(model: Model, name: str) -> object:
     return object.__getattribute__(model, name) if name in _FIXED else _refuse(model, name)
 
 
-def _of_parent(model: Any, name: str) -> Any:
+def _of_parent(model: Model, name: str) -> object:
     if name in _STRUCTURE:
         return _refuse(model, name)
     found = object.__getattribute__(model, name)

@@ -7,7 +7,6 @@ from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import TracebackType
 from typing import TYPE_CHECKING
 
 import msgspec
@@ -233,9 +232,7 @@ class Record(FileTape):
             told = f"red: no verdict could be made, which is a defect of heavylift ({type(error).__name__}: {error})"
             return Judged(red=True, line=told)
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         told = {"reason": str(error)}
         try:
             if isinstance(error, HeavyliftError):

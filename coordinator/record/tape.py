@@ -10,7 +10,6 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 import msgspec
@@ -69,9 +68,7 @@ class Tape(Spent):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         """An end by an error is put on record where there is one."""
 
 
@@ -132,9 +129,7 @@ class FileTape(Tape):
         """Finish the recording, with these facts about how the run ended and what was observed of lookaheads."""
         self.recorder.close("finished", "", {**facts, "slack": msgspec.to_builtins(self.slack)})
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         if error is not None:
             self.recorder.close("failed", str(error) or type(error).__name__, self.facts)
 

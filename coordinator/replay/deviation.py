@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import msgspec
 from heavylift.nodes.devs import Event, Tag
 
@@ -16,8 +14,8 @@ class Deviation(msgspec.Struct, frozen=True):
     t_ns: int
     microstep: int
     topic: str
-    recorded: Any
-    now: Any
+    recorded: object
+    now: object
 
     def __str__(self) -> str:
         told = [msgspec.json.encode(x).decode() if x is not None else "nothing" for x in (self.recorded, self.now)]
@@ -67,5 +65,5 @@ def _deviation(recorded: Event | None, now: Event | None) -> Deviation:
     return Deviation(known.t, known.k, f"/{known.source}/{known.port}", _plain(recorded), _plain(now))
 
 
-def _plain(event: Event | None) -> Any:
+def _plain(event: Event | None) -> object:
     return None if event is None else {event.type: msgspec.msgpack.decode(event.payload)}

@@ -15,7 +15,6 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
-from types import TracebackType
 
 import msgspec
 from heavylift.coordinator.hosts.door import Door
@@ -111,9 +110,7 @@ class Succession(Hub):
             life.story.close()
         super().close()
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         self._crew.stop(GRACE_s if error is None else 0.0)
         super().__exit__(kind, error, trace)
 

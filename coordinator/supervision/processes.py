@@ -22,12 +22,11 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from queue import SimpleQueue
-from types import TracebackType
 from typing import IO, Self
 
 from heavylift.coordinator.stopping import Stopping
 from heavylift.coordinator.transport.hub import Hub
-from heavylift.coordinator.transport.session import RunDirectory
+from heavylift.coordinator.transport.run_directory import RunDirectory
 from heavylift.kernel.errors import ProtocolError
 
 from .hash_seed import SEED
@@ -306,9 +305,7 @@ class Processes:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, _: object, error: BaseException | None, *__: object) -> None:
         self.end(grace=GRACE_s if error is None else 0.0)
 
 

@@ -45,7 +45,7 @@ def write(measured: Measured, out: str | Path, force: bool = False) -> Path:
     return written(text, path, "a trade-off", KINDS, force)
 
 
-def _json(whole: dict[str, Any]) -> str:
+def _json(whole: dict[str, object]) -> str:
     """A line for each key, and for each entry of a list, so that two reports can be compared by eye."""
     lines = []
     for key, value in whole.items():
@@ -56,7 +56,7 @@ def _json(whole: dict[str, Any]) -> str:
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
-def data(measured: Measured) -> dict[str, Any]:
+def data(measured: Measured) -> dict[str, object]:
     """Everything but the time histories as plain data, SI units; what is infinite is null."""
     pick, following = measured.verdict.pick, measured.verdict.next_faster
     converged = {name: {q: _number(e) for q, e in moved.items()} for name, moved in measured.converged.items()}
@@ -82,8 +82,8 @@ def data(measured: Measured) -> dict[str, Any]:
     }
 
 
-def _answer(measured: Measured, answer: Answer) -> dict[str, Any]:
-    found = {"ask": answer.quantity, "limit": answer.limit, "setting": None}
+def _answer(measured: Measured, answer: Answer) -> dict[str, object]:
+    found: dict[str, object] = {"ask": answer.quantity, "limit": answer.limit, "setting": None}
     if answer.row is None:
         return found
     numbers = {"real_time_factor": _number(answer.row.speed), "error": _number(answer.row.worst)}

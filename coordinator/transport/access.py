@@ -13,7 +13,7 @@ from .keys import AFAR, HUB, JOIN, OBSERVER, OPERATOR, key
 __all__ = ["access"]
 
 
-def access(run: str, processes: list[str], remote: tuple[str, ...]) -> dict[str, Any]:
+def access(run: str, processes: list[str], remote: tuple[str, ...]) -> dict[str, object]:
     """Each process writes its nodes' keys and hears them; an observer hears events; all else is denied.
 
     A process of this host is known by its password, one of another host by the name in its certificate; whoever
@@ -59,7 +59,7 @@ def access(run: str, processes: list[str], remote: tuple[str, ...]) -> dict[str,
         policies.append({"rules": [*(each["id"] for each in own), "hub", "egress"], "subjects": [process]})
     here, afar = {"link_protocols": ["unixsock-stream"]}, {"link_protocols": ["tls"]}
     users = (*processes, OBSERVER, OPERATOR)
-    subjects: list[dict[str, Any]] = [{"id": user, "usernames": [user], **here} for user in users]
+    subjects: list[dict[str, object]] = [{"id": user, "usernames": [user], **here} for user in users]
     subjects += [{"id": process, "cert_common_names": [process], **afar} for process in remote]
     if remote:
         subjects.append({"id": AFAR, **afar})

@@ -24,7 +24,8 @@ from .keys import HUB, OBSERVER, OPERATOR, check_names, key
 from .link import FIFO, LOCAL, JOIN_s, LocalLink, matched
 from .liveness import Lookout
 from .placement import Placement
-from .session import Listening, RunDirectory, Ticket, hub_session, local_session, new_password, new_run_id
+from .run_directory import RunDirectory
+from .session import Listening, Ticket, hub_session, local_session, new_password, new_run_id
 
 __all__ = ["Hub", "LocalHub"]
 

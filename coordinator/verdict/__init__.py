@@ -4,7 +4,7 @@ history     what was shown: poses, tensions, rope lines over time
 conduct     what was said: stages, limits, an operator's words, the end
 clearances  how near things came to one another, by
             distance: of two shapes at one pose; nearest: over time; moving, speeds, rotating: how far they stray
-            between samples; stretches, steps, together: which pairs and times need a closer look
+            between samples; coarse, stretches, steps, together: which pairs and times need a closer look
 ground      and how near to the ground
 judging     all judges in one table, and the line
 

@@ -16,6 +16,7 @@ from heavylift.nodes.plan.shapes import GROUND, Kind, Solid, Strand, relation
 from heavylift.recordings.read.verdict import Clearance
 from numpy.typing import NDArray
 
+from .coarse import Coarse
 from .ground import TOUCH, Ground, Low, Spans
 from .history import BLOCK, History, Past
 from .moving import Moving, moving
@@ -49,17 +50,20 @@ def clearances(plan: Plan, history: Past, limit: float = LIMIT, landing: Spans =
     ground.settle(landing)
     for part, between in thinned(history):
         shapes = moving(plan, part, joints)
-        for x, sunk in ground.look(shapes, part, between):
-            lowest[x.shape.shape.thing, sunk] = _lowest(x)
+        if not shapes:
+            continue
+        coarse = Coarse(shapes, _common(plan, part), between)
         pairs, groups = things.pairs(shapes)
         # what need not keep apart is told if it goes through
         most = np.where(np.array(things.limits) > 0.0, np.inf, -TOUCH)
         known.groups(most)
         if pairs:
-            search(shapes, whole(shapes, pairs, _common(plan, part), groups, between), known)
+            search(shapes, whole(coarse, pairs, groups), known)
         for i, m in enumerate(known.take()):
             if m is not None and m.least < most[i]:
                 nearest[i] = _told(things.limits[i], m)
+        for x, sunk in ground.look(shapes, coarse, part, known.told):
+            lowest[x.shape.shape.thing, sunk] = _lowest(x)
     told = [c for (thing, sunk), c in lowest.items() if sunk or (thing, True) not in lowest]
     told = sorted([*told, *nearest.values()], key=lambda c: (c.distance, c.a, c.b))
     return [c for i, c in enumerate(told) if i < SMALLEST or _red(c)]
@@ -113,9 +117,9 @@ def thinned(past: Past) -> Iterator[tuple[History, tuple[int, int]]]:
 
 
 def _common(plan: Plan, history: History) -> Floats:
-    """(n, 3) the motion that most shapes share: that of the cranes along their rails."""
-    mains = [history.poses[f"{c.name}.main"][:, :3] for c in plan.cranes if f"{c.name}.main" in history.poses]
-    return np.mean(mains, axis=0) if mains else np.zeros((len(history.t), 3))
+    """(n, 2) the motion that most shapes share: that of the cranes along their rails."""
+    mains = [history.poses[f"{c.name}.main"][:, :2] for c in plan.cranes if f"{c.name}.main" in history.poses]
+    return np.mean(mains, axis=0) if mains else np.zeros((len(history.t), 2))
 
 
 class _Things:

@@ -16,13 +16,15 @@ from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.shapes import Kind, Solid, Strand
 from numpy.typing import NDArray
 
+from .coarse import Coarse
 from .history import History
-from .moving import Moving, moving
+from .moving import Moving, moving, posed
 from .rotating import chords
 
 __all__ = ["TOUCH", "Ground", "Low"]
 
 Floats = NDArray[np.float64]
+Indices = NDArray[np.intp]
 Flags = NDArray[np.bool_]
 Spans = Sequence[tuple[float, float]]
 ABOVE: tuple[Kind, ...] = ("block", "loader", "sling", "trolley")
@@ -44,23 +46,6 @@ class Low:
     limit: float
 
 
-@dataclass(frozen=True)
-class _Gap:
-    """Of one shape: the gap at each sample (n,) and the least one from each sample to the next (n - 1,) [m]."""
-
-    shape: Moving
-    at: Floats
-    after: Floats
-
-    @property
-    def about(self) -> Floats:
-        """(n,) the least gap about each sample."""
-        found = self.at.copy()
-        np.minimum(found[1:], self.after, out=found[1:])
-        np.minimum(found[:-1], self.after, out=found[:-1])
-        return found
-
-
 class Ground:
     """The nearest of each thing: first all parts of a run are surveyed, then each is looked at."""
 
@@ -80,7 +65,10 @@ class Ground:
         inside = slice(first, last if last < len(part.t) - 1 else last + 1)
         alone = History(part.t, {plan.block.name: pose}, {}, {}, ())
         block = next(s for s in moving(plan, alone) if s.shape.kind == "block")
-        near, (stands, _) = _gap(block).about < self._limit, _stands(plan, part)
+        gap, after = _gaps(block, np.arange(len(part.t)))
+        np.minimum(gap[1:], after, out=gap[1:])
+        np.minimum(gap[:-1], after, out=gap[:-1])
+        near, (stands, _) = gap < self._limit, _stands(plan, part)
         columns = part.t, near, stands, pose[:, :2], _trolleys(plan, part)
         self._columns.append(tuple(x[inside].copy() for x in columns))
 
@@ -91,51 +79,55 @@ class Ground:
             self._meant = _meant(landing, *columns)
             self._columns = []
 
-    def look(self, shapes: Sequence[Moving], part: History, between: tuple[int, int]) -> Iterator[tuple[Low, bool]]:
-        """What is nearer than before, from the first to the last sample; and whether it went into the ground."""
-        plan, n, (first, last) = self._plan, len(part.t), between
+    def look(self, shapes: Sequence[Moving], coarse: Coarse, part: History, bar: float) -> Iterator[tuple[Low, bool]]:
+        """What is nearer than before, and than a bar [m]; and whether it went into the ground."""
+        plan, n = self._plan, len(part.t)
+        first, last = int(coarse.starts[0]), int(coarse.ends[-1])
         if not plan.cranes:
             return
-        inside = (np.arange(n) >= first) & (np.arange(n) <= last)
-        meant = np.zeros(n, bool)
+        always, meant = np.ones(n, bool), np.zeros(n, bool)
         if len(self._meant):
             meant[first : last + 1] = self._meant[self._at : self._at + last + 1 - first]
         self._at += last - first
-        things: dict[str, list[_Gap]] = {}
-        for s in shapes:
+        least = coarse.centre[:, :, 2] - coarse.reach[:, :, 2] - coarse.moved
+        things: dict[str, list[tuple[Moving, Floats]]] = {}
+        for s, gaps in zip(shapes, least, strict=True):
             if s.shape.kind in ABOVE or (isinstance(s.shape, Solid) and s.shape.part in PARTS):
-                things.setdefault(s.shape.thing, []).append(_gap(s))
+                things.setdefault(s.shape.thing, []).append((s, gaps))
         _, sinks = _stands(plan, part)
-        for thing, gaps in things.items():
-            kind = gaps[0].shape.shape.kind
-            free = inside
+        for thing, some in things.items():
+            kind = some[0][0].shape.kind
+            free = always
             if kind in ("block", "sling"):
-                free = inside & ~meant
+                free = ~meant
             elif kind == "loader":
-                free = inside & _loaded(plan, part, thing)
-            known = self._least.get((thing, True), -TOUCH), self._least.get((thing, False), np.inf)
-            below = _least(gaps, inside, 0.0, known[0], sinks if kind == "block" else None)
-            for through, x in ((True, below), (False, _least(gaps, free, self._limit, known[1]))):
+                free = _loaded(plan, part, thing)
+            for through, when, limit, most in ((True, always, 0.0, -TOUCH), (False, free, self._limit, bar)):
+                known = min(most, self._least.get((thing, through), np.inf))
+                x = _least(some, coarse, when, limit, known, sinks if through and kind == "block" else None)
                 if x is not None:
                     self._least[thing, through] = x.distance
                     yield x, through
 
 
-def _gap(s: Moving) -> _Gap:
-    """Of a shape that goes straight from sample to sample, but for what it strays and, as it turns, w^2 r / 8."""
-    at = s.centre[:, 2] - s.radius
+def _gaps(s: Moving, k: Indices) -> tuple[Floats, Floats]:
+    """Of a shape the gap at samples (m,), and the least from each to the next of them (m - 1,), where that is the next
+    of all [m]: it goes straight, but for what it strays and, as it turns, w^2 r / 8."""
+    centre, turn = posed(s, k)
+    at = centre[:, 2] - s.radius
     if isinstance(s.shape, Strand):
-        at -= np.abs(s.turn[:, 2]) / 2
+        at -= np.abs(turn[:, 2]) / 2
     else:
-        up = _up(s.turn)
+        up = _up(turn)
         for half, own in zip(s.half.tolist(), zip(*s.shape.R, strict=True), strict=True):
             along = sum((x * r for x, r in zip(own, up, strict=True) if x), np.zeros(1))
             at -= half * np.abs(along)
-    after = np.minimum(at[1:], at[:-1]) - s.stray
-    if len(s.turn) > 1 and isinstance(s.shape, Solid):
-        angle = 2.0 * np.arcsin(np.minimum(1.0, chords(s.turn[1:], s.turn[:-1]) / 2))
+    after = np.minimum(at[1:], at[:-1]) - s.stray[k[:-1]]
+    if len(turn) > 1 and isinstance(s.shape, Solid):
+        angle = 2.0 * np.arcsin(np.minimum(1.0, chords(turn[1:], turn[:-1]) / 2))
         after -= angle * angle * s.reach / 8.0
-    return _Gap(s, at, after)
+    after[np.diff(k) > 1] = np.inf
+    return at, after
 
 
 def _up(turn: Floats) -> tuple[Floats, Floats, Floats]:
@@ -144,21 +136,42 @@ def _up(turn: Floats) -> tuple[Floats, Floats, Floats]:
     return 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
 
 
-def _least(gaps: Sequence[_Gap], free: Flags, limit: float, known: float, sinks: Floats | None = None) -> Low | None:
+def _least(
+    some: Sequence[tuple[Moving, Floats]],
+    coarse: Coarse,
+    free: Flags,
+    limit: float,
+    known: float,
+    sinks: Floats | None = None,
+) -> Low | None:
     """The least of a thing's shapes at and between samples that are free, None if it is not below what is known;
-    `sinks` (n,): by how much its pads yield."""
+    each shape with the least that it can have in each stretch (m,); `sinks` (n,): by how much its pads yield."""
     best: Low | None = None
-    for gap in gaps:
-        there = free if gap.shape.there is None else free & gap.shape.there
-        at = np.where(there, gap.at if sinks is None else gap.at + sinks, np.inf)
-        after = np.where(there[1:] & there[:-1], gap.after if sinks is None else gap.after + sinks[1:], np.inf)
-        k, j = int(np.argmin(at)), int(np.argmin(after)) if len(after) else 0
-        value = min(float(at[k]), float(after[j]) if len(after) else np.inf)
-        if value < (known if best is None else best.distance):
-            if at[k] > value:
-                k = j if gap.at[j] <= gap.at[j + 1] else j + 1
-            best = Low(gap.shape, value, float(gap.shape.t[k]), _lowest(gap.shape, k), limit)
+    for s, gaps in some:
+        bar = known if best is None else best.distance
+        k = _samples(coarse, gaps < bar)
+        if not len(k):
+            continue
+        there = free[k] if s.there is None else free[k] & s.there[k]
+        gap, between = _gaps(s, k)
+        more = np.zeros(len(k)) if sinks is None else sinks[k]
+        at = np.where(there, gap + more, np.inf)
+        after = np.where(there[1:] & there[:-1], between + more[1:], np.inf)
+        i, j = int(np.argmin(at)), int(np.argmin(after)) if len(after) else 0
+        value = min(float(at[i]), float(after[j]) if len(after) else np.inf)
+        if value < bar:
+            if at[i] > value:
+                i = j if gap[j] <= gap[j + 1] else j + 1
+            best = Low(s, value, float(s.t[k[i]]), _lowest(s, int(k[i])), limit)
     return best
+
+
+def _samples(coarse: Coarse, stretches: Flags) -> Indices:
+    """All samples of some stretches."""
+    inside = np.zeros(coarse.ends[-1] + 1, bool)
+    for first, last in zip(coarse.starts[stretches].tolist(), coarse.ends[stretches].tolist(), strict=True):
+        inside[first : last + 1] = True
+    return np.flatnonzero(inside)
 
 
 def _lowest(s: Moving, k: int) -> Floats:

@@ -25,7 +25,7 @@ __all__ = ["BLOCK", "Collector", "History", "Past", "blocks", "history_of"]
 Floats = NDArray[np.float64]
 SPEED = "joint/velocity"
 NUMBERS = ("rope/tension", "rope/length", REEVING, SPEED)
-BLOCK = 2048  # samples that are looked at together
+BLOCK = 4096  # samples that are looked at together
 
 
 class Past(Protocol):

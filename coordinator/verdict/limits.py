@@ -8,13 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from heavylift.nodes.limits.judging import judge, uses_of
 from heavylift.nodes.limits.sharing import dynamics_foreseen, hoisting_foreseen, shared
-from heavylift.nodes.limits.signals import Signals, hooked_in, rotations
+from heavylift.nodes.limits.signals import Signals, hooked_in
 from heavylift.nodes.limits.telling import HEAD, rows, unjudged
 from heavylift.nodes.plan.finding import Finding
 from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings.report import LimitTable
 from numpy.typing import NDArray
+
+from .rotating import matrices
 
 __all__ = ["Judged", "judged", "signals_of_run", "table"]
 
@@ -71,7 +73,7 @@ def signals_of_run(
     return Signals(
         t=t,
         tensions=tensions,
-        poses={name: (pose[:, :3], rotations(pose[:, 3:])) for name, pose in poses.items()},
+        poses={name: (pose[:, :3], matrices(pose[:, 3:])) for name, pose in poses.items()},
         lengths=lengths or {},
         hooked=hooked_in(plan, [(rig.t_ns * 1e-9, rig.lines) for rig in rigs]),  # type: ignore[attr-defined]
         stages=stages,

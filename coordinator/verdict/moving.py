@@ -13,29 +13,31 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from heavylift.kernel.description.mechanics import Joint, Vector
+from heavylift.kernel.description.mechanics import WORLD, Joint, Vector
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.shapes import Solid, Strand, solids, strands
 from numpy.typing import NDArray
 
 from .history import History
-from .rotating import chords, dots, lengths, matrices, onto
+from .rotating import dots, lengths, matrices, onto
 from .speeds import Twist, strays, twists
 
-__all__ = ["Moving", "moving"]
+__all__ = ["Frame", "Moving", "box", "moving", "posed", "size"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 DOUBT = 2.0  # on accelerations that are known from samples alone
-WORLD = "world"
+STILL = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
 
 class Frame:
     """How a body moved: its origin p (n, 3) [m] and its turn, quaternions (n, 4), or (1, 4) if it never turns."""
 
-    def __init__(self, t: Floats, pose: Floats, twist: Twist | None = None) -> None:
+    def __init__(self, t: Floats, pose: Floats) -> None:
         pose = np.asfortranarray(pose)  # each column in one piece of memory
-        self._pose, self._twist = pose, twist
+        self._pose = pose
+        self.twist: Twist | None = None
+        self._places: dict[Vector, Floats] = {}
         self.t, self.p = t, pose[:, :3]
         q = pose[:, 3:]
         self.turn = q if (q != q[0]).any() else q[:1]
@@ -51,41 +53,79 @@ class Frame:
         return _bend(self.t, self.p)
 
     @cached_property
-    def turn_strays(self) -> Floats:
-        """(n - 1,) the same of its turn."""
+    def turn_strays(self) -> tuple[Floats, Floats]:
+        """(n - 1,) the same of its turn as a quaternion; and more of a point than of the origin, per metre from it."""
+        if len(self.turn) == 1:
+            return (np.zeros(max(0, len(self.t) - 1)),) * 2
         return _turn_bend(self.t, self.turn)
 
     @cached_property
     def shakes(self) -> tuple[Floats, Floats]:
         """(n - 1,) by its speeds, how far its origin may leave its chords [m], and points more per metre from it."""
-        if self._twist is None:
+        if self.twist is None:
             nothing = np.zeros(max(0, len(self.t) - 1))
             return nothing, nothing
-        return strays(self.t, self._pose, self._twist)
+        return strays(self.t, self._pose, self.twist)
 
     def place(self, x: Vector) -> Floats:
         """(n, 3) where one of its points is in the world [m]."""
-        found = self.p
-        for i, xi in enumerate(x):
-            if xi:
-                found = found + xi * self.R[:, :, i]
-        return found
+        if x not in self._places:
+            self._places[x] = _place(self.p, self.R, x)
+        return self._places[x]
+
+    def place_at(self, x: Vector, k: Indices) -> Floats:
+        """(m, 3) the same at some samples."""
+        return _place(self.p[k], self.R if len(self.R) == 1 else self.R[k], x)
+
+
+def _place(p: Floats, R: Floats, x: Vector) -> Floats:
+    for i, xi in enumerate(x):
+        if xi:
+            p = p + xi * R[:, :, i]
+    return p
 
 
 @dataclass(frozen=True)
 class Moving:
-    """A shape over n samples: `centre` (n, 3) [m] and how it is turned about it; `half` (3,) and `radius` [m]; `there`
-    (n,): whether it is there at all and can be judged."""
+    """A shape over n samples: a solid by its middle, or a strand by both its ends, on their bodies; `there` (n,):
+    whether it is there at all and can be judged."""
 
     shape: Solid | Strand
-    t: Floats
-    centre: Floats
-    turn: Floats  # (n, 4) quaternions of a solid, or (n, 3) from end to end of a strand; n = 1: it never turns
-    half: Floats
-    radius: float
+    on: tuple[tuple[Frame, Vector], ...]
     there: NDArray[np.bool_] | None = None
-    frame: Frame | None = None  # of the body that a solid is fixed on
-    ends: tuple[tuple[Frame | None, Vector], ...] = ()  # of a strand, on their bodies
+
+    @property
+    def t(self) -> Floats:
+        """(n,) [s]."""
+        return self.on[0][0].t
+
+    @cached_property
+    def centre(self) -> Floats:
+        """(n, 3) its middle [m]."""
+        places = [frame.place(p) for frame, p in self.on]
+        return places[0] if len(places) == 1 else (places[0] + places[1]) / 2
+
+    @cached_property
+    def turn(self) -> Floats:
+        """(n, 4) quaternions of a solid, or (n, 3) from end to end of a strand; n = 1: it never turns."""
+        if isinstance(self.shape, Solid):
+            return self.on[0][0].turn
+        first, second = (frame.place(p) for frame, p in self.on)
+        return second - first
+
+    @cached_property
+    def half(self) -> Floats:
+        """(3,) half edges, of a strand the longest ones [m]."""
+        if isinstance(self.shape, Strand):
+            return np.array([0.0, 0.0, float(lengths(self.turn).max()) / 2])
+        return np.zeros(3) if self.shape.form == "ball" else np.array(self.shape.size) / 2
+
+    @cached_property
+    def radius(self) -> float:
+        """Around the edges [m]."""
+        if isinstance(self.shape, Strand):
+            return self.shape.radius
+        return self.shape.size[0] / 2 if self.shape.form == "ball" else 0.0
 
     @cached_property
     def reach(self) -> float:
@@ -139,44 +179,50 @@ class Moving:
             return p, q / np.linalg.norm(q)
         return p, (1 - s) * a + s * b
 
-    def spun(self, a: Floats, b: Floats) -> Floats:
-        """(m,) by how much points of the shape move about its middle between turns (m, 3 or 4), at most [m]."""
-        return lengths(a - b) / 2 if isinstance(self.shape, Strand) else chords(a, b) * self.reach
-
     @cached_property
     def stray(self) -> Floats:
         """(n - 1,) how far a point of the shape may be between two samples from where it is taken to be [m]."""
-        found = self._bent
-        if self.frame is not None and isinstance(self.shape, Solid):
-            found = np.maximum(found, _shaken(self.frame, _size(self.shape.centre) + self.reach))
-        for frame, p in self.ends:
-            if frame is not None:
-                found = np.maximum(found, _shaken(frame, _size(p)))
+        reach, found = self.reach if isinstance(self.shape, Solid) else 0.0, self._bent
+        for frame, p in self.on:
+            origin, turn = frame.shakes
+            found = np.maximum(found, origin + (size(p) + reach) * turn)
         return found
 
     @property
     def _bent(self) -> Floats:
         """The same by accelerations that poses show."""
-        frame = self.frame
+        frame, p = self.on[0]
+        if isinstance(self.shape, Strand):
+            return _bend(self.t, self.centre) + _bend(self.t, self.turn) / 2
         if len(self.turn) == 1:
-            return frame.strays if frame else _bend(self.t, self.centre)
-        found = _bend(self.t, self.centre)
-        if self.turn.shape[1] == 4:
-            return found + 2.0 * self.reach * (frame.turn_strays if frame else _turn_bend(self.t, self.turn))
-        return found + _bend(self.t, self.turn) / 2
+            return frame.strays
+        return (_bend(self.t, self.centre) if any(p) else frame.strays) + 2.0 * self.reach * frame.turn_strays[0]
 
 
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
-def _size(p: Vector) -> float:
+def size(p: Vector) -> float:
+    """How far a point is from its origin [m]."""
     return float(np.linalg.norm(p))
 
 
-def _shaken(frame: Frame, away: float) -> Floats:
-    """(n - 1,) by its speeds, how far points of a body up to so far from its origin may leave their chords [m]."""
-    origin, turn = frame.shakes
-    return origin + away * turn
+def posed(s: Moving, k: Indices) -> tuple[Floats, Floats]:
+    """(m, 3) the middle of a shape and (m or 1, 3 or 4) how it is turned at some samples."""
+    places = [frame.place_at(p, k) for frame, p in s.on]
+    if len(places) == 2:
+        return (places[0] + places[1]) / 2, places[1] - places[0]
+    turn = s.on[0][0].turn
+    return places[0], turn if len(turn) == 1 else turn[k]
+
+
+def box(s: Moving, turn: Floats) -> Floats:
+    """(m, 3) half edges of the box along the world's axes around a shape."""
+    if isinstance(s.shape, Strand):
+        return np.abs(turn) / 2 + s.radius
+    R, half = s.axes_of(turn)
+    found: Floats = (np.abs(R) * half[:, None, :]).sum(axis=2) + s.radius
+    return found
 
 
 def moving(plan: Plan, history: History, joints: Sequence[Joint] = ()) -> list[Moving]:
@@ -184,21 +230,14 @@ def moving(plan: Plan, history: History, joints: Sequence[Joint] = ()) -> list[M
 
     `joints`: those whose speeds tell how bodies shake.
     """
-    found = []
-    fast = twists(joints, history)
-    frames = {}
-    if len(history.t):
-        frames = {name: Frame(history.t, pose, fast.get(name)) for name, pose in history.poses.items()}
-    for solid in solids(plan):
-        frame = frames.get(solid.body)
-        if solid.body == WORLD:
-            centre, turn = np.broadcast_to(solid.centre, (len(history.t), 3)), np.array([[0.0, 0.0, 0.0, 1.0]])
-        elif frame is not None:
-            centre, turn = frame.place(solid.centre), frame.turn
-        else:
-            continue
-        half, radius = (np.zeros(3), solid.size[0] / 2) if solid.form == "ball" else (np.array(solid.size) / 2, 0.0)
-        found.append(Moving(solid, history.t, centre, turn, half, radius, frame=frame))
+    n = len(history.t)
+    if not n:
+        return []
+    frames = {name: Frame(history.t, pose) for name, pose in history.poses.items()}
+    frames[WORLD] = Frame(history.t, np.tile(STILL, (n, 1)))
+    for body, twist in twists(joints, frames, history.speeds).items():
+        frames[body].twist = twist
+    found = [Moving(s, ((frames[s.body], s.centre),)) for s in solids(plan) if s.body in frames]
     return found + _ropes(plan, history, frames)
 
 
@@ -217,39 +256,26 @@ def _ropes(plan: Plan, history: History, frames: dict[str, Frame]) -> list[Movin
                 key = rope, line.a_body, line.a, line.b_body, line.b
                 there = found.setdefault(key, np.zeros(len(history.t), bool))
                 there[first:last] |= taut[line.rope][first:last] if line.rope in taut else True
-    out = []
-    places: dict[tuple[str, Vector], Floats | None] = {}
-    for (rope, a_body, a, b_body, b), there in found.items():
-        if not there.any():
-            continue
-        p, q = (_place(history, frames, places, key) for key in ((a_body, a), (b_body, b)))
-        if p is None or q is None:
-            continue
-        along = q - p
-        half = np.array([0.0, 0.0, float(lengths(along).max()) / 2])
-        shape = known[rope]
-        ends = (frames.get(a_body), a), (frames.get(b_body), b)
-        out.append(Moving(shape, history.t, (p + q) / 2, along, half, shape.radius, there, ends=ends))
-    return out
+    return [
+        Moving(known[rope], ((frames[a_body], a), (frames[b_body], b)), there)
+        for (rope, a_body, a, b_body, b), there in found.items()
+        if there.any() and a_body in frames and b_body in frames
+    ]
 
 
-def _place(
-    history: History, frames: dict[str, Frame], known: dict[tuple[str, Vector], Floats | None], key: tuple[str, Vector]
-) -> Floats | None:
-    """(n, 3) where a point of a body is in the world; None if the body is not on record."""
-    if key not in known:
-        body, p = key
-        frame = frames.get(body)
-        still = np.broadcast_to(p, (len(history.t), 3)) if body == WORLD else None
-        known[key] = frame.place(p) if frame is not None else still
-    return known[key]
-
-
-def _turn_bend(t: Floats, turn: Floats) -> Floats:
-    """(n - 1,) the same of quaternions (n, 4), of which both signs mean one turn; a small angle moves them by half."""
+def _turn_bend(t: Floats, turn: Floats) -> tuple[Floats, Floats]:
+    """(n - 1,) the same of quaternions q (n, 4), of which both signs mean one turn and a small angle moves them by
+    half; and of points at 1 m from the axis, which go by R = q q*, so R'' is at most 2 |q''| + 2 |q'|^2."""
     q = turn.copy(order="K")
     q[1:] *= np.cumprod(np.where(dots(q[1:], q[:-1]) < 0.0, -1.0, 1.0))[:, None]
-    return _bend(t, q)
+    h, found = np.diff(t), _bend(t, q)
+    if len(t) < 3:
+        return found, found
+    way = q[1:] - q[:-1]
+    square = dots(way, way) / np.maximum(h, 1e-9)
+    accel = np.zeros(len(t))
+    accel[1:-1] = 2.0 * (square[1:] + square[:-1]) / np.maximum(h[1:] + h[:-1], 1e-9)
+    return found, 2.0 * found + _between(h, accel)
 
 
 def _bend(t: Floats, x: Floats) -> Floats:
@@ -262,6 +288,11 @@ def _bend(t: Floats, x: Floats) -> Floats:
     slope[:, h <= 0.0] = 0.0
     accel = np.empty(n)
     accel[1:-1] = 2.0 * lengths(np.diff(slope).T) / np.maximum(h[1:] + h[:-1], 1e-9)
+    return _between(h, accel)
+
+
+def _between(h: Floats, accel: Floats) -> Floats:
+    """(n - 1,) how far accelerations at the samples but for the first and the last lead away from a chord."""
     accel[0], accel[-1] = accel[1], accel[-2]
     found: Floats = DOUBT * h * h / 8.0 * np.maximum(accel[:-1], accel[1:])
     return found

@@ -27,7 +27,8 @@ PROMISING = 3  # stretches of two things that are looked at exactly on each leve
 class Known:
     """The nearest that is known of each group, and the bar below which a stretch is still looked at.
 
-    Of groups without a bar of their own (`most` infinite) all below `limit` and the `smallest` ones are looked for.
+    Of groups without a bar of their own (`most` infinite) all below `limit` and the `smallest` ones are looked for;
+    what is not below `told` [m] is none of them.
     """
 
     def __init__(self, smallest: int, limit: float) -> None:
@@ -40,6 +41,7 @@ class Known:
         self._most, self.free = most, np.flatnonzero(np.isinf(most))
         self.found += [None] * (len(most) - len(self.found))
         self._least = np.append(self._least, np.full(len(most) - len(self._least), np.inf))
+        self.told = self._tell()
 
     @property
     def seen(self) -> int:
@@ -55,15 +57,18 @@ class Known:
         """What was seen of a group, if it is nearer than all before."""
         if found.least < self._least[group]:
             self._least[group], self.found[group] = found.least, found
+            self.told = self._tell()
 
     def bars(self) -> Floats:
         """(groups,) what a stretch must be able to come below [m]."""
-        most = self._most
-        if 0 < self.smallest <= len(self.free):
-            last = np.partition(self._least[self.free], self.smallest - 1)[self.smallest - 1]
-            most = np.minimum(most, max(float(last), self._limit))
-        found: Floats = np.minimum(most, self._least - SHARP)
+        found: Floats = np.minimum(np.minimum(self._most, self.told), self._least - SHARP)
         return found
+
+    def _tell(self) -> float:
+        if not 0 < self.smallest <= len(self.free):
+            return np.inf
+        last = np.partition(self._least[self.free], self.smallest - 1)[self.smallest - 1]
+        return max(float(last), self._limit)
 
     def open(self, now: Stretches) -> Stretches:
         """Stretches that may hold something nearer."""
@@ -71,7 +76,7 @@ class Known:
 
     def bar(self, group: int) -> float:
         """The bar of one group [m]."""
-        return float(self.bars()[group])
+        return min(float(self._most[group]), self.told, float(self._least[group]) - SHARP)
 
 
 def nearest(shapes: list[Moving], start: Stretches, most: float = np.inf) -> Minimum | None:

@@ -11,9 +11,10 @@ Floats = NDArray[np.float64]
 
 
 def cross(a: Floats, b: Floats) -> Floats:
-    """(n, 3) cross products; NumPy's own takes four times as long."""
+    """(n, 3) cross products, each column in one piece of memory; NumPy's own takes four times as long."""
     (x, y, z), (u, v, w) = a.T, b.T
-    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=1)
+    found: Floats = np.array([y * w - z * v, z * u - x * w, x * v - y * u]).T
+    return found
 
 
 def lengths(x: Floats) -> Floats:

@@ -7,14 +7,14 @@ samples it is more than that moves, unless it happens to turn back at both.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Protocol
 
 import numpy as np
-from heavylift.kernel.description.mechanics import Joint
+from heavylift.kernel.description.mechanics import WORLD, Joint
 from numpy.typing import NDArray
 
-from .history import History
-from .rotating import cross, dots, lengths, matrices
+from .rotating import cross, dots, lengths
 
 __all__ = ["Twist", "strays", "twists"]
 
@@ -24,39 +24,44 @@ SINGLE = {"prismatic": "speed", "revolute": "rate"}
 FREE = ("vx", "vy", "vz"), ("wx", "wy", "wz")
 
 
-def twists(joints: Sequence[Joint], history: History) -> dict[str, Twist]:
+class Frame(Protocol):
+    """How a body moved."""
+
+    p: Floats  # (n, 3) its origin [m]
+
+    @property
+    def R(self) -> Floats:
+        """(n, 3, 3), or (1, 3, 3) if it never turns."""
+
+
+def twists(joints: Sequence[Joint], frames: Mapping[str, Frame], speeds: Mapping[str, Floats]) -> dict[str, Twist]:
     """Of each body whose joints up to the world are free, sliding, hinged or fixed; those that are locked rest."""
-    n, poses, speeds = len(history.t), history.poses, history.speeds
-    still = np.zeros((n, 3))
-    found: dict[str, Twist] = {"world": (still, still)}
     if not speeds:
         return {}
+    still = np.zeros_like(next(iter(frames.values())).p)
+    found: dict[str, Twist] = {WORLD: (still, still)}
     for joint in joints:  # from the world on
-        known, pose = found.get(joint.parent), poses.get(joint.child)
-        if known is None or pose is None:
+        known, frame = found.get(joint.parent), frames.get(joint.child)
+        if known is None or frame is None:
             continue
-        parent = poses.get(joint.parent, IDENTITY)
+        parent = frames[joint.parent]
         v, w = known
-        v = v + cross(w, pose[:, :3] - parent[:, :3])
-        if joint.kind == "free" and joint.parent == "world":
-            R = matrices(pose[:, 3:])
+        v = v + cross(w, frame.p - parent.p)
+        if joint.kind == "free" and joint.parent == WORLD:
             rates = [[speeds.get(f"{joint.name}.{x}", still[:, 0]) for x in names] for names in FREE]
-            v, w = (sum((R[:, :, i] * x[:, None] for i, x in enumerate(one)), still) for one in rates)
-            v = v - cross(w, _turned(R, joint.p_CJ))
+            v, w = (sum((frame.R[:, :, i] * x[:, None] for i, x in enumerate(one)), still) for one in rates)
+            v = v - cross(w, _turned(frame.R, joint.p_CJ))
         elif joint.kind in SINGLE:
-            axis = _turned(matrices(parent[:, 3:]), (np.array(joint.R_PJ) @ joint.axis).tolist())
+            axis = _turned(parent.R, (np.array(joint.R_PJ) @ joint.axis).tolist())
             along = axis * speeds.get(f"{joint.name}.{SINGLE[joint.kind]}", still[:, 0])[:, None]
             if joint.kind == "prismatic":
                 v = v + along
             else:
-                v, w = v - cross(along, _turned(matrices(pose[:, 3:]), joint.p_CJ)), w + along
+                v, w = v - cross(along, _turned(frame.R, joint.p_CJ)), w + along
         elif joint.kind != "fixed":
             continue
         found[joint.child] = v, w
     return found
-
-
-IDENTITY = np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]])
 
 
 def strays(t: Floats, pose: Floats, twist: Twist) -> tuple[Floats, Floats]:
@@ -83,4 +88,4 @@ def _turns(q: Floats) -> Floats:
 
 def _turned(R: Floats, x: Sequence[float]) -> Floats:
     """(n, 3) a vector of a body in the world."""
-    return sum((R[:, :, i] * x[i] for i in range(3)), np.zeros(3))
+    return sum((R[:, :, i] * xi for i, xi in enumerate(x) if xi), np.zeros((1, 3)))

@@ -7,19 +7,17 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, TypeVar, cast
 
 import numpy as np
-from heavylift.nodes.plan.shapes import Solid
 from numpy.typing import NDArray
 
+from .coarse import LONGEST, Coarse
 from .distance import bounds
-from .moving import Moving
-from .rotating import lengths
 from .together import Together
 
 __all__ = ["SIZES", "Stretches", "bounded", "cut", "in_pieces", "whole"]
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
-SIZES = (64, 16, 4, 1)  # samples in a stretch, from the first cut to the last
+SIZES = (LONGEST, 16, 4, 1)  # samples in a stretch, from the first cut to the last
 PIECE = 1 << 14  # stretches that are looked at together
 Some = TypeVar("Some")
 
@@ -50,34 +48,22 @@ class Stretches:
         return Stretches(a, b, first, last, self.moved[kept], self.least[kept], self.group[kept])
 
 
-def whole(
-    shapes: list[Moving],
-    pairs: Sequence[tuple[int, int]],
-    common: Floats,
-    groups: Sequence[int] | None = None,
-    between: tuple[int, int] | None = None,
-) -> Stretches:
-    """All pairs over all samples, or those from one to another, in the longest stretches, bounded by boxes along the
-    world's axes; motion is taken against a common motion (n, 3)."""
-    size, (first, last) = SIZES[0], between or (0, len(shapes[0].t) - 1)
-    starts = np.arange(first, max(first + 1, last), size)
-    ends = np.minimum(starts + size, last)
-    middles = (starts + ends) // 2
-    known: dict[str, Floats] = {}  # of bodies that never turn, whose shapes move alike
-    moved = np.array([_excursions(s, starts, ends, middles, common, known) for s in shapes])
-    centre = np.array([s.centre[middles] for s in shapes]).transpose(2, 0, 1)
-    reach = np.array([_reach(s, middles) for s in shapes]).transpose(2, 0, 1)
-    there = np.array([_there(s, starts, ends) for s in shapes])
+def whole(coarse: Coarse, pairs: Sequence[tuple[int, int]], groups: Sequence[int] | None = None) -> Stretches:
+    """All pairs in the longest stretches, bounded by their boxes."""
+    centre, reach, moved = coarse.centre.transpose(2, 0, 1), coarse.reach.transpose(2, 0, 1), coarse.moved
     a, b = (np.array(x, np.intp) for x in zip(*pairs, strict=True))
     group = np.zeros(len(a), np.intp) if groups is None else np.array(groups, np.intp)
-    square = np.zeros((len(a), len(starts)))
+    square = np.zeros((len(a), len(coarse.starts)))
+    deep = np.full(square.shape, -np.inf)  # of boxes that overlap, along the axis where they do least
     for x, half in zip(centre, reach, strict=True):
-        apart = np.maximum(0.0, np.abs(x[a] - x[b]) - (half[a] + half[b]))
+        apart = np.abs(x[a] - x[b]) - (half[a] + half[b])
+        np.maximum(deep, apart, out=deep)
+        np.maximum(0.0, apart, out=apart)
         square += apart * apart
     way = moved[a] + moved[b]
-    least = np.sqrt(square) - way
-    i, j = np.nonzero(there[a] & there[b])
-    return Stretches(a[i], b[i], starts[j], ends[j], way[i, j], least[i, j], group[i])
+    least = np.sqrt(square) + np.minimum(deep, 0.0) - way
+    i, j = np.nonzero(coarse.there[a] & coarse.there[b])
+    return Stretches(a[i], b[i], coarse.starts[j], coarse.ends[j], way[i, j], least[i, j], group[i])
 
 
 def in_pieces(now: Stretches, look: Callable[[Stretches], Some]) -> Some:
@@ -98,54 +84,6 @@ def joined(parts: Sequence[Some]) -> Some:
     else:
         found = type(one)(*(joined([getattr(x, f.name) for x in all_]) for f in fields(one)))
     return cast("Some", found)
-
-
-def _reach(s: Moving, k: Indices) -> Floats:
-    """(m, 3) half edges of the box along the world's axes around a shape."""
-    if not isinstance(s.shape, Solid):
-        along: Floats = np.abs(s.turn[np.minimum(k, len(s.turn) - 1)]) / 2 + s.radius
-        return along
-    R, half = s.axes(k)
-    found: Floats = (np.abs(R) * half[:, None, :]).sum(axis=2) + s.radius
-    return found
-
-
-def _there(s: Moving, starts: Indices, ends: Indices) -> NDArray[np.bool_]:
-    if s.there is None:
-        return np.ones(len(starts), bool)
-    found: NDArray[np.bool_] = np.logical_or.reduceat(s.there, starts) | s.there[ends]
-    return found
-
-
-def _excursions(
-    s: Moving, starts: Indices, ends: Indices, middles: Indices, common: Floats, known: dict[str, Floats]
-) -> Floats:
-    """(m,) by how much points of a shape leave their places at the middle of each stretch, against a common motion."""
-    straight = s.shape.body if isinstance(s.shape, Solid) and len(s.turn) == 1 else ""
-    if straight in known:
-        return known[straight]
-    inside, counts = slice(starts[0], ends[-1] + 1), np.diff(starts, append=ends[-1] + 1)
-    path = s.centre - common
-    moved = lengths(path[inside] - _repeated(path[middles], counts))
-    last = lengths(path[ends] - path[middles])  # the first of the next
-    if len(s.turn) > 1:
-        moved += s.spun(s.turn[inside], _repeated(s.turn[middles], counts))
-        last += s.spun(s.turn[ends], s.turn[middles])
-    if len(s.stray):
-        stray = np.zeros(len(path))
-        stray[:-1] = s.stray
-        np.maximum(stray[1:], s.stray, out=stray[1:])
-        moved += stray[inside]
-    found: Floats = np.maximum(np.maximum.reduceat(moved, starts - starts[0]), last)
-    if straight:
-        known[straight] = found
-    return found
-
-
-def _repeated(x: Floats, counts: Indices) -> Floats:
-    """Rows of x (m, k), each as often as said; each column in one piece of memory."""
-    found: Floats = np.repeat(np.ascontiguousarray(x.T), counts, axis=1).T
-    return found
 
 
 def bounded(all_: Together, now: Stretches) -> Stretches:

@@ -92,7 +92,7 @@ def _ratio(a: Pair, b: Pair) -> Pair:
     return x, (((a[0] - p) - e) + a[1] - x * b[1]) / b[0]
 
 
-def _polynomial(c: tuple[float, ...], x: Scalar) -> Any:
+def _polynomial(c: tuple[float, ...], x: Scalar) -> Scalar:
     """c[0] + c[1] x + ... by Horner's rule."""
     y: Scalar = c[-1]
     for a in c[-2::-1]:
@@ -100,7 +100,7 @@ def _polynomial(c: tuple[float, ...], x: Scalar) -> Any:
     return y
 
 
-def nearest(x: Scalar) -> Any:
+def nearest(x: Scalar) -> Scalar:
     """The whole number nearest to x, up to 2^51; the even one of two."""
     return x + _ROUND - _ROUND
 

@@ -6,10 +6,10 @@ about the same point, sums along a path need no transformations.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import Array, Scalar
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars
 
 from .elementary import cos, sin
 
@@ -19,13 +19,13 @@ __all__ = [
 ]  # fmt: skip
 
 
-def exact(x: Any) -> Array:
+def exact(x: Scalars | Sequence[Sequence[float]]) -> Array:
     """As an array of Python floats, whose products are summed in order: NumPy hands those of its own floats to BLAS,
     which gives other last bits on other processors."""
     return np.array(np.asarray(x, dtype=float).tolist(), dtype=object)
 
 
-def join(*parts: Any) -> Array:
+def join(*parts: Scalars) -> Array:
     return np.concatenate([np.asarray(p) for p in parts]) if parts else np.zeros(0)
 
 

@@ -44,7 +44,7 @@ def _movers(mode: Mode) -> str:
     return ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in bodies) + f"; by {mode.joints[0][0]}"
 
 
-def modes_data(found: Modes) -> dict[str, Any]:
+def modes_data(found: Modes) -> dict[str, object]:
     """Frequencies [Hz], pulsations [rad/s], damping ratios, shares and shapes (amplitude and phase [rad])."""
     return {
         "modes": [
@@ -106,7 +106,7 @@ def _choice(reactions: Reactions) -> str:
     )
 
 
-def statics_data(found: Equilibrium, reactions: Reactions, growth: float) -> dict[str, Any]:
+def statics_data(found: Equilibrium, reactions: Reactions, growth: float) -> dict[str, object]:
     """Coordinates, tensions and normal forces [N], reactions in the joints' axes [N, N m], growth of a push [1/s], and
     what rigid bodies do not determine."""
     return {

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
@@ -140,7 +139,7 @@ def closure_function(kind: str) -> Function:
         wa = [join(cross(x_a, c.f) + c.n, c.f) for c in rows]
         wb = [join(cross(x_b, c.f) + c.n, c.f) for c in rows]
 
-        def bias(x: Array, c: Condition) -> Any:
+        def bias(x: Array, c: Condition) -> Array:
             return join(cross(v, c.f) + cross(x, c.df) + c.dn, c.df)
 
         return {

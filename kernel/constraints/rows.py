@@ -99,7 +99,7 @@ class Rows:
         pairs = [(r, s) for r in rows for s in columns]
         return [self._masked(r, s, a) for (r, s), a in zip(pairs, A, strict=True)]
 
-    def matrix(self) -> Any:
+    def matrix(self) -> Array:
         """(n, n) G H^-1 G^T of all rows, there or not; on floats."""
         n = len(self.rows)
         return np.array([[float(self._entry(r, s)) for s in range(n)] for r in range(n)])
@@ -153,7 +153,7 @@ class Rows:
         F, free = self._trees[i].F, self._free(i)
         return F[len(F) - len(free) + free.index(k)]
 
-    def _entry(self, r: int, s: int) -> Any:
+    def _entry(self, r: int, s: int) -> Scalar:
         """What a unit of row s accelerates in row r."""
         return sum((y * self._W[s][ik] for ik, y in self._Y[r].items() if ik in self._W[s]), 0.0)
 

@@ -30,7 +30,7 @@ def plain(system: System) -> System:
         raise KernelError(f"the description is {_shown(system)}; it must be a System")
     groups: dict[str, Any] = {}
     for name, hint in _hints(System).items():
-        value: Any = getattr(system, name)
+        value: object = getattr(system, name)
         if name == "gravity":
             groups[name] = _read(value, hint, name)
             continue
@@ -46,7 +46,7 @@ def plain(system: System) -> System:
     return replace(system, **groups)
 
 
-def item_word(x: Any) -> str:
+def item_word(x: object) -> str:
     """What sentences call an item."""
     kind = type(x).__name__
     return "spring" if kind == "JointSpring" else kind.lower()
@@ -141,12 +141,12 @@ def _wanted(hint: Any, many: bool = False) -> str:
     return f"{word}s" if many else f"{'an' if word[0] in 'AEIOU' else 'a'} {word}"
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     text = " ".join(repr(value).split())
     return text if len(text) <= SHOWN else f"{text[: SHOWN - 3]}..."
 
 
-def _is_class(hint: Any) -> bool:
+def _is_class(hint: object) -> bool:
     return isinstance(hint, type) and get_origin(hint) is None
 
 

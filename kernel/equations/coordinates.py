@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from heavylift.kernel.compiler.function import symbols
 from heavylift.kernel.compiler.symbol import Graph as Trace
-from heavylift.kernel.compiler.symbol import Sym, is_sym
+from heavylift.kernel.compiler.symbol import Scalar, Sym, is_sym
 from heavylift.kernel.description.mechanics import System
 from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
@@ -59,7 +59,7 @@ def coordinates(system: System, formulation: str) -> Section:
     names = _input_names(program)
     seen: dict[str, Equation] = {}
     for label, value in trace.equations:
-        if label not in seen and (is_sym(value) or value != 0.0):
+        if label not in seen and (isinstance(value, Sym) or value != 0.0):
             seen[label] = _equation(label, value, names)
     return Section(
         "in coordinates",
@@ -106,7 +106,7 @@ def _law_names(kind: str, name: str, n: int) -> list[str]:
     return [f"{base}({name}){dot}{component}" for base, dot, component in parts]
 
 
-def _tree_names(tree: Any) -> list[str]:
+def _tree_names(tree: Tree) -> list[str]:
     """Names of a tree's numbers; its parameters are "#i" wherever they stand."""
     found: dict[int, str] = {}
 
@@ -135,7 +135,7 @@ def _component(shape: tuple[int, ...], i: int) -> str:
     return "." + ("".join(_XYZ[int(j)] for j in index) if small else "_".join(str(int(j) + 1) for j in index))
 
 
-def _equation(label: str, value: Any, names: dict[tuple[str, int], str]) -> Equation:
+def _equation(label: str, value: Scalar, names: dict[tuple[str, int], str]) -> Equation:
     terms = _terms(value)
     parts = []
     for n, (sign, term) in enumerate(terms):
@@ -146,12 +146,12 @@ def _equation(label: str, value: Any, names: dict[tuple[str, int], str]) -> Equa
     return Equation(Formula(label, _symbol(label)), right, parts=tuple(_lines(parts)))
 
 
-def _terms(x: Any, sign: str = "+") -> list[tuple[str, Any]]:
+def _terms(x: Scalar, sign: str = "+") -> list[tuple[str, Scalar]]:
     """The terms of a sum, in order, so that long ones can be broken."""
-    if is_sym(x) and x.op in ("add", "sub"):
+    if isinstance(x, Sym) and x.op in ("add", "sub"):
         other = sign if x.op == "add" else ("-" if sign == "+" else "+")
         return _terms(x.args[0], sign) + _terms(x.args[1], other)
-    if is_sym(x) and x.op == "neg":
+    if isinstance(x, Sym) and x.op == "neg":
         return _terms(x.args[0], "-" if sign == "+" else "+")
     return [(sign, x)]
 
@@ -167,7 +167,7 @@ def _lines(parts: list[Formula], width: int = 75) -> list[Formula]:
     return lines if len(lines) > 1 else []
 
 
-def _number(x: Any) -> str:
+def _number(x: Scalar) -> str:
     return f"{float(np.float64(x)):.6g}"
 
 
@@ -176,9 +176,9 @@ def _name(x: Sym, names: dict[tuple[str, int], str]) -> str:
     return names.get((block, i), block if i < 0 else f"{block}[{i}]")
 
 
-def _text(x: Any, names: dict[tuple[str, int], str], level: int = 0) -> str:
+def _text(x: Scalar, names: dict[tuple[str, int], str], level: int = 0) -> str:
     """Infix text of a traced value."""
-    if not is_sym(x):
+    if not isinstance(x, Sym):
         return _number(x)
     if x.op == "in":
         return _name(x, names)
@@ -193,7 +193,7 @@ def _text(x: Any, names: dict[tuple[str, int], str], level: int = 0) -> str:
     return f"({s})" if power < level else s
 
 
-def _function(x: Sym) -> tuple[str, tuple[Any, ...]]:
+def _function(x: Sym) -> tuple[str, tuple[Scalar, ...]]:
     """max and min are selections in the traced text."""
     if x.op == "select" and is_sym(c := x.args[0]) and c.op == "gt":
         if _same(c.args, x.args[1:]):
@@ -203,12 +203,12 @@ def _function(x: Sym) -> tuple[str, tuple[Any, ...]]:
     return x.op, x.args
 
 
-def _same(a: tuple[Any, ...], b: tuple[Any, ...]) -> bool:
-    return all(x is y if is_sym(x) or is_sym(y) else x == y for x, y in zip(a, b, strict=True))
+def _same(a: tuple[Scalar, ...], b: tuple[Scalar, ...]) -> bool:
+    return all(x is y if isinstance(x, Sym) or is_sym(y) else x == y for x, y in zip(a, b, strict=True))
 
 
-def _inverse(x: Any) -> bool:
-    return is_sym(x) and x.op == "div" and not is_sym(x.args[0]) and x.args[0] == 1.0
+def _inverse(x: Scalar) -> bool:
+    return isinstance(x, Sym) and x.op == "div" and not is_sym(x.args[0]) and x.args[0] == 1.0
 
 
 def _operation(x: Sym) -> str:
@@ -216,7 +216,7 @@ def _operation(x: Sym) -> str:
     return "div" if x.op == "mul" and any(map(_inverse, x.args)) else str(x.op)
 
 
-def _operands(x: Sym) -> tuple[Any, Any]:
+def _operands(x: Sym) -> tuple[Scalar, Scalar]:
     """Constants first, divisors last."""
     a, b = x.args
     if x.op != "mul":
@@ -228,9 +228,9 @@ def _operands(x: Sym) -> tuple[Any, Any]:
     return (b, a) if not is_sym(b) else (a, b)
 
 
-def _latex(x: Any, names: dict[tuple[str, int], str], level: int = 0) -> str:
+def _latex(x: Scalar, names: dict[tuple[str, int], str], level: int = 0) -> str:
     """The same in LaTeX."""
-    if not is_sym(x):
+    if not isinstance(x, Sym):
         mantissa, _, exponent = _number(x).partition("e")
         return mantissa + (rf" \cdot 10^{{{int(exponent)}}}" if exponent else "")
     if x.op == "in":
@@ -250,8 +250,8 @@ def _latex(x: Any, names: dict[tuple[str, int], str], level: int = 0) -> str:
         inner = ", ".join(_latex(a, names) for a in args)
         return rf"\operatorname{{{escaped(op)}}}({inner})"
     power = _INFIX[x.op][1]
-    a, b = _operands(x)
-    s = f"{_latex(a, names, power)}{_LATEX[x.op]}{_latex(b, names, power + (x.op == 'sub'))}"
+    left, right = _operands(x)
+    s = f"{_latex(left, names, power)}{_LATEX[x.op]}{_latex(right, names, power + (x.op == 'sub'))}"
     return f"({s})" if power < level else s
 
 

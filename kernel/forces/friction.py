@@ -20,12 +20,12 @@ class Contact(NamedTuple):
     """Force, guard, heat [W] and stored energy [J]."""
 
     force: Any
-    guard: Any
+    guard: Scalar
     heat: Scalar
     stored: Scalar
 
 
-def one_sided(force: Any, clamped: bool) -> Any:
+def one_sided(force: Scalar, clamped: bool) -> Scalar:
     """max(0, force), or the force as it is: a step that ends behind an event sees a smooth law and is then cut.
 
     Where it is clamped, the dense output before the event suffers from the kink.
@@ -46,7 +46,7 @@ def pushes(depth: Scalar, rate: Scalar, k: Scalar, d: Scalar, closed: Scalar, cl
 
 
 def friction(
-    s: Any, v: Array, limit: Scalar, k: Scalar, d: Scalar, stick: Scalar, direction: Array, at_rest: bool
+    s: Array, v: Array, limit: Scalar, k: Scalar, d: Scalar, stick: Scalar, direction: Array, at_rest: bool
 ) -> Contact:
     """(n,) dry friction: a spring-damper from its anchor (s from it) that slips at `limit`.
 

@@ -17,7 +17,6 @@ from __future__ import annotations
 from collections.abc import Hashable
 from itertools import pairwise
 from math import pi
-from typing import Any
 
 import numpy as np
 from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, select
@@ -255,7 +254,7 @@ def _round(f: Reeving) -> list[int]:
     return [i for i, s in enumerate(f.sheaves) if s.radius > 0.0]
 
 
-def _only(on: Scalar, x: Any) -> Any:
+def _only(on: Scalar, x: Array) -> Array:
     """x where `on`, else zeros."""
     return np.array([select(on, e, 0.0) for e in x])
 
@@ -282,7 +281,7 @@ def _node(s: Sheave, q: Array, body: Array, label: str = "a") -> Node:
     return Node(x, c, v, body[15:18], axis, divide, q[9] if s.radius > 0.0 else None)
 
 
-def _divide(node: Node, before: Part, after: Part) -> tuple[Any, float]:
+def _divide(node: Node, before: Part, after: Part) -> tuple[Array, float]:
     """The middle of an arc, in world axes, and the wrap [rad] at the start."""
     first, last = (np.cross(x.plane, node.axis) for x in (before, after))
     wrap = float(np.arctan2(node.axis @ np.cross(first, last), first @ last)) % (2.0 * pi)
@@ -290,6 +289,6 @@ def _divide(node: Node, before: Part, after: Part) -> tuple[Any, float]:
     return np.cos(half) * first + np.sin(half) * np.cross(node.axis, first), wrap
 
 
-def _body(R: Array, p: Array) -> Any:
+def _body(R: Array, p: Array) -> Array:
     """A body at rest as laws see it, its tree's point in the world's origin."""
     return np.concatenate([np.ravel(R), np.zeros(3), p, np.zeros(6)])

@@ -35,12 +35,12 @@ def with_rope_masses(system: System) -> System:
     return replace(system, bodies=tuple(_with(b, borne.get(b.name, [])) for b in system.bodies))
 
 
-def not_weighed(weight: Scalar) -> Any:
+def not_weighed(weight: Scalar) -> Scalar:
     """What the bodies at each end of a rope do not weigh of its own weight [N]."""
     return (WEIGHS - MOVES) * weight
 
 
-def pulls_down(weight: Scalar, x: Array) -> Any:
+def pulls_down(weight: Scalar, x: Array) -> Array:
     """(6,) wrench of that at an end, at x from the tree's point."""
     f = -not_weighed(weight)
     return join([x[1] * f, -x[0] * f, 0.0], [0.0, 0.0, f])

@@ -54,7 +54,7 @@ class Part:
     rate: Scalar
     u: Array
     arms: tuple[Array, Array]
-    begin: Any = None
+    begin: Array | None = None
     flat: Any = None  # its length across the axis
     plane: Any = None  # u across the axis, for wraps
     turning: Any = None  # (3,) angular velocity of that direction [rad/s]
@@ -78,7 +78,7 @@ class Way:
     whether the rope lies on it (None: it cannot leave); `counted`: integrals of the angles of nodes that turn."""
 
     def __init__(
-        self, nodes: Sequence[Node], turning: Sequence[bool], on: Sequence[Any], counted: Array | None = None
+        self, nodes: Sequence[Node], turning: Sequence[bool], on: Sequence[Scalar | None], counted: Array | None = None
     ) -> None:
         self._nodes, self._on = nodes, on
         ends = [nodes[-1]]

@@ -7,7 +7,7 @@ the stored energy, so that the accounts close however the bodies tumble.
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Iterator
 from typing import Any
 
 import numpy as np
@@ -253,7 +253,7 @@ class BushingLaw(ForceLaw[Bushing]):
         return place + [Shown("bushing/force", x.name, "N or N m") for x in place]
 
 
-def _filled(pattern: list[int], given: Any) -> Any:
+def _filled(pattern: list[int], given: Iterator[Scalar]) -> Any:
     """(6, 6) with the next numbers at the places of `pattern`, zeros elsewhere."""
     places = set(pattern)
     flat = [next(given) if i in places else 0.0 for i in range(36)]

@@ -6,12 +6,11 @@ own numbers, ends, signal and joint.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array, Scalars
 from heavylift.kernel.description.forces import (
     Bushing,
@@ -152,8 +151,8 @@ def _function(name: str, f: Law, law: ForceLaw[Any], numbers: int) -> Function:
     blocks |= {"c": n} if n else {}
 
     def body(
-        p: Array, s: Any = None, x: Any = None, t: Scalars = (0.0,), c: Any = None, **bodies: Any
-    ) -> Mapping[str, Any]:
+        p: Array, s: Scalars = (), x: Scalars = (), t: Scalars = (0.0,), c: Scalars = (), **bodies: Array
+    ) -> Outputs:
         counted = {"counted": c} if n else {}
         a: Answer = law.answer(f, p, [bodies[e] for e in ends], s, x, t[0], **counted)
         one = {k: [getattr(a, k)] for k in ("effort", "heat", "work", "stored")}

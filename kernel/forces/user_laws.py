@@ -74,7 +74,7 @@ class UserLawEntry(ForceLaw[UserLaw]):
     def signal(self, f: UserLaw) -> Signal:
         return f.signal
 
-    def shape(self, f: UserLaw) -> Any:
+    def shape(self, f: UserLaw) -> tuple[int, str]:
         return f.modes, _digest(self._traced(f))
 
     def numbers(self, f: UserLaw, poses: Poses) -> list[float]:
@@ -100,7 +100,7 @@ class UserLawEntry(ForceLaw[UserLaw]):
                 f"law '{f.name}': '{f.guards}' must return a list of {f.modes} numbers, one for each mode"
             )
         switched = [mode * g for mode, g in zip(modes, values, strict=True)]
-        if f.joint:
+        if dq is not None:
             effort = _numbers([answer])
             if effort is None or len(effort) != 1:
                 raise KernelError(f"law '{f.name}': '{f.function}' must return one number, the effort along its joint")
@@ -136,7 +136,7 @@ class UserLawEntry(ForceLaw[UserLaw]):
         blocks = {"p": len(self.numbers(f, lambda body: (np.eye(3), np.zeros(3)))), "s": 2, "x": 2, "t": 1}
         blocks |= {f"e{i}": BODY for i in range(len(f.ends))}
 
-        def body(p: Array, s: Any, x: Any, t: Array, **bodies: Any) -> Outputs:
+        def body(p: Array, s: Scalars, x: Scalars, t: Array, **bodies: Array) -> Outputs:
             ends = [bodies[f"e{i}"] for i in range(len(f.ends))]
             a = self.answer(f, p, ends, s, x, t[0])
             return {"effort": [a.effort], "guards": a.guards, **{f"w{i}": w for i, w in enumerate(a.wrenches)}}
@@ -146,11 +146,11 @@ class UserLawEntry(ForceLaw[UserLaw]):
         return law
 
 
-def _stack(rows: list[Any]) -> Any:
+def _stack(rows: list[Scalars]) -> Array:
     return np.array([np.asarray(r, dtype=object) for r in rows], dtype=object)
 
 
-def _numbers(values: Any) -> list[Any] | None:
+def _numbers(values: object) -> list[Scalar] | None:
     """The values if all are numbers or traced scalars."""
     try:
         flat = np.ravel(np.array(values, dtype=object)).tolist()
@@ -160,7 +160,7 @@ def _numbers(values: Any) -> list[Any] | None:
     return [x if is_sym(x) else float(x) for x in flat] if good else None
 
 
-def _called(f: UserLaw, function: str, given: Given) -> Any:
+def _called(f: UserLaw, function: str, given: Given) -> object:
     """The answer of the user's function; whatever it raises becomes a sentence with its line."""
     law = _found(f, function)
     try:
@@ -180,7 +180,7 @@ def _called(f: UserLaw, function: str, given: Given) -> Any:
         raise KernelError(f"law '{f.name}': '{function}' at {where}: {message}") from e
 
 
-def _found(f: UserLaw, function: str) -> Callable[[Given], Any]:
+def _found(f: UserLaw, function: str) -> Callable[[Given], object]:
     """The user's function; one that data named only from a folder that is trusted."""
     module, colon, name = function.rpartition(":")
     if not (colon and module and name):

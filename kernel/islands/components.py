@@ -13,8 +13,9 @@ from collections.abc import Collection, Iterator
 from dataclasses import fields, replace
 from typing import Any
 
+from heavylift.kernel.description.forces import Reeving
 from heavylift.kernel.description.joint_table import JOINTS
-from heavylift.kernel.description.mechanics import WORLD, Point, System
+from heavylift.kernel.description.mechanics import WORLD, Point, RigidRope, Rope, System
 from heavylift.kernel.forces.table import signals
 
 __all__ = ["islands_of", "loose_ropes"]
@@ -89,7 +90,7 @@ def _items(system: System) -> Iterator[tuple[str, int, Any]]:
             yield group, i, x
 
 
-def _ends(rope: Any) -> list[str]:
+def _ends(rope: Rope | RigidRope | Reeving) -> list[str]:
     """Bodies of a rope, without the ground."""
     return [b for b in dict.fromkeys(p.body for line in rope.lines for p in (line.a, line.b)) if b != WORLD]
 

@@ -101,7 +101,7 @@ def _check_item(x: Any) -> None:
             raise KernelError(f"{where}: {field} is {getattr(x, field):g}; it cannot be negative")
 
 
-def _numbers(x: Any, field: str = "") -> Iterator[tuple[str, float]]:
+def _numbers(x: object, field: str = "") -> Iterator[tuple[str, float]]:
     """All numbers of a description with the field that holds them."""
     if is_dataclass(x) or isinstance(x, Struct):
         for name in field_names(x):
@@ -183,7 +183,7 @@ def check_joint(j: Joint) -> None:
         raise KernelError(f"joint '{j.name}': its initial quaternion is zero; it must have length 1")
 
 
-def check_options(tolerance: Any, sample_ns: Any, h_max: Any, step: Any, opt: Any) -> None:
+def check_options(tolerance: float, sample_ns: int, h_max: float, step: float | None, opt: int) -> None:
     """Raises KernelError for options of a simulation that no run can have."""
     numbers = {"tolerance": tolerance, "sample_ns": sample_ns, "h_max": h_max, "step": 1.0 if step is None else step}
     for name, x in numbers.items():

@@ -7,8 +7,6 @@ code, so a new feature adds its line.
 
 from __future__ import annotations
 
-from typing import Any
-
 from heavylift.kernel.description.mechanics import Measured, Threshold
 from heavylift.kernel.multibody.trees import kind_of
 
@@ -17,7 +15,7 @@ from .program import Program
 __all__ = ["structure"]
 
 
-def structure(program: Program, *method: Any) -> str:
+def structure(program: Program, *method: object) -> str:
     """Equal for scenes that share machine code; `method`: what the code depends on besides the scene."""
     p, s = program, program.system
     number, along = p.graph.number, p.graph.coordinate

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from types import SimpleNamespace
 
 import numpy as np
 from heavylift.kernel.compiler.function import OPAQUE, Outputs, Primitive
@@ -22,7 +22,7 @@ __all__ = ["FOURTH", "SECOND", "Tangent"]
 
 FOURTH, SECOND = (2.0 / 3.0, -1.0 / 12.0), (0.5, 0.0)  # order of central differences: weights of h f'(0)
 
-Rate = Callable[..., Any]  # (t (2,), y (ny,), P) -> dy, T, G, ... by name
+Rate = Callable[..., SimpleNamespace]  # (t (2,), y (ny,), P) -> dy, T, G, ... by name
 
 
 @dataclass(frozen=True)

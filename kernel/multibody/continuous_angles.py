@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from math import floor, pi
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.kernel.algebra.elementary import nearest
@@ -31,7 +31,7 @@ Label = tuple[str, str, int]  # "body", its name, axis of its attitude; or "forc
 Poses = Callable[[str], tuple[Array, Array]]
 
 
-def on_turn(wrapped: Scalar, counted: Scalar) -> Any:
+def on_turn(wrapped: Scalar, counted: Scalar) -> Scalar:
     """The angle [rad] that a rotation shows as `wrapped`, next to its integral."""
     return wrapped + TURN * nearest((counted - wrapped) * (1.0 / TURN))
 

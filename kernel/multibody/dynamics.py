@@ -36,14 +36,14 @@ class Equations:
     rhs: list[Scalar]
     factors: Factors
 
-    def accelerations(self, a: list[Scalar], a_ref: Scalars) -> Any:
+    def accelerations(self, a: list[Scalar], a_ref: Scalars) -> Array:
         """(n_v,) from those of the free degrees of freedom and the given ones."""
         values = dict(zip(self.tree.free_dofs, a, strict=True)) | dict(
             zip(self.tree.prescribed_dofs, a_ref, strict=True)
         )
         return np.array([values[k] for k in range(len(self.rhs))])
 
-    def solution(self, a_ref: Scalars) -> tuple[dict[int, Scalar], Any]:
+    def solution(self, a_ref: Scalars) -> tuple[dict[int, Scalar], Array]:
         """Accelerations by degree of freedom where nothing else acts, and the forces of prescribed joints."""
         a = self.accelerations(self.factors.solve([self.rhs[k] for k in self.tree.free_dofs]), a_ref)
         reaction = [

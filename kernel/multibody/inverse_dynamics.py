@@ -6,8 +6,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross, join
 from heavylift.kernel.compiler.symbol import Array, Scalar
@@ -35,7 +33,7 @@ def accelerated(tree: Tree, q: Array, v: Array, dv: Array, g: Scalar) -> Kinemat
     return K
 
 
-def axial_loads(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> Any:
+def axial_loads(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> Array:
     """Of every flexible body, in its own axes: the force (3,) of each body that it carries on it [N], the acceleration
     (3,) of its frame less gravity [m/s2], and its angular velocity (3,) [rad/s]; arguments as of `inverse_dynamics`."""
     K = accelerated(tree, q, v, dv, g)
@@ -50,7 +48,7 @@ def axial_loads(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Sc
     return join(*out)
 
 
-def inverse_dynamics(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> tuple[Any, list[Any]]:
+def inverse_dynamics(tree: Tree, q: Array, v: Array, dv: Array, W: list[Array], g: Scalar) -> tuple[Array, list[Array]]:
     """Forces tau (n_v,) of the joints that give the accelerations dv, and what each joint transmits to its body.
 
     W: (6,) wrench on each body, the result likewise (6,) per body, [moment; force] in world axes about the tree's

@@ -9,8 +9,6 @@ Closed loops and rigid ropes add their impulse by a projection in the same metri
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from heavylift.kernel.compiler.function import Function, Outputs
 from heavylift.kernel.compiler.symbol import Array
@@ -63,7 +61,7 @@ def halt_function(k: int, tree: Tree) -> Function:
         I, _ = composites(t, K, [np.zeros(6)] * len(t.bodies))
         H = joint_space_inertia(t, K, I)
 
-        def row(i: int, jump: dict[int, Any]) -> Any:
+        def row(i: int, jump: dict[int, float]) -> float:
             pairs = {j: (max(i, j), min(i, j)) for j in jump}
             return sum((H[pair] * jump[j] for j, pair in pairs.items() if pair in H), 0.0)
 

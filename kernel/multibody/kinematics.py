@@ -39,7 +39,7 @@ class Kinematics:
     A: list[Array] = field(default_factory=list)
     S: list[list[Any]] = field(default_factory=list)
     dq: list[Array] = field(default_factory=list)
-    modes: dict[int, tuple[Array, Any, Array]] = field(default_factory=dict)
+    modes: dict[int, tuple[Array, Array, Array]] = field(default_factory=dict)
     carried: dict[int, list[Any]] = field(default_factory=dict)
 
 

@@ -82,7 +82,7 @@ def columns(b: Jointed, q: Array, v: Array, R_WJ: Array, R_WB: Array, r: Array) 
         return [*slides, *(_column(True, r, e) for e in R_WB.T)], None
     S: list[Any] = [None] * joint.n_v
     R, turned = R_WJ, set[int]()  # what the motions so far have turned, and about which axes
-    twists: list[tuple[Motion, Any]] = []
+    twists: list[tuple[Motion, Array]] = []
     bias = None
     for n, m in enumerate(joint.motions):
         factor = b.pitch if m.factor is None else m.factor
@@ -101,6 +101,6 @@ def columns(b: Jointed, q: Array, v: Array, R_WJ: Array, R_WB: Array, r: Array) 
     return S, bias
 
 
-def _column(turns: bool, r: Array, e: Array) -> Any:
+def _column(turns: bool, r: Array, e: Array) -> Array:
     """(6,) twist of a unit turn about, or slide along, direction e through the child's origin."""
     return join(e, cross(r, e)) if turns else join(np.zeros(3), e)

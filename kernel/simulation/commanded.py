@@ -55,5 +55,5 @@ class Commanded(ABC):
         self._addressed("watch", "threshold", threshold).switches.watch(threshold, value, rising)
 
     def unwatch(self, threshold: str) -> None:
-        """Report it no more."""
+        """Stop reporting it."""
         self._addressed("unwatch", "threshold", threshold).switches.unwatch(threshold)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from math import fsum
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 from heavylift.kernel.constraints.rigid_ropes import RigidAt
@@ -177,7 +176,7 @@ class Commands:
         return values
 
 
-def _is_place(p: Any) -> bool:
+def _is_place(p: object) -> bool:
     """Whether p is three finite numbers."""
     return (
         isinstance(p, tuple | list | np.ndarray)

@@ -253,8 +253,8 @@ class Simulation(Commanded):
         self.integrator.new_stretch(t_ns)
 
     def foretold(self) -> tuple[int, np.ndarray] | None:
-        """Time [ns] and row of the next sample, and the row of all that follow, if nothing moves and nobody interferes;
-        changes nothing."""
+        """Time [ns] and row of the next sample, and the row of all that follow, while nothing moves and no command
+        comes; changes nothing."""
         native = self.native
         bending = [x for x in self.program.guards if x[0] == "bending"] if self.program.axial else []
         if not self.still or any(self.P[self.program.parameters.at[x]][2] >= 0.0 for x in bending):

@@ -69,7 +69,7 @@ class Steppable(Protocol):
 
     @property
     def slack(self) -> list[Slack]:
-        """What was observed of the lookaheads so far."""
+        """Observed lookaheads so far."""
 
     @property
     def next_time(self) -> Tag:

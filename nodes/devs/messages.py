@@ -19,7 +19,7 @@ from heavylift.kernel.errors import UNREADABLE, ModelError
 from msgspec.structs import astuple
 
 _REGISTRY: dict[str, "type[Message]"] = {}
-_DECODERS: dict[type, "msgspec.msgpack.Decoder[Any]"] = {}
+_DECODERS: dict[type, "msgspec.msgpack.Decoder[Message]"] = {}
 _ENCODER = msgspec.msgpack.Encoder()
 PLAIN = (bool, int, float, str, bytes, type(None))
 _SCALARS = frozenset(PLAIN)
@@ -29,7 +29,7 @@ _SCALARS = frozenset(PLAIN)
 class _MessageType(msgspec.StructMeta):
     """Registers each message class by its name and refuses fields that a receiver could change."""
 
-    def __init__(cls, name: str, bases: tuple[type, ...], namespace: dict[str, Any], **config: Any) -> None:
+    def __init__(cls, name: str, bases: tuple[type, ...], namespace: dict[str, object], **config: object) -> None:
         super().__init__(name, bases, namespace)
         if not bases or bases == (msgspec.Struct,):
             return
@@ -87,7 +87,7 @@ def _changeable(x: object) -> bool:
     return isinstance(x, set) or hasattr(type(x), "__setitem__")
 
 
-def hints_of(cls: type) -> dict[str, Any]:
+def hints_of(cls: type) -> dict[str, object]:
     """The types of a struct's fields, with what is annotated."""
     hints = typing.get_type_hints(cls, localns={cls.__name__: cls}, include_extras=True)
     return {name: hints[name] for name in cls.__struct_fields__}  # type: ignore[attr-defined]
@@ -100,17 +100,17 @@ def _plain(self: Message) -> bool:
     return self.__plain__()
 
 
-def _compiled(hints: dict[str, Any]) -> Callable[[Any], bool]:
+def _compiled(hints: dict[str, object]) -> Callable[[Message], bool]:
     """A function of m that checks expressions: a loop over fields costs more than all else that sending does."""
-    names: dict[str, Any] = {"halves": re.compile("[\ud800-\udfff]").search}
+    names: dict[str, object] = {"halves": re.compile("[\ud800-\udfff]").search}
     try:
         text = " and ".join(_check(x, hint, names) for x, hint in hints.items())
-        return typing.cast("Callable[[Any], bool]", eval(f"lambda m: {text or True}", names))
+        return typing.cast("Callable[[Message], bool]", eval(f"lambda m: {text or True}", names))
     except (NotImplementedError, SyntaxError):  # a type of which only the bytes tell; a field called `from`
         return lambda m: False
 
 
-def _check(x: str, hint: Any, names: dict[str, Any]) -> str:
+def _check(x: str, hint: object, names: dict[str, object]) -> str:
     """An expression that is true if x arrives as it is; NotImplementedError for other types."""
     origin, args = typing.get_origin(hint), typing.get_args(hint)
     if origin in (typing.Union, types.UnionType):
@@ -129,7 +129,7 @@ def _check(x: str, hint: Any, names: dict[str, Any]) -> str:
     return f"(type({x}) is {_named(hint, names)} {more.format(x=x)})"
 
 
-_MORE: dict[Any, str] = {
+_MORE: dict[object, str] = {
     **dict.fromkeys((bool, float, bytes, type(None)), ""),
     int: f"and {-(2**63)} <= {{x}} < {2**64}",
     str: "and ({x}.isascii() or not halves({x}))",  # halves of characters have no bytes
@@ -143,12 +143,12 @@ def _returns(member: Enum) -> bool:
         return False
 
 
-def _named(x: object, names: dict[str, Any]) -> str:
+def _named(x: object, names: dict[str, object]) -> str:
     names[name := f"_{len(names)}"] = x
     return name
 
 
-def _immutable(hint: Any, owner: type) -> bool:
+def _immutable(hint: object, owner: type) -> bool:
     if hint in PLAIN or hint is owner or hint is Ellipsis:
         return True
     origin, args = typing.get_origin(hint), typing.get_args(hint)
@@ -168,7 +168,7 @@ def _immutable(hint: Any, owner: type) -> bool:
     return isinstance(hint, type) and issubclass(hint, Enum)
 
 
-def shown(hint: Any) -> str:
+def shown(hint: object) -> str:
     return hint.__name__ if isinstance(hint, type) and not typing.get_args(hint) else str(hint)
 
 

@@ -36,7 +36,7 @@ class Present:
         self.busy = False  # in the middle of a tag, or of a start
         self.now: Instant = (0, 0)
         self.speaker: Model | None = None  # whose output() runs
-        self.sources: list[Port[Any]] = []  # of the messages of this tag, and
+        self.sources: list[Port[Message]] = []  # of the messages of this tag, and
         self.values: list[Message] = []  # the messages
         self.changes: list[tuple[Coupled, Callable[[], None]]] = []  # of the structure, after this tag
 
@@ -53,10 +53,10 @@ def out_of_reach(path: str, name: str) -> ModelError:
     )
 
 
-_DECLARED: dict[type, list[tuple[str, In[Any] | Out[Any]]]] = {}
+_DECLARED: dict[type, list[tuple[str, In[Message] | Out[Message]]]] = {}
 
 
-def _declared(cls: type["Model"]) -> list[tuple[str, In[Any] | Out[Any]]]:
+def _declared(cls: type["Model"]) -> list[tuple[str, In[Message] | Out[Message]]]:
     """The ports that a class and its bases declare."""
     if cls not in _DECLARED:
         found = ((key, x) for base in reversed(cls.__mro__) for key, x in vars(base).items())
@@ -76,7 +76,7 @@ class Model:
         self.parent: Coupled | None = None
         self._path = ""  # known while it runs
         self._present = IDLE
-        self.ports: dict[str, Port[Any]] = {}
+        self.ports: dict[str, Port[Message]] = {}
         for key, declared in _declared(type(self)):
             if isinstance(declared, In):
                 setattr(self, key, self.add_in(key, declared.type))
@@ -90,7 +90,7 @@ class Model:
 
     def add_in(self, name: str, type: type[M]) -> InPort[M]:
         """Add an in port that only this instance has."""
-        port = InPort(self, self._port_name(name), checked_type(type))
+        port: InPort[M] = InPort(self, self._port_name(name), checked_type(type))
         self.ports[name] = port
         return port
 
@@ -100,7 +100,7 @@ class Model:
             big = isinstance(lookahead, int) and lookahead > 0
             told = "2**63 ns or more, where time ends" if big else f"{lookahead!r} is not a number of ns >= 0"
             raise ModelError(f"{self.path}: port {name}: lookahead {told}")
-        port = OutPort(self, self._port_name(name), checked_type(type), lookahead)
+        port: OutPort[M] = OutPort(self, self._port_name(name), checked_type(type), lookahead)
         self.ports[name] = port
         return port
 
@@ -126,9 +126,10 @@ class Atomic(Model):
         self._last = 0  # [ns] of the last transition
         self._set = 0  # [ns] of the transition that made the present schedule
         self._wait: int | None = None  # [ns] what the running transition asked for
-        self._port: InPort[Any] | None = None  # the bag of this tag: its first message in port, place and value,
-        self._place, self._value = 0, None  # type: int, Any
-        self._more: list[tuple[int, InPort[Any], Any]] | None = None  # then the others as (place, port, value)
+        self._port: InPort[Message] | None = None  # the bag of this tag: its first message in port, place and value,
+        self._place = 0
+        self._value: Any = None
+        self._more: list[tuple[int, InPort[Message], Message]] | None = None  # then the others as (place, port, value)
         self._plain = type(self).confluent is Atomic.confluent
 
     @property
@@ -147,7 +148,7 @@ class Atomic(Model):
         self._wait = wait
 
     def passivate(self) -> None:
-        """Wait for the next input, for ever if need be."""
+        """Schedule no internal transition: wait for the next input."""
         self._wait = NEVER
 
     def start(self) -> None:
@@ -176,20 +177,20 @@ class Coupled(Model):
     def __init__(self, name: str) -> None:
         super().__init__(name)
         self.children: dict[str, Model] = {}
-        self._coupled: dict[tuple[Port[Any], Port[Any]], None] = {}  # in the order of connection
+        self._coupled: dict[tuple[Port[Message], Port[Message]], None] = {}  # in the order of connection
 
     @property
-    def couplings(self) -> list[tuple[Port[Any], Port[Any]]]:
+    def couplings(self) -> list[tuple[Port[Message], Port[Message]]]:
         """Sources and targets in the order of connection."""
         return list(self._coupled)
 
     def add(self, child: Child) -> Child:
-        """Take a child in; its name must be new here."""
+        """Add a child; its name must be new here."""
         self._change("add", lambda: self._add(child))
         return child
 
     def remove(self, name: str) -> None:
-        """Let a child go, with all couplings to and from it."""
+        """Remove a child, with all couplings to and from it."""
         self._change("remove", lambda: self._remove(name))
 
     def _reachable(self, name: str) -> None:
@@ -241,26 +242,26 @@ class Coupled(Model):
             raise ModelError(f"{self.path}: port {name}: declare the lookahead on the atomic that sends")
         return super().add_out(name, type)
 
-    def connect(self, source: Port[Message] | Port[Any], target: Port[Message] | Port[Any]) -> None:
+    def connect(self, source: Port[Message], target: Port[Message]) -> None:
         """Couple a child's or the own source to a child's or the own target (EIC, IC or EOC, by owner)."""
         self._change("connect", lambda: self._connect(source, target))
 
-    def disconnect(self, source: Port[Message] | Port[Any], target: Port[Message] | Port[Any]) -> None:
+    def disconnect(self, source: Port[Message], target: Port[Message]) -> None:
         """Undo a coupling."""
         self._change("disconnect", lambda: self._disconnect(source, target))
 
-    def _disconnect(self, source: Port[Any], target: Port[Any]) -> None:
+    def _disconnect(self, source: Port[Message], target: Port[Message]) -> None:
         if (source, target) not in self._coupled:
             raise ModelError(f"{self.path}: there is no coupling {source!r} -> {target!r} to undo")
         del self._coupled[source, target]
 
-    def _connect(self, source: Port[Any], target: Port[Any]) -> None:
+    def _connect(self, source: Port[Message], target: Port[Message]) -> None:
         wrong = self._fault(source, target)
         if wrong:
             raise ModelError(f"{self.path}: coupling {source!r} -> {target!r}: {wrong}")
         self._coupled[source, target] = None
 
-    def _fault(self, source: Port[Any], target: Port[Any]) -> str:
+    def _fault(self, source: Port[Message], target: Port[Message]) -> str:
         """What is wrong with a coupling, "" if nothing is."""
         for port in (source, target):
             if port.owner is not self and port.owner.parent is not self:

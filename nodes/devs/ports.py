@@ -6,7 +6,8 @@ is a promise: after a transition at t, no output that was not already scheduled 
 t + L. It is checked, not added.
 """
 
-from typing import Any, Generic, Protocol, TypeVar, overload
+from collections.abc import ItemsView, Iterator, Mapping, ValuesView
+from typing import Any, Generic, Never, Protocol, TypeVar, overload
 
 from heavylift.kernel.errors import ModelError
 
@@ -14,67 +15,80 @@ from .messages import Message, decoder
 from .travelling import travelling
 
 M = TypeVar("M", bound=Message)
+Carried = TypeVar("Carried", bound=Message, covariant=True)
+Sent = TypeVar("Sent", bound=Message, contravariant=True)
 D = TypeVar("D")
+
+
+class Said(Protocol):
+    """What a port sees of the present tag (`models.Present`)."""
+
+    sources: "list[Port[Message]]"
+    values: list[Message]
+
+    @property
+    def speaker(self) -> object: ...
 
 
 class Owner(Protocol):
     """What is asked of the model of a port (`models.Model`)."""
 
     name: str
-    _present: Any
 
+    @property
+    def _present(self) -> Said: ...
     @property
     def path(self) -> str: ...
     @property
-    def parent(self) -> Any: ...
+    def parent(self) -> object: ...
     @property
-    def ports(self) -> Any: ...
+    def ports(self) -> "Mapping[str, Port[Message]]": ...
 
 
-class Port(Generic[M]):
+class Port(Generic[Carried]):
     """A named place of a model where messages of one type enter or leave."""
 
     __slots__ = ("name", "owner", "routes", "type")
 
-    def __init__(self, owner: "Owner", name: str, type: type[M]) -> None:
+    def __init__(self, owner: "Owner", name: str, type: type[Carried]) -> None:
         self.owner, self.name, self.type = owner, name, type
-        self.routes: tuple[tuple[Any, InPort[Any], int], ...] = ()  # the simulator's ways to atomics
+        self.routes: tuple[tuple[Any, InPort[Message], int], ...] = ()  # the simulator's ways to atomics
 
     def __repr__(self) -> str:
         return f"{self.owner.path}.{self.name}"
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self) -> tuple[object, ...]:
         """Kept without what the simulator has put here: routes lead through the whole model."""
         return object.__new__, (type(self),), self.__getstate__()
 
-    def __getstate__(self) -> tuple[Any, ...]:
+    def __getstate__(self) -> tuple[object, ...]:
         return self.owner, self.name, self.type
 
-    def __setstate__(self, state: tuple[Any, ...]) -> None:
+    def __setstate__(self, state: tuple[object, ...]) -> None:
         self.__init__(*state)  # type: ignore[misc]
 
 
-class InPort(Port[M]):
+class InPort(Port[Carried]):
     """A bound in port: a key of the bag."""
 
     __slots__ = ()
 
 
-class OutPort(Port[M]):
+class OutPort(Port[Message], Generic[Sent]):
     """A bound out port; `exits` are the simulator's ways out of the root."""
 
     __slots__ = ("_sent", "exits", "lookahead")
 
-    def __init__(self, owner: "Owner", name: str, type: type[M], lookahead: int) -> None:
+    def __init__(self, owner: "Owner", name: str, type: type[Sent], lookahead: int) -> None:
         super().__init__(owner, name, type)
         self.lookahead = lookahead
-        self.exits: tuple[tuple[OutPort[Any], int], ...] = ()
-        self._sent: M | None = None
+        self.exits: tuple[tuple[OutPort[Never], int], ...] = ()
+        self._sent: Sent | None = None
 
-    def __getstate__(self) -> tuple[Any, ...]:
+    def __getstate__(self) -> tuple[object, ...]:
         return self.owner, self.name, self.type, self.lookahead
 
-    def send(self, value: M) -> None:
+    def send(self, value: Sent) -> None:
         """Put one message into the bags of all receivers, at this tag; allowed inside `output()` only."""
         owner = self.owner
         present = owner._present
@@ -145,7 +159,7 @@ class Bag(Protocol):
     def get(self, port: InPort[M], /) -> list[M] | None: ...
     @overload
     def get(self, port: InPort[M], default: D, /) -> "list[M] | D": ...
-    def __iter__(self) -> Any: ...
+    def __iter__(self) -> Iterator[InPort[Message]]: ...
     def __len__(self) -> int: ...
-    def items(self) -> Any: ...
-    def values(self) -> Any: ...
+    def items(self) -> ItemsView[InPort[Message], list[Message]]: ...
+    def values(self) -> ValuesView[list[Message]]: ...

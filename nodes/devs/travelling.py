@@ -6,7 +6,7 @@ declared. An int in a float field arrives as that float.
 """
 
 from math import isnan
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import msgspec
 from heavylift.kernel.errors import ModelError
@@ -33,7 +33,7 @@ def travelling(value: M, port: object) -> M:
     return arrived
 
 
-def _same(a: Any, b: Any) -> bool:
+def _same(a: object, b: object) -> bool:
     """Equality to which NaN is NaN."""
     if isinstance(a, float) and isnan(a):
         return isinstance(b, float) and isnan(b)

@@ -114,10 +114,10 @@ class _Worst:
             return
         how = self._how(values)
         self._most = max(self._most, float(how.max() if finite.all() else how[finite].max()))
-        how = np.where(np.isnan(how), -np.inf, how)
-        highest = np.maximum.accumulate(np.append(self._first[-1][0] if self._first else -np.inf, how))
         least = self._most - max(SAME * abs(self._most), NOISE.get(self._limit.unit, 0.0))
-        new = np.flatnonzero((how > highest[:-1]) & (how >= least)).tolist()
+        near = np.flatnonzero(how >= least)
+        highest = np.maximum.accumulate(np.append(self._first[-1][0] if self._first else -np.inf, how[near]))
+        new = near[how[near] > highest[:-1]].tolist()
         self._first = [x for x in self._first if x[0] >= least]
         self._first += [(float(how[k]), self._made(signals, float(values[k]), float(signals.t[k]), k)) for k in new]
 

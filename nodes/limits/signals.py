@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     from heavylift.nodes.plan.plan import Plan
 
-__all__ = ["Signals", "hooked_in", "rotations", "signals_of", "signals_of_peaks"]
+__all__ = ["Signals", "hooked_in", "signals_of", "signals_of_peaks"]
 
 Column: TypeAlias = NDArray[np.float64]
 Hooked: TypeAlias = tuple[float, Mapping[str, str]]  # from when [s], sling -> lug
@@ -119,14 +119,3 @@ def hooked_in(plan: Plan, rigs: Sequence[tuple[float, Sequence[_Line]]]) -> list
         ends = ((line.rope, lugs.get((line.b_body, *line.b))) for line in lines if line.rope in slings)
         found.append((start, {rope: lug for rope, lug in ends if lug}))
     return found
-
-
-def rotations(quaternions: Column) -> Column:
-    """(n, 3, 3) rotation matrices of quaternions (n, 4), x y z w."""
-    x, y, z, w = quaternions.T
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
-    )
-    return np.moveaxis(np.array(rows), 2, 0)

@@ -102,7 +102,7 @@ class Limit(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 @dataclass(frozen=True)
 class Use:
-    """The worst that was met of a limit: value [unit of the limit], when [s], in which stage; None: nothing to read.
+    """The highest use of a limit that occurred: value [unit of the limit], when [s], in which stage; None without data.
 
     `use` is 1 at the limit and greater beyond it; None if the limit is unknown.
     """

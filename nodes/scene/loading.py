@@ -111,7 +111,7 @@ def load(scene: str | Path, overrides: Sequence[str] = ()) -> LoadedScene:
 
 
 def loaded(scene: LoadedScene | str | Path) -> LoadedScene:
-    """A scene that is loaded already, or that of a path or name; SceneError for anything else."""
+    """The scene given, or that at a path or of a name; raises SceneError for anything else."""
     if isinstance(scene, LoadedScene):
         return scene
     if isinstance(scene, str | Path):

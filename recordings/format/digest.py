@@ -62,11 +62,11 @@ class _Sorted:
 
     def __init__(self) -> None:
         self._file = Spool("what the digest is made of")
-        self._last: tuple[Any, ...] = ()
-        self._late: list[tuple[Any, ...]] = []
+        self._last: tuple[object, ...] = ()
+        self._late: list[tuple[object, ...]] = []
         self.count = 0
 
-    def add(self, entry: tuple[Any, ...]) -> None:
+    def add(self, entry: tuple[object, ...]) -> None:
         self.count += 1
         if entry < self._last:
             self._late.append(entry)
@@ -78,7 +78,7 @@ class _Sorted:
     def all(self) -> Iterator[tuple[Any, ...]]:
         return merge(self._written(), sorted(self._late))
 
-    def _written(self) -> Iterator[tuple[Any, ...]]:
+    def _written(self) -> Iterator[tuple[object, ...]]:
         head = self._file.read(_LENGTH.size, at=0)
         while head:
             yield msgspec.msgpack.decode(self._file.read(*_LENGTH.unpack(head)), type=tuple)

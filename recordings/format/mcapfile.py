@@ -11,7 +11,7 @@ from __future__ import annotations
 import struct
 import zlib
 from collections.abc import Mapping, Sequence
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 import zstandard
 from mcap.data_stream import RecordBuilder
@@ -25,6 +25,7 @@ from mcap.records import (
     DataEnd,
     Footer,
     Header,
+    McapRecord,
     Metadata,
     MetadataIndex,
     Schema,
@@ -209,7 +210,7 @@ class McapFile:
             schema_count=len(self._schemas),
         )
 
-    def _record(self, record: Any) -> tuple[int, int]:
+    def _record(self, record: McapRecord) -> tuple[int, int]:
         """Write a record; its place in the file and its length."""
         place, data = self._place, _bytes(record)
         self._write(data)
@@ -221,11 +222,11 @@ class McapFile:
         self._place += len(data)
 
 
-def _all(records: Sequence[Any]) -> bytes:
+def _all(records: Sequence[McapRecord]) -> bytes:
     return b"".join(map(_bytes, records))
 
 
-def _bytes(record: Any) -> bytes:
+def _bytes(record: McapRecord) -> bytes:
     builder = RecordBuilder()
     record.write(builder)
     data: bytes = builder.end()  # type: ignore[no-untyped-call]

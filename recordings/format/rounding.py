@@ -9,8 +9,6 @@ largest.  The digest is taken from the rounded numbers: whoever reads the file c
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -39,7 +37,7 @@ class Rounding:
         self._largest = np.full(len(steps), NOTHING)  # its power of two
         self._scale = self._scaled(self._largest)
 
-    def _scaled(self, largest: NDArray[Any]) -> NDArray[np.float64]:
+    def _scaled(self, largest: NDArray[np.intp]) -> NDArray[np.float64]:
         """Steps in a unit, where the largest values so far are of these powers of two."""
         scale: NDArray[np.float64] = np.ldexp(1.0, np.maximum(self._finest, self._digits - largest))
         return scale
@@ -61,6 +59,6 @@ class Rounding:
         return out
 
 
-def _powers(sizes: NDArray[np.float64]) -> NDArray[Any]:
+def _powers(sizes: NDArray[np.float64]) -> NDArray[np.intp]:
     """The power of two above each size."""
     return np.where(sizes > 0.0, np.maximum(np.frexp(sizes)[1], NOTHING), NOTHING)

@@ -13,7 +13,10 @@ from typing import Any
 
 import msgspec
 from google.protobuf import descriptor_pb2, descriptor_pool  # type: ignore[import-untyped]
+from google.protobuf.descriptor import Descriptor, FileDescriptor  # type: ignore[import-untyped]
+from google.protobuf.message import Message  # type: ignore[import-untyped]
 from google.protobuf.message_factory import GetMessageClass  # type: ignore[import-untyped]
+from google.protobuf.timestamp_pb2 import Timestamp  # type: ignore[import-untyped]
 
 from .samples import Field
 from .template import Template
@@ -22,7 +25,7 @@ INTEGER = {"type": "integer"}
 STRING = {"type": "string"}
 
 
-def samples_descriptor(fields: Sequence[str], name: str = "Samples") -> Any:
+def samples_descriptor(fields: Sequence[str], name: str = "Samples") -> Descriptor:
     """The descriptor of `heavylift.Samples` with these fields: `repeated double <field> = <number> [packed]`."""
     file = descriptor_pb2.FileDescriptorProto(name=f"heavylift/{name}.proto", package="heavylift", syntax="proto3")
     message = file.message_type.add(name=name)
@@ -43,7 +46,7 @@ def samples_template(fields: Sequence[Field]) -> Template:
     """The form of all `heavylift.Samples` messages of a run; numbers are the columns of its fields, side by side."""
     message = GetMessageClass(samples_descriptor([field.field for field in fields]))
 
-    def build(_: Any, numbers: list[float]) -> Any:
+    def build(_: Timestamp, numbers: list[float]) -> Message:
         rest = iter(numbers)
         return message(**{field.field: [*islice(rest, len(field.columns))] for field in fields})
 
@@ -56,11 +59,11 @@ def field_places(fields: Sequence[Field]) -> dict[str, slice]:
     return {field.signal: slice(*place) for field, place in zip(fields, pairwise(ends), strict=True)}
 
 
-def file_descriptor_set(descriptor: Any) -> bytes:
+def file_descriptor_set(descriptor: Descriptor) -> bytes:
     """The serialised FileDescriptorSet of a protobuf message descriptor, dependencies first."""
-    files: dict[str, Any] = {}
+    files: dict[str, FileDescriptor] = {}
 
-    def visit(file: Any) -> None:
+    def visit(file: FileDescriptor) -> None:
         if file.name not in files:
             for dependency in file.dependencies:
                 visit(dependency)
@@ -85,7 +88,7 @@ class RecordedEvent(msgspec.Struct, frozen=True):
     value: Any
 
 
-def event_schema(value: Mapping[str, Any]) -> bytes:
+def event_schema(value: Mapping[str, object]) -> bytes:
     """JSON Schema of an event record whose `value` follows the one given; its $defs move to the root."""
     inner = {name: part for name, part in value.items() if name != "$defs"}
     schema = _record(
@@ -96,7 +99,7 @@ def event_schema(value: Mapping[str, Any]) -> bytes:
     return msgspec.json.encode(schema)
 
 
-def _record(**properties: Any) -> dict[str, Any]:
+def _record(**properties: object) -> dict[str, object]:
     """An object that has all of these properties."""
     return {"type": "object", "properties": properties, "required": list(properties)}
 

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
+from google.protobuf.message import Message  # type: ignore[import-untyped]
 from google.protobuf.timestamp_pb2 import Timestamp  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
@@ -22,7 +22,7 @@ MARKER = 3 * (1 << 28) * 1_000_000_000 + (1 << 28)  # a time [ns] whose varints 
 WRONG = "a message is not of the form of its channel"
 
 
-def stamp(t_ns: int) -> Any:
+def stamp(t_ns: int) -> Timestamp:
     """Simulation time [ns] as a protobuf Timestamp."""
     return Timestamp(seconds=t_ns // 1_000_000_000, nanos=t_ns % 1_000_000_000)
 
@@ -40,7 +40,7 @@ def stamp_bytes(times: Sequence[int]) -> NDArray[np.uint8]:
 class Template:
     """`build(timestamp, numbers)` makes the message with the library; `stamps` says how often it uses the time."""
 
-    def __init__(self, build: Callable[[Any, list[float]], Any], numbers: int, stamps: int) -> None:
+    def __init__(self, build: Callable[[Timestamp, list[float]], Message], numbers: int, stamps: int) -> None:
         markers = [struct.pack("<HIH", 0xA7F5, i, 0x7E5A) for i in range(numbers)]  # finite doubles
         values = [struct.unpack("<d", marker)[0] for marker in markers]
         image = build(stamp(MARKER), values).SerializeToString()

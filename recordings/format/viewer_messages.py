@@ -7,7 +7,7 @@ where they have moved, since their ends follow from the frames.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Literal
 
 import msgspec
 import numpy as np
@@ -16,6 +16,7 @@ from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.LinePrimitive_pb2 import LinePrimitive
 from foxglove_schemas_protobuf.Log_pb2 import Log
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from google.protobuf.timestamp_pb2 import Timestamp  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
 from .template import Template, stamp
@@ -104,7 +105,7 @@ def log_message(t_ns: int, level: str, name: str, message: str) -> bytes:
 def frames_template(bodies: Sequence[str]) -> Template:
     """FrameTransforms of all bodies from the world; numbers are x y z qx qy qz qw, body after body."""
 
-    def build(time: Any, numbers: list[float]) -> Any:
+    def build(time: Timestamp, numbers: list[float]) -> FrameTransforms:
         out = FrameTransforms()
         for i, body in enumerate(bodies):
             one = out.transforms.add(timestamp=time, parent_frame_id=WORLD, child_frame_id=body)
@@ -118,7 +119,7 @@ def frames_template(bodies: Sequence[str]) -> Template:
 def ropes_template(lines: int) -> Template:
     """A SceneUpdate of the entity "ropes", two points per line; numbers are x y z in the world."""
 
-    def build(time: Any, numbers: list[float]) -> Any:
+    def build(time: Timestamp, numbers: list[float]) -> SceneUpdate:
         out = SceneUpdate()
         entity = out.entities.add(timestamp=time, frame_id=WORLD, id="ropes")
         line = entity.lines.add(type=LinePrimitive.LINE_LIST, thickness=ROPE_WIDTH, scale_invariant=True)

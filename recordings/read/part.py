@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NoReturn, Protocol
 
 from heavylift.kernel.errors import SignalError
 from heavylift.recordings.format.html import table
 from heavylift.recordings.format.samples import ERROR, MEASURED, POSE
+from heavylift.recordings.format.schema import RecordedEvent
 from heavylift.recordings.format.text import meant
 
 from .notebook import heading
@@ -33,7 +34,7 @@ class Signals(Protocol):
     def signal(self, name: str) -> Signal: ...
     def load(self, names: Sequence[str]) -> None: ...
     def fact(self, name: str, default: Any = None) -> Any: ...
-    def events(self, source: str | None = None) -> list[Any]: ...
+    def events(self, source: str | None = None) -> list[RecordedEvent]: ...
 
 
 def chosen(rec: Signals, pattern: str) -> list[tuple[str, str]]:
@@ -83,8 +84,8 @@ class Part:
         return list(self._columns)
 
     @property
-    def events(self) -> list[Any]:
-        """What the model of this name has said."""
+    def events(self) -> list[RecordedEvent]:
+        """Events that the model of this name has sent."""
         return self._rec.events(source=self.name.replace("/", "-"))
 
     def __getattr__(self, word: str) -> Signal:
@@ -109,7 +110,7 @@ class Part:
     def __repr__(self) -> str:
         return f"<{self.name}: {', '.join(self._words)}>"
 
-    def __getstate__(self) -> Any:
+    def __getstate__(self) -> NoReturn:
         raise TypeError("a part belongs to its recording; keep its signals instead")
 
 

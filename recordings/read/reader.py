@@ -116,7 +116,7 @@ class Recording:
         return ((names[raw.channel], raw) for raw in self.messages(*topics))
 
     def reading(self) -> AbstractContextManager[None]:
-        """Context that turns whatever goes wrong in decoding into a sentence about this file."""
+        """Context that turns errors of decoding into a RecordingError about this file."""
         return self._file.reading()
 
     def events(self, source: str | None = None, port: str | None = None) -> list[RecordedEvent]:
@@ -139,7 +139,7 @@ class Recording:
         return [(t, str(value["name"])) for t, value in said if isinstance(value, dict) and value.get("name")]
 
     def notes(self) -> list[tuple[float, str]]:
-        """What the kernel had to say of the run: simulation time [s] and sentence."""
+        """Notes of the kernel on the run: simulation time [s] and text."""
         with self._file.reading():
             lines = [Log.FromString(raw.data) for raw in self.messages("/log")]
         return [(x.timestamp.ToNanoseconds() * 1e-9, x.message) for x in lines if x.name == SAMPLER]
@@ -184,7 +184,7 @@ class Recording:
             return list(self.fact("measured", {}).get("told", []))
 
     def rigs(self) -> list[Rig]:
-        """Which rope lines hang from when on."""
+        """The rope lines in use, each set with the time from which it is."""
         with self._file.reading():
             return [msgspec.json.decode(raw.data, type=Rig) for raw in self.messages("/rig")]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError, SignalError
@@ -18,6 +18,10 @@ from heavylift.recordings.format.text import meant
 from numpy.typing import NDArray
 
 from .notebook import signal_html
+
+if TYPE_CHECKING:
+    import pandas
+    import pyarrow
 
 __all__ = ["Signal", "joined", "only", "titles"]
 
@@ -53,7 +57,7 @@ class Signal:
         columns = [np.interp(t, self.t, x, left=np.nan, right=np.nan) for x in self.values.T]
         return Signal(t, np.column_stack(columns), self.names, self.unit, self.name)
 
-    def to_pandas(self) -> Any:
+    def to_pandas(self) -> pandas.DataFrame:
         """A pandas DataFrame: the time [s] as index, units in the column names."""
         try:
             import pandas
@@ -62,7 +66,7 @@ class Signal:
         index = pandas.Index(self.t, name="time [s]")
         return pandas.DataFrame(dict(zip(titles(self), self.values.T, strict=True)), index=index)
 
-    def to_arrow(self) -> Any:
+    def to_arrow(self) -> pyarrow.Table:
         """A pyarrow Table: the time [s] first, units in the column names."""
         try:
             import pyarrow

@@ -11,7 +11,7 @@ import hashlib
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -38,7 +38,7 @@ class Shown(NamedTuple):
     signals: list[tuple[str, str, str]]
     columns: NDArray[np.intp]
 
-    def head(self) -> dict[str, Any]:
+    def head(self) -> dict[str, object]:
         """Bodies and signals without their numbers."""
         return {
             "bodies": [{"name": name} for name in self.bodies],
@@ -69,7 +69,7 @@ def packed(values: Floats, kind: str = "<f4") -> str:
     return base64.b64encode(np.ascontiguousarray(values, kind).tobytes()).decode()
 
 
-def event_shown(t_ns: int, source: str, port: str, type_: str, value: object) -> dict[str, Any]:
+def event_shown(t_ns: int, source: str, port: str, type_: str, value: object) -> dict[str, object]:
     """An event in a few words: its type and what it carries; `inner`: models talk among themselves."""
     fields = value if isinstance(value, dict) else {"": value}
     told = ", ".join(f"{name} {_text(x)}".strip() for name, x in fields.items() if x not in (None, "", [], {}))
@@ -111,7 +111,7 @@ def load_of(signals: Sequence[tuple[str, str, str]], rows: Floats) -> Floats:
     return load
 
 
-def bundled(name: str, content: Any, policy: str = "") -> str:
+def bundled(name: str, content: object, policy: str = "") -> str:
     """The page `name` of the bundle in `page/`, self-contained, that shows this content.
 
     Its Content-Security-Policy lets no script run but its own, named by its hash, and nothing be fetched beyond

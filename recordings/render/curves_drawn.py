@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.recordings.format.samples import thinned
@@ -113,7 +113,7 @@ def page(figure: Figure) -> str:
     return bundled("curves", content)
 
 
-def _content(panel: Panel) -> dict[str, Any]:
+def _content(panel: Panel) -> dict[str, object]:
     """Curves of one recording share their times; of too many instants the least and largest of equal parts stay."""
     times: list[np.ndarray] = []
     of: list[int] = []  # table of times by curve

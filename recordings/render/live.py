@@ -114,7 +114,7 @@ class LivePage(Spectator):
             more, self._more = self._more, {"events": [], "stages": [], "rig": []}
         if self._shown is None or not (rows or any(more.values())):
             return
-        message: dict[str, Any] = {"rig": more["rig"]}
+        message: dict[str, object] = {"rig": more["rig"]}
         message["events"], message["stages"] = self._told(more["events"])
         if rows:
             times = np.concatenate([np.asarray(t, np.int64) for t, _ in rows])
@@ -126,7 +126,7 @@ class LivePage(Spectator):
         self._server.say("more", msgspec.json.encode(message))
 
     @staticmethod
-    def _told(events: list[Any]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    def _told(events: list[Any]) -> tuple[list[dict[str, object]], list[dict[str, object]]]:
         """Events and stages for the page."""
         listed, stages = [], []
         for t_ns, source, port, type_, payload in events:

@@ -13,7 +13,6 @@ import socket
 import threading
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from typing import Any
 
 __all__ = ["PageServer"]
 
@@ -64,7 +63,7 @@ class _Server(ThreadingHTTPServer):
     block_on_close = False  # a browser that never reads must not keep a run from ending
     owner: PageServer
 
-    def handle_error(self, request: Any, client_address: Any) -> None:
+    def handle_error(self, request: object, client_address: object) -> None:
         """A browser that goes away is no news."""
 
 
@@ -154,5 +153,5 @@ class _Handler(BaseHTTPRequestHandler):
                     owner.served += 1
                 return
 
-    def log_message(self, format: str, *args: Any) -> None:
+    def log_message(self, format: str, *args: object) -> None:
         """Nobody reads a log of requests."""

@@ -7,7 +7,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError
@@ -37,13 +36,13 @@ def view(path: str | Path, out: str | Path, verdict: Judged | None = None, force
     return written(page(content(Recording(path), verdict)), out, "a page", (".html",), force)
 
 
-def page(run: dict[str, Any]) -> str:
+def page(run: dict[str, object]) -> str:
     """The page that shows this content."""
     return bundled("page", run, "; img-src data: blob:; connect-src 'self'")
 
 
 @guarded
-def content(rec: Recording, verdict: Judged | None = None) -> dict[str, Any]:
+def content(rec: Recording, verdict: Judged | None = None) -> dict[str, object]:
     """All that the page shows of a recording."""
     verdict = verdict or recorded_verdict(rec)
     layout, names = layout_of(rec), rec.signals()
@@ -98,7 +97,7 @@ def layout_of(rec: Recording) -> SampleLayout:
     return SampleLayout(channels)
 
 
-def _events(rec: Recording) -> tuple[list[dict[str, Any]], list[tuple[str, str]]]:
+def _events(rec: Recording) -> tuple[list[dict[str, object]], list[tuple[str, str]]]:
     """The events for the list, and what is to be said where it is not all of them."""
     found = [event_shown(e.t_ns, e.source, e.port, e.type, e.value) for e in rec.events()]
     if len(found) <= EVENTS:

@@ -13,9 +13,10 @@ from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
 from threading import Event, RLock, Thread
-from typing import Any
 
 import msgspec
+from google.protobuf.descriptor import Descriptor  # type: ignore[import-untyped]
+from google.protobuf.message import Message  # type: ignore[import-untyped]
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.mcapfile import McapFile
 from heavylift.recordings.format.schema import file_descriptor_set
@@ -77,7 +78,9 @@ class Sink:
         """The recording's, which `finish` may change if something has come to stand there."""
         return self._file.path
 
-    def protobuf(self, topic: str, message: Any, facts: Mapping[str, object] | None = None) -> int:
+    def protobuf(
+        self, topic: str, message: type[Message] | Descriptor, facts: Mapping[str, object] | None = None
+    ) -> int:
         """A new channel of this protobuf message class (or of its descriptor)."""
         descriptor = getattr(message, "DESCRIPTOR", message)
         schema, name = file_descriptor_set(descriptor), descriptor.full_name

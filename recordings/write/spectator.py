@@ -13,7 +13,7 @@ __all__ = ["Spectator"]
 
 
 class Spectator:
-    """Hears what is recorded: `begin`, then `event`, `ropes`, `samples` as they come, then `end`."""
+    """Receives what is recorded: `begin`, then `event`, `ropes`, `samples` as they come, then `end`."""
 
     def begin(
         self, run: Mapping[str, object], layout: SampleLayout, boxes: Sequence[Box], lines: Sequence[RopeLine]

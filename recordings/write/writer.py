@@ -16,7 +16,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 from itertools import count
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import msgspec
 from heavylift.kernel.errors import RecordingError
@@ -87,7 +87,7 @@ class Recorder:
         self,
         model: str,
         port: str,
-        schema: Mapping[str, Any],
+        schema: Mapping[str, object],
         key: str = "",
         units: Mapping[str, str] | None = None,
     ) -> None:
@@ -168,7 +168,7 @@ class Recorder:
         self._drain()
 
     def log(self, t_ns: int, level: str, name: str, message: str) -> None:
-        """Record a line for people; level is debug, info, warning, error or fatal, name says who speaks."""
+        """Record a line of the log; level is debug, info, warning, error or fatal, name is its source."""
         self._message(self._log, t_ns, log_message(t_ns, level, name, message))
 
     def settle(self, t_ns: int) -> None:

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from heavylift.coordinator.transport.session import RunDirectory
+from heavylift.coordinator.transport.run_directory import RunDirectory
 from heavylift.kernel.errors import out_of_memory
 
 HEAVYLIFT = Path(sys.executable).with_name("heavylift")

@@ -29,7 +29,7 @@ HEADINGS = {
 class Command(TyperCommand):
     """A command with its example behind its options."""
 
-    def __init__(self, *arguments: Any, help: str | None = None, **settings: Any) -> None:
+    def __init__(self, *arguments: str | None, help: str | None = None, **settings: Any) -> None:
         told, mark, rest = (help or "").partition(MARK)
         example, _, more = rest.partition("\n")
         settings["short_help"] = told.strip()

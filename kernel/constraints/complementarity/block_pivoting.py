@@ -8,7 +8,6 @@ sides at once; if that does not reduce their number for a while, only the last o
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 from heavylift.kernel.compiler.symbol import Array, Scalar, any_of, less, select
@@ -51,21 +50,21 @@ def round_of(s: SimpleNamespace, A: Array, b: Array, lo: Array, hi: Array, small
     s.number = number
 
 
-def product(A: Array, x: Array, b: Array) -> Any:
+def product(A: Array, x: Array, b: Array) -> Array:
     """A x + b, summed column by column."""
     for j in range(len(b)):
         b = b + A[:, j] * x[j]
     return b
 
 
-def _sum(x: Array) -> Any:
+def _sum(x: Array) -> Scalar:
     total: Scalar = 0.0
     for e in x:
         total = total + e
     return total
 
 
-def _last(wrong: Array) -> Any:
+def _last(wrong: Array) -> Array:
     """Only the last of the marked rows."""
     out, later = [], 0.0
     for e in reversed(list(wrong)):
@@ -74,7 +73,7 @@ def _last(wrong: Array) -> Any:
     return np.array(out[::-1])
 
 
-def eliminate(A: Array, r: Array, free: Array) -> Any:
+def eliminate(A: Array, r: Array, free: Array) -> Array:
     """A x = r over the free rows and columns, x = 0 in the others; pivots in the order of the rows."""
     n = len(r)
     M = np.concatenate([A * free[:, None] * free + np.eye(n) * (1.0 - free), (r * free)[:, None]], axis=1)

@@ -133,7 +133,7 @@ def box_box(first: Array, second: Array, A: Array, B: Array) -> list[Witness]:
     return heights + [w for x in directions for w in _edges(a, b, x, most)]
 
 
-def _faces(apart: list[Scalar]) -> list[Any]:
+def _faces(apart: list[Scalar]) -> list[Scalar]:
     """Along which of its three axes a box is separated most from another that it overlaps along the other two: boxes
     that slide past each other flush do not catch on a border."""
     over = [x < -NEAR for x in apart]

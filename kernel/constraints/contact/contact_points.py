@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from heavylift.kernel.compiler.function import Function, Outputs
-from heavylift.kernel.compiler.symbol import Array, Scalar, maximum, minimum, select, sqrt
+from heavylift.kernel.compiler.symbol import Array, Scalar, Scalars, maximum, minimum, select, sqrt
 from heavylift.kernel.constraints.held_rows import Numbers, Row
 from heavylift.kernel.description.contacts import Contact
 from heavylift.kernel.description.mechanics import System
@@ -134,7 +134,7 @@ class ContactRows:
         """Whether shapes could pass through each other in a step that is too long."""
         return any(s.reach for s in self.sites)
 
-    def reach(self, numbers: Numbers, ends: Mapping[int, Array]) -> Any:
+    def reach(self, numbers: Numbers, ends: Mapping[int, Array]) -> Scalar:
         """Longest step in which nothing passes through anything else [s]."""
         longest: Scalar = FOREVER
         for s in self.sites:
@@ -214,7 +214,7 @@ def _slot(pair: Pair, h: Array, mu: Scalar, A: Array, B: Array) -> Outputs:
     friction = select(stick, 0.0, mu)
     held = select(on, select(stick, 1.0, 0.0), 0.0)
     part = np.array([select(on, 1.0, 0.0), held, held])
-    out: dict[str, Any] = {"gap": [select(on, f.gap, 0.0), 0.0, 0.0]}
+    out: dict[str, Scalars] = {"gap": [select(on, f.gap, 0.0), 0.0, 0.0]}
     out |= {name: part * r[name] for name in ("rate", "bias")}
     out |= {name: part[:, None] * r[name] for name in ("wa", "wb")}
     for name in ("a", "b"):

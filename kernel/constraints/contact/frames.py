@@ -64,7 +64,7 @@ class Side:
     def place(self, p: Array) -> Any:
         return self.o + self.r + self.R @ p
 
-    def velocity(self, x: Array) -> Any:
+    def velocity(self, x: Array) -> Array:
         return self.v + cross(self.w, x - self.o)
 
 

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from heavylift.kernel.algebra.spatial import cross
+from heavylift.kernel.compiler.symbol import Scalar
 from heavylift.kernel.model.evaluation import Evaluation
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.dynamics import composites
@@ -108,7 +109,7 @@ def _in_axes(R_WJ: np.ndarray, force: np.ndarray, moment: np.ndarray) -> Reactio
     return Reaction(np.array(R_WJ.T @ force, dtype=float), np.array(R_WJ.T @ moment, dtype=float))
 
 
-def _choose(found: Reactions, part: Indeterminacy, pulls: Mapping[str, Any], least: bool) -> None:
+def _choose(found: Reactions, part: Indeterminacy, pulls: Mapping[str, Scalar], least: bool) -> None:
     """Put the values of least norm in place of those that the solver happened to find."""
     given: dict[Key, float] = {}
     for key in part.patterns:

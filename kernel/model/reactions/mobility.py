@@ -80,7 +80,7 @@ class Mobility:
 
     @property
     def lines(self) -> list[str]:
-        """What a reader must know of these numbers besides them."""
+        """Notes that qualify these numbers."""
         out = []
         if bodies := [f"{n} {what}" for n, what in self._kinds if n]:
             out.append(f"bodies: {', '.join(bodies)}")

@@ -10,7 +10,6 @@ and refinement against the true equations takes its effect out again.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from heavylift.kernel.algebra.ldlt import LDLT, frame
@@ -42,17 +41,17 @@ class _Joint:
     R: Array
 
     @property
-    def B(self) -> Any:
+    def B(self) -> Array:
         return self.X.T @ self.Q[:, len(self.free) :]
 
-    def applied(self, tau: Array) -> Any:
+    def applied(self, tau: Array) -> Array:
         """(6,) wrench that brings the joint forces tau and nothing across them: R^T y = tau."""
         y: list[Scalar] = []
         for n, k in enumerate(self.free):
             y.append((tau[k] - sum((self.R[m][n] * y[m] for m in range(n)), 0.0)) * (1.0 / self.R[n][n]))
         return self.X.T @ sum((e * w for e, w in zip(self.Q.T, y, strict=False)), np.zeros(6))
 
-    def accelerations(self, x: Any) -> dict[int, Array]:
+    def accelerations(self, x: Array) -> dict[int, Array]:
         """Of the free degrees of freedom, from the acceleration (6,) of the child against the parent: R a = Q^T x."""
         a: dict[int, Array] = {}
         for n, k in reversed(list(enumerate(self.free))):
@@ -96,7 +95,7 @@ def _joints(tree: Tree, K: Kinematics) -> list[_Joint]:
     return out
 
 
-def _named(i: int, B: Array) -> Any:
+def _named(i: int, B: Array) -> Array:
     return np.array([named(f"B({i},{k})", b) for k, b in enumerate(B.T)]).T if B.shape[1] else B
 
 
@@ -109,7 +108,7 @@ def _on_bodies(parents: list[int], F: list[Array]) -> list[Array]:
     return out
 
 
-def _against_parent(parents: list[int], x: list[Array], i: int) -> Any:
+def _against_parent(parents: list[int], x: list[Array], i: int) -> Array:
     return x[i] - x[parents[i]] if parents[i] >= 0 else x[i]
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from math import degrees, inf, pi
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from heavylift.kernel.algebra.dense import dot, least_norm, norm, singular_values
@@ -237,7 +237,7 @@ def _told(x: float, turns: bool) -> str:
     return f"{degrees(x):.6g} degrees" if turns else f"{x:.6g} m"
 
 
-def _refusal(program: Program, pose: Pose, asked: Mapping[Any, bool], possible: np.ndarray) -> KernelError:
+def _refusal(program: Program, pose: Pose, asked: Mapping[tuple[int, int], bool], possible: np.ndarray) -> KernelError:
     """Which joint would have to start elsewhere, and where."""
     y = np.zeros(program.ny)
     y[: program.nq] = pose.q

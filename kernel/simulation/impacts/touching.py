@@ -6,10 +6,9 @@ for, the fastest come first.  What touches sticks until the solver says more.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from heavylift.kernel.algebra.spatial import exact
+from heavylift.kernel.compiler.symbol import Array
 from heavylift.kernel.constraints.contact.contact_points import LEAVE, RESTING, Site
 from heavylift.kernel.constraints.contact.frames import Frame
 from heavylift.kernel.constraints.contact.pairs import HELD
@@ -23,7 +22,7 @@ TOUCH = 1e-8  # [m] gap of what touches in the same instant
 SAME = 1e-7  # [m] and [rad] between candidates that are one place
 INSIDE = 1e-6  # [m] by which shapes may overlap at the start
 
-Ends = dict[int, Any]  # numbers of the bodies
+Ends = dict[int, Array]  # numbers of the bodies
 
 
 def check_start(sites: list[Site], numbers: Numbers, ends: Ends) -> None:

@@ -6,20 +6,19 @@ live through a whole instant would keep the garbage collector busy.
 
 from collections.abc import Sequence
 from operator import itemgetter
-from typing import Any
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs.events import Delivery, Event
 from heavylift.nodes.devs.messages import Message, decode, encode
 from heavylift.nodes.devs.models import Atomic, Model
-from heavylift.nodes.devs.ports import InPort, M, OutPort, Port
+from heavylift.nodes.devs.ports import InPort, OutPort, Port
 from heavylift.nodes.devs.tags import Tag
 
 place = itemgetter(0)
 port_and_place = itemgetter(0, 1)
 
 
-def deliver(sources: Sequence[Port[Any]], values: Sequence[Any], t: int) -> list[int]:
+def deliver(sources: Sequence[Port[Message]], values: Sequence[Message], t: int) -> list[int]:
     """Put messages into the bags of their receivers; who of them is not due at `t` [ns], by index."""
     reached = []
     n = 0
@@ -38,18 +37,18 @@ def deliver(sources: Sequence[Port[Any]], values: Sequence[Any], t: int) -> list
     return reached
 
 
-def sorted_bag(m: Atomic) -> dict[InPort[Any], list[Any]]:
+def sorted_bag(m: Atomic) -> dict[InPort[Message], list[Message]]:
     """A bag of several messages: ports by name, values by place; nothing lies there any more."""
     assert m._port is not None
     assert m._more is not None
-    bag: dict[InPort[Any], list[Any]] = {}
+    bag: dict[InPort[Message], list[Message]] = {}
     for _, port, value in sorted([(m._place, m._port, m._value), *m._more], key=place):
         bag.setdefault(port, []).append(value)
     m._more = None
     return bag
 
 
-def offered(name: str, tag: Tag, sources: Sequence[Port[Any]], values: Sequence[Any]) -> list[Event]:
+def offered(name: str, tag: Tag, sources: Sequence[Port[Message]], values: Sequence[Message]) -> list[Event]:
     """What leaves the root model of this name at a tag, in total order."""
     left = [
         (target.name, number, value)
@@ -67,14 +66,14 @@ def offered(name: str, tag: Tag, sources: Sequence[Port[Any]], values: Sequence[
     return found
 
 
-def fitting(port: InPort[M], value: Message) -> M:
+def fitting(port: InPort[Message], value: Message) -> Message:
     """The message, if the port carries its type."""
     if not isinstance(value, port.type):
         raise ModelError(f"{port!r} carries {port.type.__name__}, not {type(value).__name__}")
     return value
 
 
-def entry(model: Model, name: str) -> InPort[Any]:
+def entry(model: Model, name: str) -> InPort[Message]:
     """An in port of a model by its name."""
     port = model.ports.get(name)
     if not isinstance(port, InPort):
@@ -83,7 +82,7 @@ def entry(model: Model, name: str) -> InPort[Any]:
     return port
 
 
-def received(model: Model, delivery: Delivery) -> tuple[InPort[Any], Message]:
+def received(model: Model, delivery: Delivery) -> tuple[InPort[Message], Message]:
     """The in port of a model and its own copy of a message from another node."""
     event = delivery.event
     try:

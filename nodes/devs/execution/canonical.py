@@ -55,7 +55,7 @@ class Freezer:
         self._met: list[object] = [*around]  # kept, so that no id is given twice
         self._numbers = {id(x): number for number, x in enumerate(around)}
 
-    def fold(self, x: Any) -> Any:
+    def fold(self, x: Any) -> object:
         """A value as plain data; TypeError if something in it cannot be kept."""
         kind = type(x)
         if kind in _SCALARS:
@@ -69,10 +69,10 @@ class Freezer:
         self._met.append(x)
         return list(self._parts(x, kind))
 
-    def _all(self, items: Iterable[Any]) -> Iterator[Any]:
+    def _all(self, items: Iterable[object]) -> Iterator[object]:
         return map(self.fold, items)
 
-    def _parts(self, x: Any, kind: type) -> Iterator[Any]:
+    def _parts(self, x: Any, kind: type) -> Iterator[object]:
         if kind in _DICTS:
             yield from (_DICTS[kind], self.fold(getattr(x, "default_factory", None)))
             for item in x.items():
@@ -103,7 +103,7 @@ class Freezer:
         else:
             yield from self._object(x, kind)
 
-    def _object(self, x: Any, kind: type) -> Iterator[Any]:
+    def _object(self, x: Any, kind: type) -> Iterator[object]:
         if not _plain(kind):
             raise TypeError(f"a {kind.__name__} cannot be kept")
         if hasattr(kind, "__setstate__"):
@@ -117,9 +117,9 @@ class Freezer:
 
 class _Thawer:
     def __init__(self, around: Sequence[object] = ()) -> None:
-        self._made: list[Any] = [*around]
+        self._made: list[object] = [*around]
 
-    def unfold(self, x: Any) -> Any:
+    def unfold(self, x: Any) -> object:
         if type(x) is not list:
             return x
         kind, *rest = x
@@ -135,7 +135,7 @@ class _Thawer:
         self._made[number] = value = self._value(number, kind, rest)
         return value
 
-    def _all(self, items: Iterable[Any]) -> list[Any]:
+    def _all(self, items: Iterable[object]) -> list[Any]:
         return [self.unfold(item) for item in items]
 
     def _value(self, number: int, kind: str, rest: list[Any]) -> Any:
@@ -173,10 +173,10 @@ class _Thawer:
                 return self._object(number, kind, rest)
         raise TypeError(f"{kind!r} is no kind of a kept value")
 
-    def _filled(self, number: int, kind: str, rest: list[Any]) -> Any:
+    def _filled(self, number: int, kind: str, rest: list[Any]) -> object:
         if kind == "set":
             return {_Thawer().unfold(item) for item in rest}
-        made: list[Any] | deque[Any] = [] if kind == "list" else deque(maxlen=rest.pop(0))
+        made: list[object] | deque[object] = [] if kind == "list" else deque(maxlen=rest.pop(0))
         self._made[number] = made
         made.extend(self._all(rest))
         return made
@@ -206,7 +206,7 @@ class _Thawer:
 
 def _plain(cls: type) -> bool:
     """Whether its objects are made by nothing but their attributes, and end without doing anything."""
-    own: Any = cls.__new__
+    own: object = cls.__new__
     return bool(cls.__flags__ & _MADE_IN_PYTHON) and own is object.__new__ and not hasattr(cls, "__del__")
 
 
@@ -229,7 +229,7 @@ def _value(module: str, name: str) -> tuple[str, str]:
     raise TypeError(f"{name} of {module} cannot be kept, it is no part of a model")
 
 
-def _method(owner: Any, name: str) -> Any:
+def _method(owner: object, name: str) -> object:
     """A bound method; TypeError unless it is one of a model."""
     cls = owner if isinstance(owner, type) else type(owner)
     found = next((vars(base)[name] for base in cls.__mro__ if name in vars(base)), None)
@@ -253,7 +253,7 @@ def _class(name: list[Any], fits: Callable[[type], bool]) -> Any:
     return found
 
 
-def _name(x: Any) -> tuple[str, str]:
+def _name(x: type | FunctionType | BuiltinFunctionType) -> tuple[str, str]:
     """Module and qualified name of a class or function; TypeError if it cannot be found by them."""
     module, name = getattr(x, "__module__", None) or "", x.__qualname__
     if "<" in name or _found(module, name) is not x:
@@ -261,14 +261,14 @@ def _name(x: Any) -> tuple[str, str]:
     return module, name
 
 
-def _named(module: str, name: str) -> Any:
+def _named(module: str, name: str) -> object:
     found = _found(module, name)
     if found is None:
         raise LookupError(f"{name} is not defined in {module}, or that is not imported")
     return found
 
 
-def _found(module: str, name: str) -> Any:
+def _found(module: str, name: str) -> object:
     found = sys.modules.get(module)
     for part in name.split("."):
         found = getattr(found, part, None)

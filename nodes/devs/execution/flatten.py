@@ -7,12 +7,13 @@ inside each of those the order of that port's own bag, recursively. So a bag doe
 nested or where a tree is cut into nodes.
 """
 
-from typing import Any
+from typing import Never
 
+from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Atomic, Coupled, Model
 from heavylift.nodes.devs.ports import InPort, OutPort, Port
 
-_Way = tuple[str, Port[Any]]  # its hops (source model's name, "" from outside; port) backwards, and where it begins
+_Way = tuple[str, Port[Message]]  # its hops (source model's name, "" from outside; port) backwards, and where it begins
 
 
 def flatten(root: Model) -> list[Atomic]:
@@ -20,7 +21,7 @@ def flatten(root: Model) -> list[Atomic]:
     models: list[Model] = []
     _collect(root, root.path, models)
     atomics = [m for m in models if isinstance(m, Atomic)]
-    ahead: dict[Port[Any], list[Port[Any]]] = {}
+    ahead: dict[Port[Message], list[Port[Message]]] = {}
     for model in models:
         if isinstance(model, Coupled):
             for source, target in model._coupled:
@@ -28,17 +29,17 @@ def flatten(root: Model) -> list[Atomic]:
     for index, atomic in enumerate(atomics):
         atomic._index = index
 
-    starts: list[Port[Any]] = [p for m in atomics for p in m.ports.values() if isinstance(p, OutPort)]
+    starts: list[Port[Message]] = [p for m in atomics for p in m.ports.values() if isinstance(p, OutPort)]
     starts += [p for p in root.ports.values() if isinstance(p, InPort)]
-    into: dict[Port[Any], list[_Way]] = {}
+    into: dict[Port[Message], list[_Way]] = {}
     for start in starts:
         if root is start.owner and isinstance(root, Atomic):
             into[start] = [("", start)]
         else:
             _follow(start, ahead, root, into)
 
-    routes: dict[Port[Any], list[tuple[Atomic, InPort[Any], int]]] = {port: [] for port in starts}
-    exits: dict[Port[Any], list[tuple[OutPort[Any], int]]] = {port: [] for port in starts}
+    routes: dict[Port[Message], list[tuple[Atomic, InPort[Message], int]]] = {port: [] for port in starts}
+    exits: dict[Port[Message], list[tuple[OutPort[Never], int]]] = {port: [] for port in starts}
     for m in atomics if isinstance(root, Atomic) else [*atomics, root]:
         place = 0
         for name in sorted(m.ports):
@@ -66,7 +67,10 @@ def _collect(model: Model, path: str, models: list[Model]) -> None:
 
 
 def _follow(
-    start: Port[Any], ahead: dict[Port[Any], list[Port[Any]]], root: Model, into: dict[Port[Any], list[_Way]]
+    start: Port[Message],
+    ahead: dict[Port[Message], list[Port[Message]]],
+    root: Model,
+    into: dict[Port[Message], list[_Way]],
 ) -> None:
     """All ways from a port, noted at their ends."""
     going = [(start, "")]

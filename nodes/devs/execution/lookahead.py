@@ -6,21 +6,22 @@ promise that would have held (`Slack`) is what a user tunes it with.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import Never
 
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.devs.events import Slack
+from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Atomic, Model
 from heavylift.nodes.devs.ports import OutPort, Port
 from heavylift.nodes.devs.tags import NEVER, Instant, Tag
 
 
-def outs(m: Model) -> list[OutPort[Any]]:
+def outs(m: Model) -> list[OutPort[Never]]:
     """The out ports of a model."""
     return [port for port in m.ports.values() if isinstance(port, OutPort)]
 
 
-def leaving(sources: Iterable[Port[Any]]) -> bool:
+def leaving(sources: Iterable[Port[Message]]) -> bool:
     """Whether something of what is said by these ports leaves the root."""
     for port in sources:  # noqa: SIM110 (`any` with a generator takes three times as long)
         if isinstance(port, OutPort) and port.exits:
@@ -48,7 +49,7 @@ def still_promised(path: str, at: Tag, before: Mapping[str, int], now: Mapping[s
             )
 
 
-def keep_promises(tag: Instant, sources: Sequence[Port[Any]]) -> None:
+def keep_promises(tag: Instant, sources: Sequence[Port[Message]]) -> None:
     """Refuse what is said too soon after the transition that scheduled it."""
     for port in sources:
         if isinstance(port, OutPort) and port.lookahead and isinstance(m := port.owner, Atomic):
@@ -66,7 +67,7 @@ class Observed:
     def __init__(self) -> None:
         self._ports: dict[tuple[str, str], Slack] = {}
 
-    def note(self, t: int, sources: Sequence[Port[Any]]) -> None:
+    def note(self, t: int, sources: Sequence[Port[Message]]) -> None:
         """By which ports something is said at t [ns]; what was scheduled from the start bounds no promise."""
         for port in sources:
             m = port.owner

@@ -32,7 +32,7 @@ _FIXED = (bool, int, float, str, bytes, type, type(None), Message, Port, Model)
 _still: dict[type, bool] = {}  # whether values of a class cannot change in place
 
 
-State = tuple[Atomic, list[Any] | None, dict[str, Any], dict[str, bytes]]
+State = tuple[Atomic, list[object] | None, dict[str, object], dict[str, bytes]]
 """What a model refers to if nothing of it can change in place; else its attributes, and the bytes of those that can."""
 
 
@@ -100,7 +100,7 @@ def _state(m: Atomic) -> State:
     return m, None, vars(m).copy(), _changeable(vars(m))
 
 
-def _named(now: dict[str, Any], known: list[Any], found: list[Any]) -> set[str]:
+def _named(now: dict[str, object], known: list[object], found: list[object]) -> set[str]:
     """Attributes that refer to something else of another value."""
     if len(known) > len(found):
         return {"an attribute, which it deleted"}
@@ -127,7 +127,7 @@ def _is_still(x: object) -> bool:
     return _still[kind]
 
 
-def _changeable(state: dict[str, Any]) -> dict[str, bytes]:
+def _changeable(state: dict[str, object]) -> dict[str, bytes]:
     """The bytes of attributes that can change in place."""
     return {key: image(x) for key, x in state.items() if not _is_still(x)}
 

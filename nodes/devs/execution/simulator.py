@@ -74,7 +74,7 @@ class Simulator:
         self._last: Instant = (-1, 0)
         self._due = None
         self._spoken = False  # whether lambda has run for it
-        self._staged: list[tuple[InPort[Any], Message]] = []
+        self._staged: list[tuple[InPort[Message], Message]] = []
         self._observed = Observed()
         self._schedule, self._witness = Schedule(self.atomics), Witness()
         self._witness.meet(self.atomics)
@@ -114,7 +114,7 @@ class Simulator:
 
     @property
     def passed(self) -> int:
-        """Grows while time goes on; any thread may ask."""
+        """A number that grows with progress; any thread may read it."""
         return sum(self._present.now)
 
     @property
@@ -180,7 +180,7 @@ class Simulator:
         self,
         tag: Instant,
         imminent: list[int],
-        sources: list[Port[Any]],
+        sources: list[Port[Message]],
         values: list[Message],
         until: Instant,
         silent: int = 0,
@@ -317,5 +317,5 @@ class Simulator:
 
     @property
     def slack(self) -> list[Slack]:
-        """What was observed of the lookaheads of those who speak to the outside, since start or restore."""
+        """Observed lookaheads of the ports that send to the outside, since start or restore."""
         return self._observed.table()

@@ -10,7 +10,7 @@ from heavylift.nodes.devs.models import Model
 from . import canonical
 
 
-def frozen(model: Model, rest: tuple[Any, ...]) -> bytes:
+def frozen(model: Model, rest: tuple[object, ...]) -> bytes:
     """A model tree and what belongs to it as bytes."""
     try:
         return canonical.frozen((model, rest), _around(model))

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from heavylift.nodes.devs.messages import Message
 from heavylift.nodes.devs.models import Atomic
-from heavylift.nodes.devs.ports import OutPort, Port
+from heavylift.nodes.devs.ports import OutPort, Owner, Port
 from heavylift.nodes.devs.tags import Instant, Tag
 
 __all__ = ["Log", "Trace", "Transition"]
@@ -35,7 +35,7 @@ class Trace:
         # of all tags not settled yet, end to end; lists of lists would keep the garbage collector busy
         self._sizes: list[int] = []  # t, k, number of those due, number of messages
         self._due: list[int] = []
-        self._sources: list[Port[Any]] = []
+        self._sources: list[Port[Message]] = []
         self._values: list[Message] = []
 
     def note(
@@ -43,7 +43,7 @@ class Trace:
         tag: Instant,
         atomics: list[Atomic],
         imminent: list[int],
-        sources: Sequence[Port[Any]],
+        sources: Sequence[Port[Message]],
         values: Sequence[Message],
     ) -> None:
         """One tag: who was due, and all messages that were delivered."""
@@ -85,10 +85,14 @@ class Log(Trace):
 
 
 def _transitions(
-    tag: Instant, atomics: list[Atomic], imminent: list[int], sources: Sequence[Port[Any]], values: Sequence[Message]
+    tag: Instant,
+    atomics: list[Atomic],
+    imminent: list[int],
+    sources: Sequence[Port[Message]],
+    values: Sequence[Message],
 ) -> list[Transition]:
     """The transitions of one tag in path order."""
-    said: dict[Any, list[tuple[str, Message]]] = {}
+    said: dict[Owner, list[tuple[str, Message]]] = {}
     heard: dict[int, list[tuple[int, str, Message]]] = {}
     for source, value in zip(sources, values, strict=True):
         if isinstance(source, OutPort):

@@ -6,7 +6,7 @@ front; one of an operator is answered so.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 
 from heavylift.nodes.plan.actions import Brake, Hookup, Move, Order, Turn, Unhook
 from heavylift.nodes.plan.fidelity import held_by
@@ -17,7 +17,7 @@ from .observed_state import OFF, Picture
 from .refused import Refused
 from .turn_law import followers
 
-__all__ = ["check", "joints_moved"]
+__all__ = ["check", "joints_moved", "sling_fault"]
 
 
 def check(order: Order, plan: Plan, owners: Mapping[str, str], picture: Picture, lugs: Mapping[str, str]) -> None:
@@ -31,11 +31,8 @@ def check(order: Order, plan: Plan, owners: Mapping[str, str], picture: Picture,
                 raise Refused(f"{order.model} has no hook or drive {order.actuator}")
             if VERBS[order.verb].along:
                 _check_ground(order, plan, picture)
-        case Hookup():
-            _check_hookup(order, plan, picture, lugs)
-        case Unhook():
-            if picture.ropes.get(order.sling, OFF) == OFF:
-                raise Refused(f"sling {order.sling} is not hooked and cannot be unhooked")
+        case Hookup() | Unhook():
+            _check_sling(order, plan, picture, lugs)
         case Brake():
             if owners.get(order.brake) != order.model:
                 raise Refused(f"{order.model} has no brake {order.brake}")
@@ -64,13 +61,23 @@ def _check_ground(order: Move, plan: Plan, picture: Picture) -> None:
             )
 
 
-def _check_hookup(order: Hookup, plan: Plan, picture: Picture, lugs: Mapping[str, str]) -> None:
-    """A sling is hooked once, to a lug that exists."""
-    state = picture.ropes.get(order.sling)
-    if state is None:
+def _check_sling(order: Hookup | Unhook, plan: Plan, picture: Picture, lugs: Mapping[str, str]) -> None:
+    """A sling that exists is hooked once, to a lug that exists, and unhooked where it hangs."""
+    if isinstance(order, Hookup) and order.sling not in picture.ropes:
         raise Refused(f"there is no sling {order.sling}")
-    if state != OFF:
-        on = f"lug {lugs[order.sling]}" if order.sling in lugs else "its place"
-        raise Refused(f"sling {order.sling} hangs on {on} already, unhook it first")
-    if order.lug and (plan.block is None or order.lug not in [lug.name for lug in plan.block.lugs]):
+    if fault := sling_fault(order, {name for name, state in picture.ropes.items() if state != OFF}, lugs):
+        raise Refused(fault)
+    known = [lug.name for lug in plan.block.lugs] if plan.block else []
+    if isinstance(order, Hookup) and order.lug and order.lug not in known:
         raise Refused(f"there is no lug {order.lug}")
+
+
+def sling_fault(order: Order, hooked: Container[str], lugs: Mapping[str, str]) -> str:
+    """Why a sling cannot be hooked, since it hangs already, or unhooked, since it does not; "" if it can be."""
+    match order:
+        case Hookup() if order.sling in hooked:
+            on = f"lug {lugs[order.sling]}" if order.sling in lugs else "its place"
+            return f"sling {order.sling} hangs on {on} already, unhook it first"
+        case Unhook() if order.sling not in hooked:
+            return f"sling {order.sling} is not hooked and cannot be unhooked"
+    return ""

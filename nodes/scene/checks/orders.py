@@ -13,7 +13,7 @@ from heavylift.kernel.algebra.elementary import atan2
 from heavylift.kernel.errors import ModelError
 from heavylift.nodes.models.commander.actuator_registry import first_lugs
 from heavylift.nodes.models.commander.conditions import terms
-from heavylift.nodes.models.commander.order_checks import joints_moved
+from heavylift.nodes.models.commander.order_checks import joints_moved, sling_fault
 from heavylift.nodes.models.commander.turn_law import followers
 from heavylift.nodes.plan import actions, plan
 from heavylift.nodes.plan.fidelity import held_by
@@ -157,11 +157,8 @@ def _reaches(x: Order) -> Violations:
 def _hangs(x: Order) -> Violations:
     """A sling is hooked once, and unhooked where it hangs."""
     for order in x.action.orders:
-        if isinstance(order, actions.Hookup) and order.sling in x.hooked:
-            message = f"the sling {order.sling} hangs on lug {x.hooked[order.sling]} already: unhook it first"
-            yield order.sling, order.where, message
-        if isinstance(order, actions.Unhook) and order.sling not in x.hooked:
-            yield order.sling, order.where, f"the sling {order.sling} is not hooked and cannot be unhooked"
+        if isinstance(order, actions.Hookup | actions.Unhook) and (fault := sling_fault(order, x.hooked, x.hooked)):
+            yield order.sling, order.where, fault
 
 
 def _lets_fall(x: Order) -> Violations:

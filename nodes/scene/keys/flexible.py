@@ -10,13 +10,14 @@ import re
 import zlib
 from io import BytesIO, StringIO
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 from heavylift.kernel.description import flexible as k
 from heavylift.nodes.scene.text import units as u
 from heavylift.nodes.scene.text.files import content, within
+from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
 from .base import Base
@@ -133,7 +134,7 @@ class Matrices(Base):
             raise ValueError(f"'{file}' cannot be read: {error.strerror}") from None
 
 
-def _member(data: bytes, key: str) -> Any:
+def _member(data: bytes, key: str) -> NDArray[np.float64]:
     """An array of an .npz; KeyError, ValueError or one of BROKEN if there is none of numbers, or none so small."""
     with ZipFile(BytesIO(data)) as archive, archive.open(f"{key}.npy") as member:
         if archive.getinfo(f"{key}.npy").file_size > LARGEST:

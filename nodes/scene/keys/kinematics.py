@@ -5,8 +5,6 @@ Walks the joints from the world outwards, by the kernel's own joint table.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from heavylift.kernel.algebra.dense import norm
 from heavylift.kernel.algebra.spatial import exact
@@ -25,7 +23,7 @@ def poses(system: System) -> Poses:
 
     Raises KernelError for joints of which no tree can be made.
     """
-    found: dict[str, tuple[Any, Any]] = {WORLD: (exact(np.zeros(3)), exact(np.eye(3)))}
+    found: dict[str, tuple[Array, Array]] = {WORLD: (exact(np.zeros(3)), exact(np.eye(3)))}
     waiting = list(spanning_tree(system, {joint.name: joint for joint in system.joints})[0].values())
     while ready := [joint for joint in waiting if joint.parent in found]:
         for joint in ready:

@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import reduce
 from types import UnionType
-from typing import Annotated, Any, Union, get_args, get_origin
+from typing import Annotated, Union, get_args, get_origin
 
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered
 from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
 
 from .schema import RESERVED, Scene
 
@@ -39,7 +40,7 @@ def validate(source: Source) -> Scene | None:
         scene = Scene.model_validate(ordered(source.data))
     except ValidationError as error:
         for message in error.errors(include_url=False):
-            source.faults.append(_fault(source, dict(message)))
+            source.faults.append(_fault(source, message))
         return None
     source.faults += _reserved(scene)
     return scene
@@ -59,9 +60,9 @@ def _reserved(scene: Scene) -> Iterator[Fault]:
             yield Fault(path, message, on_key=path != ("mechanism", "name"))
 
 
-def _fault(source: Source, error: dict[str, Any]) -> Fault:
+def _fault(source: Source, error: ErrorDetails) -> Fault:
     path, kind, given = _path(source.data, error["loc"]), str(error["type"]), error.get("input")
-    context: dict[str, Any] = error.get("ctx") or {}
+    context = error.get("ctx") or {}
     last = str(path[-1]) if path else ""
     if kind == "phrase":
         added = len(str(given)) - len(str(source.at(path)))  # `wait: 3 s` is read as the phrase 'wait 3 s'

@@ -11,7 +11,7 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass, field
 from pathlib import Path as FilePath
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from heavylift.kernel.description.name_order import natural
 from ruamel.yaml import YAML
@@ -104,7 +104,7 @@ class _Composer(Composer):
 
     depth = count = 0
 
-    def compose_node(self, parent: Any, index: Any) -> Any:
+    def compose_node(self, parent: object, index: object) -> object:
         """A node of the text."""
         self.count += 1
         if self.depth >= DEEPEST or self.count > 2 * MOST_VALUES:  # keys are nodes, too

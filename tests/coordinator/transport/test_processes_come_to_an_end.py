@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from heavylift.coordinator.supervision.processes import Processes
 from heavylift.coordinator.transport.hub import Hub
-from heavylift.coordinator.transport.session import RunDirectory
+from heavylift.coordinator.transport.run_directory import RunDirectory
 from heavylift.kernel.errors import ProtocolError
 from of_the_system import PATIENCE_s, Start, gone, running
 

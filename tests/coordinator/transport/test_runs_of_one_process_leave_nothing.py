@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from heavylift.coordinator.transport.hub import Hub, LocalHub
-from heavylift.coordinator.transport.session import RunDirectory
+from heavylift.coordinator.transport.run_directory import RunDirectory
 
 RUNS = 30
 EACH_kB = 40  # what a run may leave in the allocator's pools; a session that is closed as it is leaves 60 to 110

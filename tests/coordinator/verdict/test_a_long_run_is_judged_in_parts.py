@@ -12,10 +12,11 @@ from heavylift.coordinator.run import run
 from heavylift.coordinator.verdict import clearances as looking
 from heavylift.coordinator.verdict import history as kept
 from heavylift.coordinator.verdict import stretches, verdict_of
+from heavylift.coordinator.verdict.coarse import Coarse
 from heavylift.coordinator.verdict.history import Collector, history_of
-from heavylift.coordinator.verdict.moving import moving
+from heavylift.coordinator.verdict.moving import Moving, moving
 from heavylift.coordinator.verdict.nearest import SHARP
-from heavylift.coordinator.verdict.stretches import whole
+from heavylift.coordinator.verdict.stretches import Stretches, whole
 from heavylift.nodes.limits.judging import uses_of
 from heavylift.nodes.limits.signals import Signals
 from heavylift.nodes.plan.limit import Limit
@@ -108,10 +109,13 @@ def test_a_part_bounds_what_happens_in_it_as_the_whole_does(
     assert sum(end - begin for _, (begin, end) in thin) == last - first
     block = next(i for i, s in enumerate(shapes) if s.shape.thing == "block")
     beam = next(i for i, s in enumerate(shapes) if s.shape.thing == "loader-1")
-    still = np.zeros((len(shapes[0].t), 3))
-    expected = whole(shapes, [(block, beam)], still, between=(first, last))
+
+    def bounded(shapes: list[Moving], between: tuple[int, int]) -> Stretches:
+        return whole(Coarse(shapes, np.zeros((len(shapes[0].t), 2)), between), [(block, beam)])
+
+    expected = bounded(shapes, (first, last))
     strays = np.concatenate([part[block].stray[begin:end] for part, (begin, end) in thin])
-    found = [whole(part, [(block, beam)], 0.0 * part[0].centre, between=between) for part, between in thin]
+    found = [bounded(part, between) for part, between in thin]
     assert np.array_equal(strays, shapes[block].stray)
     moved, least = (np.concatenate([getattr(x, name) for x in found]) for name in ("moved", "least"))
     assert np.allclose(moved + least, expected.moved + expected.least, rtol=1e-9)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -11,14 +12,21 @@ from heavylift.coordinator.verdict.clearances import clearances
 from heavylift.coordinator.verdict.conduct import Conduct, conduct_findings
 from heavylift.coordinator.verdict.history import BLOCK, History, history_of
 from heavylift.coordinator.verdict.moving import Moving, moving
-from heavylift.nodes.plan.shapes import relation, solids, strands
+from heavylift.coordinator.verdict.nearest import SHARP
+from heavylift.coordinator.verdict.steps import seen
+from heavylift.nodes.plan.plan import Plan
+from heavylift.nodes.plan.shapes import Solid, relation, solids, strands
 from heavylift.nodes.scene import load
 from heavylift.recordings import Recording
 from heavylift.recordings.format.viewer_messages import Rig
+from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
+from scipy.spatial.transform import Rotation
 
 BETWEEN = 0.02  # [m] that a lift in calm moves between samples, and what bounds leave
 RUN = "run.mcap"
+SEEDS = (3, 4)
+SLOW = 3e-3  # [m] from sample to sample
 
 
 def apart(a: Moving, b: Moving) -> float:
@@ -46,6 +54,61 @@ def test_the_smallest_are_those_of_a_brute_search(tmp_path: Path) -> None:
         assert least - BETWEEN < c.distance <= least + 1e-3, (c.a, c.b)
         gap = np.linalg.norm(np.array(c.p_WA) - np.array(c.p_WB))
         assert gap == pytest.approx(c.distance, abs=BETWEEN), "the points are those that are so near"
+
+
+def ways(history: History, draw: np.random.Generator) -> History:
+    """Every body goes its own way high above the ground: straight and turning, with a bend each 20 samples."""
+    n = 70
+    rest = np.arange(n) % 20 == 0
+
+    def way(size: int, scale: float) -> NDArray[np.float64]:
+        steps = draw.normal(0.0, scale, (n, size))
+        bends = np.maximum.accumulate(np.where(rest, np.arange(n), 0))
+        return np.cumsum(steps[bends], axis=0)
+
+    poses = {}
+    for body in history.poses:
+        place = draw.normal((0.0, 0.0, 300.0), 30.0) + way(3, SLOW)
+        turns = Rotation.from_rotvec(draw.normal(0.0, 1.0, 3)) * Rotation.from_rotvec(way(3, SLOW / 30))
+        poses[body] = np.hstack([place, turns.as_quat()])
+    tensions = {rope: np.full(n, 1e5) for rope in history.tensions}
+    return History(np.arange(n) * 0.5, poses, tensions, {}, history.rigs[:1])
+
+
+def test_nothing_is_lost_by_looking_closely_only_where_it_may_be_near(tmp_path: Path) -> None:
+    """Random ways: each pair of shapes at each sample by the library of distances alone, but for those whose balls are
+    farther apart."""
+    plan = load("lift").plan
+    run(load("lift", ["end=1 s"]), tmp_path / RUN, in_process=True)
+    recorded = history_of(Recording(tmp_path / RUN)).part(0, BLOCK)
+    for seed in SEEDS:
+        nothing_is_lost(plan, ways(recorded, np.random.default_rng(seed)))
+
+
+def nothing_is_lost(plan: Plan, history: History) -> None:
+    found = clearances(plan, history)
+    least: dict[frozenset[str], float] = {}
+    shapes = moving(plan, history)
+    for a, b in combinations(shapes, 2):
+        both = frozenset((a.shape.thing, b.shape.thing))
+        still = all(isinstance(s.shape, Solid) and s.shape.body == "world" for s in (a, b))
+        if still or len(both) == 1 or (means := relation(plan, a.shape, b.shape)) == "joined":
+            continue
+        balls = np.linalg.norm(a.centre - b.centre, axis=1).min() - a.reach - b.reach - a.radius - b.radius
+        if balls > found[-1].distance + BETWEEN:
+            continue
+        each = min(seen(a, b, k).least for k in range(len(history.t)))
+        if means == "apart" or each < -0.01:
+            least[both] = min(least.get(both, np.inf), each)
+    nearest = sorted(least.values())
+    assert len({frozenset((c.a, c.b)) for c in found}) == len(found)
+    assert len(found) == max(10, sum(x < 0.5 for x in nearest))
+    for x, c in zip(nearest, found, strict=False):
+        assert c.distance == pytest.approx(x, abs=BETWEEN)
+    for c in found:
+        expected = least[frozenset((c.a, c.b))]
+        assert expected - BETWEEN < c.distance <= expected + SHARP, (c.a, c.b)
+        assert np.linalg.norm(np.array(c.p_WA) - np.array(c.p_WB)) == pytest.approx(abs(c.distance), abs=BETWEEN)
 
 
 def test_a_limit_of_the_scene_decides_what_is_too_near(tmp_path: Path) -> None:

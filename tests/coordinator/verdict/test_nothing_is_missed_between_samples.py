@@ -7,11 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.coordinator.run import run
+from heavylift.coordinator.verdict.coarse import Coarse
 from heavylift.coordinator.verdict.distance import Placed, exactly
 from heavylift.coordinator.verdict.history import history_of
-from heavylift.coordinator.verdict.moving import Moving
-from heavylift.coordinator.verdict.nearest import SHARP, nearest, nearest_of_each, whole
+from heavylift.coordinator.verdict.moving import Frame, Moving
+from heavylift.coordinator.verdict.nearest import SHARP, nearest, nearest_of_each
 from heavylift.coordinator.verdict.speeds import strays, twists
+from heavylift.coordinator.verdict.stretches import Stretches, whole
+from heavylift.kernel.description.points import Vector
 from heavylift.nodes.models import system
 from heavylift.nodes.plan.shapes import Solid, Strand
 from heavylift.nodes.scene import load
@@ -23,18 +26,27 @@ Floats = NDArray[np.float64]
 CLOSE = 2e-3  # [m]: what the search leaves, and rounding
 FINE = 400  # looks between two samples
 TEN = 10
+ORIGIN = (0.0, 0.0, 0.0)
 
 
 def solid(size: tuple[float, ...], t: Floats, centre: Floats, turn: Floats | None = None) -> Moving:
-    still = np.array([[0.0, 0.0, 0.0, 1.0]])
     name = f"a body at {centre[0]}"
-    shape = Solid(name, "", "loader", name, (0.0, 0.0, 0.0), (size[0], size[1], size[2]))
-    return Moving(shape, t, centre, still if turn is None else turn, np.array(size) / 2, 0.0)
+    shape = Solid(name, "", "loader", name, ORIGIN, (size[0], size[1], size[2]))
+    return Moving(shape, (fixed(t, centre, turn),))
+
+
+def fixed(t: Floats, centre: Floats, turn: Floats | None = None) -> tuple[Frame, Vector]:
+    still = np.tile([0.0, 0.0, 0.0, 1.0], (len(t), 1))
+    return Frame(t, np.hstack([centre, still if turn is None else turn])), ORIGIN
+
+
+def stretches(shapes: list[Moving], pairs: list[tuple[int, int]], groups: range | None = None) -> Stretches:
+    n = len(shapes[0].t)
+    return whole(Coarse(shapes, np.zeros((n, 2)), (0, n - 1)), pairs, groups)
 
 
 def minimum(a: Moving, b: Moving) -> tuple[float, float]:
-    start = whole([a, b], [(0, 1)], np.zeros((len(a.t), 3)))
-    found = nearest([a, b], start)
+    found = nearest([a, b], stretches([a, b], [(0, 1)]))
     assert found is not None
     return found.least, found.t
 
@@ -99,7 +111,7 @@ def test_a_search_of_all_things_at_once_finds_the_smallest_that_searches_one_by_
     rng = np.random.default_rng(8)
     for _ in range(3):
         n = int(rng.integers(2, 150))
-        t, common = 0.5 * np.arange(n), np.zeros((n, 3))
+        t = 0.5 * np.arange(n)
         shapes = []
         for _ in range(6):
             way = rng.normal(0.0, 12.0, 3) + np.cumsum(rng.normal(0.0, 0.1, (n, 3)), axis=0)
@@ -108,13 +120,13 @@ def test_a_search_of_all_things_at_once_finds_the_smallest_that_searches_one_by_
         for i in range(3):
             way = rng.normal(0.0, 12.0, 3) + np.cumsum(rng.normal(0.0, 0.1, (n, 3)), axis=0)
             along = np.array([0.0, 0.0, 9.0]) + np.cumsum(rng.normal(0.0, 0.03, (n, 3)), axis=0)
-            half = np.array([0.0, 0.0, np.linalg.norm(along, axis=1).max() / 2])
             rope = Strand(f"rope {i}", "rope", f"rope {i}", 0.1, ())
-            shapes.append(Moving(rope, t, way, along, half, 0.1, t < t[-1] * rng.uniform(0.3, 1.2)))
+            ends = fixed(t, way - along / 2), fixed(t, way + along / 2)
+            shapes.append(Moving(rope, ends, t < t[-1] * rng.uniform(0.3, 1.2)))
         pairs = [(i, j) for i in range(len(shapes)) for j in range(i)]
-        alone = [nearest(shapes, whole(shapes, [pair], common)) for pair in pairs]
+        alone = [nearest(shapes, stretches(shapes, [pair])) for pair in pairs]
         least = np.array([m.least if m is not None else np.inf for m in alone])
-        start = whole(shapes, pairs, common, range(len(pairs)))
+        start = stretches(shapes, pairs, range(len(pairs)))
         limit = float(np.sort(least)[TEN + 2])
         for smallest, most in ((TEN, 0.0), (TEN, limit)):
             found = nearest_of_each(shapes, start, np.full(len(pairs), np.inf), smallest, most)
@@ -159,7 +171,9 @@ def test_speeds_of_bodies_are_those_of_their_places(tmp_path: Path) -> None:
     run(scene, tmp_path / "run.mcap", in_process=True)
     past = history_of(Recording(tmp_path / "run.mcap")).part(0, 200)
     past = past.of(np.flatnonzero(np.diff(past.t, prepend=-1.0) > 0.01))
-    found, h = twists(system(scene.plan).joints, past), np.diff(past.t)[:, None]
+    frames = {name: Frame(past.t, pose) for name, pose in past.poses.items()}
+    frames["world"] = fixed(past.t, np.zeros((len(past.t), 3)))[0]
+    found, h = twists(system(scene.plan).joints, frames, past.speeds), np.diff(past.t)[:, None]
     assert set(found) >= set(past.poses)
     for body, pose in past.poses.items():
         v, w = found[body]

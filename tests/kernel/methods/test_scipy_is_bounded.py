@@ -1,11 +1,11 @@
-"""SciPy's methods see thin things and count what they evaluate."""
+"""SciPy's integrators, as peers of the tests, see thin things."""
 
 import pytest
 from contact_scenes import STILL, ball, brick
 from heavylift.kernel.description.contacts import Ball, Box, Contact
 from heavylift.kernel.description.mechanics import Joint, System
 from scipy_peers import PEERS
-from small_scenes import SECOND, hand_over, hung, started, times
+from small_scenes import SECOND, hand_over, started, times
 
 NANOSECOND = 2e-9  # [s] event times are rounded up
 
@@ -23,29 +23,3 @@ def test_a_ball_does_not_pass_through_a_plate(method, speed, thickness):
     hand_over(s, round(3.2 / speed * SECOND))
     assert times(s, "pair", "impact") == pytest.approx([(3.0 - 0.1 - thickness / 2) / speed], abs=NANOSECOND)
     assert s.state[0] < -0.1
-
-
-@pytest.mark.parametrize("method", sorted(PEERS))
-def test_as_many_evaluations_are_counted_as_are_made(method):
-    """On floats every evaluation is a call of the function that the native code calls."""
-    s = started(hung(60.2), method=method, tolerance=1e-5, native=False)
-    rate, made = s.method.f_rate, [0]
-    evaluate = rate.body
-
-    def evaluated(**given):
-        made[0] += 1
-        return evaluate(**given)
-
-    rate.body = evaluated
-    calls = s.native.code.call
-
-    def located(name, *blocks):  # searches for events are not counted
-        before = made[0]
-        calls(name, *blocks)
-        if name not in ("advance", "step"):
-            made[0] = before
-
-    s.native.code.call = located
-    before = s.native.evaluations
-    s.run(SECOND // 4)
-    assert made[0] == s.native.evaluations - before > 20
