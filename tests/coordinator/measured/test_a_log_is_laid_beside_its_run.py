@@ -49,6 +49,8 @@ def test_channels_stand_beside_those_of_the_run(beside: Path) -> None:
     rec = Recording(beside)
     real, off = rec.signal("measured/rope/tension"), rec.signal("error/rope/tension")
     assert rec["measured/wind"].unit == "m/s"
+    assert rec["west"].measured_tension.names == ["west.H1"]
+    assert rec["west"].tension.names == ["west.H1", "west.H2"]
     own = np.interp(real.t, rec.signal("rope/tension").t, rec.signal("rope/tension")["west.H1"])
     np.testing.assert_allclose(own - real["west.H1"], off["west.H1"], atol=1e-3)
     assert compare(beside, beside).equal

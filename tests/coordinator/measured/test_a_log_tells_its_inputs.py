@@ -66,6 +66,29 @@ def test_what_it_cannot_tell_apart_is_named_with_its_twin() -> None:
     assert "cannot tell it from weight" in found.unknown[2]
 
 
+def test_a_kink_is_no_noise() -> None:
+    """Where the load takes over depends on how far from the middle it hangs, to whichever side."""
+    rng = np.random.default_rng(7)
+
+    def kinked(p: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        T = tension(TIMES, 1e6, 0.5 + p[0], 8.0 + 40.0 * abs(p[0]))
+        return [(TIMES, T[:, 0]), (TIMES, T[:, 1])]
+
+    t = np.arange(1.0, 38.0, 0.2)
+    D = [np.interp(t, T, S) + 3e3 * rng.standard_normal(len(t)) for T, S in kinked(np.array([0.06]))]
+    given = Told(t, D, [np.zeros(len(t))] * 2, [3e3, 3e3])
+    found = estimate(kinked, [Parameter("off", 0.0, 1.0)], given, Alignment(0.0))
+    assert abs(found.values[0] - 0.06) < 3.0 * found.sigma[0] < 3e-3
+
+
+def test_noise_is_no_derivative() -> None:
+    rng = np.random.default_rng(8)
+    jitter = lambda p: model(np.array([1e6 + 1e4 * rng.standard_normal(), 0.6, 1.0, 1.0]))  # noqa: E731
+    given = told(rng, START, 0.0)
+    found = estimate(jitter, [Parameter("off", 0.0, 1.0)], given, Alignment(0.0))
+    assert found.unknown == {0: "what it changes is lost in how the run itself jitters"}
+
+
 def test_an_offset_that_is_given_stays() -> None:
     rng = np.random.default_rng(2)
     true = np.array([1.05e6, 0.6, 1.0, 1.0])

@@ -34,7 +34,10 @@ def logged(folder: Path, settings: list[str], seed: int) -> tuple[Path, Path]:
 
 def test_the_load_comes_back_and_is_written(tmp_path: Path) -> None:
     recording, table = logged(tmp_path, [f"{MASS}=41.3 t"], 3)
-    found = measure(recording, table, MAPS, None, [MASS, LONGEST])
+    found = measure(recording, table, MAPS, None, [MASS, LONGEST], [f"{MASS} +- 3 %"])
+    lead, _ = found.comparisons
+    assert lead.u_input == pytest.approx(0.015 * 104e3, rel=0.05)  # of the lead part's tension: half of what is stated
+    assert not lead.lacks
     value, half = (float(text.removesuffix(" t")) for text in found.estimates[MASS])
     assert abs(value - 41.3) < 1.5 * half < 0.3
     assert "hardly depends on it" in found.not_identified[LONGEST]

@@ -70,6 +70,7 @@ def test_a_fault_in_the_log(
         ("cell=rope/tension/west.H1 [kN] +- 3", "the unit is missing; use %, kN"),
         ("cell=rope/tension/west.H1 [kN] +- much", "is no uncertainty"),
         ("cell=measured/wind [m/s]", "no column is mapped to a channel of"),
+        ("cell=measured/ [m/s]", "measured/ has no name"),
         ("map.yaml", "map.yaml: no map can be read there"),
     ],
 )
@@ -102,7 +103,8 @@ def test_a_log_of_something_else(run: Path, tmp_path: Path) -> None:
 
 
 def test_a_file_that_is_no_log(run: Path, tmp_path: Path) -> None:
-    assert "there is no such log" in refused(run, tmp_path / "none.csv")
+    for name in ("none.csv", ".", "n" * 300):
+        assert "there is no such log" in refused(run, tmp_path / name)
     path = tmp_path / "log.csv"
     for data, what in ((b"", "no rows"), (b"time,cell\n", "no rows"), (b"\xff\xfe\n\x81", "no text"),
                        (b"time [s],cell\n0,1\n1,2,3\n", "row 3: has 3 cells below a head of 2")):  # fmt: skip
