@@ -19,11 +19,10 @@ from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written
 from numpy.typing import NDArray
 
-from .alignment import Alignment, aligned, overlapping
+from .alignment import Alignment, Curve, aligned, overlapping
 from .estimation import Estimate, Told, estimate
 from .mapping import Channel, Measured, measured
-from .parameters import parameters, scene_text, uncertain
-from .simulation import simulator, spread
+from .parameters import parameters, scene_text, simulator, spread, uncertain
 from .validation import LEVEL, Comparison, accuracy, beside, compared, curves_of
 
 __all__ = ["Outcome", "measure"]
@@ -86,12 +85,13 @@ def measure(
     known, sigma = uncertain(begun.scene, given) if begun else ([], np.zeros(0))
     plan = msgspec.json.decode(rec.attachments.get(RESOLVED, b"{}"))
     found = measured(rec, log, maps, plan.get("gravity", EARTH))
-    at, own = _placed(rec, found, offset), curves_of(rec, found.compared)
+    own = curves_of(rec, found.compared)
+    at = _placed(rec, found, own, offset)
     fit, u_input = Estimate({}, {}, {}, at), list[Floats]()
     rate = 1.0 / float(np.median(np.diff(found.t)))
     if begun and inputs:
-        told = _told(rec, found, at)
-        fit = estimate(simulator(begun, inputs, found.compared, rate, say), inputs, told, at)
+        rows = overlapping(own[0], found.t, at.offset, ROOM / rate)
+        fit = estimate(simulator(begun, inputs, found.compared, rate, say), inputs, _told(rec, found, rows), at)
     if begun and known:
         start = np.array([p.value for p in known])
         u_input = spread(simulator(begun, known, found.compared, rate, say), start, sigma, own)
@@ -110,9 +110,8 @@ def measure(
     return replace(outcome, scene=written(text, made.with_suffix(".yaml"), "a scene", (".yaml",), force))
 
 
-def _placed(rec: Recording, log: Measured, offset: float | None) -> Alignment:
+def _placed(rec: Recording, log: Measured, model: list[Curve], offset: float | None) -> Alignment:
     """The given offset or the one that the channels tell; RecordingError if no rows lie in the run."""
-    model = curves_of(rec, log.compared)
     T = model[0][0]
     if len(T) < 2:
         raise RecordingError(f"{rec.path}: has no samples to compare with; let the run last longer")
@@ -126,10 +125,8 @@ def _placed(rec: Recording, log: Measured, offset: float | None) -> Alignment:
     return at
 
 
-def _told(rec: Recording, log: Measured, at: Alignment) -> Told:
+def _told(rec: Recording, log: Measured, rows: NDArray[np.bool_]) -> Told:
     """What estimates are made of."""
-    room = ROOM * float(np.median(np.diff(log.t)))
-    rows = overlapping(curves_of(rec, log.compared)[0], log.t, at.offset, room)
     common = [np.hypot(c.sigma[rows], accuracy(rec) / LEVEL * np.abs(c.values).max()) for c in log.compared]
     return Told(log.t[rows], [c.values[rows] for c in log.compared], common, [_scatter(c) for c in log.compared])
 

@@ -1,44 +1,55 @@
 """Inputs of a scene by the path that `--set` takes, with `x`, `y`, `z` for the numbers of a place: `block.com.x`.
 
-Each has its value, the unit in which it is written, and a scale, by which it may be off: its own size, of a place at
-least a metre, of what lies between two ends a fifth of their distance.  Estimates are written back into the scene, its
-comments kept; their uncertainty stands in a comment above the part that has the input, `block.mass: 481.2 t +- 1.1 t`.
+They are estimated, or their uncertainty is stated; either way the scene of a recording runs again in this process with
+other values.  Each has its value, the unit in which it is written, and a scale, by which it may be off: its own size, of
+a place at least a metre, of what lies between two ends a fifth of their distance.  Estimates are written back into the
+scene, its comments kept; their uncertainty stands in a comment above the part, `block.mass: 481.2 t +- 1.1 t`.
 """
 
 from __future__ import annotations
 
 import io
 import re
-from collections.abc import Mapping, Sequence
+import tempfile
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from math import floor, inf, log10
+from pathlib import Path as FilePath
 from typing import Any, get_args
 
 import msgspec
 import numpy as np
-from heavylift.kernel.errors import SceneError
+from heavylift.coordinator.run import run
+from heavylift.coordinator.run.resume import Beginning
+from heavylift.kernel.errors import HeavyliftError, RecordingError, SceneError
 from heavylift.nodes.scene import LoadedScene
 from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.loading import parse
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.overlay import override
-from heavylift.nodes.scene.text.source import Path, Source, child, ordered, read
+from heavylift.nodes.scene.text.source import Path, Source, ordered, read
 from heavylift.nodes.scene.text.units import NUMBER, Dimension, Limited, Quantity, tidy
+from heavylift.recordings import Recording
 from numpy.typing import NDArray
 from pydantic import BaseModel
 from ruamel.yaml import YAML
 
-from .mapping import PLUS, stated
+from .alignment import Curve
+from .mapping import PLUS, Channel, stated
+from .validation import curves_of
 
-__all__ = ["Parameter", "parameters", "scene_text", "uncertain", "varied"]
+__all__ = ["Parameter", "parameters", "scene_text", "simulator", "spread", "uncertain", "varied"]
 
 AXES = {"x": 0, "y": 1, "z": 2}
 LEAST = {"length": 1.0}  # scale [SI] of quantities whose own size says little of their uncertainty
 SIGNED = ("length", "angle")
 FAR = 20.0  # times more or less: an input that leads there is not told by the log
 DIGITS = 6  # of a value without uncertainty
+SAMPLES = (20.0, 100.0)  # [Hz] at least and at most, between which samples are as many as the log's rows
+TIGHT = 1e-7  # tolerance at which differences of two runs are those of their inputs
 Floats = NDArray[np.float64]
+Simulate = Callable[[Floats], list[Curve]]
 KEPT = ("fidelity", "method", "tolerance", "step", "driven", "end")  # of a plan, whatever an input is
 
 
@@ -100,6 +111,39 @@ def varied(scene: LoadedScene, inputs: Sequence[Parameter], values: Sequence[flo
     return replace(other, plan=msgspec.structs.replace(other.plan, **{x: getattr(scene.plan, x) for x in KEPT}))
 
 
+def simulator(
+    begun: Beginning, inputs: Sequence[Parameter], channels: list[Channel], rows_hz: float, say: Callable[[str], None]
+) -> Simulate:
+    """Curves of the channels for values of the inputs; HeavyliftError names the values that make no run."""
+    hz = begun.scene.plan.samples_hz
+    rate = min(max(SAMPLES[0], rows_hz, hz), max(SAMPLES[1], hz))
+
+    def simulate(values: Floats) -> list[Curve]:
+        given = ", ".join(f"{p.name} {x / p.factor:.6g} {p.unit}".strip() for p, x in zip(inputs, values, strict=True))
+        say(given)
+        try:
+            other = varied(begun.scene, inputs, values.tolist())
+            plan = msgspec.structs.replace(other.plan, samples_hz=rate, tolerance=min(other.plan.tolerance, TIGHT))
+            with tempfile.TemporaryDirectory(prefix="heavylift-", ignore_cleanup_errors=True) as folder:
+                made = FilePath(folder) / "run.mcap"
+                run(replace(other, plan=plan), made, in_process=True, commands=begun.commands)
+                return curves_of(Recording(made), channels)
+        except HeavyliftError as error:
+            raise RecordingError(f"with {given} there is no run: {error}") from None
+
+    return simulate
+
+
+def spread(simulate: Simulate, values: Floats, sigma: Floats, own: Sequence[Curve]) -> list[Floats]:
+    """Standard uncertainty of each curve, at the times of the run's own, from that of the inputs."""
+    squares = [np.zeros(len(T)) for T, _ in own]
+    for step in np.diag(sigma):
+        pairs = zip(simulate(values + step), simulate(values - step), strict=True)
+        for square, (T, _), (up, down) in zip(squares, own, pairs, strict=True):
+            square += (0.5 * (np.interp(T, *up) - np.interp(T, *down))) ** 2
+    return [np.sqrt(square) for square in squares]
+
+
 def scene_text(
     scene: LoadedScene, inputs: Sequence[Parameter], estimates: Mapping[str, tuple[str, str]], source: str
 ) -> str:
@@ -136,7 +180,6 @@ def _parameter(scene: LoadedScene, source: Source, name: str) -> Parameter:
             fields = type(at).model_fields.items()
             below = {f.alias or each: (getattr(at, each), (f.annotation, *f.metadata)) for each, f in fields}
             key = written(word)
-            key = word if child(source.at(path), word) is not None else key  # YAML may have the one of Python, too
         elif isinstance(at, dict):
             below = {each: (value, kind) for each, value in at.items()}
         elif isinstance(at, list | tuple):
