@@ -12,18 +12,12 @@ Lowest layer first
     commands, cli           the command `heavylift`; reference: writes REFERENCE.md; stopping: by signals
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from heavylift.kernel.on_demand import on_demand
 
 if TYPE_CHECKING:
     from heavylift.coordinator.run.models import ModelRun, run_models
 
 __all__ = ["ModelRun", "run_models"]
-
-
-def __getattr__(name: str) -> Any:
-    """The public names on demand: node processes import this package and need none of them."""
-    if name in __all__:
-        from heavylift.coordinator.run import models
-
-        return getattr(models, name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = on_demand(__name__, dict.fromkeys(__all__, ".run.models"))  # node processes need none of them

@@ -1,4 +1,4 @@
-"""Commands to a run that goes on: watch, pause, step, continue, command, stop."""
+"""Commands to a run in progress: watch, pause, step, continue, command, stop."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ STEP_s = 86400.0  # the same for a step, which takes as long as it takes
 
 
 class Order(msgspec.Struct, frozen=True, omit_defaults=True):
-    """Pause, go on, stop; step `by_ns` [ns] or (None) to the next event; give a command; go `factor` times as fast.
+    """Pause, continue, stop; step `by_ns` [ns] or (None) to the next event; give a command; go `factor` times as fast.
 
     `wait`: while the run is paused a command waits for its answer; otherwise it is told when it will take effect.
     """
@@ -58,7 +58,7 @@ def order(run: str | Path | Found, what: Order) -> str:
 def ask(
     run: str | Path | Found, what: Order, patience: float = PATIENCE_s, hear: Callable[[str], None] | None = None
 ) -> Reply:
-    """Send an order to a run that goes on; returns its last reply, `hear` gets the sentence of one before.
+    """Send an order to a run in progress; returns its last reply, `hear` gets the text of one before.
 
     Raises ProtocolError if there is no last reply within `patience` [s], which a step does not need.
     """

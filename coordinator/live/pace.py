@@ -61,7 +61,7 @@ class Pace:
         """The run is paused."""
 
     def go_on(self, at: Tag) -> None:
-        """The run goes on from here, if it was paused."""
+        """The run continues from here, if it was paused."""
 
     def change(self, factor: float) -> float:
         """Go so many times as fast from now on; returns the new rate."""
@@ -111,7 +111,7 @@ class RealTime(Pace):
         self._since = self._since or (self._clock(), at.t)
 
     def change(self, factor: float) -> float:
-        """The clock goes on from where it is."""
+        """The clock continues from its present time."""
         rate = self.rate * factor
         if not (0.0 < rate < math.inf):
             raise ProtocolError(f"a rate is positive and finite, not {rate:g}")

@@ -1,4 +1,4 @@
-"""A run of node processes can be found and watched while it goes on; nodes of this process are nobody else's."""
+"""A run of node processes can be found and watched while in progress; a run in one process cannot."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the kernel is told of a plan, wherever it runs."""
+"""The kernel's part of a plan, wherever it runs."""
 
 from __future__ import annotations
 

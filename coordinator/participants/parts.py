@@ -23,7 +23,7 @@ class ScenePart(msgspec.Struct, frozen=True, tag="scene"):
 
 
 class KernelConfig(msgspec.Struct, frozen=True):
-    """What the kernel is told when all other nodes have declared themselves."""
+    """What the kernel receives once all other nodes have declared themselves."""
 
     systems: list[System]
     gravity: float

@@ -58,7 +58,7 @@ class _Stages:
 
 
 def configured(plan: Plan, models: Mapping[str, NodeModel]) -> KernelConfig:
-    """What the kernel is told of a plan and its models."""
+    """The kernel's part of a plan and its models."""
     return kernel_config(plan, (m.declare() for m in models.values()))
 
 

@@ -95,7 +95,7 @@ class Alive(msgspec.Struct, frozen=True, array_like=True, gc=False):
 
 
 class Fail(msgspec.Struct, frozen=True, array_like=True, gc=False, tag="fail"):
-    """The node cannot go on."""
+    """The node has failed."""
 
     tag: Tag
     path: str

@@ -161,7 +161,7 @@ class Node:
 
     @staticmethod
     def failure(name: str, error: Exception, tag: Tag = _BEGIN) -> Fail:
-        """What a node says when it cannot go on; without memory its process is lost, and the model is not wrong."""
+        """What a node sends when it has failed; without memory its process is lost, and the model is not wrong."""
         if out_of_memory(error):
             raise MemoryError from error
         sentence = (

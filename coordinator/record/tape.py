@@ -57,7 +57,7 @@ class Tape(Spent):
         """A message of the time protocol, "to node" or "from node", and who held a GRANT back; outside the digest."""
 
     def failed(self, message: m.Fail) -> None:
-        """A node cannot go on."""
+        """A node has failed."""
 
     def note(self, t_ns: int, sentence: str) -> None:
         """The run has survived something at this simulation time [ns]; outside the digest."""
@@ -117,11 +117,11 @@ class FileTape(Tape):
         self.recorder.protocol(t_ns, node, direction, type(message).__name__.upper(), summary, data)
 
     def failed(self, message: m.Fail) -> None:
-        """A node cannot go on: its traceback belongs to the record, not on the user's screen."""
+        """A node has failed: its traceback belongs to the record, not on the user's screen."""
         self.recorder.log(message.tag.t, "error", message.path, f"{message.sentence}\n{message.traceback}")
 
     def note(self, t_ns: int, sentence: str) -> None:
-        """What the run has survived is told to people."""
+        """Failures that the run has survived are logged for people."""
         self.recorder.log(t_ns, "warning", "coordinator", sentence)
 
     @clocked

@@ -161,7 +161,7 @@ class _Run(Watch):
         self._watch.say(sentence)
 
     def event(self, event: Event) -> None:
-        """While the commander gives orders, a scene without an end goes on."""
+        """A scene without an end continues while the commander gives orders."""
         if event.source == COMMANDER and self._plan.end is None:
             self.talk.core.extend(Tag(event.t + PATIENCE_ns))
         self._watch.event(event)

@@ -1,4 +1,4 @@
-"""A hub whose processes may die: each is replaced and brought to the same point, and the run goes on as it would have.
+"""A hub whose processes may be lost: each is replaced and brought to the same point, and the run continues unchanged.
 
     1  A process is lost: it has ended, or has left, or makes no progress (stall_detector.py).
     2  It is killed and reaped, so that nothing of it can wake beside its successor; where that cannot be seen, on
@@ -41,7 +41,7 @@ KEEP_GRANTS = 64  # and at least so many grants
 
 @dataclass
 class _Life:
-    """One node: its story, and how far its present incarnation has come in it."""
+    """One node: its log, and how far its present incarnation has replayed it."""
 
     story: Story
     ready: bool = False  # has heard the whole story
@@ -105,7 +105,7 @@ class Succession(Hub):
         return held + self._fresh()
 
     def close(self) -> None:
-        """End the session and remove the run's directory with the stories in it."""
+        """End the session and remove the run's directory with the logs in it."""
         for life in self._lives.values():
             life.story.close()
         super().close()
@@ -185,7 +185,7 @@ class Succession(Hub):
     # ---- losses -------------------------------------------------------------------------------------------------
 
     def on_join(self, process: str) -> None:
-        """A process is there: its nodes hear their stories."""
+        """A process has joined: its nodes replay their logs."""
         for node in self.placement.processes[process]:
             life = self._lives[node]
             if life.over:
@@ -195,7 +195,7 @@ class Succession(Hub):
                 self._go_on(node, life)
 
     def _go_on(self, node: str, life: _Life) -> None:
-        """The next part of the story; after it, what waits for an answer."""
+        """The next part of the log; after it, what waits for an answer."""
         part = next(life.telling, None)
         if part is not None:
             message, life.expected = part

@@ -117,7 +117,7 @@ class Follower:
             yield entry
 
     def close(self) -> None:
-        """Read no more."""
+        """Close the file."""
         self._stream.close()
 
     def __enter__(self) -> Self:

@@ -45,12 +45,12 @@ class Story:
         self.open = False
 
     def kept(self, checkpoint: bytes) -> None:
-        """Who is told this answers as the node did last; all that was told before may be forgotten."""
+        """A successor given this answers as the node did last; all messages before may be forgotten."""
         rest = [_entry(self.answer, self.last)] if self.open else []
         self._journal.restart([_entry(b"", checkpoint), *rest])
 
     def retell(self) -> Iterator[tuple[bytes, bytes]]:
-        """All that has been answered, from WELCOME on, each with its answer; what is told meanwhile comes as well."""
+        """All messages answered so far, from WELCOME on, each with its answer, and those logged meanwhile."""
         if self.welcome is None or self.hello is None:
             return
         yield self.welcome, self.hello

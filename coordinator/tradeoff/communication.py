@@ -135,7 +135,7 @@ def _part(pair: Pair) -> float:
 
 
 def _alone(name: str, mass: float, x: float) -> Simulation:
-    """A solver of one body on a rail, under a force that is told from outside."""
+    """A solver of one body on a rail, under a force given from outside."""
     pull = Load("pull", Point(name), force=(1.0, 0.0, 0.0), signal=Signal(0.0, driven=True))
     rail = Joint("rail", "prismatic", "world", name, axis=(1.0, 0.0, 0.0), q0=(x,))
     solver = Simulation(System((Body(name, mass),), (rail,), forces=(pull,), gravity=0.0))

@@ -199,7 +199,7 @@ class Hub(Exchange):
         """A process is there and listens."""
 
     def on_loss(self, process: str, how: str) -> None:
-        """A process is lost; raises if the run cannot go on."""
+        """A process is lost; raises ProtocolError if the run cannot continue."""
         raise self.gone(process, how)
 
     def gone(self, process: str, how: str) -> ProtocolError:

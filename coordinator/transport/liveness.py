@@ -61,7 +61,7 @@ class Lookout:
         self._thread.start()
 
     def close(self) -> None:
-        """Look no more."""
+        """Stop watching."""
         self._closed.set()
         self.notice()
         self._thread.join(timeout=1.0)

@@ -56,7 +56,7 @@ class Conduct:
                 self.words.append((t, str(value["text"]), not value["action"]))
 
     def event(self, e: Event) -> None:
-        """An event while the run goes on."""
+        """An event during the run."""
         if e.type in HEARD:
             value = e.value
             self.hear(e.t, e.type, {name: getattr(value, name) for name in HEARD[e.type]})

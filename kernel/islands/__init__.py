@@ -7,19 +7,13 @@ sample_merge     samples, log and notes of the scene from those of its islands
 time_warp        islands run ahead by turns, and go back to the first event
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from heavylift.kernel.on_demand import on_demand
 
 if TYPE_CHECKING:
     from .choice import simulate
     from .islands import Islands
 
 __all__ = ["Islands", "simulate"]
-
-
-def __getattr__(name: str) -> Any:
-    """The public names, imported when they are first used."""
-    if name not in __all__:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    from . import choice, islands
-
-    return getattr(choice if name == "simulate" else islands, name)
+__getattr__ = on_demand(__name__, {"Islands": ".islands", "simulate": ".choice"})

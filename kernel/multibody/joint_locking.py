@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 from heavylift.kernel.compiler.function import Function, Outputs
-from heavylift.kernel.compiler.symbol import Array
+from heavylift.kernel.compiler.symbol import Array, Scalar
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.description.mechanics import Lock, System
 from heavylift.kernel.errors import KernelError
@@ -61,7 +61,7 @@ def halt_function(k: int, tree: Tree) -> Function:
         I, _ = composites(t, K, [np.zeros(6)] * len(t.bodies))
         H = joint_space_inertia(t, K, I)
 
-        def row(i: int, jump: dict[int, float]) -> float:
+        def row(i: int, jump: dict[int, Scalar]) -> Scalar:
             pairs = {j: (max(i, j), min(i, j)) for j in jump}
             return sum((H[pair] * jump[j] for j, pair in pairs.items() if pair in H), 0.0)
 

@@ -15,18 +15,12 @@ assembly, impacts    loops closed at the start and kept closed; what happens in 
 safeguards           what is refused, calmed or warned of
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from heavylift.kernel.on_demand import on_demand
 
 if TYPE_CHECKING:
     from .simulation import FOREVER_NS, Simulation
 
 __all__ = ["FOREVER_NS", "Simulation"]
-
-
-def __getattr__(name: str) -> Any:
-    """The public names, imported when they are first used; the module of the run has the name of this package."""
-    if name not in __all__:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    from importlib import import_module
-
-    return getattr(import_module(".simulation", __name__), name)
+__getattr__ = on_demand(__name__, dict.fromkeys(__all__, ".simulation"))

@@ -100,12 +100,12 @@ def _plain(self: Message) -> bool:
     return self.__plain__()
 
 
-def _compiled(hints: dict[str, object]) -> Callable[[Message], bool]:
+def _compiled(hints: dict[str, object]) -> Callable[[object], bool]:
     """A function of m that checks expressions: a loop over fields costs more than all else that sending does."""
     names: dict[str, object] = {"halves": re.compile("[\ud800-\udfff]").search}
     try:
         text = " and ".join(_check(x, hint, names) for x, hint in hints.items())
-        return typing.cast("Callable[[Message], bool]", eval(f"lambda m: {text or True}", names))
+        return typing.cast("Callable[[object], bool]", eval(f"lambda m: {text or True}", names))
     except (NotImplementedError, SyntaxError):  # a type of which only the bytes tell; a field called `from`
         return lambda m: False
 

@@ -19,8 +19,9 @@ Node processes import the table alone; what judges (and needs NumPy) is imported
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from heavylift.kernel.on_demand import on_demand
 from heavylift.nodes.plan.finding import Finding
 from heavylift.nodes.plan.limit import Limit, Use
 
@@ -43,18 +44,5 @@ __all__ = [
     "uses_of_run",
     "uses_on_path",
 ]
-PLACES = {
-    "Signals": ".signals",
-    "signals_of": ".signals",
-    "signals_of_peaks": ".signals",
-    "rows": ".telling",
-}  # all others: .judging
-
-
-def __getattr__(name: str) -> Any:
-    """What judges, imported when it is first used."""
-    if name not in __all__:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    from importlib import import_module
-
-    return getattr(import_module(PLACES.get(name, ".judging"), __name__), name)
+SIGNALS = dict.fromkeys(("Signals", "signals_of", "signals_of_peaks"), ".signals")
+__getattr__ = on_demand(__name__, dict.fromkeys(__all__, ".judging") | SIGNALS | {"rows": ".telling"})

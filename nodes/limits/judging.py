@@ -53,7 +53,7 @@ def judge_run(plan: Plan, signals: Signals) -> list[Finding]:
 
 
 def judge(plan: Plan, uses: Sequence[Use], *, dynamic: bool) -> list[Finding]:
-    """The findings of uses, worst first; of several subjects with the same trouble all are told."""
+    """The findings of uses, worst first; of several subjects with the same fault all are reported."""
     return sorted_findings([told for use in uses if (told := finding_of(plan, use, dynamic=dynamic)) is not None])
 
 

@@ -26,7 +26,7 @@ HEAD = ("limit", "worst of", "worst", "at", "may be", "use", "source")
 
 @dataclass(frozen=True)
 class Words:
-    """How a quantity is told; `refused`: a scene whose path at rest is beyond it cannot be run."""
+    """How a quantity is reported; `refused`: a scene whose path at rest is beyond it cannot be run."""
 
     kind: str
     sentence: Callable[[Use, bool], str]

@@ -21,23 +21,19 @@ Node processes import `heavylift.nodes.plan.plan` only; what reads YAML is impor
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from heavylift.kernel.on_demand import on_demand
 
 if TYPE_CHECKING:
     from heavylift.nodes.scene.keys.editors import json_schema
     from heavylift.nodes.scenes import bundled
 
-    from .loading import LoadedScene, begun, check, load, parse, restored
+    from .loading import LoadedScene, begun, check, load, loaded, parse, restored
     from .report import Report
 
 __all__ = ["LoadedScene", "Report", "begun", "bundled", "check", "json_schema", "load", "loaded", "parse", "restored"]
-PLACES = {"Report": ".report", "json_schema": ".keys.editors", "bundled": "..scenes"}  # all others: .loading
-
-
-def __getattr__(name: str) -> Any:
-    """The public names, imported when they are first used."""
-    if name not in __all__:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    from importlib import import_module
-
-    return getattr(import_module(PLACES.get(name, ".loading"), __name__), name)
+__getattr__ = on_demand(
+    __name__,
+    dict.fromkeys(__all__, ".loading") | {"Report": ".report", "json_schema": ".keys.editors", "bundled": "..scenes"},
+)

@@ -34,10 +34,10 @@ class Rounding:
         self._exact = np.array([step is None for step in steps], bool)
         powers = np.array([step or (0, 0) for step in steps], np.intp).reshape(-1, 2)
         self._finest, self._digits = powers.T  # powers of two: of the unit, of the largest value
-        self._largest = np.full(len(steps), NOTHING)  # its power of two
+        self._largest = np.full(len(steps), NOTHING, np.int32)  # its power of two
         self._scale = self._scaled(self._largest)
 
-    def _scaled(self, largest: NDArray[np.intp]) -> NDArray[np.float64]:
+    def _scaled(self, largest: NDArray[np.int32]) -> NDArray[np.float64]:
         """Steps in a unit, where the largest values so far are of these powers of two."""
         scale: NDArray[np.float64] = np.ldexp(1.0, np.maximum(self._finest, self._digits - largest))
         return scale
@@ -59,6 +59,6 @@ class Rounding:
         return out
 
 
-def _powers(sizes: NDArray[np.float64]) -> NDArray[np.intp]:
+def _powers(sizes: NDArray[np.float64]) -> NDArray[np.int32]:
     """The power of two above each size."""
     return np.where(sizes > 0.0, np.maximum(np.frexp(sizes)[1], NOTHING), NOTHING)

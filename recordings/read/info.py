@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import msgspec
 from heavylift.recordings.format.samples import POSE
@@ -34,7 +35,7 @@ def info(path: str | Path, verdict: Judged | None = None) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def info_data(path: str | Path, verdict: Judged | None = None) -> dict[str, object]:
+def info_data(path: str | Path, verdict: Judged | None = None) -> dict[str, Any]:
     """The same as plain data: facts of run and result, verdict, file, signals, channels, attachments; SI units."""
     rec = Recording(path)
     verdict = verdict or recorded_verdict(rec)

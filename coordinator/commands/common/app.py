@@ -48,7 +48,7 @@ class App(typer.Typer):
 
 
 def _code_set(sets: Iterable[str]) -> list[str]:
-    """The functions that --set names, as the scene will name them: whoever types them allows them."""
+    """The functions that --set names, as the scene will name them: typing them allows them."""
     found = []
     for key, _, value in (setting.partition("=") for setting in sets):
         module, colon, name = value.strip().strip("'\"").rpartition(":")

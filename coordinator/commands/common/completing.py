@@ -1,4 +1,4 @@
-"""What a shell may complete: names of bundled scenes, files that a command can read, runs that go on.
+"""What a shell may complete: names of bundled scenes, files that a command can read, runs in progress.
 
 `heavylift --install-completion` puts it into the user's shell.  Nothing here may fail or print: what cannot be looked
 up is not offered.
