@@ -1,7 +1,7 @@
 """Inputs of a scene by the path that `--set` takes, with `x`, `y`, `z` for the numbers of a place: `block.com.x`.
 
 They are estimated, or their uncertainty is stated; either way the scene of a recording runs again in this process with
-other values.  Each has its value, the unit in which it is written, and a scale, by which it may be off: its own size, of
+other values.  Each has a value, the unit in which it is written, and a scale, by which it may be off: its own size, of
 a place at least a metre, of what lies between two ends a fifth of their distance.  Estimates are written back into the
 scene, its comments kept; their uncertainty stands in a comment above the part, `block.mass: 481.2 t +- 1.1 t`.
 """
