@@ -52,7 +52,7 @@ class Outcome:
         lines = [str(self.at), *map(str, self.comparisons)]
         lines += [f"{name}: {value} +- {half}" for name, (value, half) in self.estimates.items()]
         lines += [f"{name}: not fitted, {why}" for name, why in self.not_identified.items()]
-        return lines + ([f"{self.outside} rows of the log lie outside of the run"] if self.outside else [])
+        return lines + ([f"rows of the log outside of the run: {self.outside}"] if self.outside else [])
 
     def data(self) -> dict[str, object]:
         """As plain data, SI units, standard uncertainties."""
