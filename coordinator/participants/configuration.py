@@ -25,4 +25,5 @@ def kernel_config(plan: Plan, systems: Iterable[System]) -> KernelConfig:
         plan.step,
         hooked_later(plan),
         plan.fidelity.islands == "apart",
+        plan.tensions_only,
     )

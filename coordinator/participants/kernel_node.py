@@ -59,6 +59,7 @@ class KernelNode:
             config.step,
             config.ties,
             config.apart,
+            config.tensions_only,
         )
 
     def layout(self) -> bytes:

@@ -34,6 +34,7 @@ class KernelConfig(msgspec.Struct, frozen=True):
     step: float | None = None
     ties: list[str] = []  # ropes that the list will hook: what they tie is one island from the start
     apart: bool = True  # islands are solved apart
+    tensions_only: bool = False  # are asked for
 
 
 class KernelPart(msgspec.Struct, frozen=True, tag="kernel"):

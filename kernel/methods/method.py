@@ -20,8 +20,9 @@ from heavylift.kernel.compiler.layout import Places
 from heavylift.kernel.compiler.symbol import Value, any_of, minimum, select
 from heavylift.kernel.methods.step_state import Evaluated, Rate, StepState
 
-__all__ = ["Attempt", "Build", "Code", "Exponents", "Method", "combine", "fallen_in", "inside", "length"]
+__all__ = ["LONGEST", "Attempt", "Build", "Code", "Exponents", "Method", "combine", "fallen_in", "inside", "length"]
 
+LONGEST = 0.1  # [s] a step that nothing else bounds
 LEFT = 1e-10  # [s] before a boundary a step ends at it: by rounding nothing would be left for the next one
 
 
@@ -51,6 +52,9 @@ class Attempt:
     k: list[Value]
     sound: Value = None  # whether its equations were solved; None: there are none
     fresh: Value = None  # whether they had a new Jacobian
+    felt: Value = (
+        None  # (n_ropes,) tensions with the error applied to the state, where they are all that is tensions_only for
+    )
 
 
 class Code(Protocol):
@@ -72,6 +76,8 @@ class Method(ABC):
 
     name: str
     order: int
+    longest = LONGEST  # [s] step
+    tensions_only = False  # whether step control looks at the tensions of ropes alone
     evaluations: int
     vectors: tuple[str, ...]
     exponents: Exponents | None = None  # None: no error estimate, fixed steps only
@@ -112,12 +118,16 @@ class Method(ABC):
         """Write the `vectors` of the attempted step; s.d0 is the state at its start."""
 
     def complete(self, s: StepState, rate: Rate) -> None:
-        """What only the dense output needs, computed once when it is first asked for."""
+        """What only the dense output needs, computed once when it is first tensions_only for."""
         raise AssertionError(f"{self.name}: its dense output needs nothing more")
 
     @abstractmethod
     def interpolate(self, s: StepState, x: Value) -> Value:
         """(ny,) state at s.t0 + x s.h0 inside the last step."""
+
+    def between(self, s: StepState, rate: Rate, t: Value) -> Value:
+        """(ny,) state that samples see at a time inside the last step."""
+        return self.interpolate(s, (t - s.t0) * (1.0 / s.h0))
 
     @abstractmethod
     def amplification(self, J: np.ndarray, h: float, nq: int) -> np.ndarray:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-__all__ = ["DORMAND_PRINCE_5", "KUTTA_4", "Tableau"]
+from heavylift.kernel.compiler.symbol import sqrt
+
+__all__ = ["DORMAND_PRINCE_5", "KUTTA_4", "SDIRK2", "SDIRK3", "Diagonal", "Tableau"]
 
 
 @dataclass(frozen=True)
@@ -42,3 +44,33 @@ DORMAND_PRINCE_5 = Tableau(
     b=[35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, 0],
     error=[71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40],
 )
+
+
+@dataclass(frozen=True)
+class Diagonal:
+    """Nodes c, stages A with one gamma on the diagonal, the last of them the solution, and weights of the estimate."""
+
+    name: str
+    order: int
+    gamma: float
+    c: tuple[float, ...]
+    A: tuple[tuple[float, ...], ...]
+    error: tuple[float, ...]
+
+
+def _second() -> Diagonal:
+    """Alexander (1977), theorem 5, p = 2; the estimate is the difference to the first stage's Euler step."""
+    g = 1.0 - sqrt(0.5)
+    return Diagonal("sdirk2", 2, g, (g, 1.0), ((g,), (1.0 - g, g)), (-g, g))
+
+
+def _third() -> Diagonal:
+    """Alexander (1977), theorem 5, p = 3; the estimate is the difference to the pair of order 2 of two stages."""
+    g = 0.43586652150845899942
+    b = (-(6.0 * g * g - 16.0 * g + 1.0) / 4.0, (6.0 * g * g - 20.0 * g + 5.0) / 4.0)
+    c = (g, (1.0 + g) / 2.0, 1.0)
+    second = (0.5 - c[0]) / (c[1] - c[0])
+    return Diagonal("sdirk3", 3, g, c, ((g,), (c[1] - g, g), (*b, g)), (b[0] - 1.0 + second, b[1] - second, g))
+
+
+SDIRK2, SDIRK3 = _second(), _third()

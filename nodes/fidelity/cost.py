@@ -24,7 +24,17 @@ from heavylift.nodes.plan.plan import Fidelity
 
 from .case import Case
 
-__all__ = ["LONGEST", "Cost", "attempts", "cost", "duration", "radau_algebra", "rosenbrock_algebra", "states"]
+__all__ = [
+    "LONGEST",
+    "Cost",
+    "attempts",
+    "cost",
+    "duration",
+    "radau_algebra",
+    "rosenbrock_algebra",
+    "sdirk_algebra",
+    "states",
+]
 
 STAGES = 6  # of a step of DOPRI5
 UNDAMPED, DAMPED = 1.5, 2.75  # w h of a step, near the imaginary and near the real axis
@@ -71,6 +81,11 @@ def radau_algebra(n: int, factorisations: float, iterations: float, attempted: f
 def rosenbrock_algebra(n: int, attempted: float) -> float:
     """The same of a W-method, which makes its matrix from the equations once a step."""
     return (3.5 + 0.0014 * n * n) * attempted
+
+
+def sdirk_algebra(n: int, factorisations: float, iterations: float) -> float:
+    """The same of diagonally implicit steps, whose systems have the velocities alone."""
+    return 0.0004 * factorisations * n * n + 0.013 * iterations * n
 
 
 def states(case: Case, at: Fidelity) -> int:

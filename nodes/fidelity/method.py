@@ -13,14 +13,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import sqrt
+from math import isfinite, sqrt
 
 from heavylift.kernel.algebra.elementary import power
 from heavylift.nodes.plan.plan import LOOSEST, Fidelity
 from heavylift.nodes.plan.question import Asked
 
 from .case import Case
-from .cost import LONGEST, Cost, attempts, duration, radau_algebra, rosenbrock_algebra, states
+from .cost import LONGEST, Cost, attempts, duration, radau_algebra, rosenbrock_algebra, sdirk_algebra, states
 from .rules import Errors, overshoot
 
 __all__ = ["METHODS", "Stepped", "stepped"]
@@ -28,6 +28,7 @@ __all__ = ["METHODS", "Stepped", "stepped"]
 TOLERANCES = tuple(float(f"1e-{(k + 1) // 2}") * (sqrt(10.0) if k % 2 else 1.0) for k in range(4, 25))  # 1e-2 to 1e-12
 SMOOTH, EVENT, RIGID = 0.03, 0.1, 0.01  # errors over sqrt(tol): of swing and place, of lift-off, of rigid ropes' peaks
 
+FLOOR = 3e-3  # of the tensions by `sdirk2`, however small the tolerance: ringing that is damped away
 LOSSY = 1e-3  # tolerance above which `ros34pw2` can lose more energy than the kernel lets pass without a warning
 
 
@@ -49,6 +50,10 @@ class Stepped:
     def exact(self, left: Errors) -> bool:
         """Whether the predicted errors alone do."""
         return all(self.errors[q] <= e for q, e in left.items())
+
+    def worst(self, left: Errors) -> float:
+        """Largest predicted error of what is asked."""
+        return max(self.errors[q] for q in left)
 
 
 Method = Callable[[Case, Fidelity, float], Stepped]
@@ -99,7 +104,28 @@ def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     return Stepped("radau5", tolerance, errors, Cost(n, attempts(case, at), spent, linear), why, able)
 
 
-METHODS: dict[str, Method] = {"dopri5": dopri5, "dop853": dop853, "ros34pw2": ros34pw2, "radau5": radau5}
+def sdirk2(case: Case, at: Fidelity, tolerance: float) -> Stepped:
+    """Along the equilibrium path in steps of up to 10 s: the tolerance is that of the tensions, and nothing else is
+    promised.  After each event and command steps begin again with a Jacobian of two evaluations a velocity."""
+    n, jumps = states(case, at), 14.0 * case.stages
+    steps = jumps + duration(case) / 4.0 * power(1e-2 / tolerance, 0.5)
+    jacobians = 10.0 * case.stages + 0.2 * (steps - jumps)
+    spent = 6.0 * steps + n * jacobians
+    errors: Errors = dict.fromkeys(("swing", "position", "lift-off time"), float("inf"))
+    errors["rope tension"] = max(5.0 * tolerance, FLOOR)
+    able = at.ropes != "rigid" and at.slings != "rigid"
+    why = f"implicit: {steps:.0f} steps" if able else "it does not keep rigid ropes"
+    linear = sdirk_algebra(n, jacobians + 0.5 * steps, 6.0 * steps)
+    return Stepped("sdirk2", tolerance, errors, Cost(n, attempts(case, at), spent, linear), why, able)
+
+
+METHODS: dict[str, Method] = {
+    "dopri5": dopri5,
+    "dop853": dop853,
+    "ros34pw2": ros34pw2,
+    "radau5": radau5,
+    "sdirk2": sdirk2,
+}
 
 
 def stepped(
@@ -114,7 +140,10 @@ def stepped(
 
 def _cheapest(method: Method, case: Case, at: Fidelity, left: Errors, tolerances: Sequence[float]) -> Stepped:
     tried = [method(case, at, tolerance) for tolerance in tolerances]
-    otherwise = next((s for s in tried if s.exact(left)), tried[-1])  # of a method that the scene names all the same
+    least = min(s.worst(left) for s in tried)
+    finest = [s for s in tried if s.worst(left) <= least]  # the loosest first; where none is predicted, a usual one
+    fallback = finest[0] if isfinite(least) else tried[len(tried) // 2]
+    otherwise = next((s for s in tried if s.exact(left)), fallback)  # of a method that the scene names all the same
     return min((s for s in tried if s.within(left)), key=lambda s: s.cost.product, default=otherwise)
 
 

@@ -167,6 +167,7 @@ def _build(path: Path, name: str, text: str, overrides: Sequence[str]) -> Loaded
             tolerance=scene.tolerance or min(scene.wanted_accuracy * plan.TOLERANCE_OF_ACCURACY, plan.LOOSEST),
             method=scene.method,
             step=scene.step,
+            tensions_only=scene.tolerance_of == "rope tension",
             seed=scene.seed,
             microsteps=scene.microsteps,
             samples_hz=scene.samples,
@@ -209,7 +210,8 @@ def _pruned(loaded: LoadedScene) -> LoadedScene:
     built = msgspec.structs.replace(built, fidelity=planar(verdict.fidelity, built.loaders, built.cranes))
     if verdict.steps:
         steps = verdict.steps[0]
-        built = msgspec.structs.replace(built, method=steps.method, tolerance=steps.tolerance)
+        only = built.tensions_only or (steps.method in plan.TENSION_METHODS and question.ask == ("rope tension",))
+        built = msgspec.structs.replace(built, method=steps.method, tolerance=steps.tolerance, tensions_only=only)
     return replace(loaded, plan=built, verdict=verdict)
 
 

@@ -56,12 +56,12 @@ class Stepping:
         chosen = isinstance(control, ErrorControl) and method.native  # lengths of steps
         bounded = isinstance(control, ErrorControl) and p.contacts.bounded
         extra = {"reach": bounded, "window": blind, "drift": chosen and rows["gap"]}
-        asked = [name for name, there in extra.items() if there]
-        self.rate_sizes = {"dy": p.ny, "T": n_ropes, "G": n_guards, **dict.fromkeys(asked, 1)}
+        tensions_only = [name for name, there in extra.items() if there]
+        self.rate_sizes = {"dy": p.ny, "T": n_ropes, "G": n_guards, **dict.fromkeys(tensions_only, 1)}
 
         def rate(t: Value, y: Value, P: Value) -> dict[str, Value]:
             x = evaluate(p, t[0], y, P, t[1])
-            return {"dy": x.dy, "T": x.pulls, "G": x.guards, **{name: [getattr(x, name)] for name in asked}}
+            return {"dy": x.dy, "T": x.pulls, "G": x.guards, **{name: [getattr(x, name)] for name in tensions_only}}
 
         def take(s: StepState, rate: Rate, row: Row) -> None:
             step(s, rate, method, control)
@@ -75,13 +75,16 @@ class Stepping:
             return {"values": columns(evaluate(p, t[0], at, P))}
 
         self.f_row = Function("row", row, state, ["values"], rare=True)
+        matrices = bool(method.matrices)
         self.functions: dict[str, Function | Parts] = {
-            "step": self._on_block("step", take, matrices=bool(method.matrices)),
+            "step": self._on_block("step", take, matrices=matrices),
             "bisect": self._on_block("bisect", lambda s, rate, row: bisect(s, rate, method)),
             "commit": self._projecting(
                 "commit", lambda s, project: commit(s, p.quaternions, slice(nq, nq + nv), project)
             ),
-            "sample": self._on_block("sample", lambda s, rate, row: sample(s, row, method), table=True),
+            "sample": self._on_block(
+                "sample", lambda s, rate, row: sample(s, rate, row, method), table=True, matrices=matrices
+            ),
             "refresh": self._on_block("refresh", lambda s, rate, row: refresh(s, rate, method)),
             "look": self._on_block("look", lambda s, rate, row: look(s, row), table=True),
         }
@@ -100,7 +103,7 @@ class Stepping:
         if p.locked:
             f["halt"] = self._halt(n_p)
         if prologue := method.prologue(self._on_method, at):
-            f["step"] = Sequence("step", (*prologue, self._on_block("take", take, matrices=bool(method.matrices))))
+            f["step"] = Sequence("step", (*prologue, self._on_block("take", take, matrices=matrices)))
         ready: tuple[While, ...] = ()
         if method.completes:
             f["complete"] = self._on_block("complete", lambda s, rate, row: complete(s, rate, method))

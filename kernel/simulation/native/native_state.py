@@ -18,7 +18,7 @@ from heavylift.kernel.description.notes import Note
 from heavylift.kernel.errors import KernelError
 from heavylift.kernel.methods.at_rest import AtRest
 from heavylift.kernel.methods.choice import choose, control_of
-from heavylift.kernel.methods.method import Code, Method
+from heavylift.kernel.methods.method import LONGEST, Code, Method
 from heavylift.kernel.methods.small_motions import FINEST
 from heavylift.kernel.methods.stability import jacobian
 from heavylift.kernel.model.checks import check_options
@@ -51,7 +51,7 @@ class NativeState:
 
     def __init__(self, system: System, options: Options) -> None:
         o = options
-        check_options(o.tolerance, o.sample_ns, o.h_max, o.step, o.opt)
+        check_options(o.tolerance, o.sample_ns, o.h_max or LONGEST, o.step, o.opt)
         self._system, self.options = system, options
         self.epoch = 0
         self.calm: frozenset[str] = frozenset()
@@ -65,7 +65,7 @@ class NativeState:
         self.M = np.zeros(chosen.matrices) if chosen.matrices else None
         for name, value in chosen.constants().items():
             self.X[self.at[name]] = value
-        h_max = o.step or o.h_max
+        h_max = o.step or o.h_max or chosen.longest
         self.table = np.zeros((ROWS + ceil(h_max * 1e9 / o.sample_ns) + 2, self.method.columns))
         self.set(scale=FINEST, grain=1.0, faint=1.0)
         self.set(tol=o.tolerance, h=o.step or 1e-4, error=1e-4, h_min=1e-12, h_max=h_max, rows=ROWS)
@@ -87,7 +87,7 @@ class NativeState:
         program = Program(self._system, o.formulation, locked, clamped, at_rest, self.calm)
         if not program.nv:
             raise KernelError("nothing in this scene can move: all joints are fixed")
-        found = choose(o.method, program)
+        found = choose(o.method, program, o.tensions_only)
         m = Stepping(program, found, control_of(found, o.step, program))
         code: Code = Oracle(m)
         if o.native:
@@ -95,7 +95,7 @@ class NativeState:
         return program, m, found.run(code, m.layout.at, m.rate_sizes)
 
     def _structure(self, program: Program, method: Method) -> str:
-        return structure(program, method.name, self.options.step is not None, self.options.fused)
+        return structure(program, method.name, self.options.step is not None, self.options.fused, method.tensions_only)
 
     @property
     def structure(self) -> str:
@@ -112,10 +112,10 @@ class NativeState:
         blocks = [self.X, self.P]
         sizes = self.method.layout.size, len(self.program.parameters.initial)
         assert (self.X.size, self.P.size) == sizes, "blocks of another variant"
+        if self.M is not None and name in ("advance", "step", "sample"):
+            blocks.append(self.M)
         if name in ("advance", "sample", "look"):
             blocks.append(self.table)
-        if self.M is not None and name in ("advance", "step"):
-            blocks.append(self.M)
         self.code.call(name, *blocks)
 
     # ---- state --------------------------------------------------------------------------------------------

@@ -169,10 +169,9 @@ def look(s: StepState, row: Row) -> tuple[Value, list[Value]]:
     return s.row, [*row(s.t, s.y), *kept(s)]
 
 
-def sample(s: StepState, row: Row, method: Method) -> tuple[Value, list[Value]]:
+def sample(s: StepState, rate: Rate, row: Row, method: Method) -> tuple[Value, list[Value]]:
     """One row from the dense output of the committed step; steps are never shortened for samples."""
-    at = method.interpolate(s, (s.t_out - s.t0) * (1.0 / s.h0))
-    values = [*row(s.t_out, at), *kept(s)]
+    values = [*row(s.t_out, method.between(s, rate, s.t_out)), *kept(s)]
     number = s.row
     s.row, s.count = number + 1.0, s.count + 1.0
     s.t_out = s.t_base + s.count * s.dt_out

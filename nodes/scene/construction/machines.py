@@ -51,6 +51,12 @@ def check_parts(source: Source, scene: schema.Scene) -> None:
     if scene.mechanism and scene.mechanism.name in names:
         message = f"the name '{scene.mechanism.name}' is given twice: another machine has it, too"
         source.fault(("mechanism", "name"), message)
+    if scene.tolerance_of == "rope tension":
+        if scene.method not in plan.TENSION_METHODS:
+            known = " or ".join(plan.TENSION_METHODS)
+            source.fault(("tolerance of",), f"method {scene.method} knows that of the state only; choose {known}")
+        elif scene.tolerance is None and not scene.ask:
+            source.fault(("tolerance of",), "no tolerance is given; add one, such as 'tolerance: 0.01'")
     if not scene.actions and scene.end is None:
         source.fault((), "the scene never ends: give it 'actions' or an 'end', such as 'end: 60 s'")
 

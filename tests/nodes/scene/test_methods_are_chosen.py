@@ -49,6 +49,8 @@ def test_settings_lie_over_the_scene():
         ("method: euler", r"scene.yaml:4:9.*semi-implicit-euler.*rk4.*dopri5.*radau5"),
         ("method: rk4\nstep: 5", r"scene.yaml:5:7.*unit"),
         ("method: rk4\nstep: -1 s", r"scene.yaml:5:7"),
+        ("tolerance of: rope tension", r"scene.yaml:4:15.*method dopri5 knows that of the state only; choose sdirk2"),
+        ("method: sdirk2\ntolerance of: rope tension", r"scene.yaml:5:15.*no tolerance is given"),
     ],
 )
 def test_mistakes_are_told_where_they_stand(keys: str, sentence: str):

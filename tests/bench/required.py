@@ -1,0 +1,79 @@
+"""What a lift costs of which rope tensions alone are asked, to 5, 1 and 0.3 %, beside the same lift followed in full.
+
+    python tests/bench/required.py [--json] [--short]
+
+The kernel's seconds of runs in one process, each asked run beside a plain one (`dopri5` at its tolerance) in turns, and
+the worst peak of a rope against the plain run's.  Then whole runs from start to exit, with all their processes and full
+recording.  Medians of three.
+"""
+
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from statistics import median
+
+from heavylift.coordinator.run import run
+from heavylift.nodes.scene import load
+from heavylift.recordings import Recording
+from shared.rows import SHORT, options, row
+
+SCENE, TIMES = ("lift", 1) if SHORT else ("turnover", 3)
+KERNEL = {"5 %": 0.10, "1 %": 0.15, "0.3 %": 0.3}  # of the plain run's seconds
+WHOLE_s = {"5 %": 2.0, "1 %": 2.2, "0.3 %": 3.0, "": 3.5}
+PLAIN = ["method=dopri5"]
+LEVELS = ("5 %",) if SHORT else (*KERNEL, "")
+
+
+def asking(accuracy: str) -> list[str]:
+    """Settings of a scene that asks for rope tensions; as it is written with ""."""
+    return ["ask=[rope tension]", f"accuracy={accuracy}"] if accuracy else []
+
+
+def measured(settings: list[str], path: Path) -> tuple[float, dict[str, float]]:
+    """Seconds of the kernel, and the highest tension of each rope [N]."""
+    result = run(load(SCENE, settings), path, in_process=True)
+    peaks = Recording(path)["rope/peak"]
+    path.unlink()
+    return result.budget.kernel, dict(zip(peaks.names, peaks.values.max(axis=0), strict=True))
+
+
+def whole(settings: list[str], folder: Path) -> float:
+    """Seconds of a run as a user starts it, to its exit."""
+    command = [sys.executable, "-c", "from heavylift.coordinator.cli import main; main()", "run", SCENE, "--force"]
+    began = time.perf_counter()
+    subprocess.run([*command, *(f"--set={x}" for x in settings)], cwd=folder, check=True, capture_output=True)
+    return time.perf_counter() - began
+
+
+def main() -> None:
+    options(__doc__ or "")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for accuracy in filter(None, LEVELS):
+            mine, plain, worst = [], [], 0.0
+            for _ in range(TIMES + (not SHORT)):  # the first makes the code warm
+                spent, peaks = measured(asking(accuracy), folder / "mine.mcap")
+                mine.append(spent)
+                spent, true = measured([*asking(accuracy), *PLAIN], folder / "plain.mcap")
+                plain.append(spent)
+                high = max(true.values())
+                worst = max(abs(peaks[k] / T - 1.0) for k, T in true.items() if 0.05 * high < T)
+            title = f"{SCENE}, rope tension to {accuracy}"
+            row(
+                f"{title}, kernel",
+                median(mine[1:] or mine),
+                "s",
+                "dopri5",
+                median(plain[1:] or plain),
+                at_most=KERNEL[accuracy],
+            )
+            row(f"{title}, worst peak", 100.0 * worst, "%", at_most=float(accuracy.removesuffix(" %")))
+        for accuracy in LEVELS:
+            seconds = median(whole(asking(accuracy), folder) for _ in range(TIMES))
+            row(f"{SCENE}, {accuracy or 'nothing'} asked, start to exit", seconds, "s", at_most=WHOLE_s[accuracy])
+
+
+if __name__ == "__main__":
+    main()
