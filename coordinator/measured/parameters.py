@@ -50,7 +50,7 @@ SAMPLES = (20.0, 100.0)  # [Hz] at least and at most, between which samples are 
 TIGHT = 1e-7  # tolerance at which differences of two runs are those of their inputs
 Floats = NDArray[np.float64]
 Simulate = Callable[[Floats], list[Curve]]
-KEPT = ("fidelity", "method", "tolerance", "step", "driven", "end")  # of a plan, whatever an input is
+KEPT = ("fidelity", "method", "tolerance", "tensions_only", "step", "driven", "end")  # of a plan, whatever an input is
 
 
 @dataclass(frozen=True)
