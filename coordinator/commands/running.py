@@ -51,6 +51,9 @@ def run(
     rate: Annotated[
         float | None, typer.Option("--rate", help="by the clock: 1 is real time, 10 ten times as fast")
     ] = None,
+    drive: Annotated[
+        list[str] | None, typer.Option("--drive", help="a drive follows a log: 'west.H1.hoist=log.csv:hoist_speed'")
+    ] = None,
     strict: Strict = False,
     as_json: Json = False,
 ) -> None:
@@ -72,6 +75,10 @@ def run(
         given = [f"{key}={text}" for key, text in (("method", method), ("step", step)) if text]
         patience = deadline_s(deadline)
         loaded = load(scene, [*(sets or []), *given])
+        if drive:
+            from heavylift.coordinator.measured.driving import driven
+
+            loaded = driven(loaded, drive)
         nodes = node_names(loaded.plan)
         placement = place(nodes, KERNEL, loaded.placement, places or [], processes, [*loaded.remote, *(remote or [])])
         door = open_door(placement.remote, listen, keys, in_process)

@@ -53,16 +53,17 @@ class Beginning:
         with TemporaryDirectory(prefix="heavylift-", dir=within) as folder:
             saved = recover(part, Path(folder) / "beginning.mcap", begun=True)
             try:
-                return cls._left(part, RecordedRun(saved.path))
+                return cls.left(part, RecordedRun(saved.path))
             except RecordingError as error:  # the user knows nothing of the copy
                 raise RecordingError(str(error).replace(f"{saved.path}", f"{part}")) from None
 
     @classmethod
-    def _left(cls, part: Path, left: RecordedRun) -> Beginning:
+    def left(cls, part: Path, left: RecordedRun, instead: str = "`heavylift recover` keeps what there is") -> Beginning:
+        """The same of what can be read already; `instead`: what to do where it cannot be run again."""
         files = left.recording.attachments
         name = next((name for name in files if name != RESOLVED), "")
         if not name or RESOLVED not in files:
-            raise RecordingError(f"{part}: holds no scene, so it cannot be run again; `heavylift recover` it")
+            raise RecordingError(f"{part}: holds no scene, so it cannot be run again; {instead}")
         try:
             plan = decode(files[RESOLVED])
             demand(functions(plan), f"{part}")
@@ -70,7 +71,7 @@ class Beginning:
             configured(plan, build(plan))  # a plan may be readable and yet make no sense
         except BROKEN as error:
             told = f"its scene is damaged, or of another version ({error or type(error).__name__})"
-            raise RecordingError(f"{part}: {told}; `heavylift recover` keeps what there is") from None
+            raise RecordingError(f"{part}: {told}; {instead}") from None
         said = {Given(event.tag, event.payload) for event in left.events if event.source == OPERATOR}
         commands = said.union(journaled(part.with_name(part.name.removesuffix(PART))))
         return cls(scene, left.events, sorted(commands))

@@ -89,7 +89,20 @@ def node_names(plan: Plan) -> tuple[str, ...]:
 
 
 def build_one(plan: Plan, name: str) -> NodeModel:
-    """The model of one node."""
+    """The model of one node, its actors with the logs that they follow."""
+    model = _built(plan, name)
+    logs = {log.actuator: log for log in plan.driven}
+    for drive in drives(model) if logs else ():
+        drive.log = logs.get(drive.element)
+    return model
+
+
+def drives(model: NodeModel) -> list[DriveActor]:
+    """All drives and winches of a model."""
+    return [actor for actor in _actors(model) if isinstance(actor, DriveActor)]
+
+
+def _built(plan: Plan, name: str) -> NodeModel:
     if name == COMMANDER:
         return CommanderModel(plan)
     machine = next((machine for machine in plan.machines if machine.name == name), None)

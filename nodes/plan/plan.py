@@ -170,6 +170,18 @@ class Actuator(Item, frozen=True, kw_only=True):
     upper: float | None = None
 
 
+class Driven(Item, frozen=True, kw_only=True):
+    """An actuator that follows the log of a machine: at rest until the first time [ns], then from speed to speed in
+    straight lines (that of the first time is 0), and at the end to rest with `accel`; `source` is the log's column.
+    """
+
+    actuator: str
+    source: str
+    accel: float
+    times: tuple[int, ...]
+    speeds: tuple[float, ...]
+
+
 class Mechanism(Item, frozen=True, kw_only=True):
     """A researcher's own multibody system, written as bodies, joints and laws; it becomes one coupled model.
 
@@ -253,6 +265,7 @@ class Plan(Item, frozen=True, kw_only=True):
     fidelity: Fidelity = Fidelity()
     limits: tuple[Limit, ...] = ()
     actions: tuple[Action, ...] = ()
+    driven: tuple[Driven, ...] = ()
 
     @property
     def machines(self) -> tuple[Crane | Loader | Block | Mechanism, ...]:

@@ -21,6 +21,7 @@ from heavylift.kernel.errors import UNREADABLE, RecordingError
 from numpy.typing import NDArray
 
 POSE = "pose/"
+MEASURED, ERROR = "measured/", "error/"  # before the name of a signal: as measured, and the run's less that
 POSE_COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw")
 SAMPLER = "kernel"  # who speaks in notes
 POSE_UNIT = "m, quaternion x y z w"

@@ -25,13 +25,13 @@ INTEGER = {"type": "integer"}
 STRING = {"type": "string"}
 
 
-def samples_descriptor(fields: Sequence[str]) -> Descriptor:
+def samples_descriptor(fields: Sequence[str], name: str = "Samples") -> Descriptor:
     """The descriptor of `heavylift.Samples` with these fields: `repeated double <field> = <number> [packed]`."""
-    file = descriptor_pb2.FileDescriptorProto(name="heavylift/Samples.proto", package="heavylift", syntax="proto3")
-    message = file.message_type.add(name="Samples")
-    for i, name in enumerate(fields):
+    file = descriptor_pb2.FileDescriptorProto(name=f"heavylift/{name}.proto", package="heavylift", syntax="proto3")
+    message = file.message_type.add(name=name)
+    for i, field_name in enumerate(fields):
         field = message.field.add(
-            name=name,
+            name=field_name,
             number=i + 1,
             label=descriptor_pb2.FieldDescriptorProto.LABEL_REPEATED,
             type=descriptor_pb2.FieldDescriptorProto.TYPE_DOUBLE,
@@ -39,7 +39,7 @@ def samples_descriptor(fields: Sequence[str]) -> Descriptor:
         field.options.packed = True
     pool = descriptor_pool.DescriptorPool()
     pool.Add(file)
-    return pool.FindMessageTypeByName("heavylift.Samples")
+    return pool.FindMessageTypeByName(f"heavylift.{name}")
 
 
 def samples_template(fields: Sequence[Field]) -> Template:

@@ -7,4 +7,5 @@ notebook          how a signal looks in a notebook
 settings, verdict what a run says of itself; its verdict
 info, export      a recording as text; as a table for other programs
 recover           what a cut-off or damaged file still holds
+log, extended     the log of a real machine; a recording with what was measured beside it
 """

@@ -1,7 +1,8 @@
 """All that a recording has about a part of the scene: a crane, a loader, a rope, the block, or what a pattern names.
 
-`rec["west"].tension` are the tensions of all ropes named west.*; the last word of a signal's name is the attribute.  A
-loader has the hook rope that carries it, too, since its tension is what people ask for.
+`rec["west"].tension` are the tensions of all ropes named west.*; the last word of a signal's name is the attribute,
+after `measured_` or `error_` where a log stands beside the run.  A loader has the hook rope that carries it, too, since
+its tension is what people ask for.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import Any, NoReturn, Protocol
 
 from heavylift.kernel.errors import SignalError
 from heavylift.recordings.format.html import table
-from heavylift.recordings.format.samples import POSE
+from heavylift.recordings.format.samples import ERROR, MEASURED, POSE
 from heavylift.recordings.format.schema import RecordedEvent
 from heavylift.recordings.format.text import meant
 
@@ -50,6 +51,7 @@ class Part:
         self._words: dict[str, list[str]] = {}
         for signal in columns:
             word = "pose" if signal.startswith(POSE) else signal.rpartition("/")[2]
+            word = f"{signal.partition('/')[0]}_{word}" if signal.startswith((MEASURED, ERROR)) else word
             self._words.setdefault(word, []).append(signal)
 
     @staticmethod

@@ -4,8 +4,8 @@
     t, tension, names, unit = rec.signal("rope/tension")     # s, (n, m), ["west.H1", ...], "N"
     rec["block"].pose, rec["rope/tension/west.*"]            # as people ask; see READING.md
 
-`pose/<body>` is read back from the frame transforms, every other signal from its field of `/samples`; only what is
-asked for is read.
+`pose/<body>` is read back from the frame transforms, every other signal from its field of `/samples` or, as measured at
+a real machine, of `/measured` at times of its own; only what is asked for is read.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ from .signal import Signal, only
 
 __all__ = ["RecordedEvent", "Recording", "Topic", "guarded"]
 
+NUMBERS, BESIDE = "/samples", "/measured"  # topics of numbers
 IN_NOTEBOOK = ("scene", "seed", "samples_hz")
 BLOCK = 4096  # rows that are decoded together
 Floats = NDArray[np.float64]
@@ -177,6 +178,11 @@ class Recording:
         status = self.result.get("status", "cut off")
         return f"<Recording {self.path}: {self.run.get('scene', '')}, {status}, {len(self.signals())} signals>"
 
+    def measured(self) -> list[str]:
+        """What the log of a real lift tells of the run (`heavylift measured`), in sentences."""
+        with self._file.reading():
+            return list(self.fact("measured", {}).get("told", []))
+
     def rigs(self) -> list[Rig]:
         """The rope lines in use, each set with the time from which it is."""
         with self._file.reading():
@@ -211,24 +217,32 @@ class Recording:
                 raise SignalError(f"{self.path}: has no signal {name}; {meant(name, self.signals())}")
         wanted = [name for name in names if name not in self._signals]
         with self._file.reading():
-            numbers = [name for name in wanted if name in self._fields]
-            if numbers:
-                self._keep(numbers, self._numbers(numbers))
+            for topic, fields in self._tables.items():
+                if numbers := [name for name in wanted if name in fields]:
+                    self._keep(numbers, self._numbers(topic, numbers))
             if poses := [name for name in wanted if name not in self._fields]:
                 self._keep(poses, self._poses(poses))
 
     def blocks(self, names: Sequence[str]) -> Iterator[tuple[list[int], list[Floats]]]:
-        """Times [ns] and values of these signals, a few thousand rows at a time, as far as there are all of them."""
-        numbers = [name for name in names if name in self._fields]
+        """Times [ns] and values of these signals, a few thousand rows at a time, as far as there are all of them.
+
+        Beside signals of the run, measured ones are taken at its times (`Signal.at`).
+        """
+        topic = BESIDE if all(name in self._tables.get(BESIDE, {}) for name in names) else NUMBERS
+        numbers = [name for name in names if name in self._tables.get(topic, {})]
         poses = [name for name in names if name not in self._fields]
+        others = [name for name in names if name in self._fields and name not in numbers]
+        self.load(others)
         with self._file.reading():
-            parts = [self._numbers(numbers)] if numbers else []
+            parts = [self._numbers(topic, numbers)] if numbers else []
             parts += [self._poses(poses)] if poses else []
             for found in zip(*parts, strict=False):
                 n = min(len(times) for times, _ in found)
                 if any(times[:n] != found[0][0][:n] for times, _ in found):
                     raise ValueError("its signals do not have the same times")
                 values = {name: x[:n] for _, part in found for name, x in part.items()}
+                t = np.array(found[0][0][:n]) / 1e9
+                values |= {name: self._signals[name].at(t).values for name in others}
                 yield found[0][0][:n], [values[name] for name in names]
 
     def picked(self, names: Sequence[str], numbers: NDArray[np.intp]) -> dict[str, Signal]:
@@ -243,9 +257,10 @@ class Recording:
         found = zip(names, map(np.concatenate, parts), strict=True)
         return {name: Signal(np.array(t) / 1e9, x, self.columns(name), self.unit(name), name) for name, x in found}
 
-    def _numbers(self, names: Sequence[str]) -> Blocks:
-        fields, places = list(self._fields.values()), field_places([*self._fields.values()])
-        return self._decoded("/samples", samples_template(fields), {name: places[name] for name in names})
+    def _numbers(self, topic: str, names: Sequence[str]) -> Blocks:
+        fields = list(self._tables[topic].values())
+        places = field_places(fields)
+        return self._decoded(topic, samples_template(fields), {name: places[name] for name in names})
 
     def _poses(self, names: Sequence[str]) -> Blocks:
         places = {POSE + body: slice(7 * i, 7 * i + 7) for i, body in enumerate(self._bodies)}
@@ -276,10 +291,16 @@ class Recording:
         return {}
 
     @cached_property
-    def _fields(self) -> dict[str, Field]:
+    def _tables(self) -> dict[str, dict[str, Field]]:
+        """Fields by signal, by topic."""
         with self._file.reading():
-            facts = self.topics["/samples"].metadata if "/samples" in self.topics else {"signals": "[]"}
-            return {field.signal: field for field in msgspec.json.decode(facts["signals"], type=list[Field])}
+            texts = {name: self.topics[name].metadata["signals"] for name in (NUMBERS, BESIDE) if name in self.topics}
+            decode = msgspec.json.Decoder(list[Field]).decode
+            return {name: {field.signal: field for field in decode(text)} for name, text in texts.items()}
+
+    @cached_property
+    def _fields(self) -> dict[str, Field]:
+        return {name: field for fields in self._tables.values() for name, field in fields.items()}
 
     @cached_property
     def _bodies(self) -> list[str]:

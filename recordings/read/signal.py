@@ -50,6 +50,13 @@ class Signal:
             raise SignalError(f"{self.name or 'the signal'} has no column {column}; {meant(column, self.names)}")
         return self.values[:, self.names.index(column)]
 
+    def at(self, t: Floats) -> Signal:
+        """The signal at other times [s], between its own by straight lines, beyond them not a number."""
+        if np.array_equal(t, self.t):
+            return self
+        columns = [np.interp(t, self.t, x, left=np.nan, right=np.nan) for x in self.values.T]
+        return Signal(t, np.column_stack(columns), self.names, self.unit, self.name)
+
     def to_pandas(self) -> pandas.DataFrame:
         """A pandas DataFrame: the time [s] as index, units in the column names."""
         try:

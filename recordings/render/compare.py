@@ -139,7 +139,7 @@ def _figure(A: Recording, B: Recording, patterns: Sequence[str]) -> Figure:
         name, _, column = d.name.rpartition("/")
         off = f"largest difference {d.most * factor:.4g} {unit} at {d.when:.3f} s, RMS {d.rms * factor:.4g} {unit}"
         parts = [(rec.signal(name), rec.path.name, rec is B) for rec in (A, B)]
-        lines = [Curve(path, signal.t, signal[column] * factor, dashed) for signal, path, dashed in parts]
+        lines = [Curve(path, signal.t, signal[column] * factor, int(second), second) for signal, path, second in parts]
         panels.append(Panel(unit, lines, title=f"{d.name}: {off}"))
     return Figure(f"{A.path.name} and {B.path.name}", panels, A.stages())
 

@@ -107,7 +107,7 @@ def _text(value: object) -> str:
 def load_of(signals: Sequence[tuple[str, str, str]], rows: Floats) -> Floats:
     """Sum of the rope tensions of sample rows; of all signals where there are no ropes."""
     ropes = [k for k, (group, _, _) in enumerate(signals) if group == "rope/tension"]
-    load: Floats = rows[:, ropes or list(range(len(signals)))].sum(axis=1)
+    load: Floats = np.nansum(rows[:, ropes or list(range(len(signals)))], axis=1)  # logs may cover a part of the run
     return load
 
 

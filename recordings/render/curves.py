@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format.samples import MEASURED
 from heavylift.recordings.read.export import matching
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.settings import settings
@@ -50,8 +51,10 @@ def drawn(figure: Figure, out: Path, force: bool = False) -> Path:
 
 
 def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
-    """The columns that match, by unit, with the rated values of ropes as limits."""
+    """The columns that match, and what was measured of them, by unit, with the rated values of ropes as limits."""
     wanted = matching(rec, patterns)
+    measured = [(MEASURED + name, column) for name, column in wanted if MEASURED + name in rec.signals()]
+    wanted += [x for x in measured if x not in wanted and x[1] in rec.columns(x[0])]
     if len(wanted) > MANY:
         raise RecordingError(
             f"{rec.path}: {len(wanted)} curves in one figure; name fewer, such as 'rope/tension/west.*'"
@@ -64,7 +67,9 @@ def panels_of(rec: Recording, patterns: Sequence[str]) -> list[Panel]:
         title = titles(signal)[signal.names.index(column)]
         factor, unit = larger(title[len(column) + 2 : -1])
         panel = panels.setdefault(unit, Panel(unit, []))
-        panel.curves.append(Curve(f"{name}/{column}", signal.t, signal[column] * factor))
+        model = next((c for c in panel.curves if f"{MEASURED}{c.name}" == f"{name}/{column}"), None)
+        colour = model.colour if model else len(panel.curves)
+        panel.curves.append(Curve(f"{name}/{column}", signal.t, signal[column] * factor, colour, model is not None))
         if name in ("rope/tension", "rope/peak") and column in rated:
             panel.limits[column] = rated[column] * factor
     if not any(len(curve.t) > 1 for panel in panels.values() for curve in panel.curves):

@@ -25,11 +25,12 @@ POINTS = 4000  # instants of a curve on the page
 
 @dataclass
 class Curve:
-    """Times (n,) [s] and values (n,) in the unit of its panel; the line is dashed for a second recording."""
+    """Times (n,) [s] and values (n,) in the unit of its panel; dashed for what is laid beside a recording."""
 
     name: str
     t: NDArray[np.float64]
     y: NDArray[np.float64]
+    colour: int
     dashed: bool = False
 
 
@@ -80,9 +81,11 @@ def _stages(axes: Axes, figure: Figure, last: float, scale: float, named: bool) 
 
 
 def _panel(axes: Axes, panel: Panel, scale: float) -> None:
-    for k, curve in enumerate(panel.curves):
+    for curve in panel.curves:
         how = {"ls": (0, (4, 2)), "lw": 0.9} if curve.dashed else {"lw": 1.2}
-        axes.plot(curve.t * scale, curve.y, color=COLOURS[k % len(COLOURS)], label=curve.name, zorder=3, **how)
+        axes.plot(
+            curve.t * scale, curve.y, color=COLOURS[curve.colour % len(COLOURS)], label=curve.name, zorder=3, **how
+        )
     high = max((float(np.nanmax(c.y)) for c in panel.curves if len(c.y)), default=0.0)
     for limit in sorted(set(panel.limits.values())):
         if limit < 2.5 * high:
@@ -120,7 +123,7 @@ def _content(panel: Panel) -> dict[str, object]:
         of.append(k)
     keep = [thinned([c.y for c in panel.curves if c.t is t], POINTS) for t in times]
     shown = [
-        {"name": c.name, "times": k, "dashed": c.dashed, "y": packed(c.y[keep[k]])}
+        {"name": c.name, "times": k, "colour": c.colour, "dashed": c.dashed, "y": packed(c.y[keep[k]])}
         for c, k in zip(panel.curves, of, strict=True)
     ]
     kept = [packed(t[k], "<f8") for t, k in zip(times, keep, strict=True)]

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from heavylift.kernel.errors import RecordingError
+from heavylift.recordings.format.samples import MEASURED
 from heavylift.recordings.format.text import duration
 from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.settings import settings
@@ -45,6 +46,7 @@ class Curves(NamedTuple):
     names: list[str]
     rated: list[float | None]
     quantity: str
+    measured: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]]  # the same of a real machine, by column
 
 
 def plot(path: str | Path, out: str | Path, loaders: Mapping[str, str] | None = None, force: bool = False) -> Path:
@@ -75,10 +77,13 @@ def _curves(rec: Recording, loaders: Mapping[str, str] | None) -> tuple[Curves, 
     long = len(t) > 0 and t[-1] >= 300
     scale, clock = (1 / 60, "min") if long else (1.0, "s")
     quantity = f"{'Tension' if name == 'rope/tension' else 'Position'} [{unit}]"
-    return (
-        Curves(t * scale, clock, values[:, picks] * factor, peaks[:, picks] * factor, [*chosen], rated, quantity),
-        scale,
-    )
+    measured = {}
+    if MEASURED + name in rec.signals():
+        real = rec.signal(MEASURED + name)
+        shown = {i: real[column] for i, column in enumerate(chosen.values()) if column in real.names}
+        measured = {i: (real.t * scale, y * factor) for i, y in shown.items()}
+    drawn = values[:, picks] * factor, peaks[:, picks] * factor, [*chosen], rated, quantity, measured
+    return Curves(t * scale, clock, *drawn), scale
 
 
 def _has(rec: Recording, name: str) -> bool:
@@ -123,7 +128,7 @@ def _figure(rec: Recording, curves: Curves, stages: Sequence[tuple[float, str]])
             borderaxespad=0.1,
             labelcolor=INK,
         )
-        note = "curves that coincide lie inside one another"
+        note = "dashed: measured; " * bool(curves.measured) + "curves that coincide lie inside one another"
         figure.text(RIGHT, 13 / (72 * HEIGHT), note, size=LABEL, color=QUIET, ha="right")
     lowest.set_xlabel(f"Time [{curves.clock}]", color=INK)
     _label_stages(upper, [t for t, _ in stages], shown)
@@ -147,6 +152,8 @@ def _heading(figure: Figure, rec: Recording, curves: Curves) -> None:
 def _panel(axes: Axes, curves: Curves, columns: Sequence[int], stages: Sequence[tuple[float, str]]) -> None:
     for start, _ in banded(axes, [t for t, _ in stages], curves.t[-1]):
         axes.axvline(start, color=QUIET, lw=0.6, alpha=0.6, zorder=1)
+    from matplotlib.patheffects import withStroke
+
     widths = np.linspace(4.4, 1.0, len(columns)) if len(columns) > 1 else [1.5]
     for i, width in zip(columns, widths, strict=True):
         colour = COLOURS[i % len(COLOURS)]
@@ -156,7 +163,11 @@ def _panel(axes: Axes, curves: Curves, columns: Sequence[int], stages: Sequence[
         axes.fill_between(
             curves.t, curves.values[:, i], curves.peaks[:, i], color=COLOURS[i], alpha=0.3, lw=0, zorder=2
         )
+    for i in (i for i in columns if i in curves.measured):
+        axes.plot(*curves.measured[i], color=COLOURS[i % len(COLOURS)], lw=1.2, ls=(0, (4, 2)), zorder=4,
+                  path_effects=[withStroke(linewidth=2.6, foreground="white")])  # fmt: skip
     highest = float(np.max(curves.peaks[:, list(columns)]))
+    highest = max([highest, *(float(np.max(curves.measured[i][1])) for i in columns if i in curves.measured)])
     lowest = float(min(0.0, np.min(curves.values[:, list(columns)])))
     near = {x for i in columns if (x := curves.rated[i]) is not None and x < 2.5 * highest}
     for limit in sorted(near):

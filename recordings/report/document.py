@@ -59,6 +59,7 @@ def _page(rec: Recording, found: Facts, pictures: list[str], verdict: Judged | N
         *(_limits(limits) if limits else ()),
         *(_clearances(verdict) if verdict else ()),
         _notes(found),
+        table(["run less log, uncertainties at 95 %"], [[x] for x in rec.measured()], "told", "Beside a measured lift"),
         table(["what", ""], found.scene, "told", "Scene"),
         table(["crane", *LOADED], [_load(c) for c in found.cranes], title="Cranes"),
         f'<p class="quiet">{RULE}</p>' if len(found.cranes) > 1 else "",

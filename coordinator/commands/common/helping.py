@@ -18,6 +18,7 @@ HEADINGS = {
     "running": "Runs",
     "operating": "Runs that go on",
     "files": "Recordings",
+    "measuring": "Recordings",
     "replaying": "Recordings",
     "own_models": "Models of your own",
     "hosts": "Several hosts",

@@ -16,6 +16,7 @@ from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.kernel.description.mechanics import System, Threshold
 from heavylift.kernel.description.profile import REST, Trapezoid, trapezoid
 from heavylift.nodes.devs import ns
+from heavylift.nodes.plan.plan import Driven
 
 from . import messages as m
 from .parts import LiveActor
@@ -41,6 +42,7 @@ class DriveActor(LiveActor):
     ) -> None:
         super().__init__(name, element, laws, hears)
         self.initial, self.ends, self.limits = start, (lower, upper), limits
+        self.log: Driven | None = None
 
     def begin(self) -> None:
         """Stand at the start."""
@@ -49,9 +51,13 @@ class DriveActor(LiveActor):
         self.limit = ""  # why the present move will not be done
         self.law: m.Follow | None = None
         self._rest(self.initial)
+        self.row = 0
+        self.wake = self.log.times[0] if self.log else None
 
     def obey(self, order: m.Order) -> None:
         """Run, halt, follow, release."""
+        if self.log is not None:
+            self.refuse(order, f"{self.element} follows {self.log.source}; take its orders out of the action list")
         match order:
             case m.Run():
                 self.run(order)
@@ -115,7 +121,10 @@ class DriveActor(LiveActor):
         return [m.Done(self.element, self.job, self.goal)]
 
     def expire(self) -> None:
-        """Stand where the move ended."""
+        """Stand where the move ended, or go on to the next row of the log."""
+        if self.log is not None:
+            self._next_row(self.log)
+            return
         self.job, self.halting, self.limit = None, False, ""
         self._rest(self.goal)
 
@@ -123,6 +132,17 @@ class DriveActor(LiveActor):
         """Coordinate and speed that are asked for now (of its own moves)."""
         t = (self.now.t - self.since) / 1e9
         return self.x0 + self.profile.displacement(t), self.profile.speed(t)
+
+    def _next_row(self, log: Driven) -> None:
+        x, v = self.reference()
+        i = self.row = self.row + 1
+        ends = i == len(log.times)
+        speed = 0.0 if ends else log.speeds[i]
+        self.wake = None if ends else log.times[i]
+        if speed != v:
+            accel = log.accel if ends else abs(speed - v) * 1e9 / (log.times[i] - self.now.t)
+            self._profile(x, v, trapezoid(None, speed, accel, v), accel)
+            self.say(m.SetProfile(self.element, self.now.t, speed, accel))
 
     def _rest(self, x: float) -> None:
         self._profile(x, 0.0, REST, 0.0)

@@ -8,11 +8,15 @@ const LEGEND_ms = 100;
 const HEIGHT = 240; // [pixel]
 const MANY = 8; // curves of a group that are shown at first
 
+// The group of the run that goes with a measured one; "" if there is none.
+const modelled = (group) => (group.startsWith("measured/") ? group.slice(9) : "");
+
 export class Charts {
   constructor(host, picker, run, jump) {
     Object.assign(this, { host, run, jump, plots: [], theme: "light" });
     this.shown = new Map(); // which curves of a group are shown, as the user has chosen
-    this.groups = [...new Set(run.signals.map((s) => s.group))];
+    const groups = [...new Set(run.signals.map((s) => s.group))];
+    this.groups = groups.filter((g) => !groups.includes(modelled(g)));
     const wanted = this.groups.filter((g) => g === "rope/tension");
     this.on = new Set(wanted.length ? wanted : this.groups.slice(0, 1));
     for (const group of this.groups) {
@@ -37,7 +41,8 @@ export class Charts {
   }
 
   data(signals, factor) {
-    return [this.run.t, ...signals.map((s) => (factor === 1 ? s.y : s.y.map((v) => v * factor)))];
+    const real = (s) => Array.from(s.y, (v) => (Number.isNaN(v) ? null : v * factor)); // before and after the log
+    return [this.run.t, ...signals.map((s) => (/^(measured|error)\//.test(s.group) ? real(s) : factor === 1 ? s.y : s.y.map((v) => v * factor)))];
   }
 
   draw() {
@@ -50,12 +55,15 @@ export class Charts {
   }
 
   chart(group) {
-    const signals = this.run.signals.filter((s) => s.group === group);
+    const own = this.run.signals.filter((s) => s.group === group);
+    const signals = [...own, ...this.run.signals.filter((s) => modelled(s.group) === group)];
+    const label = (s) => (s.group === group ? s.name : `${s.name} measured`);
+    const colour = (s) => COLOURS[Math.max(0, own.findIndex((o) => o.name === s.name)) % COLOURS.length];
     const [factor, unit] = SCALE[signals[0].unit] ?? [1, signals[0].unit];
     const ink = this.theme === "dark" ? "#c7d1db" : "#33404d";
     const rule = this.theme === "dark" ? "#2b3640" : "#e1e6eb";
     const axis = { stroke: ink, grid: { stroke: rule, width: 1 }, ticks: { stroke: rule } };
-    const shown = this.shown.get(group) ?? new Map(signals.map((s, i) => [s.name, i < MANY]));
+    const shown = this.shown.get(group) ?? new Map(signals.map((s) => [label(s), own.findIndex((o) => o.name === s.name) < MANY]));
     this.shown.set(group, shown);
     const shaded = (plot) => this.stages(plot);
     const marked = (plot) => this.mark(plot);
@@ -66,11 +74,11 @@ export class Charts {
       cursor: { sync: { key: "run" }, drag: { x: true, y: false } },
       hooks: {
         ready: [told], drawClear: [shaded], draw: [marked],
-        setSeries: [(plot, i) => i && shown.set(signals[i - 1].name, plot.series[i].show)],
+        setSeries: [(plot, i) => i && shown.set(label(signals[i - 1]), plot.series[i].show)],
       },
       series: [
         { label: "t [s]" },
-        ...signals.map((s, i) => ({ label: s.name, stroke: COLOURS[i % COLOURS.length], width: 1.4, show: shown.get(s.name) })),
+        ...signals.map((s) => ({ label: label(s), stroke: colour(s), dash: s.group === group ? [] : [5, 4], width: 1.4, show: shown.get(label(s)) })),
       ],
       axes: [axis, { ...axis, size: 64 }],
     };

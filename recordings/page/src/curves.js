@@ -53,7 +53,7 @@ function chart(panel) {
     hooks: { drawClear: [shade], setCursor: [named], setScale: [zoomed] },
     series: [
       { label: "t [s]" },
-      ...curves.map((c, i) => ({ label: c.name, stroke: COLOURS[i % COLOURS.length], dash: c.dashed ? [5, 4] : [], width: 1.4, spanGaps: true })),
+      ...curves.map((c) => ({ label: c.name, stroke: COLOURS[c.colour % COLOURS.length], dash: c.dashed ? [5, 4] : [], width: 1.4, spanGaps: true })),
       ...levels.map((y) => ({ label: `rated ${y}`, stroke: LIMIT, dash: [8, 5], width: 1 })),
     ],
     axes: [{ ...axis, label: "t [s]" }, { ...axis, size: 70, label: `[${panel.unit}]` }],

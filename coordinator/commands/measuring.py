@@ -1,0 +1,47 @@
+"""`heavylift measured`: a real lift beside its run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from heavylift.coordinator.commands.common.app import File, Force, Json, app, quantity, written_to
+
+
+@app.command()
+def measured(
+    file: File,
+    log: Annotated[Path, typer.Argument(help="log of the real lift, .csv")],
+    maps: Annotated[
+        list[str], typer.Option("--map", help="map.yaml, or 'cell_H1=rope/tension/west.H1 [kN] +- 5 kN' (95 %)")
+    ],
+    offset: Annotated[str, typer.Option("--offset", help="time 0 of the log in the run; default estimated")] = "",
+    estimate: Annotated[
+        list[str] | None, typer.Option("--estimate", help="input of the scene to fit: block.mass, block.com.x, ...")
+    ] = None,
+    inputs: Annotated[
+        list[str] | None, typer.Option("--input", help="uncertainty of an input (95 %): 'block.mass +- 3 %'")
+    ] = None,
+    output: Annotated[Path | None, written_to("default NAME-measured.mcap")] = None,
+    force: Force = False,
+    as_json: Json = False,
+) -> None:
+    """Put a real lift beside its run; estimate inputs.    heavylift measured lift.mcap log.csv --map map.yaml
+
+    Writes a new recording with the channels of the log beside the run's, which plot, view and report draw dashed. For
+    each: E = run - log and its uncertainty u_val, 95 %, after ASME V&V 20; --input says how uncertain the scene is,
+    which takes two runs for each. --estimate fits inputs of the scene, names
+    those that the log does not tell, and writes the others into a scene beside the recording.
+    """
+    import json
+
+    from heavylift.coordinator.measured.measuring import measure
+    from heavylift.nodes.scene.text.units import TIME
+
+    given = quantity("--offset", offset, TIME) if offset else None
+    wanted = estimate or [], inputs or []
+    found = measure(file, log, maps, given, *wanted, output, force, lambda x: typer.echo(f"  {x}", err=True))
+    typer.echo(json.dumps(found.data()) if as_json else "\n".join(found.told))
+    if not as_json:
+        typer.echo(f"wrote {found.recording}" + (f" and {found.scene}" if found.scene else ""))

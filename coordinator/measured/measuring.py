@@ -1,0 +1,137 @@
+"""A recording and a log of the real lift become a recording with both, and on demand a scene with estimated inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from heavylift.coordinator.record.scene import RESOLVED
+from heavylift.coordinator.replay.recorded import RecordedRun
+from heavylift.coordinator.run.resume import Beginning
+from heavylift.kernel.errors import RecordingError
+from heavylift.recordings import Recording, file_path
+from heavylift.recordings.read.extended import extended
+from heavylift.recordings.write.outputs import beside as named_beside
+from heavylift.recordings.write.outputs import output_path
+from heavylift.recordings.write.partfile import written
+from numpy.typing import NDArray
+
+from .alignment import Alignment, Curve, aligned, overlapping
+from .estimation import Estimate, Told, estimate
+from .mapping import Channel, Measured, measured
+from .parameters import parameters, scene_text, simulator, spread, uncertain
+from .validation import LEVEL, Comparison, accuracy, beside, compared, curves_of
+
+__all__ = ["Outcome", "measure"]
+
+QUIET = 1e-3  # of a channel's range: least scatter that it is taken to have
+ROOM = 5.0  # rows at either end of the overlap that estimates leave out, for the offset moves
+EARTH = 9.80665  # gravity of a recording without a scene [m/s2]
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What was found; `estimates`: value and half-width at 95 % as text, by name; `not_identified`: why, by name; how
+    many rows of the log lie outside of the run; the recording and the scene that were written."""
+
+    at: Alignment
+    comparisons: list[Comparison]
+    estimates: dict[str, tuple[str, str]]
+    not_identified: dict[str, str]
+    outside: int
+    recording: Path = Path()
+    scene: Path | None = None
+
+    @property
+    def told(self) -> list[str]:
+        """For people."""
+        lines = [str(self.at), *map(str, self.comparisons)]
+        lines += [f"{name}: {value} +- {half}" for name, (value, half) in self.estimates.items()]
+        lines += [f"{name}: not fitted, {why}" for name, why in self.not_identified.items()]
+        return lines + ([f"rows of the log outside of the run: {self.outside}"] if self.outside else [])
+
+    def data(self) -> dict[str, object]:
+        """As plain data, SI units, standard uncertainties."""
+        files = {"recording": str(self.recording), "scene": str(self.scene) if self.scene else None}
+        return {**asdict(self), **files, "told": self.told}
+
+
+def measure(
+    path: str | Path,
+    log: str | Path,
+    maps: Sequence[str],
+    offset: float | None = None,
+    wanted: Sequence[str] = (),
+    given: Sequence[str] = (),
+    out: str | Path | None = None,
+    force: bool = False,
+    say: Callable[[str], None] = lambda sentence: None,
+) -> Outcome:
+    """Compare the recording `path` with a log, and write both (default: NAME-measured.mcap).
+
+    `offset` [s] of the log's time in the run, estimated if not given; `wanted`: inputs of the scene to estimate, which
+    are written into the scene beside the new recording; `given`: inputs with their uncertainty, `block.mass +- 3 %`.
+    Raises HeavyliftError.
+    """
+    path = file_path(path)
+    out = output_path(out or named_beside(path, "-measured.mcap"), "a recording", (".mcap",))
+    rec = Recording(path)
+    begun = Beginning.left(path, RecordedRun(path), "record it with `heavylift run`") if wanted or given else None
+    inputs = parameters(begun.scene, wanted) if begun else []
+    known, sigma = uncertain(begun.scene, given) if begun else ([], np.zeros(0))
+    plan = msgspec.json.decode(rec.attachments.get(RESOLVED, b"{}"))
+    found = measured(rec, log, maps, plan.get("gravity", EARTH))
+    own = curves_of(rec, found.compared)
+    at = _placed(rec, found, own, offset)
+    fit, u_input = Estimate({}, {}, {}, at), list[Floats]()
+    rate = 1.0 / float(np.median(np.diff(found.t)))
+    if begun and inputs:
+        rows = overlapping(own[0], found.t, at.offset, ROOM / rate)
+        fit = estimate(simulator(begun, inputs, found.compared, rate, say), inputs, _told(rec, found, rows), at)
+    if begun and known:
+        start = np.array([p.value for p in known])
+        u_input = spread(simulator(begun, known, found.compared, rate, say), start, sigma, own)
+    comparisons, errors = compared(rec, found, fit.at, u_input)
+    rows = overlapping(own[0], found.t, fit.at.offset)
+    estimates = {inputs[i].name: inputs[i].rounded(x, fit.sigma[i]) for i, x in fit.values.items()}
+    unknown = {inputs[i].name: why for i, why in sorted(fit.unknown.items())}
+    outcome = Outcome(fit.at, comparisons, estimates, unknown, int((~rows).sum()))
+    name, lines = found.log.path.name, "".join(f"{column}: {line}\n" for column, line in found.lines.items())
+    files = {name: found.log.path.read_bytes(), "map.yaml": lines.encode()}
+    made = extended(path, out, beside(found, fit.at, errors, rows), {"measured": outcome.data()}, files, force)
+    outcome = replace(outcome, recording=made)
+    if begun is None or not estimates:
+        return outcome
+    text = scene_text(begun.scene, inputs, estimates, name)
+    return replace(outcome, scene=written(text, made.with_suffix(".yaml"), "a scene", (".yaml",), force))
+
+
+def _placed(rec: Recording, log: Measured, model: list[Curve], offset: float | None) -> Alignment:
+    """The given offset or the one that the channels tell; RecordingError if no rows lie in the run."""
+    T = model[0][0]
+    if len(T) < 2:
+        raise RecordingError(f"{rec.path}: has no samples to compare with; let the run last longer")
+    at = aligned(model, log.t, [c.values for c in log.compared]) if offset is None else Alignment(offset)
+    if overlapping(model[0], log.t, at.offset).sum() < 2:
+        a, b = log.t[0] + at.offset, log.t[-1] + at.offset
+        raise RecordingError(
+            f"{log.log.path}: rows {log.log.rows[0]} to {log.log.rows[-1]} are {a:.6g} to {b:.6g} s of the run, which "
+            f"goes from {T[0]:.6g} to {T[-1]:.6g} s: no overlap; give another --offset"
+        )
+    return at
+
+
+def _told(rec: Recording, log: Measured, rows: NDArray[np.bool_]) -> Told:
+    """What estimates are made of."""
+    common = [np.hypot(c.sigma[rows], accuracy(rec) / LEVEL * np.abs(c.values).max()) for c in log.compared]
+    return Told(log.t[rows], [c.values[rows] for c in log.compared], common, [_scatter(c) for c in log.compared])
+
+
+def _scatter(channel: Channel) -> float:
+    """That of white noise with the channel's median step from row to row."""
+    steps = np.abs(np.diff(channel.values))
+    return float(np.hypot(1.05 * np.median(steps), QUIET * np.ptp(channel.values))) or 1.0

@@ -1,0 +1,98 @@
+"""Inputs that made a log come back within their uncertainty; those that it cannot tell are named and not fitted."""
+
+from __future__ import annotations
+
+import numpy as np
+from heavylift.coordinator.measured.alignment import Alignment
+from heavylift.coordinator.measured.estimation import Estimate, Told, estimate
+from heavylift.coordinator.measured.parameters import Parameter
+from small_lift import TIMES, tension
+
+NAMES = ["weight", "share", "twin", "paint"]
+START = np.array([1e6, 0.6, 1.0, 1.0])
+INPUTS = [Parameter(*given) for given in zip(NAMES, START.tolist(), [1e6, 0.5, 1.0, 1.0], strict=True)]
+
+
+def model(p: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Two ropes under `weight` times `twin`, `share` of it on the first; `paint` does nothing."""
+    T = tension(TIMES, p[0] * p[2], p[1])
+    return [(TIMES, T[:, 0]), (TIMES, T[:, 1])]
+
+
+def told(rng: np.random.Generator, true: np.ndarray, offset: float, u: float = 0.0) -> Told:
+    """A log at 5 Hz with noise of 3 kN, and cells that are each wrong by something of `u`."""
+    t = np.arange(1.0, 38.0, 0.2)
+    noise = 3e3 * rng.standard_normal((2, len(t)))
+    wrong = u * rng.standard_normal(2)
+    D = [np.interp(t, T, S) + n + w for (T, S), n, w in zip(model(true), noise, wrong, strict=True)]
+    return Told(t - offset, D, [np.full(len(t), u)] * 2, [3e3, 3e3])
+
+
+def fitted(rng: np.random.Generator, true: np.ndarray, names: list[int], u: float = 0.0) -> Estimate:
+    offset = rng.uniform(-50.0, 50.0)
+
+    def simulate(p: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        every = START.copy()
+        every[names] = p
+        return model(every)
+
+    at = Alignment(offset + rng.normal(0.0, 0.05), 0.05, 1.0, True)
+    given = told(rng, true, offset, u)
+    return estimate(simulate, [INPUTS[i] for i in names], given, at)
+
+
+def test_they_come_back_within_their_uncertainty_on_random_logs() -> None:
+    for u, seed in ((0.0, 3), (4e3, 4)):  # noise alone; and cells that are wrong as stated
+        rng, off = np.random.default_rng(seed), list[float]()
+        for _ in range(25):
+            true = np.array([rng.uniform(0.8e6, 1.2e6), rng.uniform(0.5, 0.7), 1.0, 1.0])
+            found = fitted(rng, true, [0, 1], u)
+            off += [(found.values[i] - true[i]) / found.sigma[i] for i in (0, 1)]
+        missed = np.mean(np.abs(off) > 2.0)
+        assert missed <= 0.12  # of 50; 0.05 are expected
+        assert 0.7 < np.std(off) < 1.3  # and the uncertainty is no larger than it need be
+
+
+def test_what_the_log_does_not_depend_on_is_named() -> None:
+    found = fitted(np.random.default_rng(1), np.array([1.1e6, 0.6, 1.0, 1.0]), [0, 3])
+    assert set(found.values) == {0}
+    assert "hardly depends on it" in found.unknown[1]
+
+
+def test_what_it_cannot_tell_apart_is_named_with_its_twin() -> None:
+    found = fitted(np.random.default_rng(1), np.array([1.1e6, 0.62, 1.0, 1.0]), [0, 1, 2])
+    assert set(found.values) == {1}  # the share alone
+    assert "cannot tell it from twin (correlation 1.0000)" in found.unknown[0]
+    assert "cannot tell it from weight" in found.unknown[2]
+
+
+def test_a_kink_is_no_noise() -> None:
+    """Where the load takes over depends on how far from the middle it hangs, to whichever side."""
+    rng = np.random.default_rng(7)
+
+    def kinked(p: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+        T = tension(TIMES, 1e6, 0.5 + p[0], 8.0 + 40.0 * abs(p[0]))
+        return [(TIMES, T[:, 0]), (TIMES, T[:, 1])]
+
+    t = np.arange(1.0, 38.0, 0.2)
+    D = [np.interp(t, T, S) + 3e3 * rng.standard_normal(len(t)) for T, S in kinked(np.array([0.06]))]
+    given = Told(t, D, [np.zeros(len(t))] * 2, [3e3, 3e3])
+    found = estimate(kinked, [Parameter("off", 0.0, 1.0)], given, Alignment(0.0))
+    assert abs(found.values[0] - 0.06) < 3.0 * found.sigma[0] < 3e-3
+
+
+def test_noise_is_no_derivative() -> None:
+    rng = np.random.default_rng(8)
+    jitter = lambda p: model(np.array([1e6 + 1e4 * rng.standard_normal(), 0.6, 1.0, 1.0]))  # noqa: E731
+    given = told(rng, START, 0.0)
+    found = estimate(jitter, [Parameter("off", 0.0, 1.0)], given, Alignment(0.0))
+    assert found.unknown == {0: "what it changes is lost in how the run itself jitters"}
+
+
+def test_an_offset_that_is_given_stays() -> None:
+    rng = np.random.default_rng(2)
+    true = np.array([1.05e6, 0.6, 1.0, 1.0])
+    given = told(rng, true, 7.0)
+    found = estimate(lambda p: model(np.array([p[0], 0.6, 1.0, 1.0])), INPUTS[:1], given, Alignment(7.0))
+    assert found.at == Alignment(7.0)
+    assert abs(found.values[0] - 1.05e6) < 3.0 * found.sigma[0] < 3e3
