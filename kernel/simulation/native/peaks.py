@@ -18,9 +18,9 @@ from heavylift.kernel.methods.step_state import Rate, StepState
 __all__ = ["FLAGS", "POINTS", "begin", "climb", "remember", "slope", "watch"]
 
 POINTS = ("Ta", "Tb", "top")  # (n_ropes,) at the starts of the last two steps; highest so far
-FLAGS = ("ta", "steep", "hilly", "searched")  # start of the step before the last one; what the last one calls for; searches
+FLAGS = ("ta", "steep", "hilly", "searched")  # start of the step before the last one; what that calls for; searches
 SLIGHT = 1e-4  # of the highest tension, at most: what is not looked for
-SEEN = 3.0  # times the bend of the parabola through three ends: of a sine in steps of up to two radians it sees a third
+SEEN = 3.0  # times the bend of a parabola through three ends: a third of a sine's, in steps of up to two radians
 NEAR = 1e-6  # [s] to where a rate is measured
 NODES = (-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0)  # over a step
 POWERS = inverse([[u**j for j in range(len(NODES))] for u in NODES])
@@ -79,7 +79,7 @@ def climb(s: StepState, rate: Rate, method: Method) -> None:
     for tensions, hill, rise in zip(zip(s.Tb, *inner, s.T, strict=True), *_bounds(s, s.t), strict=True):
         at = TOP(V=tensions)
         found.append((select(hill | rise, at.T[0], 0.0), s.t0 + s.h0 * (at.u[0] - NODES[0]) / (NODES[-1] - NODES[0])))
-    new = [T > top for (T, _), top in zip(found, s.top, strict=True)]
+    new = [top < T for (T, _), top in zip(found, s.top, strict=True)]
     s.top = _chosen(new, [T for T, _ in found], s.top)
     s.peak = _chosen(new, [T for T, _ in found], s.peak)
     s.peak_time = _chosen(new, [t for _, t in found], s.peak_time)
