@@ -107,7 +107,7 @@ class Stepping:
         if method.completes:
             f["complete"] = self._on_block("complete", lambda s, rate, row: complete(s, rate, method))
             ready = (While("completing", at["coarse"], (f["complete"],)),)
-        peaks: tuple[While, ...] = ()
+        peaks: tuple[Function | Parts, ...] = ()
         if climbs:
             f["slope"] = self._on_block("slope", lambda s, rate, row: slope(s, rate))
             f["climb"] = self._on_block("climb", lambda s, rate, row: climb(s, rate, method))
