@@ -4,7 +4,6 @@ simulation           the life of a run, made of the parts that follow
 events               located, looked at, taken
 commands, commanded  what may be told to a run, and who is told
 integrator           steps: tentative, committed, forced to an instant
-peak_search          largest tensions between the ends of steps
 recorder             samples, checked on the way; rests
 held_rows            constraint rows: closed at the start, impulses at events
 snapshots            all that the future depends on, to go on from

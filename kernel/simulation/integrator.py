@@ -15,7 +15,6 @@ from heavylift.kernel.simulation.safeguards.fastest_mode import told_fastest
 from heavylift.kernel.simulation.safeguards.progress_limit import Patience
 
 from .held_rows import HeldRows
-from .peak_search import PeakSearch
 from .recorder import Recorder
 
 __all__ = ["Integrator"]
@@ -31,15 +30,16 @@ class Integrator:
     ) -> None:
         self.native, self._recorder, self._references, self._held = native, recorder, references, held
         self._fixed, self._name = fixed, native.method.method.name
-        self.peaks = PeakSearch(native, self.forced)
 
     def commit(self) -> None:
         """The tentative step becomes history, with its samples and peaks."""
         native = self.native
-        hill = self.peaking and native["tentative"] > 0.0
         native.call("commit")
-        if hill:
-            self.peaks.climb()
+        if "top" in native.at:
+            if native["steep"] > 0.0:
+                native.call("slope")
+            if native["hilly"] > 0.0:
+                native.call("climbing")
         if native.method.method.completes and native["due"] > 0.0:
             native.call("complete")
         while native["due"] > 0.0:
@@ -47,11 +47,6 @@ class Integrator:
             if native["row"] >= ROWS:
                 self._recorder.drain()
         self._recorder.drain()
-
-    @property
-    def peaking(self) -> bool:
-        """Whether the last step has shown a hill of a tension that may be the highest."""
-        return "top" in self.native.at and self.native["peaking"] > 0.0
 
     def led(self, t: float) -> None:
         """From the committed state to local time t in forced steps: one, or halves where the method solves no more."""

@@ -165,8 +165,6 @@ class Simulation(Commanded):
                 return
             if native["t"] >= native["t_stop"]:
                 self.integrator.pass_break()
-            elif self.integrator.peaking:
-                self.integrator.commit()
             self._advance(horizon)
             pause()
 
@@ -248,7 +246,6 @@ class Simulation(Commanded):
 
     def _end_stretch(self, t_ns: int) -> None:
         """The committed state at t_ns is the last one before a jump."""
-        self.integrator.peaks.last()
         self.recorder.energy.end(self.now)
         self.integrator.new_stretch(t_ns)
 

@@ -64,6 +64,7 @@ KERNEL = {
     "kernel/forces/springs.py": "whether the matrices of a bushing can be",
     "kernel/methods/radau.py": "its amplification on floats, which judges fixed steps",
     "kernel/methods/rosenbrock.py": "its amplification on floats, which judges fixed steps",
+    "kernel/methods/sdirk.py": "its amplification on floats, which judges fixed steps",
     "kernel/compiler/llvm_function.py": "writes code",
 }
 SYMBOLS = "equations on symbols, or on objects whose products are summed in order"

@@ -19,12 +19,14 @@ from heavylift.kernel.model.evaluation import evaluate
 from heavylift.kernel.model.program import Program
 from heavylift.kernel.model.tangent_stiffness import Tangent
 
-from .peaks import POINTS, STATES
+from .peaks import FLAGS, POINTS, climb, slope
 from .row_functions import halted, kick, kicking, projection, survey, surveying
 from .sample_row import columns, row_layout
 from .steps import Row, bisect, close, commit, complete, look, refresh, sample, step
 
 __all__ = ["Stepping"]
+
+RARE = "sample", "look", "refresh", "slope", "climb"  # between steps
 
 
 class Stepping:
@@ -36,12 +38,12 @@ class Stepping:
         nq, nv = p.nq, p.nv
         n_ropes, n_guards = len(p.system.straight_ropes), len(p.guards)
         climbs = n_ropes > 0 and method.native
-        states = dict.fromkeys(("y", "f", "f0", "d0", *(STATES if climbs else ()), *method.vectors), p.ny)
+        states = dict.fromkeys(("y", "f", "f0", "d0", *method.vectors), p.ny)
         ropes = dict.fromkeys(("T", "peak", "peak_time", *(POINTS if climbs else ())), n_ropes)
         beside = ["coarse"] if method.completes else []
         blind = p.contacts.bounded and not isinstance(control, ErrorControl)
         beside += ["passing"] if blind else []
-        beside += ["ta", "peaking", "searched"] if climbs else []
+        beside += FLAGS if climbs else []
         scalars = dict.fromkeys([*SCALARS, *method.scalars, *beside])
         rows = dict.fromkeys(("gap", "slip", "pivot"), len(p.constraints))
         pushed = rows["gap"] if p.contacts.sites else 0
@@ -108,9 +110,15 @@ class Stepping:
         if method.completes:
             f["complete"] = self._on_block("complete", lambda s, rate, row: complete(s, rate, method))
             ready = (While("completing", at["coarse"], (f["complete"],)),)
+        peaks: tuple[Function | Parts, ...] = ()
+        if climbs:
+            f["slope"] = self._on_block("slope", lambda s, rate, row: slope(s, rate))
+            f["climb"] = self._on_block("climb", lambda s, rate, row: climb(s, rate, method))
+            f["climbing"] = While("climbing", at["hilly"], (*ready, f["climb"]))
+            peaks = While("sloping", at["steep"], (f["slope"],)), f["climbing"]
         sampling = While("sampling", at["due"], (*ready, f["sample"]))
         locating = While("locating", at["locate"], (*ready, f["bisect"]))
-        self.advance: Parts = While("advance", at["run"], (f["commit"], sampling, f["step"], locating))
+        self.advance: Parts = While("advance", at["run"], (f["commit"], *peaks, sampling, f["step"], locating))
         if not method.native:
             del f["step"]
             f |= {"sampling": sampling, "locating": locating}
@@ -175,6 +183,4 @@ class Stepping:
             return {"X": layout.pack(s), **written}
 
         inputs = {"X": layout.size, "P": len(self.program.parameters.initial) if plain else OPAQUE}
-        return Function(
-            name, body, inputs | ({"M": OPAQUE} if matrices else {}), rare=name in ("sample", "look", "refresh")
-        )
+        return Function(name, body, inputs | ({"M": OPAQUE} if matrices else {}), rare=name in RARE)

@@ -160,7 +160,7 @@ class NativeState:
 
     @property
     def evaluations(self) -> int:
-        """Of the right-hand side in all attempted steps, with those of Jacobians; samples and events not counted."""
+        """Of the right-hand side in all attempted steps, and of Jacobians; samples, events, peaks not counted."""
         method = self.method.method
         return round(method.evaluations * self.attempts + sum(n * self[name] for name, n in method.counted.items()))
 

@@ -1,60 +1,121 @@
-"""Hills of tensions between the ends of steps, as text: what is remembered of two steps, and whether they show one.
+"""Tops of tensions between the ends of steps, as text: whether a step may hold one, and how high it is.
 
-Three tensions at the ends of two accepted steps show that a rope's tension has a hill between them; before the first
-step of a stretch its rate stands for the third one.  If the hill may be the highest of the run, the run stops when the
-step is committed and looks for it (`simulation.peak_search`).  A parabola through three points of a sine sees at least
-a third of what is missing (steps of up to two radians).
+Tensions at the ends of the last two accepted steps (before the first step of a stretch the rate stands for one of
+them) bound what a hill in the last one may reach; where they rise past all before, the rate at the end says whether the
+top was passed.  Only if that may be the highest of the run, and by more than the tolerance, tensions are evaluated in
+the dense output, which is as exact as the ends are: a polynomial through `NODES` of them has the top.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from heavylift.kernel.compiler.symbol import Value, any_of, maximum, select
-from heavylift.kernel.methods.method import inside
+from heavylift.kernel.algebra.dense import inverse
+from heavylift.kernel.compiler.function import Function
+from heavylift.kernel.compiler.symbol import Value, any_of, maximum, minimum, select
+from heavylift.kernel.methods.method import Method, combine, inside
 from heavylift.kernel.methods.step_state import Rate, StepState
 
-__all__ = ["AHEAD", "POINTS", "SLIGHT", "STATES", "begin", "higher", "remember", "watch"]
+__all__ = ["FLAGS", "POINTS", "begin", "climb", "remember", "slope", "watch"]
 
-POINTS = ("Ta", "Tb", "top", "hill", "older", "skips")  # (n_ropes,) at the starts of the last two steps;
-# highest so far; the last two hills that were looked for in this stretch, and how many of the next ones are skipped
-STATES = ("ya", "fa")  # (ny,) state and derivative at the start of the step before the last one
-SLIGHT = 1e-4  # of the highest tension: what is not looked for
-SEEN = 3.0  # times what a parabola sees
-AHEAD = 1e-6  # [s] to where a rate is measured
+POINTS = ("Ta", "Tb", "top")  # (n_ropes,) at the starts of the last two steps; highest so far
+FLAGS = ("ta", "steep", "hilly", "searched")  # start of the step before the last one; what that calls for; searches
+SLIGHT = 1e-4  # of the highest tension, at most: what is not looked for
+SEEN = 3.0  # times the bend of a parabola through three ends: a third of a sine's, in steps of up to two radians
+NEAR = 1e-6  # [s] to where a rate is measured
+NODES = (-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0)  # over a step
+POWERS = inverse([[u**j for j in range(len(NODES))] for u in NODES])
+ROUNDS = 4  # of Newton, from the highest node
 
 
 def begin(s: StepState, rate: Rate) -> None:
     """At the start of a stretch: a point before it, on the tangent."""
-    ahead = rate(s.t + AHEAD, inside(s), s.y + AHEAD * s.f).T
-    s.ta, s.t0, s.Tb, s.Ta = s.t - AHEAD, s.t, s.T, 2.0 * s.T - ahead
-    s.ya = s.d0 = s.y
-    s.fa = s.f0 = s.f
-    s.peaking, s.hill, s.older, s.skips = 0.0, 0.0 * s.T, 0.0 * s.T, 0.0 * s.T
+    ahead = rate(s.t + NEAR, inside(s), s.y + NEAR * s.f).T
+    s.ta, s.t0, s.Tb, s.Ta = s.t - NEAR, s.t, s.T, 2.0 * s.T - ahead
+    s.steep = s.hilly = 0.0
 
 
 def remember(s: StepState) -> None:
     """Before an attempt: the last step, if it was taken, becomes the one before it."""
     taken = s.t > s.t0
     s.ta, s.Ta, s.Tb = select(taken, s.t0, s.ta), select(taken, s.Tb, s.Ta), select(taken, s.T, s.Tb)
-    s.ya, s.fa = select(taken, s.d0, s.ya), select(taken, s.f0, s.fa)
 
 
-def watch(s: StepState, ok: Value) -> None:
-    """After an attempt: whether it shows a hill that may be the highest and is not skipped."""
-    rising = [ok & h for h in higher(s, select(ok, s.t, s.t0 + 1.0))]
-    due = [h & (n <= 0.0) for h, n in zip(rising, s.skips, strict=True)]
-    s.skips = np.array([select(h, n - 1.0, n) for h, n in zip(rising, s.skips, strict=True)], dtype=object)
-    s.peaking = select(any_of(due), 1.0, 0.0)
+def watch(s: StepState, taken: Value) -> None:
+    """After a step, if it was taken: whether a hill or a rise calls for a closer look."""
+    hills, rises = _bounds(s, select(taken, s.t, s.t0 + 1.0))
+    s.hilly = select(taken & any_of(hills), 1.0, 0.0)
+    s.steep = select(taken & any_of(rises), 1.0 - s.hilly, 0.0)
 
 
-def higher(s: StepState, end: Value) -> list[Value]:
-    """Of each rope, whether the last two steps, to time `end`, show a hill that may be the highest."""
-    before, after, whole = 1.0 / (s.t0 - s.ta), 1.0 / (end - s.t0), 1.0 / (end - s.ta)
-    hills = []
+def _bounds(s: StepState, end: Value) -> tuple[list[Value], list[Value]]:
+    """Of each rope, whether a hill in the step to time `end` may be the highest, or rises so that this is open."""
+    h, before = end - s.t0, s.t0 - s.ta
+    over, twice, whole = 1.0 / h, 1.0 / before, SEEN / (end - s.ta)
+    least = 1.0 + minimum(s.tol, SLIGHT)
+    hills, rises = [], []
     for a, b, c, top in zip(s.Ta, s.Tb, s.T, s.top, strict=True):
-        up, down = (b - a) * before, (b - c) * after
-        slope = (up * (end - s.t0) - down * (s.t0 - s.ta)) * whole
-        more = slope * slope / (4.0 * maximum((up + down) * whole, 1e-30))
-        hill = (up >= 0.0) & (down >= 0.0)
-        hills.append(hill & (b + SEEN * more > (1.0 + SLIGHT) * maximum(top, maximum(b, c))))
-    return hills
+        rise = (c - b) * over
+        bend = ((b - a) * twice - rise) * whole
+        crest = 0.5 * (b + c) + 0.25 * (bend * h * h + rise * rise / maximum(bend, 1e-30))
+        hills.append((bend * h > abs(rise)) & (crest > least * top))
+        rises.append((c > b) & (2.0 * c - b > least * top))
+    return hills, rises
+
+
+def slope(s: StepState, rate: Rate) -> None:
+    """Whether a tension that has risen falls at the end of the step."""
+    behind = rate(s.t - NEAR, s.t0 + 0.5 * s.h0, s.y - NEAR * s.f).T
+    _, rises = _bounds(s, s.t)
+    s.hilly = select(any_of(r & (b > c) for r, b, c in zip(rises, behind, s.T, strict=True)), 1.0, 0.0)
+    s.steep = 0.0
+
+
+def climb(s: StepState, rate: Rate, method: Method) -> None:
+    """Raise the peaks of ropes to the tops of their hills in the last step."""
+    among = s.t0 + 0.5 * s.h0
+    parts = [(u - NODES[0]) / (NODES[-1] - NODES[0]) for u in NODES]
+    inner = [rate(s.t0 + x * s.h0, among, method.interpolate(s, x)).T for x in parts[1:-1]]
+    found = []
+    for tensions, hill, rise in zip(zip(s.Tb, *inner, s.T, strict=True), *_bounds(s, s.t), strict=True):
+        at = TOP(V=tensions)
+        found.append((select(hill | rise, at.T[0], 0.0), s.t0 + s.h0 * (at.u[0] - NODES[0]) / (NODES[-1] - NODES[0])))
+    new = [top < T for (T, _), top in zip(found, s.top, strict=True)]
+    s.top = _chosen(new, [T for T, _ in found], s.top)
+    s.peak = _chosen(new, [T for T, _ in found], s.peak)
+    s.peak_time = _chosen(new, [t for _, t in found], s.peak_time)
+    s.hilly, s.searched = 0.0, s.searched + 1.0
+
+
+def _chosen(new: list[Value], found: list[Value], old: Value) -> np.ndarray:
+    return np.array([select(*x) for x in zip(new, found, old, strict=True)], dtype=object)
+
+
+def _top(V: Value) -> dict[str, Value]:
+    """The largest of a polynomial through tensions at `NODES`, and where: by Newton's method from the highest node, at
+    most by half as much above it as its neighbours are below."""
+    c = [combine(row, list(V)) for row in POWERS]
+    first = [j * x for j, x in enumerate(c)][1:]
+    second = [j * x for j, x in enumerate(first)][1:]
+    best, start, low = V[0], NODES[0], minimum(V[1], V[2])
+    for i in range(1, len(NODES)):
+        beside = minimum(V[i - 1], V[i + 1] if i + 1 < len(NODES) else V[i - 2])
+        more = V[i] > best
+        best, start, low = select(more, V[i], best), select(more, NODES[i], start), select(more, beside, low)
+    u = start
+    for _ in range(ROUNDS):
+        curve = _at(second, u)
+        u = u - select(curve < 0.0, _at(first, u) / select(curve < 0.0, curve, 1.0), 0.0)
+        u = minimum(maximum(u, maximum(start - 1.0, NODES[0])), minimum(start + 1.0, NODES[-1]))
+    value = minimum(_at(c, u), best + 0.5 * (best - low))
+    return {"T": [maximum(value, best)], "u": [select(value > best, u, start)]}
+
+
+def _at(c: list[Value], u: Value) -> Value:
+    """A polynomial of coefficients c, the constant one first."""
+    found = c[-1]
+    for x in c[-2::-1]:
+        found = x + u * found
+    return found
+
+
+TOP = Function("top", _top, {"V": len(NODES)})

@@ -65,9 +65,6 @@ def step(s: StepState, rate: Rate, method: Method, control: Control) -> None:
     s.G = a.r.G
     s.budget = s.budget - 1.0
     s.more = select(s.budget > 0.0, select(s.rows > s.row, select(s.until >= s.t, 1.0, 0.0), 0.0), 0.0)
-    if hasattr(s, "top"):
-        watch(s, ok)
-        s.more = select(s.peaking > 0.0, 0.0, s.more)
     if hasattr(s, "passing"):
         s.passing = passing(s, a.r)
     s.calm = select(verdict.failed, FAILED, select(s.still > 0.0, STILL, select(ok & last, BREAK, RUNNING)))
@@ -127,6 +124,7 @@ def commit(s: StepState, quaternions: list[int], velocities: slice, project: Pro
         s.top = np.array(
             [select(c, maximum(T, p), p) for c, T, p in zip(higher, s.T, s.top, strict=True)], dtype=object
         )
+        watch(s, s.tentative > 0.0)
     s.peak_time = np.array([select(c, s.t, p) for c, p in zip(higher, s.peak_time, strict=True)], dtype=object)
     if project:
         x = project(s.t, s.y)
