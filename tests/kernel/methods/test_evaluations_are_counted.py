@@ -27,7 +27,8 @@ def test_as_many_are_counted_as_are_made(method):
 
     if method in PEERS:
         simulation.native.code.call = located
-    simulation.native.set(top=float("inf"))  # so that no peak is looked for
+    else:
+        simulation.native.set(top=float("inf"))  # so that no peak is looked for
     before = simulation.native.evaluations
     simulation.run(SECOND // 4)
     assert made[0] == simulation.native.evaluations - before > 20
