@@ -7,11 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings import Recorder, Recording, SampleLayout, info, plot
 from heavylift.recordings.format.text import duration
-from heavylift.recordings.render.plot import spread
+from heavylift.recordings.render.plot import FINE, outline, spread
 
 
 def test_info_tells_the_run_its_peaks_and_its_channels(recorded: Path) -> None:
@@ -96,3 +97,13 @@ def test_labels_move_apart_and_keep_their_order() -> None:
     assert spread([50, 50, 50, 90], room, 10) == [40, 50, 60, 90]
     assert spread([0, 0, 0, 0], room, 10) == [0, 10, 20, 30]
     assert spread([99, 99, 99, 99], room, 10) == [60, 70, 80, 90]
+
+
+def test_the_band_of_a_long_recording_is_drawn_in_steps_finer_than_a_pixel() -> None:
+    t = np.linspace(0.0, 600.0, 120_001)
+    low, high = np.sin(t), 1.5 + np.cos(t)
+    high[77_777] = 9.0
+    times, below, above = outline(t, low, high)
+    assert len(times) <= FINE
+    assert (below.min(), above.max()) == (low.min(), 9.0)
+    assert [*map(list, outline(t[:9], low[:9], high[:9]))] == [list(t[:9]), list(low[:9]), list(high[:9])]
