@@ -8,11 +8,11 @@ What a scene is and how it becomes code, lowest layer first; each imports those 
     algebra                numbers that are equal on every processor; spatial algebra
     multibody              graph and trees, kinematics, recursive dynamics; flexible bodies; formulations
     forces                 the force table: ropes, springs, supports, stops, brakes, laws of the user's own
-    constraints            loops and rigid ropes as rows; complementarity; rigid contact with friction
+    constraints            loops, rigid ropes and contacts as rows; complementarity
     model                  the equations of one scene: parameters, program, evaluation; joint reactions
 How it moves and what can be asked of it
     methods                integration methods: explicit, implicit, symplectic
-    simulation             steps, located events, commands, samples, safeguards of one run
+    simulation             steps, located events, impacts with friction, commands, samples, safeguards of one run
     analysis               equilibrium paths, modes, momentum
     equations              the equations in print, as text and LaTeX
     islands                parts that nothing ties together, solved apart

@@ -10,9 +10,9 @@ Finding   one thing that was found, with its place, time, value and limit
     judge_path(plan, states)    -> the findings, worst first; judge_run(plan, signals) of a run
     rows(uses)                  -> cells of the table that people read
 
-judging, reading, signals   the table judged; how each quantity is read; what it is read from
-standards, reeving, sharing factors of standards; parts of a reeved rope; shares that are indeterminate
-geometry, telling           whether a block can be what the scene says; uses in words
+judging, reading, signals    the table judged; how each quantity is read; what it is read from
+standards, reeving, sharing  factors of standards; parts of a reeved rope; shares that are indeterminate
+geometry, telling            whether a block can be what the scene says; uses in words
 
 Node processes import the table alone; what judges (and needs NumPy) is imported when it is first used.
 """
