@@ -111,7 +111,8 @@ def verdict_of(rec: Recording) -> Judged | None:
 
 
 def _in_order(findings: Iterable[Finding]) -> list[Finding]:
-    return sorted(findings, key=lambda f: (SEVERITIES.index(f.severity), f.t or 0.0, f.kind, f.subject))
+    """Worst first, then as they came; what came together, to a hundredth of a second, by name."""
+    return sorted(findings, key=lambda f: (SEVERITIES.index(f.severity), round(f.t or 0.0, 2), f.kind, f.subject))
 
 
 def _placed(f: Finding, conduct: Conduct) -> Finding:

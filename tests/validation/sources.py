@@ -83,7 +83,7 @@ def bound(path: str, name: str) -> float:
 def other_codes() -> list[str]:
     """Lines of the table of other codes."""
     rows = [
-        f"| {what} | {code} | {bound(path, name):g} {of} | [{path.split('/')[1]}](../tests/{path}.py) |"
+        f"| {what} | {code} | {bound(path, name):g} {of} | [{path.rpartition('/')[2]}](../tests/{path}.py) |"
         for what, code, path, name, of in OTHER_CODES
     ]
     return ["| what | code | agrees within | shown in |", "|---|---|---|---|", *rows]

@@ -51,7 +51,7 @@ class NativeState:
 
     def __init__(self, system: System, options: Options) -> None:
         o = options
-        check_options(o.tolerance, o.sample_ns, o.h_max or LONGEST, o.step, o.opt)
+        check_options(o.tolerance, o.sample_ns, LONGEST if o.h_max is None else o.h_max, o.step, o.opt)
         self._system, self.options = system, options
         self.epoch = 0
         self.calm: frozenset[str] = frozenset()
