@@ -77,7 +77,7 @@ class Method(ABC):
     name: str
     order: int
     longest = LONGEST  # [s] step
-    tensions_only = False  # whether step control looks at the tensions of ropes alone
+    tensions_only = False  # step control looks at the tensions of ropes alone, and keeps to them at ends of steps
     evaluations: int
     vectors: tuple[str, ...]
     exponents: Exponents | None = None  # None: no error estimate, fixed steps only

@@ -23,11 +23,12 @@ from heavylift.kernel.model.program import Program
 from heavylift.kernel.multibody.motion import rates
 
 from .control import NEAR
-from .method import Attempt, Build, Exponents, Method, combine, fallen_in, inside, length
+from .method import LONGEST, Attempt, Build, Exponents, Method, combine, fallen_in, inside, length
 from .tableaus import Diagonal
 
 __all__ = ["DiagonallyImplicit"]
 
+LONG = 10.0  # [s] a step, where tensions decide
 MOVED, SPED = 1e-6, 1e-5  # [m, rad], [m/s, rad/s] finite differences
 MOST = 25.0  # iterations of a stage
 RENEWALS = 4.0  # of the Jacobian in one stage
@@ -47,11 +48,10 @@ class DiagonallyImplicit(Method):
         "iterations", "differences", "factorisations",  # so far
     )  # fmt: skip
 
-    longest = 10.0
-
     def __init__(self, program: Program, tableau: Diagonal, tensions_only: bool = False) -> None:
         self.program, self.tableau = program, tableau
         self.tensions_only = tensions_only and bool(program.system.straight_ropes)
+        self.longest = LONG if self.tensions_only else LONGEST
         self.evaluations = 2 if self.tensions_only else 1  # beside the iterations
         self.name, self.order = tableau.name, tableau.order
         power = -1.0 / tableau.order

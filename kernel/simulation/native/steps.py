@@ -112,11 +112,14 @@ def bisect(s: StepState, rate: Rate, method: Method) -> None:
     go_on(s, select(none > 0.0, s.calm, s.status))
 
 
-def commit(s: StepState, quaternions: list[int], velocities: slice, project: Project | None) -> None:
+def commit(
+    s: StepState, quaternions: list[int], velocities: slice, project: Project | None, hills: bool = True
+) -> None:
     """The tentative step becomes history: peaks of the tensions, samples that are due, unit quaternions.
 
-    `project` puts it back onto the constraints, of which the widest gaps so far are kept.  `still` is set when all
-    velocities and accelerations vanish after the last command has run out.
+    `project` puts it back onto the constraints, of which the widest gaps so far are kept; `hills`: tops of tensions
+    between its ends are looked for.  `still` is set when all velocities and accelerations vanish after the last
+    command has run out.
     """
     higher = [(s.tentative > 0.0) & (p < T) for T, p in zip(s.T, s.peak, strict=True)]
     s.peak = np.array([select(c, T, p) for c, T, p in zip(higher, s.T, s.peak, strict=True)], dtype=object)
@@ -124,7 +127,8 @@ def commit(s: StepState, quaternions: list[int], velocities: slice, project: Pro
         s.top = np.array(
             [select(c, maximum(T, p), p) for c, T, p in zip(higher, s.T, s.top, strict=True)], dtype=object
         )
-        watch(s, s.tentative > 0.0)
+        if hills:
+            watch(s, s.tentative > 0.0)
     s.peak_time = np.array([select(c, s.t, p) for c, p in zip(higher, s.peak_time, strict=True)], dtype=object)
     if project:
         x = project(s.t, s.y)
