@@ -3,8 +3,8 @@
     python tests/bench/required.py [--json] [--short]
 
 The kernel's seconds of runs in one process, each asked run beside a plain one (`dopri5` at its tolerance) in turns, and
-the worst peak of a hook's rope against the same rung at 1e-8.  Then whole runs from start to exit, with all their processes and full
-recording.  Medians of three.
+the worst peak of a hook's rope against the same rung at 1e-8.  Then whole runs from start to exit, with all their
+processes and full recording.  Medians of three.
 """
 
 import subprocess
