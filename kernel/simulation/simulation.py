@@ -189,8 +189,6 @@ class Simulation(Commanded):
             self.events.take_back()
             self.still = True
 
-    # ---- stops --------------------------------------------------------------------------------------------
-
     def preview(self) -> list[StateEvent]:
         """What `fire` will return; changes nothing."""
         self.order.check_settled("preview", self.epoch)
@@ -237,12 +235,9 @@ class Simulation(Commanded):
         try:
             self.recorder.rest(t_ns)
         finally:
-            self._show_rest(pause)
+            while self.recorder.unroll():
+                pause()
         self.native.set(t=self.native.local(t_ns))
-
-    def _show_rest(self, pause: Callable[[], None]) -> None:
-        while self.recorder.unroll():
-            pause()
 
     def _end_stretch(self, t_ns: int) -> None:
         """The committed state at t_ns is the last one before a jump."""
