@@ -101,8 +101,6 @@ class Simulation(Commanded):
     def _addressed(self, what: str, kind: str, name: str) -> Commands:
         return self.commands
 
-    # ---- life ---------------------------------------------------------------------------------------------
-
     def start(self) -> None:
         """Find the discrete states of the initial pose, take the first sample; raises KernelError the second time."""
         native = self.native
@@ -235,9 +233,12 @@ class Simulation(Commanded):
         try:
             self.recorder.rest(t_ns)
         finally:
-            while self.recorder.unroll():
-                pause()
+            self._show_rest(pause)
         self.native.set(t=self.native.local(t_ns))
+
+    def _show_rest(self, pause: Callable[[], None]) -> None:
+        while self.recorder.unroll():
+            pause()
 
     def _end_stretch(self, t_ns: int) -> None:
         """The committed state at t_ns is the last one before a jump."""
