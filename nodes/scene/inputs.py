@@ -14,6 +14,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
 from fractions import Fraction
 from math import floor, inf, log10, sqrt
 
@@ -29,7 +30,7 @@ from pydantic import BaseModel
 
 from .loading import LoadedScene, parse
 
-__all__ = ["Input", "UncertainInput", "inputs", "settings", "stated", "uncertain_inputs", "varied"]
+__all__ = ["Input", "UncertainInput", "inputs", "settings", "stated", "uncertain_inputs", "unstated", "varied"]
 
 AXES = {"x": 0, "y": 1, "z": 2}
 LEAST = {"length": 1.0}  # scale [SI] of quantities whose own size says little of their uncertainty
@@ -37,6 +38,12 @@ SIGNED = ("length", "angle")
 FAR = 20.0  # times more or less: an input that leads there is not told by a log
 DIGITS = 6  # of a value without uncertainty
 KEPT = ("fidelity", "method", "tolerance", "tensions_only", "step", "driven", "end")  # of a plan, whatever an input is
+USUAL = (  # inputs that a yard knows with an uncertainty, and that a lift depends on
+    *("block.mass", "block.com", "rig.sling.EA", "rig.loaders.*.sling", "cranes.*.fall EA", "cranes.*.rope damping"),
+    *("cranes.*.girder stiffness", "cranes.*.sheave efficiency", "mechanism.bodies.*.mass", "mechanism.bodies.*.com"),
+    *("mechanism.ropes.*.EA", "mechanism.ropes.*.length", "mechanism.ropes.*.damping", "mechanism.*.stiffness"),
+    *("mechanism.ropes.*.over.*.efficiency", "mechanism.forces.*.speed"),
+)
 _NAMED = re.compile(rf"\s*(?P<name>.+?)\s*(?P<how>{PLUS}|\b(?:sd|sigma)\b)(?P<half>.*)")
 
 
@@ -200,3 +207,20 @@ def _input(scene: LoadedScene, source: Source, name: str) -> tuple[Input, Quanti
         bounds = (dimension.number(dimension.lowest), dimension.number(dimension.highest))
         scale = 0.2 * (bounds[1] - bounds[0])
     return Input(name, float(at), scale, bounds, unit, dimension.units, path, whole), found
+
+
+def unstated(scene: LoadedScene, known: Sequence[Input]) -> list[str]:
+    """Inputs that are usually uncertain and of which no uncertainty is known, by name."""
+    paths = {part for each in known for part in (each.path, each.path[:-1])}
+    found = []
+
+    def look(at: object, kind: object, path: Path) -> None:
+        name = ".".join(map(str, path))
+        usual = any(fnmatchcase(name, pattern) for pattern in USUAL)
+        if usual and quantity(kind) and path not in paths:
+            found.append(name)
+        for key, (value, inner) in below(at, kind).items() if not usual else ():
+            look(value, inner, (*path, key))
+
+    look(scene.scene, None, ())
+    return found

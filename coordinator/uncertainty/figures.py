@@ -1,0 +1,54 @@
+"""The figures of a run that a planner asks for: one number each, with its unit, comparable between runs of a scene.
+
+rope tension    peak of each rope that carries                                                          [N]
+lift-off time   end of each stage that lifts the block off                                              [s]
+swing           amplitude [m or rad] and period [s] of the sinusoid that fits best, in each stage that only waits
+position        of the block, or of each joint that moves, at the end                                   [m or rad]
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from heavylift.coordinator.tradeoff.playing import Shown
+from heavylift.coordinator.tradeoff.quantities import LOADED, STILL, swing
+from heavylift.nodes.plan.question import Asked
+
+__all__ = ["Figure", "figures"]
+
+
+class Figure(NamedTuple):
+    """What it is, of which quantity, its unit and value; `scale`: what its errors are relative to."""
+
+    name: str
+    quantity: Asked
+    unit: str
+    value: float
+    scale: float
+
+
+def figures(shown: Shown, unit: str) -> list[Figure]:
+    """All that a run shows; `unit`: of places."""
+    found = [
+        Figure(f"peak tension {rope}", "rope tension", "N", float(peak), float(peak))
+        for rope, peak in zip(shown.ropes, shown.peaks, strict=True)
+        if peak > LOADED
+    ]
+    for span in shown.spans:
+        if span.lifts:
+            found.append(
+                Figure(f"lift-off, end of '{span.name}'", "lift-off time", "s", span.end, span.end - span.start)
+            )
+    for span in shown.spans:
+        fitted = swing(shown, span, span.end - span.start) if span.free else None
+        if fitted is not None:
+            frequency, amplitude = fitted
+            found.append(Figure(f"swing in '{span.name}', amplitude", "swing", unit, amplitude, amplitude))
+            found.append(Figure(f"swing in '{span.name}', period", "swing", "s", 1.0 / frequency, 1.0 / frequency))
+    ways = np.abs(shown.places - shown.places[0]).max(axis=0, initial=0.0) if len(shown.places) else []
+    way = float(np.linalg.norm(ways)) if len(ways) else 0.0
+    for column, own, value in zip(shown.columns, ways, shown.places[-1] if len(ways) else (), strict=True):
+        if own > STILL:
+            found.append(Figure(f"{column} at the end", "position", unit, float(value), way))
+    return found
