@@ -4,5 +4,6 @@
 
 figures         what a planner asks of a run: peaks, lift-off times, swings, positions
 running         runs with other inputs, steps or rungs, side by side
+certificate     the three bars of each figure: numerical, model, inputs
 sensitivities   by which input a figure moves, and by how much
 """

@@ -11,11 +11,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from heavylift.coordinator.tradeoff.playing import Shown
+from heavylift.coordinator.tradeoff.playing import Shown, spans
 from heavylift.coordinator.tradeoff.quantities import LOADED, STILL, swing
+from heavylift.nodes.models import COMMANDER
+from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.question import Asked
+from heavylift.recordings import Recording
 
-__all__ = ["Figure", "figures"]
+__all__ = ["Figure", "figures", "recorded"]
 
 
 class Figure(NamedTuple):
@@ -52,3 +55,26 @@ def figures(shown: Shown, unit: str) -> list[Figure]:
         if own > STILL:
             found.append(Figure(f"{column} at the end", "position", unit, float(value), way))
     return found
+
+
+def recorded(plan: Plan, rec: Recording) -> Shown:
+    """What a recorded run of a plan shows, as `play` tells it of one that is not recorded."""
+    stages = [(e.t_ns, e.value["action"], e.value["name"]) for e in rec.events(COMMANDER, "stage")]
+    names = rec.columns("rope/tension") if "rope/tension" in rec.signals() else []
+    place = f"pose/{plan.block.name}" if plan.block else "joint/position"
+    ropes = [rope.name for rope in plan.rig.hook_ropes] if plan.block else names
+    columns = rec.columns(place)[:3] if plan.block else rec.columns(place) if place in rec.signals() else []
+    tension = rec.signal("rope/tension") if names else None
+    at = rec.signal(place) if columns else None
+    one = tension or at
+    t = one.t if one else np.zeros(0)
+    peaks = rec.fact("peaks", {})
+    return Shown(
+        spans(plan, stages, float(rec.fact("sim_s"))),
+        t,
+        ropes,
+        tension.values[:, [names.index(rope) for rope in ropes]] if tension else np.zeros((len(t), 0)),
+        np.array([peaks[rope]["tension"] for rope in ropes]),
+        at.values[:, : len(columns)] if at else np.zeros((len(t), 0)),
+        columns,
+    )

@@ -44,7 +44,8 @@ class Effect:
 @dataclass(frozen=True)
 class Sensitivities:
     """Figures of the nominal run; by figure the effects of the inputs, largest first; inputs with their uncertainty, of
-    which some made no run (why, by name), and those that state none; what else is to be said."""
+    which some made no run (why, by name), and those that state none; what else is to be said; CPU time of the runs
+    [s]."""
 
     figures: list[Figure]
     effects: dict[str, list[Effect]]
@@ -52,6 +53,7 @@ class Sensitivities:
     failed: dict[str, str]
     unstated: list[str]
     notes: list[str]
+    cpu_s: float = 0.0
 
     def bar(self, figure: str) -> float:
         """Half-width of a figure's bar, of all inputs together [SI]."""
@@ -148,16 +150,17 @@ def effects(scene: LoadedScene, begun: Sequence[Moved], nominal: list[Figure], s
     found = {f.name: sorted((x.effect(f) for x in counted), key=lambda e: -abs(e.moves)) for f in nominal}
     inputs, failed = [x.input for x in seen], {x.input.name: x.failed for x in seen if x.failed}
     notes = [f"{name} is missing in all bars: {why}" for name, why in failed.items()]
-    result = Sensitivities(nominal, found, inputs, failed, unstated(scene, inputs), notes)
-    result.notes.extend(_finer(scene, result))
-    return result
+    spent = sum(x.cpu_s for x in seen)
+    known = Sensitivities(nominal, found, inputs, failed, unstated(scene, inputs), notes, spent)
+    known.notes.extend(_finer(scene, known))
+    return known
 
 
 class _Seen:
     """What the runs with one input off have shown: by step, value by figure."""
 
     def __init__(self, begun: Moved) -> None:
-        self.input, self.failed = begun.input, ""
+        self.input, self.failed, self.cpu_s = begun.input, "", 0.0
         self.values: dict[float, dict[str, float]] = {}
         self.end = sqrt(3.0) if self.input.kind == "uniform" else LEVEL
         self.more(begun)
@@ -170,6 +173,7 @@ class _Seen:
                 value = self.input.rounded(self.input.value + step * self.input.sd, self.input.sd)[0]
                 self.failed = f"with {value} there is no run: {ended}"
             else:
+                self.cpu_s += ended[1]
                 self.values[step] = {figure.name: figure.value for figure in ended[0]}
 
     def switches(self, figure: Figure) -> bool:
