@@ -1,4 +1,4 @@
-"""A certified run tells each figure with three bars, and what has none; its recording carries them, its digest stays."""
+"""A certified run tells each figure with three bars, and what has none; its recording has them, its digest stays."""
 
 from __future__ import annotations
 
