@@ -21,7 +21,9 @@ from math import floor, hypot, log10
 from pathlib import Path
 
 import msgspec
+from heavylift.coordinator.live.commands import OPERATOR
 from heavylift.coordinator.tradeoff.measuring import unit_of
+from heavylift.kernel.errors import HeavyliftError, RecordingError
 from heavylift.nodes.fidelity.case import case_of
 from heavylift.nodes.fidelity.cost import cost
 from heavylift.nodes.fidelity.method import METHODS
@@ -70,14 +72,13 @@ class Bar:
         """For people; `inputs`: what is uncertain of them."""
         factor, unit = larger(self.unit)
         places = 1 - floor(log10(factor * self.whole)) if self.whole > 0.0 else 6
-        parts = {"numerical": self.numerical, "model": self.model, "inputs": self.inputs}
-        text = f"{self.name}: {factor * self.value:.{max(0, places)}f}"
-        for what, half in parts.items():
-            if half is not None:
-                text += f" +- {factor * half:.2g} ({what})" if what != "inputs" else f" +- {factor * half:.2g}"
-        lacks = ", ".join(what for what, half in parts.items() if half is None)
-        text += f"{f', no bar ({lacks})' * bool(lacks)} {unit}"
-        return text + f" (inputs: {inputs})" * (self.inputs is not None)
+        halves = {"numerical": self.numerical, "model": self.model, f"inputs: {inputs}": self.inputs}
+        parts = [f"+- {factor * half:.2g} ({what})" for what, half in halves.items() if half is not None]
+        if parts:
+            parts[-1] = parts[-1].replace(" (", f" {unit} (", 1)
+        lacks = [what.partition(":")[0] for what, half in halves.items() if half is None]
+        told = " ".join([f"{factor * self.value:.{max(0, places)}f}", *(parts or [unit])])
+        return f"{self.name}: {told}" + f", no bar ({', '.join(lacks)})" * bool(lacks)
 
 
 @dataclass(frozen=True)
@@ -192,8 +193,14 @@ class Certifying:
 
     def written(self, path: Path) -> Certificate:
         """The certificate of the recorded run, once all others have ended; the recording then has it, too."""
-        found = self.certificate(figures(recorded(self._scene.plan, Recording(path)), self._unit))
-        amended(path, {"certified": found.data()})
+        rec = Recording(path)
+        try:
+            if rec.events(OPERATOR):
+                raise RecordingError("an operator gave orders, which the runs beside it have not had; run without them")
+            found = self.certificate(figures(recorded(self._scene.plan, rec), self._unit))
+            amended(path, {"certified": found.data()})
+        except HeavyliftError as error:
+            raise type(error)(f"{path}: is whole, but has no certificate: {error}") from None
         return found
 
     def certificate(self, own: list[Figure]) -> Certificate:

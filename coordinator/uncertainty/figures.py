@@ -8,6 +8,7 @@ position        of the block, or of each joint that moves, at the end           
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import NamedTuple
 
 import numpy as np
@@ -54,7 +55,7 @@ def figures(shown: Shown, unit: str) -> list[Figure]:
     for column, own, value in zip(shown.columns, ways, shown.places[-1] if len(ways) else (), strict=True):
         if own > STILL:
             found.append(Figure(f"{column} at the end", "position", unit, float(value), way))
-    return found
+    return _told_apart(found)
 
 
 def recorded(plan: Plan, rec: Recording) -> Shown:
@@ -78,3 +79,14 @@ def recorded(plan: Plan, rec: Recording) -> Shown:
         at.values[:, : len(columns)] if at else np.zeros((len(t), 0)),
         columns,
     )
+
+
+def _told_apart(found: list[Figure]) -> list[Figure]:
+    """With a number behind names that come again, such as those of stages of one name."""
+    seen = Counter[str]()
+    out = []
+    for figure in found:
+        seen[figure.name] += 1
+        n = seen[figure.name]
+        out.append(figure._replace(name=f"{figure.name} ({n})") if n > 1 else figure)
+    return out

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from math import inf
 from multiprocessing import active_children, get_context
 from types import ModuleType
 from typing import TypeAlias
@@ -22,6 +21,8 @@ from heavylift.nodes.plan.plan import Plan, decode, encode, functions
 from .figures import Figure, figures
 
 __all__ = ["Played", "Start", "cores", "result", "starting"]
+
+LONGEST = 3600.0  # [s] of wall time that a run may take
 
 Played: TypeAlias = tuple[list[Figure], float] | str
 """Figures of a run and its CPU time [s], or the sentence that says why there is none."""
@@ -86,7 +87,7 @@ def _played(plan: bytes, unit: str) -> Played:
     try:
         found = decode(plan)
         demand(functions(found), "the scene")
-        run = play(found, inf)
+        run = play(found, LONGEST)
     except HeavyliftError as error:
         return " ".join(str(error).split())
     return figures(run.shown, unit), run.cpu_s

@@ -120,7 +120,7 @@ def main():
     if judged := [x for x in found if not isinstance(x, str)]:
         told(judged)
     lumped = sum(x.startswith("runs with") for x in lost)
-    row("lifts left out, for they run with lumps", lumped)
+    row("lifts left out, which run with lumps", lumped)
     row("lifts that could not be judged", len(lost) - lumped, at_most=0)
     print("".join(f"{x}\n" for x in lost if not x.startswith("runs with")), end="", file=sys.stderr)
 
