@@ -96,8 +96,7 @@ class Certificate:
     @property
     def told(self) -> list[str]:
         """For people, a line each."""
-        halves = (f"{x.name} {x.rounded(x.value, x.half / 2.0)[1]}" for x in self.inputs)
-        inputs = ", ".join(halves)
+        inputs = ", ".join(x.spread for x in self.inputs)
         lines = [bar.told(inputs) for bar in self.bars]
         lines += [f"no bar ({part}): {why}" for part, why in self.missing.items()]
         lines += [f"no uncertainty is stated of: {', '.join(self.unstated)}"] if self.unstated else []

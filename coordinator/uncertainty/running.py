@@ -43,10 +43,10 @@ def starting(at_once: int) -> Iterator[Start]:
         yield _here
         return
     others = set(active_children())
-    pool = ProcessPoolExecutor(at_once, get_context("spawn"), _quiet)
+    pool = ProcessPoolExecutor(at_once, get_context("spawn"))
 
     def start(plan: Plan, unit: str) -> Future[Played]:
-        with _nameless():
+        with _apart():
             return pool.submit(_played, encode(plan), unit)
 
     try:
@@ -68,12 +68,15 @@ def result(future: Future[Played]) -> Played:
 
 
 @contextmanager
-def _nameless() -> Iterator[None]:
-    """A process begun in here does not import the script that runs, which may have no guard of its main part."""
+def _apart() -> Iterator[None]:
+    """A process begun in here leaves Ctrl-C to this one, and does not import the script that runs, which may have no
+    guard of its main part."""
     main, sys.modules["__main__"] = sys.modules["__main__"], ModuleType("__main__")
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
         sys.modules["__main__"] = main
 
 
@@ -91,9 +94,3 @@ def _played(plan: bytes, unit: str) -> Played:
     except HeavyliftError as error:
         return " ".join(str(error).split())
     return figures(run.shown, unit), run.cpu_s
-
-
-def _quiet() -> None:
-    """Ctrl-C is the business of the process that started this one; a run uses one core."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"

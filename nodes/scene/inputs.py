@@ -88,6 +88,13 @@ class UncertainInput(Input):
         """Half-width in SI units: at a level of 95 %, or of all that can be."""
         return (sqrt(3.0) if self.kind == "uniform" else 2.0) * self.sd
 
+    @property
+    def spread(self) -> str:
+        """Name and half-width for people: a part of the value, or of what is a place or a ratio in its unit."""
+        if self.value and not {"m", "deg", ""} & set(self.units):
+            return f"{self.name} {100.0 * self.half / abs(self.value):.2g} %"
+        return f"{self.name} {self.half / self.factor:.2g} {self.unit}".strip()
+
     def __str__(self) -> str:
         value, half = self.rounded(self.value, self.half / 2.0)
         return f"{self.name} {value} +- {half}{', any as likely' * (self.kind == 'uniform')}"

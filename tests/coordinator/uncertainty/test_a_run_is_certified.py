@@ -7,6 +7,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from heavylift.coordinator.measured.validation import accuracy
 from heavylift.coordinator.run import run
 from heavylift.coordinator.tradeoff.playing import play
 from heavylift.coordinator.uncertainty.certificate import Certificate, certifying, richer, tighter
@@ -38,12 +39,13 @@ def test_a_snatch_has_bars_of_its_steps_and_inputs(tmp_path: Path) -> None:
     assert found.missing == {"model": "a mechanism is modelled as it is written, there is no richer rung"}
     line = found.told[0]
     assert line.startswith("peak tension fall: ")
-    assert line.endswith(" kN (inputs: mechanism.bodies.load.mass 0.60 t), no bar (model)")
+    assert line.endswith(" kN (inputs: mechanism.bodies.load.mass 6 %), no bar (model)")
     rec = Recording(path)
     assert rec.result["digest"] == digest
     assert rec.told("certified") == found.told
     assert json.loads(rec.result["certified"])["bars"][0]["whole"] == peak.whole
     assert f"certified {line}" in info(path)
+    assert accuracy(rec) == peak.numerical / peak.value
 
 
 def test_a_scene_that_states_nothing_says_so(tmp_path: Path) -> None:
