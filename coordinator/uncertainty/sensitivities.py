@@ -33,8 +33,8 @@ NOISE = 1e-4  # of a figure: what is less is that of the steps
 
 @dataclass(frozen=True)
 class Effect:
-    """By what an input moves a figure [SI]: signed, as the input grows by its half-width; `switches`: not in
-    proportion, so that it is the largest deviation of a few runs."""
+    """By what an input moves a figure [SI]: signed, for two standard uncertainties more; `switches`: not in proportion,
+    so that it is the largest deviation of a few runs."""
 
     input: str
     moves: float
