@@ -37,7 +37,7 @@ from heavylift.recordings.render.curves import larger
 
 from .figures import Figure, figures, recorded
 from .running import Played, Start, cores, result, starting
-from .sensitivities import STEPS, Moved, Sensitivities, effects, moved
+from .sensitivities import STEPS, Moved, Sensitivities, effects, moved, of_unstated
 
 __all__ = ["Bar", "Certificate", "Certifying", "certifying", "richer", "tighter"]
 
@@ -99,7 +99,7 @@ class Certificate:
         inputs = ", ".join(x.spread for x in self.inputs)
         lines = [bar.told(inputs) for bar in self.bars]
         lines += [f"no bar ({part}): {why}" for part, why in self.missing.items()]
-        lines += [f"no uncertainty is stated of: {', '.join(self.unstated)}"] if self.unstated else []
+        lines += [of_unstated(self.unstated)] if self.unstated else []
         return lines + self.notes
 
     def data(self) -> dict[str, object]:

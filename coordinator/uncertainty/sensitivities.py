@@ -23,11 +23,12 @@ from heavylift.recordings.render.curves import larger
 from .figures import Figure
 from .running import Played, Start, cores, result, starting
 
-__all__ = ["STEPS", "Effect", "Moved", "Sensitivities", "effects", "moved", "sensitivities"]
+__all__ = ["STEPS", "Effect", "Moved", "Sensitivities", "effects", "moved", "of_unstated", "sensitivities"]
 
 LEVEL = 2.0  # standard uncertainties of a bar
 STEPS = (-1.0, 1.0)  # standard uncertainties by which an input is moved
 BENT = 0.5  # of the difference of two runs: as much as their mean may be off the nominal one where nothing switches
+SHOWN = 12  # inputs that are named
 NOISE = 1e-4  # of a figure: what is less is that of the steps
 
 
@@ -62,7 +63,7 @@ class Sensitivities:
     def __str__(self) -> str:
         parts = [self._table(figure) for figure in sorted(self.figures, key=self._relative, reverse=True)]
         if self.unstated:
-            parts.append(f"no uncertainty is stated of, and so none is counted: {', '.join(self.unstated)}")
+            parts.append(of_unstated(self.unstated))
         return "\n\n".join([*parts, *self.notes])
 
     def data(self) -> dict[str, object]:
@@ -128,6 +129,12 @@ def sensitivities(
         each, n = f"{nominal[1]:.2g} s each", max(at_once, 1)
         say(f"{2 * len(inputs)} runs of about {each}, {n} at a time; two more for an input that makes events switch")
         return effects(scene, [moved(scene, one, STEPS, start) for one in inputs], nominal[0], start)
+
+
+def of_unstated(names: Sequence[str]) -> str:
+    """That inputs state no uncertainty, some of them by name."""
+    more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+    return f"no uncertainty is stated of, and so none counted: {', '.join(names[:SHOWN])}{more}"
 
 
 def moved(scene: LoadedScene, one: UncertainInput, steps: Sequence[float], start: Start) -> Moved:

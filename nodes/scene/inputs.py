@@ -22,9 +22,10 @@ import msgspec
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene.keys.base import written
 from heavylift.nodes.scene.keys.quantities import below, quantity
+from heavylift.nodes.scene.keys.validate import uncertainties
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Path, Source, read
-from heavylift.nodes.scene.text.uncertainty import PLUS, Kind, Stated, separated, standard
+from heavylift.nodes.scene.text.uncertainty import PLUS, Kind, Stated, standard
 from heavylift.nodes.scene.text.units import NUMBER, Limited, Quantity, tidy
 from pydantic import BaseModel
 
@@ -156,7 +157,7 @@ def settings(changed: Sequence[Input], values: Sequence[str]) -> list[str]:
 def _source(scene: LoadedScene) -> tuple[Source, dict[Path, Stated]]:
     """The scene's data with nominal values, and what it states of their uncertainty."""
     source = read(scene.merged or scene.text, scene.path.name)
-    return source, separated(source)
+    return source, uncertainties(source)
 
 
 def _name(scene: LoadedScene, path: Path) -> str:
