@@ -12,7 +12,8 @@ import numpy as np
 from heavylift.kernel.errors import RecordingError
 from heavylift.recordings.format.samples import POSE, POSE_COLUMNS, SampleChannel, SampleLayout, thinned
 from heavylift.recordings.format.text import duration
-from heavylift.recordings.read.reader import Recording, guarded
+from heavylift.recordings.read.container import guarded
+from heavylift.recordings.read.reader import Recording
 from heavylift.recordings.read.verdict import Judged, recorded_verdict
 from heavylift.recordings.write.outputs import output_path
 from heavylift.recordings.write.partfile import written
