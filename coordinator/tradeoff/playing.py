@@ -27,7 +27,7 @@ from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings import SampleLayout
 from heavylift.recordings.format.samples import decode_batch
 
-__all__ = ["CUT", "Played", "Shown", "Span", "play"]
+__all__ = ["CUT", "Played", "Shown", "Span", "play", "spans"]
 
 LAST = Tag(4 * 3600 * 10**9)  # simulated time of a scene without an end
 WHOLE = "the whole run"
@@ -179,7 +179,7 @@ def _shown(
     at = channel.start if channel else 0
     empty = np.zeros((len(t), 0))
     return Shown(
-        _spans(plan, stages, last),
+        spans(plan, stages, last),
         t,
         ropes,
         rows[:, [tension.start + i for i in picks]] if tension else empty,
@@ -189,7 +189,7 @@ def _shown(
     )
 
 
-def _spans(plan: Plan, stages: list[tuple[int, int, str]], last: float) -> list[Span]:
+def spans(plan: Plan, stages: list[tuple[int, int, str]], last: float) -> list[Span]:
     """One for each action; the whole run where there are none."""
     if not stages:
         return [Span(WHOLE, 0.0, last, True, False)]

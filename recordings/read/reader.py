@@ -167,10 +167,11 @@ class Recording:
         status = self.result.get("status", "cut off")
         return f"<Recording {self.path}: {self.run.get('scene', '')}, {status}, {len(self.signals())} signals>"
 
-    def measured(self) -> list[str]:
-        """What the log of a real lift tells of the run (`heavylift measured`), in sentences."""
+    def told(self, fact: str) -> list[str]:
+        """Sentences of a fact: `measured`, what the log of a real lift tells of the run; `certified`, how sure its
+        figures are (`heavylift run --certify`)."""
         with self._file.reading():
-            return list(self.fact("measured", {}).get("told", []))
+            return list(self.fact(fact, {}).get("told", []))
 
     def rigs(self) -> list[Rig]:
         """The rope lines in use, each set with the time from which it is."""
