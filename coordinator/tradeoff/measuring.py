@@ -17,11 +17,12 @@ from math import ceil, floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import msgspec
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.errors import HeavyliftError, SceneError
 
 from .planning import Planner
-from .playing import CUT, Played, play
+from .playing import CUT, Played, play, prepared
 from .quantities import askable, asked, default_limit, errors, farthest
 from .settings import METHODS, Rung, Setting, chosen, ladder
 from .verdict import Row, Verdict, judge
@@ -86,16 +87,18 @@ class Measured:
 
 def measure(
     scene: LoadedScene, ask: str = "", limit: float | None = None, budget: float = 300.0,
-    say: Callable[[str], None] = lambda told: None,
+    say: Callable[[str], None] = lambda told: None, start: float = 0.0,
 ) -> Measured:  # fmt: skip
     """Measure a scene within `budget` seconds; `ask`: quantities, by default the scene's own or all that it shows;
-    `limit` of their errors: by default the scene's accuracy if it asks, else 1 %.
+    `limit` of their errors: by default the scene's accuracy if it asks, else 1 %; `start`: seconds that each run needs
+    besides, until its scene is read.
 
     Raises SceneError for what cannot be asked of it, and for a budget that is too small for the reference.
     """
     began = time.perf_counter()
     wanted = asked(ask, scene.scene.ask)
     limit = default_limit(scene) if limit is None else limit
+    scene = _long_enough(scene, wanted, budget, say)
     rungs, finer = ladder(scene)
     reference = Setting(rungs[-1], "dop853", TIGHT)
     say(f"reference: {reference}")
@@ -113,14 +116,15 @@ def measure(
     rows, commands, kept = list[Row](), dict[str, str](), dict[str, Played]()
     while (left := budget - (time.perf_counter() - began)) > 0.0 and (following := planner.next(left)) is not None:
         setting, predicted = following
-        row, played = _row(scene, setting, true, questions, min(left, max(PATIENCE * budget, SLOWER * predicted)))
+        allowed = min(left, max(PATIENCE * budget, SLOWER * predicted))
+        row, played = _row(scene, setting, true, questions, allowed, start)
         rows.append(row)
         if played is None:
             planner.tell(setting, 0.0, predicted, None, cut=CUT in row.reason)
         else:
             commands[str(row)], kept[str(row)] = setting.words(scene), played
             planner.tell(setting, played.prepared_s, row.wall_s * row.runs, row.worst)
-        say(f"{row}: {row.reason or f'{row.speed:.3g} x real time, worst error {row.worst:.2e}'}")
+        say(f"{row}: {row.reason or f'{row.waits_s:.3g} s to wait, worst error {row.worst:.2e}'}")
     unit = _unit(scene)
     verdict = judge(rows, limit, unit)
     drawn = {str(row): kept[str(row)] for row in (verdict.pick, verdict.next_faster) if row is not None}
@@ -136,6 +140,20 @@ def communicating(scene: LoadedScene, measured: Measured) -> Measured:
     from .communication import distributed, held_forces  # all of a distributed run
 
     return replace(measured, held=held_forces(scene, measured.true.simulated_s), distributed=distributed(scene))
+
+
+def _long_enough(
+    scene: LoadedScene, wanted: tuple[Asked, ...], budget: float, say: Callable[[str], None]
+) -> LoadedScene:
+    """The scene, to the end of its action list where its own end comes before anything can be seen to swing."""
+    if scene.plan.end is None or "swing" not in wanted or not scene.statics.cut:
+        return scene
+    rung = ladder(scene)[0][-1]
+    if not askable(_played(scene, Setting(rung, "dop853", SCOUT), SHARE * budget, budget).shown)["swing"]:
+        return scene
+    say(f"the scene ends after {scene.plan.end:g} s, before its swing can be seen: measured to the end of its list")
+    plan = msgspec.structs.replace(scene.plan, end=None)
+    return replace(scene, plan=plan, settings=(*scene.settings, "end=null"))
 
 
 def _able(known: dict[Asked, str]) -> str:
@@ -191,17 +209,20 @@ def _unit(scene: LoadedScene) -> str:
 
 
 def _row(
-    scene: LoadedScene, setting: Setting, true: Played, ask: tuple[Asked, ...], allowed: float
+    scene: LoadedScene, setting: Setting, true: Played, ask: tuple[Asked, ...], allowed: float, start: float
 ) -> tuple[Row, Played | None]:
     named = setting.rung.name, setting.method, setting.how
     plan = setting.plan(scene.plan)
     try:
         played = play(plan, allowed)
-        walls, cpus = [played.wall_s], [played.cpu_s]
+        walls, cpus, starts = [played.wall_s], [played.cpu_s], [played.start_s]
         while played.wall_s < SHORT and len(walls) < RUNS:
             again = play(plan, allowed)
             walls.append(again.wall_s)
             cpus.append(again.cpu_s)
+            starts.append(again.start_s)
+        if len(starts) == 1:
+            starts.append(prepared(plan))
     except HeavyliftError as error:
         return Row(*named, {}, reason=" ".join(str(error).split())), None
     row = Row(
@@ -209,6 +230,7 @@ def _row(
         errors(played.shown, true.shown, ask),
         position=farthest(played.shown, true.shown),
         simulated_s=played.simulated_s,
+        start_s=start + min(starts),
         wall_s=min(walls),
         cpu_s=min(cpus),
         messages=played.messages,

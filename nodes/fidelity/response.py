@@ -161,9 +161,7 @@ class Swings:
 
     def at(self, t: float) -> float:
         """How far the load may swing at a time [m]."""
-        return max(
-            sum(max(answer(k, w, 0.0, (t,)).sizes) for k in self.knots if k) for w in frequencies(self.omegas)
-        )
+        return max(sum(max(answer(k, w, 0.0, (t,)).sizes) for k in self.knots if k) for w in frequencies(self.omegas))
 
 
 def _about(w: float) -> tuple[float, float, float]:

@@ -93,7 +93,11 @@ def _predictions(promised):
         for quantity, error in j.errors.items():
             pairs[quantity].append((j.predicted[quantity], error))
     for quantity, both in pairs.items():
-        row(f"predicted at least as measured: {quantity}", sum(p + SEEN >= e for p, e in both) / len(both), at_least=0.99)
+        row(
+            f"predicted at least as measured: {quantity}",
+            sum(p + SEEN >= e for p, e in both) / len(both),
+            at_least=0.99,
+        )
         seen = [p / e for p, e in both if e > SEEN]
         row(f"predicted over measured, median: {quantity}", median(seen) if seen else 0.0, at_most=10.0)
 

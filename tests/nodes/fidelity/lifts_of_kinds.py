@@ -32,6 +32,10 @@ from ruamel.yaml import YAML
 Scene = dict[str, Any]
 Actions = list[dict[str, str]]
 ALTERED = 0.4  # part of the lifts whose machines are of a kind of their own
+STRONG = dict.fromkeys(("hook capacity", "upper capacity", "lower capacity", "capacity"), "9000 t") | {
+    "fall breaking": "20 MN",
+    "tandem": 1,
+}  # cranes that nothing which is drawn overloads
 FEW, MANY = 0.8, 4  # so many of the lifts have so many hooks at most: the reference of more takes half a minute
 LONGEST, LAST = "900 s", "20 s"  # of the scene, and of what is left of the swing
 APART_FROM = 1_000_000  # seeds of the lift whose list is changed, until it has hooks enough for the kind
@@ -63,6 +67,8 @@ def lift_of_kinds(seed: int) -> Drawn:
     scene["actions"][-1]["wait"] = LAST
     scene["end"] = LONGEST
     scene["rig"]["sling"]["breaking"] = "40 MN"
+    for crane in scene["cranes"].values():
+        crane |= STRONG
     return Drawn(json.dumps(scene, indent=1), tuple(kinds), awaits_lifting(base))
 
 
@@ -142,7 +148,10 @@ def _moves(scene: Scene, r: Random) -> None:
     new: Actions = []
     for k in range(round(3.0 * 8.0 ** r.random())):
         go = f"traverse {60.0 * speed:.3f} m/min ramp {ramp:.3f} m/s2 by {way if k % 2 == 0 else -way:.3f} m"
-        new += [{"stage": f"move {k}", "trolleys": go}, {"stage": f"rest {k}", "wait": f"{max(0.1, half - lasts):.3f} s"}]
+        new += [
+            {"stage": f"move {k}", "trolleys": go},
+            {"stage": f"rest {k}", "wait": f"{max(0.1, half - lasts):.3f} s"},
+        ]
     actions[i:-1] = new
 
 
