@@ -63,8 +63,8 @@ def _answers(measured: Measured) -> str:
 def _settings(measured: Measured, rows: list[Row]) -> str:
     small = f"m{measured.unit}" if measured.unit in ("m", "rad") else measured.unit
     drifts = any(row.drift is not None for row in rows)
-    head = ["rung", "method", "step or tolerance", "waits s", "start s", "kernel s", "x real time", "messages", *measured.ask,
-            f"places [{small}]", "energy", *(["drift [mm]"] if drifts else []), "verdict"]  # fmt: skip
+    head = ["rung", "method", "step or tolerance", "waits s", "start s", "kernel s", "x real time", "messages",
+            *measured.ask, f"places [{small}]", "energy", *(["drift [mm]"] if drifts else []), "verdict"]  # fmt: skip
     body = []
     names = {id(measured.verdict.pick): "pick", id(measured.verdict.next_faster): "next"}
     for row in rows:

@@ -61,9 +61,9 @@ class Shown:
 
 @dataclass(frozen=True)
 class Played:
-    """A run: what it showed, seconds before it (of CPU time `start_s`) and in it, messages (events, GRANTs and DONEs), energy that has come out
-    of nothing relative to what was turned over, the largest violation of a rigid rope [m], None without one, and what
-    the kernel had to say."""
+    """A run: what it showed, seconds before it (of CPU time `start_s`) and in it, messages (events, GRANTs and DONEs),
+    energy that has come out of nothing relative to what was turned over, the largest violation of a rigid rope [m],
+    None without one, and what the kernel had to say."""
 
     shown: Shown
     simulated_s: float
@@ -104,7 +104,7 @@ class _Counting(Coordinator):
 def prepared(plan: Plan) -> float:
     """Seconds of CPU time until a plan could run, machine code kept from before."""
     start = time.process_time()
-    KernelNode(configured(plan, build(plan)), [].append)
+    KernelNode(configured(plan, build(plan)), list[bytes]().append)
     return time.process_time() - start
 
 

@@ -102,6 +102,8 @@ def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     linear = radau_algebra(n, factors, iterations, steps + jumps)
     able = at.ropes != "rigid" and at.slings != "rigid"
     why = f"implicit: {often:.0f} steps a second" if able else "it does not keep rigid ropes"
+    if case.changes:
+        able, why = False, "its long steps can fail where a hook is taken from the load"
     return Stepped("radau5", tolerance, errors, Cost(n, attempts(case, at), spent, linear), why, able)
 
 

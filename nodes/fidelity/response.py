@@ -70,7 +70,7 @@ def together(knots: Iterable[Knot]) -> tuple[Knot, ...]:
 
 
 def answer(knots: Sequence[Knot], w: float, damping: float = 0.0, times: Sequence[float] = ()) -> Answer:
-    """Of an oscillator at rest before the first knot, and where it is just before each of `times`, which are in order."""
+    """Of an oscillator at rest before the first knot; where it is just before each of `times`, which are in order."""
     marks = [(t, False, Knot(t)) for t in times]
     x = v = rest = largest = 0.0  # v: speed over w
     damping = min(damping, OVERDAMPED)

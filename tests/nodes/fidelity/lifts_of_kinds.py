@@ -6,7 +6,7 @@ machines by one of `MACHINES`.  So each kind has at least a twentieth of the lif
 unhook            a hook is let go under load, where three or more carry
 off-lead along, off-lead across   the block stands up to 0.6 m beside its hooks
 different speeds  of hooks of two cranes, or of one; the ways are the same
-moves             3 to 24 sideways, the median 8, there and back, each begun within a tenth of the swing's period after the one before
+moves             3 to 24 sideways, the median 8, there and back, in time with the swing to a tenth of its period
 short moves       by less than their ramps need, at up to 1 m/s2, along or across
 set down          and lifted again; in half of them the load was moved sideways before
 jogs              3 to 10 of the hooks, by up to 20 mm, at up to 0.5 m/s2, up, or up and down

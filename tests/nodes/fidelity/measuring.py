@@ -1,8 +1,8 @@
 """How far two runs of one lift are apart, in each quantity that a scene can ask.
 
 rope tension    largest relative difference of a hook's peak
-swing           of the block about what it hangs from: largest excursion, and frequency after the last move if a tenth of
-                that is left, relative
+swing           of the block about what it hangs from: largest excursion, and frequency after the last move if a
+                tenth of that is left, relative
 position        of the block when each stage begins, and at the end, relative to the longest way that it goes
 lift-off time   of the end of each stage that lifts it, relative to its duration or half a second, whichever is longer
 """

@@ -1,7 +1,7 @@
-"""Is what is promised kept, on lifts of every kind?  The rung and the steps that are chosen, against the richest rung.
+"""Is what is promised kept, on lifts of every kind?  The chosen rung and steps, against the richest rung.
 
-`judged(seed, accuracies)` runs the lift of a seed as it is written, as it is asked at each accuracy, and as truly as the
-kernel can: four lumps a rope, steps of dop853 at 1e-9.  A run that chooses four lumps is judged against eight.
+`judged(seed, accuracies)` runs the lift of a seed as it is written, as it is asked at each accuracy, and as truly as
+the kernel can: four lumps a rope, steps of dop853 at 1e-9.  A run that chooses four lumps is judged against eight.
 """
 
 from __future__ import annotations

@@ -13,10 +13,13 @@ W = 0.5
 def shaken(knots, damping, times):
     """The same by SciPy, from knot to knot."""
     x, v, a, now, out, far = 0.0, 0.0, 0.0, 0.0, [], 0.0
+
+    def moves(_, y):
+        return [y[1], -2 * damping * W * y[1] - W * W * y[0] - a]
+
     for t, knot in sorted([(k.t, k) for k in knots] + [(t, Knot(t)) for t in times], key=lambda x: x[0]):
         if t > now:
-            run = solve_ivp(lambda _, y: [y[1], -2 * damping * W * y[1] - W * W * y[0] - a], (now, t), [x, v],
-                            rtol=1e-10, atol=1e-12, dense_output=True)  # fmt: skip
+            run = solve_ivp(moves, (now, t), [x, v], rtol=1e-10, atol=1e-12, dense_output=True)
             x, v = run.y[:, -1]
             far = max(far, np.abs(run.sol(np.linspace(now, t, 400))[0]).max())
         now, a, x = t, a + knot.accel, x - knot.jump
