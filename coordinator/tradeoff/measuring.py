@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING
 import msgspec
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.errors import HeavyliftError, SceneError
+from heavylift.nodes.plan.actions import Wait
 
 from .planning import Planner
 from .playing import CUT, Played, play, prepared
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
 
     from .communication import Distributed, Held
 
-__all__ = ["Measured", "communicating", "measure", "too_small"]
+__all__ = ["Measured", "communicating", "long_enough", "measure", "too_small"]
 
 TIGHT, TIGHTER = 1e-8, 1e-9  # tolerances of the reference and of what shows its convergence
 SCOUT = 1e-4
@@ -98,7 +99,7 @@ def measure(
     began = time.perf_counter()
     wanted = asked(ask, scene.scene.ask)
     limit = default_limit(scene) if limit is None else limit
-    scene = _long_enough(scene, wanted, budget, say)
+    scene = long_enough(scene, wanted, say)
     rungs, finer = ladder(scene)
     reference = Setting(rungs[-1], "dop853", TIGHT)
     say(f"reference: {reference}")
@@ -142,18 +143,20 @@ def communicating(scene: LoadedScene, measured: Measured) -> Measured:
     return replace(measured, held=held_forces(scene, measured.true.simulated_s), distributed=distributed(scene))
 
 
-def _long_enough(
-    scene: LoadedScene, wanted: tuple[Asked, ...], budget: float, say: Callable[[str], None]
-) -> LoadedScene:
-    """The scene, to the end of its action list where its own end comes before anything can be seen to swing."""
-    if scene.plan.end is None or "swing" not in wanted or not scene.statics.cut:
+def long_enough(scene: LoadedScene, wanted: tuple[Asked, ...], say: Callable[[str], None]) -> LoadedScene:
+    """The scene, to the end of its action list where it would cut it and is asked its swing."""
+    end, path = scene.plan.end, scene.statics
+    if "swing" not in wanted or end is None or not path.known or not path.acted:
         return scene
-    rung = ladder(scene)[0][-1]
-    if not askable(_played(scene, Setting(rung, "dop853", SCOUT), SHARE * budget, budget).shown)["swing"]:
+    waits = sum(order.seconds for order in scene.plan.actions[-1].orders if isinstance(order, Wait))
+    if not path.cut and path.acted[-1].before.t + waits <= end:
         return scene
-    say(f"the scene ends after {scene.plan.end:g} s, before its swing can be seen: measured to the end of its list")
     plan = msgspec.structs.replace(scene.plan, end=None)
-    return replace(scene, plan=plan, settings=(*scene.settings, "end=null"))
+    longer = replace(scene, plan=plan, settings=(*scene.settings, "end=null"))
+    if not longer.statics.known:
+        return scene
+    say(f"the scene ends after {end:g} s and cuts its action list: measured to the end of the list")
+    return longer
 
 
 def _able(known: dict[Asked, str]) -> str:
