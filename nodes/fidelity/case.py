@@ -94,7 +94,7 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
         gravity=plan.gravity,
         hooks=hooks,
         swings=swings,
-        awaits=max((swings.at(t) for t in awaiting(plan, followed)), default=0.0),
+        awaits=swings.at(tuple(awaiting(plan, followed))),
         ordered=frozenset(ordered),
         drives=drives,
         hinges=tuple(f"{x.name}.hinge" for x in plan.loaders),

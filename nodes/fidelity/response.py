@@ -18,7 +18,7 @@ from itertools import groupby, pairwise
 from math import e, fsum, pi, sqrt
 
 from heavylift.kernel.algebra.dense import norm
-from heavylift.kernel.algebra.elementary import atan2, cos, power, sin
+from heavylift.kernel.algebra.elementary import cos, power, sin
 
 __all__ = ["Knot", "Swings", "answer", "frequencies", "moved", "together"]
 
@@ -77,11 +77,12 @@ def answer(knots: Sequence[Knot], w: float, damping: float = 0.0, times: Sequenc
     slows = sqrt(1.0 - damping * damping)
     places, sizes, now = list[float](), list[float](), 0.0
     for t, moves, knot in sorted([*((k.t, True, k) for k in knots), *marks]):
-        largest = max(largest, _farthest(x - rest, v, rest, w * (t - now)))
         out, angle = x - rest, w * (t - now)
         fades = power(e, -min(FADED, damping * angle)) if damping else 1.0
         c, s = cos(slows * angle), sin(slows * angle) / slows
-        x, v = rest + fades * (out * c + (v + damping * out) * s), fades * (v * c - (out + damping * v) * s)
+        ends = out * c + (v + damping * out) * s, v * c - (out + damping * v) * s
+        largest = max(largest, _farthest(out, v, rest, angle, ends))
+        x, v = rest + fades * ends[0], fades * ends[1]
         now = t
         if not moves:
             places.append(x)
@@ -100,15 +101,14 @@ def frequencies(omegas: Omegas) -> Iterator[float]:
         yield low + (high - low) * i / (PLACES - 1)
 
 
-def _farthest(x: float, v: float, middle: float, turned: float) -> float:
-    """From the rest, on an arc about `middle` that begins at (x, v) from there and turns by an angle."""
-    radius, phase = norm((x, v)), atan2(v, x)
-    ends = (middle + x, middle + radius * cos(phase - turned))
-    far = [abs(end) for end in ends]
-    for top in (0.0, pi):  # phases of the largest and the smallest place
-        if (phase - top) % (2.0 * pi) <= turned:
-            far.append(abs(middle + radius * cos(top)))
-    return float(max(far))
+def _farthest(x: float, v: float, middle: float, turned: float, ends: tuple[float, float]) -> float:
+    """From the rest, on an arc about `middle` that begins at (x, v) from there, turns by an angle and ends so."""
+    crosses = (v >= 0.0) != (ends[1] >= 0.0)
+    first, second = (1.0, -1.0) if v >= 0.0 else (-1.0, 1.0)  # sides on which it is farthest, in the order passed
+    passed = [first] if crosses or turned >= pi else []
+    passed += [second] if turned >= 2.0 * pi or (turned >= pi and not crosses) else []
+    radius = norm((x, v))
+    return max([abs(middle + x), abs(middle + ends[0]), *(abs(middle + side * radius) for side in passed)])
 
 
 @dataclass(frozen=True)
@@ -120,33 +120,34 @@ class Swings:
     begins: tuple[float, ...]
 
     @cached_property
-    def _tried(self) -> tuple[tuple[float, tuple[tuple[Answer, Answer, Answer], ...]], ...]:
-        """Frequency -> for each axis the answers at it, a little below and a little above."""
-        return tuple(
-            (w, tuple(tuple(answer(k, x, 0.0, self.begins) for x in _about(w)) for k in self.knots if k))  # type: ignore[misc]
+    def _tried(self) -> list[list[tuple[Answer, Answer]]]:
+        """For each frequency and each axis the answers a little below it and a little above."""
+        return [
+            [(answer(k, w - STEP * w, 0.0, self.begins), answer(k, w + STEP * w, 0.0, self.begins)) for k in moving]
+            for moving in ([k for k in self.knots if k],)
             for w in frequencies(self.omegas)
-        )
+        ]
 
     @cached_property
     def least(self) -> float:
         """How far the load swings out at least [m]; where nothing moves, as far as a jump to 1 cm/s2 would."""
-        found = min((max((a.largest for a, _, _ in axes), default=0.0) for _, axes in self._tried), default=0.0)
+        found = min(max((low.largest for low, _ in axes), default=0.0) for axes in self._tried)
         return found if found > STILL else 0.01 / (self.omegas[1] * self.omegas[1])
 
     @cached_property
     def most(self) -> float:
         """How far the load swings out at most [m]."""
-        return max(sum(a.largest for a, _, _ in axes) for _, axes in self._tried)
+        return max(sum(low.largest for low, _ in axes) for axes in self._tried)
 
     @cached_property
     def envelope(self) -> float:
         """Relative error of the largest excursion or of the frequency, whichever is more, for one of the frequency."""
-        return max([2.0, *(_slope(axes) for _, axes in self._tried if axes)])
+        return max([2.0, *(_slope(axes) for axes in self._tried if axes)])
 
     @cached_property
     def away(self) -> float:
         """Error of the load's place as stages begin for a relative error of the frequency [m]."""
-        return max(sum(_drift(low, high) for _, low, high in axes) for _, axes in self._tried)
+        return max(sum(_drift(low, high) for low, high in axes) for axes in self._tried)
 
     @cached_property
     def abrupt(self) -> bool:
@@ -159,19 +160,15 @@ class Swings:
         """Whether anything moves the load along the rails (0), or across (1)."""
         return bool(self.knots[axis])
 
-    def at(self, t: float) -> float:
-        """How far the load may swing at a time [m]."""
-        return max(sum(max(answer(k, w, 0.0, (t,)).sizes) for k in self.knots if k) for w in frequencies(self.omegas))
+    def at(self, times: Sequence[float]) -> float:
+        """How far the load may swing at any of these times [m]."""
+        tried = ([answer(k, w, 0.0, times).sizes for k in self.knots if k] for w in frequencies(self.omegas))
+        return max((sum(sizes) for axes in tried for sizes in zip(*axes, strict=True)), default=0.0)
 
 
-def _about(w: float) -> tuple[float, float, float]:
-    return w, w * (1.0 - STEP), w * (1.0 + STEP)
-
-
-def _slope(axes: Iterable[tuple[Answer, Answer, Answer]]) -> float:
-    axes = tuple(axes)
-    largest = max(a.largest for a, _, _ in axes)
-    changes = sum(abs(high.largest - low.largest) for _, low, high in axes) / (2.0 * STEP)
+def _slope(axes: Sequence[tuple[Answer, Answer]]) -> float:
+    largest = max(low.largest for low, _ in axes)
+    changes = sum(abs(high.largest - low.largest) for low, high in axes) / (2.0 * STEP)
     return changes / largest if largest > 0.0 else 0.0
 
 

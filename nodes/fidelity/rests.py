@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from math import sqrt
 from typing import TYPE_CHECKING
 
+import msgspec
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.plan.actions import Action, After, Move, MovesDone, Turn
 from heavylift.nodes.plan.plan import Plan
 from heavylift.nodes.plan.verbs import VERBS
 
+from .moving import profile
 from .response import Knot, moved, together
 
 if TYPE_CHECKING:
@@ -112,12 +113,6 @@ def _ways(action: Action, states: Sequence[StaticState], way: float, axis: str) 
 
 
 def _profile(m: Move, states: Sequence[StaticState]) -> tuple[float, float]:
-    """Durations of a ramp and of the cruise between two [s]."""
-    lasts = states[-1].t - states[0].t
-    if not m.accel:
-        return 0.0, 0.0
-    way = abs(states[-1].references[m.actuator] - states[0].references[m.actuator])
-    speed = abs(m.speed)
-    if way < speed * speed / m.accel:
-        return sqrt(way / m.accel), 0.0
-    return speed / m.accel, max(0.0, min(lasts, way / speed + speed / m.accel) - 2.0 * speed / m.accel)
+    """Durations of a ramp and of the cruise between two, of the way that it went [s]."""
+    way = states[-1].references[m.actuator] - states[0].references[m.actuator]
+    return profile(msgspec.structs.replace(m, by=way, to=None))
