@@ -77,7 +77,9 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
     partings = lifting(plan, followed, plan.gravity * max(gives))
     hooks = tuple(_hook(plan, r, *loads[r.name], moves, partings, places[r.name], sags[r.crane]) for r in ropes)
     hooks = tuple(replace(h, rings=_rings(plan, followed, h)) for h in hooks)
-    slow, fast = (sqrt(plan.gravity / reach(h.reach for h in hooks)) for reach in (max, min))
+    longest, shortest = max(h.reach for h in hooks), min(h.length + h.depth for h in hooks)
+    shortest = shortest if len(hooks) > 1 else longest  # several hooks hold a block level: it swings on its ropes alone
+    slow, fast = sqrt(plan.gravity / longest), sqrt(plan.gravity / shortest)
     swings = Swings((swinging(plan, followed, 0), swinging(plan, followed, 1)), (slow, fast), begins(followed))
     ordered, drives = set[str](), dict[str, tuple[float, float]]()
     for crane in plan.cranes:

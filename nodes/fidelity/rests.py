@@ -7,6 +7,7 @@ its stools, from where it stood beside its hooks to below them, and as a hook is
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
@@ -32,7 +33,7 @@ AXES = ("x", "y")
 
 def begins(followed: Following) -> tuple[float, ...]:
     """When stages begin, and the end, at rest [s]."""
-    return (*(x.before.t for x in followed.path.acted), followed.path.states[-1].t)
+    return (*(states[0].t for number, states in _by_action(followed) if number), followed.path.states[-1].t)
 
 
 def swinging(plan: Plan, followed: Following, axis: int) -> tuple[Knot, ...]:
@@ -77,21 +78,20 @@ def bouncing(plan: Plan, followed: Following, rope: str, soft: float) -> tuple[K
 
 def awaiting(plan: Plan, followed: Following) -> Iterator[float]:
     """Times from which something of the load is awaited while it hangs [s]."""
-    for action, acted in zip(plan.actions, followed.path.acted, strict=False):
+    for action, acted, begin in zip(plan.actions, followed.path.acted, begins(followed), strict=False):
         conditions = [action.when, *(m.until for m in action.orders if isinstance(m, Move))]
         seen = [t for c in conditions for t in terms(c) if not isinstance(t, MovesDone | After)]
         if seen and not acted.before.grounded:
-            yield acted.before.t
+            yield begin
 
 
 def _by_action(followed: Following) -> Iterator[tuple[int, list[StaticState]]]:
-    """States of each action, the one that it began in first."""
-    states, last = followed.path.states, len(followed.path.acted)
-    for number in range(last + 1):
+    """States of each action, the one that it began in first: at its begin, though it was reached before a wait."""
+    states = followed.path.states
+    yield 0, [s for s in states if s.action == 0]
+    for number, acted in enumerate(followed.path.acted, 1):
         mine = [s for s in states if s.action == number]
-        before = [followed.path.acted[number - 1].before] if number else []
-        if before + mine:
-            yield number, before + mine
+        yield number, [replace(acted.before, t=mine[0].t) if mine else acted.before, *mine]
 
 
 def _ways(action: Action, states: Sequence[StaticState], way: float, axis: str) -> Iterator[Knot]:

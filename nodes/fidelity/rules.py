@@ -24,7 +24,7 @@ Errors = dict[Asked, float]
 COUPLED = 1.1  # of a coupling from straight pendulums of the longest ropes
 ABRUPT = 3.0  # of the same where trolleys start within a tenth of a period: ropes lag behind them
 VIBRATES = 0.003  # part of a rope's mass that moves as only four lumps show
-SLOWER = 6e-4  # and its part in the frequency of a swing
+SLOWER = 0.1, 0.02  # times its square: how much slower the load swings on two lumps, and on four
 SWAYED = 1.6  # of girders whose trolleys sway on their servos
 BOTH_WAYS = 2.0  # there and back
 OPPOSED = 2.0  # two swings of one size: a block that leans as it is lifted swings before it is moved
@@ -53,16 +53,18 @@ Rule = Callable[[Case, Fidelity], Choice]
 
 
 def chance(case: Case) -> Errors:
-    """What two models may differ by, however little is between them, on more than three hooks: which of the pads is the
-    last to open, in which bounce of the block."""
-    return {} if case.determinate else dict(CHANCE)
+    """What two models may differ by, however little is between them: by the bend of ropes that four lumps do not show,
+    and on more than three hooks by which of the pads is the last to open, in which bounce of the block."""
+    heavy = max(h.rope_mass / h.load for h in case.hooks)
+    errors = _swung(case, heavy * heavy * SLOWER[1])
+    return errors if case.determinate else {q: errors.get(q, 0.0) + CHANCE.get(q, 0.0) for q in (*errors, *CHANCE)}
 
 
 def lumps(case: Case, at: Fidelity) -> Choice:
     """Two lumps a rope, which have its mass and its inertia already: what is lost is how the rope itself vibrates."""
     heavy = max(h.rope_mass / h.load for h in case.hooks)
     sways = heavy * VIBRATES
-    errors = _swung(case, heavy * SLOWER)
+    errors = _swung(case, heavy * heavy * SLOWER[0])
     errors["swing"] = max(sways, errors["swing"])
     errors["position"] = max(2.0 * sways * case.swings.most / case.way, errors["position"])
     dynamic = max(overshoot(case, h, girder=True) for h in case.hooks)
