@@ -129,6 +129,7 @@ def tradeoff(
 ) -> None:
     """Measure speed against accuracy: which rung, method and step to use.    heavylift tradeoff lift --ask swing"""
     import json
+    import time
 
     from heavylift.coordinator.tradeoff import measure, write
     from heavylift.coordinator.tradeoff.communication import hanging
@@ -138,19 +139,22 @@ def tradeoff(
     from heavylift.nodes.scene.text.units import ACCURACY, DURATION
 
     loaded = load(scene, sets or [])
+    start = time.process_time()
     outputs = [checked(path) for path in output or ([] if as_json else [Path(f"{loaded.plan.name}-tradeoff.html")])]
     limit = quantity("--accuracy", accuracy, ACCURACY) if accuracy else None
     seconds = quantity("--budget", budget, DURATION)
     if coupling:
         hanging(loaded)
-    measured = measure(loaded, ask, limit, seconds, lambda told: typer.echo(f"  {told}", err=True))
+    measured = measure(loaded, ask, limit, seconds, lambda told: typer.echo(f"  {told}", err=True), start)
     if coupling:
         measured = communicating(loaded, measured)
     outputs = [write(measured, path, force) for path in outputs]
     if as_json:
         typer.echo(json.dumps(data(measured)))
         return
-    typer.echo(measured.verdict.sentence)
+    verdict = measured.verdict
+    for line in (verdict.sentence, *([f"  {measured.words(verdict.pick)}"] if verdict.pick else []), verdict.more):
+        typer.echo(line)
     for path in outputs:
         typer.echo(f"wrote {path}")
 

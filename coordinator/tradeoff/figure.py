@@ -92,13 +92,14 @@ def _precision(axes: Axes, measured: Measured) -> None:
     rows = [row for row in measured.rows if row.worst < inf]
     for rung, method in dict.fromkeys((row.rung, row.method) for row in rows):
         mine = [r for r in rows if (r.rung, r.method) == (rung, method)]  # from loose to tight
-        x, y = [max(r.worst, FLOOR) for r in mine], [r.speed for r in mine]
+        x, y = [max(r.worst, FLOOR) for r in mine], [r.waits_s for r in mine]
         axes.plot(x, y, "-", color=_colour(measured, rung), marker=MARKS[method], ms=5, lw=0.9, alpha=0.85, zorder=3)
     best = front(rows)
-    axes.step([max(r.worst, FLOOR) for r in best], [r.speed for r in best], where="post", color=INK, lw=1.6,
+    axes.step([max(r.worst, FLOOR) for r in best], [r.waits_s for r in best], where="post", color=INK, lw=1.6,
               alpha=0.5, zorder=2)  # fmt: skip
     axes.set_xscale("log")
     axes.set_yscale("log")
+    axes.invert_yaxis()  # up is faster
     places = [measured.limit, *(max(row.worst, FLOOR) for row in rows)]
     axes.set_xlim(min(places) / 2, max(places) * 2)
     axes.axvspan(axes.get_xlim()[0], measured.limit, color=BAND, lw=0, zorder=0)
@@ -106,16 +107,16 @@ def _precision(axes: Axes, measured: Measured) -> None:
     _crosses(axes, measured)
     pick = measured.verdict.pick
     if pick is not None:
-        axes.plot(max(pick.worst, FLOOR), pick.speed, "*", ms=20, mfc="none", mec=LIMIT, mew=1.6, zorder=6)
+        axes.plot(max(pick.worst, FLOOR), pick.waits_s, "*", ms=20, mfc="none", mec=LIMIT, mew=1.6, zorder=6)
     axes.grid(color=QUIET, alpha=0.25, lw=0.5)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
     axes.xaxis.set_major_formatter(lambda x, _: f"{100 * x:g} %")
-    axes.yaxis.set_major_formatter(lambda y, _: f"{y:g} x")
+    axes.yaxis.set_major_formatter(lambda y, _: f"{y:g} s")
     axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes.yaxis.set_minor_formatter(NullFormatter())
     axes.set_xlabel(f"Worst error of {', '.join(measured.ask)}")
-    axes.set_ylabel("Speed, simulated s per s of CPU time")
+    axes.set_ylabel("Time to wait, start and run")
     axes.set_title(f"{measured.scene}: speed against accuracy", loc="left", size=13, weight="bold")
     _legend(axes, measured, rows)
 
@@ -126,7 +127,7 @@ def _crosses(axes: Axes, measured: Measured) -> None:
     methods = dict.fromkeys(row.method for row in failed)
     if methods:
         top, part = axes.get_ylim()[1], 0.04 + 0.05 * len(methods)
-        slowest = min((row.speed for row in measured.rows if row.worst < inf), default=top / 10.0)
+        slowest = max((row.waits_s for row in measured.rows if row.worst < inf), default=top * 10.0)
         axes.set_ylim((slowest / top**part) ** (1.0 / (1.0 - part)), top)
     place = axes.transAxes
     for i, method in enumerate(methods):

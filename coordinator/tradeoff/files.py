@@ -65,6 +65,7 @@ def data(measured: Measured) -> dict[str, object]:
         "ask": list(measured.ask),
         "limit": measured.limit,
         "verdict": measured.verdict.sentence,
+        "more": measured.verdict.more,
         "command": measured.words(pick) if pick else "",
         "answers": [_answer(measured, answer) for answer in answers(measured.ask, measured.rows)],
         "use": pick and _row(pick, measured.limit),
@@ -86,13 +87,15 @@ def _answer(measured: Measured, answer: Answer) -> dict[str, object]:
     found: dict[str, object] = {"ask": answer.quantity, "limit": answer.limit, "setting": None}
     if answer.row is None:
         return found
-    numbers = {"real_time_factor": _number(answer.row.speed), "error": _number(answer.row.worst)}
+    numbers = {"waits_s": _number(answer.row.waits_s), "real_time_factor": _number(answer.row.speed)}
+    numbers |= {"error": _number(answer.row.worst)}
     return found | {"setting": str(answer.row), **numbers, "command": measured.words(answer.row)}
 
 
 def _row(row: Row, limit: float) -> dict[str, Any]:
     passes = {q: e <= limit for q, e in row.errors.items()}
-    numbers = {"wall_s": row.wall_s, "cpu_s": row.cpu_s, "real_time_factor": row.speed, "messages": row.messages}
+    numbers = {"waits_s": row.waits_s, "start_s": row.start_s, "wall_s": row.wall_s, "cpu_s": row.cpu_s}
+    numbers |= {"real_time_factor": row.speed, "messages": row.messages}
     more = {"position": row.position, "energy": row.energy, "constraint_drift_m": row.drift, "spread": row.spread}
     return {
         **{"rung": row.rung, "method": row.method, "setting": row.how},
@@ -114,14 +117,25 @@ def _number(x: float | None) -> float | None:
 def _csv(measured: Measured) -> str:
     """One line a setting; errors relative, units in the names of the columns."""
     out = io.StringIO()
-    head = ["rung", "method", "step or tolerance", "wall [s]", "CPU [s]", "real-time factor", "messages"]
+    head = [
+        "rung",
+        "method",
+        "step or tolerance",
+        "waits [s]",
+        "start [s]",
+        "wall [s]",
+        "CPU [s]",
+        "real-time factor",
+        "messages",
+    ]
     head += [column for q in measured.ask for column in (f"{q} error", f"{q} passes")]
     head += [f"places [{measured.unit}]", "energy error", "constraint drift [m]", "runs", "spread of CPU", "failed"]
     table = csv.writer(out, lineterminator="\n")
     table.writerow(head)
     for row in measured.rows:
         known = _row(row, measured.limit)
-        cells = [known[k] for k in ("rung", "method", "setting", "wall_s", "cpu_s", "real_time_factor", "messages")]
+        times = ("waits_s", "start_s", "wall_s", "cpu_s", "real_time_factor")
+        cells = [known[k] for k in ("rung", "method", "setting", *times, "messages")]
         for q in measured.ask:
             passes = known["passes"].get(q)
             cells += [known["errors"].get(q), "" if passes is None else "yes" if passes else "no"]

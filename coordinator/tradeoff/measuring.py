@@ -17,11 +17,13 @@ from math import ceil, floor, log10
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import msgspec
 from heavylift.kernel.description.joint_table import JOINTS
 from heavylift.kernel.errors import HeavyliftError, SceneError
+from heavylift.nodes.plan.actions import Wait
 
 from .planning import Planner
-from .playing import CUT, Played, play
+from .playing import CUT, Played, play, prepared
 from .quantities import askable, asked, default_limit, errors, farthest
 from .settings import METHODS, Rung, Setting, chosen, ladder
 from .verdict import Row, Verdict, judge
@@ -32,7 +34,7 @@ if TYPE_CHECKING:
 
     from .communication import Distributed, Held
 
-__all__ = ["Measured", "communicating", "measure", "too_small", "unit_of"]
+__all__ = ["Measured", "communicating", "long_enough", "measure", "too_small", "unit_of"]
 
 TIGHT, TIGHTER = 1e-8, 1e-9  # tolerances of the reference and of what shows its convergence
 SCOUT = 1e-4
@@ -86,16 +88,18 @@ class Measured:
 
 def measure(
     scene: LoadedScene, ask: str = "", limit: float | None = None, budget: float = 300.0,
-    say: Callable[[str], None] = lambda told: None,
+    say: Callable[[str], None] = lambda told: None, start: float = 0.0,
 ) -> Measured:  # fmt: skip
     """Measure a scene within `budget` seconds; `ask`: quantities, by default the scene's own or all that it shows;
-    `limit` of their errors: by default the scene's accuracy if it asks, else 1 %.
+    `limit` of their errors: by default the scene's accuracy if it asks, else 1 %; `start`: seconds that each run needs
+    besides, until its scene is read.
 
     Raises SceneError for what cannot be asked of it, and for a budget that is too small for the reference.
     """
     began = time.perf_counter()
     wanted = asked(ask, scene.scene.ask)
     limit = default_limit(scene) if limit is None else limit
+    scene = long_enough(scene, wanted, say)
     rungs, finer = ladder(scene)
     reference = Setting(rungs[-1], "dop853", TIGHT)
     say(f"reference: {reference}")
@@ -113,14 +117,15 @@ def measure(
     rows, commands, kept = list[Row](), dict[str, str](), dict[str, Played]()
     while (left := budget - (time.perf_counter() - began)) > 0.0 and (following := planner.next(left)) is not None:
         setting, predicted = following
-        row, played = _row(scene, setting, true, questions, min(left, max(PATIENCE * budget, SLOWER * predicted)))
+        allowed = min(left, max(PATIENCE * budget, SLOWER * predicted))
+        row, played = _row(scene, setting, true, questions, allowed, start)
         rows.append(row)
         if played is None:
             planner.tell(setting, 0.0, predicted, None, cut=CUT in row.reason)
         else:
             commands[str(row)], kept[str(row)] = setting.words(scene), played
             planner.tell(setting, played.prepared_s, row.wall_s * row.runs, row.worst)
-        say(f"{row}: {row.reason or f'{row.speed:.3g} x real time, worst error {row.worst:.2e}'}")
+        say(f"{row}: {row.reason or f'{row.waits_s:.3g} s to wait, worst error {row.worst:.2e}'}")
     unit = unit_of(scene)
     verdict = judge(rows, limit, unit)
     drawn = {str(row): kept[str(row)] for row in (verdict.pick, verdict.next_faster) if row is not None}
@@ -136,6 +141,22 @@ def communicating(scene: LoadedScene, measured: Measured) -> Measured:
     from .communication import distributed, held_forces  # all of a distributed run
 
     return replace(measured, held=held_forces(scene, measured.true.simulated_s), distributed=distributed(scene))
+
+
+def long_enough(scene: LoadedScene, wanted: tuple[Asked, ...], say: Callable[[str], None]) -> LoadedScene:
+    """The scene, to the end of its action list where it would cut it and is asked its swing."""
+    end, path = scene.plan.end, scene.statics
+    if "swing" not in wanted or end is None or not path.known or not path.acted:
+        return scene
+    waits = sum(order.seconds for order in scene.plan.actions[-1].orders if isinstance(order, Wait))
+    if not path.cut and path.acted[-1].before.t + waits <= end:
+        return scene
+    plan = msgspec.structs.replace(scene.plan, end=None)
+    longer = replace(scene, plan=plan, settings=(*scene.settings, "end=null"))
+    if not longer.statics.known:
+        return scene
+    say(f"the scene ends after {end:g} s and cuts its action list: measured to the end of the list")
+    return longer
 
 
 def _able(known: dict[Asked, str]) -> str:
@@ -191,17 +212,20 @@ def unit_of(scene: LoadedScene) -> str:
 
 
 def _row(
-    scene: LoadedScene, setting: Setting, true: Played, ask: tuple[Asked, ...], allowed: float
+    scene: LoadedScene, setting: Setting, true: Played, ask: tuple[Asked, ...], allowed: float, start: float
 ) -> tuple[Row, Played | None]:
     named = setting.rung.name, setting.method, setting.how
     plan = setting.plan(scene.plan)
     try:
         played = play(plan, allowed)
-        walls, cpus = [played.wall_s], [played.cpu_s]
+        walls, cpus, starts = [played.wall_s], [played.cpu_s], [played.start_s]
         while played.wall_s < SHORT and len(walls) < RUNS:
             again = play(plan, allowed)
             walls.append(again.wall_s)
             cpus.append(again.cpu_s)
+            starts.append(again.start_s)
+        if len(starts) == 1:
+            starts.append(prepared(plan))
     except HeavyliftError as error:
         return Row(*named, {}, reason=" ".join(str(error).split())), None
     row = Row(
@@ -209,6 +233,7 @@ def _row(
         errors(played.shown, true.shown, ask),
         position=farthest(played.shown, true.shown),
         simulated_s=played.simulated_s,
+        start_s=start + min(starts),
         wall_s=min(walls),
         cpu_s=min(cpus),
         messages=played.messages,

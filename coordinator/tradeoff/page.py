@@ -15,7 +15,7 @@ from heavylift.recordings.format.html import Cell, bullets, document, table
 
 from .figure import inline
 from .quantities import MEANT
-from .verdict import Row, answers, percent
+from .verdict import NOISE, Row, answers, percent
 
 if TYPE_CHECKING:
     from .measuring import Measured
@@ -29,12 +29,13 @@ def page(measured: Measured) -> str:
     """The page of a measured scene."""
     verdict = measured.verdict
     title = f"Speed against accuracy: {measured.scene}"
-    good = sorted((row for row in measured.rows if row.worst < inf), key=lambda row: -row.speed)
+    good = sorted((row for row in measured.rows if row.worst < inf), key=lambda row: row.waits_s)
     failed = [row for row in measured.rows if row.worst == inf]
     body = [
         f"<h1>{escape(title)}</h1>",
         f'<p class="verdict{"" if verdict.pick else " bad"}">{escape(verdict.sentence)}</p>',
         f"<pre>{escape(measured.words(verdict.pick))}</pre>" if verdict.pick else "",
+        f'<p class="quiet">{escape(verdict.more)}</p>',
         f"<figure>{inline(measured)}</figure>",
         "<h2>Which setting for which question</h2>",
         _answers(measured),
@@ -56,18 +57,19 @@ def _answers(measured: Measured) -> str:
         cells: list[Cell] = [a.quantity, percent(a.limit), "none of these" if a.row is None else str(a.row)]
         cells += ["", ""] if a.row is None else [f"{a.row.speed:.4g}", percent(a.row.worst)]
         body.append(cells)
-    return _table(["asked", "to", "fastest setting", "x real time", "error"], body, 3)
+    return _table(["asked", "to", "fastest setting", "waits s", "error"], body, 3)
 
 
 def _settings(measured: Measured, rows: list[Row]) -> str:
     small = f"m{measured.unit}" if measured.unit in ("m", "rad") else measured.unit
     drifts = any(row.drift is not None for row in rows)
-    head = ["rung", "method", "step or tolerance", "wall s", "CPU s", "x real time", "messages", *measured.ask,
-            f"places [{small}]", "energy", *(["drift [mm]"] if drifts else []), "verdict"]  # fmt: skip
+    head = ["rung", "method", "step or tolerance", "waits s", "start s", "kernel s", "x real time", "messages",
+            *measured.ask, f"places [{small}]", "energy", *(["drift [mm]"] if drifts else []), "verdict"]  # fmt: skip
     body = []
     names = {id(measured.verdict.pick): "pick", id(measured.verdict.next_faster): "next"}
     for row in rows:
-        cells: list[Cell] = [row.rung, row.method, row.how, f"{row.wall_s:.3g}", f"{row.cpu_s:.3g}"]
+        cells: list[Cell] = [row.rung, row.method, row.how]
+        cells += [f"{x:.3g}" for x in (row.waits_s, row.start_s, row.cpu_s)]
         cells += [f"{row.speed:.3g}" if row.speed < 1000 else f"{row.speed:.0f}", str(row.messages)]
         cells += [(percent(row.errors[q]), row.errors[q] > measured.limit) for q in measured.ask]
         cells += [f"{row.position * 1e3:.3g}", f"{row.energy:.1e}"]
@@ -135,8 +137,9 @@ def _honesty(measured: Measured) -> str:
     lines += [f"Not asked of this scene: {quantity} ({why})." for quantity, why in measured.not_asked.items()]
     lines.append(
         f"{m.processor}, {m.cores} core{'s' if m.cores > 1 else ''}, load {m.load:.2g} at the end; one run at a time "
-        f"on one core, in one process, without a recording. Real-time factors are of CPU time, as on a core of its "
-        f"own; wall time stands beside. Python {m.python}, heavylift {m.heavylift}."
+        f"on one core, in one process, without a recording. What one waits is CPU time, as on a core of its own: the "
+        f"start (Python, the scene, equations; machine code is kept from the first run) and the kernel. Differences "
+        f"below {NOISE:.0%}, or below the spread of repetitions, are noise. Python {m.python}, heavylift {m.heavylift}."
     )
     if repeated:
         spreads = sorted(row.spread for row in repeated)

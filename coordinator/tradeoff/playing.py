@@ -27,7 +27,7 @@ from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings import SampleLayout
 from heavylift.recordings.format.samples import decode_batch
 
-__all__ = ["CUT", "Played", "Shown", "Span", "play", "spans"]
+__all__ = ["CUT", "Played", "Shown", "Span", "play", "prepared", "spans"]
 
 LAST = Tag(4 * 3600 * 10**9)  # simulated time of a scene without an end
 WHOLE = "the whole run"
@@ -61,13 +61,14 @@ class Shown:
 
 @dataclass(frozen=True)
 class Played:
-    """A run: what it showed, seconds before it and in it, messages (events, GRANTs and DONEs), energy that has come out
-    of nothing relative to what was turned over, the largest violation of a rigid rope [m], None without one, and what
-    the kernel had to say."""
+    """A run: what it showed, seconds before it (of CPU time `start_s`) and in it, messages (events, GRANTs and DONEs),
+    energy that has come out of nothing relative to what was turned over, the largest violation of a rigid rope [m],
+    None without one, and what the kernel had to say."""
 
     shown: Shown
     simulated_s: float
     prepared_s: float
+    start_s: float
     wall_s: float
     cpu_s: float
     messages: int
@@ -100,9 +101,16 @@ class _Counting(Coordinator):
         return granted
 
 
+def prepared(plan: Plan) -> float:
+    """Seconds of CPU time until a plan could run, machine code kept from before."""
+    start = time.process_time()
+    KernelNode(configured(plan, build(plan)), list[bytes]().append)
+    return time.process_time() - start
+
+
 def play(plan: Plan, limit: float) -> Played:
     """Run a plan to its end within `limit` seconds of wall time; raises HeavyliftError."""
-    began = time.perf_counter()
+    began, start = time.perf_counter(), time.process_time()
     models, batches = build(plan), list[bytes]()
     kernel = _Limited(configured(plan, models), batches.append)
     heard = _Heard()
@@ -110,15 +118,15 @@ def play(plan: Plan, limit: float) -> Played:
     most = plan.microsteps
     core = _Counting([*models, KERNEL], couplings(plan), end, (COMMANDER, "finished"), heard, most)
     nodes = [*(Node(name, Simulator(m, microsteps=most)) for name, m in models.items()), Node(KERNEL, kernel)]
-    prepared = time.perf_counter()
-    kernel.allowed, kernel.deadline = limit, prepared + limit
-    cpu = time.process_time()
+    ready = time.perf_counter()
+    kernel.allowed, kernel.deadline = limit, ready + limit
+    cpu_begins = time.process_time()
     run_in_memory(core, nodes)
     if heard.finished is None and not plan.end:
         raise ModelError(f"it has not come to its end after {LAST.t * 1e-9:g} s: an action waits for ever")
     last = heard.finished if heard.finished is not None else end.t - 1
     kernel.finish(Tag(last + 1))
-    cpu, wall = time.process_time() - cpu, time.perf_counter() - prepared
+    cpu, wall = time.process_time() - cpu_begins, time.perf_counter() - ready
     layout = msgspec.convert(msgspec.msgpack.decode(kernel.layout()), SampleLayout)
     t, rows = _table(layout, batches)
     audit = EnergyAudit(layout)
@@ -126,7 +134,8 @@ def play(plan: Plan, limit: float) -> Played:
     return Played(
         _shown(plan, layout, t, rows, heard.stages, last * 1e-9),
         simulated_s=last * 1e-9,
-        prepared_s=prepared - began,
+        prepared_s=ready - began,
+        start_s=cpu_begins - start,
         wall_s=wall,
         cpu_s=cpu,
         messages=heard.events + 2 * core.grants,

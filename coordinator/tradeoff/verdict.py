@@ -1,4 +1,5 @@
-"""Which setting to use: the fastest that keeps every error asked for within the limit, and the next faster that fails.
+"""Which setting to use: for which one waits least of all that keep every error asked for within the limit, and the next
+faster that fails.  Of those that differ by less than their timings are worth, the most exact.
 
 Pure functions of the table, whose rows are what was measured.
 """
@@ -16,13 +17,14 @@ if TYPE_CHECKING:
 __all__ = ["LIMITS", "Answer", "Row", "Verdict", "answers", "front", "judge", "percent"]
 
 LIMITS = (0.05, 0.01, 0.001)  # to which each quantity alone is judged
+NOISE = 0.1  # relative difference of times that says nothing, or their spread if that is more
 
 
 @dataclass(frozen=True)
 class Row:
     """One setting: errors of what was asked, relative (empty if the run failed, then `reason` says why), the largest
-    distance of a place from the true one [m or rad], seconds, `spread` of the CPU times of `runs` repetitions, and what
-    the kernel had to say."""
+    distance of a place from the true one [m or rad], seconds (`start_s`: of CPU time before the run, compiled code kept
+    from before), `spread` of the CPU times of `runs` repetitions, and what the kernel had to say."""
 
     rung: str
     method: str
@@ -31,6 +33,7 @@ class Row:
     reason: str = ""
     position: float = 0.0
     simulated_s: float = 0.0
+    start_s: float = 0.0
     wall_s: float = 0.0
     cpu_s: float = 0.0
     messages: int = 0
@@ -41,9 +44,18 @@ class Row:
     notes: tuple[str, ...] = ()
 
     @property
+    def waits_s(self) -> float:
+        """Time that a user waits on a core of its own: start and run [s]."""
+        return self.start_s + self.cpu_s
+
+    @property
     def speed(self) -> float:
-        """Real-time factor on a core of its own: simulated seconds per second of CPU time."""
-        return self.simulated_s / self.cpu_s if self.cpu_s > 0.0 else 0.0
+        """Real-time factor: simulated seconds per second that a user waits."""
+        return self.simulated_s / self.waits_s if self.waits_s > 0.0 else 0.0
+
+    def faster(self, other: Row) -> bool:
+        """Whether one waits less by more than noise."""
+        return self.waits_s * (1.0 + max(NOISE, self.spread, other.spread)) < other.waits_s
 
     @property
     def worst(self) -> float:
@@ -60,11 +72,13 @@ class Row:
 
 @dataclass(frozen=True)
 class Verdict:
-    """The row to use and the slowest of the faster ones that fail; None: there is none."""
+    """The row to use and the slowest of the faster ones that fail; None: there is none.  `sentence`: the answer;
+    `more`: what takes as long, and what fails next."""
 
     pick: Row | None
     next_faster: Row | None
     sentence: str
+    more: str = ""
 
 
 def judge(rows: list[Row], limit: float, unit: str = "m") -> Verdict:
@@ -74,22 +88,28 @@ def judge(rows: list[Row], limit: float, unit: str = "m") -> Verdict:
         best = min(rows, key=lambda row: row.worst, default=None)
         told = f"; the nearest is the setting {best}: {_told(best, limit, unit)}" if best and best.worst < inf else ""
         return Verdict(None, None, f"None of {len(rows)} settings keeps {percent(limit)}{told}.")
-    pick = max(passing, key=lambda row: row.speed)
-    failing = [row for row in rows if not row.reason and not row.passes(limit) and row.speed > pick.speed]
-    following = min(failing, key=lambda row: row.speed, default=None)
-    sentence = f"Use the setting {pick}: {_speed(pick)} x real time, {_told(pick, limit, unit)}."
+    fastest = min(passing, key=lambda row: row.waits_s)
+    equal = [row for row in passing if not fastest.faster(row)]
+    pick = min(equal, key=lambda row: row.worst)
+    failing = [row for row in rows if not row.reason and not row.passes(limit) and row.faster(pick)]
+    following = max(failing, key=lambda row: row.waits_s, default=None)
+    waits = f"{_seconds(pick.waits_s)} to wait, {_seconds(pick.start_s)} of them to start"
+    sentence = f"Use the setting {pick}: {waits}, {_told(pick, limit, unit)}."
+    more = f"{len(equal) - 1} more keep {percent(limit)} in a time equal within noise. " if len(equal) > 1 else ""
     if following is None:
-        sentence += " No faster setting fails: a looser one may do."
+        more += "No faster setting fails: a looser one may do."
     else:
-        sentence += f" Next faster setting that fails: {following}, {_speed(following)} x ({_why(following, limit)})."
-    return Verdict(pick, following, sentence)
+        more += (
+            f"Next faster setting that fails: {following}, {_seconds(following.waits_s)} ({_why(following, limit)})."
+        )
+    return Verdict(pick, following, sentence, more)
 
 
 def front(rows: list[Row]) -> list[Row]:
     """Rows that no other beats in both speed and worst error (Pareto), the most exact first."""
     out: list[Row] = []
-    for row in sorted((r for r in rows if r.worst < inf), key=lambda r: (r.worst, -r.speed)):
-        if not out or row.speed > out[-1].speed:
+    for row in sorted((r for r in rows if r.worst < inf), key=lambda r: (r.worst, r.waits_s)):
+        if not out or row.waits_s < out[-1].waits_s:
             out.append(row)
     return out
 
@@ -113,8 +133,8 @@ def _why(row: Row, limit: float) -> str:
     return ", ".join(f"{quantity} {percent(e)}" for quantity, e in row.errors.items() if e > limit)
 
 
-def _speed(row: Row) -> str:
-    return f"{row.speed:.3g}" if row.speed < 1000 else f"{row.speed:.0f}"
+def _seconds(x: float) -> str:
+    return f"{x:.2g} s" if x < 100.0 else f"{x:.0f} s"
 
 
 @dataclass(frozen=True)

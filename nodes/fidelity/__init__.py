@@ -2,7 +2,8 @@
 
     choose(plan, followed, question, named) -> Verdict: fidelity, method, tolerance; every choice with its reason
 
-case, hooks, moving, swinging, off_lead   the numbers of a scene that the rules need
+case, hooks, moving   the numbers of a scene that the rules need
+response, rests    how a load answers the whole action list; how its rest moves along the static path
 rules, always      one small function per rule; what is left out without a question
 choose, cost       which rules may be taken together; states and evaluations, predicted
 method             method and tolerance by cost (STEPS.md)

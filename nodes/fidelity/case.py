@@ -7,21 +7,21 @@ and ramps the largest that the action list asks of it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, pi, sqrt
 from typing import TYPE_CHECKING
 
 from heavylift.kernel.algebra.elementary import cos, sin
 from heavylift.nodes.models.commander.conditions import terms
 from heavylift.nodes.models.parts.girder import sag
-from heavylift.nodes.plan.actions import Action, Lifted, Move, Turn
+from heavylift.nodes.plan.actions import Action, Brake, Hookup, Lifted, Move, Turn, Unhook
 from heavylift.nodes.plan.plan import Axis, Crane, HookRope, Loader, Plan, drive_name
 from heavylift.nodes.plan.verbs import VERBS
 
 from .hooks import Hook
-from .moving import Parting, by_ways, lasts, lifting, profile, turning
-from .off_lead import aside
-from .swinging import Swing, away, farthest
+from .moving import Parting, by_ways, lasts, lifting, turning
+from .response import Swings, answer, frequencies
+from .rests import awaiting, begins, bouncing, swinging
 
 if TYPE_CHECKING:
     from heavylift.nodes.statics.static_state import Following, Step
@@ -38,14 +38,16 @@ class Case:
 
     gravity: float
     hooks: tuple[Hook, ...]
-    swings: tuple[Swing, ...]
-    aside: tuple[float, float]  # along the rails and across: how far the load comes though nothing moves it there [m]
+    swings: Swings
+    awaits: float  # largest swing while an event of the load is awaited [m]
     ordered: frozenset[str]  # joints that an order moves
     drives: dict[str, tuple[float, float]]  # joint -> servo stiffness [N/m], load that hangs from it [kg]
     hinges: tuple[str, ...]
     determinate: bool  # statics alone share the load among the hooks
     mirrored: bool  # about the plane across the rails through its middle
     turns: bool  # the block, on its master
+    even: bool  # all winches that may lift the block go at one speed
+    changes: bool  # a hook is taken from the block, or given to it, while it hangs
     awaited: bool  # the winches stop when the block is seen to be lifted, not after a way
     mass: float  # of the block [kg]
     tilts: float  # its moment of inertia about the rails' normal, per mass [m2]; 0: its hooks hold it level
@@ -57,22 +59,6 @@ class Case:
     def reach(self) -> float:
         """Length of the slowest pendulum [m]."""
         return max(hook.reach for hook in self.hooks)
-
-    @property
-    def farthest(self) -> float:
-        """How far the load swings out at most [m]."""
-        return farthest(self.swings, self.omegas) + sum(self.aside)
-
-    @property
-    def away(self) -> float:
-        """Error of the load's place for a relative error of its frequency [m]."""
-        return away(self.swings, self.omegas) + sum(self.aside) * self.omegas[1] * self.lasts
-
-    @property
-    def omegas(self) -> tuple[float, float]:
-        """Of the slowest and of the fastest pendulum [rad/s]."""
-        shortest = min(hook.reach for hook in self.hooks)
-        return sqrt(self.gravity / self.reach), sqrt(self.gravity / shortest)
 
 
 def case_of(plan: Plan, followed: Following) -> Case | None:
@@ -90,6 +76,11 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
     gives = (loads[r.name][0] * sum(_soft(plan, r, loads[r.name][1])) + bends[r.name] * sags[r.crane] for r in ropes)
     partings = lifting(plan, followed, plan.gravity * max(gives))
     hooks = tuple(_hook(plan, r, *loads[r.name], moves, partings, places[r.name], sags[r.crane]) for r in ropes)
+    hooks = tuple(replace(h, rings=_rings(plan, followed, h)) for h in hooks)
+    longest, shortest = max(h.reach for h in hooks), min(h.length + h.depth for h in hooks)
+    shortest = shortest if len(hooks) > 1 else longest  # several hooks hold a block level: it swings on its ropes alone
+    slow, fast = sqrt(plan.gravity / longest), sqrt(plan.gravity / shortest)
+    swings = Swings((swinging(plan, followed, 0), swinging(plan, followed, 1)), (slow, fast), begins(followed))
     ordered, drives = set[str](), dict[str, tuple[float, float]]()
     for crane in plan.cranes:
         for which, axis in (("gantry", crane.gantry), ("upper", crane.upper.axis), ("lower", crane.lower.axis)):
@@ -104,14 +95,16 @@ def case_of(plan: Plan, followed: Following) -> Case | None:
     return Case(
         gravity=plan.gravity,
         hooks=hooks,
-        swings=tuple(_swings(plan)),
-        aside=aside(plan, hooks, partings),
+        swings=swings,
+        awaits=swings.at(tuple(awaiting(plan, followed))),
         ordered=frozenset(ordered),
         drives=drives,
         hinges=tuple(f"{x.name}.hinge" for x in plan.loaders),
         determinate=len(hooks) <= 3,
         mirrored=_mirrored(plan, ordered, {rope.crane for rope in ropes}),
         turns=turns,
+        even=all(len({abs(m.speed) for m in x.moves if m.actuator in loads}) <= 1 for x in partings),
+        changes=_changes(plan, followed),
         awaited=any(isinstance(t, Lifted) for m in moves for t in terms(m.until)),
         mass=block.mass,
         tilts=block.moments[1] / block.mass if one else 0.0,
@@ -178,9 +171,29 @@ def _hook(
         slides=2.0 * hangs * steep * (sag(plan, crane) + bend * sags * plan.gravity),
         tilts=(sag(plan, crane) + bend * sags * plan.gravity) * per_way * per_way * (lever + hangs),
         traverses=traversed,
+        rings=0.0,  # known once the girders' parts are
         picks=max(CREEP, *picking) * _grip(stools, soft_rope + soft_slings),
         ramp=max((m.accel for m in mine), default=0.0),
     )
+
+
+def _rings(plan: Plan, followed: Following, h: Hook) -> float:
+    """Largest dynamic part of a hook's load from all moves up and down, and hooks that are taken away, as it hangs."""
+    found = 0.0
+    for girder in (True, False):
+        knots = bouncing(plan, followed, h.rope, h.soft(girder))
+        w = h.omega(girder)
+        damping = h.rubs * h.soft_rope / h.soft(girder) * w / 2.0
+        largest = max(answer(knots, x, damping).largest for x in frequencies((w, w)))
+        found = max(found, largest / h.soft(girder) / h.load / plan.gravity)
+    return found
+
+
+def _changes(plan: Plan, followed: Following) -> bool:
+    """Whether slings are hooked or unhooked while the block hangs."""
+    begun = zip(plan.actions, followed.path.acted, strict=False)
+    given = (any(isinstance(order, Hookup | Unhook) for order in action.orders) for action, _ in begun)
+    return any(yes and not at.before.grounded for yes, at in zip(given, followed.path.acted, strict=False))
 
 
 def _soft(plan: Plan, rope: HookRope, step: Step) -> tuple[float, float]:
@@ -224,14 +237,6 @@ def _hangs_from(plan: Plan, rope: str, crane: Crane, which: str) -> bool:
     return any(h.rope == rope and which in ("gantry", h.trolley) for h in crane.hooks)
 
 
-def _swings(plan: Plan) -> Iterator[Swing]:
-    """Of each action those moves sideways that differ."""
-    for i, action in enumerate(plan.actions):
-        left = sum(lasts(a) for a in plan.actions[i:])
-        sideways = (m for m in action.orders if isinstance(m, Move) and VERBS[m.verb].along)
-        yield from dict.fromkeys(Swing(m.accel, *profile(m), left, VERBS[m.verb].along == "x") for m in sideways)
-
-
 def _mirrored(plan: Plan, ordered: set[str], carrying: set[str]) -> bool:
     """Whether a lift is its own mirror image about the plane across the rails through the block's centre of mass, and
     nothing moves along them; of cranes those count that carry."""
@@ -249,12 +254,15 @@ def _mirrored(plan: Plan, ordered: set[str], carrying: set[str]) -> bool:
         loader = next(x for x in plan.loaders if x.name == rope.carries)
         sides[rope.name] = loader.pose[0] - middle
         hung.append((sides[rope.name], *loader.pose[1:3], rope.L0, rope.EA, *_loader(loader)))
+        sides[loader.name] = sides[rope.name]
         for s in plan.rig.slings:
+            if s.loader == loader.name:
+                sides[s.name] = sides[rope.name] + s.beam.p[0]
             if s.loader == loader.name and s.lug:
                 x, *rest = places[s.lug]
                 hung.append((x - block.body.com[0], *rest, s.L0, s.EA))
                 hung.append((sides[rope.name] + s.beam.p[0], *s.beam.p[1:], s.L0))
-    return _its_own_image(hung) and all(_its_own_image(_moves(action, sides)) for action in plan.actions)
+    return _its_own_image(hung) and all(_its_own_image([*_moves(action, sides)]) for action in plan.actions)
 
 
 Sided = tuple[float, ...]  # place along the rails from the plane [m], and what must be the same on the other side
@@ -283,10 +291,13 @@ def _trolleys(crane: Crane) -> tuple[str, str]:
     return drive_name(crane.name, "upper"), drive_name(crane.name, "lower")
 
 
-def _moves(action: Action, sides: dict[str, float]) -> list[Sided]:
-    """The moves of an action: where, whether of a rope, speed, acceleration, way and goal."""
-    moves = (order for order in action.orders if isinstance(order, Move) and order.actuator in sides)
-    return [
-        (sides[m.actuator], float(VERBS[m.verb].along == "y"), m.speed, m.accel, m.by or 0.0, m.to or 0.0)
-        for m in moves
-    ]
+def _moves(action: Action, sides: dict[str, float]) -> Iterator[Sided]:
+    """The orders of an action: where, which, and of moves speed, acceleration, way and goal."""
+    for order in action.orders:
+        if isinstance(order, Move) and order.actuator in sides:
+            across = float(VERBS[order.verb].along == "y")
+            yield sides[order.actuator], across, order.speed, order.accel, order.by or 0.0, order.to or 0.0
+        elif isinstance(order, Hookup | Unhook):
+            yield sides[order.sling], 2.0 + isinstance(order, Hookup)
+        elif isinstance(order, Brake):
+            yield sides.get(order.brake.removesuffix(".hinge.lock"), inf), 4.0 + order.engaged

@@ -35,6 +35,8 @@ __all__ = ["choose", "unpromised"]
 
 RICHEST = Fidelity(ropes="massive", lumps=4, rope_mass="lumped", girder="elastic")
 BEFORE_RIGID = ("lumped ropes", "rigid girder")
+AWAITED = 0.005  # swing in which an event is awaited that decides nothing [m]
+SURE: tuple[Asked, ...] = ("rope tension",)  # what does not depend on when an event comes
 CERTAIN = 0.6  # part of the accuracy that rules may spend whatever chance adds
 EXPLICIT = ("dopri5", "dop853")  # that no stiff part of a mechanism takes by surprise
 
@@ -47,6 +49,9 @@ def choose(
     case = case_of(plan, followed)
     if case is None:
         why = "no block is lifted as far as the action list can be followed before the run"
+        return unpromised(question, plan.fidelity, why, _always(plan))
+    if case.awaits > AWAITED and question.ask != SURE:
+        why = f"it awaits an event while the load swings by up to {1e3 * case.awaits:.0f} mm"
         return unpromised(question, plan.fidelity, why, _always(plan))
     fidelity = richest = _richest(plan.fidelity, named)
     left_out, decided = _cheapest(case, richest, question, named), list[Decided]()

@@ -13,7 +13,7 @@ from math import fsum, sqrt
 
 from heavylift.kernel.algebra.dense import dot, least_norm, norm, singular_values, solve
 
-__all__ = ["Hook", "coupling", "leaning", "redistribution"]
+__all__ = ["Hook", "coupling", "leaning", "redistribution", "tipping"]
 
 SINGULAR = 1e-9  # singular value, relative, of hooks in one line
 
@@ -41,6 +41,7 @@ class Hook:
     slides: float  # way of its trolley into its servo, down the slope of the girder, there and back [m]
     tilts: float  # way to the side per way that its trolley traverses, as the bent girder slopes
     traverses: float  # longest of these ways [m]
+    rings: float  # dynamic part of its load from what the list does as it hangs, relative
     picks: float  # fastest hoisting while the block may part, less what the stools give way
     ramp: float  # [m/s2]
 
@@ -90,12 +91,24 @@ def _apart(a: Hook, b: Hook) -> float:
     return norm([p - q for p, q in zip(a.place, b.place, strict=True)])
 
 
+def tipping(hooks: Sequence[Hook]) -> float:
+    """Largest relative change of a hook's load as ropes are inclined by 1 rad: what swings pulls below the hooks."""
+    C = [[(a.soft_rope + a.soft_slings) * (a is b) for b in hooks] for a in hooks]
+    moment = sum(h.share * (h.reach - h.length) for h in hooks)
+    found = (_carried(hooks, C, [0.0, *pull]) for pull in ((moment, 0.0), (0.0, moment)))
+    return max(abs(T) / h.load for tensions in found for T, h in zip(tensions, hooks, strict=True))
+
+
 def _shares(hooks: Sequence[Hook], C: Sequence[Sequence[float]]) -> list[float]:
-    """Per hook, relative to the shares that statics found; of hooks in one line, without leaning off it."""
+    """Per hook, relative to the shares that statics found."""
+    tensions = _carried(hooks, C, [fsum(h.share for h in hooks), 0.0, 0.0])
+    return [T / h.share for T, h in zip(tensions, hooks, strict=True)]
+
+
+def _carried(hooks: Sequence[Hook], C: Sequence[Sequence[float]], W: list[float]) -> list[float]:
+    """What each hook has of a weight and two moments [kg, kg m]; of hooks in one line, without leaning off it."""
     A = [(1.0, *h.place) for h in hooks]
     columns = [solve(C, list(column)) for column in zip(*A, strict=True)]  # of C^-1 A
     N = [[dot(a, column) for column in columns] for a in zip(*A, strict=True)]
-    W = [fsum(h.share for h in hooks), 0.0, 0.0]
     tilt = least_norm(N, W, SINGULAR * max(singular_values(N)))
-    tensions = [dot(row, tilt) for row in zip(*columns, strict=True)]
-    return [T / h.share for T, h in zip(tensions, hooks, strict=True)]
+    return [dot(row, tilt) for row in zip(*columns, strict=True)]

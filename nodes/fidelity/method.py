@@ -29,6 +29,7 @@ TOLERANCES = tuple(float(f"1e-{(k + 1) // 2}") * (sqrt(10.0) if k % 2 else 1.0) 
 SMOOTH, EVENT, RIGID = 0.03, 0.1, 0.01  # errors over sqrt(tol): of swing and place, of lift-off, of rigid ropes' peaks
 
 FLOOR = 3e-3  # of the tensions by `sdirk2`, however small the tolerance: ringing that is damped away
+DAMPED, RATTLES = 0.03, 300.0  # usual damping of ropes, and how much more chains of lumps rattle without any
 LOSSY = 1e-3  # tolerance above which `ros34pw2` can lose more energy than the kernel lets pass without a warning
 
 
@@ -101,6 +102,8 @@ def radau5(case: Case, at: Fidelity, tolerance: float) -> Stepped:
     linear = radau_algebra(n, factors, iterations, steps + jumps)
     able = at.ropes != "rigid" and at.slings != "rigid"
     why = f"implicit: {often:.0f} steps a second" if able else "it does not keep rigid ropes"
+    if case.changes:
+        able, why = False, "its long steps can fail where a hook is taken from the load"
     return Stepped("radau5", tolerance, errors, Cost(n, attempts(case, at), spent, linear), why, able)
 
 
@@ -167,5 +170,8 @@ def _errors(
     turned = [h.omega(bends) / often for h in case.hooks]
     missed = (overshoot(case, h, bends) * min(1.0, x * x / 12.0) for h, x in zip(case.hooks, turned, strict=True))
     stretch = min(h.stretch(case.gravity, bends) for h in case.hooks)
+    if at.ropes == "massive":
+        damping = min(h.rubs / sqrt(h.soft_rope * h.load) / 2.0 for h in case.hooks)
+        rattle *= max(1.0, 1.0 / (damping / DAMPED + 1.0 / RATTLES))
     errors["rope tension"] = max(missed) / max(1.0, resolved) + rattle / stretch
     return errors

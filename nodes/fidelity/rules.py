@@ -2,7 +2,7 @@
 
 A rule returns a `Choice`: what to leave out, how many states that saves, the predicted error of each quantity that a
 scene can ask, and why.  Whether it is left out is decided in `choose`.  Where the formulas come from and how they are
-tested: FIDELITY.md; those of a pendulum's swing stand in `swinging`, those of shares in `hooks`.
+tested: FIDELITY.md; the answer to the action list stands in `response`, those of shares in `hooks`.
 """
 
 from __future__ import annotations
@@ -16,14 +16,15 @@ from heavylift.nodes.plan.plan import Fidelity
 from heavylift.nodes.plan.question import Asked
 
 from .case import Case
-from .hooks import Hook, coupling, leaning, redistribution
-from .swinging import envelope, excursion
+from .hooks import Hook, coupling, leaning, redistribution, tipping
 
 __all__ = ["RULES", "STATES", "Choice", "Errors", "Rule", "chance", "girder_states", "overshoot"]
 
 Errors = dict[Asked, float]
 COUPLED = 1.1  # of a coupling from straight pendulums of the longest ropes
+ABRUPT = 3.0  # of the same where trolleys start within a tenth of a period: ropes lag behind them
 VIBRATES = 0.003  # part of a rope's mass that moves as only four lumps show
+SLOWER = 0.1, 0.02  # times its square: how much slower the load swings on two lumps, and on four
 SWAYED = 1.6  # of girders whose trolleys sway on their servos
 BOTH_WAYS = 2.0  # there and back
 OPPOSED = 2.0  # two swings of one size: a block that leans as it is lifted swings before it is moved
@@ -52,17 +53,22 @@ Rule = Callable[[Case, Fidelity], Choice]
 
 
 def chance(case: Case) -> Errors:
-    """What two models may differ by, however little is between them, on more than three hooks: which of the pads is the
-    last to open, in which bounce of the block."""
-    return {} if case.determinate else dict(CHANCE)
+    """What two models may differ by, however little is between them: by the bend of ropes that four lumps do not show,
+    and on more than three hooks by which of the pads is the last to open, in which bounce of the block."""
+    heavy = max(h.rope_mass / h.load for h in case.hooks)
+    errors = _swung(case, heavy * heavy * SLOWER[1])
+    return errors if case.determinate else {q: errors.get(q, 0.0) + CHANCE.get(q, 0.0) for q in (*errors, *CHANCE)}
 
 
 def lumps(case: Case, at: Fidelity) -> Choice:
     """Two lumps a rope, which have its mass and its inertia already: what is lost is how the rope itself vibrates."""
     heavy = max(h.rope_mass / h.load for h in case.hooks)
     sways = heavy * VIBRATES
-    errors: Errors = {"swing": sways, "position": 2.0 * sways * case.farthest / case.way}
-    errors["rope tension"] = max(overshoot(case, h, girder=True) for h in case.hooks) * heavy / 8.0
+    errors = _swung(case, heavy * heavy * SLOWER[0])
+    errors["swing"] = max(sways, errors["swing"])
+    errors["position"] = max(2.0 * sways * case.swings.most / case.way, errors["position"])
+    dynamic = max(overshoot(case, h, girder=True) for h in case.hooks)
+    errors["rope tension"] = _peak(case, dynamic * heavy / 8.0, errors["swing"])
     errors["lift-off time"] = _wave(case) / 20.0
     degrees = 4 if at.motion == "spatial" else 2
     saved = STATES * degrees * max(0, at.lumps - 2) * len(case.hooks)
@@ -76,10 +82,13 @@ def rope_mass(case: Case, at: Fidelity) -> Choice:
     down stay; lost is the sixth of it that couples both ends, so that a trolley shakes its load by so much less, the
     time of a wave to the hook, and how the waves of several ropes share a load that more than three carry."""
     heavy = max(h.rope_mass / h.load for h in case.hooks)
-    part = COUPLED * coupling(case.hooks) + heavy * heavy / 4.0
+    coupled = (ABRUPT if case.swings.abrupt else COUPLED) * coupling(case.hooks)
     dynamic = max(overshoot(case, h, girder=True) for h in case.hooks)
-    errors: Errors = {"swing": part, "position": part * case.farthest / case.way}
-    errors["rope tension"] = dynamic * heavy / (2.0 if case.determinate else 1.0)
+    errors = _swung(case, heavy * heavy / 8.0)
+    errors["swing"] += coupled
+    errors["position"] += coupled * case.swings.most / case.way
+    waves = dynamic * heavy / (2.0 if case.determinate else 1.0)
+    errors["rope tension"] = _peak(case, waves, errors["swing"])
     errors["lift-off time"] = 0.3 * _wave(case)
     chains = at.lumps * len(case.hooks)
     degrees = 4 if at.motion == "spatial" else 2
@@ -101,16 +110,18 @@ def girder(case: Case, at: Fidelity) -> Choice:
     known = case.awaited and case.determinate  # then the girder has bent before anything hangs
     high = _bounce(case, girder=True) + _bounce(case, girder=False) + _halting(case) if known else sag
     errors = _swung(case, max(h.sag(g) / h.reach for h in case.hooks) / 2.0)
-    errors["swing"] += aside / excursion(case.swings, case.omegas) + max(h.tilts for h in case.hooks)
+    errors["swing"] += aside / case.swings.least + max(h.tilts for h in case.hooks)
     errors["swing"] *= SWAYED
-    errors["swing"] += OPPOSED * leaning(case.hooks, g) / excursion(case.swings, case.omegas)
+    errors["swing"] += OPPOSED * leaning(case.hooks, g) / case.swings.least
     errors["position"] = (high + BOTH_WAYS * (errors["position"] * case.way + aside)) / case.way
-    errors["rope tension"] = dynamic + spread
+    errors["rope tension"] = _peak(case, dynamic, errors["swing"]) + spread
     errors["lift-off time"] = max(min(1.0, _sooner(case, h)) for h in case.hooks)
     shared = f", which shifts {spread:.1%} of a hook's load" if spread else ""
+    uneven = "" if case.even else "; but hooks that lift at different speeds tilt the block until it is taken up"
+    changes = "; but hooks change as it hangs" if case.changes else ""
     return Choice(
         "rigid girder", "girder", {"girder": "rigid"}, girder_states(case), errors,
-        f"the block bends it by {sag * 1e3:.0f} mm{shared}",
+        f"the block bends it by {sag * 1e3:.0f} mm{shared}{uneven}{changes}", case.even and not case.changes,
     )  # fmt: skip
 
 
@@ -127,15 +138,18 @@ def rope_elasticity(case: Case, at: Fidelity) -> Choice:
     leans = LEANT * leaning(case.hooks, g)
     high = (_bounce(case, girder=False) + _halting(case) if case.awaited else stretch) + leans
     errors = _swung(case, high / min(h.reach for h in case.hooks) / 2.0)
-    errors["swing"] += leans / excursion(case.swings, case.omegas)
+    errors["swing"] += leans / case.swings.least
     errors["position"] += high / case.way
-    errors["rope tension"] = max(overshoot(case, h, girder=False) for h in case.hooks)
+    dynamic = max(overshoot(case, h, girder=False) for h in case.hooks)
+    errors["rope tension"] = _peak(case, dynamic, errors["swing"])
     errors["lift-off time"] = 2.0  # neither the begin nor the end of its stage is right
     why = "" if case.mirrored else "; but the ends of a lift that is not mirrored come off one after the other"
     why = why if case.determinate else "; but more than three hooks share the load by their stiffness"
+    released = any(knot.jump for knots in case.swings.knots for knot in knots)
+    why = "; but it jumps aside as it parts or as hooks are taken from it" if released or case.changes else why
     return Choice(
         "rigid ropes", "ropes", {"ropes": "rigid", "slings": "rigid"}, 0, errors,
-        f"the block stretches them by {stretch * 1e3:.0f} mm{why}", case.determinate and case.mirrored,
+        f"the block stretches them by {stretch * 1e3:.0f} mm{why}", not why,
     )  # fmt: skip
 
 
@@ -154,10 +168,11 @@ def hinges(case: Case, at: Fidelity) -> Choice:
     if not case.mirrored:
         hangs = max(h.share * g * h.soft_slings for h in case.hooks)
         errors = _swung(case, hangs / case.reach / 2.0)
+        errors["swing"] += hangs / case.swings.least
         errors["position"] += hangs / case.way
-        errors["rope tension"] = max(h.share * g * h.soft_slings / h.beam for h in case.hooks)
+        errors["rope tension"] += max(h.share * g * h.soft_slings / h.beam for h in case.hooks)
         why = "nothing turns a beam but slings that stretch"
-    if any(s.along for s in case.swings) or case.aside[0]:
+    if case.swings.along(0):
         allowed, why = False, "what moves the load along the rails turns the beams"
     return Choice("locked hinges", "locked", {}, states, errors, why, allowed, case.hinges)
 
@@ -166,7 +181,7 @@ def idle_drives(case: Case, at: Fidelity) -> Choice:
     """Gantries and trolleys that no order moves stand still; their servos give way to what swings towards them: all of
     the swing, or, of a gantry in a move across, what a lift that is not mirrored leans."""
     idle = tuple(joint for joint in case.drives if joint not in case.ordered)
-    swings = any(s.along for s in case.swings) or case.aside[0] > 0.0
+    swings = case.swings.along(0)
     pulled = [j for j in idle if not j.endswith(".gantry") or swings]
     gives = max((m * case.gravity / case.reach / k for k, m in (case.drives[j] for j in pulled)), default=0.0)
     errors = _swung(case, gives / 2.0) if gives else Errors()
@@ -184,11 +199,11 @@ RULES: tuple[Rule, ...] = (pads, lumps, rope_mass, girder, plane, idle_drives, h
 
 def overshoot(case: Case, h: Hook, girder: bool) -> float:
     """Largest phi - 1: the block parts from its stools at the speed v, the winch halts and starts with a: of a linear
-    oscillator at most k sqrt(v^2 + (a / w)^2) / w from the first, m a from the stop, 2 m a from the start; w: of the
-    slowest hook, for a block on several pitches and rolls."""
+    oscillator at most k sqrt(v^2 + (a / w)^2) / w from the first, m a from the stop, 2 m a from the start, or what all
+    moves of the list together make it; w: of the slowest hook, for a block on several pitches and rolls."""
     w = min(x.omega(girder) for x in case.hooks)
     parting = norm([h.picks, h.ramp / w]) / w / h.soft(girder)
-    return parting / h.load / case.gravity + 2.0 * h.ramp / case.gravity
+    return parting / h.load / case.gravity + max(2.0 * h.ramp / case.gravity, h.rings)
 
 
 def _wave(case: Case) -> float:
@@ -199,7 +214,8 @@ def _wave(case: Case) -> float:
 
 def _bounce(case: Case, girder: bool) -> float:
     """How far the block goes up and down once it has parted from its stools [m]."""
-    return max(2.0 * h.picks / h.omega(girder) for h in case.hooks)
+    rings = max(h.rings * h.load * case.gravity * h.soft(girder) for h in case.hooks)
+    return max(2.0 * h.picks / h.omega(girder) for h in case.hooks) + rings
 
 
 def _halting(case: Case) -> float:
@@ -215,6 +231,20 @@ def _sooner(case: Case, h: Hook) -> float:
 
 
 def _swung(case: Case, shift: float) -> Errors:
-    """Errors of the swing and of the place for a relative error of the frequency."""
-    swing = shift * envelope(case.swings, case.omegas)
-    return {"swing": swing, "position": shift * case.away / case.way}
+    """Errors of the swing, of the place, and of what the swing is of the tension, for one of the frequency."""
+    swing = shift * case.swings.envelope
+    place = shift * case.swings.away / case.way
+    return {"swing": swing, "position": place, "rope tension": _tipped(case, swing)}
+
+
+def _peak(case: Case, bounce: float, swing: float) -> float:
+    """Error of the largest tension, which comes as the load bounces or as it swings; both at once where nothing damps
+    the bounce."""
+    tipped = _tipped(case, swing)
+    return max(bounce, tipped) if all(h.rubs for h in case.hooks) else bounce + tipped
+
+
+def _tipped(case: Case, swing: float) -> float:
+    """Error of a hook's tension for one of the swing: it inclines the ropes, and hooks ahead carry more."""
+    inclined = case.swings.most / min(h.reach for h in case.hooks)
+    return swing * inclined * (tipping(case.hooks) + 2.0 * inclined)

@@ -65,8 +65,9 @@ class Verdict:
         notes += [
             f"the scene names '{key}', whose error no rule predicts here: not promised" for key in self.unpredicted
         ]
-        if accuracy < EXACT:
-            finest = f"the richest rung itself is right to {percent(EXACT)}"
+        exact = max([EXACT, *(self.chance.get(q, 0.0) for q in self.question.ask)])
+        if accuracy < exact:
+            finest = f"the richest rung itself is right to {percent(exact)}"
             notes.append(
                 f"no rung keeps an accuracy of {percent(accuracy)} for certain: {finest}, nothing finer is promised"
             )
@@ -91,7 +92,9 @@ class Verdict:
         rest = f"; the steps may add {self._errors(self._left())}" if self.steps else ""
         lines += [f"  predicted in all: {self._errors(self.errors)}{rest}"]
         if self.chance:
-            lines += [f"  by chance, whatever is modelled: {self._errors(self.chance)}: which pad is the last to open"]
+            lines += [
+                f"  whatever is modelled: {self._errors(self.chance)}: bends of ropes, which pad is the last to open"
+            ]
         if self.cost and self.richest:
             lines += [
                 f"  {name:<16} {c.states:>4} states, bound by {c.omega:.0f} 1/s, about {c.evaluations:.2g} evaluations"

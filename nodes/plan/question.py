@@ -1,7 +1,8 @@
 """What a scene can ask, how the error of each answer is measured, and how large it may be.
 
 rope tension    |peak - true peak| / true peak at the hook, of every hook rope
-swing           of the block about what it hangs from: largest excursion, and frequency after the last move, relative
+swing           of the block about what it hangs from: largest excursion, and frequency after the last move, relative;
+                the frequency only if a tenth of the excursion is left
 position        of the block as stages begin and at the end, relative to the longest way between two of them
 lift-off time   |t - true t| / duration of the stage, or half a second if that is shorter
 """

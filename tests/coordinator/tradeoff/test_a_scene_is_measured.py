@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 from heavylift.coordinator.cli import main
 from heavylift.coordinator.tradeoff import measure, write
+from heavylift.coordinator.tradeoff.measuring import long_enough
 from heavylift.coordinator.tradeoff.playing import play
 from heavylift.kernel.errors import ModelError, SceneError
 from heavylift.nodes.scene import load
@@ -113,3 +114,12 @@ def test_a_run_that_takes_too_long_is_cut_and_says_where():
     plan = load("pendulum").plan
     with pytest.raises(ModelError, match=r"cut after 0 s of wall time, at \d+\.\d{3} s of the run"):
         play(plan, limit=0.0)
+
+
+def test_a_scene_that_cuts_its_list_is_measured_to_the_end_of_it_for_its_swing_to_be_seen():
+    lift, told = load("lift"), []
+    longer = long_enough(lift, ("swing",), told.append)
+    assert told == ["the scene ends after 60 s and cuts its action list: measured to the end of the list"]
+    assert (longer.plan.end, longer.settings) == (None, ("end=null",))
+    assert load("lift", longer.settings).plan.end is None, "what is typed ends there, too"
+    assert long_enough(lift, ("position",), told.append) is lift

@@ -1,5 +1,7 @@
 """The verdict on a table: the fastest setting that is right in all that was asked, and the next faster that fails."""
 
+from dataclasses import replace
+
 from heavylift.coordinator.tradeoff.verdict import front, judge, percent
 from measured_rows import row
 
@@ -15,9 +17,26 @@ def test_the_fastest_that_passes_is_used_and_the_slowest_of_the_faster_ones_is_w
     verdict = judge(TABLE, 0.02)
     assert (verdict.pick, verdict.next_faster) == (GOOD, SWINGS_WRONG)
     assert verdict.sentence == (
-        "Use the setting rung, rk4 at 5 ms: 50 x real time, worst rope tension error 0.42 % (limit 2 %), swing 0.1 %, "
-        "places within 0.1 mm. Next faster setting that fails: rung, rk4 at 10 ms, 100 x (swing 21 %)."
+        "Use the setting rung, rk4 at 5 ms: 2 s to wait, 0 s of them to start, worst rope tension error 0.42 % "
+        "(limit 2 %), swing 0.1 %, places within 0.1 mm."
     )
+    assert verdict.more == "Next faster setting that fails: rung, rk4 at 10 ms, 1 s (swing 21 %)."
+
+
+def test_times_that_differ_by_noise_are_equal_and_the_most_exact_of_them_is_used():
+    alike = row("4 ms", 2.15, rope_tension=1e-3, swing=1e-3)
+    verdict = judge([*TABLE, alike], 0.02)
+    assert verdict.pick is alike
+    assert verdict.more.startswith("1 more keep 2 % in a time equal within noise. ")
+    slower = row("4 ms", 2.25, rope_tension=1e-3, swing=1e-3)
+    assert judge([*TABLE, slower], 0.02).pick is GOOD
+
+
+def test_what_one_waits_is_the_start_and_the_run():
+    rich, poor = (replace(x, start_s=s) for x, s in ((FINE, 1.0), (GOOD, 20.0)))
+    assert (rich.waits_s, poor.waits_s) == (11.0, 22.0)
+    assert rich.speed == 100.0 / 11.0
+    assert judge([rich, poor], 0.02).pick is rich
 
 
 def test_one_wrong_quantity_is_enough_to_fail():
@@ -31,7 +50,7 @@ def test_a_tighter_limit_asks_for_a_slower_setting():
 def test_a_run_that_failed_is_never_used_nor_named_as_the_next():
     verdict = judge([BLOWN, FINE], 0.02)
     assert (verdict.pick, verdict.next_faster) == (FINE, None)
-    assert verdict.sentence.endswith("No faster setting fails: a looser one may do.")
+    assert verdict.more.endswith("No faster setting fails: a looser one may do.")
 
 
 def test_where_nothing_passes_the_nearest_is_told():

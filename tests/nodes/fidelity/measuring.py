@@ -1,18 +1,25 @@
 """How far two runs of one lift are apart, in each quantity that a scene can ask.
 
 rope tension    largest relative difference of a hook's peak
-swing           of the block about what it hangs from: largest excursion, and frequency after the last move, relative
+swing           of the block about what it hangs from: largest excursion, and frequency after the last move if a
+                tenth of that is left, relative
 position        of the block when each stage begins, and at the end, relative to the longest way that it goes
-lift-off time   of the end of the stage that lifts it, relative to its duration or half a second, whichever is longer
+lift-off time   of the end of each stage that lifts it, relative to its duration or half a second, whichever is longer
 """
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
+from heavylift.nodes.plan.actions import Move
+from heavylift.nodes.plan.plan import drive_name
 from heavylift.nodes.plan.question import SHORTEST
+from heavylift.nodes.plan.verbs import VERBS
 
 STANDS = "up"  # the first stage in which the block hangs
-LIFTS = "lift off"
+LIFTS = "lift"  # begins the name of a stage that lifts it
+LEFT = 0.1  # of the largest excursion, for its frequency to be seen
 
 
 class Seen:
@@ -37,38 +44,56 @@ class Seen:
         return np.array(weights) @ self.places[i : i + 4]
 
     def sway(self) -> tuple[np.ndarray, np.ndarray]:
-        """Times from the first move sideways, and how far the block is from where that move wants it (n, 2) [m]."""
-        begin = self.began["sideways"]
+        """Times from the first move sideways, or from when it hangs, and how far the block is from where the moves of
+        what it hangs from want it (n, 2) [m]."""
+        moves = list(self._sideways())
+        begin = self.began[moves[0][0] if moves else STANDS]
         chosen = self.times >= begin
         t, xy = self.times[chosen], self.places[chosen, :2] - self.at(begin)[:2]
-        for action in self.plan.actions:
-            if action.stage in ("sideways", "along"):
-                order = action.orders[0]
-                axis = 1 if order.verb == "traverse" else 0
-                xy[:, axis] -= [_way(s - self.began[action.stage], order) for s in t]
+        for stage, order, part in moves:
+            axis = 1 if VERBS[order.verb].along == "y" else 0
+            xy[:, axis] -= [part * _way(s - self.began[stage], order) for s in t]
         return t, xy
 
-    def swings(self) -> tuple[float, float]:
-        """Largest excursion [m], and angular frequency after the last move [rad/s]."""
+    def _sideways(self):
+        """Stage, move, part of the hooks that it moves."""
+        hung = [(c, hook) for c in self.plan.cranes for hook in c.hooks if hook.rope in self._ropes]
+        drives = [drive_name(c.name, which) for c, hook in hung for which in ("gantry", hook.trolley)]
+        for action in self.plan.actions:
+            for order in action.orders:
+                if isinstance(order, Move) and VERBS[order.verb].along and order.actuator in drives:
+                    yield action.stage, order, drives.count(order.actuator) / len(hung)
+
+    @property
+    def _ropes(self) -> list[str]:
+        return [r.name for r in self.plan.rig.hook_ropes]
+
+    def lifting(self) -> list[tuple[float, float]]:
+        """Begin and end of the stages that lift the block [s]."""
+        return [(self.began[a], self.began[b]) for a, b in pairwise(self.began) if a.startswith(LIFTS)]
+
+    def swings(self) -> tuple[float, float, float]:
+        """Largest excursion [m]; angular frequency [rad/s] and size [m] of what is left after the last move."""
         t, xy = self.sway()
         free = t >= self.began["swing"]
         axis = int(np.argmax(np.ptp(xy[free], axis=0)))
         largest = float(np.sqrt((xy**2).sum(axis=1)).max())
-        return largest, _frequency(t[free], xy[free, axis])
+        return largest, _frequency(t[free], xy[free, axis]), float(np.ptp(xy[free, axis])) / 2.0
 
 
 def apart(one: Seen, true: Seen) -> dict[str, float]:
     """Quantity -> how far the first run is from the second."""
-    (size, omega), (size0, omega0) = one.swings(), true.swings()
+    (size, omega, _), (size0, omega0, left) = one.swings(), true.swings()
     ways = np.array([true.at(t) for t in true.began.values()])
     gone = np.array([one.at(one.began[stage]) for stage in true.began])
     longest = np.linalg.norm(np.diff(ways, axis=0), axis=1).max()
-    late = one.began[STANDS] - true.began[STANDS]
+    lifts = zip(one.lifting(), true.lifting(), strict=True)
+    late = [abs(b - a - (d - c)) / max(SHORTEST, d - c) for (a, b), (c, d) in lifts]
     return {
         "rope tension": float(np.abs(one.peaks / true.peaks - 1.0).max()),
-        "swing": max(abs(size / size0 - 1.0), abs(omega / omega0 - 1.0)),
+        "swing": max(abs(size / size0 - 1.0), abs(omega / omega0 - 1.0) if left > LEFT * size0 else 0.0),
         "position": float(np.linalg.norm(gone - ways, axis=1).max() / longest),
-        "lift-off time": abs(late) / max(SHORTEST, true.began[STANDS] - true.began[LIFTS]),
+        "lift-off time": max(late),
     }
 
 

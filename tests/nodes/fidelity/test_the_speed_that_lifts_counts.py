@@ -56,7 +56,8 @@ def test_a_move_to_a_place_has_a_way():
     assert scene.plan.actions[3].orders[0].by is None
     sideways = by_ways(scene.plan, scene.followed).actions[3].orders
     assert {m.actuator: m.by for m in sideways} == {name: 82.0 - y for name, y in starts.items()}
-    assert case_of(scene.plan, scene.followed).swings[0].cruising > 0.0
+    ramps = [knot.accel for knot in case_of(scene.plan, scene.followed).swings.knots[1] if abs(knot.accel) > 0.01]
+    assert len(ramps) == 6, "each trolley ramps up, cruises, ramps down; they begin together, the nearer ends first"
 
 
 @pytest.mark.parametrize("way", ["by 1 m", "until lifted"])
