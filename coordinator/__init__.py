@@ -10,6 +10,7 @@ Lowest layer first
     trace, tradeoff         where the time of a run went; speed against accuracy, measured
     measured                a run beside the log of a real crane
     commands, cli           the command `heavylift`; reference: writes REFERENCE.md; stopping: by signals
+    face                    what `import heavylift` gives
 """
 
 from typing import TYPE_CHECKING
