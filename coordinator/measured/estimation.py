@@ -13,11 +13,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from heavylift.nodes.scene.inputs import Input
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from .alignment import Alignment, Curve, correlation_time
-from .parameters import Parameter
 
 __all__ = ["Estimate", "Told", "estimate"]
 
@@ -50,7 +50,7 @@ class Estimate:
 
 
 def estimate(
-    simulate: Callable[[Floats], Sequence[Curve]], inputs: Sequence[Parameter], told: Told, at: Alignment
+    simulate: Callable[[Floats], Sequence[Curve]], inputs: Sequence[Input], told: Told, at: Alignment
 ) -> Estimate:
     """Fit what the log tells of the inputs, for whose values (m,) `simulate` gives the channels' curves."""
     m, known = len(inputs), dict[bytes, Sequence[Curve]]()

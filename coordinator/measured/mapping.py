@@ -19,7 +19,8 @@ from heavylift.kernel.errors import RecordingError, SceneError
 from heavylift.nodes.scene.text.faults import closest, raise_faults
 from heavylift.nodes.scene.text.files import content
 from heavylift.nodes.scene.text.source import Fault, Mark, Source, read
-from heavylift.nodes.scene.text.units import DIMENSIONS, MASS, NUMBER, tidy
+from heavylift.nodes.scene.text.uncertainty import PLUS, half_width
+from heavylift.nodes.scene.text.units import DIMENSIONS, MASS, tidy
 from heavylift.recordings import Recording
 from heavylift.recordings.format.samples import ERROR, MEASURED
 from heavylift.recordings.read.log import Log, read_log
@@ -27,11 +28,9 @@ from heavylift.recordings.read.part import chosen
 from heavylift.recordings.read.signal import titles
 from numpy.typing import NDArray
 
-__all__ = ["PLUS", "Channel", "Measured", "measured", "stated"]
+__all__ = ["Channel", "Measured", "measured"]
 
-PLUS = r"\+-|\+/-|±"
 LINE = re.compile(rf"(?P<channel>[^\[±]+?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*(?:(?:{PLUS})\s*(?P<half>.+))?")
-HALF = re.compile(rf"({NUMBER})\s*(.*)")
 EXAMPLE = "'rope/tension/west.H1 [kN] +- 5 kN'"
 Floats = NDArray[np.float64]
 
@@ -141,7 +140,7 @@ def _channel(rec: Recording, log: Log, column: str, line: re.Match[str], gravity
     if unit not in units:
         raise ValueError(f"'{unit}' is no unit of {name}; use {', '.join(units)}")
     values = log.values(column) * float(units[unit])
-    sigma = np.zeros(len(values)) if line["half"] is None else stated(line["half"], values, units)
+    sigma = np.zeros(len(values)) if line["half"] is None else _stated(line["half"], values, units)
     return Channel(signal, part, si, values, sigma, model, bool(line["half"]))
 
 
@@ -152,15 +151,7 @@ def _units(si: str, gravity: float) -> dict[str, Fraction]:
     return {unit: factor for d in fitting for unit, factor in d.units.items() if unit} | weights
 
 
-def stated(half: str, values: Floats, units: Mapping[str, Fraction]) -> Floats:
+def _stated(half: str, values: Floats, units: Mapping[str, Fraction]) -> Floats:
     """Standard uncertainties (n,) of values (n,) from a half-width at 95 %, such as `3 %`; ValueError if it is none."""
-    half = half.strip()
-    form = HALF.fullmatch(half)
-    if form is None or (width := float(form[1])) < 0.0:
-        raise ValueError(f"'+- {half}' is no uncertainty: write a number and a unit, such as '+- 5 kN' or '+- 1 %'")
-    if (unit := tidy(form[2])) == "%":
-        return 0.5 * width / 100.0 * np.abs(values)
-    if unit not in units:
-        what = f"'{unit}' is no unit of it" if unit else "the unit is missing"
-        raise ValueError(f"'+- {half}': {what}; use %, {', '.join(units)}")
-    return np.full(len(values), 0.5 * width * float(units[unit]))
+    part, width = half_width(half, units)
+    return 0.5 * (part * np.abs(values) + width)

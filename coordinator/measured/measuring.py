@@ -8,10 +8,13 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from heavylift.coordinator.record.scene import RESOLVED
+from heavylift.coordinator.record.scene import MERGED, RESOLVED
 from heavylift.coordinator.replay.recorded import RecordedRun
 from heavylift.coordinator.run.resume import Beginning
 from heavylift.kernel.errors import RecordingError
+from heavylift.nodes.scene.inputs import inputs, uncertain_inputs
+from heavylift.nodes.scene.text.source import read
+from heavylift.nodes.scene.text.uncertainty import separated
 from heavylift.recordings import Recording, file_path
 from heavylift.recordings.read.extended import extended
 from heavylift.recordings.write.outputs import beside as named_beside
@@ -22,7 +25,7 @@ from numpy.typing import NDArray
 from .alignment import Alignment, Curve, aligned, overlapping
 from .estimation import Estimate, Told, estimate
 from .mapping import Channel, Measured, measured
-from .parameters import parameters, scene_text, simulator, spread, uncertain
+from .parameters import scene_text, simulator, spread
 from .validation import LEVEL, Comparison, accuracy, beside, compared, curves_of
 
 __all__ = ["Outcome", "measure"]
@@ -74,31 +77,33 @@ def measure(
     """Compare the recording `path` with a log, and write both (default: NAME-measured.mcap).
 
     `offset` [s] of the log's time in the run, estimated if not given; `wanted`: inputs of the scene to estimate, which
-    are written into the scene beside the new recording; `given`: inputs with their uncertainty, `block.mass +- 3 %`.
+    are written into the scene beside the new recording; `given`: inputs with their uncertainty, `block.mass +- 3 %`,
+    besides those that the scene states.
     Raises HeavyliftError.
     """
     path = file_path(path)
     out = output_path(out or named_beside(path, "-measured.mcap"), "a recording", (".mcap",))
     rec = Recording(path)
-    begun = Beginning.left(path, RecordedRun(path), "record it with `heavylift run`") if wanted or given else None
-    inputs = parameters(begun.scene, wanted) if begun else []
-    known, sigma = uncertain(begun.scene, given) if begun else ([], np.zeros(0))
+    again = wanted or given or _uncertain(rec)
+    begun = Beginning.left(path, RecordedRun(path), "record it with `heavylift run`") if again else None
+    fitted = inputs(begun.scene, wanted) if begun else []
+    known = uncertain_inputs(begun.scene, given) if begun else []
     plan = msgspec.json.decode(rec.attachments.get(RESOLVED, b"{}"))
     found = measured(rec, log, maps, plan.get("gravity", EARTH))
     own = curves_of(rec, found.compared)
     at = _placed(rec, found, own, offset)
     fit, u_input = Estimate({}, {}, {}, at), list[Floats]()
     rate = 1.0 / float(np.median(np.diff(found.t)))
-    if begun and inputs:
+    if begun and fitted:
         rows = overlapping(own[0], found.t, at.offset, ROOM / rate)
-        fit = estimate(simulator(begun, inputs, found.compared, rate, say), inputs, _told(rec, found, rows), at)
+        fit = estimate(simulator(begun, fitted, found.compared, rate, say), fitted, _told(rec, found, rows), at)
     if begun and known:
-        start = np.array([p.value for p in known])
+        start, sigma = np.array([p.value for p in known]), np.array([p.sd for p in known])
         u_input = spread(simulator(begun, known, found.compared, rate, say), start, sigma, own)
     comparisons, errors = compared(rec, found, fit.at, u_input)
     rows = overlapping(own[0], found.t, fit.at.offset)
-    estimates = {inputs[i].name: inputs[i].rounded(x, fit.sigma[i]) for i, x in fit.values.items()}
-    unknown = {inputs[i].name: why for i, why in sorted(fit.unknown.items())}
+    estimates = {fitted[i].name: fitted[i].rounded(x, fit.sigma[i]) for i, x in fit.values.items()}
+    unknown = {fitted[i].name: why for i, why in sorted(fit.unknown.items())}
     outcome = Outcome(fit.at, comparisons, estimates, unknown, int((~rows).sum()))
     name, lines = found.log.path.name, "".join(f"{column}: {line}\n" for column, line in found.lines.items())
     files = {name: found.log.path.read_bytes(), "map.yaml": lines.encode()}
@@ -106,8 +111,15 @@ def measure(
     outcome = replace(outcome, recording=made)
     if begun is None or not estimates:
         return outcome
-    text = scene_text(begun.scene, inputs, estimates, name)
+    text = scene_text(begun.scene, fitted, estimates, name)
     return replace(outcome, scene=written(text, made.with_suffix(".yaml"), "a scene", (".yaml",), force))
+
+
+def _uncertain(rec: Recording) -> bool:
+    """Whether the recorded scene states how uncertain inputs are."""
+    files = rec.attachments
+    text = files.get(MERGED) or next((text for name, text in files.items() if name != RESOLVED), b"")
+    return RESOLVED in files and bool(separated(read(text.decode(errors="replace"), rec.path.name)))
 
 
 def _placed(rec: Recording, log: Measured, model: list[Curve], offset: float | None) -> Alignment:

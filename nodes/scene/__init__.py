@@ -14,6 +14,7 @@ keys                        every key of a scene file, as frozen pydantic models
 construction                from keys to the plan
 checks                      whether it fits, and whether its orders can be carried out
 loading, report             from a path or name to a plan; what `heavylift check` prints
+inputs                      quantities by name, how uncertain they are, the scene with other values
 operator_command            an order of an operator while a scene runs
 
 Node processes import `heavylift.nodes.plan.plan` only; what reads YAML is imported when it is first used.

@@ -13,9 +13,11 @@ from typing import Annotated, Union, get_args, get_origin
 
 from heavylift.nodes.scene.text.faults import closest
 from heavylift.nodes.scene.text.source import Data, Fault, Path, Source, child, ordered
+from heavylift.nodes.scene.text.uncertainty import separated
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from .quantities import uncertainty_faults
 from .schema import RESERVED, Scene
 
 _PLAIN = {
@@ -35,14 +37,15 @@ _PLAIN = {
 
 
 def validate(source: Source) -> Scene | None:
-    """The scene, or None with its errors added to the faults of the source."""
+    """The scene, or None with its errors added to the faults of the source; its data keep nominal values."""
+    stated = separated(source)
     try:
         scene = Scene.model_validate(ordered(source.data))
     except ValidationError as error:
         for message in error.errors(include_url=False):
             source.faults.append(_fault(source, message))
         return None
-    source.faults += _reserved(scene)
+    source.faults += [*_reserved(scene), *uncertainty_faults(scene, stated)]
     return scene
 
 

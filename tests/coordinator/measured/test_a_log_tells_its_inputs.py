@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from heavylift.coordinator.measured.alignment import Alignment
 from heavylift.coordinator.measured.estimation import Estimate, Told, estimate
-from heavylift.coordinator.measured.parameters import Parameter
+from heavylift.nodes.scene.inputs import Input
 from small_lift import TIMES, tension
 
 NAMES = ["weight", "share", "twin", "paint"]
 START = np.array([1e6, 0.6, 1.0, 1.0])
-INPUTS = [Parameter(*given) for given in zip(NAMES, START.tolist(), [1e6, 0.5, 1.0, 1.0], strict=True)]
+INPUTS = [Input(*given) for given in zip(NAMES, START.tolist(), [1e6, 0.5, 1.0, 1.0], strict=True)]
 
 
 def model(p: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -77,7 +77,7 @@ def test_a_kink_is_no_noise() -> None:
     t = np.arange(1.0, 38.0, 0.2)
     D = [np.interp(t, T, S) + 3e3 * rng.standard_normal(len(t)) for T, S in kinked(np.array([0.06]))]
     given = Told(t, D, [np.zeros(len(t))] * 2, [3e3, 3e3])
-    found = estimate(kinked, [Parameter("off", 0.0, 1.0)], given, Alignment(0.0))
+    found = estimate(kinked, [Input("off", 0.0, 1.0)], given, Alignment(0.0))
     assert abs(found.values[0] - 0.06) < 3.0 * found.sigma[0] < 3e-3
 
 
@@ -85,7 +85,7 @@ def test_noise_is_no_derivative() -> None:
     rng = np.random.default_rng(8)
     jitter = lambda p: model(np.array([1e6 + 1e4 * rng.standard_normal(), 0.6, 1.0, 1.0]))  # noqa: E731
     given = told(rng, START, 0.0)
-    found = estimate(jitter, [Parameter("off", 0.0, 1.0)], given, Alignment(0.0))
+    found = estimate(jitter, [Input("off", 0.0, 1.0)], given, Alignment(0.0))
     assert found.unknown == {0: "what it changes is lost in how the run itself jitters"}
 
 

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from heavylift.coordinator.measured.measuring import measure
-from heavylift.coordinator.measured.parameters import parameters, scene_text, varied
+from heavylift.coordinator.measured.parameters import scene_text
 from heavylift.coordinator.run import run
 from heavylift.kernel.errors import SceneError
 from heavylift.nodes.scene import load
+from heavylift.nodes.scene.inputs import inputs, uncertain_inputs, varied
 from heavylift.nodes.scene.loading import parse
 from heavylift.recordings import Recording
 from small_lift import log
@@ -43,7 +44,8 @@ def test_the_load_comes_back_and_is_written(tmp_path: Path) -> None:
     assert "hardly depends on it" in found.not_identified[LONGEST]
     assert found.scene == tmp_path / "run-measured.yaml"
     text = found.scene.read_text()
-    assert "#   {}: {} +- {}".format(MASS, *found.estimates[MASS]) in text
+    assert "mass: {} +- {}".format(*found.estimates[MASS]) in text
+    assert [str(x) for x in uncertain_inputs(load(found.scene))] == ["{} {} +- {}".format(MASS, *found.estimates[MASS])]
     assert text.startswith("# A rope over sheaves: a tackle of four falls")
     assert "end: 15 s" in text  # which was laid over the scene for the run
     assert load(found.scene).plan.mechanisms[0].system.bodies[0].mass == pytest.approx(1e3 * value)
@@ -69,10 +71,10 @@ def test_several_inputs_come_back_on_random_tackles(seed: int, tmp_path: Path) -
 
 def test_an_input_that_is_not_written_is_added() -> None:
     scene = load("lift")
-    inputs = parameters(scene, ["block.com.x", "block.mass", "cranes.crane.rope damping", "rig.sling.EA"])
-    given = {p.name: text for p, text in zip(inputs, [("0.21 m", "0.02 m"), ("306.1 t", "1.2 t"), ("0.05", "0.01"),
+    fitted = inputs(scene, ["block.com.x", "block.mass", "cranes.crane.rope damping", "rig.sling.EA"])
+    given = {p.name: text for p, text in zip(fitted, [("0.21 m", "0.02 m"), ("306.1 t", "1.2 t"), ("0.05", "0.01"),
                                                       ("440 MN", "20 MN")], strict=True)}  # fmt: skip
-    text = scene_text(scene, inputs, given, "log.csv")
+    text = scene_text(scene, fitted, given, "log.csv")
     found = parse(text, "lift.yaml").scene
     assert found.block is not None
     assert (found.block.com, found.block.mass) == ((0.21, 0.0, 0.0), 306_100.0)
@@ -80,18 +82,19 @@ def test_an_input_that_is_not_written_is_added() -> None:
     assert found.rig is not None
     assert found.rig.sling.EA == 440e6
     assert "#   block.com.x: 0.21 m +- 0.02 m" in text
+    assert {x.name for x in uncertain_inputs(parse(text))} == set(given)
     assert "# on stools of 2 m; its inertia is that of a uniform box" in text
 
 
 def test_values_are_rounded_to_their_uncertainty() -> None:
-    mass, EA = parameters(load("lift"), ["block.mass", "rig.sling.EA"])
+    mass, EA = inputs(load("lift"), ["block.mass", "rig.sling.EA"])
     assert mass.rounded(305_983.2, 332.0) == ("305.98 t", "0.66 t")
     assert EA.rounded(4.45255e8, 4.9295e6) == ("445300 kN", "9900 kN")
 
 
 def test_an_input_varies_alone() -> None:
     scene = load("lift", ["block.mass=310 t"])
-    (com,) = parameters(scene, ["block.com.y"])
+    (com,) = inputs(scene, ["block.com.y"])
     other = varied(scene, [com], [-0.3])
     assert other.plan.block is not None
     assert other.plan.block.body.mass == 310_000.0
@@ -112,5 +115,5 @@ def test_an_input_varies_alone() -> None:
 )
 def test_what_is_no_input(name: str, what: str) -> None:
     with pytest.raises(SceneError, match=f"input {name}: ") as told:
-        parameters(load("lift"), [name])
+        inputs(load("lift"), [name])
     assert what in str(told.value)

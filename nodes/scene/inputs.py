@@ -1,0 +1,202 @@
+"""Inputs of a scene: quantities by the path that `--set` takes, with `x`, `y`, `z` for the numbers of a place.
+
+    uncertain_inputs(scene)                  those with an uncertainty: value, kind and spread of each
+    uncertain_inputs(scene, ["block.mass +- 3 %"])           with some that are stated besides
+    inputs(scene, ["block.com.x"])           those of some names
+    varied(scene, inputs, values)            the scene with other values
+
+A scale is by what an input may be off: its own size, of a place at least a metre, of what lies between two ends a fifth
+of their distance.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from math import floor, inf, log10, sqrt
+
+import msgspec
+from heavylift.kernel.errors import SceneError
+from heavylift.nodes.scene.keys.base import written
+from heavylift.nodes.scene.keys.quantities import below, quantity
+from heavylift.nodes.scene.text.faults import closest
+from heavylift.nodes.scene.text.source import Path, Source, read
+from heavylift.nodes.scene.text.uncertainty import PLUS, Kind, Stated, separated, standard
+from heavylift.nodes.scene.text.units import NUMBER, Limited, Quantity, tidy
+from pydantic import BaseModel
+
+from .loading import LoadedScene, parse
+
+__all__ = ["Input", "UncertainInput", "inputs", "settings", "stated", "uncertain_inputs", "varied"]
+
+AXES = {"x": 0, "y": 1, "z": 2}
+LEAST = {"length": 1.0}  # scale [SI] of quantities whose own size says little of their uncertainty
+SIGNED = ("length", "angle")
+FAR = 20.0  # times more or less: an input that leads there is not told by a log
+DIGITS = 6  # of a value without uncertainty
+KEPT = ("fidelity", "method", "tolerance", "tensions_only", "step", "driven", "end")  # of a plan, whatever an input is
+_NAMED = re.compile(rf"\s*(?P<name>.+?)\s*(?P<how>{PLUS}|\b(?:sd|sigma)\b)(?P<half>.*)")
+
+
+@dataclass(frozen=True)
+class Input:
+    """An input: how it is named, value, scale and bounds in SI, its unit among those that it can have, its path in the
+    scene's data; `whole`: what must be written first for the path to be there."""
+
+    name: str
+    value: float
+    scale: float
+    bounds: tuple[float, float] = (-inf, inf)
+    unit: str = ""
+    units: Mapping[str, Fraction] = field(default_factory=lambda: {"": Fraction(1)})
+    path: Path = ()
+    whole: str = ""
+
+    @property
+    def factor(self) -> float:
+        """What its unit is in SI."""
+        return float(self.units[self.unit])
+
+    def rounded(self, value: float, sigma: float) -> tuple[str, str]:
+        """A value and two standard uncertainties, as people write them, to two digits of the latter."""
+        half = 2.0 * sigma / self.factor
+        places = 1 - floor(log10(half)) if half > 0.0 else DIGITS
+        texts = (f"{round(x, places):.{max(0, places)}f} {self.unit}" for x in (value / self.factor, half))
+        first, second = (text.strip() for text in texts)
+        return first, second
+
+
+@dataclass(frozen=True)
+class UncertainInput(Input):
+    """An input with its standard uncertainty in SI units; `kind`: of its distribution, normal, or uniform within half a
+    width of sqrt(3) standard uncertainties."""
+
+    kind: Kind = "normal"
+    sd: float = 0.0
+
+    @property
+    def half(self) -> float:
+        """Half-width in SI units: at a level of 95 %, or of all that can be."""
+        return (sqrt(3.0) if self.kind == "uniform" else 2.0) * self.sd
+
+    def __str__(self) -> str:
+        value, half = self.rounded(self.value, self.half / 2.0)
+        return f"{self.name} {value} +- {half}{', any as likely' * (self.kind == 'uniform')}"
+
+
+def inputs(scene: LoadedScene, names: Sequence[str]) -> list[Input]:
+    """The inputs of these names; SceneError for one that the scene has not, or that is no quantity."""
+    source, _ = _source(scene)
+    found = [_input(scene, source, name)[0] for name in names]
+    if twice := next((p for i, p in enumerate(found) if p.path in [q.path for q in found[:i]]), None):
+        raise SceneError(f"input {twice.name}: is named twice; once is enough")
+    return found
+
+
+def uncertain_inputs(scene: LoadedScene, given: Sequence[str] = ()) -> list[UncertainInput]:
+    """All inputs of a scene with an uncertainty, as its file states it or `given`, such as `block.mass +- 3 %`, states
+    it instead; raises SceneError."""
+    source, stated = _source(scene)
+    found = {path: _uncertain(*_input(scene, source, _name(scene, path)), each) for path, each in stated.items()}
+    named: list[Path] = []
+    for text in given:
+        form = _NAMED.fullmatch(text)
+        if form is None:
+            raise SceneError(f"input {text}: write its uncertainty behind it, such as 'block.mass +- 3 %'")
+        one, kind = _input(scene, source, form["name"])
+        if one.path in named:
+            raise SceneError(f"input {one.name}: is named twice; once is enough")
+        named.append(one.path)
+        how = form["how"] if form["how"] in ("sd", "sigma") else "+-"
+        found[one.path] = _uncertain(
+            one, kind, Stated(f"{one.value / one.factor!r} {one.unit}", how, form["half"].strip())
+        )
+    return list(found.values())
+
+
+def stated(scene: LoadedScene, one: Input, value: str, half: str) -> str:
+    """What a scene writes of an input with its uncertainty at 95 %; the value alone where that is beyond its ends."""
+    _, kind = _input(scene, _source(scene)[0], one.name)
+    try:
+        standard(Stated(value, "+-", half), kind)
+    except ValueError:
+        return value
+    return f"{value} +- {half}"
+
+
+def varied(scene: LoadedScene, changed: Sequence[Input], values: Sequence[float]) -> LoadedScene:
+    """The scene with other values, modelled and integrated as it was; SceneError if it is none."""
+    texts = [f"{x / p.factor!r} {p.unit}" for p, x in zip(changed, values, strict=True)]
+    other = parse(scene.merged or scene.text, scene.path.name, settings(changed, texts))
+    return replace(other, plan=msgspec.structs.replace(other.plan, **{x: getattr(scene.plan, x) for x in KEPT}))
+
+
+def settings(changed: Sequence[Input], values: Sequence[str]) -> list[str]:
+    """What `--set` takes to give inputs these values."""
+    first = dict.fromkeys(p.whole for p in changed if p.whole)
+    return [*first, *(f"{'.'.join(map(str, p.path))}={text}" for p, text in zip(changed, values, strict=True))]
+
+
+def _source(scene: LoadedScene) -> tuple[Source, dict[Path, Stated]]:
+    """The scene's data with nominal values, and what it states of their uncertainty."""
+    source = read(scene.merged or scene.text, scene.path.name)
+    return source, separated(source)
+
+
+def _name(scene: LoadedScene, path: Path) -> str:
+    """A path as users write it, with x, y and z where a place is meant."""
+    at: object = scene.scene
+    kind: object = None
+    words = []
+    for part in path:
+        place = isinstance(at, tuple) and len(at) == len(AXES)
+        at, kind = below(at, kind)[part]
+        words.append([*AXES][part] if place and isinstance(part, int) else str(part))
+    return ".".join([*words, *(["x"] if isinstance(at, tuple) else [])])
+
+
+def _uncertain(one: Input, kind: Quantity, stated: Stated) -> UncertainInput:
+    try:
+        sd = standard(stated, kind)
+    except ValueError as error:
+        raise SceneError(f"input {one.name}: {error}") from None
+    return UncertainInput(**vars(one), kind=stated.kind, sd=sd)
+
+
+def _input(scene: LoadedScene, source: Source, name: str) -> tuple[Input, Quantity]:
+    at: object = scene.scene
+    kind: object = None
+    path: Path = ()
+    whole = ""
+    for word in name.split("."):
+        key: str | int = word
+        inside = below(at, kind)
+        if isinstance(at, BaseModel):
+            key = written(word)
+        elif isinstance(at, list | tuple):
+            key = AXES.get(word, int(word) if word.isdecimal() else word)
+            if not isinstance(source.at(path), list) and (found := quantity(kind)):
+                si = next(unit for unit, factor in found.dimension.units.items() if factor == 1)
+                whole = f"{'.'.join(map(str, path))}=[{', '.join(f'{x!r} {si}' for x in at)}]"
+        elif not inside and not isinstance(at, dict):
+            raise SceneError(f"input {name}: '{path[-1]}' is a quantity and has no '{word}'")
+        if key not in inside:
+            raise SceneError(f"input {name}: there is no '{word}'; {closest(word, map(str, inside))}")
+        at, kind = inside[key]
+        path = (*path, key)
+    found = quantity(kind)
+    if found is None or isinstance(at, bool) or not isinstance(at, int | float | None):
+        raise SceneError(f"input {name}: is no quantity; name one, such as block.mass")
+    if at is None:
+        raise SceneError(f"input {name}: the scene gives it no value; write one from which to begin")
+    dimension = found.dimension
+    text = re.fullmatch(rf"\s*{NUMBER}\s*(.*?)\s*", str(source.at(path)))
+    unit = tidy(text[1]) if text and tidy(text[1]) in dimension.units else next(iter(dimension.units))
+    scale = max(abs(at), LEAST.get(dimension.name, 0.0)) or 1.0
+    bounds = (at / FAR, at * FAR) if at > 0.0 and dimension.name not in SIGNED else (-inf, inf)
+    if isinstance(dimension, Limited):
+        bounds = (dimension.number(dimension.lowest), dimension.number(dimension.highest))
+        scale = 0.2 * (bounds[1] - bounds[0])
+    return Input(name, float(at), scale, bounds, unit, dimension.units, path, whole), found

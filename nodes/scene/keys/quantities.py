@@ -1,0 +1,86 @@
+"""Which quantity stands at a path of a scene: its value, and the dimension that the models of its keys read it with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, get_args, get_origin
+
+from heavylift.nodes.scene.text.source import Fault, Path
+from heavylift.nodes.scene.text.uncertainty import Stated, standard
+from heavylift.nodes.scene.text.units import Quantity
+from pydantic import BaseModel
+
+from .base import written
+
+__all__ = ["below", "quantity", "quantity_at", "uncertainty_faults"]
+
+Kind = Any  # annotation of a key, with its metadata
+
+
+def below(at: object, kind: Kind) -> dict[str | int, tuple[object, Kind]]:
+    """Value and annotation of all that is in a part of a scene, by key or number."""
+    if isinstance(at, BaseModel):
+        fields = type(at).model_fields.items()
+        return {f.alias or written(name): (getattr(at, name), (f.annotation, *f.metadata)) for name, f in fields}
+    if isinstance(at, Mapping):
+        return {str(key): (value, kind) for key, value in at.items()}
+    if isinstance(at, list | tuple):
+        return {i: (value, _element(kind, len(at), i)) for i, value in enumerate(at)}
+    return {}
+
+
+def quantity(kind: Kind) -> Quantity | None:
+    """The first quantity that an annotation tells, however deep."""
+    found: Quantity | None = _deep(kind, lambda each: each if isinstance(each, Quantity) else None)
+    return found
+
+
+def quantity_at(scene: BaseModel, path: Path) -> tuple[float, Quantity] | None:
+    """Value in SI units and quantity at a path; of a place that is written as one number, the first; None elsewhere."""
+    at: object = scene
+    kind: Kind = None
+    for part in path:
+        inside = below(at, kind)
+        if part not in inside:
+            return None
+        at, kind = inside[part]
+    if isinstance(at, tuple) and at:
+        at = at[0]
+    found = quantity(kind)
+    if found is None or isinstance(at, bool) or not isinstance(at, int | float):
+        return None
+    return float(at), found
+
+
+def uncertainty_faults(scene: BaseModel, stated: Mapping[Path, Stated]) -> list[Fault]:
+    """Uncertainties of what is no quantity, or that make no sense of it."""
+    faults = []
+    for path, each in stated.items():
+        found = quantity_at(scene, path)
+        try:
+            if found is None:
+                raise ValueError("is no quantity that could be uncertain; write it without '+-', 'sd' or '..'")
+            standard(each, found[1])
+        except ValueError as error:
+            faults.append(Fault(path, str(error)))
+    return faults
+
+
+def _element(kind: Kind, n: int, i: int) -> Kind:
+    """The annotation of one of n values: of a tuple its own, else that of all."""
+
+    def own(each: Kind) -> Kind | None:
+        origin: object = get_origin(each)
+        args = get_args(each) if origin is tuple else ()
+        return args[i] if len(args) == n and Ellipsis not in args else None
+
+    return _deep(kind, own) or kind
+
+
+def _deep(kind: Kind, found: Callable[[Kind], Any]) -> Any:
+    """What a function finds first in an annotation or its parts."""
+    result = found(kind)
+    if result is not None:
+        return result
+    parts = kind if isinstance(kind, tuple) else get_args(kind)
+    return next((result for part in parts if (result := _deep(part, found)) is not None), None)

@@ -1,0 +1,141 @@
+"""Numbers with their uncertainty, as scenes, maps of logs and options write them.
+
+    480 t +- 3 %, 480 t +- 10 t     half-width at a level of 95 %, that is two standard uncertainties; also +/- and ±
+    480 t sd 5 t, 480 t sd 1 %      standard uncertainty; also sigma
+    460..500 t                      anything between two ends is as likely; the middle is the value
+
+Behind a value in %, a half-width in % is in its unit: `97 % +- 1 %` is 96 to 98 %; elsewhere it is a part of the value.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+from typing import Literal, TypeAlias
+
+from .source import Data, Path, Source
+from .units import ACCURACY, DURATION, NUMBER, SAMPLING, Dimension, Either, Limited, Quantity, tidy
+
+__all__ = ["PLUS", "Kind", "Stated", "half_width", "separated", "standard"]
+
+PLUS = r"\+-|\+/-|±"
+_FORM = re.compile(rf"\s*(?P<value>{NUMBER}[^±]*?)\s*(?P<how>{PLUS}|\b(?:sd|sigma)\b)(?P<half>.*)")
+_RANGE = re.compile(rf"\s*(?P<low>{NUMBER})\s*(?P<unit_low>[^\d.]*?)\s*\.\.\s*(?P<high>{NUMBER})\s*(?P<unit>.*?)\s*")
+_HALF = re.compile(rf"\s*({NUMBER})\s*(.*)")
+_LONGEST = 200  # characters of a number with its uncertainty
+_SETTINGS = (ACCURACY, DURATION, SAMPLING)  # of a run: nobody measures them
+Kind: TypeAlias = Literal["normal", "uniform"]
+
+
+@dataclass(frozen=True)
+class Stated:
+    """What is written of a number: its nominal value, and `how` far (`+-`, `sd` or `..`) from it, each as text."""
+
+    value: str
+    how: str
+    half: str
+
+    @property
+    def kind(self) -> Kind:
+        """Its distribution: normal, or uniform between two ends."""
+        return "uniform" if self.how == ".." else "normal"
+
+
+def separated(source: Source) -> dict[Path, Stated]:
+    """What a scene states of its numbers, by path; the data keep their nominal values, bad forms become faults."""
+    found: dict[Path, Stated] = {}
+
+    def nominal(data: Data, path: Path) -> Data:
+        if isinstance(data, dict):
+            return {key: nominal(each, (*path, key)) for key, each in data.items()}
+        if isinstance(data, list):
+            return [nominal(each, (*path, i)) for i, each in enumerate(data)]
+        try:
+            stated = _stated(data) if isinstance(data, str) else None
+        except ValueError as error:
+            source.fault(path, str(error))
+            return data
+        if stated is None:
+            return data
+        found[path] = stated
+        return stated.value
+
+    source.data = {key: nominal(each, (key,)) for key, each in source.data.items()}
+    return found
+
+
+def standard(stated: Stated, quantity: Quantity) -> float:
+    """The standard uncertainty in SI units; ValueError for one that makes no sense of such a quantity."""
+    dimension, value = quantity.dimension, quantity.read(stated.value)
+    if dimension in _SETTINGS:
+        raise ValueError(f"{dimension.article} is a setting of the run, no input: write it without uncertainty")
+    unit = tidy(_number(stated.value)[1])
+    units = _plain(dimension, unit or tidy(_number(stated.half)[1])).units
+    part, width = half_width(stated.half, units, stated.how, relative=unit != "%")
+    if part and value == 0.0:
+        raise ValueError(f"'{stated.how} {stated.half}' of a value of 0 says nothing: write it in a unit")
+    half = part * abs(value) + width
+    reach = 2.0 * half if stated.how.startswith("s") else half
+    low, high = value - reach, value + reach
+    if quantity.least and (low < 0.0 or (low == 0.0 and quantity.least == "positive")):
+        least = "greater than zero" if quantity.least == "positive" else "zero or more"
+        raise ValueError(f"reaches down to {dimension.show(low)}, and {dimension.article} must be {least} here")
+    if isinstance(dimension, Limited):
+        ends = dimension.number(dimension.lowest), dimension.number(dimension.highest)
+        if low < ends[0] * (1 - 1e-9) or high > ends[1] * (1 + 1e-9):
+            raise ValueError(
+                f"reaches from {dimension.show(low)} to {dimension.show(high)}, out of {dimension.lowest} to "
+                f"{dimension.highest}; write the range that is meant, such as '97..100 %'"
+            )
+    return reach / (math.sqrt(3.0) if stated.kind == "uniform" else 2.0)
+
+
+def half_width(text: str, units: Mapping[str, Fraction], how: str = "+-", relative: bool = True) -> tuple[float, float]:
+    """A width such as `3 %` or `10 t`, as a part of the value and in SI units, one of them 0; ValueError if it is none.
+
+    `relative`: whether % is a part of the value."""
+    number, unit = _number(text)
+    width, unit, text = float(number) if number else math.nan, tidy(unit), f"{how} {text.strip()}".strip()
+    if not 0.0 <= width < math.inf:
+        raise ValueError(f"'{text}' is no uncertainty: write a number and a unit, such as '+- 5 kN' or '+- 1 %'")
+    if unit == "%" and relative:
+        return width / 100.0, 0.0
+    if unit not in units:
+        what = f"'{unit}' is no unit of it" if unit else "the unit is missing"
+        raise ValueError(f"'{text}': {what}; use {', '.join(dict.fromkeys(('%', *filter(None, units))))}")
+    return 0.0, width * float(units[unit])
+
+
+def _stated(text: str) -> Stated | None:
+    """The parts of a number with its uncertainty; None for any other text."""
+    if len(text) > _LONGEST:
+        return None
+    if form := _FORM.fullmatch(text):
+        how = "sd" if form["how"] in ("sd", "sigma") else "+-"
+        return Stated(form["value"], how, form["half"].strip())
+    form = _RANGE.fullmatch(text)
+    if form is None:
+        return None
+    low, high, unit = Decimal(form["low"]), Decimal(form["high"]), form["unit"]
+    if form["unit_low"] and tidy(form["unit_low"]) != tidy(unit):
+        raise ValueError(f"'{text}': write both ends in one unit, such as '460..500 t'")
+    if not low < high:
+        raise ValueError(f"'{text}': the first end must be below the second")
+    return Stated(f"{(low + high) / 2} {unit}".strip(), "..", f"{(high - low) / 2} {unit}".strip())
+
+
+def _number(text: str) -> tuple[str, str]:
+    """Number and unit of a text; two empty ones if it is no quantity."""
+    form = _HALF.fullmatch(text)
+    return (form[1], form[2]) if form else ("", "")
+
+
+def _plain(dimension: Dimension, unit: str) -> Dimension:
+    """Of two dimensions in one, that of a unit."""
+    while isinstance(dimension, Either):
+        dimension = dimension.sliding if unit in dimension.sliding.units else dimension.turning
+    return dimension
