@@ -27,13 +27,13 @@ from heavylift.coordinator.protocol.messages import Bye, Grant, Stop
 from heavylift.coordinator.protocol.node import Node
 from heavylift.coordinator.protocol.outside import OpenCoordinator
 from heavylift.coordinator.record.drawing import RopeLines
-from heavylift.coordinator.verdict import judge
 from heavylift.coordinator.verdict.conduct import Conduct
 from heavylift.coordinator.verdict.history import Collector
 from heavylift.kernel.errors import KernelError, ModelError
 from heavylift.kernel.simulation.native.samples import published
 from heavylift.nodes.devs import FOREVER, Event, Simulator, Tag, ns
 from heavylift.nodes.models import COMMANDER, KERNEL, build, couplings
+from heavylift.nodes.plan.limit import Use
 from heavylift.nodes.plan.plan import Plan
 from heavylift.recordings import Digest, RopeLine, SampleLayout
 from heavylift.recordings.format.columns import Columns
@@ -83,7 +83,7 @@ class Played:
     @property
     def t(self) -> NDArray[np.float64]:
         """Times (n,) [s]."""
-        return np.asarray(self.times * 1e-9, np.float64)
+        return np.asarray(self.times / 1e9, np.float64)
 
     @cached_property
     def peaks(self) -> dict[str, Peak]:
@@ -105,14 +105,26 @@ class Played:
             said.event(event)
         return said
 
-    @cached_property
+    @property
     def verdict(self) -> Judged:
         """The verdict."""
+        return self.judged[0]
+
+    @property
+    def uses(self) -> Sequence[Use]:
+        """The worst of each limit."""
+        return self.judged[1]
+
+    @cached_property
+    def judged(self) -> tuple[Judged, Sequence[Use]]:
+        """The verdict, and the worst of each limit."""
+        from heavylift.coordinator.verdict.judging import judged_with_uses  # with the library of collisions
+
         past = Collector(self.layout)
         past.samples(0, self.times.tolist(), self.rows)
         for t_ns, lines in self.rigs:
             past.ropes(t_ns, lines)
-        return judge(self.plan, past, self.conduct)
+        return judged_with_uses(self.plan, past, self.conduct)
 
 
 class _Kernel(KernelNode):

@@ -189,7 +189,7 @@ def _of_scene(
         [StageSpan(name, t, end) for (t, name), end in zip(stages, ends, strict=True)] if stages else [],
         run.peaks,
         [_happened(e) for e in run.events],
-        [(t * 1e-9, said) for t, said in run.notes],
+        [(t / 1e9, said) for t, said in run.notes],
         run.verdict,
         run.unfinished,
         run.digest,
@@ -201,11 +201,11 @@ def _orders(scene: LoadedScene, words: str) -> bytes:
 
 
 def _end(run: Played) -> float:
-    return run.end_ns * 1e-9
+    return run.end_ns / 1e9
 
 
 def _happened(e: Event) -> Happened:
-    return Happened(e.t * 1e-9, e.source, e.port, e.value)
+    return Happened(e.t / 1e9, e.source, e.port, e.value)
 
 
 def _of_system(
@@ -232,15 +232,15 @@ def _of_system(
     s.interrupt(end)
     s.settle()
     rows = [row for row in s.rows if row[0] < end] + s.rows[-1:]
-    times = np.array([t for t, _ in rows]) * 1e-9
+    times = np.array([t for t, _ in rows]) / 1e9
     signals = _signals(times, published(s.method, np.array([row for _, row in rows])), channels(s.method), ("*",))
     peaks = dict[str, Peak]()
     if "rope/peak" in signals:
         most, when = signals["rope/peak"], signals["rope/peak_time"]
         for i, (name, k) in enumerate(zip(most.names, most.values.argmax(axis=0), strict=True)):
             peaks[name] = Peak(float(most.values[k, i]), float(when.values[k, i]))
-    events = [Happened(t * 1e-9, e.name, e.what, e.value) for t, e in s.log]
-    notes = [(note.t_ns * 1e-9, note.sentence) for note in s.notes]
+    events = [Happened(t / 1e9, e.name, e.what, e.value) for t, e in s.log]
+    notes = [(note.t_ns / 1e9, note.sentence) for note in s.notes]
     return Result(times, _kept(signals, keep), [], peaks, events, notes)
 
 
