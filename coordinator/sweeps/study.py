@@ -122,7 +122,7 @@ class Study:
         found = {key: value for key, value in row.items() if key != "recording"}
         found["settings"] = list(variant.settings)
         found |= {INPUT + axis.label: x for axis, x in zip(self.plan.axes, variant.values, strict=True)}
-        sets = " ".join(f"--set {shlex.quote(setting)}" for setting in variant.settings)
+        sets = " ".join(f"--set {shlex.quote(setting)}" for setting in [*self.plan.scene.settings, *variant.settings])
         name = f"{self.plan.scene.plan.name}-{variant.number:06d}.mcap"
         found["command"] = f"heavylift run {shlex.quote(self.plan.scene.typed)} {sets} -o {name}"
         if data := row.get("recording"):
