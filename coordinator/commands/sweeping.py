@@ -110,6 +110,7 @@ class _Progress:
                 self._live.start()
             self._began, self._left = time.monotonic(), len(study.waiting)
             return
+        self._began = self._began if self._done else time.monotonic()  # workers take a while to start
         self._done += 1
         self._counts[row["status"]] = self._counts.get(row["status"], 0) + 1
         now = time.monotonic()
@@ -127,7 +128,7 @@ class _Progress:
     def _line(self, now: float) -> str:
         from heavylift.coordinator.run.progress import clock
 
-        rate = self._done / max(1e-9, now - self._began)
+        rate = max(self._done - 1, 0.5) / max(0.5, now - self._began)
         counts = ", ".join(f"{n} {status}" for status, n in sorted(self._counts.items()))
         left = clock((self._left - self._done) / rate)
         return f"{self._done} of {self._left} runs, {rate:.1f} a second, {left} to go: {counts}"

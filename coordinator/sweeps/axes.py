@@ -147,10 +147,10 @@ def _axis(scene: LoadedScene, text: str, sampling: bool) -> Axis:
         texts = tuple(dict.fromkeys(part for each in _parts(values[1:-1]) if (part := each.strip())))
         if not texts:
             raise SceneError(f"--vary '{text}': there is nothing between the braces")
-        return Axis(path, texts, first=first)
+        return Axis(path, texts, unit=_unit(texts), first=first)
     found = RANGE.fullmatch(values)
     if found is None:
-        return Axis(path, (values,), first=first)
+        return Axis(path, (values,), unit=_unit([values]), first=first)
     low_text, unit_low, high_text, unit, step_text, unit_step = found.groups()
     for other in (unit_low, unit_step):
         if other and other != unit:
@@ -169,7 +169,16 @@ def _axis(scene: LoadedScene, text: str, sampling: bool) -> Axis:
     count = int((high - low) / step) + 1
     if count > MOST:
         raise SceneError(f"--vary '{text}': {count} values; a study has at most {MOST} variants")
-    return Axis(path, tuple(f"{low + i * step} {unit}".strip() for i in range(count)), unit=unit, first=first)
+    return Axis(
+        path, tuple(f"{(low + i * step).normalize():f} {unit}".strip() for i in range(count)), unit=unit, first=first
+    )
+
+
+def _unit(texts: Sequence[str]) -> str:
+    """The one that all numbers have; "" where there is none."""
+    found = [re.fullmatch(rf"\s*{NUMBER}\s*(.*?)\s*", text) for text in texts]
+    units = {match[1] if match else "" for match in found}
+    return units.pop() if len(units) == 1 else ""
 
 
 def _parts(text: str) -> list[str]:

@@ -14,6 +14,7 @@ from heavylift.coordinator.tradeoff.figure import COLOURS, INK, LIMIT, PAPER, QU
 from heavylift.coordinator.tradeoff.page import STYLE
 from heavylift.recordings.format.html import Cell, bullets, document, table
 
+from .axes import Axis
 from .designs import Index
 from .study import Study
 from .summary import LEVEL, RESULTS, Summary, summary
@@ -68,13 +69,17 @@ def page(study: Study) -> str:
 def _varied(study: Study) -> list[str]:
     plan = study.plan
     lines = [
-        f"{axis.path}: {axis.uncertain or ', '.join(axis.texts) or f'{axis.low:g} to {axis.high:g} {axis.unit}'}"
+        f"{axis.uncertain}" if axis.uncertain else f"{axis.path}: {', '.join(axis.texts) or _range(axis)}"
         for axis in plan.axes
     ]
     how = {"sobol": "Saltelli's design on a Sobol sequence", "lhs": "a Latin hypercube"}
     if plan.sample:
         lines.append(f"{len(plan.variants)} draws: {how[plan.design]}, seed {plan.seed}.")
     return lines
+
+
+def _range(axis: Axis) -> str:
+    return f"anything from {axis.low:g} to {axis.high:g} {axis.unit}"
 
 
 def _limits(study: Study, found: Summary) -> list[str]:
@@ -112,7 +117,7 @@ def _responses(found: Summary) -> list[str]:
             if name == "use":
                 ax.axhline(1.0, color=LIMIT, lw=1.1, ls=(0, (6, 3)))
             if j == 0:
-                ax.set_ylabel(RESULTS[name].replace(" of a limit", "").replace(" of a hook's ropes", ""))
+                ax.set_ylabel(RESULTS[name].replace(" of a load's limit", "").replace(" of a hook's ropes", ""))
             if i == len(names) - 1:
                 ax.set_xlabel(axis)
     left = len(found.inputs) - len(axes)

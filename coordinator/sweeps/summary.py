@@ -15,7 +15,7 @@ from .study import INPUT, Study
 __all__ = ["RESULTS", "Chance", "Summary", "summary"]
 
 RESULTS = {
-    "use": "largest use of a limit",
+    "use": "largest use of a load's limit",
     "clearance [m]": "smallest clearance [m]",
     "swing [deg]": "largest swing of a hook's ropes [deg]",
 }

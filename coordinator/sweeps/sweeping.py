@@ -15,7 +15,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -115,14 +115,13 @@ def _with(
     `suspects` were with a pool that broke: one of them alone is with the next one.
     """
     running: dict[Future[Row], Variant] = {}
+    alone = False
     rows: list[Row] = []
     written = time.monotonic()
     try:
         while waiting or suspects or running:
-            while (waiting or suspects) and len(running) < (1 if suspects else most):
-                if suspects and running:
-                    break
-                variant = (suspects or waiting)[0]
+            while (waiting or suspects) and len(running) < (1 if suspects or (alone and running) else most):
+                alone, variant = bool(suspects), (suspects or waiting)[0]
                 try:
                     future = pool.submit(played, study.task, variant)
                 except BrokenExecutor as error:
@@ -131,22 +130,22 @@ def _with(
                 (suspects or waiting).popleft()
                 running[future] = variant
             done, _ = wait(running, timeout=WAIT_s, return_when=FIRST_COMPLETED)
+            broken: dict[Variant, BaseException] = {}
             for future in done:
-                variant = running.pop(future)
-                try:
-                    row = future.result()
-                except BrokenExecutor as error:
-                    if running or len(done) > 1:
-                        suspects.extend([variant, *running.values()])
-                        return str(error)
-                    row = _lost(variant, f"its worker died: {error}")
-                    rows.append(row)
-                    watch(study, row)
-                    return str(error)
-                except Exception as error:
-                    row = _lost(variant, f"{type(error).__name__}: {error}")
-                rows.append(row)
-                watch(study, row)
+                variant, error = running.pop(future), future.exception()
+                if isinstance(error, BrokenExecutor):
+                    broken[variant] = error
+                    continue
+                rows.append(_lost(variant, f"{type(error).__name__}: {error}") if error else future.result())
+                watch(study, rows[-1])
+            if broken:
+                why = str(next(iter(broken.values())))
+                if alone and len(broken) + len(running) == 1:
+                    rows.append(_lost(next(iter(broken)), f"its worker died: {why}"))
+                    watch(study, rows[-1])
+                else:
+                    suspects.extend([*broken, *running.values()])
+                return why
             if rows and time.monotonic() - written > WRITE_s:
                 study.append(rows)
                 rows, written = [], time.monotonic()
@@ -170,7 +169,9 @@ def _given(executor: Executor) -> Iterator[Executor]:
 @contextmanager
 def _pool(workers: int) -> Iterator[Executor]:
     """Processes of our own, which end with this one; at an error they do not finish what they have begun."""
-    context: Any = multiprocessing.get_context("spawn")
+    import heavylift.coordinator.verdict.judging  # noqa: F401 - which all workers share that way
+
+    context: Any = multiprocessing.get_context("fork")  # others would run the main module of a user again
     pool = ProcessPoolExecutor(workers, context, initializer=_begin, initargs=(os.getpid(),))
     try:
         yield pool
@@ -185,6 +186,7 @@ def _pool(workers: int) -> Iterator[Executor]:
 def _begin(parent: int) -> None:
     """A worker: Ctrl-C is for its parent, without which it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
 
     def follow() -> None:
         while os.getppid() == parent:
@@ -192,5 +194,3 @@ def _begin(parent: int) -> None:
         os._exit(1)
 
     threading.Thread(target=follow, daemon=True).start()
-    with suppress(ImportError):
-        import heavylift.coordinator.verdict.judging  # noqa: F401 - what every variant needs

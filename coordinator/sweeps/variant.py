@@ -29,6 +29,7 @@ __all__ = ["FAILED", "KEEP", "Keep", "Task", "played"]
 
 Keep = Literal["none", "failed", "all"]
 KEEP: tuple[Keep, ...] = ("none", "failed", "all")
+PLACES = ("hook height", "rope length", "rails", "girder")  # limits that say how far something may go
 FAILED = ("red", "refused", "failed", "cut", "lost")
 Row = dict[str, Any]
 
@@ -77,14 +78,15 @@ def _numbers(run: Played, judged: bool) -> Row:
     row |= {f"peak time/{rope} [s]": peak.time for rope, peak in run.peaks.items()}
     stages = [(name, t) for t, _, name in run.conduct.stages if name]
     ends = [t for _, t in stages[1:]] + [run.end_ns / 1e9]
-    row |= {f"stage/{name} [s]": end - t for (name, t), end in zip(stages, ends, strict=True)}
+    row |= {f"stage/{name} [s]": end - t for (name, t), end in zip(stages, ends, strict=False)}
     row["swing [deg]"] = _swing(run)
     if judged:
         verdict = run.verdict
         row |= {"verdict": verdict.line, "status": "red" if verdict.red else "done"}
         row |= {"clearance [m]": min((x.distance for x in verdict.clearances), default=np.nan)}
         uses = {f"use/{x.limit.subject} {x.limit.quantity}": x.use for x in run.uses if x.use is not None}
-        worst = max(uses, key=lambda name: uses[name], default="")
+        loads = {f"use/{x.limit.subject} {x.limit.quantity}" for x in run.uses if x.limit.quantity not in PLACES}
+        worst = max(loads & uses.keys(), key=lambda name: (uses[name], name), default="")
         row |= uses | {"use": uses.get(worst, np.nan), "limit": worst.removeprefix("use/")}
     return row
 
