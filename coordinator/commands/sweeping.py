@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from heavylift.coordinator.sweeps.study import Study
 
+WORKERS_s = 30.0  # for the first worker of a scheduler to come
 TELL_s = 10.0  # between two lines where there is no terminal
 
 
@@ -144,23 +145,30 @@ def _engine(scheduler: str, keys: Path) -> Iterator[Executor | None]:
     from heavylift.kernel.errors import ProtocolError
 
     try:
-        from distributed import Client, Security
+        import distributed
     except ImportError:
         raise ProtocolError("--scheduler needs dask.distributed; install heavylift[sweep]") from None
+    dask: Any = distributed  # which says little of its types
     secured = None
     if scheduler.startswith("tls://"):
         own = Credentials.load(keys, COORDINATOR)
-        secured = Security(
+        secured = dask.Security(
             tls_ca_file=str(own.authority),
             tls_client_cert=str(own.certificate),
             tls_client_key=str(own.key),
             require_encryption=True,
         )
     try:
-        client = Client(scheduler, security=secured, timeout=10)
+        client = dask.Client(scheduler, security=secured, timeout=10)
     except (OSError, TimeoutError, ValueError, TypeError) as error:
         raise ProtocolError(
             f"--scheduler '{scheduler}': nobody answers there ({error}); start `dask scheduler`"
         ) from None
     with client:
+        try:
+            client.wait_for_workers(1, timeout=WORKERS_s)
+        except TimeoutError:
+            raise ProtocolError(
+                f"--scheduler '{scheduler}': it has no workers; start `dask worker {scheduler}`"
+            ) from None
         yield client.get_executor(pure=False)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from html import escape
 from math import isfinite
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from heavylift.coordinator.tradeoff.figure import COLOURS, INK, LIMIT, PAPER, QUIET, in_page, styled
@@ -152,12 +152,12 @@ def _histograms(found: Summary) -> list[str]:
     return ["<h2>Distributions</h2>", f"<figure>{in_page(figure)}</figure>"]
 
 
-def _figure(rows: int, columns: int, **shared: str) -> Figure:
+def _figure(rows: int, columns: int, sharey: Literal["none", "row"] = "none") -> Figure:
     from matplotlib.figure import Figure
 
     with styled("none"):
         figure = Figure(figsize=(11.0, 2.6 * rows + 0.4), facecolor=PAPER, layout="constrained")
-        for ax in np.ravel(figure.subplots(rows, columns, squeeze=False, **shared)):  # type: ignore[arg-type]
+        for ax in np.ravel(figure.subplots(rows, columns, squeeze=False, sharey=sharey)):
             ax.grid(axis="y", color=QUIET, lw=0.4, alpha=0.3)
             ax.set_axisbelow(True)
             ax.spines[["top", "right"]].set_visible(False)

@@ -132,20 +132,20 @@ def _with(
             done, _ = wait(running, timeout=WAIT_s, return_when=FIRST_COMPLETED)
             broken: dict[Variant, BaseException] = {}
             for future in done:
-                variant, error = running.pop(future), future.exception()
-                if isinstance(error, BrokenExecutor):
-                    broken[variant] = error
+                variant, why = running.pop(future), future.exception()
+                if isinstance(why, BrokenExecutor):
+                    broken[variant] = why
                     continue
-                rows.append(_lost(variant, f"{type(error).__name__}: {error}") if error else future.result())
+                rows.append(_lost(variant, f"{type(why).__name__}: {why}") if why else future.result())
                 watch(study, rows[-1])
             if broken:
-                why = str(next(iter(broken.values())))
+                told = str(next(iter(broken.values())))
                 if alone and len(broken) + len(running) == 1:
-                    rows.append(_lost(next(iter(broken)), f"its worker died: {why}"))
+                    rows.append(_lost(next(iter(broken)), f"its worker died: {told}"))
                     watch(study, rows[-1])
                 else:
                     suspects.extend([*broken, *running.values()])
-                return why
+                return told
             if rows and time.monotonic() - written > WRITE_s:
                 study.append(rows)
                 rows, written = [], time.monotonic()

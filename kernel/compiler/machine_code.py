@@ -95,5 +95,5 @@ class Library:
             assert b.flags.c_contiguous, f"{name}: block is not contiguous"
         if name not in self._calls:
             self._calls[name] = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * _MOST_BLOCKS)(self.address(name))
-        pointers = [b.ctypes.data for b in blocks]
+        pointers = [b.__array_interface__["data"][0] for b in blocks]  # a third of the time of `ctypes.data`
         self._calls[name](*pointers, *[0] * (_MOST_BLOCKS - len(pointers)))
