@@ -84,10 +84,13 @@ def _numbers(run: Played, judged: bool) -> Row:
         verdict = run.verdict
         row |= {"verdict": verdict.line, "status": "red" if verdict.red else "done"}
         row |= {"clearance [m]": min((x.distance for x in verdict.clearances), default=np.nan)}
-        uses = {f"use/{x.limit.subject} {x.limit.quantity}": x.use for x in run.uses if x.use is not None}
-        loads = {f"use/{x.limit.subject} {x.limit.quantity}" for x in run.uses if x.limit.quantity not in PLACES}
-        worst = max(loads & uses.keys(), key=lambda name: (uses[name], name), default="")
-        row |= uses | {"use": uses.get(worst, np.nan), "limit": worst.removeprefix("use/")}
+        uses = {f"{x.limit.subject} {x.limit.quantity}": x for x in run.uses if x.use is not None}
+        row |= {f"use/{name}": x.use for name, x in uses.items()}
+        loads = [(x.use, name) for name, x in uses.items() if x.limit.quantity not in PLACES]
+        row |= {"use": np.nan, "limit": ""}
+        if loads:
+            most, name = max(loads)
+            row |= {"use": most, "limit": name, "limit stage": uses[name].stage, "limit at [s]": uses[name].t}
     return row
 
 

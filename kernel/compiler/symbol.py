@@ -247,7 +247,10 @@ def _elementwise(f: Callable[..., Any]) -> Callable[..., Any]:
     """Let a function of scalars (or of vector symbols) take arrays, too."""
 
     def apply(*args: Any) -> Any:
-        if not any(_is_array(x) for x in args):
+        for x in args:
+            if _is_array(x):
+                break
+        else:
             return f(*args)
         import numpy as np
 

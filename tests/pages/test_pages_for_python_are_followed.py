@@ -28,7 +28,7 @@ def test_the_page_about_python_is_followed(tmp_path: Path, capfd, monkeypatch) -
 @pytest.mark.large
 def test_the_page_about_studies_is_followed(tmp_path: Path, capfd, monkeypatch) -> None:
     monkeypatch.setattr("page_blocks.blocks", lambda page: [x for x in blocks(page) if "dask scheduler" not in x[1]])
-    assert follow(STUDIES, tmp_path, capfd, monkeypatch) == 2
+    assert follow(STUDIES, tmp_path, capfd, monkeypatch) == 3
 
 
 @pytest.mark.large
