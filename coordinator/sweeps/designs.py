@@ -15,10 +15,10 @@ import numpy as np
 from heavylift.kernel.errors import SceneError
 from numpy.typing import NDArray
 
-__all__ = ["DESIGNS", "Index", "base_rows", "drawn", "indices"]
+__all__ = ["DESIGNS", "FEWEST", "Index", "base_rows", "drawn", "indices"]
 
-DESIGNS = ("sobol", "lhs")
-FEWEST = 16  # rows that say something of an index
+FEWEST = {"sobol": 16, "lhs": 100}  # rows that say something of an index: ten harmonics need several each
+DESIGNS = tuple(FEWEST)
 Floats = NDArray[np.float64]
 
 
@@ -62,7 +62,11 @@ def base_rows(design: str, count: int, axes: int) -> Floats:
 
 def indices(design: str, axes: Sequence[str], quantiles: Floats, result: Floats, seed: int) -> list[Index]:
     """The indices of each axis, by falling total; none where a value is missing, or does not vary."""
-    if len(result) < FEWEST or not np.isfinite(result).all() or not np.ptp(result) > 1e-12 * np.abs(result).max():
+    if (
+        len(result) < FEWEST[design]
+        or not np.isfinite(result).all()
+        or not np.ptp(result) > 1e-12 * np.abs(result).max()
+    ):
         return []
     problem = _problem(axes)
     if design == "sobol":

@@ -15,7 +15,7 @@ from heavylift.coordinator.tradeoff.page import STYLE
 from heavylift.recordings.format.html import Cell, bullets, document, table
 
 from .axes import Axis
-from .designs import Index
+from .designs import FEWEST, Index
 from .study import Study
 from .summary import LEVEL, RESULTS, Summary, summary
 from .variant import FAILED
@@ -178,7 +178,8 @@ def _indices(study: Study, found: Summary) -> list[str]:
         how = "Sobol indices" if study.plan.design == "sobol" else "first-order indices by random balance designs"
         parts.append(f'<p class="quiet">{how}: parts of the variance, half-widths at {LEVEL:.0%} (SALib).</p>')
     else:
-        why = "every variant of the design must come to its end, and the results must vary"
+        fewest = FEWEST[study.plan.design]
+        why = f"every variant of the design must come to its end, {fewest} at least, and the results must vary"
         parts.append(f'<p class="quiet">No indices: {why}.</p>')
     return parts
 

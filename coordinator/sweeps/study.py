@@ -28,14 +28,14 @@ from .variant import Row, Task
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["INPUT", "Plan", "Study"]
+__all__ = ["INPUT", "Planned", "Study"]
 
 ABOUT, PARTS, ROWS, RECORDINGS = "study.json", "parts", "rows.parquet", "recordings"
 INPUT = "input/"  # before the name of a column: what was varied
 
 
 @dataclass(frozen=True)
-class Plan:
+class Planned:
     """What a study is: its scene, axes, how many draws of which design (0: the whole grid), the seed."""
 
     scene: LoadedScene
@@ -63,7 +63,7 @@ class Plan:
 class Study:
     """A study on disk, as a context of one process at a time; rows are appended and never taken back."""
 
-    def __init__(self, folder: str | Path, plan: Plan, task: Task) -> None:
+    def __init__(self, folder: str | Path, plan: Planned, task: Task) -> None:
         """Begin or go on; OutputError if the folder holds something else."""
         self.path, self.plan, self.task = file_path(folder), plan, task
         about, file = plan.about(task), self.path / ABOUT

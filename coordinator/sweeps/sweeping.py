@@ -24,12 +24,12 @@ from heavylift.nodes.scene import LoadedScene, loaded
 
 from .axes import Variant, axes_of, grid, sampled
 from .designs import DESIGNS, drawn
-from .study import Plan, Study
+from .study import Planned, Study
 from .variant import KEEP, Keep, Row, Task, played
 
 __all__ = ["planned", "sweep", "verified"]
 
-AHEAD = 3  # variants with the executor for each worker
+AHEAD, MOST = 3, 256  # variants with the executor for each worker; in all, if nobody says how many there are
 WAIT_s, WRITE_s = 0.2, 1.0  # for a variant to be done; between two files of rows
 LIMIT_s = 60.0  # of wall time that a run may take
 Watch = Callable[[Study, Row | None], None]
@@ -37,14 +37,14 @@ Watch = Callable[[Study, Row | None], None]
 
 def planned(
     scene: LoadedScene | str | Path, vary: Sequence[str] = (), sample: int = 0, design: str = DESIGNS[0], seed: int = 1
-) -> Plan:
+) -> Planned:
     """What a study of a scene would run; raises SceneError for what cannot be varied."""
     scene = loaded(scene)
     if sample < 0:
         raise SceneError(f"--sample {sample}: there is no such number of draws")
     axes = axes_of(scene, [vary] if isinstance(vary, str) else vary, sample > 0)
     variants = sampled(axes, drawn(design, sample, len(axes), seed)) if sample else grid(axes)
-    return Plan(scene, axes, variants, design if sample else "", sample, seed)
+    return Planned(scene, axes, variants, design if sample else "", sample, seed)
 
 
 def sweep(
@@ -76,7 +76,7 @@ def sweep(
         watch(study, None)
         try:
             if study.waiting:
-                _run(study, executor, workers or os.cpu_count() or 1, watch)
+                _run(study, executor, workers or (0 if executor else os.cpu_count() or 1), watch)
         except KeyboardInterrupt:
             done, count = len(study.rows), len(plan.variants)
             told = f"stopped after {done} of {count} runs, which are kept; the same command goes on"
@@ -99,10 +99,11 @@ def verified(study: Study, count: int) -> list[tuple[int, bool]]:
 
 def _run(study: Study, executor: Executor | None, workers: int, watch: Watch) -> None:
     """All variants that wait."""
+    most = AHEAD * workers if workers else MOST
     waiting, suspects = deque(study.waiting), deque[Variant]()
     while waiting or suspects:
-        with _pool(min(workers, len(waiting) + len(suspects))) if executor is None else _given(executor) as pool:
-            broken = _with(pool, study, waiting, suspects, AHEAD * workers, watch)
+        with _pool(min(workers or 1, len(waiting) + len(suspects))) if executor is None else _given(executor) as pool:
+            broken = _with(pool, study, waiting, suspects, most, watch)
         if broken and executor is not None:
             raise ProtocolError(f"the executor has lost its workers ({broken}); start it anew, the same study goes on")
 
